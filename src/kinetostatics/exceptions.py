@@ -1,0 +1,120 @@
+"""Every error that the package raises on purpose.
+
+All derive from :class:`KinetostaticsError`; each carries the facts of its message as attributes, so that a
+program can act on them. Bad values of arguments raise :class:`ArgumentError`, which is a ``ValueError`` too.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+
+def near_names(name: str, known: Iterable[str]) -> str:
+    """Return a phrase that lists the names most like ``name``, or all of them if none is like it."""
+    known = sorted(known)
+    near = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
+    if near:
+        return "did you mean " + " or ".join(repr(item) for item in near) + "?"
+    if not known:
+        return "there are none"
+    shown = ", ".join(known[:12]) + (", …" if len(known) > 12 else "")
+    return f"known: {shown}"
+
+
+class KinetostaticsError(Exception):
+    """Base class of every error of this package."""
+
+
+class ArgumentError(KinetostaticsError, ValueError):
+    """An argument has a value that makes no sense; the message says which and what would be right."""
+
+
+class RobotFileError(KinetostaticsError):
+    """A robot file is wrong.
+
+    Attributes:
+        file: path of the file, as given or included.
+        line: line number in that file, or None when it cannot be told.
+        reason: what is wrong and what would be right.
+    """
+
+    def __init__(self, reason: str, file: str, line: int | None = None) -> None:
+        self.reason, self.file, self.line = reason, file, line
+        where = f"{file}:{line}" if line is not None else file
+        super().__init__(f"{where}: {reason}")
+
+
+class NotYetError(KinetostaticsError):
+    """The robot is described correctly but needs something that this version cannot compute yet.
+
+    Attributes:
+        names: limbs, links or joints concerned.
+    """
+
+    def __init__(self, message: str, names: Iterable[str] = ()) -> None:
+        self.names = tuple(names)
+        super().__init__(message)
+
+
+class AssemblyError(KinetostaticsError):
+    """The loops cannot be closed at the requested coordinates.
+
+    Attributes:
+        residuals: how far each loop stays open, ``{loop name: (metres, radians)}``.
+        residual: the largest of them, in m or rad.
+        mobility: the robot's mobility, or None if not known.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        residuals: Mapping[str, tuple[float, float]] | None = None,
+        mobility: int | None = None,
+    ) -> None:
+        self.residuals = dict(residuals or {})
+        self.residual = max((max(pair) for pair in self.residuals.values()), default=float("nan"))
+        self.mobility = mobility
+        super().__init__(message)
+
+
+class CoordinatesError(ArgumentError):
+    """The given coordinates are too few, too many, unknown, or do not determine the pose.
+
+    Attributes:
+        mobility: the robot's mobility, or None if it plays no part.
+    """
+
+    def __init__(self, message: str, mobility: int | None = None) -> None:
+        self.mobility = mobility
+        super().__init__(message)
+
+
+class StaticsError(KinetostaticsError):
+    """Equilibrium cannot be solved at this pose."""
+
+
+class SingularPoseError(StaticsError):
+    """With the drives locked the platform can still move.
+
+    Attributes:
+        free_twists: (6, k) array, the free twists at o in world axes [m, rad].
+    """
+
+    def __init__(self, message: str, free_twists: Any) -> None:
+        self.free_twists = free_twists
+        super().__init__(message)
+
+
+class LimbEquilibriumError(StaticsError):
+    """A limb, or a branch that hangs on something, cannot hold its own weight.
+
+    Attributes:
+        limb: its name.
+        joints: names of the passive joints that would move.
+    """
+
+    def __init__(self, message: str, limb: str, joints: Iterable[str]) -> None:
+        self.limb, self.joints = limb, tuple(joints)
+        super().__init__(message)
