@@ -1,0 +1,1 @@
+"""Sag, stiffness and actuator forces of parallel manipulators, straight from a URDF."""

@@ -1,0 +1,127 @@
+"""Small dense linear algebra with the batch axes last, where NumPy's own routines want them first.
+
+Matrices are ``(n, m, …)``. Written out column by column, a factorization of thousands of small matrices costs
+a few passes over contiguous memory instead of thousands of LAPACK calls.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def matmul(a: Array, b: Array) -> Array:
+    """Return the matrix products of ``(n, k, …)`` and ``(k, m, …)``."""
+    return np.einsum("ij...,jk...->ik...", a, b)
+
+
+def apply(a: Array, v: Array) -> Array:
+    """Return the products of matrices ``(n, k, …)`` and vectors ``(k, …)``."""
+    return np.einsum("ij...,j...->i...", a, v)
+
+
+def transpose(a: Array) -> Array:
+    """Return the transposed matrices, as a view."""
+    return np.swapaxes(a, 0, 1)
+
+
+def cross(a: Array, b: Array) -> Array:
+    """Return the cross products of ``(3, …)`` vectors, broadcasting the batch axes."""
+    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+
+
+def dot(a: Array, b: Array) -> Array:
+    """Return the dot products of ``(n, …)`` vectors."""
+    return np.einsum("i...,i...->...", a, b)
+
+
+def normalize(a: Array) -> Array:
+    """Return unit vectors along the ``(n, …)`` vectors; NaN where a vector vanishes."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.asarray(a / np.sqrt(dot(a, a)))
+
+
+class Cholesky:
+    """Cholesky factor of symmetric positive (semi)definite matrices ``(n, n, …)``.
+
+    Attributes:
+        smallest_pivot: (…) smallest ratio of a pivot to the diagonal entry it came from: 1 for orthogonal
+            columns, at rounding level (or below zero) for a singular matrix.
+    """
+
+    def __init__(self, a: Array) -> None:
+        n = a.shape[0]
+        factor = np.array(a)
+        smallest = np.ones(a.shape[2:])
+        with np.errstate(invalid="ignore", divide="ignore"):
+            for j in range(n):
+                pivot = factor[j, j]
+                smallest = np.minimum(smallest, pivot / a[j, j])
+                factor[j:, j] /= np.sqrt(pivot)
+                if j + 1 < n:
+                    column = factor[j + 1 :, j]
+                    factor[j + 1 :, j + 1 :] -= column[:, None] * column[None]
+        self.factor = factor
+        self.smallest_pivot = np.where(np.isnan(smallest), -np.inf, smallest)
+
+    def forward(self, b: Array) -> Array:
+        """Return L⁻¹ b for ``(n, m, …)`` right-hand sides."""
+        n = self.factor.shape[0]
+        shape = np.broadcast_shapes(self.factor.shape[2:], b.shape[2:])
+        x = np.array(np.broadcast_to(b, b.shape[:2] + shape))
+        for j in range(n):
+            x[j] /= self.factor[j, j]
+            if j + 1 < n:
+                x[j + 1 :] -= self.factor[j + 1 :, j, None] * x[j]
+        return x
+
+    def backward(self, y: Array) -> Array:
+        """Return L⁻ᵀ y for ``(n, m, …)`` right-hand sides."""
+        x = np.array(y)
+        for j in range(self.factor.shape[0] - 1, -1, -1):
+            x[j] /= self.factor[j, j]
+            if j:
+                x[:j] -= self.factor[j, :j, None] * x[j]
+        return x
+
+    def solve(self, b: Array) -> Array:
+        """Return A⁻¹ b for ``(n, m, …)`` right-hand sides."""
+        return self.backward(self.forward(b))
+
+
+def orthonormal_complement(columns: list[Array], seeds: Array, count: int) -> list[Array]:
+    """Complete ``columns`` by ``count`` unit vectors orthogonal to all of them and to one another.
+
+    Args:
+        columns: (n, …) vectors, not necessarily independent.
+        seeds: (n, k, …) vectors whose projections are tried in turn, the same at every pose so that the outcome
+            varies continuously; each element takes those that keep most of their length at the first pose.
+        count: how many are wanted.
+
+    Returns:
+        ``count`` arrays (n, …).
+    """
+    basis: list[Array] = []
+
+    def residue(v: Array) -> Array:
+        for _ in range(2):
+            for unit in basis:
+                v = v - unit * dot(unit, v)
+        return v
+
+    for column in columns:
+        rest = residue(column)
+        if float(np.min(dot(rest, rest) / np.maximum(dot(column, column), 1e-300))) > 1e-16:
+            basis.append(normalize(rest))
+    found: list[Array] = []
+    remaining = list(range(seeds.shape[1]))
+    for _ in range(count):
+        rests = [residue(seeds[:, k]) for k in remaining]
+        best = int(np.argmax([float(np.min(dot(rest, rest))) for rest in rests]))
+        unit = normalize(residue(normalize(rests[best])))
+        remaining.pop(best)
+        basis.append(unit)
+        found.append(unit)
+    return found

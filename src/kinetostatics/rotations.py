@@ -1,0 +1,118 @@
+"""Rotations with the batch axes last: exponential, logarithm, quaternions (x, y, z, w as in Pinocchio)."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.linalg import cross, dot
+
+Array = NDArray[np.float64]
+
+
+def skew(v: Array) -> Array:
+    """Return the (3, 3, …) matrices of the cross product with ``v``."""
+    zero = np.zeros_like(v[0])
+    return np.stack(
+        [np.stack([zero, -v[2], v[1]]), np.stack([v[2], zero, -v[0]]), np.stack([-v[1], v[0], zero])]
+    )
+
+
+def identity(batch: tuple[int, ...]) -> Array:
+    """Return (3, 3, …) identity matrices."""
+    return np.array(np.broadcast_to(np.eye(3).reshape((3, 3) + (1,) * len(batch)), (3, 3, *batch)))
+
+
+def exponential(v: Array) -> Array:
+    """Return the (3, 3, …) rotation matrices of rotation vectors ``v`` (3, …) [rad]."""
+    angle = np.sqrt(dot(v, v))
+    safe = np.where(angle < 1e-8, 1.0, angle)
+    sine = np.where(angle < 1e-8, 1.0, np.sin(safe) / safe)
+    cosine = np.where(angle < 1e-8, 0.5, (1 - np.cos(safe)) / safe**2)
+    matrix = skew(v)
+    return identity(v.shape[1:]) + sine * matrix + cosine * np.einsum("ij...,jk...->ik...", matrix, matrix)
+
+
+def left_jacobian(v: Array) -> Array:
+    """Return the (3, 3, …) matrices that take d(rotation vector)/dt to the angular velocity in world axes."""
+    angle = np.sqrt(dot(v, v))
+    safe = np.where(angle < 1e-4, 1.0, angle)
+    first = np.where(angle < 1e-4, 0.5 - angle**2 / 24, (1 - np.cos(safe)) / safe**2)
+    second = np.where(angle < 1e-4, 1 / 6 - angle**2 / 120, (safe - np.sin(safe)) / safe**3)
+    matrix = skew(v)
+    return identity(v.shape[1:]) + first * matrix + second * np.einsum("ij...,jk...->ik...", matrix, matrix)
+
+
+def quaternion_of_matrix(R: Array) -> Array:
+    """Return unit quaternions (4, …) with a non-negative w, by Shepperd's method (no loss of digits at any angle)."""
+    trace = R[0, 0] + R[1, 1] + R[2, 2]
+    choices = np.stack([R[0, 0], R[1, 1], R[2, 2], trace])
+    best = np.argmax(choices, axis=0)
+    q = np.empty((4, *R.shape[2:]))
+    for case in range(4):
+        where = best == case
+        if not np.any(where):
+            continue
+        M = R[:, :, where]
+        if case == 3:
+            w = 1 + M[0, 0] + M[1, 1] + M[2, 2]
+            column = np.stack([M[2, 1] - M[1, 2], M[0, 2] - M[2, 0], M[1, 0] - M[0, 1], w])
+        else:
+            i, j, k = case, (case + 1) % 3, (case + 2) % 3
+            column = np.empty((4, M.shape[2]))
+            column[i] = 1 + M[i, i] - M[j, j] - M[k, k]
+            column[j] = M[j, i] + M[i, j]
+            column[k] = M[k, i] + M[i, k]
+            column[3] = M[k, j] - M[j, k]
+        q[:, where] = column
+    q /= np.sqrt(dot(q, q))
+    return np.where(q[3] < 0, -q, q)
+
+
+def logarithm(R: Array) -> Array:
+    """Return the rotation vectors (3, …) [rad] of rotation matrices; their length is at most π."""
+    q = quaternion_of_matrix(R)
+    sine = np.sqrt(dot(q[:3], q[:3]))
+    angle = 2 * np.arctan2(sine, q[3])
+    return np.asarray(q[:3] * np.where(sine < 1e-12, 2.0, angle / np.where(sine < 1e-12, 1.0, sine)))
+
+
+def matrix_of_quaternion(q: Array) -> Array:
+    """Return the (3, 3, …) rotation matrices of unit quaternions (4, …)."""
+    x, y, z, w = q
+    return np.stack(
+        [
+            np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)]),
+            np.stack([2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)]),
+            np.stack([2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]),
+        ]
+    )
+
+
+def quaternion_product(a: Array, b: Array) -> Array:
+    """Return the products of quaternions (4, …)."""
+    vector = a[3] * b[:3] + b[3] * a[:3] + cross(a[:3], b[:3])
+    return np.concatenate([vector, (a[3] * b[3] - dot(a[:3], b[:3]))[None]])
+
+
+def quaternion_exponential(v: Array) -> Array:
+    """Return the unit quaternions of rotation vectors (3, …)."""
+    half = np.sqrt(dot(v, v)) / 2
+    factor = np.where(half < 1e-8, 0.5, np.sin(half) / np.where(half < 1e-8, 1.0, 2 * half))
+    return np.concatenate([v * factor, np.cos(half)[None]])
+
+
+def rotation_between(a: Array, b: Array) -> Array:
+    """Return the shortest rotation vectors that take unit vectors ``a`` to ``b`` (π about some normal if opposite)."""
+    normal = cross(a, b)
+    sine, cosine = np.sqrt(dot(normal, normal)), dot(a, b)
+    tiny = sine < 1e-12
+    vector = normal * np.where(tiny, 1.0, np.arctan2(sine, cosine) / np.where(tiny, 1.0, sine))
+    flipped = tiny & (cosine < 0)
+    if np.any(flipped):
+        helper = np.where(np.abs(a[0]) < 0.7, np.array([1.0, 0, 0]).reshape((3,) + (1,) * (a.ndim - 1)),
+                          np.array([0, 1.0, 0]).reshape((3,) + (1,) * (a.ndim - 1)))  # fmt: skip
+        perpendicular = cross(a, helper)
+        perpendicular = perpendicular / np.sqrt(dot(perpendicular, perpendicular)) * np.pi
+        vector = np.where(flipped, perpendicular, vector)
+    return np.asarray(vector)
