@@ -1,0 +1,220 @@
+"""``<beam>`` and its section elements. Where a beam lies is worked out later, from the joints at its ends."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Mapping
+
+from kinetostatics.description import Beam, BeamEnd, Link
+from kinetostatics.exceptions import near_names
+from kinetostatics.sections import Rectangle, RectangularTube, Section, Tube
+from kinetostatics.xml_source import Element
+from kinetostatics.xml_values import allow, direction, not_negative, number, positive, reference, text
+
+_ATTRIBUTES = (
+    "link", "name", "from", "to", "youngs_modulus", "poisson_ratio", "shear_modulus", "shear_coefficient",
+    "density", "thermal_expansion", "y_axis",
+)  # fmt: skip
+
+
+def read_beams(
+    root: Element,
+    links: Mapping[str, Link],
+    connections: Collection[str],
+    rigid: Mapping[str, str],
+    warnings: list[str],
+) -> dict[str, Beam]:
+    """Read all ``<beam>``.
+
+    Args:
+        root: the ``<robot>`` element.
+        links: all links.
+        connections: names of all joints and loops.
+        rigid: links that may not carry a beam, and what they are.
+        warnings: gets one more for each beam of unknown weight.
+    """
+    beams: dict[str, Beam] = {}
+    for element in root.named("beam"):
+        beam = _beam(element, links, connections, rigid)
+        _check_against(beam, beams, element)
+        if beam.density is None and not links[beam.link].has_inertial:
+            warnings.append(
+                f"{beam.place.file}:{beam.place.line}: {element.label} has no density and its link no <inertial>, "
+                'so that it weighs nothing; write density="0" if that is meant.'
+            )
+        beams[beam.name] = beam
+    return beams
+
+
+def _beam(element: Element, links: Mapping[str, Link], connections: Collection[str], rigid: Mapping[str, str]) -> Beam:
+    allow(element, _ATTRIBUTES, _SECTIONS)
+    link = reference(element, "link", links, "link")
+    if link in rigid:
+        raise element.error(
+            f"the link {link!r} is the {rigid[link]} and stays rigid; give the beam a link of its own, joined to "
+            f"{link!r} by a fixed joint"
+        )
+    start, end = _end(element, "from", connections), _end(element, "to", connections)
+    if start is not None and start == end:
+        raise element.error(f"{element.label} has zero length: it goes from {start.joint!r} to {start.joint!r}")
+    section = _section(element)
+    youngs_modulus = positive(element, "youngs_modulus")
+    shear_modulus, poisson_ratio = _shear_modulus(element, youngs_modulus)
+    shear_areas = _shear_areas(element, section, poisson_ratio)
+    y_axis = direction(element, "y_axis") if "y_axis" in element.attributes else None
+    if y_axis is None and not (section.is_isotropic and math.isclose(*shear_areas, rel_tol=1e-12)):
+        raise element.error(
+            f'{element.label} has a section that bends differently about y and z: write y_axis="x y z", the '
+            "direction of the section's y (a rectangle's width) in the link's frame"
+        )
+    return Beam(
+        name=text(element, "name") if "name" in element.attributes else link,
+        link=link,
+        start=start,
+        end=end,
+        youngs_modulus=youngs_modulus,
+        shear_modulus=shear_modulus,
+        shear_areas=shear_areas,
+        density=not_negative(element, "density") if "density" in element.attributes else None,
+        thermal_expansion=number(element, "thermal_expansion", 0.0),
+        section=section,
+        y_axis=y_axis,
+        place=element.place,
+    )
+
+
+def _check_against(beam: Beam, beams: Mapping[str, Beam], element: Element) -> None:
+    """Compare a beam with those before it."""
+    for other in beams.values():
+        if other.link != beam.link:
+            continue
+        where = f"{other.place.file}:{other.place.line}"
+        if (other.start, other.end) == (beam.start, beam.end):
+            raise element.error(
+                f"two beams on the same span: {element.label} lies where the one of {where} lies; give them "
+                "different from and to"
+            )
+        if (other.density is None) != (beam.density is None):
+            raise element.error(
+                f"the beams of link {beam.link!r} must all give a density or none of them (see {where}), because a "
+                "density replaces the link's <inertial>"
+            )
+    if beam.name in beams:
+        place = beams[beam.name].place
+        raise element.error(
+            f"the beam name {beam.name!r} is taken already, in {place.file}:{place.line}; give this one its own name"
+        )
+
+
+def _end(element: Element, name: str, connections: Collection[str]) -> BeamEnd | None:
+    """Read ``from`` or ``to``: a joint or loop, with ``:parent`` or ``:child`` behind it where the side matters."""
+    if name not in element.attributes:
+        return None
+    value = text(element, name)
+    if value in connections:  # names may contain a colon themselves
+        return BeamEnd(value)
+    joint, colon, side = value.rpartition(":")
+    if not colon:
+        joint = value
+    elif side not in ("parent", "child") and joint in connections:
+        raise element.error(f"{name}={value!r} of {element.label} must end in ':parent' or ':child', not {side!r}")
+    if joint not in connections:
+        raise element.error(
+            f"{element.label} goes {name} the joint {joint!r}, which does not exist; {near_names(joint, connections)}"
+        )
+    return BeamEnd(joint, side)
+
+
+def _shear_modulus(element: Element, youngs_modulus: float) -> tuple[float, float | None]:
+    """Return G and, if the file gives it, Poisson's ratio."""
+    given = [name for name in ("poisson_ratio", "shear_modulus") if name in element.attributes]
+    if len(given) != 1:
+        state = "both poisson_ratio and shear_modulus" if given else "neither poisson_ratio nor shear_modulus"
+        raise element.error(f"{element.label} has {state}; give one of them")
+    if given == ["shear_modulus"]:
+        return positive(element, "shear_modulus"), None
+    ratio = number(element, "poisson_ratio")
+    if not -1 < ratio <= 0.5:
+        raise element.error(f"poisson_ratio={ratio:g} of {element.label} must be above -1 and at most 0.5")
+    return youngs_modulus / (2 * (1 + ratio)), ratio
+
+
+def _shear_areas(element: Element, section: Section, poisson_ratio: float | None) -> tuple[float, float]:
+    """Return κA for y and z [m²]."""
+    given = element.attributes.get("shear_coefficient")
+    if section.shear_area_y is not None and section.shear_area_z is not None:
+        if given is not None:
+            raise element.error(f"{element.label} has a shear_coefficient and shear areas; leave one of them")
+        return section.shear_area_y, section.shear_area_z
+    if given is not None:
+        factor = math.inf if given.strip() == "inf" else positive(element, "shear_coefficient")
+        return factor * section.area, factor * section.area
+    factors = None if poisson_ratio is None else section.shear_coefficients(poisson_ratio)
+    if factors is None:
+        why = "its shear_modulus leaves Poisson's ratio open" if poisson_ratio is None else "its shape is not known"
+        areas = " (or <section> its shear_area_y and shear_area_z)" if type(section) is Section else ""
+        raise element.error(f"{element.label} needs a shear_coefficient{areas}, because {why}; 'inf' means no shear")
+    return factors[0] * section.area, factors[1] * section.area
+
+
+def _section(beam: Element) -> Section:
+    found = beam.children
+    if len(found) != 1:
+        raise (found[1] if found else beam).error(
+            f"{beam.label} has {len(found) or 'no'} sections; give one of " + ", ".join(f"<{tag}>" for tag in _SECTIONS)
+        )
+    element = found[0]
+    try:
+        section = _SECTIONS[element.tag](element)
+        numbers = (section.area, section.I_y, section.I_z, section.J)
+        possible = all(0 < value < math.inf for value in numbers)
+    except ArithmeticError:
+        possible = False
+    if not possible:
+        raise element.error(f"the sizes of {element.label} are too large or too small to compute with; they are in m")
+    return section
+
+
+def _circle(element: Element) -> Section:
+    allow(element, ("diameter",))
+    return Tube.of(positive(element, "diameter"))
+
+
+def _tube(element: Element) -> Section:
+    allow(element, ("outer_diameter", "inner_diameter"))
+    outer, inner = positive(element, "outer_diameter"), positive(element, "inner_diameter")
+    if inner >= outer:
+        raise element.error(f"inner_diameter={inner:g} of <tube> must be less than outer_diameter={outer:g}")
+    return Tube.of(outer, inner)
+
+
+def _rectangle(element: Element) -> Section:
+    allow(element, ("width", "height"))
+    return Rectangle.of(positive(element, "width"), positive(element, "height"))
+
+
+def _rectangular_tube(element: Element) -> Section:
+    allow(element, ("width", "height", "thickness"))
+    width, height, thickness = (positive(element, name) for name in ("width", "height", "thickness"))
+    if 2 * thickness >= min(width, height):
+        raise element.error(f"thickness={thickness:g} of <rectangular_tube> must be less than half its smaller side")
+    return RectangularTube.of(width, height, thickness)
+
+
+def _general(element: Element) -> Section:
+    allow(element, ("area", "I_y", "I_z", "J", "shear_area_y", "shear_area_z"))
+    area, I_y, I_z, J = (positive(element, name) for name in ("area", "I_y", "I_z", "J"))
+    given = [name for name in ("shear_area_y", "shear_area_z") if name in element.attributes]
+    if len(given) == 1:
+        raise element.error(f"<section> has {given[0]} alone; give both shear_area_y and shear_area_z, or neither")
+    areas = [positive(element, name) for name in given]
+    return Section(area, I_y, I_z, J, *areas)
+
+
+_SECTIONS: dict[str, Callable[[Element], Section]] = {
+    "circle": _circle,
+    "tube": _tube,
+    "rectangle": _rectangle,
+    "rectangular_tube": _rectangular_tube,
+    "section": _general,
+}

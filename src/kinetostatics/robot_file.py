@@ -1,0 +1,165 @@
+"""Reads robot files: URDF or xacro with the additional elements of ``docs/robot_format.md``."""
+
+from __future__ import annotations
+
+import difflib
+import os
+from collections.abc import Mapping
+
+from kinetostatics.beam_elements import read_beams
+from kinetostatics.description import Joint, Link, Loop, Origin, Place, RobotDescription
+from kinetostatics.exceptions import RobotFileError
+from kinetostatics.loop_elements import ONE_FREEDOM, read_loops
+from kinetostatics.tree_elements import ROBOT_LEVEL, read_joints, read_links, tree_root
+from kinetostatics.xacro_source import expand
+from kinetostatics.xml_source import Element, parse, to_elements, to_text
+from kinetostatics.xml_values import allow, origin, reference, text
+
+
+def read_robot_file(path: str | os.PathLike[str], parameters: Mapping[str, object] | None = None) -> RobotDescription:
+    """Read a robot file.
+
+    Args:
+        path: a URDF or xacro file; which of them is told from its content.
+        parameters: values of the file's ``<xacro:arg>``, numbers or strings.
+
+    Returns:
+        What the file says.
+
+    Raises:
+        RobotFileError: if the file cannot be read or anything in it is wrong; with the file and line to blame.
+        ArgumentError: if a parameter is neither a number nor a string.
+    """
+    name = os.fsdecode(path)
+    try:
+        with open(path, "rb") as stream:
+            data = stream.read()
+    except OSError as error:
+        raise RobotFileError(f"the file cannot be read: {error.strerror or error}", name) from None
+    except ValueError as error:  # a path with a null character
+        raise RobotFileError(f"the file cannot be read: {error}", name) from None
+    return _read(data, name, parameters or {})
+
+
+def parse_robot_text(
+    text: str, path: str = "<text>", parameters: Mapping[str, object] | None = None
+) -> RobotDescription:
+    """Read a robot from XML text, URDF or xacro.
+
+    Args:
+        text: the XML.
+        path: the name of the text in messages; xacro looks for included files beside it.
+        parameters: as in :func:`read_robot_file`.
+
+    Returns:
+        What the text says.
+
+    Raises:
+        RobotFileError: as in :func:`read_robot_file`.
+        ArgumentError: as in :func:`read_robot_file`.
+    """
+    return _read(text, path, parameters or {})
+
+
+def _read(data: bytes | str, path: str, parameters: Mapping[str, object]) -> RobotDescription:
+    document, uses_xacro = parse(data, path)
+    warnings: list[str] = []
+    if uses_xacro:
+        warnings = expand(document, path, parameters)
+    elif parameters:
+        names = ", ".join(map(repr, parameters))
+        raise RobotFileError(f"the file does not use xacro and has no parameters, but was given {names}", path)
+    return _describe(to_elements(document), path, warnings)
+
+
+def _describe(root: Element, path: str, warnings: list[str]) -> RobotDescription:
+    if root.tag != "robot":
+        raise root.error(f"the outermost element is <{root.tag}>; in a robot file it is <robot>")
+    name = text(root, "name")
+    _check_robot_level(root)
+    links = read_links(root, warnings)
+    joints = read_joints(root, links, warnings)
+    tree = tree_root(links, joints)
+    loops = read_loops(root, links, joints)
+    platform, platform_origin, place = _platform(root, links)
+    base = _base(root, links, tree)
+    if base == platform:
+        raise RobotFileError(f"the link {base!r} is both base and platform", place.file, place.line)
+    rigid = {base: "base", platform: "platform"}
+    return RobotDescription(
+        name=name,
+        path=path,
+        urdf=to_text(root),
+        links=links,
+        joints=joints,
+        loops=loops,
+        beams=read_beams(root, links, [*joints, *loops], rigid, warnings),
+        base=base,
+        platform=platform,
+        platform_origin=platform_origin,
+        platform_place=place,
+        driven=_driven(root, joints, loops),
+        warnings=tuple(warnings),
+    )
+
+
+def _check_robot_level(root: Element) -> None:
+    """Refuse misspelled elements, which every reader would skip in silence, and those that we cannot use yet."""
+    version = root.attributes.get("version", "1.0")
+    if version.strip() not in ("1.0", "1"):
+        raise root.error(f"version={version!r} of <robot> is unknown; URDF has version 1.0")
+    known = (*ROBOT_LEVEL, "transmission", "link", "joint")
+    materials: set[str] = set()
+    for child in root.children:
+        if child.tag == "joint_stiffness":
+            raise child.error("<joint_stiffness> is not supported yet; joints are rigid along what they do not free")
+        near = difflib.get_close_matches(child.tag.lower(), known, n=1, cutoff=0.75)
+        if near and child.tag not in known and ":" not in child.tag:
+            raise child.error(f"<{child.tag}> is not an element of robot files; did you mean <{near[0]}>?")
+        if child.tag == "material":
+            material = child.attributes.get("name", "")
+            if material in materials:
+                raise child.error(f"the material {material!r} is defined twice")
+            materials.add(material)
+
+
+def _platform(root: Element, links: Mapping[str, Link]) -> tuple[str, Origin, Place]:
+    found = root.named("platform")
+    if not found:
+        raise root.error('the robot has no platform; name the moving platform with <platform link="…"/>')
+    if len(found) > 1:
+        raise found[1].error("there are two <platform>; a robot has one")
+    allow(found[0], ("link",), ("origin",))
+    return reference(found[0], "link", links, "link"), origin(found[0]), found[0].place
+
+
+def _base(root: Element, links: Mapping[str, Link], tree: str) -> str:
+    found = root.named("base")
+    if not found:
+        return tree
+    if len(found) > 1:
+        raise found[1].error("there are two <base>; a robot has one")
+    allow(found[0], ("link",))
+    return reference(found[0], "link", links, "link")
+
+
+def _driven(root: Element, joints: Mapping[str, Joint], loops: Mapping[str, Loop]) -> tuple[str, ...]:
+    """Return the joints and loops that the transmissions name."""
+    connections: list[Joint | Loop] = [*joints.values(), *loops.values()]
+    types = {item.name: item.type for item in connections}
+    driven: list[str] = []
+    for transmission in root.named("transmission"):
+        entries = transmission.named("joint")
+        if not entries:
+            raise transmission.error(f"{transmission.label} names no joint: write <joint name=…/> inside it")
+        for entry in entries:
+            name = reference(entry, "name", types, "joint")
+            if types[name] not in ONE_FREEDOM:
+                raise entry.error(
+                    f"{name!r} is {types[name]} and cannot be driven; only joints with one freedom can: "
+                    + ", ".join(ONE_FREEDOM)
+                )
+            if name in driven:
+                raise entry.error(f"{name!r} is driven by two <transmission>; name it once")
+            driven.append(name)
+    return tuple(driven)

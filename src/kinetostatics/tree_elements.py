@@ -1,0 +1,205 @@
+"""The ordinary URDF part of a robot file: links, joints, and whether they form a tree.
+
+Pinocchio ignores much of what is wrong with a URDF in silence (an incomplete ``<inertial>`` loses its mass, a link with
+two parents gives another robot) and refuses the rest without saying why, so everything is checked here.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Mapping
+
+from kinetostatics.description import Joint, Link, Loop, Place, Vector
+from kinetostatics.exceptions import RobotFileError, near_names
+from kinetostatics.xml_source import Element
+from kinetostatics.xml_values import direction, limits, not_negative, number, origin, reference, text
+
+JOINT_TYPES = ("fixed", "revolute", "continuous", "prismatic", "floating", "planar")
+#: Elements of this package, which mean something only directly inside ``<robot>``.
+ROBOT_LEVEL = ("base", "platform", "loop", "beam", "joint_stiffness")
+
+_LINK_CHILDREN = ("inertial", "visual", "collision")
+_JOINT_CHILDREN = (
+    "parent", "child", "origin", "axis", "limit", "dynamics", "mimic", "calibration", "safety_controller",
+)  # fmt: skip
+_INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+
+
+def read_links(root: Element, warnings: list[str]) -> dict[str, Link]:
+    """Read all ``<link>``."""
+    links: dict[str, Link] = {}
+    for element in root.named("link"):
+        name = unused_name(element, links, "link")
+        _check_children(element, _LINK_CHILDREN, warnings)
+        for shape in element.named("visual") + element.named("collision"):
+            origin(shape)
+        mass, center = _inertial(element)
+        links[name] = Link(name, mass, center, element.child("inertial") is not None, element.place)
+    if not links:
+        raise root.error("the robot has no links")
+    return links
+
+
+def read_joints(root: Element, links: Mapping[str, Link], warnings: list[str]) -> dict[str, Joint]:
+    """Read all ``<joint>``, the joints of the spanning tree."""
+    joints: dict[str, Joint] = {}
+    for element in root.named("joint"):
+        name = unused_name(element, joints, "joint")
+        joints[name] = _joint(name, element, links, warnings)
+    return joints
+
+
+def tree_root(links: Mapping[str, Link], joints: Mapping[str, Joint]) -> str:
+    """Return the root of the tree; raise an error if links and joints do not form one."""
+    to_parent: dict[str, Joint] = {}
+    for joint in joints.values():
+        other = to_parent.setdefault(joint.child, joint)
+        if other is not joint:
+            raise _error(
+                joint.place,
+                f"link {joint.child!r} has two parents, by the joints {other.name!r} and {joint.name!r}; "
+                "make one of them a <loop>",
+            )
+    roots = [name for name in links if name not in to_parent]
+    if len(roots) > 1:
+        place = links[roots[1]].place
+        listed = ", ".join(map(repr, roots[:6])) + (", …" if len(roots) > 6 else "")
+        raise _error(
+            place, f"the links do not hang together: {len(roots)} of them have no parent joint ({listed}); only one may"
+        )
+    cycle = _cycle(links, to_parent)
+    if cycle:
+        raise _error(
+            links[cycle[0]].place,
+            f"the joints form a cycle through the links {', '.join(map(repr, cycle))}; make one of them a <loop>",
+        )
+    return roots[0]
+
+
+def unused_name(element: Element, taken: Mapping[str, Link] | Mapping[str, Joint | Loop], kind: str) -> str:
+    """Return the element's name; raise an error if another of its kind has it."""
+    name = text(element, "name")
+    if name in taken:
+        place = taken[name].place
+        raise element.error(f"the {kind} name {name!r} is taken already, in {place.file}:{place.line}")
+    return name
+
+
+def _error(place: Place, reason: str) -> RobotFileError:
+    return RobotFileError(reason, place.file, place.line)
+
+
+def _cycle(links: Mapping[str, Link], to_parent: Mapping[str, Joint]) -> list[str]:
+    """Return the links of a cycle, or nothing if every link hangs on a root."""
+    hangs: set[str] = set()
+    for start in links:
+        path: dict[str, None] = {}  # an ordered set
+        link = start
+        while link in to_parent and link not in hangs:
+            if link in path:
+                names = list(path)
+                return names[names.index(link) :]
+            path[link] = None
+            link = to_parent[link].parent
+        hangs.update(path)
+    return []
+
+
+def _check_children(element: Element, known: tuple[str, ...], warnings: list[str]) -> None:
+    """Refuse our elements in the wrong place, and warn of what looks like a slip of the pen."""
+    for child in element.children:
+        if child.tag in ROBOT_LEVEL:
+            raise child.error(f"<{child.tag}> belongs directly inside <robot>, not inside {element.label}")
+        near = difflib.get_close_matches(child.tag.lower(), known, n=1, cutoff=0.75)
+        if child.tag not in known and near:
+            warnings.append(
+                f"{child.place.file}:{child.place.line}: <{child.tag}> in {element.label} is ignored; "
+                f"did you mean <{near[0]}>?"
+            )
+
+
+def _inertial(link: Element) -> tuple[float, Vector]:
+    """Return mass and centre of mass."""
+    inertial = link.child("inertial")
+    if inertial is None:
+        return 0.0, (0.0, 0.0, 0.0)
+    mass = not_negative(inertial.required_child("mass"), "value")
+    inertia = inertial.required_child("inertia")
+    for name in _INERTIA:
+        (not_negative if name in ("ixx", "iyy", "izz") else number)(inertia, name)
+    return mass, origin(inertial).xyz
+
+
+def _joint(name: str, element: Element, links: Mapping[str, Link], warnings: list[str]) -> Joint:
+    kind = text(element, "type")
+    if kind not in JOINT_TYPES:
+        raise element.error(
+            f"{element.label} has the type {kind!r}; {near_names(kind, JOINT_TYPES)} "
+            "(joints of other types are a <loop>, or several joints in a row)"
+        )
+    _check_children(element, _JOINT_CHILDREN, warnings)
+    for mimic in element.named("mimic"):
+        raise mimic.error("mimic joints are not supported yet; take <mimic> out and set the coordinate yourself")
+    parent = reference(element.required_child("parent"), "link", links, "link")
+    child = reference(element.required_child("child"), "link", links, "link")
+    if parent == child:
+        raise element.error(f"{element.label} joins the link {parent!r} to itself")
+    lower, upper = _tree_limits(element, kind, warnings)
+    _check_rest(element)
+    return Joint(name, kind, parent, child, origin(element), _axis(element, kind), lower, upper, element.place)
+
+
+def _axis(element: Element, kind: str) -> Vector:
+    """Return the joint's axis as a unit vector."""
+    axis, default = element.child("axis"), (1.0, 0.0, 0.0)
+    if kind in ("fixed", "floating"):  # they have none, but exporters write one, often zero
+        return default
+    result = default if axis is None else direction(axis, "xyz")
+    if kind == "planar" and math.hypot(*result[:2]) > 1e-9:
+        stated = "its axis is not z" if axis is not None else "it has no <axis>, which in URDF means x"
+        raise (axis or element).error(
+            f"{element.label} is planar and {stated}, but Pinocchio moves planar joints in the xy plane of the "
+            'joint\'s frame whatever the axis says: write <axis xyz="0 0 1"/> and turn the frame with <origin rpy>, '
+            "or use a planar <loop>"
+        )
+    return result
+
+
+def _tree_limits(element: Element, kind: str, warnings: list[str]) -> tuple[float, float]:
+    limit = element.child("limit")
+    if limit is None:
+        if kind in ("revolute", "prismatic"):
+            raise element.error(
+                f"{element.label} is {kind} and has no <limit>, which URDF wants: write <limit effort=… velocity=…>, "
+                "with lower and upper if its range is limited"
+            )
+        return -math.inf, math.inf
+    for name in ("effort", "velocity"):
+        not_negative(limit, name)
+    lower, upper = limits(limit)
+    if kind in ("revolute", "prismatic"):
+        return lower, upper
+    if kind == "continuous" and math.isfinite(lower):
+        warnings.append(
+            f"{limit.place.file}:{limit.place.line}: lower and upper of {element.label} are ignored, because it is "
+            "continuous; make it revolute if it is limited."
+        )
+    return -math.inf, math.inf
+
+
+def _check_rest(element: Element) -> None:
+    """Check what only Pinocchio's parser reads, which would refuse the whole file without saying why."""
+    dynamics, safety, calibration = (element.child(tag) for tag in ("dynamics", "safety_controller", "calibration"))
+    if dynamics is not None:
+        if not {"damping", "friction"} & set(dynamics.attributes):
+            raise dynamics.error(f"<dynamics> of {element.label} has neither damping nor friction")
+        for name in ("damping", "friction"):
+            number(dynamics, name, 0.0)
+    if safety is not None:
+        number(safety, "k_velocity")
+        for name in ("k_position", "soft_lower_limit", "soft_upper_limit"):
+            number(safety, name, 0.0)
+    if calibration is not None:
+        for name in ("rising", "falling"):
+            number(calibration, name, 0.0)
