@@ -1,1 +1,21 @@
-"""Sag, stiffness and actuator forces of parallel manipulators, straight from a URDF."""
+"""Sag, stiffness and actuator forces of parallel manipulators, straight from a URDF.
+
+See ``README.md`` for an example; the method is that of Yang, Huang, Ye and Chen, Gravity-based kinetostatic modeling of
+parallel manipulators using screw theory, Chinese Journal of Mechanical Engineering 36 (2023).
+"""
+
+from kinetostatics.configuration import Configuration, Status
+from kinetostatics.exceptions import (
+    ArgumentError,
+    AssemblyError,
+    CoordinatesError,
+    KinetostaticsError,
+    LimbEquilibriumError,
+    NotYetError,
+    RobotFileError,
+    SingularPoseError,
+    StaticsError,
+)
+from kinetostatics.robot import Robot, load_robot
+
+__version__ = "0.1.0"

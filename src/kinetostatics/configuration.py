@@ -1,0 +1,174 @@
+"""Poses: loops closed, all frames known."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.closure import Poses
+from kinetostatics.exceptions import ArgumentError, near_names
+from kinetostatics.kinematics import Frames
+from kinetostatics.orientation import Orientation, orientation_named
+
+if TYPE_CHECKING:
+    from kinetostatics.robot import Robot
+
+Array = NDArray[np.float64]
+
+
+class Status(enum.IntEnum):
+    """What became of a pose."""
+
+    OK = 0
+    #: A joint is beyond its limit or cone; all numbers are valid.
+    LIMIT_EXCEEDED = 1
+    #: The loops do not close at these coordinates; all numbers are NaN.
+    UNREACHABLE = 2
+    #: With the drives locked the platform can still move, or a limb cannot hold its own weight; all numbers are NaN.
+    SINGULAR = 3
+    #: Rigid limbs overconstrain one another: the twist is valid, undetermined forces are NaN.
+    INDETERMINATE = 4
+    #: The readable wrench basis of a limb degenerates: twist and joint wrenches are valid, its intensities are NaN.
+    BASIS_DEGENERATE = 5
+
+
+def frozen(array: Array) -> Array:
+    """Return the array, made read-only."""
+    array.setflags(write=False)
+    return array
+
+
+def batch_first(array: Array, shape: tuple[int, ...]) -> Array:
+    """Turn ``(…components, N)`` into the read-only ``(*shape, …components)`` that people expect."""
+    turned = np.moveaxis(array, -1, 0) if array.ndim > 1 else array
+    return frozen(np.ascontiguousarray(turned).reshape(shape + turned.shape[1:]))
+
+
+@dataclass(frozen=True)
+class LimitExceeded:
+    """A joint beyond its limits.
+
+    Attributes:
+        joint: its name.
+        value: (…) its coordinate, or for a cone the angle [m, rad].
+        lower, upper: the limits.
+        where: (…) bool, in which poses of a batch it is exceeded.
+    """
+
+    joint: str
+    value: Array
+    lower: float
+    upper: float
+    where: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class Configuration:
+    """A robot at one pose or a batch of poses, with closed loops. All arrays are read-only, batch axes first.
+
+    Made by :meth:`Robot.assemble` or :meth:`Robot.configuration`.
+    """
+
+    robot: Robot
+    shape: tuple[int, ...]
+    orientation: Orientation
+    poses: Poses
+    model_q: Array
+    frames: Frames
+    openings: Mapping[str, tuple[Array, Array]]
+    reached: NDArray[np.bool_]
+
+    @property
+    def q(self) -> Array:
+        """Pinocchio's coordinates (…, nq) [m, rad]."""
+        return batch_first(self.model_q, self.shape)
+
+    @cached_property
+    def residual(self) -> Array:
+        """How far the worst loop is open (…) [m or rad, the larger]."""
+        worst = np.zeros(self.model_q.shape[1])
+        for metres, radians in self.openings.values():
+            worst = np.maximum(worst, np.maximum(metres, radians))
+        return frozen(np.where(self.reached, worst, np.nan).reshape(self.shape))
+
+    def frame(self, link: str) -> Array:
+        """Return the frame of a link as (…, 4, 4) homogeneous matrices in world axes.
+
+        Raises:
+            ArgumentError: there is no such link.
+        """
+        known = self.robot.mechanism.body_of
+        if link not in known:
+            raise ArgumentError(f"no link {link!r}: {near_names(link, known)}")
+        body, placement = known[link]
+        return self._homogeneous(body, placement)
+
+    @property
+    def platform_frame(self) -> Array:
+        """The frame o-xyz (…, 4, 4) in world axes."""
+        return self._homogeneous(*self.robot.mechanism.platform_frame)
+
+    def _homogeneous(self, body: int, placement: Array) -> Array:
+        R, p = self.frames.rotation[:, :, body], self.frames.position[:, body]
+        result = np.zeros((4, 4, R.shape[2]))
+        result[:3, :3] = np.einsum("ijn,jk->ikn", R, placement[:3, :3])
+        result[:3, 3] = p + np.einsum("ijn,j->in", R, placement[:3, 3])
+        result[3, 3] = 1
+        return batch_first(np.where(self.reached, result, np.nan), self.shape)
+
+    def platform_coordinates(self, orientation: str | None = None) -> dict[str, Array]:
+        """Return x, y, z of o [m] and its three orientation coordinates [rad], each (…).
+
+        Args:
+            orientation: as in :meth:`Robot.assemble`; None: the convention with which the pose was assembled.
+        """
+        convention = self.orientation if orientation is None else orientation_named(orientation)
+        R, position = self.robot.solver.platform_pose(self.frames)
+        rows = [*position, *convention.coordinates(R)]
+        names = ("x", "y", "z", *convention.names)
+        return {
+            name: frozen(np.where(self.reached, row, np.nan).reshape(self.shape))
+            for name, row in zip(names, rows, strict=True)
+        }
+
+    @cached_property
+    def platform(self) -> Mapping[str, Array]:
+        """All six platform coordinates, in the convention with which the pose was assembled."""
+        return MappingProxyType(self.platform_coordinates())
+
+    @cached_property
+    def actuators(self) -> Mapping[str, Array]:
+        """The coordinate (…) of every driven joint [m, rad]."""
+        coordinates = self.robot.joint_coordinates(self.model_q, self.frames)
+        driven = self.robot.description.driven
+        return MappingProxyType({name: frozen(coordinates[name].reshape(self.shape)) for name in driven})
+
+    @cached_property
+    def limits_exceeded(self) -> tuple[LimitExceeded, ...]:
+        """The joints beyond their limits or cones, in at least one pose."""
+        found = []
+        for name, value, lower, upper in self.robot.limited(self.model_q, self.frames):
+            slack = 1e-9 * max(1.0, abs(lower) if np.isfinite(lower) else 0.0, abs(upper) if np.isfinite(upper) else 0.0)
+            where = self.reached & ((value < lower - slack) | (value > upper + slack))
+            if np.any(where):
+                found.append(
+                    LimitExceeded(name, frozen(value.reshape(self.shape)), lower, upper, where.reshape(self.shape))
+                )
+        return tuple(found)
+
+    @cached_property
+    def status(self) -> NDArray[np.int8]:
+        """:class:`Status` of every pose (…): OK, LIMIT_EXCEEDED or UNREACHABLE."""
+        status = np.where(self.reached, Status.OK, Status.UNREACHABLE).astype(np.int8).reshape(self.shape)
+        for item in self.limits_exceeded:
+            status = np.where(item.where & (status == Status.OK), Status.LIMIT_EXCEEDED, status).astype(np.int8)
+        status = np.asarray(status)
+        status.setflags(write=False)
+        return status

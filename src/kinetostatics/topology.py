@@ -1,0 +1,614 @@
+"""From links and joints to limbs: the graph of rigid pieces, joints and beams, cut at base and platform.
+
+A *node* is a piece that moves as a rigid body: a link without beams, or one end of a beam's link. Joints, loops and beams are
+the *edges* between nodes. With base and platform removed, every connected component that touches both is a limb; one that
+touches only one of them is dead weight on it (``method.md`` section 2). No name and no cut of the file plays a part.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.description import Beam, BeamEnd
+from kinetostatics.exceptions import NotYetError, RobotFileError
+from kinetostatics.mechanism import Connection, Mechanism
+
+Array = NDArray[np.float64]
+
+#: Two points of one link that are closer than this [m] are the same point of the file.
+SAME_POINT = 1e-6
+
+
+@dataclass(frozen=True)
+class BeamSpan:
+    """A beam between two points of the robot.
+
+    Attributes:
+        beam: its description.
+        start_body, start: body and point (3,) in it of the end towards the base.
+        end_body, end: the same of the end towards the platform.
+        carrier: the body that carries the beam's weight.
+        spanned: names of the prismatic joints inside a telescopic beam, from start to end.
+    """
+
+    beam: Beam
+    start_body: int
+    start: Array
+    end_body: int
+    end: Array
+    carrier: int
+    spanned: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Edge:
+    """A joint or a beam as it lies on the way out from the base (or, on a dead branch, from what it hangs on).
+
+    Attributes:
+        joint: name of the joint or loop, or None for a beam.
+        beam: name of the beam, or None for a joint.
+        sign: +1 if the joint's predecessor is its inboard side, else −1.
+        outboard: names of the weights outboard of it; for a beam, of its outer end. Weights are named after their link or,
+            for distributed ones, ``beam:`` and the beam.
+    """
+
+    joint: str | None
+    beam: str | None
+    sign: int
+    outboard: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Limb:
+    """A serial limb: the edges from base to platform in turn, and what hangs on it.
+
+    Attributes:
+        name: ``limb_1``, …
+        links: its links, in the order of the file.
+        path: joints and beams from base to platform. The joints inside a telescopic beam stand next to it.
+        branches: joints and beams of dead branches on the limb.
+        weights: names of its weights.
+        weight_between: whether a weight lies directly outboard of the path's k-th edge, before the next.
+    """
+
+    name: str
+    links: tuple[str, ...]
+    path: tuple[Edge, ...]
+    branches: tuple[Edge, ...]
+    weights: tuple[str, ...]
+    weight_between: tuple[bool, ...]
+
+
+@dataclass(frozen=True)
+class DeadWeight:
+    """What hangs on the base or on the platform alone, the rigid links of base or platform included."""
+
+    links: tuple[str, ...]
+    edges: tuple[Edge, ...]
+    weights: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Topology:
+    """The robot's limbs, beams and dead weights."""
+
+    limbs: tuple[Limb, ...]
+    base: DeadWeight
+    platform: DeadWeight
+    beams: dict[str, BeamSpan]
+    warnings: tuple[str, ...]
+
+
+@dataclass(eq=False)
+class _Node:
+    """A rigid piece; ``point`` tells the nodes of one beam link apart."""
+
+    link: str
+    point: Array | None = None
+    weights: list[str] = field(default_factory=list)
+    merged: _Node | None = None
+
+    def find(self) -> _Node:
+        node = self
+        while node.merged is not None:
+            node = node.merged
+        return node
+
+
+@dataclass(eq=False)
+class _GraphEdge:
+    inner: _Node
+    outer: _Node
+    connection: Connection | None = None
+    beam: BeamSpan | None = None
+
+    def other(self, node: _Node) -> _Node:
+        return self.outer.find() if self.inner.find() is node else self.inner.find()
+
+
+def analyze_topology(mechanism: Mechanism) -> Topology:
+    """Find limbs, beams and dead weights.
+
+    Raises:
+        RobotFileError: a beam's ends or what is attached along it make no sense.
+        NotYetError: a limb branches or contains a closed chain.
+    """
+    return _Builder(mechanism).build()
+
+
+class _Builder:
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        self.description = mechanism.description
+        self.warnings: list[str] = []
+        self.beams_of: dict[str, list[Beam]] = {}
+        for beam in self.description.beams.values():
+            self.beams_of.setdefault(beam.link, []).append(beam)
+        self.nodes: dict[str, list[_Node]] = {}
+        self.edges: list[_GraphEdge] = []
+        self.misplaced: list[tuple[_GraphEdge, Connection, str]] = []
+
+    # ---- beams ------------------------------------------------------------------------------------------------------
+
+    def _error(self, beam: Beam, reason: str) -> RobotFileError:
+        return RobotFileError(f"<beam {beam.name!r}>: {reason}", beam.place.file, beam.place.line)
+
+    def _rigid_with(self, link: str) -> set[str]:
+        """Return the links rigidly joined to ``link`` by fixed joints, stopping at links that carry beams."""
+        found, queue = {link}, deque([link])
+        while queue:
+            for connection in self.mechanism.at_link[queue.popleft()]:
+                if connection.kind == "fixed":
+                    for other in (connection.predecessor, connection.successor):
+                        if other not in found and other not in self.beams_of:
+                            found.add(other)
+                            queue.append(other)
+        return found
+
+    def _reaches(self, link: str, connection: Connection, target: set[str], barred: set[str]) -> bool:
+        """Whether walking out of ``link`` through ``connection`` leads to ``target`` without crossing ``barred``."""
+        first = connection.other(link)
+        seen, queue = {link, first}, deque([first])
+        while queue:
+            here = queue.popleft()
+            if here in target:
+                return True
+            if here in barred:
+                continue
+            for item in self.mechanism.at_link[here]:
+                for other in (item.predecessor, item.successor):
+                    if other not in seen:
+                        seen.add(other)
+                        queue.append(other)
+        return False
+
+    def _default_end(self, beam: Beam, towards_base: bool) -> BeamEnd:
+        target, barred = (self.base_links, self.platform_links)
+        if not towards_base:
+            target, barred = barred, target
+        found = [
+            connection.name
+            for connection in self.mechanism.at_link[beam.link]
+            if self._reaches(beam.link, connection, target, barred)
+        ]
+        attribute, where = ("from", "base") if towards_base else ("to", "platform")
+        if len(found) != 1:
+            which = "no joint leads" if not found else f"the joints {', '.join(found)} lead"
+            raise self._error(
+                beam, f"{which} from link {beam.link!r} towards the {where}; say which joint is meant by {attribute}=\"…\""
+            )
+        return BeamEnd(found[0])
+
+    def _link_path(self, start: str, goal: Callable[[str], bool], kinds: Iterable[str] | None) -> list[Connection] | None:
+        """Return the connections from link ``start`` to the nearest link that satisfies ``goal``."""
+        before: dict[str, tuple[str, Connection] | None] = {start: None}
+        queue = deque([start])
+        while queue:
+            here = queue.popleft()
+            if goal(here):
+                path: list[Connection] = []
+                step = before[here]
+                while step is not None:
+                    path.append(step[1])
+                    step = before[step[0]]
+                return path[::-1]
+            for connection in self.mechanism.at_link[here]:
+                other = connection.other(here)
+                if other not in before and (kinds is None or connection.kind in kinds):
+                    before[other] = (here, connection)
+                    queue.append(other)
+        return None
+
+    def _locate(self, beam: Beam, end: BeamEnd) -> tuple[str, list[Connection]]:
+        """Return the link in which a beam's end is fixed, and the connections from the beam's link to it."""
+        joint = self.mechanism.connections[end.joint]
+        adjacent = beam.link in (joint.predecessor, joint.successor)
+        sliding = joint.kind in ("prismatic", "cylindrical", "planar", "floating")
+        if end.side is not None and (sliding or not adjacent):
+            wanted = joint.predecessor if end.side == "parent" else joint.successor
+            goal: Callable[[str], bool] = wanted.__eq__
+        elif adjacent:
+            return beam.link, []
+        else:
+            goal = lambda link: link in (joint.predecessor, joint.successor)  # noqa: E731
+        path = self._link_path(beam.link, goal, ("prismatic", "fixed"))
+        if path is None:
+            crossing = self._link_path(beam.link, goal, None) or []
+            names = [item.name for item in crossing if item.kind not in ("prismatic", "fixed")]
+            raise self._error(
+                beam,
+                f"its span to {end.joint!r} crosses the moving joint {', '.join(map(repr, names)) or '?'}; a beam may "
+                "only cross prismatic joints, along whose axes it telescopes",
+            )
+        link = beam.link
+        for item in path:
+            link = item.other(link)
+        return link, path
+
+    def _span(self, beam: Beam) -> BeamSpan:
+        start = beam.start or self._default_end(beam, True)
+        end = beam.end or self._default_end(beam, False)
+        for item in (start, end):
+            if self.mechanism.connections[item.joint].kind == "floating" and item.side is None:
+                raise self._error(beam, f"{item.joint!r} is floating: write {item.joint}:parent or {item.joint}:child")
+        start_link, inward = self._locate(beam, start)
+        end_link, outward = self._locate(beam, end)
+        spanned = [item for item in [*inward[::-1], *outward] if item.kind == "prismatic"]
+        connections = self.mechanism.connections
+        start_point = connections[start.joint].centre_on(start_link)
+        end_point = connections[end.joint].centre_on(end_link)
+        if not spanned and float(np.linalg.norm(end_point - start_point)) < SAME_POINT:
+            raise self._error(beam, f"its ends {start.joint!r} and {end.joint!r} are the same point: its length is zero")
+        if not spanned and beam.y_axis is not None:
+            self._check_y_axis(beam, end_point - start_point)
+        carrier = self.mechanism.body_of[beam.link][0]
+        span = BeamSpan(
+            beam, self._body(start_link), start_point, self._body(end_link), end_point, carrier,
+            tuple(item.name for item in spanned),
+        )  # fmt: skip
+        self._ends[beam.name] = (start_link, end_link, inward, outward)
+        return span
+
+    def _check_y_axis(self, beam: Beam, direction: Array) -> None:
+        placement = self.mechanism.body_of[beam.link][1]
+        across = np.cross(placement[:3, :3] @ np.array(beam.y_axis), direction)
+        if float(np.linalg.norm(across)) < 1e-6 * float(np.linalg.norm(direction)) * float(np.linalg.norm(beam.y_axis)):
+            raise self._error(beam, "its y_axis is parallel to the beam; give a direction across it")
+
+    def _body(self, link: str) -> int:
+        return self.mechanism.body_of[link][0]
+
+    # ---- nodes and edges --------------------------------------------------------------------------------------------
+
+    def _node_at(self, link: str, point: Array) -> _Node | None:
+        """Return the node of a link at a point, None if the link has beams and none of them ends there."""
+        nodes = self.nodes[link]
+        if nodes[0].point is None:
+            return nodes[0].find()
+        for node in nodes:
+            if node.point is not None and float(np.linalg.norm(node.point - point)) < SAME_POINT:
+                return node.find()
+        return None
+
+    def _make_nodes(self) -> None:
+        for link, data in self.description.links.items():
+            if link not in self.beams_of:
+                self.nodes[link] = [_Node(link, weights=[link] if data.mass > 0 else [])]
+                continue
+            self.nodes[link] = []
+            for beam in self.beams_of[link]:
+                span, (start_link, end_link, _, _) = self.spans[beam.name], self._ends[beam.name]
+                for owner, point in ((start_link, span.start), (end_link, span.end)):
+                    if owner == link and (not self.nodes[link] or self._node_at(link, point) is None):
+                        self.nodes[link].append(_Node(link, point))
+            if not self.nodes[link]:
+                self.nodes[link] = [_Node(link)]
+
+    def _make_edges(self) -> None:
+        inside: set[str] = set()
+        for beam in self.description.beams.values():
+            span, (start_link, end_link, inward, outward) = self.spans[beam.name], self._ends[beam.name]
+            start, end = self._node_at(start_link, span.start), self._node_at(end_link, span.end)
+            if start is None or end is None:
+                raise self._error(beam, "it ends in the middle of another beam; split that beam with a fixed joint")
+            if start is end:
+                raise self._error(beam, "its two ends are fixed to the same rigid piece")
+            inside.update(item.name for item in [*inward, *outward])
+            for path, node in ((inward, start), (outward, end)):
+                link = beam.link
+                for item in path[:-1]:  # links in mid-span go with the end on their side
+                    link = item.other(link)
+                    for other in self.nodes[link]:
+                        if other.find() is not node.find():
+                            other.find().merged = node.find()
+            if self.nodes[beam.link][0].point is None and self.nodes[beam.link][0].find() not in (start, end):
+                self.nodes[beam.link][0].find().merged = start.find()
+            self.edges.append(_GraphEdge(start, end, beam=span))
+        for connection in self.mechanism.connections.values():
+            if connection.name in inside:
+                continue
+            ends: list[_Node] = []
+            missing: list[str] = []
+            for link in (connection.predecessor, connection.successor):
+                node = self._node_at(link, connection.centre_on(link))
+                if node is None:
+                    missing.append(link)
+                    node = self._nearest_node(link, connection.centre_on(link))
+                ends.append(node)
+            edge = _GraphEdge(ends[0], ends[1], connection=connection)
+            self.edges.append(edge)
+            self.misplaced.extend((edge, connection, link) for link in missing)
+
+    def _nearest_node(self, link: str, point: Array) -> _Node:
+        def distance(node: _Node) -> float:
+            return float(np.linalg.norm(point - node.point)) if node.point is not None else 0.0
+
+        return min(self.nodes[link], key=distance).find()
+
+    # ---- components -------------------------------------------------------------------------------------------------
+
+    def build(self) -> Topology:
+        description = self.description
+        for role, link in (("base", description.base), ("platform", description.platform)):
+            if link in self.beams_of:
+                place = self.beams_of[link][0].place
+                raise RobotFileError(
+                    f"the {role} link {link!r} is rigid and cannot carry a beam; give the beam a link of its own and join "
+                    "it by a fixed joint", place.file, place.line,
+                )  # fmt: skip
+        self.base_links = self._rigid_with(description.base)
+        self.platform_links = self._rigid_with(description.platform)
+        if self.base_links & self.platform_links:
+            place = description.platform_place
+            raise RobotFileError(
+                f"the platform {description.platform!r} is rigidly fixed to the base {description.base!r}", place.file, place.line
+            )
+        self._ends: dict[str, tuple[str, str, list[Connection], list[Connection]]] = {}
+        self.spans = {name: self._span(beam) for name, beam in description.beams.items()}
+        self._check_masses()
+        self._make_nodes()
+        self._make_edges()
+        base, platform = self._merge(self.base_links), self._merge(self.platform_links)
+        at: dict[_Node, list[_GraphEdge]] = {}
+        direct: list[_GraphEdge] = []
+        for edge in self.edges:
+            inner, outer = edge.inner.find(), edge.outer.find()
+            if inner is outer:
+                continue
+            if {inner, outer} == {base, platform}:
+                direct.append(edge)
+                continue
+            at.setdefault(inner, []).append(edge)
+            at.setdefault(outer, []).append(edge)
+        limbs: list[tuple[int, Limb]] = []
+        dead: dict[_Node, list[Edge]] = {base: [], platform: []}
+        dead_nodes: dict[_Node, list[_Node]] = {base: [], platform: []}
+        seen: set[_Node] = {base, platform}
+        everyone = [node.find() for nodes in self.nodes.values() for node in nodes]
+        for node in everyone:
+            if node in seen:
+                continue
+            component, edges = self._component(node, at, {base, platform})
+            seen.update(component)
+            roots = [(edge, end) for edge in edges for end in (base, platform) if end in (edge.inner.find(), edge.outer.find())]
+            to_base = [edge for edge, end in roots if end is base]
+            to_platform = [edge for edge, end in roots if end is platform]
+            names = self._link_names(component, edges)
+            if len(edges) - len(roots) != len(component) - 1 or len(to_base) > 1 or len(to_platform) > 1:
+                raise NotYetError(
+                    f"the links {', '.join(names)} form a hybrid limb (a closed sub-chain, or several joints to base or "
+                    "platform); only serial limbs can be analysed so far", names,
+                )  # fmt: skip
+            if to_base and to_platform:
+                limbs.append(self._limb(names, base, platform, to_base[0], at, component))
+            else:
+                root = base if to_base else platform
+                self._grow(root, (to_base or to_platform)[0], at, dead[root])
+                dead_nodes[root].extend(component)
+        limbs.sort(key=lambda pair: pair[0])
+        for edge in direct:
+            names = self._link_names([], [edge])
+            limbs.append((len(self.nodes), self._limb(names, base, platform, edge, at, [])))
+        self._check_misplaced([limb for _, limb in limbs], dead)
+        numbered = tuple(
+            Limb(f"limb_{k}", limb.links, limb.path, limb.branches, limb.weights, limb.weight_between)
+            for k, (_, limb) in enumerate(limbs, 1)
+        )
+        return Topology(
+            numbered,
+            self._dead_weight(base, dead[base], dead_nodes[base]),
+            self._dead_weight(platform, dead[platform], dead_nodes[platform]),
+            self.spans,
+            tuple(self.warnings),
+        )
+
+    def _check_masses(self) -> None:
+        for link, beams in self.beams_of.items():
+            given = [beam.density is not None for beam in beams]
+            if any(given) and not all(given):
+                bare = beams[given.index(False)]
+                raise self._error(
+                    bare, f"another beam of link {link!r} has a density, which replaces the link's <inertial>; give this "
+                    "one a density too (0 for a massless beam)"
+                )  # fmt: skip
+            data = self.description.links[link]
+            if not any(given) and data.mass > 0 and len(beams) == 1 and not self.spans[beams[0].name].spanned:
+                span = self.spans[beams[0].name]
+                placement = self.mechanism.body_of[link][1]
+                centre = placement[:3, :3] @ np.array(data.center_of_mass) + placement[:3, 3]
+                gap = float(np.linalg.norm(centre - (span.start + span.end) / 2))
+                if gap > 1e-3 * float(np.linalg.norm(span.end - span.start)):
+                    place = beams[0].place
+                    self.warnings.append(
+                        f"{place.file}:{place.line}: the centre of mass of link {link!r} lies {gap:.4g} m from the middle of "
+                        f"its beam {beams[0].name!r}, along which the mass is spread evenly"
+                    )
+
+    def _merge(self, links: set[str]) -> _Node:
+        nodes = [self.nodes[link][0].find() for link in self.description.links if link in links]
+        for node in nodes[1:]:
+            if node is not nodes[0]:
+                node.merged = nodes[0]
+        return nodes[0]
+
+    def _component(
+        self, start: _Node, at: dict[_Node, list[_GraphEdge]], stops: set[_Node]
+    ) -> tuple[list[_Node], list[_GraphEdge]]:
+        nodes, edges, queue = [start], [], deque([start])
+        while queue:
+            node = queue.popleft()
+            for edge in at.get(node, []):
+                if edge not in edges:
+                    edges.append(edge)
+                other = edge.other(node)
+                if other not in nodes and other not in stops:
+                    nodes.append(other)
+                    queue.append(other)
+        return nodes, edges
+
+    def _link_names(self, nodes: list[_Node], edges: list[_GraphEdge]) -> tuple[str, ...]:
+        found = {link for link, own in self.nodes.items() if any(node.find() in nodes for node in own)}
+        found.update(edge.beam.beam.link for edge in edges if edge.beam is not None)
+        return tuple(link for link in self.description.links if link in found)
+
+    def _weights_of(self, node: _Node) -> list[str]:
+        return [name for own in self.nodes.values() for item in own if item.find() is node for name in item.weights]
+
+    def _grow(
+        self, inner: _Node, edge: _GraphEdge, at: dict[_Node, list[_GraphEdge]], out: list[Edge], stop: _Node | None = None
+    ) -> list[str]:
+        """Append the directed edges of the subtree beyond ``edge``, and return the names of its weights."""
+        outer = edge.other(inner)
+        below: list[str] = []
+        position = len(out)
+        if outer is not stop:
+            below.extend(self._weights_of(outer))
+            for item in at.get(outer, []):
+                if item is not edge:
+                    below.extend(self._grow(outer, item, at, out, stop))
+        out[position:position] = self._directed(inner, edge, below)
+        if edge.beam is not None:
+            below.append(f"beam:{edge.beam.beam.name}")
+        return below
+
+    def _directed(self, inner: _Node, edge: _GraphEdge, below: list[str]) -> list[Edge]:
+        """Return an edge, and the joints inside a telescopic beam, as seen on the way out from ``inner``."""
+        forward = edge.inner.find() is inner
+        if edge.connection is not None:
+            return [Edge(edge.connection.name, None, 1 if forward else -1, tuple(below))]
+        assert edge.beam is not None
+        name = edge.beam.beam.name
+        if not forward:
+            place = edge.beam.beam.place
+            self.warnings.append(
+                f"{place.file}:{place.line}: beam {name!r} runs from its end towards the platform to the one towards the base; "
+                "from= should name the joint towards the base"
+            )
+            span = edge.beam
+            self.spans[name] = BeamSpan(
+                span.beam, span.end_body, span.end, span.start_body, span.start, span.carrier, span.spanned[::-1]
+            )
+        _, _, inward, outward = self._ends[name]
+        chain = [*inward[::-1], *outward] if forward else [*outward[::-1], *inward]
+        before_carrier = len(inward) if forward else len(outward)
+        start_link = self._ends[name][0] if forward else self._ends[name][1]
+        joints: list[Edge] = []
+        link = start_link
+        for number, item in enumerate(chain):
+            sign = 1 if item.predecessor == link else -1
+            link = item.other(link)
+            weights = [*below, f"beam:{name}"] if number < before_carrier else list(below)
+            joints.append(Edge(item.name, None, sign, tuple(weights)))
+        beam = Edge(None, name, 1, tuple(below))
+        return [*joints[:before_carrier], beam, *joints[before_carrier:]]
+
+    def _limb(
+        self,
+        names: tuple[str, ...],
+        base: _Node,
+        platform: _Node,
+        first: _GraphEdge,
+        at: dict[_Node, list[_GraphEdge]],
+        component: list[_Node],
+    ) -> tuple[int, Limb]:
+        everything: list[Edge] = []
+        weights = self._grow(base, first, at, everything, stop=platform)
+        steps = self._path(base, platform, first, at)
+        path: list[Edge] = []
+        between: list[bool] = []
+        by_name = {(edge.joint, edge.beam): edge for edge in everything}
+        on_path: set[tuple[str | None, str | None]] = set()
+        node = base
+        for step in steps:
+            directed = self._names_of(node, step)
+            node = step.other(node)
+            hanging = node is not platform and (
+                bool(self._weights_of(node)) or any(item not in steps for item in at.get(node, []))
+            )
+            path.extend(by_name[key] for key in directed)
+            between.extend([False] * (len(directed) - 1) + [hanging])
+            on_path.update(directed)
+        branches = tuple(edge for edge in everything if (edge.joint, edge.beam) not in on_path)
+        order = list(self.description.links)
+        rank = min((order.index(name) for name in names), default=len(order))
+        return rank, Limb("", names, tuple(path), branches, tuple(weights), tuple(between))
+
+    def _names_of(self, inner: _Node, edge: _GraphEdge) -> list[tuple[str | None, str | None]]:
+        if edge.connection is not None:
+            return [(edge.connection.name, None)]
+        assert edge.beam is not None
+        name = edge.beam.beam.name
+        _, _, inward, outward = self._ends[name]
+        forward = edge.inner.find() is inner
+        before, after = (inward[::-1], outward) if forward else (outward[::-1], inward)
+        return [*((item.name, None) for item in before), (None, name), *((item.name, None) for item in after)]
+
+    def _path(
+        self, base: _Node, platform: _Node, first: _GraphEdge, at: dict[_Node, list[_GraphEdge]]
+    ) -> list[_GraphEdge]:
+        start = first.other(base)
+        before: dict[_Node, tuple[_Node, _GraphEdge]] = {start: (base, first)}
+        queue = deque([start])
+        while queue:
+            node = queue.popleft()
+            if node is platform:
+                break
+            for edge in at.get(node, []):
+                other = edge.other(node)
+                if other not in before and other is not base:
+                    before[other] = (node, edge)
+                    queue.append(other)
+        steps: list[_GraphEdge] = []
+        node = platform
+        while node is not base:
+            node, edge = before[node]
+            steps.append(edge)
+        return steps[::-1]
+
+    def _check_misplaced(self, limbs: list[Limb], dead: dict[_Node, list[Edge]]) -> None:
+        """Refuse what carries load somewhere along a beam instead of at its end."""
+        on_path = {edge.joint for limb in limbs for edge in limb.path}
+        loaded = {edge.joint: edge.outboard for limb in limbs for edge in limb.branches}
+        loaded.update({edge.joint: edge.outboard for edges in dead.values() for edge in edges})
+        for _, connection, link in self.misplaced:
+            if connection.name in on_path or loaded.get(connection.name):
+                beams = ", ".join(repr(beam.name) for beam in self.beams_of[link])
+                place = connection.place
+                raise RobotFileError(
+                    f"joint {connection.name!r} carries load at a point of link {link!r} that is not an end of its beam "
+                    f"({beams}); split the beam there with a fixed joint, or let it end there",
+                    place.file, place.line,
+                )  # fmt: skip
+
+    def _dead_weight(self, root: _Node, edges: list[Edge], nodes: list[_Node]) -> DeadWeight:
+        weights = self._weights_of(root) + [name for node in nodes for name in self._weights_of(node)]
+        weights += [f"beam:{edge.beam}" for edge in edges if edge.beam]
+        links = tuple(
+            link for link, own in self.nodes.items() if any(node.find() in (root, *nodes) for node in own)
+        )
+        return DeadWeight(links, tuple(edges), tuple(weights))
