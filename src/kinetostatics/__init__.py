@@ -5,6 +5,7 @@ parallel manipulators using screw theory, Chinese Journal of Mechanical Engineer
 """
 
 from kinetostatics.configuration import Configuration, Status
+from kinetostatics.equilibrium import analyze
 from kinetostatics.exceptions import (
     ArgumentError,
     AssemblyError,
@@ -16,6 +17,27 @@ from kinetostatics.exceptions import (
     SingularPoseError,
     StaticsError,
 )
+from kinetostatics.result import BeamResult, LimbResult, Result
 from kinetostatics.robot import Robot, load_robot
 
 __version__ = "0.1.0"
+
+__all__ = [
+    "ArgumentError",
+    "AssemblyError",
+    "BeamResult",
+    "Configuration",
+    "CoordinatesError",
+    "KinetostaticsError",
+    "LimbEquilibriumError",
+    "LimbResult",
+    "NotYetError",
+    "Result",
+    "Robot",
+    "RobotFileError",
+    "SingularPoseError",
+    "StaticsError",
+    "Status",
+    "analyze",
+    "load_robot",
+]

@@ -17,7 +17,7 @@ from kinetostatics.exceptions import ArgumentError, LimbEquilibriumError, Singul
 from kinetostatics.kinematics import Frames
 from kinetostatics.limbs import LimbStatics
 from kinetostatics.linalg import Cholesky, cross
-from kinetostatics.screws import describe_twist, move_wrench
+from kinetostatics.screws import describe_twist
 
 if TYPE_CHECKING:
     from kinetostatics.result import Result
@@ -339,17 +339,3 @@ def free_twists(robot: Robot, solution: Solution, pose: int) -> Array:
     values = np.concatenate([values, np.zeros(6 - len(values))])[:6] if len(values) < 6 else values
     kept = values > 1e-5 * max(float(values[0]), 1e-300)
     return np.asarray(U[:, ~kept] * scale)
-
-
-def joint_wrench(statics: LimbStatics, position: int, total: Array, outboard: Array, centre: Array) -> Array:
-    """Return what the base side of a joint puts on the platform side (6, N), about the joint's ``centre`` (3, N) from o.
-
-    Args:
-        statics: the limb's group.
-        position: of the limb in its group.
-        total: (6, g, N) what the platform puts on the limbs, J_ic W_ic + J_ig W_ig.
-        outboard: (6, N) weights outboard of the joint.
-        centre: of the joint.
-    """
-    del statics
-    return -move_wrench(total[:, position] + outboard, centre)

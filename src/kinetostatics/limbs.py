@@ -283,6 +283,48 @@ def _freedoms(connection: Connection, sign: int) -> tuple[Freedom, ...]:
     return tuple(found if sign > 0 else found[::-1])
 
 
+class Branch:
+    """A passive joint of a dead branch: it has to be in equilibrium as it stands.
+
+    Attributes:
+        owner: the limb on which the branch hangs, or ``base`` or ``platform``.
+        joint: its name.
+        outboard: (W,) which weights it carries.
+        scale: (k,) what makes its powers comparable: 1 for a translation, the characteristic length for a rotation.
+    """
+
+    def __init__(self, robot: Robot, owner: str, edge: Edge) -> None:
+        connection = robot.mechanism.connections[str(edge.joint)]
+        self.owner, self.joint = owner, connection.name
+        self.outboard = np.array([name in edge.outboard for name in robot.weights.names], dtype=float)
+        self._freedoms = _freedoms(connection, edge.sign)
+        self.scale = np.array([robot.length if f.rotates else 1.0 for f in self._freedoms])
+
+    def twists(self, frames: Frames, o: Array) -> Array:
+        """Return the unit twists (6, k, N) of its freedoms about o."""
+        columns = []
+        for f in self._freedoms:
+            axis = frames.directions(np.array([f.body]), f.axis[:, None])[:, 0] * f.sign
+            arm = frames.points(np.array([f.centre_body]), f.centre[:, None])[:, 0] - o
+            columns.append(rotation_twist(axis, arm) if f.rotates else translation_twist(axis))
+        return np.stack(columns, axis=1)
+
+
+def dead_joints(robot: Robot) -> tuple[Branch, ...]:
+    """Return the passive joints of all dead branches."""
+    topology = robot.topology
+    parts = [(limb.name, limb.branches) for limb in topology.limbs]
+    parts += [("base", topology.base.edges), ("platform", topology.platform.edges)]
+    found = []
+    for owner, edges in parts:
+        for edge in edges:
+            if edge.joint is not None:
+                connection = robot.mechanism.connections[edge.joint]
+                if connection.kind != "fixed" and not connection.driven:
+                    found.append(Branch(robot, owner, edge))
+    return tuple(found)
+
+
 # ---- readable wrenches ---------------------------------------------------------------------------------------------------
 
 
@@ -345,6 +387,7 @@ class LimbGroup:
         labels, attached_labels: names of the columns of J_ic and J_ig, for each limb.
         passive: which freedoms are passive.
         platform_joint: which freedoms belong to the platform joint.
+        freedoms_before_beam: for each beam on the path, how many freedoms lie on its base side.
     """
 
     def __init__(self, robot: Robot, numbers: Sequence[int], bases: Sequence[Basis] = ()) -> None:
@@ -376,6 +419,11 @@ class LimbGroup:
         self._beam_end = np.array([[s.end for s in row] for row in spans]).reshape(g, b, 3).transpose(2, 1, 0).reshape(3, -1)
         self._beam_axes = np.array([[m.axes for m in row] for row in self.beams]).reshape(g, b, 3, 3).transpose(2, 3, 1, 0).reshape(3, 3, -1)
         self.compliances = np.array([[m.compliances for m in row] for row in self.beams]).reshape(g, b, 6).transpose(2, 1, 0)[..., None]
+        self.freedoms_before_beam = tuple(
+            sum(len(unit.freedoms) for unit in first if unit.edge < position)
+            for position, edge in enumerate(self.limbs[0].path)
+            if edge.beam
+        )
         self.platform_joint = self._platform_joint()
         self._y_choice = self._choose_y()
         self._outboard_of_freedom = self._outboard(
@@ -397,7 +445,7 @@ class LimbGroup:
         """What limbs must have in common to be stacked."""
         return (
             tuple((unit.kind, unit.passive, tuple(f.rotates for f in unit.freedoms)) for unit in self.units[0]),
-            len(self.beams[0]),
+            self.freedoms_before_beam,
             tuple(self.platform_joint.tolist()),
             self._y_choice,
         )

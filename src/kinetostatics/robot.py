@@ -16,7 +16,7 @@ from kinetostatics.configuration import Configuration
 from kinetostatics.description import RobotDescription
 from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, near_names
 from kinetostatics.kinematics import Frames
-from kinetostatics.limbs import BeamModel, LimbGroup, make_beam_models, make_limb_groups
+from kinetostatics.limbs import BeamModel, Branch, LimbGroup, dead_joints, make_beam_models, make_limb_groups
 from kinetostatics.linalg import dot
 from kinetostatics.mechanism import Mechanism
 from kinetostatics.orientation import orientation_named
@@ -236,6 +236,23 @@ class Robot:
     def weights(self) -> Weights:
         """Everything that weighs something."""
         return Weights(self)
+
+    @cached_property
+    def branches(self) -> tuple[Branch, ...]:
+        """The passive joints of all dead branches."""
+        return dead_joints(self)
+
+    def passive_joints(self, owner: str) -> list[str]:
+        """Return the passive joints of a limb, or of what hangs on ``base`` or ``platform``."""
+        names = [item.joint for item in self.branches if item.owner == owner]
+        for limb in self.topology.limbs:
+            if limb.name == owner:
+                for edge in limb.path:
+                    if edge.joint is not None:
+                        connection = self.mechanism.connections[edge.joint]
+                        if connection.kind != "fixed" and not connection.driven:
+                            names.append(edge.joint)
+        return names
 
     @cached_property
     def limb_groups(self) -> tuple[LimbGroup, ...]:

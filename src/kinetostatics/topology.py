@@ -55,12 +55,19 @@ class Edge:
         sign: +1 if the joint's predecessor is its inboard side, else −1.
         outboard: names of the weights outboard of it; for a beam, of its outer end. Weights are named after their link or,
             for distributed ones, ``beam:`` and the beam.
+        parent: ``key`` of the edge on its inboard side, None if that is the base (of dead weight on the platform: the platform).
     """
 
     joint: str | None
     beam: str | None
     sign: int
     outboard: tuple[str, ...]
+    parent: str | None
+
+    @property
+    def key(self) -> str:
+        """The joint's name, or ``beam:`` and the beam's."""
+        return self.joint if self.joint is not None else f"beam:{self.beam}"
 
 
 @dataclass(frozen=True)
@@ -95,12 +102,16 @@ class DeadWeight:
 
 @dataclass(frozen=True)
 class Topology:
-    """The robot's limbs, beams and dead weights."""
+    """The robot's limbs, beams and dead weights.
+
+    ``carried_by`` tells for every rigid link of a limb or dead branch the ``key`` of the edge that it is the outer side of.
+    """
 
     limbs: tuple[Limb, ...]
     base: DeadWeight
     platform: DeadWeight
     beams: dict[str, BeamSpan]
+    carried_by: dict[str, str]
     warnings: tuple[str, ...]
 
 
@@ -152,6 +163,7 @@ class _Builder:
         self.nodes: dict[str, list[_Node]] = {}
         self.edges: list[_GraphEdge] = []
         self.misplaced: list[tuple[_GraphEdge, Connection, str]] = []
+        self.carried_by: dict[str, str] = {}
 
     # ---- beams ------------------------------------------------------------------------------------------------------
 
@@ -424,6 +436,7 @@ class _Builder:
             self._dead_weight(base, dead[base], dead_nodes[base]),
             self._dead_weight(platform, dead[platform], dead_nodes[platform]),
             self.spans,
+            self.carried_by,
             tuple(self.warnings),
         )
 
@@ -480,27 +493,37 @@ class _Builder:
         return [name for own in self.nodes.values() for item in own if item.find() is node for name in item.weights]
 
     def _grow(
-        self, inner: _Node, edge: _GraphEdge, at: dict[_Node, list[_GraphEdge]], out: list[Edge], stop: _Node | None = None
+        self,
+        inner: _Node,
+        edge: _GraphEdge,
+        at: dict[_Node, list[_GraphEdge]],
+        out: list[Edge],
+        stop: _Node | None = None,
+        parent: str | None = None,
     ) -> list[str]:
         """Append the directed edges of the subtree beyond ``edge``, and return the names of its weights."""
         outer = edge.other(inner)
         below: list[str] = []
         position = len(out)
+        key = ([name or f"beam:{beam}" for name, beam in self._names_of(inner, edge)])[-1]
         if outer is not stop:
             below.extend(self._weights_of(outer))
+            for link, own in self.nodes.items():
+                if any(node.point is None and node.find() is outer for node in own):
+                    self.carried_by[link] = key
             for item in at.get(outer, []):
                 if item is not edge:
-                    below.extend(self._grow(outer, item, at, out, stop))
-        out[position:position] = self._directed(inner, edge, below)
+                    below.extend(self._grow(outer, item, at, out, stop, key))
+        out[position:position] = self._directed(inner, edge, below, parent)
         if edge.beam is not None:
             below.append(f"beam:{edge.beam.beam.name}")
         return below
 
-    def _directed(self, inner: _Node, edge: _GraphEdge, below: list[str]) -> list[Edge]:
+    def _directed(self, inner: _Node, edge: _GraphEdge, below: list[str], parent: str | None) -> list[Edge]:
         """Return an edge, and the joints inside a telescopic beam, as seen on the way out from ``inner``."""
         forward = edge.inner.find() is inner
         if edge.connection is not None:
-            return [Edge(edge.connection.name, None, 1 if forward else -1, tuple(below))]
+            return [Edge(edge.connection.name, None, 1 if forward else -1, tuple(below), parent)]
         assert edge.beam is not None
         name = edge.beam.beam.name
         if not forward:
@@ -517,15 +540,20 @@ class _Builder:
         chain = [*inward[::-1], *outward] if forward else [*outward[::-1], *inward]
         before_carrier = len(inward) if forward else len(outward)
         start_link = self._ends[name][0] if forward else self._ends[name][1]
-        joints: list[Edge] = []
+        result: list[Edge] = []
         link = start_link
-        for number, item in enumerate(chain):
-            sign = 1 if item.predecessor == link else -1
-            link = item.other(link)
-            weights = [*below, f"beam:{name}"] if number < before_carrier else list(below)
-            joints.append(Edge(item.name, None, sign, tuple(weights)))
-        beam = Edge(None, name, 1, tuple(below))
-        return [*joints[:before_carrier], beam, *joints[before_carrier:]]
+        for number in range(len(chain) + 1):
+            if number == before_carrier:
+                result.append(Edge(None, name, 1, tuple(below), parent))
+                parent = result[-1].key
+            if number < len(chain):
+                item = chain[number]
+                sign = 1 if item.predecessor == link else -1
+                link = item.other(link)
+                weights = [*below, f"beam:{name}"] if number < before_carrier else below
+                result.append(Edge(item.name, None, sign, tuple(weights), parent))
+                parent = result[-1].key
+        return result
 
     def _limb(
         self,

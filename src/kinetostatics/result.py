@@ -1,0 +1,447 @@
+"""What an analysis finds, as people read it: batch axes first, read-only, SI units, world axes, reference point o.
+
+Numbers that need more work than the twist itself (joint wrenches, beams, motions of links) are computed when first asked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics import beams as beam_formulas
+from kinetostatics.configuration import Configuration, Status, batch_first, frozen
+from kinetostatics.deformation import Deformation, LoadedBeam, deform
+from kinetostatics.description import Beam
+from kinetostatics.equilibrium import Solution
+from kinetostatics.mechanism import Connection
+from kinetostatics.screws import move_twist, move_wrench
+from kinetostatics.topology import Edge
+
+Array = NDArray[np.float64]
+
+#: Stations along a beam, ends included.
+STATIONS = 21
+#: Part of the Euler load above which the linear theory is doubtful.
+EULER_WARNING = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class LimbResult:
+    """One limb's wrenches, compliance and sag; wrenches are what the platform puts on the limb, about o, world axes.
+
+    Attributes:
+        name: of the limb.
+        labels: what each constraint wrench is, in words.
+        constraint_wrenches: (…, 6, n_c) J_ic, Eq. (2), unit wrenches.
+        intensities: (…, n_c) W_ic, Eq. (11) [N or N·m].
+        attached_labels: what each attached wrench is.
+        attached_wrenches: (…, 6, n_g) J_ig, Eq. (4), unit wrenches.
+        attached_intensities: (…, n_g) W_ig, Eq. (3) [N or N·m].
+        compliance: (…, n_c, n_c) C_ic, Eq. (1), displacement along one wrench per unit of another.
+        sag: (…, n_c) Δ_igc, displacement along each constraint wrench under the limb's own weight, Eqs. (16), (19), (21).
+        wrench: (…, 6) total wrench J_ic W_ic + J_ig W_ig.
+    """
+
+    name: str
+    labels: tuple[str, ...]
+    constraint_wrenches: Array
+    intensities: Array
+    attached_labels: tuple[str, ...]
+    attached_wrenches: Array
+    attached_intensities: Array
+    compliance: Array
+    sag: Array
+    wrench: Array
+
+
+@dataclass(frozen=True, eq=False)
+class BeamResult:
+    """One beam from its inner end (towards the base) to its outer end, at n stations.
+
+    Attributes:
+        name: of the beam.
+        description: what the file says of it.
+        stations: (n,) where the stations are, from 0 at the inner to 1 at the outer end.
+        length: (…) [m].
+        mass: (…) [kg].
+        axes: (…, 3, 3) beam axes x (along), y, z as columns, world axes.
+        points: (…, n, 3) the undeformed centre line [m].
+        section_wrenches: (…, n, 6) N, V_y, V_z, T, M_y, M_z in beam axes: what the outer part puts on the inner [N, N·m].
+        deflections: (…, n, 3) displacement of the centre line, world axes [m].
+        rotations: (…, n, 3) rotation of the sections, world axes [rad].
+        stress: (…) largest von Mises stress over the stations [Pa]; NaN for a section given by numbers alone.
+        euler_ratio: (…) largest compressive axial force over the Euler load of the beam hinged at both ends.
+        strain_energy: (…) [J].
+    """
+
+    name: str
+    description: Beam
+    stations: Array
+    length: Array
+    mass: Array
+    axes: Array
+    points: Array
+    section_wrenches: Array
+    deflections: Array
+    rotations: Array
+    stress: Array
+    euler_ratio: Array
+    strain_energy: Array
+
+
+class Result:
+    """The result of :func:`kinetostatics.analyze`. Wrenches and twists are ``[force; moment]`` and ``[d; r]``.
+
+    Attributes:
+        configuration: the pose or poses.
+        robot: the robot.
+        shape: batch shape of all results, the configuration's broadcast against loads and gravity.
+    """
+
+    def __init__(
+        self,
+        configuration: Configuration,
+        shape: tuple[int, ...],
+        which: Any,
+        solutions: tuple[Solution, ...],
+        reached: NDArray[np.bool_],
+        loads: Array,
+        gravity: Array,
+    ) -> None:
+        self.configuration, self.robot, self.shape = configuration, configuration.robot, shape
+        self.solutions = solutions
+        self._which, self._reached = which, reached
+        self._loads, self._gravity = loads, gravity
+
+    def __str__(self) -> str:
+        from kinetostatics.report import result_report
+
+        return result_report(self)
+
+    def __repr__(self) -> str:
+        return f"<Result of {self.robot.name!r}, batch shape {self.shape}>"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything as plain numbers, lists and strings: what ``--json`` prints."""
+        from kinetostatics.report import result_to_dict
+
+        return result_to_dict(self)
+
+    # ---- turning chunks into batches --------------------------------------------------------------------------------
+
+    @cached_property
+    def _valid(self) -> NDArray[np.bool_]:
+        return self._reached & (self._statics_status != Status.SINGULAR)
+
+    @cached_property
+    def _statics_status(self) -> NDArray[np.int8]:
+        return np.concatenate([s.status for s in self.solutions]) if self.solutions else np.zeros(0, np.int8)
+
+    def _gather(self, pick: Callable[[Solution], Array]) -> Array:
+        """Join the chunks' arrays (…, N), NaN where a pose failed, and turn them batch first."""
+        return self._public(np.concatenate([pick(s) for s in self.solutions], axis=-1))
+
+    def _public(self, array: Array) -> Array:
+        if not np.all(self._valid):
+            array = np.where(self._valid, array, np.nan)
+        return batch_first(array, self.shape)
+
+    # ---- the platform -----------------------------------------------------------------------------------------------
+
+    @cached_property
+    def status(self) -> NDArray[np.int8]:
+        """:class:`Status` of every pose (…)."""
+        pose = self.configuration.status.ravel()[self._which]
+        statics = self._statics_status
+        status = np.where(statics != Status.OK, statics, pose)
+        status = np.where(pose == Status.UNREACHABLE, Status.UNREACHABLE, status).astype(np.int8).reshape(self.shape)
+        status.setflags(write=False)
+        return status
+
+    @cached_property
+    def twist(self) -> Array:
+        """(…, 6) displacement of o and rotation of the platform, world axes [m, rad], Eq. (12)."""
+        return frozen(sum(self.contributions.values(), np.zeros((*self.shape, 6))))
+
+    @cached_property
+    def contributions(self) -> Mapping[str, Array]:
+        """What load, platform weight and each limb's own weight contribute to the twist (…, 6); they sum to it."""
+        sources = self.solutions[0].sources if self.solutions else ()
+        return MappingProxyType({name: self._gather(lambda s, k=k: s.twists[:, k]) for k, name in enumerate(sources)})  # type: ignore[misc]
+
+    @cached_property
+    def stiffness(self) -> Array:
+        """(…, 6, 6) tangent stiffness K at o, drives locked, Eq. (12); NaN where rigid limbs make it infinite."""
+        return self._gather(lambda s: s.stiffness)
+
+    @cached_property
+    def compliance(self) -> Array:
+        """(…, 6, 6) compliance C at o, drives locked."""
+        return self._gather(lambda s: s.compliance)
+
+    @cached_property
+    def platform_wrench(self) -> Array:
+        """(…, 6) what the world puts on the platform: load and platform weight, about o, Eq. (5)."""
+        return self._gather(lambda s: s.platform_load)
+
+    # ---- limbs ------------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def limbs(self) -> Mapping[str, LimbResult]:
+        """The limbs by name, in the order of the file."""
+        found: dict[str, LimbResult] = {}
+        for number, group in enumerate(self.robot.limb_groups):
+            for position, limb in enumerate(group.limbs):
+
+                def pick(attribute: str, number: int = number, position: int = position) -> Array:
+                    return self._gather(lambda s: getattr(s.statics[number], attribute)[..., position, :])
+
+                found[limb.name] = LimbResult(
+                    limb.name, group.labels[position], self._basis("J_c", number, position),
+                    self._gather(lambda s, n=number, p=position: _intensities(s, n, p)),  # type: ignore[misc]
+                    group.attached_labels[position], self._basis("J_g", number, position),
+                    self._gather(lambda s, n=number, p=position: _where_readable(s, n, p, s.statics[n].W_g[:, p])),  # type: ignore[misc]
+                    self._basis("C", number, position), self._basis("sag", number, position),
+                    self._gather(lambda s, n=number, p=position: _limb_wrench(s, n, p)),  # type: ignore[misc]
+                )  # fmt: skip
+        return MappingProxyType({limb.name: found[limb.name] for limb in self.robot.topology.limbs})
+
+    def _basis(self, attribute: str, number: int, position: int) -> Array:
+        return self._gather(
+            lambda s: _where_readable(s, number, position, getattr(s.statics[number], attribute)[..., position, :])
+        )
+
+    # ---- joints -----------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def _wrenches_at_joints(self) -> dict[str, Array]:
+        """What the base side of every joint puts on the platform side (6, N), about the joint's centre, world axes."""
+        parts: dict[str, list[Array]] = {}
+        topology = self.robot.topology
+        names = self.robot.weights.names
+        for solution in self.solutions:
+            weights = self.robot.weights.wrenches(solution.frames, solution.o, solution.gravity)
+
+            def put(edge: Edge, inner: Array, solution: Solution = solution, weights: Array = weights) -> None:
+                if edge.joint is None:
+                    return
+                mask = np.array([name in edge.outboard for name in names], dtype=float)
+                total = inner + np.einsum("w,iwn->in", mask, weights)
+                arm = joint_centre(self.robot.mechanism.connections[edge.joint], edge, solution) - solution.o
+                parts.setdefault(edge.joint, []).append(-move_wrench(total, arm))
+
+            none = np.zeros((6, solution.o.shape[1]))
+            for number, statics in enumerate(solution.statics):
+                for position, limb in enumerate(statics.group.limbs):
+                    inner = _limb_wrench(solution, number, position)
+                    for edge in limb.path:
+                        put(edge, inner)
+                    for edge in limb.branches:
+                        put(edge, none)
+            for edge in (*topology.base.edges, *topology.platform.edges):
+                put(edge, none)
+        return {name: np.concatenate(arrays, axis=-1) for name, arrays in parts.items()}
+
+    @cached_property
+    def joint_wrenches(self) -> Mapping[str, Array]:
+        """(…, 6) what the base side of each joint puts on the platform side, at the joint's centre, world axes [N, N·m]."""
+        order = [name for name in self.robot.mechanism.connections if name in self._wrenches_at_joints]
+        return MappingProxyType({name: self._public(self._wrenches_at_joints[name]) for name in order})
+
+    @cached_property
+    def actuator_forces(self) -> Mapping[str, Array]:
+        """(…) force or torque of each drive, positive along its joint's positive direction [N or N·m], Eq. (17)."""
+        signs = {edge.joint: edge.sign for limb in self.robot.topology.limbs for edge in (*limb.path, *limb.branches)}
+        topology = self.robot.topology
+        signs.update({edge.joint: edge.sign for edge in (*topology.base.edges, *topology.platform.edges)})
+        forces = {}
+        for name in self.robot.description.driven:
+            connection = self.robot.mechanism.connections[name]
+            if name not in self._wrenches_at_joints:
+                forces[name] = self._public(np.zeros(len(self._valid)))
+                continue
+            axis = np.concatenate(
+                [
+                    s.frames.directions(np.array([connection.predecessor_body]), connection.axis_on(True)[:, None])[:, 0]
+                    for s in self.solutions
+                ],
+                axis=-1,
+            )
+            wrench = self._wrenches_at_joints[name]
+            part = wrench[:3] if connection.kind == "prismatic" else wrench[3:]
+            forces[name] = self._public(signs[name] * np.einsum("in,in->n", axis, part))
+        return MappingProxyType(forces)
+
+    @cached_property
+    def base_wrench(self) -> Array:
+        """(…, 6) what the ground puts on the robot, about the base link's origin, world axes [N, N·m]."""
+        total: list[Array] = []
+        topology, names = self.robot.topology, self.robot.weights.names
+        body, placement = self.robot.mechanism.body_of[self.robot.description.base]
+        for solution in self.solutions:
+            weights = self.robot.weights.wrenches(solution.frames, solution.o, solution.gravity)
+            sum_at_o = weights[:, self.robot.weights.of("base")].sum(axis=1)
+            for number, statics in enumerate(solution.statics):
+                for position, limb in enumerate(statics.group.limbs):
+                    mask = np.array([name in limb.weights for name in names], dtype=float)
+                    sum_at_o = sum_at_o + _limb_wrench(solution, number, position) + np.einsum("w,iwn->in", mask, weights)
+            origin = solution.frames.points(np.array([body]), placement[:3, 3:])[:, 0]
+            total.append(-move_wrench(sum_at_o, origin - solution.o))
+        del topology
+        return self._public(np.concatenate(total, axis=-1))
+
+    # ---- deformation ------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def _deformations(self) -> tuple[Deformation, ...]:
+        return tuple(deform(solution) for solution in self.solutions)
+
+    @cached_property
+    def beams(self) -> Mapping[str, BeamResult]:
+        """The beams by name: section wrenches, bent lines, stresses."""
+        return MappingProxyType({name: self._beam(name) for name in self.robot.description.beams})
+
+    def _beam(self, name: str) -> BeamResult:
+        model = self.robot.beams[name]
+        pieces: list[dict[str, Array]] = []
+        fractions = np.linspace(0, 1, STATIONS)
+        section = model.span.beam.section
+        for solution, deformation in zip(self.solutions, self._deformations, strict=True):
+            beam = deformation.beams[name]
+            wrench, load = beam.wrench.sum(axis=1), beam.load.sum(axis=1)
+            c = model.compliances[:, None]
+            s = fractions[:, None] * beam.length
+            sections = beam_formulas.section_wrench(beam.length, wrench[:, None], load[:, None], s)
+            lines = _lines(beam, fractions).sum(axis=2)
+            start = solution.o + beam.end - beam.axes[:, 0] * beam.length
+            points = start[:, None] + beam.axes[:, :1] * s
+            euler = beam_formulas.euler_load(model.compliances[4], model.compliances[5], beam.length)
+            mass = beam.length * 0 + model.mass if model.mass_per_length is None else beam.length * model.mass_per_length
+            pieces.append(
+                {
+                    "length": beam.length, "mass": mass, "axes": beam.axes, "points": np.swapaxes(points, 0, 1),
+                    "section_wrenches": np.swapaxes(sections, 0, 1), "deflections": np.swapaxes(lines[:3], 0, 1),
+                    "rotations": np.swapaxes(lines[3:], 0, 1), "stress": section.stress(sections).max(axis=0),
+                    "euler_ratio": np.maximum(-sections[0].min(axis=0), 0) / euler,
+                    "strain_energy": beam_formulas.strain_energy(c, beam.length, wrench, load),
+                }
+            )  # fmt: skip
+        joined = {key: self._public(np.concatenate([piece[key] for piece in pieces], axis=-1)) for key in pieces[0]}
+        return BeamResult(name, model.span.beam, frozen(fractions), **joined)
+
+    @cached_property
+    def beam_contributions(self) -> Mapping[str, Mapping[str, Array]]:
+        """What each contribution does to each beam's line: (…, n, 6) displacement and rotation of its stations, world axes."""
+        fractions = np.linspace(0, 1, STATIONS)
+        result = {}
+        for name in self.robot.description.beams:
+            lines = np.concatenate([_lines(d.beams[name], fractions) for d in self._deformations], axis=-1)
+            result[name] = MappingProxyType(
+                {
+                    source: self._public(np.swapaxes(lines[:, :, k], 0, 1))
+                    for k, source in enumerate(self.solutions[0].sources)
+                }
+            )
+        return MappingProxyType(result)
+
+    @cached_property
+    def link_contributions(self) -> Mapping[str, Mapping[str, Array]]:
+        """What each contribution does to each rigid link: (…, 6) twist of the link about its own origin, world axes."""
+        topology, mechanism = self.robot.topology, self.robot.mechanism
+        result: dict[str, Mapping[str, Array]] = {}
+        sources = self.solutions[0].sources
+        for link in self.robot.description.links:
+            if link in topology.carried_by:
+                twists = [d.motions[topology.carried_by[link]] for d in self._deformations]
+            elif link in topology.platform.links:
+                twists = [s.twists for s in self.solutions]
+            elif link in topology.base.links:
+                twists = [np.zeros_like(s.twists) for s in self.solutions]
+            else:
+                continue
+            body, placement = mechanism.body_of[link]
+            moved = [
+                move_twist(t, (s.frames.points(np.array([body]), placement[:3, 3:])[:, 0] - s.o)[:, None])
+                for t, s in zip(twists, self.solutions, strict=True)
+            ]
+            joined = np.concatenate(moved, axis=-1)
+            result[link] = MappingProxyType({name: self._public(joined[:, k]) for k, name in enumerate(sources)})
+        return MappingProxyType(result)
+
+    # ---- energies and warnings --------------------------------------------------------------------------------------
+
+    @cached_property
+    def strain_energy(self) -> Array:
+        """(…) strain energy of all beams [J]."""
+        return frozen(sum((beam.strain_energy for beam in self.beams.values()), np.zeros(self.shape)))
+
+    @cached_property
+    def warnings(self) -> tuple[str, ...]:
+        """What to be careful about, in full sentences."""
+        found = []
+        for item in self.configuration.limits_exceeded:
+            found.append(
+                f"{item.joint} is beyond its limits [{item.lower:.6g}, {item.upper:.6g}]"
+                + (f": {float(item.value):.6g}" if item.value.shape == () else f" in {int(item.where.sum())} poses")
+            )
+        for name, beam in self.beams.items():
+            worst = float(np.max(np.nan_to_num(beam.euler_ratio), initial=0.0))
+            if worst > EULER_WARNING:
+                found.append(
+                    f"the axial force of beam {name} reaches {100 * worst:.3g} % of its Euler load; linear theory underestimates "
+                    "its deflection"
+                )
+        if np.any(self.status == Status.INDETERMINATE):
+            rigid = [limb.name for group in self.robot.limb_groups if group.is_rigid for limb in group.limbs]
+            found.append(
+                f"the rigid limbs {', '.join(rigid)} overconstrain one another: how they share their forces is not determined; "
+                "undetermined forces are NaN"
+            )
+        return tuple(found)
+
+
+def _where_readable(solution: Solution, number: int, position: int, array: Array) -> Array:
+    return np.where(solution.statics[number].degenerate[position], np.nan, array)
+
+
+def _intensities(solution: Solution, number: int, position: int) -> Array:
+    total = solution.intensities[number][:, :, position].sum(axis=1)
+    unknown = solution.undetermined[number][:, position]
+    return _where_readable(solution, number, position, np.where(unknown, np.nan, total))
+
+
+def _limb_wrench(solution: Solution, number: int, position: int) -> Array:
+    """Return what the platform puts on a limb (6, N) about o; NaN where it is not determined."""
+    statics = solution.statics[number]
+    intensities = solution.intensities[number][:, :, position].sum(axis=1)
+    wrench = np.einsum("kin,in->kn", statics.J_c[:, :, position], intensities) + statics.R_g[:, position]
+    return np.where(np.any(solution.undetermined[number][:, position], axis=0), np.nan, wrench)
+
+
+def joint_centre(connection: Connection, edge: Edge, solution: Solution) -> Array:
+    """Return the centre (3, N) of a joint: its origin, of a sliding joint that on the outboard side."""
+    outer_is_successor = edge.sign > 0
+    body, frame = (
+        (connection.successor_body, connection.successor_frame)
+        if outer_is_successor
+        else (connection.predecessor_body, connection.predecessor_frame)
+    )
+    return solution.frames.points(np.array([body]), frame[:3, 3:])[:, 0]
+
+
+def _lines(beam: LoadedBeam, fractions: Array) -> Array:
+    """Return displacement and rotation (6, n, S, N) of a beam's stations, world axes."""
+    c = beam.model.compliances[:, None, None]
+    lines = []
+    for fraction in fractions:
+        s = fraction * beam.length
+        local = beam_formulas.bent_line(c, beam.length, beam.wrench, beam.load, s)
+        arm = beam.end - beam.axes[:, 0] * (beam.length - s)
+        lines.append(beam.to_world(local) + move_twist(beam.inner, arm[:, None]))
+    return np.stack(lines, axis=1)
