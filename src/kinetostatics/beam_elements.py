@@ -12,9 +12,18 @@ from kinetostatics.xml_source import Element
 from kinetostatics.xml_values import allow, direction, not_negative, number, positive, reference, text
 
 _ATTRIBUTES = (
-    "link", "name", "from", "to", "youngs_modulus", "poisson_ratio", "shear_modulus", "shear_coefficient",
-    "density", "thermal_expansion", "y_axis",
-)  # fmt: skip
+    "link",
+    "name",
+    "from",
+    "to",
+    "youngs_modulus",
+    "poisson_ratio",
+    "shear_modulus",
+    "shear_coefficient",
+    "density",
+    "thermal_expansion",
+    "y_axis",
+)
 
 
 def read_beams(
@@ -91,8 +100,7 @@ def _check_against(beam: Beam, beams: Mapping[str, Beam], element: Element) -> N
         where = f"{other.place.file}:{other.place.line}"
         if (other.start, other.end) == (beam.start, beam.end):
             raise element.error(
-                f"two beams on the same span: {element.label} lies where the one of {where} lies; give them "
-                "different from and to"
+                f"two beams on the same span: {element.label} lies where the one of {where} lies; give them different from and to"
             )
         if (other.density is None) != (beam.density is None):
             raise element.error(

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.closure import Poses
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.kinematics import Frames
 from kinetostatics.orientation import Orientation, orientation_named
+from kinetostatics.solver import Poses
 
 if TYPE_CHECKING:
     from kinetostatics.robot import Robot
@@ -134,8 +134,7 @@ class Configuration:
         rows = [*position, *convention.coordinates(R)]
         names = ("x", "y", "z", *convention.names)
         return {
-            name: frozen(np.where(self.reached, row, np.nan).reshape(self.shape))
-            for name, row in zip(names, rows, strict=True)
+            name: frozen(np.where(self.reached, row, np.nan).reshape(self.shape)) for name, row in zip(names, rows, strict=True)
         }
 
     @cached_property
@@ -158,9 +157,7 @@ class Configuration:
             slack = 1e-9 * max(1.0, abs(lower) if np.isfinite(lower) else 0.0, abs(upper) if np.isfinite(upper) else 0.0)
             where = self.reached & ((value < lower - slack) | (value > upper + slack))
             if np.any(where):
-                found.append(
-                    LimitExceeded(name, frozen(value.reshape(self.shape)), lower, upper, where.reshape(self.shape))
-                )
+                found.append(LimitExceeded(name, frozen(value.reshape(self.shape)), lower, upper, where.reshape(self.shape)))
         return tuple(found)
 
     @cached_property

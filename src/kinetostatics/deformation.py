@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics import beams as beam_formulas
+from kinetostatics.beam_models import BeamModel
 from kinetostatics.equilibrium import Solution
+from kinetostatics.limbs import LimbStatics
 from kinetostatics.linalg import Cholesky
-from kinetostatics.limbs import BeamModel, LimbStatics
 from kinetostatics.screws import move_twist, move_wrench
 from kinetostatics.topology import Edge
 
@@ -103,9 +104,7 @@ def _only(source: int | None, count: int, array: Array) -> Array:
     return result
 
 
-def _deform_limb(
-    solution: Solution, statics: LimbStatics, position: int, own: int, total: Array, out: Deformation
-) -> None:
+def _deform_limb(solution: Solution, statics: LimbStatics, position: int, own: int, total: Array, out: Deformation) -> None:
     group, geometry = statics.group, statics.geometry
     limb, S = group.limbs[position], len(solution.sources)
     loaded: list[LoadedBeam] = []
@@ -115,9 +114,7 @@ def _deform_limb(
         moved = move_wrench(wrench, end[:, None])
         local = np.concatenate([np.einsum("jin,jsn->isn", axes, part) for part in (moved[:3], moved[3:])])
         load = _only(own, S, statics.load[:, b, position])
-        loaded.append(
-            LoadedBeam(model, axes, geometry.beam_lengths[b, position], end, local, load, np.zeros_like(local))
-        )
+        loaded.append(LoadedBeam(model, axes, geometry.beam_lengths[b, position], end, local, load, np.zeros_like(local)))
     elastic = [beam.end_twist() for beam in loaded]
     gap = solution.twists - sum(elastic, np.zeros_like(solution.twists))
     twists = geometry.twists[:, :, position]
@@ -129,9 +126,7 @@ def _deform_limb(
     for edge in limb.path:
         if edge.beam is not None:
             beam = loaded[at]
-            out.beams[edge.beam] = LoadedBeam(
-                beam.model, beam.axes, beam.length, beam.end, beam.wrench, beam.load, motion
-            )
+            out.beams[edge.beam] = LoadedBeam(beam.model, beam.axes, beam.length, beam.end, beam.wrench, beam.load, motion)
             motion = motion + elastic[at]
             at += 1
         elif edge.joint in units and units[edge.joint].joints[-1] == edge.joint:

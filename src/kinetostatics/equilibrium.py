@@ -127,9 +127,21 @@ def solve(robot: Robot, frames: Frames, load: Array, gravity: Array) -> Solution
         status = np.where(part > UNBALANCED, Status.SINGULAR, status).astype(np.int8)
     stiffness = np.full_like(compliance, np.nan) if rigid else K
     return Solution(
-        frames, o, gravity, statics, sources, twists, compliance, stiffness, tuple(intensities),
-        load + platform_weight, platform_weight, status, tuple(undetermined), unbalanced,
-    )  # fmt: skip
+        frames,
+        o,
+        gravity,
+        statics,
+        sources,
+        twists,
+        compliance,
+        stiffness,
+        tuple(intensities),
+        load + platform_weight,
+        platform_weight,
+        status,
+        tuple(undetermined),
+        unbalanced,
+    )
 
 
 def _solve_elastic(K: Array, right: Array, scale: Array) -> tuple[Array, Array, NDArray[np.int8]]:
@@ -188,9 +200,7 @@ def _solve_rigid(
     return compliance, twists, multipliers, status, free
 
 
-def _unbalanced(
-    robot: Robot, frames: Frames, o: Array, weights: Array, statics: Iterable[LimbStatics]
-) -> dict[str, Array]:
+def _unbalanced(robot: Robot, frames: Frames, o: Array, weights: Array, statics: Iterable[LimbStatics]) -> dict[str, Array]:
     """Return, by limb and dead weight, the part of its weight that its passive joints cannot carry."""
     result: dict[str, Array] = {}
     for item in statics:
@@ -311,19 +321,26 @@ def _complain(robot: Robot, result: Result) -> None:
         for name, part in solution.unbalanced.items():
             for p in np.flatnonzero(part > UNBALANCED):
                 joints = [joint for joint in robot.passive_joints(name)]
-                what = f"{name} cannot hold its own weight" if name.startswith("limb") else f"what hangs on the {name} cannot hold itself"
+                what = (
+                    f"{name} cannot hold its own weight"
+                    if name.startswith("limb")
+                    else f"what hangs on the {name} cannot hold itself"
+                )
                 raise LimbEquilibriumError(
                     f"{what}: its passive joints {', '.join(joints)} would move under gravity "
-                    f"({100 * float(part[p]):.3g} % of its weight is not carried)", name, joints,
-                )  # fmt: skip
+                    f"({100 * float(part[p]):.3g} % of its weight is not carried)",
+                    name,
+                    joints,
+                )
         for p in np.flatnonzero(solution.status == Status.SINGULAR):
             free = free_twists(robot, solution, int(p))
             words = "; ".join(describe_twist(twist, robot.length) for twist in free.T) or "an unknown motion"
             mobility, drives = robot.mobility.platform, len(robot.description.driven)
             why = (
                 f"the robot has only {drives} drives for a mobility of {mobility}"
-                if drives < mobility else "the pose is singular"
-            )  # fmt: skip
+                if drives < mobility
+                else "the pose is singular"
+            )
             raise SingularPoseError(
                 f"with the drives locked the platform of {robot.name!r} can still move: {words} ({why})", free
             )

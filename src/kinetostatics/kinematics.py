@@ -81,9 +81,7 @@ class Frames:
         """Return the same frames as seen from ``body``."""
         back = np.swapaxes(self.rotation[:, :, body], 0, 1)
         shifted = self.position - self.position[:, body][:, None]
-        return Frames(
-            np.einsum("ijn,jkbn->ikbn", back, self.rotation), np.einsum("ijn,jbn->ibn", back, shifted)
-        )
+        return Frames(np.einsum("ijn,jkbn->ikbn", back, self.rotation), np.einsum("ijn,jbn->ibn", back, shifted))
 
 
 class _Group:
@@ -119,9 +117,7 @@ class _Group:
             return matmul(self.R0, rotations.matrix_of_quaternion(c)), self.p0
         if self.kind == "planar":
             zero, one = np.zeros_like(c[0]), np.ones_like(c[0])
-            turn = np.stack(
-                [np.stack([c[2], -c[3], zero]), np.stack([c[3], c[2], zero]), np.stack([zero, zero, one])]
-            )
+            turn = np.stack([np.stack([c[2], -c[3], zero]), np.stack([c[3], c[2], zero]), np.stack([zero, zero, one])])
             return matmul(self.R0, turn), self.p0 + apply(self.R0, np.stack([c[0], c[1], zero]))
         return matmul(self.R0, rotations.matrix_of_quaternion(c[3:])), self.p0 + apply(self.R0, c[:3])
 

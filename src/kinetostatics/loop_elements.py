@@ -23,7 +23,7 @@ def read_loops(root: Element, links: Mapping[str, Link], joints: Mapping[str, Jo
     """Read all ``<loop>``."""
     loops: dict[str, Loop] = {}
     for element in root.named("loop"):
-        name = unused_name(element, {**joints, **loops}, "joint or loop")
+        name = unused_name(element, [*joints.values(), *loops.values()], "joint or loop")
         loops[name] = _loop(name, element, links)
     return loops
 
@@ -40,9 +40,19 @@ def _loop(name: str, element: Element, links: Mapping[str, Link]) -> Loop:
     axis, axis2 = _axes(element, kind)
     lower, upper = _limits(element, kind)
     return Loop(
-        name, kind, predecessor, predecessor_origin, successor, successor_origin,
-        axis, axis2, lower, upper, _cone(element, kind), element.place,
-    )  # fmt: skip
+        name,
+        kind,
+        predecessor,
+        predecessor_origin,
+        successor,
+        successor_origin,
+        axis,
+        axis2,
+        lower,
+        upper,
+        _cone(element, kind),
+        element.place,
+    )
 
 
 def _side(element: Element, tag: str, links: Mapping[str, Link]) -> tuple[str, Origin]:
@@ -66,8 +76,7 @@ def _axes(element: Element, kind: str) -> tuple[Vector, Vector]:
         result[tag] = direction(found, "xyz")
     if kind == "universal" and 1 - abs(sum(map(mul, result["axis"], result["axis2"]))) < _PARALLEL:
         raise (element.child("axis2") or element.child("axis") or element).error(
-            f"the two axes of {element.label} are parallel where its frames coincide; "
-            "left out, <axis> is x and <axis2> is y"
+            f"the two axes of {element.label} are parallel where its frames coincide; left out, <axis> is x and <axis2> is y"
         )
     return result["axis"], result["axis2"]
 

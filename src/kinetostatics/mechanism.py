@@ -157,27 +157,57 @@ class Mechanism:
             body, placement = self.body_of[joint.parent]
             child_body, child_placement = self.body_of[joint.child]
             self.connections[joint.name] = Connection(
-                joint.name, joint.type, joint.parent, joint.child, body, child_body,
-                placement @ joint.origin.matrix, child_placement, np.array(joint.axis), np.array([0.0, 1.0, 0.0]),
-                joint.lower, joint.upper, None, joint.name in driven, False, joint.place,
-            )  # fmt: skip
+                joint.name,
+                joint.type,
+                joint.parent,
+                joint.child,
+                body,
+                child_body,
+                placement @ joint.origin.matrix,
+                child_placement,
+                np.array(joint.axis),
+                np.array([0.0, 1.0, 0.0]),
+                joint.lower,
+                joint.upper,
+                None,
+                joint.name in driven,
+                False,
+                joint.place,
+            )
         for loop in description.loops.values():
             body, placement = self.body_of[loop.predecessor]
             child_body, child_placement = self.body_of[loop.successor]
             self.connections[loop.name] = Connection(
-                loop.name, loop.type, loop.predecessor, loop.successor, body, child_body,
-                placement @ loop.predecessor_origin.matrix, child_placement @ loop.successor_origin.matrix,
-                np.array(loop.axis), np.array(loop.axis2), loop.lower, loop.upper, loop.cone,
-                loop.name in driven, True, loop.place,
-            )  # fmt: skip
+                loop.name,
+                loop.type,
+                loop.predecessor,
+                loop.successor,
+                body,
+                child_body,
+                placement @ loop.predecessor_origin.matrix,
+                child_placement @ loop.successor_origin.matrix,
+                np.array(loop.axis),
+                np.array(loop.axis2),
+                loop.lower,
+                loop.upper,
+                loop.cone,
+                loop.name in driven,
+                True,
+                loop.place,
+            )
         joints = []
         for name, body in self.body_of_joint.items():
             joint, number = description.joints[name], model.joints[body]
             joints.append(
                 TreeJoint(
-                    joint.type, int(model.parents[body]), body, np.array(model.jointPlacements[body].homogeneous),
-                    joint.axis, int(number.idx_q), int(number.idx_v),
-                )  # fmt: skip
+                    joint.type,
+                    int(model.parents[body]),
+                    body,
+                    np.array(model.jointPlacements[body].homogeneous),
+                    joint.axis,
+                    int(number.idx_q),
+                    int(number.idx_v),
+                )
             )
         joints.sort(key=lambda joint: joint.body)
         self.tree = Tree(joints, int(model.njoints), int(model.nq), int(model.nv))
@@ -253,9 +283,13 @@ class Mechanism:
         if float(np.abs(centre - points[2]).max()) > 1e-12 * size:
             return None
         return SphericalRun(
-            (three[0].name, three[1].name, three[2].name), (bodies[0], bodies[1], bodies[2]),
-            int(self.model.parents[bodies[0]]), centre, np.column_stack(axes), frame[:3, :3],
-        )  # fmt: skip
+            (three[0].name, three[1].name, three[2].name),
+            (bodies[0], bodies[1], bodies[2]),
+            int(self.model.parents[bodies[0]]),
+            centre,
+            np.column_stack(axes),
+            frame[:3, :3],
+        )
 
 
 def _turns_freely(connection: Connection) -> bool:

@@ -203,13 +203,17 @@ class Result:
                     return self._gather(lambda s: getattr(s.statics[number], attribute)[..., position, :])
 
                 found[limb.name] = LimbResult(
-                    limb.name, group.labels[position], self._basis("J_c", number, position),
+                    limb.name,
+                    group.labels[position],
+                    self._basis("J_c", number, position),
                     self._gather(lambda s, n=number, p=position: _intensities(s, n, p)),  # type: ignore[misc]
-                    group.attached_labels[position], self._basis("J_g", number, position),
+                    group.attached_labels[position],
+                    self._basis("J_g", number, position),
                     self._gather(lambda s, n=number, p=position: _where_readable(s, n, p, s.statics[n].W_g[:, p])),  # type: ignore[misc]
-                    self._basis("C", number, position), self._basis("sag", number, position),
+                    self._basis("C", number, position),
+                    self._basis("sag", number, position),
                     self._gather(lambda s, n=number, p=position: _limb_wrench(s, n, p)),  # type: ignore[misc]
-                )  # fmt: skip
+                )
         return MappingProxyType({limb.name: found[limb.name] for limb in self.robot.topology.limbs})
 
     def _basis(self, attribute: str, number: int, position: int) -> Array:
@@ -325,13 +329,18 @@ class Result:
             mass = beam.length * 0 + model.mass if model.mass_per_length is None else beam.length * model.mass_per_length
             pieces.append(
                 {
-                    "length": beam.length, "mass": mass, "axes": beam.axes, "points": np.swapaxes(points, 0, 1),
-                    "section_wrenches": np.swapaxes(sections, 0, 1), "deflections": np.swapaxes(lines[:3], 0, 1),
-                    "rotations": np.swapaxes(lines[3:], 0, 1), "stress": section.stress(sections).max(axis=0),
+                    "length": beam.length,
+                    "mass": mass,
+                    "axes": beam.axes,
+                    "points": np.swapaxes(points, 0, 1),
+                    "section_wrenches": np.swapaxes(sections, 0, 1),
+                    "deflections": np.swapaxes(lines[:3], 0, 1),
+                    "rotations": np.swapaxes(lines[3:], 0, 1),
+                    "stress": section.stress(sections).max(axis=0),
                     "euler_ratio": np.maximum(-sections[0].min(axis=0), 0) / euler,
                     "strain_energy": beam_formulas.strain_energy(c, beam.length, wrench, load),
                 }
-            )  # fmt: skip
+            )
         joined = {key: self._public(np.concatenate([piece[key] for piece in pieces], axis=-1)) for key in pieces[0]}
         return BeamResult(name, model.span.beam, frozen(fractions), **joined)
 
@@ -343,10 +352,7 @@ class Result:
         for name in self.robot.description.beams:
             lines = np.concatenate([_lines(d.beams[name], fractions) for d in self._deformations], axis=-1)
             result[name] = MappingProxyType(
-                {
-                    source: self._public(np.swapaxes(lines[:, :, k], 0, 1))
-                    for k, source in enumerate(self.solutions[0].sources)
-                }
+                {source: self._public(np.swapaxes(lines[:, :, k], 0, 1)) for k, source in enumerate(self.solutions[0].sources)}
             )
         return MappingProxyType(result)
 

@@ -11,16 +11,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinetostatics.closure import LoopEquations, Poses, Request, Solver, world_frames
+from kinetostatics.beam_models import BeamModel, make_beam_models
+from kinetostatics.closure import LoopEquations, world_frames
 from kinetostatics.configuration import Configuration
 from kinetostatics.description import RobotDescription
 from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, near_names
 from kinetostatics.kinematics import Frames
-from kinetostatics.limbs import BeamModel, Branch, LimbGroup, dead_joints, make_beam_models, make_limb_groups
+from kinetostatics.limb_joints import Branch, dead_joints
+from kinetostatics.limbs import LimbGroup, make_limb_groups
 from kinetostatics.linalg import dot
 from kinetostatics.mechanism import Mechanism
 from kinetostatics.orientation import orientation_named
 from kinetostatics.robot_file import read_robot_file
+from kinetostatics.solver import Poses, Request, Solver
 from kinetostatics.topology import Topology, analyze_topology
 from kinetostatics.weights import Weights
 
@@ -155,8 +158,7 @@ class Robot:
                 best, residual = trial
         if residual > 1e-2:
             raise AssemblyError(
-                f"the loops of {self.name!r} cannot be closed, not even with all joints free: "
-                + self._say_openings(best),
+                f"the loops of {self.name!r} cannot be closed, not even with all joints free: " + self._say_openings(best),
                 self._openings(best),
             )
         return best, residual
@@ -381,8 +383,9 @@ class Robot:
             self._say_unreachable(request, names, poses.take(np.array([worst])), target[:, [worst]], float(gone[worst]))
         if raising and platform is not None:
             self._check_determined(request, names, poses.take(np.array([0])), target[:, :1])
-        return self._configuration(poses, shape, arrived, orientation if platform is not None else None, convention, tolerance,
-                                   raising)  # fmt: skip
+        return self._configuration(
+            poses, shape, arrived, orientation if platform is not None else None, convention, tolerance, raising
+        )
 
     def configuration(self, q: ArrayLike, *, tolerance: float = 1e-10, on_failure: str | None = None) -> Configuration:
         """Return the pose at Pinocchio coordinates ``q`` (…, nq) that close the loops already.
@@ -469,8 +472,9 @@ class Robot:
         if not self._determines(request, self.generic_poses):
             raise CoordinatesError(
                 f"the coordinates {', '.join(platform)} do not determine the pose of {self.name!r}: with them held the platform "
-                f"can still move; its mobility is {mobility}", mobility,
-            )  # fmt: skip
+                f"can still move; its mobility is {mobility}",
+                mobility,
+            )
         return request, ["xyz"[k] for k in positions] + [convention.names[k] for k in angles]
 
     def _determines(self, request: Request, poses: Poses, target: Array | None = None) -> bool:
@@ -507,10 +511,11 @@ class Robot:
         nearest, _ = self.solver.close(pose, request, target, weight=1e3)
         wanted = ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, target[:, 0], strict=True))
         raise AssemblyError(
-            f"{self.name!r} (mobility {mobility}) cannot reach {wanted}: on the straight line from the start the loops close up to "
-            f"{100 * gone:.1f} % of the way; at the target {self._say_openings(nearest)}",
-            self._openings(nearest), mobility,
-        )  # fmt: skip
+            f"{self.name!r} (mobility {mobility}) cannot reach {wanted}: on the straight line from the start the loops close "
+            f"up to {100 * gone:.1f} % of the way; at the target {self._say_openings(nearest)}",
+            self._openings(nearest),
+            mobility,
+        )
 
     def _say_open(self, openings: dict[str, tuple[float, float]], tolerance: float) -> None:
         worst = max(max(pair) for pair in openings.values())

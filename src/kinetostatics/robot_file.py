@@ -41,9 +41,7 @@ def read_robot_file(path: str | os.PathLike[str], parameters: Mapping[str, objec
     return _read(data, name, parameters or {})
 
 
-def parse_robot_text(
-    text: str, path: str = "<text>", parameters: Mapping[str, object] | None = None
-) -> RobotDescription:
+def parse_robot_text(text: str, path: str = "<text>", parameters: Mapping[str, object] | None = None) -> RobotDescription:
     """Read a robot from XML text, URDF or xacro.
 
     Args:
@@ -156,8 +154,7 @@ def _driven(root: Element, joints: Mapping[str, Joint], loops: Mapping[str, Loop
             name = reference(entry, "name", types, "joint")
             if types[name] not in ONE_FREEDOM:
                 raise entry.error(
-                    f"{name!r} is {types[name]} and cannot be driven; only joints with one freedom can: "
-                    + ", ".join(ONE_FREEDOM)
+                    f"{name!r} is {types[name]} and cannot be driven; only joints with one freedom can: " + ", ".join(ONE_FREEDOM)
                 )
             if name in driven:
                 raise entry.error(f"{name!r} is driven by two <transmission>; name it once")

@@ -13,9 +13,7 @@ Array = NDArray[np.float64]
 def skew(v: Array) -> Array:
     """Return the (3, 3, …) matrices of the cross product with ``v``."""
     zero = np.zeros_like(v[0])
-    return np.stack(
-        [np.stack([zero, -v[2], v[1]]), np.stack([v[2], zero, -v[0]]), np.stack([-v[1], v[0], zero])]
-    )
+    return np.stack([np.stack([zero, -v[2], v[1]]), np.stack([v[2], zero, -v[0]]), np.stack([-v[1], v[0], zero])])
 
 
 def identity(batch: tuple[int, ...]) -> Array:
@@ -110,8 +108,11 @@ def rotation_between(a: Array, b: Array) -> Array:
     vector = normal * np.where(tiny, 1.0, np.arctan2(sine, cosine) / np.where(tiny, 1.0, sine))
     flipped = tiny & (cosine < 0)
     if np.any(flipped):
-        helper = np.where(np.abs(a[0]) < 0.7, np.array([1.0, 0, 0]).reshape((3,) + (1,) * (a.ndim - 1)),
-                          np.array([0, 1.0, 0]).reshape((3,) + (1,) * (a.ndim - 1)))  # fmt: skip
+        helper = np.where(
+            np.abs(a[0]) < 0.7,
+            np.array([1.0, 0, 0]).reshape((3,) + (1,) * (a.ndim - 1)),
+            np.array([0, 1.0, 0]).reshape((3,) + (1,) * (a.ndim - 1)),
+        )
         perpendicular = cross(a, helper)
         perpendicular = perpendicular / np.sqrt(dot(perpendicular, perpendicular)) * np.pi
         vector = np.where(flipped, perpendicular, vector)

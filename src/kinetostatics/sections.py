@@ -80,9 +80,7 @@ class Tube(Section):
         """Make a tube from its diameters [m]."""
         area = math.pi / 4 * (outer_diameter**2 - inner_diameter**2)
         second = math.pi / 64 * (outer_diameter**4 - inner_diameter**4)
-        return cls(
-            area, second, second, 2 * second, outer_diameter=outer_diameter, inner_diameter=inner_diameter
-        )
+        return cls(area, second, second, 2 * second, outer_diameter=outer_diameter, inner_diameter=inner_diameter)
 
     @property
     def extent(self) -> tuple[float, float]:  # noqa: D102
@@ -126,9 +124,14 @@ class Rectangle(Section):
         """Make a rectangle from its sides [m]."""
         J, modulus = _rectangle_torsion(width, height)
         return cls(
-            width * height, width * height**3 / 12, height * width**3 / 12, J,
-            width=width, height=height, torsion_modulus=modulus,
-        )  # fmt: skip
+            width * height,
+            width * height**3 / 12,
+            height * width**3 / 12,
+            J,
+            width=width,
+            height=height,
+            torsion_modulus=modulus,
+        )
 
     @property
     def extent(self) -> tuple[float, float]:  # noqa: D102
@@ -164,8 +167,11 @@ class RectangularTube(Rectangle):
             (b * h**3 - inner_b * inner_h**3) / 12,
             (h * b**3 - inner_h * inner_b**3) / 12,
             2 * t * enclosed**2 / (b + h - 2 * t),
-            width=b, height=h, torsion_modulus=2 * t * enclosed, thickness=t,
-        )  # fmt: skip
+            width=b,
+            height=h,
+            torsion_modulus=2 * t * enclosed,
+            thickness=t,
+        )
 
     def shear_coefficients(self, poisson_ratio: float) -> tuple[float, float]:
         """Return Cowper's κ of a thin-walled box for forces along y and z."""
@@ -173,13 +179,18 @@ class RectangularTube(Rectangle):
         def box(flange: float, web: float) -> float:
             nu, m, n = poisson_ratio, flange / web, flange / web
             return (
-                10 * (1 + nu) * (1 + 3 * m) ** 2
+                10
+                * (1 + nu)
+                * (1 + 3 * m) ** 2
                 / (
-                    12 + 72 * m + 150 * m**2 + 90 * m**3
+                    12
+                    + 72 * m
+                    + 150 * m**2
+                    + 90 * m**3
                     + nu * (11 + 66 * m + 135 * m**2 + 90 * m**3)
                     + 10 * n**2 * ((3 + nu) * m + 3 * m**2)
                 )
-            )  # fmt: skip
+            )
 
         b, h = self.width - self.thickness, self.height - self.thickness
         return box(h, b), box(b, h)

@@ -212,7 +212,8 @@ class _Builder:
         if len(found) != 1:
             which = "no joint leads" if not found else f"the joints {', '.join(found)} lead"
             raise self._error(
-                beam, f"{which} from link {beam.link!r} towards the {where}; say which joint is meant by {attribute}=\"…\""
+                beam,
+                f'{which} from link {beam.link!r} towards the {where}; say which joint is meant by {attribute}="…"',
             )
         return BeamEnd(found[0])
 
@@ -280,13 +281,19 @@ class _Builder:
             self._check_y_axis(beam, end_point - start_point)
         carrier = self.mechanism.body_of[beam.link][0]
         span = BeamSpan(
-            beam, self._body(start_link), start_point, self._body(end_link), end_point, carrier,
+            beam,
+            self._body(start_link),
+            start_point,
+            self._body(end_link),
+            end_point,
+            carrier,
             tuple(item.name for item in spanned),
-        )  # fmt: skip
+        )
         self._ends[beam.name] = (start_link, end_link, inward, outward)
         return span
 
     def _check_y_axis(self, beam: Beam, direction: Array) -> None:
+        assert beam.y_axis is not None
         placement = self.mechanism.body_of[beam.link][1]
         across = np.cross(placement[:3, :3] @ np.array(beam.y_axis), direction)
         if float(np.linalg.norm(across)) < 1e-6 * float(np.linalg.norm(direction)) * float(np.linalg.norm(beam.y_axis)):
@@ -347,11 +354,10 @@ class _Builder:
             ends: list[_Node] = []
             missing: list[str] = []
             for link in (connection.predecessor, connection.successor):
-                node = self._node_at(link, connection.centre_on(link))
-                if node is None:
+                found = self._node_at(link, connection.centre_on(link))
+                if found is None:
                     missing.append(link)
-                    node = self._nearest_node(link, connection.centre_on(link))
-                ends.append(node)
+                ends.append(found or self._nearest_node(link, connection.centre_on(link)))
             edge = _GraphEdge(ends[0], ends[1], connection=connection)
             self.edges.append(edge)
             self.misplaced.extend((edge, connection, link) for link in missing)
@@ -371,14 +377,18 @@ class _Builder:
                 place = self.beams_of[link][0].place
                 raise RobotFileError(
                     f"the {role} link {link!r} is rigid and cannot carry a beam; give the beam a link of its own and join "
-                    "it by a fixed joint", place.file, place.line,
-                )  # fmt: skip
+                    "it by a fixed joint",
+                    place.file,
+                    place.line,
+                )
         self.base_links = self._rigid_with(description.base)
         self.platform_links = self._rigid_with(description.platform)
         if self.base_links & self.platform_links:
             place = description.platform_place
             raise RobotFileError(
-                f"the platform {description.platform!r} is rigidly fixed to the base {description.base!r}", place.file, place.line
+                f"the platform {description.platform!r} is rigidly fixed to the base {description.base!r}",
+                place.file,
+                place.line,
             )
         self._ends: dict[str, tuple[str, str, list[Connection], list[Connection]]] = {}
         self.spans = {name: self._span(beam) for name, beam in description.beams.items()}
@@ -414,8 +424,9 @@ class _Builder:
             if len(edges) - len(roots) != len(component) - 1 or len(to_base) > 1 or len(to_platform) > 1:
                 raise NotYetError(
                     f"the links {', '.join(names)} form a hybrid limb (a closed sub-chain, or several joints to base or "
-                    "platform); only serial limbs can be analysed so far", names,
-                )  # fmt: skip
+                    "platform); only serial limbs can be analysed so far",
+                    names,
+                )
             if to_base and to_platform:
                 limbs.append(self._limb(names, base, platform, to_base[0], at, component))
             else:
@@ -425,7 +436,7 @@ class _Builder:
         limbs.sort(key=lambda pair: pair[0])
         for edge in direct:
             names = self._link_names([], [edge])
-            limbs.append((len(self.nodes), self._limb(names, base, platform, edge, at, [])))
+            limbs.append((len(self.nodes), self._limb(names, base, platform, edge, at, [])[1]))
         self._check_misplaced([limb for _, limb in limbs], dead)
         numbered = tuple(
             Limb(f"limb_{k}", limb.links, limb.path, limb.branches, limb.weights, limb.weight_between)
@@ -446,9 +457,10 @@ class _Builder:
             if any(given) and not all(given):
                 bare = beams[given.index(False)]
                 raise self._error(
-                    bare, f"another beam of link {link!r} has a density, which replaces the link's <inertial>; give this "
-                    "one a density too (0 for a massless beam)"
-                )  # fmt: skip
+                    bare,
+                    f"another beam of link {link!r} has a density, which replaces the link's <inertial>; give this "
+                    "one a density too (0 for a massless beam)",
+                )
             data = self.description.links[link]
             if not any(given) and data.mass > 0 and len(beams) == 1 and not self.spans[beams[0].name].spanned:
                 span = self.spans[beams[0].name]
@@ -596,9 +608,7 @@ class _Builder:
         before, after = (inward[::-1], outward) if forward else (outward[::-1], inward)
         return [*((item.name, None) for item in before), (None, name), *((item.name, None) for item in after)]
 
-    def _path(
-        self, base: _Node, platform: _Node, first: _GraphEdge, at: dict[_Node, list[_GraphEdge]]
-    ) -> list[_GraphEdge]:
+    def _path(self, base: _Node, platform: _Node, first: _GraphEdge, at: dict[_Node, list[_GraphEdge]]) -> list[_GraphEdge]:
         start = first.other(base)
         before: dict[_Node, tuple[_Node, _GraphEdge]] = {start: (base, first)}
         queue = deque([start])
@@ -630,13 +640,12 @@ class _Builder:
                 raise RobotFileError(
                     f"joint {connection.name!r} carries load at a point of link {link!r} that is not an end of its beam "
                     f"({beams}); split the beam there with a fixed joint, or let it end there",
-                    place.file, place.line,
-                )  # fmt: skip
+                    place.file,
+                    place.line,
+                )
 
     def _dead_weight(self, root: _Node, edges: list[Edge], nodes: list[_Node]) -> DeadWeight:
         weights = self._weights_of(root) + [name for node in nodes for name in self._weights_of(node)]
         weights += [f"beam:{edge.beam}" for edge in edges if edge.beam]
-        links = tuple(
-            link for link, own in self.nodes.items() if any(node.find() in (root, *nodes) for node in own)
-        )
+        links = tuple(link for link, own in self.nodes.items() if any(node.find() in (root, *nodes) for node in own))
         return DeadWeight(links, tuple(edges), tuple(weights))

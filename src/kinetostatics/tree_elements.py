@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from kinetostatics.description import Joint, Link, Loop, Place, Vector
 from kinetostatics.exceptions import RobotFileError, near_names
@@ -21,8 +21,16 @@ ROBOT_LEVEL = ("base", "platform", "loop", "beam", "joint_stiffness")
 
 _LINK_CHILDREN = ("inertial", "visual", "collision")
 _JOINT_CHILDREN = (
-    "parent", "child", "origin", "axis", "limit", "dynamics", "mimic", "calibration", "safety_controller",
-)  # fmt: skip
+    "parent",
+    "child",
+    "origin",
+    "axis",
+    "limit",
+    "dynamics",
+    "mimic",
+    "calibration",
+    "safety_controller",
+)
 _INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 
@@ -30,7 +38,7 @@ def read_links(root: Element, warnings: list[str]) -> dict[str, Link]:
     """Read all ``<link>``."""
     links: dict[str, Link] = {}
     for element in root.named("link"):
-        name = unused_name(element, links, "link")
+        name = unused_name(element, links.values(), "link")
         _check_children(element, _LINK_CHILDREN, warnings)
         for shape in element.named("visual") + element.named("collision"):
             origin(shape)
@@ -45,7 +53,7 @@ def read_joints(root: Element, links: Mapping[str, Link], warnings: list[str]) -
     """Read all ``<joint>``, the joints of the spanning tree."""
     joints: dict[str, Joint] = {}
     for element in root.named("joint"):
-        name = unused_name(element, joints, "joint")
+        name = unused_name(element, joints.values(), "joint")
         joints[name] = _joint(name, element, links, warnings)
     return joints
 
@@ -65,9 +73,7 @@ def tree_root(links: Mapping[str, Link], joints: Mapping[str, Joint]) -> str:
     if len(roots) > 1:
         place = links[roots[1]].place
         listed = ", ".join(map(repr, roots[:6])) + (", …" if len(roots) > 6 else "")
-        raise _error(
-            place, f"the links do not hang together: {len(roots)} of them have no parent joint ({listed}); only one may"
-        )
+        raise _error(place, f"the links do not hang together: {len(roots)} of them have no parent joint ({listed}); only one may")
     cycle = _cycle(links, to_parent)
     if cycle:
         raise _error(
@@ -77,12 +83,13 @@ def tree_root(links: Mapping[str, Link], joints: Mapping[str, Joint]) -> str:
     return roots[0]
 
 
-def unused_name(element: Element, taken: Mapping[str, Link] | Mapping[str, Joint | Loop], kind: str) -> str:
+def unused_name(element: Element, taken: Iterable[Link | Joint | Loop], kind: str) -> str:
     """Return the element's name; raise an error if another of its kind has it."""
     name = text(element, "name")
-    if name in taken:
-        place = taken[name].place
-        raise element.error(f"the {kind} name {name!r} is taken already, in {place.file}:{place.line}")
+    for other in taken:
+        if other.name == name:
+            place = other.place
+            raise element.error(f"the {kind} name {name!r} is taken already, in {place.file}:{place.line}")
     return name
 
 
@@ -114,8 +121,7 @@ def _check_children(element: Element, known: tuple[str, ...], warnings: list[str
         near = difflib.get_close_matches(child.tag.lower(), known, n=1, cutoff=0.75)
         if child.tag not in known and near:
             warnings.append(
-                f"{child.place.file}:{child.place.line}: <{child.tag}> in {element.label} is ignored; "
-                f"did you mean <{near[0]}>?"
+                f"{child.place.file}:{child.place.line}: <{child.tag}> in {element.label} is ignored; did you mean <{near[0]}>?"
             )
 
 

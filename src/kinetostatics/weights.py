@@ -36,15 +36,22 @@ class Weights:
         self._mass = np.array([description.links[name].mass for name in rigid])
         placements = [robot.mechanism.body_of[name] for name in rigid]
         self._body = np.array([body for body, _ in placements], dtype=np.intp)
-        self._centre = np.array(
-            [
-                placement[:3, :3] @ np.array(description.links[name].center_of_mass) + placement[:3, 3]
-                for name, (_, placement) in zip(rigid, placements, strict=True)
-            ]
-        ).reshape(-1, 3).T  # fmt: skip
+        self._centre = (
+            np.array(
+                [
+                    placement[:3, :3] @ np.array(description.links[name].center_of_mass) + placement[:3, 3]
+                    for name, (_, placement) in zip(rigid, placements, strict=True)
+                ]
+            )
+            .reshape(-1, 3)
+            .T
+        )
         spans = [beam.span for beam in self._beams]
         self._ends = [
-            (np.array([s.start_body for s in spans], dtype=np.intp), np.array([s.start for s in spans]).reshape(-1, 3).T),
+            (
+                np.array([s.start_body for s in spans], dtype=np.intp),
+                np.array([s.start for s in spans]).reshape(-1, 3).T,
+            ),
             (np.array([s.end_body for s in spans], dtype=np.intp), np.array([s.end for s in spans]).reshape(-1, 3).T),
         ]
 

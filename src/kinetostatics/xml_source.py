@@ -90,6 +90,7 @@ class _Builder(expatbuilder.ExpatBuilder):
     def start_element_handler(self, name: str, attributes: list[str]) -> None:
         super().start_element_handler(name, attributes)
         node, line = self.curNode, self.getParser().CurrentLineNumber
+        assert isinstance(node, minidom.Element)
         node.setUserData(_PLACE, Place(self.file, line), _KEEP_PLACE)
         if node.tagName.startswith("xacro:") or node.hasAttribute("xmlns:xacro"):
             self.uses_xacro = True
@@ -126,7 +127,7 @@ def parse(data: bytes | str, file: str) -> tuple[minidom.Document, bool]:
     if not data.strip():
         raise RobotFileError("the file is empty", file)
     # Plain URDF of old simulators may use prefixes that nobody declared, which URDF tools accept.
-    builder = _NamespaceBuilder() if ("xacro" if isinstance(data, str) else b"xacro") in data else _Builder()
+    builder = _NamespaceBuilder() if _mentions_xacro(data) else _Builder()
     builder.file = file
     try:
         document = builder.parseString(data)
@@ -137,14 +138,19 @@ def parse(data: bytes | str, file: str) -> tuple[minidom.Document, bool]:
     return document, builder.uses_xacro
 
 
+def _mentions_xacro(data: str | bytes) -> bool:
+    return "xacro" in data if isinstance(data, str) else b"xacro" in data
+
+
 def _parse_failure(error: expat.ExpatError, builder: _Builder) -> str:
     """Say what does not parse, and which element was open."""
     reason = f"this is not well-formed XML: {expat.ErrorString(error.code)}"
     if error.code == _UNBOUND_PREFIX:
         return f'{reason}; declare it, as in <robot xmlns:xacro="http://www.ros.org/wiki/xacro">'
-    place = place_of(builder.curNode)
-    if error.code in (_TAG_MISMATCH, _NO_ELEMENT_FOUND) and place is not None:
-        return f"{reason}; <{builder.curNode.tagName}> of line {place.line} is not closed"
+    node = builder.curNode
+    place = place_of(node)
+    if error.code in (_TAG_MISMATCH, _NO_ELEMENT_FOUND) and place is not None and isinstance(node, minidom.Element):
+        return f"{reason}; <{node.tagName}> of line {place.line} is not closed"
     return reason
 
 

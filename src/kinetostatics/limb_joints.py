@@ -1,0 +1,228 @@
+"""The joints of a limb as its statics see them: freedoms, universal and spherical joints, dead branches."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.kinematics import Frames
+from kinetostatics.mechanism import ROTATING, Connection, Mechanism, meeting_points
+from kinetostatics.screws import rotation_twist, translation_twist
+from kinetostatics.topology import Edge, Limb
+
+if TYPE_CHECKING:
+    from kinetostatics.robot import Robot
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Freedom:
+    """One freedom of a joint: a rotation about, or a translation along, an axis fixed in a body.
+
+    ``centre`` is a point (3,) of ``centre_body`` on the axis.
+    """
+
+    rotates: bool
+    body: int
+    axis: Array
+    centre_body: int
+    centre: Array
+    sign: int
+    label: str
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A joint of a limb as its statics see it: runs of revolutes that meet in a point are one universal or spherical joint.
+
+    Attributes:
+        kind: URDF or loop type, ``universal`` or ``spherical`` for runs.
+        label: name for people.
+        joints: names of its joints.
+        passive: whether its freedoms are free (neither driven nor fixed).
+        freedoms: its freedoms, base to platform.
+        edge: position of its last joint in the limb's path.
+    """
+
+    kind: str
+    label: str
+    joints: tuple[str, ...]
+    passive: bool
+    freedoms: tuple[Freedom, ...]
+    edge: int
+
+
+def limb_units(mechanism: Mechanism, limb: Limb) -> tuple[Unit, ...]:
+    """Return the joints of a limb's path, base to platform, with runs of revolutes joined (fixed joints are left out)."""
+    steps: list[tuple[int, Edge, Connection]] = []
+    units: list[Unit] = []
+
+    def flush() -> None:
+        while steps:
+            for count in (3, 2, 1):
+                centres = _common_centre([(edge, item) for _, edge, item in steps[:count]]) if len(steps) >= count else None
+                if count == 1 or centres is not None:
+                    units.append(_unit_of_run(steps[:count], centres))
+                    del steps[:count]
+                    break
+
+    for position, edge in enumerate(limb.path):
+        connection = mechanism.connections[edge.joint] if edge.joint else None
+        if connection is not None and connection.kind in ROTATING and not connection.driven:
+            steps.append((position, edge, connection))
+        elif connection is None or connection.kind != "fixed":
+            flush()
+            if connection is not None:
+                units.append(
+                    Unit(
+                        connection.kind,
+                        connection.name,
+                        (connection.name,),
+                        not connection.driven,
+                        _freedoms(connection, edge.sign),
+                        position,
+                    )
+                )
+        if limb.weight_between[position]:
+            flush()
+    flush()
+    return tuple(units)
+
+
+def sides(edge: Edge, connection: Connection) -> tuple[tuple[int, Array], tuple[int, Array]]:
+    """Return body and joint frame on the inboard and on the outboard side."""
+    sides = (
+        (connection.predecessor_body, connection.predecessor_frame),
+        (connection.successor_body, connection.successor_frame),
+    )
+    return sides if edge.sign > 0 else (sides[1], sides[0])
+
+
+def _common_centre(run: Sequence[tuple[Edge, Connection]]) -> Array | None:
+    """Return where on the first joint's axis (m from its centre) the axes of 2 or 3 revolutes meet, None if they do not."""
+    if len(run) < 2:
+        return None
+    meetings = []
+    for (edge, connection), (next_edge, following) in itertools.pairwise(run):
+        body, frame = sides(edge, connection)[1]
+        next_body, next_frame = sides(next_edge, following)[0]
+        if body != next_body:
+            return None
+        meeting = meeting_points(
+            frame[:3, :3] @ connection.axis, frame[:3, 3], next_frame[:3, :3] @ following.axis, next_frame[:3, 3]
+        )
+        if meeting is None:
+            return None
+        meetings.append(meeting)
+    if len(meetings) == 2 and abs(meetings[0][1] - meetings[1][0]) > 1e-9:
+        return None
+    return np.array([meetings[0][0]])
+
+
+def _unit_of_run(run: Sequence[tuple[int, Edge, Connection]], meeting: Array | None) -> Unit:
+    names = tuple(connection.name for _, _, connection in run)
+    label = names[0] if len(names) == 1 else _common_prefix(names).rstrip("_-. ") or "+".join(names)
+    first_edge, first = run[0][1], run[0][2]
+    body, frame = sides(first_edge, first)[0]
+    shift = float(meeting[0]) if meeting is not None else 0.0
+    centre = frame[:3, 3] + shift * (frame[:3, :3] @ first.axis)
+    if len(run) == 3:
+        spun = tuple(Freedom(True, body, axis, body, centre, 1, label) for axis in np.eye(3))
+        return Unit("spherical", label, names, True, spun, run[-1][0])
+    freedoms = tuple(
+        Freedom(True, connection.predecessor_body, connection.axis_on(True), body, centre, edge.sign, connection.name)
+        for _, edge, connection in run
+    )
+    return Unit("universal" if len(run) == 2 else "revolute", label, names, True, freedoms, run[-1][0])
+
+
+def _common_prefix(names: Sequence[str]) -> str:
+    """Return the longest start that all names share."""
+    shortest, longest = min(names), max(names)
+    same = (k for k, letter in enumerate(shortest) if longest[k : k + 1] != letter)
+    return shortest[: next(same, len(shortest))]
+
+
+def _freedoms(connection: Connection, sign: int) -> tuple[Freedom, ...]:
+    """Return the freedoms of one joint or loop of any kind, base to platform."""
+    kind, name = connection.kind, connection.name
+    here, there = connection.predecessor_body, connection.successor_body
+    frame, other = connection.predecessor_frame, connection.successor_frame
+    axis = connection.axis_on(True)
+
+    def rotation(body: int, direction: Array, label: str = name) -> Freedom:
+        centre_body, centre = (there, other[:3, 3]) if kind in ("planar", "floating") else (here, frame[:3, 3])
+        return Freedom(True, body, direction, centre_body, centre, sign, label)
+
+    def translation(direction: Array) -> Freedom:
+        return Freedom(False, here, direction, there, other[:3, 3], sign, name)
+
+    if kind in ROTATING:
+        found = [rotation(here, axis)]
+    elif kind == "prismatic":
+        found = [translation(axis)]
+    elif kind == "cylindrical":
+        found = [translation(axis), rotation(here, axis)]
+    elif kind == "universal":
+        second = other[:3, :3] @ connection.axis2
+        found = [rotation(here, axis, f"{name} (first axis)"), rotation(there, second, f"{name} (second axis)")]
+    elif kind == "spherical":
+        found = [rotation(here, column) for column in frame[:3, :3].T]
+    elif kind == "planar":
+        helper = np.eye(3)[int(np.argmin(np.abs(connection.axis)))]
+        side = np.cross(connection.axis, helper)
+        side /= np.linalg.norm(side)
+        third = np.cross(connection.axis, side)
+        found = [translation(frame[:3, :3] @ side), translation(frame[:3, :3] @ third), rotation(here, axis)]
+    else:
+        found = [translation(column) for column in frame[:3, :3].T]
+        found += [rotation(here, column) for column in frame[:3, :3].T]
+    return tuple(found if sign > 0 else found[::-1])
+
+
+class Branch:
+    """A passive joint of a dead branch: it has to be in equilibrium as it stands.
+
+    Attributes:
+        owner: the limb on which the branch hangs, or ``base`` or ``platform``.
+        joint: its name.
+        outboard: (W,) which weights it carries.
+        scale: (k,) what makes its powers comparable: 1 for a translation, the characteristic length for a rotation.
+    """
+
+    def __init__(self, robot: Robot, owner: str, edge: Edge) -> None:
+        connection = robot.mechanism.connections[str(edge.joint)]
+        self.owner, self.joint = owner, connection.name
+        self.outboard = np.array([name in edge.outboard for name in robot.weights.names], dtype=float)
+        self._freedoms = _freedoms(connection, edge.sign)
+        self.scale = np.array([robot.length if f.rotates else 1.0 for f in self._freedoms])
+
+    def twists(self, frames: Frames, o: Array) -> Array:
+        """Return the unit twists (6, k, N) of its freedoms about o."""
+        columns = []
+        for f in self._freedoms:
+            axis = frames.directions(np.array([f.body]), f.axis[:, None])[:, 0] * f.sign
+            arm = frames.points(np.array([f.centre_body]), f.centre[:, None])[:, 0] - o
+            columns.append(rotation_twist(axis, arm) if f.rotates else translation_twist(axis))
+        return np.stack(columns, axis=1)
+
+
+def dead_joints(robot: Robot) -> tuple[Branch, ...]:
+    """Return the passive joints of all dead branches."""
+    topology = robot.topology
+    parts = [(limb.name, limb.branches) for limb in topology.limbs]
+    parts += [("base", topology.base.edges), ("platform", topology.platform.edges)]
+    found = []
+    for owner, edges in parts:
+        for edge in edges:
+            if edge.joint is not None:
+                connection = robot.mechanism.connections[edge.joint]
+                if connection.kind != "fixed" and not connection.driven:
+                    found.append(Branch(robot, owner, edge))
+    return tuple(found)

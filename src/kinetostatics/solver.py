@@ -1,0 +1,315 @@
+"""Newton's method on thousands of poses at once: closed loops and requested coordinates."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics import rotations
+from kinetostatics.closure import LoopEquations, across, products
+from kinetostatics.kinematics import Frames
+from kinetostatics.linalg import Cholesky, cross, dot
+from kinetostatics.orientation import Orientation
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Request:
+    """Which coordinates are given, besides the closed loops.
+
+    Attributes:
+        columns: freedoms of the tree that are given (driven joints of the tree).
+        coordinates: where in ``x`` these coordinates start, one per column, and whether they are (cos, sin).
+        loops: driven loops that are given, as numbers in ``LoopEquations.loops``.
+        positions: which of x, y, z are given.
+        angles: which orientation coordinates are given.
+        orientation: their convention.
+    The targets are (n, N): columns, loops, positions, angles in that order.
+    """
+
+    columns: tuple[int, ...] = ()
+    coordinates: tuple[tuple[int, bool], ...] = ()
+    loops: tuple[int, ...] = ()
+    positions: tuple[int, ...] = ()
+    angles: tuple[int, ...] = ()
+    orientation: Orientation | None = None
+
+    @property
+    def size(self) -> int:
+        """Number of given coordinates."""
+        return len(self.columns) + len(self.loops) + len(self.positions) + len(self.angles)
+
+    @property
+    def unknown_angles(self) -> tuple[int, ...]:
+        """The orientation coordinates that the solver has to find, if any are given."""
+        return tuple(k for k in range(3) if k not in self.angles) if self.angles else ()
+
+
+@dataclass
+class Poses:
+    """Solver state: tree coordinates ``x`` (nq', N) and the orientation coordinates ``c`` (3, N) of the platform."""
+
+    x: Array
+    c: Array
+
+    def take(self, which: NDArray[np.intp] | NDArray[np.bool_]) -> Poses:
+        """Return a copy of some poses."""
+        return Poses(self.x[:, which], self.c[:, which])
+
+
+class Solver:
+    """Newton's method for the loops and a request.
+
+    ``length`` [m] makes lengths and angles comparable; ``slack`` is the scaled residual that the file's own rounding may leave.
+    """
+
+    def __init__(self, equations: LoopEquations, length: float, slack: float = 1e-7) -> None:
+        self.equations, self.length, self.slack = equations, length, slack
+        self.tree = equations.tree
+        self.mechanism = equations.mechanism
+        self.platform_body, self.platform_placement = self.mechanism.platform_frame
+        moves = self.tree.moves.astype(float)
+        base = self.mechanism.base_frame
+        self.platform_signs = moves[self.platform_body] - (moves[base[0]] if base is not None else 0.0)
+        self.column_scale = np.where(self.tree.column_rotates, 1.0, length)
+
+    # ---- coordinates of a pose --------------------------------------------------------------------------------------
+
+    def platform_pose(self, frames: Frames) -> tuple[Array, Array]:
+        """Return the platform's orientation (3, 3, N) and the position of o (3, N)."""
+        R = frames.rotation[:, :, self.platform_body]
+        position = frames.position[:, self.platform_body] + np.einsum("ijn,j->in", R, self.platform_placement[:3, 3])
+        return np.einsum("ijn,jk->ikn", R, self.platform_placement[:3, :3]), position
+
+    def loop_coordinate(self, number: int, frames: Frames) -> Array:
+        """Return the coordinate (N,) of a one-freedom loop: successor relative to predecessor [m, rad]."""
+        loop = self.equations.loops[number]
+        one = np.array([loop.predecessor_body]), np.array([loop.successor_body])
+        axis = frames.directions(one[0], (loop.predecessor_frame[:3, :3] @ loop.axis)[:, None])[:, 0]
+        if loop.kind == "prismatic":
+            gap = frames.points(one[1], loop.successor_frame[:3, 3:])[:, 0]
+            return dot(axis, gap - frames.points(one[0], loop.predecessor_frame[:3, 3:])[:, 0])
+        side, third = across(loop.axis)
+        u = frames.directions(one[0], (loop.predecessor_frame[:3, :3] @ side)[:, None])[:, 0]
+        v = frames.directions(one[0], (loop.predecessor_frame[:3, :3] @ third)[:, None])[:, 0]
+        w = frames.directions(one[1], (loop.successor_frame[:3, :3] @ side)[:, None])[:, 0]
+        return np.asarray(np.arctan2(dot(v, w), dot(u, w)))
+
+    def values(self, request: Request, poses: Poses) -> Array:
+        """Return the requested coordinates (n, N) of given poses."""
+        frames = self.equations.forward(poses.x)
+        rows = [
+            np.arctan2(poses.x[start + 1], poses.x[start]) if circular else poses.x[start]
+            for start, circular in request.coordinates
+        ]
+        rows += [self.loop_coordinate(number, frames) for number in request.loops]
+        R, position = self.platform_pose(frames)
+        rows += [position[k] for k in request.positions]
+        if request.angles and request.orientation is not None:
+            angles = request.orientation.coordinates(R)
+            rows += [angles[k] for k in request.angles]
+        return np.array(rows).reshape(request.size, poses.x.shape[1])
+
+    # ---- equations --------------------------------------------------------------------------------------------------
+
+    def system(self, request: Request, poses: Poses, target: Array) -> tuple[Array, Array]:
+        """Return scaled residuals (m, N) and gradients (m, n, N) of loops and request, n: free tree columns, unknown angles."""
+        equations, tree = self.equations, self.tree
+        frames = equations.forward(poses.x)
+        twists = tree.twists(frames)
+        residual, wrench = equations.evaluate(frames)
+        residuals = [residual / np.where(equations.is_length, self.length, 1.0)[:, None]]
+        gradient = products(equations.signs, wrench, twists)
+        scale = self.column_scale[None, :, None]
+        gradients = [gradient * scale / np.where(equations.is_length, self.length, 1.0)[:, None, None]]
+        N, extra = poses.x.shape[1], len(request.unknown_angles)
+        at = len(request.columns)
+        for number in request.loops:
+            loop = equations.loops[number]
+            body = np.array([loop.predecessor_body])
+            axis = frames.directions(body, (loop.predecessor_frame[:3, :3] @ loop.axis)[:, None])[:, 0]
+            error = self.loop_coordinate(number, frames) - target[at]
+            row = np.zeros((6, 1, N))
+            if loop.kind == "prismatic":
+                point = frames.points(np.array([loop.successor_body]), loop.successor_frame[:3, 3:])[:, 0]
+                row[:3, 0], row[3:, 0], unit = axis, cross(point, axis), self.length
+            else:
+                error, unit = error - 2 * np.pi * np.round(error / (2 * np.pi)), 1.0
+                row[3:, 0] = axis
+            signs = (tree.moves[loop.successor_body].astype(float) - tree.moves[loop.predecessor_body])[None]
+            residuals.append(error[None] / unit)
+            gradients.append(products(signs, row, twists) * scale / unit)
+            at += 1
+        extra_rows = 0
+        if request.positions or request.angles:
+            R, position = self.platform_pose(frames)
+            moving = twists * self.platform_signs[None, :, None]
+        if request.positions:
+            which = list(request.positions)
+            at_o = moving[:3] + cross(moving[3:], position[:, None])
+            residuals.append((position[which] - target[at : at + len(which)]) / self.length)
+            gradients.append(at_o[which] * scale / self.length)
+            at += len(which)
+        if request.angles and request.orientation is not None:
+            wanted = request.orientation.matrix(poses.c)
+            residuals.append(rotations.logarithm(np.einsum("ijn,kjn->ikn", R, wanted)))
+            gradients.append(moving[3:] * scale)
+            extra_rows = 3
+        gradient = np.concatenate(gradients)
+        free = np.setdiff1d(np.arange(tree.nv), request.columns)
+        gradient = gradient[:, free]
+        if extra:
+            assert request.orientation is not None
+            columns = np.zeros((gradient.shape[0], extra, N))
+            columns[-extra_rows:] = -request.orientation.rates(poses.c)[:, list(request.unknown_angles)]
+            gradient = np.concatenate([gradient, columns], axis=1)
+        return np.concatenate(residuals), gradient
+
+    def impose(self, request: Request, poses: Poses, target: Array) -> None:
+        """Write the given tree coordinates and angles into the poses, in place."""
+        for row, (start, circular) in enumerate(request.coordinates):
+            if circular:
+                poses.x[start], poses.x[start + 1] = np.cos(target[row]), np.sin(target[row])
+            else:
+                poses.x[start] = target[row]
+        first = request.size - len(request.angles)
+        for row, k in enumerate(request.angles):
+            poses.c[k] = target[first + row]
+
+    def advance(self, request: Request, poses: Poses, step: Array) -> Poses:
+        """Return the poses moved by a scaled step (n, N)."""
+        free = np.setdiff1d(np.arange(self.tree.nv), request.columns)
+        v = np.zeros((self.tree.nv, poses.x.shape[1]))
+        v[free] = step[: len(free)] * self.column_scale[free, None]
+        c = np.array(poses.c)
+        unknown = list(request.unknown_angles)
+        c[unknown] += step[len(free) :]
+        return Poses(self.tree.integrate(poses.x, v), c)
+
+    def newton(self, request: Request, poses: Poses, target: Array) -> tuple[Poses, NDArray[np.bool_]]:
+        """Solve for ``target`` from nearby ``poses``; also return which poses converged steadily.
+
+        A pose counts as converged only if the corrections shrink at once and keep shrinking (P. Deuflhard, Newton Methods for
+        Nonlinear Problems, section 5.1): then the solution belongs to the branch of the starting pose.
+        """
+        N = poses.x.shape[1]
+        result = Poses(np.array(poses.x), np.array(poses.c))
+        self.impose(request, result, target)
+        good = np.zeros(N, dtype=bool)
+        active = np.arange(N)
+        before = np.full(N, np.inf)
+        for iteration in range(12):
+            here = result.take(active)
+            residual, gradient = self.system(request, here, target[:, active])
+            step = least_squares_step(gradient, residual)
+            size = np.sqrt(np.max(step * step, axis=0, initial=0.0))
+            ok = np.isfinite(size) & (size < 1.2)
+            if iteration:
+                ok &= (size < 0.4 * before[active]) | (size < 1e-10)
+            step = np.where(ok, step, 0.0)
+            moved = self.advance(request, here, step)
+            result.x[:, active], result.c[:, active] = moved.x, moved.c
+            before[active] = size
+            done = ok & (size < 1e-8) & (np.max(np.abs(residual), axis=0, initial=0.0) < self.slack)
+            ok &= done | (size >= 1e-8)
+            good[active[done]] = True
+            active = active[ok & ~done]
+            if not active.size:
+                break
+        return result, good
+
+    def follow(self, request: Request, start: Poses, target: Array) -> tuple[Poses, NDArray[np.bool_], Array]:
+        """Follow the straight line of requested coordinates from ``start`` to ``target`` (n, N).
+
+        Returns:
+            The poses, whether each arrived, and how much of its way (0 … 1) each has gone.
+        """
+        N = target.shape[1]
+        state = Poses(np.array(np.broadcast_to(start.x, (start.x.shape[0], N))), np.array(np.broadcast_to(start.c, (3, N))))
+        origin = self.values(request, state)
+        if request.angles and request.orientation is not None:
+            self._unwind(request, state, origin, target)
+        gone, stride = np.zeros(N), np.ones(N)
+        active = np.arange(N)
+        while active.size:
+            trial = np.minimum(gone[active] + stride[active], 1.0)
+            goal = origin[:, active] + trial * (target[:, active] - origin[:, active])
+            moved, good = self.newton(request, state.take(active), goal)
+            arrived = active[good]
+            state.x[:, arrived], state.c[:, arrived] = moved.x[:, good], moved.c[:, good]
+            gone[arrived] = trial[good]
+            stride[arrived] *= 2
+            stride[active[~good]] /= 2
+            active = active[(gone[active] < 1) & (stride[active] > 1e-3)]
+        return state, gone >= 1, gone
+
+    def _unwind(self, request: Request, state: Poses, origin: Array, target: Array) -> None:
+        """Choose the azimuth of an untilted start, which has none of its own, and fill in its other angles."""
+        orientation = request.orientation
+        assert orientation is not None
+        R, _ = self.platform_pose(self.equations.forward(state.x))
+        state.c[:] = orientation.coordinates(R)
+        if orientation.name == "tilt_torsion" and 0 in request.angles:
+            first = request.size - len(request.angles)
+            row = first + request.angles.index(0)
+            untilted = state.c[1] < 1e-9
+            state.c[0] = np.where(untilted, target[row], state.c[0])
+            origin[row] = state.c[0]
+
+    def close(self, poses: Poses, request: Request, target: Array, weight: float = 1.0) -> tuple[Poses, float]:
+        """Close the loops of one pose from far away by damped least squares (Levenberg–Marquardt).
+
+        Args:
+            poses: one pose to start from.
+            request: what is given, and ``target`` (n, 1) its values.
+            target: see ``request``.
+            weight: of the request's equations against those of the loops.
+
+        Returns:
+            The pose with the smallest residual found, and that scaled residual (largest entry).
+        """
+        here = Poses(np.array(poses.x), np.array(poses.c))
+        self.impose(request, here, target)
+        damping = 1e-6
+
+        def system(poses: Poses) -> tuple[Array, Array]:
+            residual, gradient = self.system(request, poses, target)
+            residual[self.equations.count :] *= weight
+            gradient[self.equations.count :] *= weight
+            return residual, gradient
+
+        residual, gradient = system(here)
+        for _ in range(200):
+            if not residual.size or float(np.abs(residual).max()) < 1e-15:
+                break
+            J, r = gradient[:, :, 0], residual[:, 0]
+            step = np.asarray(-np.linalg.solve(J.T @ J + damping * np.eye(J.shape[1]), J.T @ r), dtype=np.float64)
+            largest = float(np.abs(step).max(initial=0.0))
+            if largest > 0.5:
+                step *= 0.5 / largest
+            trial = self.advance(request, here, step[:, None])
+            new_residual, new_gradient = system(trial)
+            if float(np.sum(new_residual**2)) <= float(np.sum(r**2)):
+                here, residual, gradient = trial, new_residual, new_gradient
+                damping = max(damping / 10, 1e-15)
+                if largest < 1e-15:
+                    break
+            else:
+                damping *= 10
+                if damping > 1e6 or largest < 1e-14:
+                    break
+        return here, float(np.abs(residual).max(initial=0.0))
+
+
+def least_squares_step(gradient: Array, residual: Array) -> Array:
+    """Return the Newton or Gauss–Newton steps (n, N); freedoms that do not matter stay where they are."""
+    if gradient.shape[1] == 0:
+        return np.zeros((0, gradient.shape[2]))
+    normal = np.einsum("rin,rjn->ijn", gradient, gradient)
+    diagonal = np.arange(normal.shape[0])
+    normal[diagonal, diagonal] += 1e-12 * (normal[diagonal, diagonal] + 1e-3)
+    right = -np.einsum("rin,rn->in", gradient, residual)
+    return Cholesky(normal).solve(right[:, None])[:, 0]

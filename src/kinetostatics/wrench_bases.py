@@ -1,0 +1,359 @@
+"""Readable bases of a limb's constraint wrenches J_ic and attached wrenches J_ig: candidates, choice, completion.
+
+The choice is made once per robot, at a few generic poses; at every pose the same candidates are evaluated
+(``method.md`` sections 2 to 4).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.exceptions import StaticsError
+from kinetostatics.kinematics import Frames
+from kinetostatics.limb_joints import Unit
+from kinetostatics.linalg import Cholesky, cross, dot, normalize
+from kinetostatics.screws import wrench_of_couple, wrench_of_force
+
+if TYPE_CHECKING:
+    from kinetostatics.limbs import LimbGeometry, LimbGroup
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+
+#: Below this pivot of the Gram matrix (the squared sine of an angle) a readable basis counts as degenerate.
+DEGENERATE = 1e-10
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A wrench that a person can read: a unit force through a joint's centre or a unit couple, along some direction.
+
+    Attributes:
+        direction: ``("limb", k)``: the limb's axis x, y or z; ``("axis", f)``: that of its f-th freedom; ``("cross", f, h)``:
+            across two of them; ``("cross_limb", f, k)``; ``("rest", s)``: no direction but the s-th seed, see ``Basis``.
+        centre: the unit whose centre the force passes through, None for a couple.
+        label: for people.
+    """
+
+    direction: tuple[str | int, ...]
+    centre: int | None
+    label: str
+
+
+@dataclass(frozen=True)
+class Basis:
+    """The candidates of one limb, fixed once.
+
+    Attributes:
+        constraint, attached: candidates of J_ic and of J_ig.
+        independent: freedoms whose twists are independent at generic poses, for the completion of J_ic.
+        carried: the same among the platform joint's freedoms, for the completion of J_ig.
+        gap: ratio of the smallest kept to the largest dropped singular value of the limb's twists.
+    """
+
+    constraint: tuple[Candidate, ...]
+    attached: tuple[Candidate, ...]
+    independent: tuple[int, ...]
+    carried: tuple[int, ...]
+    gap: float
+
+
+def wrench_of(candidate: Candidate, geometry: LimbGeometry) -> Array:
+    """Return the wrenches (6, g, N) of a candidate, about o."""
+    direction = candidate.direction
+    if direction[0] == "limb":
+        along = geometry.limb_axes[:, int(direction[1])]
+    elif direction[0] == "axis":
+        along = geometry.axes[:, int(direction[1])]
+    elif direction[0] == "cross":
+        along = normalize(cross(geometry.axes[:, int(direction[1])], geometry.axes[:, int(direction[2])]))
+    else:
+        along = normalize(cross(geometry.axes[:, int(direction[1])], geometry.limb_axes[:, int(direction[2])]))
+    if candidate.centre is None:
+        return wrench_of_couple(along)
+    return wrench_of_force(along, geometry.centres[:, candidate.centre])
+
+
+def evaluate_bases(group: LimbGroup, geometry: LimbGeometry) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Return J_ic (6, n_c, g, N), J_ig (6, n_g, g, N) about o, and where (g, N) the readable bases degenerate.
+
+    There the bases are orthonormal ones, found by singular values.
+    """
+    length = group.robot.length
+    scale = np.array([length] * 3 + [1.0] * 3).reshape(6, 1, 1)  # wrench × scale and twist / scale: both dimensionless
+    columns = _columns(group, group.basis.constraint, group.basis.independent, [], geometry)
+    columns += _columns(group, group.basis.attached, group.basis.carried, columns, geometry)
+    count = len(group.basis.constraint)
+    g, N = geometry.limb_axes.shape[2:]
+    J = np.stack(columns, axis=1) if columns else np.zeros((6, 0, g, N))
+    bad = _degenerate(group, J, count, scale[:, None], geometry)
+    if np.any(bad):
+        _replace(group, J, count, scale, geometry, bad)
+    return J[:, :count], J[:, count:], bad
+
+
+def _columns(
+    group: LimbGroup, part: Sequence[Candidate], carried: Sequence[int], known: list[Array], geometry: LimbGeometry
+) -> list[Array]:
+    """Return the wrenches (6, g, N) of candidates, completed by ones independent of those ``known``."""
+    length = group.robot.length
+    scale = np.array([length] * 3 + [1.0] * 3).reshape(6, 1, 1)
+    found = [wrench_of(candidate, geometry) for candidate in part if candidate.direction[0] != "rest"]
+    seeds = [int(c.direction[1]) for c in part if c.direction[0] == "rest"]
+    if seeds:
+        spanned = [geometry.twists[:, f] / scale for f in carried] + [w * scale for w in (*known, *found)]
+        found += [w / scale for w in _complete(spanned, _seeds(geometry, length) * scale[:, None], seeds)]
+    return found
+
+
+def _degenerate(group: LimbGroup, J: Array, count: int, scale: Array, geometry: LimbGeometry) -> NDArray[np.bool_]:
+    """Return where (g, N) the constraint wrenches are dependent, or not reciprocal to the passive joints any more."""
+    bad = ~np.all(np.isfinite(J), axis=(0, 1))
+    unit = normalize(np.where(bad, 1.0, J) * scale)
+    for first, last in ((0, count), (0, J.shape[1])):
+        if last > first:
+            part = unit[:, first:last]
+            bad |= ~(Cholesky(np.einsum("ki...,kj...->ij...", part, part)).smallest_pivot > DEGENERATE)
+    if count and np.any(group.passive):
+        power = np.einsum("ki...,kj...->ij...", geometry.twists[:, group.passive] / scale, unit[:, :count])
+        bad |= np.max(np.abs(power), axis=(0, 1)) > 1e-6 + 100 * group.robot.closing_error
+    return np.asarray(bad)
+
+
+def _replace(group: LimbGroup, J: Array, count: int, scale: Array, geometry: LimbGeometry, bad: NDArray[np.bool_]) -> None:
+    """Put orthonormal bases, found by singular values, where the readable ones degenerate."""
+    s = scale[:, 0, 0]
+    for limb, pose in np.argwhere(bad):
+        twists = geometry.twists[:, :, limb, pose] / s[:, None]
+        if not np.all(np.isfinite(twists)):
+            continue
+        reciprocal = np.linalg.svd(twists[:, group.passive], full_matrices=True)[0][:, 6 - count :]
+        J[:, :count, limb, pose] = reciprocal / s[:, None]
+        known = np.hstack([twists[:, group.platform_joint], reciprocal])
+        rest = np.linalg.svd(known, full_matrices=True)[0][:, 6 - (J.shape[1] - count) :]
+        J[:, count:, limb, pose] = rest / s[:, None]
+
+
+def choose_basis(group: LimbGroup, frames: Frames, o: Array) -> Basis:
+    """Choose ranks and readable wrenches at generic poses; for a group of one limb."""
+    geometry = group.geometry(frames, o)
+    length, tolerance = group.robot.length, group.robot.rank_tolerance
+    scale = np.array([length] * 3 + [1.0] * 3).reshape(6, 1, 1)
+    twists = geometry.twists[:, :, 0] / scale
+    poses = range(twists.shape[2])
+    ranks = [_rank(twists[:, group.passive, p], tolerance) for p in poses]
+    rank, gap = max(ranks)
+    n_c = 6 - rank
+    carried_rank = max(_rank(twists[:, group.platform_joint, p], tolerance)[0] for p in poses)
+    n_g = 6 - carried_rank - n_c
+    labels = [f.label for f in group.freedoms[0]]
+    constraint, columns = _select(
+        group,
+        _constraint_candidates(group.units[0], group.unit_of, group.passive, group.rotates, labels),
+        n_c,
+        group.passive,
+        geometry,
+        twists,
+        scale,
+        [],
+    )
+    independent = _independent(twists, np.flatnonzero(group.passive), tolerance)
+    spanned = [twists[:, f] for f in independent] + columns
+    constraint += _rest(
+        spanned, (_seeds(geometry, length) * scale[:, None])[:, :, 0], n_c - len(constraint), "complementary wrench"
+    )
+    columns = [w[:, 0] * scale[:, 0] for w in _columns(group, constraint, independent, [], geometry)]
+    attached, columns = _select(
+        group,
+        _attached_candidates(group.units[0], group.unit_of, group.passive, group.rotates, labels),
+        n_g,
+        group.platform_joint,
+        geometry,
+        twists,
+        scale,
+        columns,
+    )
+    carried = _independent(twists, np.flatnonzero(group.platform_joint), tolerance)
+    attached += _rest(
+        [twists[:, f] for f in carried] + columns,
+        (_seeds(geometry, length) * scale[:, None])[:, :, 0],
+        n_g - len(attached),
+        "complementary wrench",
+    )
+    return Basis(tuple(constraint), tuple(attached), tuple(independent), tuple(carried), gap)
+
+
+def _select(
+    group: LimbGroup,
+    candidates: Iterator[Candidate],
+    count: int,
+    reciprocal_to: NDArray[np.bool_],
+    geometry: LimbGeometry,
+    twists: Array,
+    scale: Array,
+    taken: list[Array],
+) -> tuple[list[Candidate], list[Array]]:
+    """Take candidates greedily that are reciprocal to given freedoms and independent of those taken."""
+    chosen: list[Candidate] = []
+    taken = list(taken)
+    allowed = 1e-8 + 100 * group.robot.closing_error
+    with np.errstate(invalid="ignore", divide="ignore"):
+        for candidate in candidates:
+            if len(chosen) == count:
+                break
+            column = normalize(wrench_of(candidate, geometry)[:, 0] * scale[:, 0])
+            if not np.all(np.isfinite(column)):
+                continue
+            power = np.einsum("kin,kn->in", twists[:, reciprocal_to], column)
+            if float(np.abs(power).max(initial=0.0)) > allowed:
+                continue
+            stack = np.stack([*taken, column])
+            smallest = [float(np.linalg.svd(stack[:, :, p], compute_uv=False)[-1]) for p in range(stack.shape[2])]
+            if min(smallest) > 1e-3:
+                chosen.append(candidate)
+                taken.append(column)
+    return chosen, taken
+
+
+def _constraint_candidates(
+    units: Sequence[Unit], unit_of: Index, passive: NDArray[np.bool_], rotates: NDArray[np.bool_], labels: list[str]
+) -> Iterator[Candidate]:
+    """Yield readable candidates of J_ic in the order of preference of ``method.md`` section 3."""
+    outer = len(units)
+    at = _platform_centre(units)
+    where = [unit.label for unit in units] + ["its outer end"]
+    axes = _readable_axes(units, unit_of, passive, rotates)
+    centres = [at, *(k for k in range(len(units) - 1, -1, -1) if k != at), *([outer] if at != outer else [])]
+    yield Candidate(("limb", 2), at, f"force along limb axis at {where[at]}")
+    for centre in centres:
+        for f in axes:
+            yield Candidate(("axis", f), centre, f"force ∥ {labels[f]} at {where[centre]}")
+    for k in (1, 0):
+        yield Candidate(("limb", k), at, f"force along limb {'xyz'[k]} at {where[at]}")
+    pairs = [(f, h) for i, f in enumerate(axes) for h in axes[i + 1 :]]
+    for f, h in sorted(pairs, key=lambda pair: unit_of[pair[0]] != unit_of[pair[1]]):
+        first, second = units[unit_of[f]], units[unit_of[h]]
+        what = first.label if first is second else f"{labels[f]} and {labels[h]}"
+        yield Candidate(("cross", f, h), None, f"couple ⟂ {what}")
+    for k in (2, 0, 1):
+        yield Candidate(("limb", k), None, f"couple along limb {'xyz'[k]}")
+    for f in axes:
+        yield Candidate(("cross_limb", f, 2), None, f"couple ⟂ {labels[f]} and limb axis")
+        yield Candidate(("axis", f), None, f"couple ∥ {labels[f]}")
+    for centre in centres:
+        for f, h in pairs:
+            yield Candidate(("cross", f, h), centre, f"force ⟂ {labels[f]} and {labels[h]} at {where[centre]}")
+        for f in axes:
+            for k in range(3):
+                yield Candidate(("cross_limb", f, k), centre, f"force ⟂ {labels[f]} and limb {'xyz'[k]} at {where[centre]}")
+        for k in range(3):
+            yield Candidate(("limb", k), centre, f"force along limb {'xyz'[k]} at {where[centre]}")
+
+
+def _attached_candidates(
+    units: Sequence[Unit], unit_of: Index, passive: NDArray[np.bool_], rotates: NDArray[np.bool_], labels: list[str]
+) -> Iterator[Candidate]:
+    """Yield readable candidates of J_ig: forces through the platform joint's centre, then couples."""
+    at = _platform_centre(units)
+    where = units[at].label if at < len(units) else "its outer end"
+    for k in range(3):
+        yield Candidate(("limb", k), at, f"force along limb {'xyz'[k]} at {where}")
+    for k in range(3):
+        yield Candidate(("limb", k), None, f"couple along limb {'xyz'[k]}")
+    axes = _readable_axes(units, unit_of, passive, rotates)
+    for i, f in enumerate(axes):
+        yield Candidate(("axis", f), at, f"force ∥ {labels[f]} at {where}")
+        yield Candidate(("axis", f), None, f"couple ∥ {labels[f]}")
+        for h in axes[i + 1 :]:
+            yield Candidate(("cross", f, h), None, f"couple ⟂ {labels[f]} and {labels[h]}")
+        for k in range(3):
+            yield Candidate(("cross_limb", f, k), None, f"couple ⟂ {labels[f]} and limb {'xyz'[k]}")
+
+
+def _platform_centre(units: Sequence[Unit]) -> int:
+    """Return the unit through whose centre forces are preferred: the outermost joint that turns, if it is passive."""
+    for k in range(len(units) - 1, -1, -1):
+        if not units[k].passive:
+            break
+        if any(freedom.rotates for freedom in units[k].freedoms):
+            return k
+    return len(units)
+
+
+def _readable_axes(units: Sequence[Unit], unit_of: Index, passive: NDArray[np.bool_], rotates: NDArray[np.bool_]) -> list[int]:
+    """Return the freedoms whose axes mean something: single joints before universal ones, platform side first."""
+    free = [int(f) for f in np.flatnonzero(passive)[::-1] if units[unit_of[f]].kind not in ("spherical", "floating")]
+    single = [f for f in free if units[unit_of[f]].kind != "universal"]
+    return [f for f in single if rotates[f]] + [f for f in free if f not in single] + [f for f in single if not rotates[f]]
+
+
+def _seeds(geometry: LimbGeometry, length: float) -> Array:
+    """Return six wrenches (6, 6, g, N) along the limb axes, from which complementary wrenches are made."""
+    axes = geometry.limb_axes
+    zero = np.zeros_like(axes)
+    return np.concatenate([np.concatenate([axes, zero]), np.concatenate([zero, axes * length])], axis=1)
+
+
+def _complete(spanned: list[Array], seeds: Array, chosen: Sequence[int]) -> list[Array]:
+    """Return unit vectors from the chosen seeds, orthogonal to all ``spanned`` (6, …) and to one another."""
+    basis: list[Array] = []
+
+    def residue(v: Array) -> Array:
+        for _ in range(2):
+            for unit in basis:
+                v = v - unit * dot(unit, v)
+        return v
+
+    for column in spanned:
+        basis.append(normalize(residue(normalize(column))))
+    found = []
+    for seed in chosen:
+        unit = normalize(residue(normalize(residue(normalize(seeds[:, seed])))))
+        basis.append(unit)
+        found.append(unit)
+    return found
+
+
+def _rest(spanned: list[Array], seeds: Array, count: int, label: str) -> list[Candidate]:
+    """Choose ``count`` seeds whose completion of ``spanned`` is best conditioned at all generic poses."""
+    chosen: list[int] = []
+    for number in range(count):
+        best, best_size = -1, -1.0
+        for seed in range(seeds.shape[1]):
+            if seed in chosen:
+                continue
+            basis = _complete(spanned, seeds, chosen)
+            unit = normalize(seeds[:, seed])
+            known = np.stack([*(normalize(s) for s in spanned), *basis, unit])
+            size = min(float(np.linalg.svd(known[:, :, p], compute_uv=False)[-1]) for p in range(known.shape[2]))
+            if size > best_size:
+                best, best_size = seed, size
+        if best < 0:
+            raise StaticsError(f"no complementary wrench number {number + 1} can be found")
+        chosen.append(best)
+    return [Candidate(("rest", seed), None, f"{label} {k}") for k, seed in enumerate(chosen, 1)]
+
+
+def _rank(matrix: Array, tolerance: float) -> tuple[int, float]:
+    """Return the rank of (6, k) scaled columns, and the gap between kept and dropped singular values."""
+    if matrix.shape[1] == 0:
+        return 0, np.inf
+    values = np.linalg.svd(matrix, compute_uv=False)
+    rank = int(np.sum(values > tolerance * max(values[0], 1e-300)))
+    dropped = float(values[rank]) if rank < len(values) else 0.0
+    return rank, float(values[rank - 1]) / dropped if rank and dropped > 0 else np.inf
+
+
+def _independent(twists: Array, among: Index, tolerance: float) -> list[int]:
+    """Return a maximal set of independent freedoms, decided at all generic poses."""
+    chosen: list[int] = []
+    for f in among:
+        trial = [*chosen, int(f)]
+        if all(_rank(twists[:, trial, p], 1e3 * tolerance)[0] == len(trial) for p in range(twists.shape[2])):
+            chosen = trial
+    return chosen
