@@ -13,6 +13,17 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+#: Points on −1 … 1 and weights that integrate polynomials up to degree 7 exactly.
+_GAUSS = np.polynomial.legendre.leggauss(4)
+
+
+def _six(*rows: Array | float) -> Array:
+    """Return six components, broadcast against one another, as one array (6, …)."""
+    result = np.empty((6, *np.broadcast_shapes(*(np.shape(row) for row in rows))))
+    for k, row in enumerate(rows):
+        result[k] = row
+    return result
+
 
 def end_displacement(c: Array, length: Array, wrench: Array) -> Array:
     """Return the twists (6, …) of the outer end that wrenches (6, …) at that end cause: the end compliance times them.
@@ -25,15 +36,13 @@ def end_displacement(c: Array, length: Array, wrench: Array) -> Array:
     axial, shear_y, shear_z, twist, bend_y, bend_z = c
     L = length
     fx, fy, fz, mx, my, mz = wrench
-    return np.stack(
-        np.broadcast_arrays(
-            axial * L * fx,
-            (bend_z * L**3 / 3 + shear_y * L) * fy + bend_z * L**2 / 2 * mz,
-            (bend_y * L**3 / 3 + shear_z * L) * fz - bend_y * L**2 / 2 * my,
-            twist * L * mx,
-            bend_y * (L * my - L**2 / 2 * fz),
-            bend_z * (L * mz + L**2 / 2 * fy),
-        )
+    return _six(
+        axial * L * fx,
+        (bend_z * L**3 / 3 + shear_y * L) * fy + bend_z * L**2 / 2 * mz,
+        (bend_y * L**3 / 3 + shear_z * L) * fz - bend_y * L**2 / 2 * my,
+        twist * L * mx,
+        bend_y * (L * my - L**2 / 2 * fz),
+        bend_z * (L * mz + L**2 / 2 * fy),
     )
 
 
@@ -42,15 +51,13 @@ def sag(c: Array, length: Array, load: Array) -> Array:
     axial, shear_y, shear_z, _, bend_y, bend_z = c
     L = length
     qx, qy, qz = load
-    return np.stack(
-        np.broadcast_arrays(
-            axial * L**2 / 2 * qx,
-            (bend_z * L**4 / 8 + shear_y * L**2 / 2) * qy,
-            (bend_y * L**4 / 8 + shear_z * L**2 / 2) * qz,
-            0.0,
-            -bend_y * L**3 / 6 * qz,
-            bend_z * L**3 / 6 * qy,
-        )
+    return _six(
+        axial * L**2 / 2 * qx,
+        (bend_z * L**4 / 8 + shear_y * L**2 / 2) * qy,
+        (bend_y * L**4 / 8 + shear_z * L**2 / 2) * qz,
+        0.0,
+        -bend_y * L**3 / 6 * qz,
+        bend_z * L**3 / 6 * qy,
     )
 
 
@@ -71,15 +78,13 @@ def bent_line(c: Array, length: Array, wrench: Array, load: Array, s: Array) -> 
     point = s**2 * (3 * L - s) / 6
     spread = s**2 * (6 * L**2 - 4 * L * s + s**2) / 24
     slope = s**3 / 6 - L * s**2 / 2 + L**2 * s / 2
-    return np.stack(
-        np.broadcast_arrays(
-            axial * (fx * s + qx * even),
-            bend_z * (fy * point + qy * spread + mz * s**2 / 2) + shear_y * (fy * s + qy * even),
-            bend_y * (fz * point + qz * spread - my * s**2 / 2) + shear_z * (fz * s + qz * even),
-            twist * mx * s,
-            bend_y * (my * s - fz * even - qz * slope),
-            bend_z * (mz * s + fy * even + qy * slope),
-        )
+    return _six(
+        axial * (fx * s + qx * even),
+        bend_z * (fy * point + qy * spread + mz * s**2 / 2) + shear_y * (fy * s + qy * even),
+        bend_y * (fz * point + qz * spread - my * s**2 / 2) + shear_z * (fz * s + qz * even),
+        twist * mx * s,
+        bend_y * (my * s - fz * even - qz * slope),
+        bend_z * (mz * s + fy * even + qy * slope),
     )
 
 
@@ -88,26 +93,23 @@ def section_wrench(length: Array, wrench: Array, load: Array, s: Array) -> Array
     arm = length - s
     fx, fy, fz, mx, my, mz = wrench
     qx, qy, qz = load
-    return np.stack(
-        np.broadcast_arrays(
-            fx + qx * arm,
-            fy + qy * arm,
-            fz + qz * arm,
-            mx,
-            my - fz * arm - qz * arm**2 / 2,
-            mz + fy * arm + qy * arm**2 / 2,
-        )
+    return _six(
+        fx + qx * arm,
+        fy + qy * arm,
+        fz + qz * arm,
+        mx,
+        my - fz * arm - qz * arm**2 / 2,
+        mz + fy * arm + qy * arm**2 / 2,
     )
 
 
 def strain_energy(c: Array, length: Array, wrench: Array, load: Array) -> Array:
     """Return the strain energy (…) [J], ∫ ½ wᵀ c w ds over the beam, by Gauss–Legendre quadrature (exact: degree 4)."""
-    points, weights = np.polynomial.legendre.leggauss(4)
-    total = np.zeros(np.shape(length))
-    for point, weight in zip(points, weights, strict=True):
-        w = section_wrench(length, wrench, load, length * (1 + point) / 2)
-        total = total + weight * length / 2 * 0.5 * np.einsum("i...,i...,i...->...", w, np.broadcast_to(c, w.shape), w)
-    return np.asarray(total)
+    points, weights = _GAUSS
+    points = points.reshape((-1,) + (1,) * np.ndim(length))
+    w = section_wrench(length, wrench[:, None], load[:, None], length * (1 + points) / 2)
+    density = np.einsum("i...,ik...->k...", c, w * w)
+    return np.asarray(np.einsum("k,k...->...", weights, density) * length / 4)
 
 
 def euler_load(bend_y: Array, bend_z: Array, length: Array) -> Array:

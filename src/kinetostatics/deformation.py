@@ -1,12 +1,13 @@
 """How the whole robot moves under load: every joint's outer side, every rigid link, every beam's bent line.
 
 The platform's twist and the beams' own deformations fix how far the passive joints turn; from base to platform the motions
-then add up. Everything is linear, so each contribution to the twist has motions of its own, along an axis S.
+then add up. Everything is linear, so each contribution to the twist has motions of its own, along an axis S. Limbs built
+alike stay stacked: arrays are ``(component, S, limb, pose)``.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,7 @@ from kinetostatics.beam_models import BeamModel
 from kinetostatics.equilibrium import Solution
 from kinetostatics.limbs import LimbStatics
 from kinetostatics.linalg import Cholesky
+from kinetostatics.robot import Robot
 from kinetostatics.screws import move_twist, move_wrench
 from kinetostatics.topology import Edge
 
@@ -23,37 +25,53 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class LoadedBeam:
-    """A beam with what loads it, for each contribution; in beam axes, arrays (…, S, N).
+class LoadedBeams:
+    """Alike beams of g limbs with what loads them, for each contribution; wrenches and loads in beam axes.
 
     Attributes:
-        model: the beam.
-        axes: (3, 3, N) beam axes in the world.
-        length: (N,) [m].
-        end: (3, N) arm from o to the outer end.
-        wrench: (6, S, N) wrench at the outer end.
-        load: (3, S, N) its own weight [N/m].
-        inner: (6, S, N) motion of its inner end as a rigid body, about o, world axes.
+        models: the beams.
+        compliances: (6, g, 1) section compliances.
+        axes: (3, 3, g, N) beam axes in the world.
+        length: (g, N) [m].
+        mass: (g, N) [kg].
+        end: (3, g, N) arm from o to the outer end.
+        wrench: (6, S, g, N) wrench at the outer end.
+        load: (3, S, g, N) own weight [N/m].
+        inner: (6, S, g, N) motion of the inner end as a rigid body, about o, world axes.
     """
 
-    model: BeamModel
+    models: tuple[BeamModel, ...]
+    compliances: Array
     axes: Array
     length: Array
+    mass: Array
     end: Array
     wrench: Array
     load: Array
     inner: Array
 
     def end_twist(self) -> Array:
-        """Return what its own deformation adds to everything outboard (6, S, N), about o, world axes."""
-        c = self.model.compliances[:, None, None]
+        """Return what their own deformation adds to everything outboard (6, S, g, N), about o, world axes."""
+        c = self.compliances[:, None]
         local = beam_formulas.end_displacement(c, self.length, self.wrench)
-        local = local + beam_formulas.sag(c, self.length, self.load)
-        return move_twist(self.to_world(local), -self.end[:, None])
+        local += beam_formulas.sag(c, self.length, self.load)
+        return move_twist(rotate(self.axes, local), -self.end[:, None])
 
-    def to_world(self, twist: Array) -> Array:
-        """Turn twists or wrenches (6, S, N) from beam into world axes."""
-        return np.concatenate([np.einsum("ijn,jsn->isn", self.axes, part) for part in (twist[:3], twist[3:])])
+    def lines(self, fractions: Array) -> Array:
+        """Return displacement and rotation (6, n, S, g, N) of stations at given fractions of the length, world axes."""
+        s = fractions[:, None, None, None] * self.length
+        c = self.compliances[:, None, None]
+        local = beam_formulas.bent_line(c, self.length, self.wrench[:, None], self.load[:, None], s)
+        arm = self.end[:, None, None] - self.axes[:, 0, None, None] * (self.length - s)
+        return rotate(self.axes, local) + move_twist(self.inner[:, None], arm)
+
+
+def rotate(axes: Array, screws: Array, back: bool = False) -> Array:
+    """Turn twists or wrenches (6, …, g, N) from the axes (3, 3, g, N) into world axes, or back."""
+    result = np.empty(screws.shape)
+    for rows in (slice(0, 3), slice(3, 6)):
+        result[rows] = np.einsum("ji...gn,j...gn->i...gn" if back else "ij...gn,j...gn->i...gn", axes, screws[rows])
+    return result
 
 
 @dataclass(frozen=True)
@@ -62,113 +80,116 @@ class Deformation:
 
     Attributes:
         motions: twist (6, S, N) of the outer side of every joint and beam, by the edge's key.
-        beams: the loaded beams by name.
+        beams: the loaded beams.
     """
 
     motions: dict[str, Array]
-    beams: dict[str, LoadedBeam]
+    beams: list[LoadedBeams]
 
 
-def deform(solution: Solution) -> Deformation:
+def deform(robot: Robot, solution: Solution) -> Deformation:
     """Compute the motions of everything in one chunk of poses."""
-    deformation = Deformation({}, {})
-    topology = None
+    out = Deformation({}, [])
     for statics, intensities in zip(solution.statics, solution.intensities, strict=True):
-        group = statics.group
-        topology = group.robot.topology
-        totals = _total_wrenches(solution, statics, intensities)
-        for position, limb in enumerate(group.limbs):
-            own = group.numbers[position] + 2
-            _deform_limb(solution, statics, position, own, totals[:, :, position], deformation)
-            _deform_branches(solution, group.robot, limb.branches, own, None, deformation)
-    robot = solution.statics[0].group.robot if solution.statics else None
-    if robot is not None and topology is not None:
-        _deform_branches(solution, robot, topology.base.edges, None, None, deformation)
-        _deform_branches(solution, robot, topology.platform.edges, 1, solution.twists, deformation)
-    return deformation
+        _deform_limbs(solution, statics, intensities, out)
+    branches: list[tuple[tuple[Edge, ...], int | None, Array | None]]
+    branches = [(limb.branches, 2 + k, None) for k, limb in enumerate(robot.topology.limbs)]
+    branches += [(robot.topology.base.edges, None, None), (robot.topology.platform.edges, 1, solution.twists)]
+    for edges, own, root in branches:
+        if edges:
+            _deform_branches(robot, solution, edges, own, root, out)
+    return out
 
 
-def _total_wrenches(solution: Solution, statics: LimbStatics, intensities: Array) -> Array:
-    """Return what the platform puts on each limb, for each contribution (6, S, g, N)."""
-    totals = np.einsum("kign,isgn->ksgn", statics.J_c, intensities)
-    for position, number in enumerate(statics.group.numbers):
-        totals[:, 2 + number, position] += statics.R_g[:, position]
-    return totals
-
-
-def _only(source: int | None, count: int, array: Array) -> Array:
-    """Return an array (…, S, N) that is ``array`` (…, N) for one contribution and zero for the others."""
-    result = np.zeros((array.shape[0], count, array.shape[-1]))
-    if source is not None:
-        result[:, source] = array
-    return result
-
-
-def _deform_limb(solution: Solution, statics: LimbStatics, position: int, own: int, total: Array, out: Deformation) -> None:
+def _deform_limbs(solution: Solution, statics: LimbStatics, intensities: Array, out: Deformation) -> None:
     group, geometry = statics.group, statics.geometry
-    limb, S = group.limbs[position], len(solution.sources)
-    loaded: list[LoadedBeam] = []
-    for b, model in enumerate(group.beams[position]):
-        axes, end = geometry.beam_axes[:, :, b, position], geometry.beam_ends[:, b, position]
-        wrench = total + _only(own, S, statics.beyond[:, b, position])
-        moved = move_wrench(wrench, end[:, None])
-        local = np.concatenate([np.einsum("jin,jsn->isn", axes, part) for part in (moved[:3], moved[3:])])
-        load = _only(own, S, statics.load[:, b, position])
-        loaded.append(LoadedBeam(model, axes, geometry.beam_lengths[b, position], end, local, load, np.zeros_like(local)))
-    elastic = [beam.end_twist() for beam in loaded]
-    gap = solution.twists - sum(elastic, np.zeros_like(solution.twists))
-    twists = geometry.twists[:, :, position]
-    turned = _joint_motions(twists * group.passive[:, None], gap, group.robot.length)
-    units = {name: unit for unit in group.units[position] for name in unit.joints}
-    first = {id(unit): int(np.flatnonzero(group.unit_of == k)[0]) for k, unit in enumerate(group.units[position])}
-    motion = np.zeros_like(solution.twists)
-    at = 0
-    for edge in limb.path:
-        if edge.beam is not None:
-            beam = loaded[at]
-            out.beams[edge.beam] = LoadedBeam(beam.model, beam.axes, beam.length, beam.end, beam.wrench, beam.load, motion)
-            motion = motion + elastic[at]
-            at += 1
-        elif edge.joint in units and units[edge.joint].joints[-1] == edge.joint:
-            unit = units[edge.joint]
-            for f in range(first[id(unit)], first[id(unit)] + len(unit.freedoms)):
-                motion = motion + twists[:, f, None] * turned[f]
-        out.motions[edge.key] = motion
+    S, (g, N) = len(solution.sources), geometry.limb_axes.shape[2:]
+    own = np.zeros((S, g, 1))  # the contribution of each limb's own weight
+    for position, number in enumerate(group.numbers):
+        own[2 + number, position] = 1
+    total = np.einsum("kign,isgn->ksgn", statics.J_c, intensities) + own * statics.R_g[:, None]
+    motion = np.zeros((6, S, g, N))
+    loaded: list[LoadedBeams] = []
+    for b in range(len(group.beams[0])):
+        axes, end, length = geometry.beam_axes[:, :, b], geometry.beam_ends[:, b], geometry.beam_lengths[b]
+        models = tuple(row[b] for row in group.beams)
+        mass = np.stack([_mass(model, length[k]) for k, model in enumerate(models)])
+        wrench = rotate(axes, move_wrench(total + own * statics.beyond[:, None, b], end[:, None]), back=True)
+        load = own * statics.load[:, None, b]
+        loaded.append(LoadedBeams(models, group.compliances[:, b], axes, length, mass, end, wrench, load, motion))
+    elastic = [beams.end_twist() for beams in loaded]
+    gap = solution.twists[:, :, None] - sum(elastic, np.zeros((6, 1, 1, 1)))
+    turned = _joint_motions(geometry.twists * group.passive[:, None, None], gap, group.robot.length)
+    after_unit: list[Array] = []
+    done = 0
+    for k, unit in enumerate(group.units[0]):
+        first = int(np.sum([len(item.freedoms) for item in group.units[0][:k]], dtype=int))
+        while done < len(loaded) and group.freedoms_before_beam[done] <= first:
+            loaded[done] = replace(loaded[done], inner=motion)
+            motion = motion + elastic[done]
+            done += 1
+        for f in range(first, first + len(unit.freedoms)):
+            motion = motion + geometry.twists[:, None, f] * turned[f]
+        after_unit.append(motion)
+    for b in range(done, len(loaded)):
+        loaded[b] = replace(loaded[b], inner=motion)
+        motion = motion + elastic[b]
+    out.beams.extend(loaded)
+    for position, limb in enumerate(group.limbs):
+        last_joints = {unit.joints[-1]: k for k, unit in enumerate(group.units[position])}
+        here, at = np.zeros((6, S, N)), 0
+        for edge in limb.path:
+            if edge.beam is not None:
+                here = loaded[at].inner[:, :, position] + elastic[at][:, :, position]
+                at += 1
+            elif edge.joint in last_joints:
+                here = after_unit[last_joints[edge.joint]][:, :, position]
+            out.motions[edge.key] = here
+
+
+def _mass(model: BeamModel, length: Array) -> Array:
+    return np.full_like(length, model.mass) if model.mass_per_length is None else model.mass_per_length * length
 
 
 def _joint_motions(twists: Array, gap: Array, length: float) -> Array:
-    """Return how far the passive freedoms (k, S, N) move so that the limb meets the platform; local freedoms stay."""
+    """Return how far the passive freedoms (k, S, g, N) move so that the limb meets the platform; local freedoms stay."""
     k = twists.shape[1]
     if k == 0:
         return np.zeros((0, *gap.shape[1:]))
-    scale = np.array([1 / length] * 3 + [1.0] * 3)[:, None, None]
+    scale = np.array([1 / length] * 3 + [1.0] * 3).reshape(6, 1, 1, 1)
     A, left = twists * scale, gap * scale
     sizes = np.sqrt(np.sum(A * A, axis=0))
     sizes = np.where(sizes > 0, sizes, 1.0)
     A = A / sizes
-    normal = np.einsum("ijn,ikn->jkn", A, A)
+    normal = np.einsum("ij...,ik...->jk...", A, A)
     normal[np.arange(k), np.arange(k)] += 1e-11
     factor = Cholesky(normal)
     result = np.zeros((k, *gap.shape[1:]))
-    for _ in range(3):
-        step = factor.solve(np.einsum("ijn,isn->jsn", A, left))
+    for _ in range(3):  # the later rounds remove the error of the normal equations
+        step = factor.solve(np.einsum("ij...,is...->js...", A, left))
         result += step
-        left = left - np.einsum("ijn,jsn->isn", A, step)
+        left = left - np.einsum("ij...,js...->is...", A, step)
     return result / sizes[:, None]
 
 
 def _deform_branches(
-    solution: Solution, robot: object, edges: tuple[Edge, ...], own: int | None, root: Array | None, out: Deformation
+    robot: Robot, solution: Solution, edges: tuple[Edge, ...], own: int | None, root: Array | None, out: Deformation
 ) -> None:
-    """Let dead branches follow what they hang on, their beams bent by their own weight."""
-    from kinetostatics.robot import Robot
+    """Let dead branches follow what they hang on, their beams bent by their own weight.
 
-    assert isinstance(robot, Robot)
-    if not edges:
-        return
-    S, frames, o = len(solution.sources), solution.frames, solution.o
-    weights = robot.weights.wrenches(frames, o, solution.gravity)
-    names = robot.weights.names
+    Args:
+        robot: the robot.
+        solution: the chunk of poses.
+        edges: joints and beams of the branches, inboard ones first.
+        own: which contribution their weight belongs to; None: to none, as they hang on the base.
+        root: motion of what they hang on where an edge has no parent; None: it stands still.
+        out: where the motions are put.
+    """
+    frames = solution.frames
+    weights = robot.weights.wrenches(frames, solution.o, solution.gravity)
+    share = np.zeros((len(solution.sources), 1, 1))
+    if own is not None:
+        share[own] = 1
     for edge in edges:
         if edge.parent is None:
             motion = np.zeros_like(solution.twists) if root is None else root
@@ -176,15 +197,24 @@ def _deform_branches(
             motion = out.motions[edge.parent]
         if edge.beam is not None:
             model = robot.beams[edge.beam]
-            axes = frames.orientations(np.array([model.span.carrier]), model.axes[:, :, None])[:, :, 0]
-            end = frames.points(np.array([model.span.end_body]), model.span.end[:, None])[:, 0] - o
-            length = model.length(frames)
-            beyond = np.einsum("w,iwn->in", np.array([name in edge.outboard for name in names], dtype=float), weights)
-            moved = move_wrench(beyond, end)
-            local = np.concatenate([np.einsum("jin,jn->in", axes, part) for part in (moved[:3], moved[3:])])
-            mass = np.full_like(length, model.mass) if model.mass_per_length is None else model.mass_per_length * length
-            load = np.einsum("jin,jn->in", axes, solution.gravity) * mass / length
-            beam = LoadedBeam(model, axes, length, end, _only(own, S, local), _only(own, S, load), motion)
-            out.beams[edge.beam] = beam
-            motion = motion + beam.end_twist()
+            axes = frames.orientations(np.array([model.span.carrier]), model.axes[:, :, None])
+            end = frames.points(np.array([model.span.end_body]), model.span.end[:, None]) - solution.o[:, None]
+            length = model.length(frames)[None]
+            beyond = robot.weights.sum(edge.outboard, weights)[:, None]
+            local = rotate(axes, move_wrench(beyond, end), back=True)
+            mass = _mass(model, length)
+            load = np.einsum("jign,jn->ign", axes, solution.gravity) * mass / length
+            beams = LoadedBeams(
+                (model,),
+                model.compliances[:, None, None],
+                axes,
+                length,
+                mass,
+                end,
+                local[:, None] * share,
+                load[:, None] * share,
+                motion[:, :, None],
+            )
+            out.beams.append(beams)
+            motion = motion + beams.end_twist()[:, :, 0]
         out.motions[edge.key] = motion

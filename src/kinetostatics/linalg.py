@@ -29,7 +29,12 @@ def transpose(a: Array) -> Array:
 
 def cross(a: Array, b: Array) -> Array:
     """Return the cross products of ``(3, …)`` vectors, broadcasting the batch axes."""
-    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+    first = a[1] * b[2] - a[2] * b[1]
+    result = np.empty((3, *first.shape))
+    result[0] = first
+    result[1] = a[2] * b[0] - a[0] * b[2]
+    result[2] = a[0] * b[1] - a[1] * b[0]
+    return result
 
 
 def dot(a: Array, b: Array) -> Array:

@@ -6,7 +6,7 @@ Numbers that need more work than the twist itself (joint wrenches, beams, motion
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
 from typing import Any
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from kinetostatics import beams as beam_formulas
 from kinetostatics.configuration import Configuration, Status, batch_first, frozen
-from kinetostatics.deformation import Deformation, LoadedBeam, deform
+from kinetostatics.deformation import Deformation, LoadedBeams, deform
 from kinetostatics.description import Beam
 from kinetostatics.equilibrium import Solution
 from kinetostatics.mechanism import Connection
@@ -27,6 +27,7 @@ Array = NDArray[np.float64]
 
 #: Stations along a beam, ends included.
 STATIONS = 21
+FRACTIONS = frozen(np.linspace(0, 1, STATIONS))
 #: Part of the Euler load above which the linear theory is doubtful.
 EULER_WARNING = 0.05
 
@@ -228,15 +229,13 @@ class Result:
         """What the base side of every joint puts on the platform side (6, N), about the joint's centre, world axes."""
         parts: dict[str, list[Array]] = {}
         topology = self.robot.topology
-        names = self.robot.weights.names
         for solution in self.solutions:
             weights = self.robot.weights.wrenches(solution.frames, solution.o, solution.gravity)
 
             def put(edge: Edge, inner: Array, solution: Solution = solution, weights: Array = weights) -> None:
                 if edge.joint is None:
                     return
-                mask = np.array([name in edge.outboard for name in names], dtype=float)
-                total = inner + np.einsum("w,iwn->in", mask, weights)
+                total = inner + self.robot.weights.sum(edge.outboard, weights)
                 arm = joint_centre(self.robot.mechanism.connections[edge.joint], edge, solution) - solution.o
                 parts.setdefault(edge.joint, []).append(-move_wrench(total, arm))
 
@@ -286,75 +285,52 @@ class Result:
     def base_wrench(self) -> Array:
         """(…, 6) what the ground puts on the robot, about the base link's origin, world axes [N, N·m]."""
         total: list[Array] = []
-        topology, names = self.robot.topology, self.robot.weights.names
         body, placement = self.robot.mechanism.body_of[self.robot.description.base]
         for solution in self.solutions:
             weights = self.robot.weights.wrenches(solution.frames, solution.o, solution.gravity)
             sum_at_o = weights[:, self.robot.weights.of("base")].sum(axis=1)
             for number, statics in enumerate(solution.statics):
                 for position, limb in enumerate(statics.group.limbs):
-                    mask = np.array([name in limb.weights for name in names], dtype=float)
-                    sum_at_o = sum_at_o + _limb_wrench(solution, number, position) + np.einsum("w,iwn->in", mask, weights)
+                    own = self.robot.weights.sum(limb.weights, weights)
+                    sum_at_o = sum_at_o + _limb_wrench(solution, number, position) + own
             origin = solution.frames.points(np.array([body]), placement[:3, 3:])[:, 0]
             total.append(-move_wrench(sum_at_o, origin - solution.o))
-        del topology
         return self._public(np.concatenate(total, axis=-1))
 
     # ---- deformation ------------------------------------------------------------------------------------------------
 
     @cached_property
     def _deformations(self) -> tuple[Deformation, ...]:
-        return tuple(deform(solution) for solution in self.solutions)
+        return tuple(deform(self.robot, solution) for solution in self.solutions)
 
     @cached_property
     def beams(self) -> Mapping[str, BeamResult]:
         """The beams by name: section wrenches, bent lines, stresses."""
-        return MappingProxyType({name: self._beam(name) for name in self.robot.description.beams})
-
-    def _beam(self, name: str) -> BeamResult:
-        model = self.robot.beams[name]
-        pieces: list[dict[str, Array]] = []
-        fractions = np.linspace(0, 1, STATIONS)
-        section = model.span.beam.section
-        for solution, deformation in zip(self.solutions, self._deformations, strict=True):
-            beam = deformation.beams[name]
-            wrench, load = beam.wrench.sum(axis=1), beam.load.sum(axis=1)
-            c = model.compliances[:, None]
-            s = fractions[:, None] * beam.length
-            sections = beam_formulas.section_wrench(beam.length, wrench[:, None], load[:, None], s)
-            lines = _lines(beam, fractions).sum(axis=2)
-            start = solution.o + beam.end - beam.axes[:, 0] * beam.length
-            points = start[:, None] + beam.axes[:, :1] * s
-            euler = beam_formulas.euler_load(model.compliances[4], model.compliances[5], beam.length)
-            mass = beam.length * 0 + model.mass if model.mass_per_length is None else beam.length * model.mass_per_length
-            pieces.append(
-                {
-                    "length": beam.length,
-                    "mass": mass,
-                    "axes": beam.axes,
-                    "points": np.swapaxes(points, 0, 1),
-                    "section_wrenches": np.swapaxes(sections, 0, 1),
-                    "deflections": np.swapaxes(lines[:3], 0, 1),
-                    "rotations": np.swapaxes(lines[3:], 0, 1),
-                    "stress": section.stress(sections).max(axis=0),
-                    "euler_ratio": np.maximum(-sections[0].min(axis=0), 0) / euler,
-                    "strain_energy": beam_formulas.strain_energy(c, beam.length, wrench, load),
-                }
-            )
-        joined = {key: self._public(np.concatenate([piece[key] for piece in pieces], axis=-1)) for key in pieces[0]}
-        return BeamResult(name, model.span.beam, frozen(fractions), **joined)
+        found: dict[str, BeamResult] = {}
+        for number, stack in enumerate(self._deformations[0].beams):
+            pieces = [
+                _beam_numbers(deformation.beams[number], solution)
+                for deformation, solution in zip(self._deformations, self.solutions, strict=True)
+            ]
+            joined = {key: np.concatenate([piece[key] for piece in pieces], axis=-1) for key in pieces[0]}
+            for position, model in enumerate(stack.models):
+                mine = {key: array[..., position, :] for key, array in joined.items()}
+                stress = model.span.beam.section.stress(np.swapaxes(mine["section_wrenches"], 0, 1)).max(axis=0)
+                arrays = {key: self._public(array) for key, array in (*mine.items(), ("stress", stress))}
+                found[model.name] = BeamResult(model.name, model.span.beam, FRACTIONS, **arrays)
+        return MappingProxyType({name: found[name] for name in self.robot.description.beams})
 
     @cached_property
     def beam_contributions(self) -> Mapping[str, Mapping[str, Array]]:
         """What each contribution does to each beam's line: (…, n, 6) displacement and rotation of its stations, world axes."""
-        fractions = np.linspace(0, 1, STATIONS)
-        result = {}
-        for name in self.robot.description.beams:
-            lines = np.concatenate([_lines(d.beams[name], fractions) for d in self._deformations], axis=-1)
-            result[name] = MappingProxyType(
-                {source: self._public(np.swapaxes(lines[:, :, k], 0, 1)) for k, source in enumerate(self.solutions[0].sources)}
-            )
-        return MappingProxyType(result)
+        found: dict[str, Mapping[str, Array]] = {}
+        sources = self.solutions[0].sources
+        for number, stack in enumerate(self._deformations[0].beams):
+            lines = np.concatenate([d.beams[number].lines(FRACTIONS) for d in self._deformations], axis=-1)
+            for position, model in enumerate(stack.models):
+                turned = np.swapaxes(lines[:, :, :, position], 0, 1)
+                found[model.name] = MappingProxyType({source: self._public(turned[:, :, k]) for k, source in enumerate(sources)})
+        return MappingProxyType({name: found[name] for name in self.robot.description.beams})
 
     @cached_property
     def link_contributions(self) -> Mapping[str, Mapping[str, Array]]:
@@ -412,6 +388,29 @@ class Result:
         return tuple(found)
 
 
+def _beam_numbers(beams: LoadedBeams, solution: Solution) -> dict[str, Array]:
+    """Return the arrays (…, g, N) of a :class:`BeamResult`, but for the stress."""
+    wrench, load = beams.wrench.sum(axis=1), beams.load.sum(axis=1)
+    s = FRACTIONS[:, None, None] * beams.length
+    sections = beam_formulas.section_wrench(beams.length, wrench[:, None], load[:, None], s)
+    total = replace(beams, wrench=wrench[:, None], load=load[:, None], inner=beams.inner.sum(axis=1, keepdims=True))
+    lines = total.lines(FRACTIONS)[:, :, 0]
+    start = solution.o[:, None] + beams.end - beams.axes[:, 0] * beams.length
+    points = start[:, None] + beams.axes[:, :1] * s
+    euler = beam_formulas.euler_load(beams.compliances[4], beams.compliances[5], beams.length)
+    return {
+        "length": beams.length,
+        "mass": beams.mass,
+        "axes": beams.axes,
+        "points": np.swapaxes(points, 0, 1),
+        "section_wrenches": np.swapaxes(sections, 0, 1),
+        "deflections": np.swapaxes(lines[:3], 0, 1),
+        "rotations": np.swapaxes(lines[3:], 0, 1),
+        "euler_ratio": np.maximum(-sections[0].min(axis=0), 0) / euler,
+        "strain_energy": beam_formulas.strain_energy(beams.compliances, beams.length, wrench, load),
+    }
+
+
 def _where_readable(solution: Solution, number: int, position: int, array: Array) -> Array:
     return np.where(solution.statics[number].degenerate[position], np.nan, array)
 
@@ -439,15 +438,3 @@ def joint_centre(connection: Connection, edge: Edge, solution: Solution) -> Arra
         else (connection.predecessor_body, connection.predecessor_frame)
     )
     return solution.frames.points(np.array([body]), frame[:3, 3:])[:, 0]
-
-
-def _lines(beam: LoadedBeam, fractions: Array) -> Array:
-    """Return displacement and rotation (6, n, S, N) of a beam's stations, world axes."""
-    c = beam.model.compliances[:, None, None]
-    lines = []
-    for fraction in fractions:
-        s = fraction * beam.length
-        local = beam_formulas.bent_line(c, beam.length, beam.wrench, beam.load, s)
-        arm = beam.end - beam.axes[:, 0] * (beam.length - s)
-        lines.append(beam.to_world(local) + move_twist(beam.inner, arm[:, None]))
-    return np.stack(lines, axis=1)

@@ -82,6 +82,7 @@ class Robot:
         self.mechanism = Mechanism(description)
         self.topology: Topology = analyze_topology(self.mechanism)
         self.equations = LoopEquations(self.mechanism)
+        self._determined: dict[Request, bool] = {}
 
     @property
     def name(self) -> str:
@@ -381,8 +382,6 @@ class Robot:
         if raising and not np.all(arrived):
             worst = int(np.argmin(arrived))
             self._say_unreachable(request, names, poses.take(np.array([worst])), target[:, [worst]], float(gone[worst]))
-        if raising and platform is not None:
-            self._check_determined(request, names, poses.take(np.array([0])), target[:, :1])
         return self._configuration(
             poses, shape, arrived, orientation if platform is not None else None, convention, tolerance, raising
         )
@@ -469,7 +468,9 @@ class Robot:
         positions = tuple(k for k, name in enumerate("xyz") if name in platform)
         angles = tuple(k for k, name in enumerate(convention.names) if name in platform)
         request = Request(positions=positions, angles=angles, orientation=convention)
-        if not self._determines(request, self.generic_poses):
+        if request not in self._determined:
+            self._determined[request] = self._determines(request, self.generic_poses)
+        if not self._determined[request]:
             raise CoordinatesError(
                 f"the coordinates {', '.join(platform)} do not determine the pose of {self.name!r}: with them held the platform "
                 f"can still move; its mobility is {mobility}",
@@ -477,27 +478,19 @@ class Robot:
             )
         return request, ["xyz"[k] for k in positions] + [convention.names[k] for k in angles]
 
-    def _determines(self, request: Request, poses: Poses, target: Array | None = None) -> bool:
+    def _determines(self, request: Request, poses: Poses) -> bool:
         """Whether the requested coordinates leave the platform no freedom, at any of the poses."""
         for k in range(poses.x.shape[1]):
             pose = poses.take(np.array([k]))
             if request.orientation is not None:
                 R, _ = self.solver.platform_pose(self.equations.forward(pose.x))
                 pose = Poses(pose.x, request.orientation.coordinates(R))
-            values = self.solver.values(request, pose) if target is None else target
-            _, gradient = self.solver.system(request, pose, values)
+            _, gradient = self.solver.system(request, pose, self.solver.values(request, pose))
             free = _null_space(gradient[:, :, 0], self.rank_tolerance)[0]
             moving = self._platform_map(pose) @ free[: self.equations.tree.nv]
             if float(np.abs(moving).max(initial=0.0)) < 1e-6:
                 return True
         return False
-
-    def _check_determined(self, request: Request, names: list[str], poses: Poses, target: Array) -> None:
-        if not self._determines(request, poses, target):
-            raise CoordinatesError(
-                f"at this pose the coordinates {', '.join(names)} do not determine the platform: it is a singular pose for them",
-                self.mobility.platform,
-            )
 
     def _openings(self, pose: Poses) -> dict[str, tuple[float, float]]:
         residual, _ = self.equations.evaluate(self.equations.forward(pose.x))

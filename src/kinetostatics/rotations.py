@@ -12,8 +12,10 @@ Array = NDArray[np.float64]
 
 def skew(v: Array) -> Array:
     """Return the (3, 3, …) matrices of the cross product with ``v``."""
-    zero = np.zeros_like(v[0])
-    return np.stack([np.stack([zero, -v[2], v[1]]), np.stack([v[2], zero, -v[0]]), np.stack([-v[1], v[0], zero])])
+    matrix = np.zeros((3, 3, *v.shape[1:]))
+    matrix[2, 1], matrix[0, 2], matrix[1, 0] = v
+    matrix[1, 2], matrix[2, 0], matrix[0, 1] = -v
+    return matrix
 
 
 def identity(batch: tuple[int, ...]) -> Array:
@@ -69,22 +71,27 @@ def quaternion_of_matrix(R: Array) -> Array:
 
 def logarithm(R: Array) -> Array:
     """Return the rotation vectors (3, …) [rad] of rotation matrices; their length is at most π."""
-    q = quaternion_of_matrix(R)
-    sine = np.sqrt(dot(q[:3], q[:3]))
-    angle = 2 * np.arctan2(sine, q[3])
-    return np.asarray(q[:3] * np.where(sine < 1e-12, 2.0, angle / np.where(sine < 1e-12, 1.0, sine)))
+    v = np.empty((3, *R.shape[2:]))
+    v[0], v[1], v[2] = R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]
+    double_sine, double_cosine = np.sqrt(dot(v, v)), R[0, 0] + R[1, 1] + R[2, 2] - 1
+    tiny = double_sine < 1e-10
+    v *= np.where(tiny, 0.5, np.arctan2(double_sine, double_cosine) / np.where(tiny, 1.0, double_sine))
+    wide = double_cosine < -1.8  # near half a turn the sine loses its digits
+    if np.any(wide):
+        q = quaternion_of_matrix(R[:, :, wide])
+        sine = np.sqrt(dot(q[:3], q[:3]))
+        v[:, wide] = q[:3] * (2 * np.arctan2(sine, q[3]) / sine)
+    return v
 
 
 def matrix_of_quaternion(q: Array) -> Array:
     """Return the (3, 3, …) rotation matrices of unit quaternions (4, …)."""
     x, y, z, w = q
-    return np.stack(
-        [
-            np.stack([1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)]),
-            np.stack([2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)]),
-            np.stack([2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]),
-        ]
-    )
+    R = np.empty((3, 3, *x.shape))
+    R[0, 0], R[0, 1], R[0, 2] = 1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)
+    R[1, 0], R[1, 1], R[1, 2] = 2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)
+    R[2, 0], R[2, 1], R[2, 2] = 2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)
+    return R
 
 
 def quaternion_product(a: Array, b: Array) -> Array:

@@ -40,15 +40,18 @@ def translation_twist(direction: Array) -> Array:
 
 def move_wrench(wrench: Array, shift: Array) -> Array:
     """Return the wrench about a reference point that lies ``shift`` [m] from the present one (m_o = m_p + (p − o) × f)."""
-    force = wrench[:3]
-    moment = wrench[3:] - cross(shift, force)
-    return np.concatenate([np.broadcast_to(force, moment.shape), moment])
+    moment = wrench[3:] - cross(shift, wrench[:3])
+    result = np.empty((6, *moment.shape[1:]))
+    result[:3], result[3:] = wrench[:3], moment
+    return result
 
 
 def move_twist(twist: Array, shift: Array) -> Array:
     """Return the twist at a reference point that lies ``shift`` [m] from the present one (d_o = d_p + r × (o − p))."""
     linear = twist[:3] + cross(twist[3:], shift)
-    return np.concatenate([linear, np.broadcast_to(twist[3:], linear.shape)])
+    result = np.empty((6, *linear.shape[1:]))
+    result[:3], result[3:] = linear, twist[3:]
+    return result
 
 
 def describe_twist(twist: Array, length: float) -> str:

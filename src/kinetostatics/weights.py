@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -30,6 +31,7 @@ class Weights:
         parts += [("base", topology.base.weights), ("platform", topology.platform.weights)]
         self.names = [name for _, names in parts for name in names]
         self.owner = [owner for owner, names in parts for _ in names]
+        self._number = {name: k for k, name in enumerate(self.names)}
         rigid = [name for name in self.names if not name.startswith("beam:")]
         self._beams = [robot.beams[name.removeprefix("beam:")] for name in self.names if name.startswith("beam:")]
         self._is_rigid = np.array([not name.startswith("beam:") for name in self.names], dtype=bool)
@@ -83,6 +85,11 @@ class Weights:
         """Return the weights' wrenches (6, W, N) about ``o`` (3, N) under ``gravity`` (3, N) [m/s²]."""
         force = self.masses(frames)[None] * gravity[:, None]
         return np.concatenate([force, cross(self.centres(frames) - o[:, None], force)])
+
+    def sum(self, names: Iterable[str], wrenches: Array) -> Array:
+        """Return the sum (6, N) of the wrenches (6, W, N) of some weights."""
+        which = [self._number[name] for name in names]
+        return np.asarray(wrenches[:, which].sum(axis=1))
 
     def of(self, owner: str) -> NDArray[np.bool_]:
         """Return which weights belong to a limb, to ``base`` or to ``platform``."""
