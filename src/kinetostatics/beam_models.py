@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics.beam_spans import SAME_POINT, BeamSpan
 from kinetostatics.exceptions import RobotFileError
 from kinetostatics.kinematics import Frames
 from kinetostatics.linalg import dot
 from kinetostatics.mechanism import Mechanism
 from kinetostatics.sections import beam_compliance_coefficients
-from kinetostatics.topology import SAME_POINT, BeamSpan
 
 Array = NDArray[np.float64]
 

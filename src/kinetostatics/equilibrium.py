@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kinetostatics.assembly import CHUNK
 from kinetostatics.configuration import Configuration, Status
 from kinetostatics.exceptions import ArgumentError, LimbEquilibriumError, SingularPoseError
 from kinetostatics.kinematics import Frames
@@ -276,8 +277,6 @@ def analyze(
     loads, fields, arms = flat(wrench), flat(field), None if arm is None else flat(arm)
     solutions = []
     robot = configuration.robot
-    from kinetostatics.robot import CHUNK
-
     for first in range(0, N, CHUNK):
         part = slice(first, min(first + CHUNK, N))
         mine = part if isinstance(which, slice) else which[part]

@@ -48,6 +48,17 @@ def normalize(a: Array) -> Array:
         return np.asarray(a / np.sqrt(dot(a, a)))
 
 
+def null_space(matrix: Array, tolerance: float) -> tuple[Array, int, float]:
+    """Return an orthonormal basis of the null space (n, k), the rank, and the gap between kept and dropped values."""
+    if matrix.size == 0:
+        return np.eye(matrix.shape[1]), 0, np.inf
+    _, values, rows = np.linalg.svd(matrix, full_matrices=True)
+    rank = int(np.sum(values > tolerance * values[0])) if values[0] > 0 else 0
+    dropped = float(values[rank]) if rank < len(values) else 0.0
+    gap = float(values[rank - 1]) / dropped if rank and dropped > 0 else np.inf
+    return np.ascontiguousarray(rows[rank:].T), rank, gap
+
+
 class Cholesky:
     """Cholesky factor of symmetric positive (semi)definite matrices ``(n, n, …)``.
 
@@ -94,39 +105,3 @@ class Cholesky:
     def solve(self, b: Array) -> Array:
         """Return A⁻¹ b for ``(n, m, …)`` right-hand sides."""
         return self.backward(self.forward(b))
-
-
-def orthonormal_complement(columns: list[Array], seeds: Array, count: int) -> list[Array]:
-    """Complete ``columns`` by ``count`` unit vectors orthogonal to all of them and to one another.
-
-    Args:
-        columns: (n, …) vectors, not necessarily independent.
-        seeds: (n, k, …) vectors whose projections are tried in turn, the same at every pose so that the outcome
-            varies continuously; each element takes those that keep most of their length at the first pose.
-        count: how many are wanted.
-
-    Returns:
-        ``count`` arrays (n, …).
-    """
-    basis: list[Array] = []
-
-    def residue(v: Array) -> Array:
-        for _ in range(2):
-            for unit in basis:
-                v = v - unit * dot(unit, v)
-        return v
-
-    for column in columns:
-        rest = residue(column)
-        if float(np.min(dot(rest, rest) / np.maximum(dot(column, column), 1e-300))) > 1e-16:
-            basis.append(normalize(rest))
-    found: list[Array] = []
-    remaining = list(range(seeds.shape[1]))
-    for _ in range(count):
-        rests = [residue(seeds[:, k]) for k in remaining]
-        best = int(np.argmax([float(np.min(dot(rest, rest))) for rest in rests]))
-        unit = normalize(residue(normalize(rests[best])))
-        remaining.pop(best)
-        basis.append(unit)
-        found.append(unit)
-    return found

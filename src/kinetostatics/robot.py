@@ -11,26 +11,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kinetostatics import assembly
 from kinetostatics.beam_models import BeamModel, make_beam_models
 from kinetostatics.closure import LoopEquations, world_frames
 from kinetostatics.configuration import Configuration
 from kinetostatics.description import RobotDescription
-from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, near_names
+from kinetostatics.exceptions import AssemblyError
 from kinetostatics.kinematics import Frames
 from kinetostatics.limb_joints import Branch, dead_joints
 from kinetostatics.limbs import LimbGroup, make_limb_groups
-from kinetostatics.linalg import dot
+from kinetostatics.linalg import dot, null_space
 from kinetostatics.mechanism import Mechanism
-from kinetostatics.orientation import orientation_named
 from kinetostatics.robot_file import read_robot_file
 from kinetostatics.solver import Poses, Request, Solver
 from kinetostatics.topology import Topology, analyze_topology
 from kinetostatics.weights import Weights
 
 Array = NDArray[np.float64]
-
-#: Poses solved together; more no longer fit into the processor's cache.
-CHUNK = 2000
 
 
 @dataclass(frozen=True)
@@ -142,7 +139,7 @@ class Robot:
         start = Poses(self.equations.from_model(self.mechanism.tree.neutral[:, None]), np.zeros((3, 1)))
         if not self.equations.loops:
             return start, 0.0
-        drives = self._actuator_request
+        drives = self.actuator_request
         best, residual = solver.close(start, drives, np.zeros((drives.size, 1)))
         if residual < 1e-11:
             return best, residual
@@ -159,8 +156,9 @@ class Robot:
                 best, residual = trial
         if residual > 1e-2:
             raise AssemblyError(
-                f"the loops of {self.name!r} cannot be closed, not even with all joints free: " + self._say_openings(best),
-                self._openings(best),
+                f"the loops of {self.name!r} cannot be closed, not even with all joints free: "
+                + assembly.say_openings(self, best),
+                assembly.openings_at(self, best),
             )
         return best, residual
 
@@ -168,6 +166,11 @@ class Robot:
     def solver(self) -> Solver:
         """Closes the loops."""
         return Solver(self.equations, self.length, slack=1e-7 + 100 * self._zero[1])
+
+    @property
+    def zero_poses(self) -> Poses:
+        """The closed zero pose, from which all others are reached."""
+        return self._zero[0]
 
     @property
     def closing_error(self) -> float:
@@ -185,7 +188,7 @@ class Robot:
             pose = zero
             for _ in range(2):
                 _, gradient = solver.system(Request(), pose, np.zeros((0, 1)))
-                free = _null_space(gradient[:, :, 0], self.rank_tolerance)[0]
+                free = null_space(gradient[:, :, 0], self.rank_tolerance)[0]
                 v = free @ random.standard_normal(free.shape[1])
                 v = v * solver.column_scale * (0.12 / max(float(np.abs(v).max(initial=0.0)), 1e-9))
                 moved = Poses(tree.integrate(pose.x, v[:, None]), pose.c)
@@ -206,7 +209,7 @@ class Robot:
         for k in range(self.generic_poses.x.shape[1]):
             pose = self.generic_poses.take(np.array([k]))
             _, gradient = solver.system(Request(), pose, np.zeros((0, 1)))
-            free, rank, gap = _null_space(gradient[:, :, 0], self.rank_tolerance)
+            free, rank, gap = null_space(gradient[:, :, 0], self.rank_tolerance)
             values = np.linalg.svd(self._platform_map(pose) @ free, compute_uv=False)
             platforms.append(int(np.sum(values > self.rank_tolerance)))
             ranks.append(rank)
@@ -228,7 +231,7 @@ class Robot:
     @cached_property
     def zero_frames(self) -> Frames:
         """Frames of the closed zero pose, a batch of one."""
-        return world_frames(self.mechanism, self.mechanism.tree.forward(self._model_q(self._zero[0])))
+        return world_frames(self.mechanism, self.mechanism.tree.forward(self.model_q(self._zero[0])))
 
     @cached_property
     def beams(self) -> dict[str, BeamModel]:
@@ -260,29 +263,31 @@ class Robot:
     @cached_property
     def limb_groups(self) -> tuple[LimbGroup, ...]:
         """Equal limbs stacked, with their wrench bases, which are fixed once per robot."""
-        frames = world_frames(self.mechanism, self.mechanism.tree.forward(self._model_q(self.generic_poses)))
+        frames = world_frames(self.mechanism, self.mechanism.tree.forward(self.model_q(self.generic_poses)))
         return make_limb_groups(self, frames)
 
     # ---- coordinates ------------------------------------------------------------------------------------------------
 
     @cached_property
-    def _actuator_request(self) -> Request:
-        columns, coordinates, loops = [], [], []
-        names = [loop.name for loop in self.equations.loops]
-        for name in self.description.driven:
-            if name in names:
-                loops.append(names.index(name))
-            else:
-                joint = self.equations.joint_of_body[self.mechanism.body_of_joint[name]]
-                columns.append(joint.first_v)
-                coordinates.append((joint.first_q, joint.kind == "continuous"))
-        return Request(tuple(columns), tuple(coordinates), tuple(loops))
+    def actuator_request(self) -> Request:
+        """The driven joints as the solver sees them."""
+        return assembly.actuator_request(self)
 
-    @property
-    def _actuator_names(self) -> list[str]:
-        """Driven joints in the order of the request: those of the tree, then loops."""
-        loops = [loop.name for loop in self.equations.loops]
-        return sorted(self.description.driven, key=lambda name: name in loops)
+    def determines(self, request: Request) -> bool:
+        """Whether the requested coordinates leave the platform no freedom, at generic poses."""
+        if request not in self._determined:
+            self._determined[request] = any(self._holds(request, k) for k in range(self.generic_poses.x.shape[1]))
+        return self._determined[request]
+
+    def _holds(self, request: Request, number: int) -> bool:
+        pose = self.generic_poses.take(np.array([number]))
+        if request.orientation is not None:
+            R, _ = self.solver.platform_pose(self.equations.forward(pose.x))
+            pose = Poses(pose.x, request.orientation.coordinates(R))
+        _, gradient = self.solver.system(request, pose, self.solver.values(request, pose))
+        free = null_space(gradient[:, :, 0], self.rank_tolerance)[0]
+        moving = self._platform_map(pose) @ free[: self.equations.tree.nv]
+        return float(np.abs(moving).max(initial=0.0)) < 1e-6
 
     def joint_coordinates(self, q: Array, frames: Frames) -> dict[str, Array]:
         """Return the coordinate (N,) of every one-freedom joint and loop [m, rad]."""
@@ -348,43 +353,7 @@ class Robot:
             CoordinatesError: unknown, missing or too many coordinates, or ones that do not determine the pose.
             AssemblyError: the pose cannot be reached; the message says which loop stays open and by how much.
         """
-        if actuators is not None and platform is not None:
-            raise CoordinatesError("give either actuators= or platform=, not both")
-        _check_choice("on_failure", on_failure, ("raise", "nan"))
-        if not tolerance > 0:
-            raise ArgumentError(f"tolerance is {tolerance}; it must be a positive length [m] and angle [rad]")
-        convention = orientation_named(orientation)
-        if platform is not None:
-            request, names = self._platform_request(platform, orientation)
-            given: Mapping[str, ArrayLike] = platform
-        else:
-            given = actuators if actuators is not None else {name: 0.0 for name in self.description.driven}
-            request, names = self._actuator_request, self._actuator_names
-            self._check_actuator_names(given)
-        shape, target = _stack([given[name] for name in names], names)
-        raising = on_failure == "raise" or (on_failure is None and shape == ())
-        start = self._zero[0]
-        if near is not None:
-            if near.robot is not self:
-                raise ArgumentError("near= is a configuration of another robot")
-            if near.shape not in ((), shape):
-                raise ArgumentError(f"near= has the batch shape {near.shape}; it must be () or {shape}")
-            start = near.poses
-        N = target.shape[1]
-        x, c = np.empty((self.equations.tree.nq, N)), np.empty((3, N))
-        arrived, gone = np.empty(N, dtype=bool), np.empty(N)
-        for first in range(0, N, CHUNK):
-            part = slice(first, min(first + CHUNK, N))
-            mine = start if start.x.shape[1] == 1 else Poses(start.x[:, part], start.c[:, part])
-            poses, arrived[part], gone[part] = self.solver.follow(request, mine, target[:, part])
-            x[:, part], c[:, part] = poses.x, poses.c
-        poses = Poses(x, c)
-        if raising and not np.all(arrived):
-            worst = int(np.argmin(arrived))
-            self._say_unreachable(request, names, poses.take(np.array([worst])), target[:, [worst]], float(gone[worst]))
-        return self._configuration(
-            poses, shape, arrived, orientation if platform is not None else None, convention, tolerance, raising
-        )
+        return assembly.assemble(self, actuators, platform, orientation, near, tolerance, on_failure)
 
     def configuration(self, q: ArrayLike, *, tolerance: float = 1e-10, on_failure: str | None = None) -> Configuration:
         """Return the pose at Pinocchio coordinates ``q`` (…, nq) that close the loops already.
@@ -393,175 +362,9 @@ class Robot:
             ArgumentError: the size is wrong.
             AssemblyError: the loops are open by more than ``tolerance`` [m, rad].
         """
-        _check_choice("on_failure", on_failure, ("raise", "nan"))
-        array = np.array(q, dtype=float)
-        if array.ndim == 0 or array.shape[-1] != self.mechanism.tree.nq:
-            raise ArgumentError(f"q has the shape {array.shape}; the last axis must be nq = {self.mechanism.tree.nq}")
-        shape = array.shape[:-1]
-        flat = np.ascontiguousarray(np.moveaxis(array.reshape(-1, array.shape[-1]), -1, 0))
-        poses = Poses(self.equations.from_model(flat), np.zeros((3, flat.shape[1])))
-        good = np.all(np.isfinite(flat), axis=0)
-        raising = on_failure == "raise" or (on_failure is None and shape == ())
-        return self._configuration(poses, shape, good, None, orientation_named(None), tolerance, raising, flat)
+        return assembly.configuration_at(self, q, tolerance, on_failure)
 
-    def _model_q(self, poses: Poses) -> Array:
+    def model_q(self, poses: Poses) -> Array:
+        """Return Pinocchio's coordinates (nq, N) of solved poses."""
         near = np.broadcast_to(self.mechanism.tree.neutral[:, None], (self.mechanism.tree.nq, poses.x.shape[1]))
         return self.equations.to_model(poses.x, near)
-
-    def _configuration(
-        self,
-        poses: Poses,
-        shape: tuple[int, ...],
-        arrived: NDArray[np.bool_],
-        orientation: str | None,
-        convention: Any,
-        tolerance: float,
-        raising: bool,
-        q: Array | None = None,
-    ) -> Configuration:
-        if q is None:
-            q = self._model_q(poses)
-        frames = world_frames(self.mechanism, self.mechanism.tree.forward(q))
-        residual, _ = self.equations.evaluate(frames)
-        openings = self.equations.openings(residual)
-        closed = np.ones(q.shape[1], dtype=bool)
-        for metres, radians in openings.values():
-            closed &= (metres <= tolerance) & (radians <= tolerance)
-        if raising and not np.all(closed & arrived):
-            worst = int(np.argmin(closed & arrived))
-            self._say_open({name: (float(a[worst]), float(b[worst])) for name, (a, b) in openings.items()}, tolerance)
-        reached = arrived & closed
-        q = np.where(reached, q, np.nan)
-        q.setflags(write=False)
-        return Configuration(self, shape, convention, poses, q, frames, openings, reached)
-
-    # ---- complaints -------------------------------------------------------------------------------------------------
-
-    def _check_actuator_names(self, given: Mapping[str, ArrayLike]) -> None:
-        driven = self.description.driven
-        for name in given:
-            if name not in driven:
-                raise CoordinatesError(f"no driven joint {name!r}: {near_names(name, driven)}", self.mobility.platform)
-        missing = [name for name in driven if name not in given]
-        if missing:
-            raise CoordinatesError(
-                f"actuator values are missing for {', '.join(missing)}; the robot has {len(driven)} driven joints",
-                self.mobility.platform,
-            )
-
-    def _platform_request(self, platform: Mapping[str, ArrayLike], orientation: str | None) -> tuple[Request, list[str]]:
-        convention = orientation_named(orientation)
-        known = ("x", "y", "z", *convention.names)
-        for name in platform:
-            if name not in known:
-                raise CoordinatesError(
-                    f"no platform coordinate {name!r} with orientation {convention.name!r}: {near_names(name, known)}",
-                    self.mobility.platform,
-                )
-        mobility = self.mobility.platform
-        if len(platform) != mobility:
-            raise CoordinatesError(
-                f"{len(platform)} platform coordinates are given ({', '.join(platform) or 'none'}), but the mobility of "
-                f"{self.name!r} is {mobility}: give exactly {mobility} of {', '.join(known)}",
-                mobility,
-            )
-        positions = tuple(k for k, name in enumerate("xyz") if name in platform)
-        angles = tuple(k for k, name in enumerate(convention.names) if name in platform)
-        request = Request(positions=positions, angles=angles, orientation=convention)
-        if request not in self._determined:
-            self._determined[request] = self._determines(request, self.generic_poses)
-        if not self._determined[request]:
-            raise CoordinatesError(
-                f"the coordinates {', '.join(platform)} do not determine the pose of {self.name!r}: with them held the platform "
-                f"can still move; its mobility is {mobility}",
-                mobility,
-            )
-        return request, ["xyz"[k] for k in positions] + [convention.names[k] for k in angles]
-
-    def _determines(self, request: Request, poses: Poses) -> bool:
-        """Whether the requested coordinates leave the platform no freedom, at any of the poses."""
-        for k in range(poses.x.shape[1]):
-            pose = poses.take(np.array([k]))
-            if request.orientation is not None:
-                R, _ = self.solver.platform_pose(self.equations.forward(pose.x))
-                pose = Poses(pose.x, request.orientation.coordinates(R))
-            _, gradient = self.solver.system(request, pose, self.solver.values(request, pose))
-            free = _null_space(gradient[:, :, 0], self.rank_tolerance)[0]
-            moving = self._platform_map(pose) @ free[: self.equations.tree.nv]
-            if float(np.abs(moving).max(initial=0.0)) < 1e-6:
-                return True
-        return False
-
-    def _openings(self, pose: Poses) -> dict[str, tuple[float, float]]:
-        residual, _ = self.equations.evaluate(self.equations.forward(pose.x))
-        return {name: (float(a[0]), float(b[0])) for name, (a, b) in self.equations.openings(residual).items()}
-
-    def _say_openings(self, pose: Poses) -> str:
-        return _openings_text(self._openings(pose))
-
-    def _say_unreachable(self, request: Request, names: list[str], pose: Poses, target: Array, gone: float) -> None:
-        mobility = self.mobility.platform
-        nearest, _ = self.solver.close(pose, request, target, weight=1e3)
-        wanted = ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, target[:, 0], strict=True))
-        raise AssemblyError(
-            f"{self.name!r} (mobility {mobility}) cannot reach {wanted}: on the straight line from the start the loops close "
-            f"up to {100 * gone:.1f} % of the way; at the target {self._say_openings(nearest)}",
-            self._openings(nearest),
-            mobility,
-        )
-
-    def _say_open(self, openings: dict[str, tuple[float, float]], tolerance: float) -> None:
-        worst = max(max(pair) for pair in openings.values())
-        text = f"the loops of {self.name!r} do not close: {_openings_text(openings)}, more than the tolerance {tolerance:g}"
-        if self.mobility.redundant_constraints and worst < 1e-2:
-            text += (
-                f". The robot is overconstrained (by {self.mobility.redundant_constraints}), and such loops cannot close when "
-                "the file's angles or lengths are rounded, which is the likely reason: write them with full precision, as "
-                f"${{pi/2}} in xacro, or accept the gap with tolerance={10 ** np.ceil(np.log10(worst)):.0e}"
-            )
-        raise AssemblyError(text, openings, self.mobility.platform)
-
-
-def _openings_text(openings: Mapping[str, tuple[float, float]]) -> str:
-    worst = sorted(openings.items(), key=lambda item: -max(item[1]))
-    shown = [
-        f"loop {name!r} stays {metres:.3g} m" + (f" and {radians:.3g} rad" if radians > 0 else "")
-        for name, (metres, radians) in worst[:3]
-        if max(metres, radians) > 0.01 * max(worst[0][1])
-    ]
-    return ", ".join(shown) + " open" if shown else "no loop stays open"
-
-
-def _null_space(matrix: Array, tolerance: float) -> tuple[Array, int, float]:
-    """Return an orthonormal basis of the null space (n, k), the rank, and the gap between kept and dropped values."""
-    if matrix.size == 0:
-        return np.eye(matrix.shape[1]), 0, np.inf
-    _, values, rows = np.linalg.svd(matrix, full_matrices=True)
-    rank = int(np.sum(values > tolerance * values[0])) if values[0] > 0 else 0
-    dropped = float(values[rank]) if rank < len(values) else 0.0
-    gap = float(values[rank - 1]) / dropped if rank and dropped > 0 else np.inf
-    return np.ascontiguousarray(rows[rank:].T), rank, gap
-
-
-def _stack(values: list[ArrayLike], names: list[str]) -> tuple[tuple[int, ...], Array]:
-    """Broadcast coordinates against one another; return the batch shape and the (n, N) targets."""
-    arrays = []
-    for value, name in zip(values, names, strict=True):
-        try:
-            arrays.append(np.asarray(value, dtype=float))
-        except (TypeError, ValueError):
-            raise CoordinatesError(f"{name} = {value!r} is not a number or an array of numbers") from None
-        if arrays[-1].ndim == 0 and not np.isfinite(arrays[-1]):
-            raise CoordinatesError(f"{name} = {value!r} is not finite")
-    try:
-        shape = np.broadcast_shapes(*(array.shape for array in arrays))
-    except ValueError:
-        sizes = ", ".join(f"{name} {array.shape}" for name, array in zip(names, arrays, strict=True))
-        raise CoordinatesError(f"the coordinates' shapes do not fit together: {sizes}") from None
-    rows = [np.broadcast_to(array, shape).ravel() for array in arrays]
-    return shape, np.array(rows).reshape(len(rows), int(np.prod(shape)))
-
-
-def _check_choice(name: str, value: str | None, choices: tuple[str, ...]) -> None:
-    if value is not None and value not in choices:
-        raise ArgumentError(f"{name} is {value!r}; it must be one of {', '.join(map(repr, choices))}")

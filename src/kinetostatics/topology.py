@@ -8,41 +8,17 @@ touches only one of them is dead weight on it (``method.md`` section 2). No name
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.description import Beam, BeamEnd
+from kinetostatics.beam_spans import SAME_POINT, BeamSpan, SpanFinder, beam_error
+from kinetostatics.description import Beam
 from kinetostatics.exceptions import NotYetError, RobotFileError
 from kinetostatics.mechanism import Connection, Mechanism
 
 Array = NDArray[np.float64]
-
-#: Two points of one link that are closer than this [m] are the same point of the file.
-SAME_POINT = 1e-6
-
-
-@dataclass(frozen=True)
-class BeamSpan:
-    """A beam between two points of the robot.
-
-    Attributes:
-        beam: its description.
-        start_body, start: body and point (3,) in it of the end towards the base.
-        end_body, end: the same of the end towards the platform.
-        carrier: the body that carries the beam's weight.
-        spanned: names of the prismatic joints inside a telescopic beam, from start to end.
-    """
-
-    beam: Beam
-    start_body: int
-    start: Array
-    end_body: int
-    end: Array
-    carrier: int
-    spanned: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -165,143 +141,6 @@ class _Builder:
         self.misplaced: list[tuple[_GraphEdge, Connection, str]] = []
         self.carried_by: dict[str, str] = {}
 
-    # ---- beams ------------------------------------------------------------------------------------------------------
-
-    def _error(self, beam: Beam, reason: str) -> RobotFileError:
-        return RobotFileError(f"<beam {beam.name!r}>: {reason}", beam.place.file, beam.place.line)
-
-    def _rigid_with(self, link: str) -> set[str]:
-        """Return the links rigidly joined to ``link`` by fixed joints, stopping at links that carry beams."""
-        found, queue = {link}, deque([link])
-        while queue:
-            for connection in self.mechanism.at_link[queue.popleft()]:
-                if connection.kind == "fixed":
-                    for other in (connection.predecessor, connection.successor):
-                        if other not in found and other not in self.beams_of:
-                            found.add(other)
-                            queue.append(other)
-        return found
-
-    def _reaches(self, link: str, connection: Connection, target: set[str], barred: set[str]) -> bool:
-        """Whether walking out of ``link`` through ``connection`` leads to ``target`` without crossing ``barred``."""
-        first = connection.other(link)
-        seen, queue = {link, first}, deque([first])
-        while queue:
-            here = queue.popleft()
-            if here in target:
-                return True
-            if here in barred:
-                continue
-            for item in self.mechanism.at_link[here]:
-                for other in (item.predecessor, item.successor):
-                    if other not in seen:
-                        seen.add(other)
-                        queue.append(other)
-        return False
-
-    def _default_end(self, beam: Beam, towards_base: bool) -> BeamEnd:
-        target, barred = (self.base_links, self.platform_links)
-        if not towards_base:
-            target, barred = barred, target
-        found = [
-            connection.name
-            for connection in self.mechanism.at_link[beam.link]
-            if self._reaches(beam.link, connection, target, barred)
-        ]
-        attribute, where = ("from", "base") if towards_base else ("to", "platform")
-        if len(found) != 1:
-            which = "no joint leads" if not found else f"the joints {', '.join(found)} lead"
-            raise self._error(
-                beam,
-                f'{which} from link {beam.link!r} towards the {where}; say which joint is meant by {attribute}="…"',
-            )
-        return BeamEnd(found[0])
-
-    def _link_path(self, start: str, goal: Callable[[str], bool], kinds: Iterable[str] | None) -> list[Connection] | None:
-        """Return the connections from link ``start`` to the nearest link that satisfies ``goal``."""
-        before: dict[str, tuple[str, Connection] | None] = {start: None}
-        queue = deque([start])
-        while queue:
-            here = queue.popleft()
-            if goal(here):
-                path: list[Connection] = []
-                step = before[here]
-                while step is not None:
-                    path.append(step[1])
-                    step = before[step[0]]
-                return path[::-1]
-            for connection in self.mechanism.at_link[here]:
-                other = connection.other(here)
-                if other not in before and (kinds is None or connection.kind in kinds):
-                    before[other] = (here, connection)
-                    queue.append(other)
-        return None
-
-    def _locate(self, beam: Beam, end: BeamEnd) -> tuple[str, list[Connection]]:
-        """Return the link in which a beam's end is fixed, and the connections from the beam's link to it."""
-        joint = self.mechanism.connections[end.joint]
-        adjacent = beam.link in (joint.predecessor, joint.successor)
-        sliding = joint.kind in ("prismatic", "cylindrical", "planar", "floating")
-        if end.side is not None and (sliding or not adjacent):
-            wanted = joint.predecessor if end.side == "parent" else joint.successor
-            goal: Callable[[str], bool] = wanted.__eq__
-        elif adjacent:
-            return beam.link, []
-        else:
-            goal = lambda link: link in (joint.predecessor, joint.successor)  # noqa: E731
-        path = self._link_path(beam.link, goal, ("prismatic", "fixed"))
-        if path is None:
-            crossing = self._link_path(beam.link, goal, None) or []
-            names = [item.name for item in crossing if item.kind not in ("prismatic", "fixed")]
-            raise self._error(
-                beam,
-                f"its span to {end.joint!r} crosses the moving joint {', '.join(map(repr, names)) or '?'}; a beam may "
-                "only cross prismatic joints, along whose axes it telescopes",
-            )
-        link = beam.link
-        for item in path:
-            link = item.other(link)
-        return link, path
-
-    def _span(self, beam: Beam) -> BeamSpan:
-        start = beam.start or self._default_end(beam, True)
-        end = beam.end or self._default_end(beam, False)
-        for item in (start, end):
-            if self.mechanism.connections[item.joint].kind == "floating" and item.side is None:
-                raise self._error(beam, f"{item.joint!r} is floating: write {item.joint}:parent or {item.joint}:child")
-        start_link, inward = self._locate(beam, start)
-        end_link, outward = self._locate(beam, end)
-        spanned = [item for item in [*inward[::-1], *outward] if item.kind == "prismatic"]
-        connections = self.mechanism.connections
-        start_point = connections[start.joint].centre_on(start_link)
-        end_point = connections[end.joint].centre_on(end_link)
-        if not spanned and float(np.linalg.norm(end_point - start_point)) < SAME_POINT:
-            raise self._error(beam, f"its ends {start.joint!r} and {end.joint!r} are the same point: its length is zero")
-        if not spanned and beam.y_axis is not None:
-            self._check_y_axis(beam, end_point - start_point)
-        carrier = self.mechanism.body_of[beam.link][0]
-        span = BeamSpan(
-            beam,
-            self._body(start_link),
-            start_point,
-            self._body(end_link),
-            end_point,
-            carrier,
-            tuple(item.name for item in spanned),
-        )
-        self._ends[beam.name] = (start_link, end_link, inward, outward)
-        return span
-
-    def _check_y_axis(self, beam: Beam, direction: Array) -> None:
-        assert beam.y_axis is not None
-        placement = self.mechanism.body_of[beam.link][1]
-        across = np.cross(placement[:3, :3] @ np.array(beam.y_axis), direction)
-        if float(np.linalg.norm(across)) < 1e-6 * float(np.linalg.norm(direction)) * float(np.linalg.norm(beam.y_axis)):
-            raise self._error(beam, "its y_axis is parallel to the beam; give a direction across it")
-
-    def _body(self, link: str) -> int:
-        return self.mechanism.body_of[link][0]
-
     # ---- nodes and edges --------------------------------------------------------------------------------------------
 
     def _node_at(self, link: str, point: Array) -> _Node | None:
@@ -321,8 +160,8 @@ class _Builder:
                 continue
             self.nodes[link] = []
             for beam in self.beams_of[link]:
-                span, (start_link, end_link, _, _) = self.spans[beam.name], self._ends[beam.name]
-                for owner, point in ((start_link, span.start), (end_link, span.end)):
+                span = self.spans[beam.name]
+                for owner, point in ((span.start_link, span.start), (span.end_link, span.end)):
                     if owner == link and (not self.nodes[link] or self._node_at(link, point) is None):
                         self.nodes[link].append(_Node(link, point))
             if not self.nodes[link]:
@@ -331,14 +170,14 @@ class _Builder:
     def _make_edges(self) -> None:
         inside: set[str] = set()
         for beam in self.description.beams.values():
-            span, (start_link, end_link, inward, outward) = self.spans[beam.name], self._ends[beam.name]
-            start, end = self._node_at(start_link, span.start), self._node_at(end_link, span.end)
+            span = self.spans[beam.name]
+            start, end = self._node_at(span.start_link, span.start), self._node_at(span.end_link, span.end)
             if start is None or end is None:
-                raise self._error(beam, "it ends in the middle of another beam; split that beam with a fixed joint")
+                raise beam_error(beam, "it ends in the middle of another beam; split that beam with a fixed joint")
             if start is end:
-                raise self._error(beam, "its two ends are fixed to the same rigid piece")
-            inside.update(item.name for item in [*inward, *outward])
-            for path, node in ((inward, start), (outward, end)):
+                raise beam_error(beam, "its two ends are fixed to the same rigid piece")
+            inside.update(item.name for item in (*span.inward, *span.outward))
+            for path, node in ((span.inward, start), (span.outward, end)):
                 link = beam.link
                 for item in path[:-1]:  # links in mid-span go with the end on their side
                     link = item.other(link)
@@ -371,28 +210,10 @@ class _Builder:
     # ---- components -------------------------------------------------------------------------------------------------
 
     def build(self) -> Topology:
-        description = self.description
-        for role, link in (("base", description.base), ("platform", description.platform)):
-            if link in self.beams_of:
-                place = self.beams_of[link][0].place
-                raise RobotFileError(
-                    f"the {role} link {link!r} is rigid and cannot carry a beam; give the beam a link of its own and join "
-                    "it by a fixed joint",
-                    place.file,
-                    place.line,
-                )
-        self.base_links = self._rigid_with(description.base)
-        self.platform_links = self._rigid_with(description.platform)
-        if self.base_links & self.platform_links:
-            place = description.platform_place
-            raise RobotFileError(
-                f"the platform {description.platform!r} is rigidly fixed to the base {description.base!r}",
-                place.file,
-                place.line,
-            )
-        self._ends: dict[str, tuple[str, str, list[Connection], list[Connection]]] = {}
-        self.spans = {name: self._span(beam) for name, beam in description.beams.items()}
-        self._check_masses()
+        finder = SpanFinder(self.mechanism)
+        self.base_links, self.platform_links = finder.base_links, finder.platform_links
+        self.spans = finder.spans()
+        self.warnings.extend(finder.warnings)
         self._make_nodes()
         self._make_edges()
         base, platform = self._merge(self.base_links), self._merge(self.platform_links)
@@ -450,29 +271,6 @@ class _Builder:
             self.carried_by,
             tuple(self.warnings),
         )
-
-    def _check_masses(self) -> None:
-        for link, beams in self.beams_of.items():
-            given = [beam.density is not None for beam in beams]
-            if any(given) and not all(given):
-                bare = beams[given.index(False)]
-                raise self._error(
-                    bare,
-                    f"another beam of link {link!r} has a density, which replaces the link's <inertial>; give this "
-                    "one a density too (0 for a massless beam)",
-                )
-            data = self.description.links[link]
-            if not any(given) and data.mass > 0 and len(beams) == 1 and not self.spans[beams[0].name].spanned:
-                span = self.spans[beams[0].name]
-                placement = self.mechanism.body_of[link][1]
-                centre = placement[:3, :3] @ np.array(data.center_of_mass) + placement[:3, 3]
-                gap = float(np.linalg.norm(centre - (span.start + span.end) / 2))
-                if gap > 1e-3 * float(np.linalg.norm(span.end - span.start)):
-                    place = beams[0].place
-                    self.warnings.append(
-                        f"{place.file}:{place.line}: the centre of mass of link {link!r} lies {gap:.4g} m from the middle of "
-                        f"its beam {beams[0].name!r}, along which the mass is spread evenly"
-                    )
 
     def _merge(self, links: set[str]) -> _Node:
         nodes = [self.nodes[link][0].find() for link in self.description.links if link in links]
@@ -544,14 +342,9 @@ class _Builder:
                 f"{place.file}:{place.line}: beam {name!r} runs from its end towards the platform to the one towards the base; "
                 "from= should name the joint towards the base"
             )
-            span = edge.beam
-            self.spans[name] = BeamSpan(
-                span.beam, span.end_body, span.end, span.start_body, span.start, span.carrier, span.spanned[::-1]
-            )
-        _, _, inward, outward = self._ends[name]
-        chain = [*inward[::-1], *outward] if forward else [*outward[::-1], *inward]
-        before_carrier = len(inward) if forward else len(outward)
-        start_link = self._ends[name][0] if forward else self._ends[name][1]
+        span = self._outward(inner, edge)
+        self.spans[name] = span
+        chain, before_carrier, start_link = [*span.inward[::-1], *span.outward], len(span.inward), span.start_link
         result: list[Edge] = []
         link = start_link
         for number in range(len(chain) + 1):
@@ -601,12 +394,14 @@ class _Builder:
     def _names_of(self, inner: _Node, edge: _GraphEdge) -> list[tuple[str | None, str | None]]:
         if edge.connection is not None:
             return [(edge.connection.name, None)]
+        span = self._outward(inner, edge)
+        before, after = span.inward[::-1], span.outward
+        return [*((item.name, None) for item in before), (None, span.beam.name), *((item.name, None) for item in after)]
+
+    def _outward(self, inner: _Node, edge: _GraphEdge) -> BeamSpan:
+        """Return an edge's beam as it runs on the way out from ``inner``."""
         assert edge.beam is not None
-        name = edge.beam.beam.name
-        _, _, inward, outward = self._ends[name]
-        forward = edge.inner.find() is inner
-        before, after = (inward[::-1], outward) if forward else (outward[::-1], inward)
-        return [*((item.name, None) for item in before), (None, name), *((item.name, None) for item in after)]
+        return edge.beam if edge.inner.find() is inner else edge.beam.reversed
 
     def _path(self, base: _Node, platform: _Node, first: _GraphEdge, at: dict[_Node, list[_GraphEdge]]) -> list[_GraphEdge]:
         start = first.other(base)

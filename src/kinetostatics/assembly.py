@@ -1,0 +1,243 @@
+"""Poses from coordinates: what may be asked for, how it is reached, and what is said when it cannot be."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kinetostatics.closure import world_frames
+from kinetostatics.configuration import Configuration
+from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, near_names
+from kinetostatics.orientation import Orientation, orientation_named
+from kinetostatics.solver import Poses, Request
+
+if TYPE_CHECKING:
+    from kinetostatics.robot import Robot
+
+Array = NDArray[np.float64]
+
+#: Poses solved together; more no longer fit into the processor's cache.
+CHUNK = 2000
+
+
+def assemble(
+    robot: Robot,
+    actuators: Mapping[str, ArrayLike] | None,
+    platform: Mapping[str, ArrayLike] | None,
+    orientation: str | None,
+    near: Configuration | None,
+    tolerance: float,
+    on_failure: str | None,
+) -> Configuration:
+    """See :meth:`Robot.assemble`."""
+    if actuators is not None and platform is not None:
+        raise CoordinatesError("give either actuators= or platform=, not both")
+    _check_choice("on_failure", on_failure, ("raise", "nan"))
+    if not tolerance > 0:
+        raise ArgumentError(f"tolerance is {tolerance}; it must be a positive length [m] and angle [rad]")
+    convention = orientation_named(orientation)
+    if platform is not None:
+        request, names = _platform_request(robot, platform, orientation)
+        given: Mapping[str, ArrayLike] = platform
+    else:
+        given = actuators if actuators is not None else {name: 0.0 for name in robot.description.driven}
+        request, names = robot.actuator_request, _actuator_names(robot)
+        _check_actuator_names(robot, given)
+    shape, target = _stack([given[name] for name in names], names)
+    raising = on_failure == "raise" or (on_failure is None and shape == ())
+    start = robot.zero_poses
+    if near is not None:
+        if near.robot is not robot:
+            raise ArgumentError("near= is a configuration of another robot")
+        if near.shape not in ((), shape):
+            raise ArgumentError(f"near= has the batch shape {near.shape}; it must be () or {shape}")
+        start = near.poses
+    N = target.shape[1]
+    x, c = np.empty((robot.equations.tree.nq, N)), np.empty((3, N))
+    arrived, gone = np.empty(N, dtype=bool), np.empty(N)
+    for first in range(0, N, CHUNK):
+        part = slice(first, min(first + CHUNK, N))
+        mine = start if start.x.shape[1] == 1 else Poses(start.x[:, part], start.c[:, part])
+        poses, arrived[part], gone[part] = robot.solver.follow(request, mine, target[:, part])
+        x[:, part], c[:, part] = poses.x, poses.c
+    poses = Poses(x, c)
+    if raising and not np.all(arrived):
+        worst = int(np.argmin(arrived))
+        _say_unreachable(robot, request, names, poses.take(np.array([worst])), target[:, [worst]], float(gone[worst]))
+    return _configuration(
+        robot, poses, shape, arrived, orientation if platform is not None else None, convention, tolerance, raising
+    )
+
+
+def configuration_at(robot: Robot, q: ArrayLike, tolerance: float, on_failure: str | None) -> Configuration:
+    """See :meth:`Robot.configuration`."""
+    _check_choice("on_failure", on_failure, ("raise", "nan"))
+    array = np.array(q, dtype=float)
+    if array.ndim == 0 or array.shape[-1] != robot.mechanism.tree.nq:
+        raise ArgumentError(f"q has the shape {array.shape}; the last axis must be nq = {robot.mechanism.tree.nq}")
+    shape = array.shape[:-1]
+    flat = np.ascontiguousarray(np.moveaxis(array.reshape(-1, array.shape[-1]), -1, 0))
+    poses = Poses(robot.equations.from_model(flat), np.zeros((3, flat.shape[1])))
+    good = np.all(np.isfinite(flat), axis=0)
+    raising = on_failure == "raise" or (on_failure is None and shape == ())
+    return _configuration(robot, poses, shape, good, None, orientation_named(None), tolerance, raising, flat)
+
+
+def _configuration(
+    robot: Robot,
+    poses: Poses,
+    shape: tuple[int, ...],
+    arrived: NDArray[np.bool_],
+    orientation: str | None,
+    convention: Orientation,
+    tolerance: float,
+    raising: bool,
+    q: Array | None = None,
+) -> Configuration:
+    if q is None:
+        q = robot.model_q(poses)
+    frames = world_frames(robot.mechanism, robot.mechanism.tree.forward(q))
+    residual, _ = robot.equations.evaluate(frames)
+    openings = robot.equations.openings(residual)
+    closed = np.ones(q.shape[1], dtype=bool)
+    for metres, radians in openings.values():
+        closed &= (metres <= tolerance) & (radians <= tolerance)
+    if raising and not np.all(closed & arrived):
+        worst = int(np.argmin(closed & arrived))
+        _say_open(robot, {name: (float(a[worst]), float(b[worst])) for name, (a, b) in openings.items()}, tolerance)
+    reached = arrived & closed
+    q = np.where(reached, q, np.nan)
+    q.setflags(write=False)
+    return Configuration(robot, shape, convention, poses, q, frames, openings, reached)
+
+
+def actuator_request(robot: Robot) -> Request:
+    """Return the driven joints as the solver sees them."""
+    columns, coordinates, loops = [], [], []
+    names = [loop.name for loop in robot.equations.loops]
+    for name in robot.description.driven:
+        if name in names:
+            loops.append(names.index(name))
+        else:
+            joint = robot.equations.joint_of_body[robot.mechanism.body_of_joint[name]]
+            columns.append(joint.first_v)
+            coordinates.append((joint.first_q, joint.kind == "continuous"))
+    return Request(tuple(columns), tuple(coordinates), tuple(loops))
+
+
+def _actuator_names(robot: Robot) -> list[str]:
+    """Driven joints in the order of the request: those of the tree, then loops."""
+    loops = [loop.name for loop in robot.equations.loops]
+    return sorted(robot.description.driven, key=lambda name: name in loops)
+
+
+def _check_actuator_names(robot: Robot, given: Mapping[str, ArrayLike]) -> None:
+    driven = robot.description.driven
+    for name in given:
+        if name not in driven:
+            raise CoordinatesError(f"no driven joint {name!r}: {near_names(name, driven)}", robot.mobility.platform)
+    missing = [name for name in driven if name not in given]
+    if missing:
+        raise CoordinatesError(
+            f"actuator values are missing for {', '.join(missing)}; the robot has {len(driven)} driven joints",
+            robot.mobility.platform,
+        )
+
+
+def _platform_request(robot: Robot, platform: Mapping[str, ArrayLike], orientation: str | None) -> tuple[Request, list[str]]:
+    convention = orientation_named(orientation)
+    known = ("x", "y", "z", *convention.names)
+    for name in platform:
+        if name not in known:
+            raise CoordinatesError(
+                f"no platform coordinate {name!r} with orientation {convention.name!r}: {near_names(name, known)}",
+                robot.mobility.platform,
+            )
+    mobility = robot.mobility.platform
+    if len(platform) != mobility:
+        raise CoordinatesError(
+            f"{len(platform)} platform coordinates are given ({', '.join(platform) or 'none'}), but the mobility of "
+            f"{robot.name!r} is {mobility}: give exactly {mobility} of {', '.join(known)}",
+            mobility,
+        )
+    positions = tuple(k for k, name in enumerate("xyz") if name in platform)
+    angles = tuple(k for k, name in enumerate(convention.names) if name in platform)
+    request = Request(positions=positions, angles=angles, orientation=convention)
+    if not robot.determines(request):
+        raise CoordinatesError(
+            f"the coordinates {', '.join(platform)} do not determine the pose of {robot.name!r}: with them held the platform "
+            f"can still move; its mobility is {mobility}",
+            mobility,
+        )
+    return request, ["xyz"[k] for k in positions] + [convention.names[k] for k in angles]
+
+
+def openings_at(robot: Robot, pose: Poses) -> dict[str, tuple[float, float]]:
+    """Return how far each loop is open at one pose, {name: (m, rad)}."""
+    residual, _ = robot.equations.evaluate(robot.equations.forward(pose.x))
+    return {name: (float(a[0]), float(b[0])) for name, (a, b) in robot.equations.openings(residual).items()}
+
+
+def say_openings(robot: Robot, pose: Poses) -> str:
+    return _openings_text(openings_at(robot, pose))
+
+
+def _say_unreachable(robot: Robot, request: Request, names: list[str], pose: Poses, target: Array, gone: float) -> None:
+    mobility = robot.mobility.platform
+    nearest, _ = robot.solver.close(pose, request, target, weight=1e3)
+    wanted = ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, target[:, 0], strict=True))
+    raise AssemblyError(
+        f"{robot.name!r} (mobility {mobility}) cannot reach {wanted}: on the straight line from the start the loops close "
+        f"up to {100 * gone:.1f} % of the way; at the target {say_openings(robot, nearest)}",
+        openings_at(robot, nearest),
+        mobility,
+    )
+
+
+def _say_open(robot: Robot, openings: dict[str, tuple[float, float]], tolerance: float) -> None:
+    worst = max(max(pair) for pair in openings.values())
+    text = f"the loops of {robot.name!r} do not close: {_openings_text(openings)}, more than the tolerance {tolerance:g}"
+    if robot.mobility.redundant_constraints and worst < 1e-2:
+        text += (
+            f". The robot is overconstrained (by {robot.mobility.redundant_constraints}), and such loops cannot close when "
+            "the file's angles or lengths are rounded, which is the likely reason: write them with full precision, as "
+            f"${{pi/2}} in xacro, or accept the gap with tolerance={10 ** np.ceil(np.log10(worst)):.0e}"
+        )
+    raise AssemblyError(text, openings, robot.mobility.platform)
+
+
+def _openings_text(openings: Mapping[str, tuple[float, float]]) -> str:
+    worst = sorted(openings.items(), key=lambda item: -max(item[1]))
+    shown = [
+        f"loop {name!r} stays {metres:.3g} m" + (f" and {radians:.3g} rad" if radians > 0 else "")
+        for name, (metres, radians) in worst[:3]
+        if max(metres, radians) > 0.01 * max(worst[0][1])
+    ]
+    return ", ".join(shown) + " open" if shown else "no loop stays open"
+
+
+def _stack(values: list[ArrayLike], names: list[str]) -> tuple[tuple[int, ...], Array]:
+    """Broadcast coordinates against one another; return the batch shape and the (n, N) targets."""
+    arrays = []
+    for value, name in zip(values, names, strict=True):
+        try:
+            arrays.append(np.asarray(value, dtype=float))
+        except (TypeError, ValueError):
+            raise CoordinatesError(f"{name} = {value!r} is not a number or an array of numbers") from None
+        if arrays[-1].ndim == 0 and not np.isfinite(arrays[-1]):
+            raise CoordinatesError(f"{name} = {value!r} is not finite")
+    try:
+        shape = np.broadcast_shapes(*(array.shape for array in arrays))
+    except ValueError:
+        sizes = ", ".join(f"{name} {array.shape}" for name, array in zip(names, arrays, strict=True))
+        raise CoordinatesError(f"the coordinates' shapes do not fit together: {sizes}") from None
+    rows = [np.broadcast_to(array, shape).ravel() for array in arrays]
+    return shape, np.array(rows).reshape(len(rows), int(np.prod(shape)))
+
+
+def _check_choice(name: str, value: str | None, choices: tuple[str, ...]) -> None:
+    if value is not None and value not in choices:
+        raise ArgumentError(f"{name} is {value!r}; it must be one of {', '.join(map(repr, choices))}")
