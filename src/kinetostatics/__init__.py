@@ -19,6 +19,7 @@ from kinetostatics.exceptions import (
 )
 from kinetostatics.result import BeamResult, LimbResult, Result
 from kinetostatics.robot import Robot, load_robot
+from kinetostatics.viewer import save_html, show
 
 __version__ = "0.1.0"
 
@@ -40,4 +41,6 @@ __all__ = [
     "Status",
     "analyze",
     "load_robot",
+    "save_html",
+    "show",
 ]

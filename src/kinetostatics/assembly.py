@@ -182,6 +182,7 @@ def openings_at(robot: Robot, pose: Poses) -> dict[str, tuple[float, float]]:
 
 
 def say_openings(robot: Robot, pose: Poses) -> str:
+    """Say in words how far loops are open at one pose."""
     return _openings_text(openings_at(robot, pose))
 
 

@@ -46,15 +46,23 @@ class _Rows:
         self.successor.append(connection.successor_body)
         self.vectors.append(list(vectors))
 
-    def __len__(self) -> int:
-        return len(self.loop)
+    def table(self) -> _Table:
+        return _Table(
+            len(self.loop),
+            np.array(self.predecessor, dtype=np.intp),
+            np.array(self.successor, dtype=np.intp),
+            np.array(self.vectors).transpose(1, 2, 0) if self.loop else np.zeros((6, 3, 0)),
+        )
 
-    def stacked(self, k: int) -> Array:
-        """Return the k-th vectors of all entries as (3, n)."""
-        return np.array([entry[k] for entry in self.vectors]).T.reshape(3, -1)
 
-    def bodies(self) -> tuple[Index, Index]:
-        return np.array(self.predecessor, dtype=np.intp), np.array(self.successor, dtype=np.intp)
+@dataclass(frozen=True)
+class _Table:
+    """Equations of one kind: how many, the bodies (n,) on both sides, and their vectors (k, 3, n)."""
+
+    count: int
+    predecessor: Index
+    successor: Index
+    vectors: Array
 
 
 class LoopEquations:
@@ -92,18 +100,16 @@ class LoopEquations:
                 )
             elif loop.kind in ("fixed", "prismatic"):
                 turn.add(number, loop, *frame[:3, :3].T, *other[:3, :3].T)
-        self._distance, self._alignment, self._right_angle, self._turn = distance, alignment, right_angle, turn
-        tables = [distance, alignment, right_angle, turn, turn, turn]
-        self.loop_of = np.array([loop for table in tables for loop in table.loop], dtype=np.intp)
+        rows = [distance, alignment, right_angle, turn, turn, turn]
+        self.loop_of = np.array([loop for part in rows for loop in part.loop], dtype=np.intp)
         self.count = len(self.loop_of)
-        self.is_length = np.arange(self.count) < len(distance)
+        self.is_length = np.arange(self.count) < len(distance.loop)
+        tables = [part.table() for part in rows]
+        self._distance, self._alignment, self._right_angle, self._turn = tables[:4]
         moves = self.tree.moves.astype(float)
         self.signs = np.concatenate(
-            [np.zeros((0, self.tree.nv))] + [moves[table.bodies()[1]] - moves[table.bodies()[0]] for table in tables]
+            [np.zeros((0, self.tree.nv))] + [moves[table.successor] - moves[table.predecessor] for table in tables]
         )
-        for table in (distance, alignment, right_angle):
-            if len(table):
-                table.vectors = [[table.stacked(k) for k in range(3)]]  # (3, n) each, stacked once
 
     def _make_tree(self) -> None:
         """Build the solver's tree and remember how its coordinates correspond to Pinocchio's."""
@@ -176,38 +182,33 @@ class LoopEquations:
         N = frames.position.shape[2]
         residual, wrench = np.empty((self.count, N)), np.zeros((6, self.count, N))
         at = 0
-        n = len(self._distance)
+        n, p, s = self._distance.count, self._distance.predecessor, self._distance.successor
         if n:
-            p, s = self._distance.bodies()
-            local, here, there = self._distance.vectors[0]
+            local, here, there = self._distance.vectors
             direction, point = frames.directions(p, local), frames.points(s, there)
             residual[:n] = dot(direction, point - frames.points(p, here))
             wrench[:3, :n], wrench[3:, :n] = direction, cross(point, direction)
             at = n
-        n = len(self._alignment)
+        n, p, s = self._alignment.count, self._alignment.predecessor, self._alignment.successor
         if n:
-            p, s = self._alignment.bodies()
-            local, mine, theirs = self._alignment.vectors[0]
+            local, mine, theirs = self._alignment.vectors
             direction = frames.directions(p, local)
             error = rotations.rotation_between(frames.directions(p, mine), frames.directions(s, theirs))
             residual[at : at + n] = dot(direction, error)
             wrench[3:, at : at + n] = direction
             at += n
-        n = len(self._right_angle)
+        n, p, s = self._right_angle.count, self._right_angle.predecessor, self._right_angle.successor
         if n:
-            p, s = self._right_angle.bodies()
-            mine, theirs, cosine = self._right_angle.vectors[0]
+            mine, theirs, cosine = self._right_angle.vectors
             a, b = frames.directions(p, mine), frames.directions(s, theirs)
             sine = np.sqrt(1 - cosine[0] ** 2)[:, None]
             residual[at : at + n] = (cosine[0][:, None] - dot(a, b)) / sine
             wrench[3:, at : at + n] = cross(a, b) / sine
             at += n
-        n = len(self._turn)
+        n, p, s = self._turn.count, self._turn.predecessor, self._turn.successor
         if n:
-            p, s = self._turn.bodies()
-            vectors = np.array(self._turn.vectors)  # (n, 6, 3)
-            A = frames.orientations(p, np.moveaxis(vectors[:, :3], 0, -1).swapaxes(0, 1))
-            B = frames.orientations(s, np.moveaxis(vectors[:, 3:], 0, -1).swapaxes(0, 1))
+            A = frames.orientations(p, self._turn.vectors[:3].swapaxes(0, 1))
+            B = frames.orientations(s, self._turn.vectors[3:].swapaxes(0, 1))
             error = rotations.logarithm(np.einsum("ijmn,kjmn->ikmn", B, A).reshape(3, 3, -1)).reshape(3, n, N)
             for k in range(3):
                 residual[at : at + n], wrench[3 + k, at : at + n] = error[k], 1.0

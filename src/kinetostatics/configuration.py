@@ -47,7 +47,7 @@ def frozen(array: Array) -> Array:
 
 def batch_first(array: Array, shape: tuple[int, ...]) -> Array:
     """Turn ``(…components, N)`` into the read-only ``(*shape, …components)`` that people expect."""
-    turned = np.moveaxis(array, -1, 0) if array.ndim > 1 else array
+    turned = array.transpose(array.ndim - 1, *range(array.ndim - 1))
     return frozen(np.ascontiguousarray(turned).reshape(shape + turned.shape[1:]))
 
 

@@ -141,15 +141,19 @@ class Result:
         return self._reached & (self._statics_status != Status.SINGULAR)
 
     @cached_property
+    def _all_valid(self) -> bool:
+        return bool(np.all(self._valid))
+
+    @cached_property
     def _statics_status(self) -> NDArray[np.int8]:
         return np.concatenate([s.status for s in self.solutions]) if self.solutions else np.zeros(0, np.int8)
 
     def _gather(self, pick: Callable[[Solution], Array]) -> Array:
         """Join the chunks' arrays (…, N), NaN where a pose failed, and turn them batch first."""
-        return self._public(np.concatenate([pick(s) for s in self.solutions], axis=-1))
+        return self._public(_joined([pick(s) for s in self.solutions]))
 
     def _public(self, array: Array) -> Array:
-        if not np.all(self._valid):
+        if not self._all_valid:
             array = np.where(self._valid, array, np.nan)
         return batch_first(array, self.shape)
 
@@ -249,7 +253,7 @@ class Result:
                         put(edge, none)
             for edge in (*topology.base.edges, *topology.platform.edges):
                 put(edge, none)
-        return {name: np.concatenate(arrays, axis=-1) for name, arrays in parts.items()}
+        return {name: _joined(arrays) for name, arrays in parts.items()}
 
     @cached_property
     def joint_wrenches(self) -> Mapping[str, Array]:
@@ -295,7 +299,7 @@ class Result:
                     sum_at_o = sum_at_o + _limb_wrench(solution, number, position) + own
             origin = solution.frames.points(np.array([body]), placement[:3, 3:])[:, 0]
             total.append(-move_wrench(sum_at_o, origin - solution.o))
-        return self._public(np.concatenate(total, axis=-1))
+        return self._public(_joined(total))
 
     # ---- deformation ------------------------------------------------------------------------------------------------
 
@@ -312,7 +316,7 @@ class Result:
                 _beam_numbers(deformation.beams[number], solution)
                 for deformation, solution in zip(self._deformations, self.solutions, strict=True)
             ]
-            joined = {key: np.concatenate([piece[key] for piece in pieces], axis=-1) for key in pieces[0]}
+            joined = {key: _joined([piece[key] for piece in pieces]) for key in pieces[0]}
             for position, model in enumerate(stack.models):
                 mine = {key: array[..., position, :] for key, array in joined.items()}
                 stress = model.span.beam.section.stress(np.swapaxes(mine["section_wrenches"], 0, 1)).max(axis=0)
@@ -326,7 +330,7 @@ class Result:
         found: dict[str, Mapping[str, Array]] = {}
         sources = self.solutions[0].sources
         for number, stack in enumerate(self._deformations[0].beams):
-            lines = np.concatenate([d.beams[number].lines(FRACTIONS) for d in self._deformations], axis=-1)
+            lines = _joined([d.beams[number].lines(FRACTIONS) for d in self._deformations])
             for position, model in enumerate(stack.models):
                 turned = np.swapaxes(lines[:, :, :, position], 0, 1)
                 found[model.name] = MappingProxyType({source: self._public(turned[:, :, k]) for k, source in enumerate(sources)})
@@ -352,7 +356,7 @@ class Result:
                 move_twist(t, (s.frames.points(np.array([body]), placement[:3, 3:])[:, 0] - s.o)[:, None])
                 for t, s in zip(twists, self.solutions, strict=True)
             ]
-            joined = np.concatenate(moved, axis=-1)
+            joined = _joined(moved)
             result[link] = MappingProxyType({name: self._public(joined[:, k]) for k, name in enumerate(sources)})
         return MappingProxyType(result)
 
@@ -386,6 +390,11 @@ class Result:
                 "undetermined forces are NaN"
             )
         return tuple(found)
+
+
+def _joined(chunks: list[Array]) -> Array:
+    """Join chunks along the batch axis."""
+    return chunks[0] if len(chunks) == 1 else np.concatenate(chunks, axis=-1)
 
 
 def _beam_numbers(beams: LoadedBeams, solution: Solution) -> dict[str, Array]:

@@ -75,6 +75,8 @@ class Solver:
         base = self.mechanism.base_frame
         self.platform_signs = moves[self.platform_body] - (moves[base[0]] if base is not None else 0.0)
         self.column_scale = np.where(self.tree.column_rotates, 1.0, length)
+        self._row_scale = np.where(equations.is_length, length, 1.0)[:, None]
+        self._free: dict[tuple[int, ...], NDArray[np.intp]] = {}
 
     # ---- coordinates of a pose --------------------------------------------------------------------------------------
 
@@ -121,10 +123,10 @@ class Solver:
         frames = equations.forward(poses.x)
         twists = tree.twists(frames)
         residual, wrench = equations.evaluate(frames)
-        residuals = [residual / np.where(equations.is_length, self.length, 1.0)[:, None]]
+        residuals = [residual / self._row_scale]
         gradient = products(equations.signs, wrench, twists)
         scale = self.column_scale[None, :, None]
-        gradients = [gradient * scale / np.where(equations.is_length, self.length, 1.0)[:, None, None]]
+        gradients = [gradient * scale / self._row_scale[:, :, None]]
         N, extra = poses.x.shape[1], len(request.unknown_angles)
         at = len(request.columns)
         for number in request.loops:
@@ -159,14 +161,20 @@ class Solver:
             gradients.append(moving[3:] * scale)
             extra_rows = 3
         gradient = np.concatenate(gradients)
-        free = np.setdiff1d(np.arange(tree.nv), request.columns)
-        gradient = gradient[:, free]
+        if request.columns:
+            gradient = gradient[:, self._free_columns(request)]
         if extra:
             assert request.orientation is not None
             columns = np.zeros((gradient.shape[0], extra, N))
             columns[-extra_rows:] = -request.orientation.rates(poses.c)[:, list(request.unknown_angles)]
             gradient = np.concatenate([gradient, columns], axis=1)
         return np.concatenate(residuals), gradient
+
+    def _free_columns(self, request: Request) -> NDArray[np.intp]:
+        """Return the freedoms of the tree that are not given."""
+        if request.columns not in self._free:
+            self._free[request.columns] = np.setdiff1d(np.arange(self.tree.nv), request.columns)
+        return self._free[request.columns]
 
     def impose(self, request: Request, poses: Poses, target: Array) -> None:
         """Write the given tree coordinates and angles into the poses, in place."""
@@ -181,7 +189,7 @@ class Solver:
 
     def advance(self, request: Request, poses: Poses, step: Array) -> Poses:
         """Return the poses moved by a scaled step (n, N)."""
-        free = np.setdiff1d(np.arange(self.tree.nv), request.columns)
+        free = self._free_columns(request)
         v = np.zeros((self.tree.nv, poses.x.shape[1]))
         v[free] = step[: len(free)] * self.column_scale[free, None]
         c = np.array(poses.c)

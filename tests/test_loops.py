@@ -1,0 +1,103 @@
+"""The equations of every type of loop: what they block, what they leave free, and their gradients."""
+
+import numpy as np
+import pytest
+
+from kinetostatics.closure import LoopEquations
+from kinetostatics.mechanism import Mechanism
+from kinetostatics.robot_file import parse_robot_text
+from kinetostatics.rotations import exponential
+
+FREEDOMS = {
+    "fixed": 0, "revolute": 1, "continuous": 1, "prismatic": 1,
+    "cylindrical": 2, "universal": 2, "spherical": 3, "planar": 3,
+}  # fmt: skip
+
+
+def mechanism_with(kind, extra=""):
+    """A platform that floats, with one loop of a given type to the base; all frames askew."""
+    limit = '<limit lower="-1" upper="1"/>' if kind in ("revolute", "prismatic") else ""
+    return Mechanism(
+        parse_robot_text(
+            f"""<robot name="{kind}"><link name="base"/><link name="platform"/><platform link="platform"/>
+            <joint name="free" type="floating"><parent link="base"/><child link="platform"/>
+            <origin xyz="0.3 -0.2 0.1" rpy="0.3 0.1 -0.5"/></joint>
+            <loop name="closing" type="{kind}">
+            <predecessor link="base"><origin xyz="0.1 0.2 0.3" rpy="0.5 -0.4 1"/></predecessor>
+            <successor link="platform"><origin xyz="-0.2 0.1 0.4" rpy="1 0.2 -0.3"/></successor>{extra}{limit}</loop></robot>"""
+        )
+    )
+
+
+def pose_with(mechanism, linear, angular):
+    """Coordinates at which the successor's origin frame has moved from the predecessor's, in the predecessor's axes."""
+    loop = mechanism.connections["closing"]
+    moved = np.eye(4)
+    moved[:3, :3], moved[:3, 3] = exponential(np.array(angular, float)[:, None])[..., 0], linear
+    body = loop.predecessor_frame @ moved @ np.linalg.inv(loop.successor_frame)
+    placement = mechanism.model.jointPlacements[1].homogeneous
+    import pinocchio as pin
+
+    return pin.SE3ToXYZQUAT(pin.SE3(np.linalg.inv(placement) @ body))[:, None]
+
+
+@pytest.mark.parametrize("kind", FREEDOMS)
+def test_gradient_is_the_derivative(kind):
+    equations = LoopEquations(mechanism_with(kind))
+    random = np.random.default_rng(1)
+    q = pose_with(equations.mechanism, (0, 0, 0), (0, 0, 0))
+    residual, wrench = equations.evaluate(equations.forward(q))
+    np.testing.assert_allclose(residual, 0, atol=1e-14)
+    assert len(residual) == 6 - FREEDOMS[kind]
+    gradient = equations.jacobian(equations.forward(q), wrench)[..., 0]
+    assert np.linalg.matrix_rank(gradient, tol=1e-9) == 6 - FREEDOMS[kind]
+    step = 1e-6
+    for _ in range(5):
+        v = random.uniform(-1, 1, (6, 1))
+        ends = [equations.evaluate(equations.forward(equations.tree.integrate(q, sign * step * v)))[0] for sign in (-1, 1)]
+        np.testing.assert_allclose((ends[1] - ends[0])[:, 0] / (2 * step), gradient @ v[:, 0], atol=1e-8)
+
+
+ALLOWED = {
+    "revolute": [((0, 0, 0), (0.7, 0, 0)), ((0, 0, 0), (-2.5, 0, 0))],
+    "continuous": [((0, 0, 0), (3.0, 0, 0))],
+    "prismatic": [((0.4, 0, 0), (0, 0, 0))],
+    "cylindrical": [((0.4, 0, 0), (1.2, 0, 0))],
+    "universal": [((0, 0, 0), (0.8, 0, 0)), ((0, 0, 0), (0, -1.1, 0))],
+    "spherical": [((0, 0, 0), (0.4, -0.9, 0.5))],
+    "planar": [((0, 0.3, -0.2), (1.4, 0, 0))],
+}
+BLOCKED = {
+    "fixed": [((1e-3, 0, 0), (0, 0, 0)), ((0, 0, 0), (0, 1e-3, 0))],
+    "revolute": [((0, 1e-3, 0), (0.5, 0, 0)), ((0, 0, 0), (0, 0, 1e-3)), ((1e-3, 0, 0), (0, 0, 0))],
+    "continuous": [((0, 0, 0), (0, 2.0, 0))],
+    "prismatic": [((0.4, 1e-3, 0), (0, 0, 0)), ((0.4, 0, 0), (1e-3, 0, 0))],
+    "cylindrical": [((0.4, 0, 1e-3), (0, 0, 0)), ((0.4, 0, 0), (0, 1e-3, 0))],
+    "universal": [((0, 0, 0), (0, 0, 1e-3)), ((0, 1e-3, 0), (0.4, 0, 0))],
+    "spherical": [((1e-3, 0, 0), (0.4, -0.9, 0.5))],
+    "planar": [((1e-3, 0.3, 0), (0, 0, 0)), ((0, 0.3, 0), (0, 1e-3, 0))],
+}
+
+
+@pytest.mark.parametrize(("kind", "motion"), [(kind, m) for kind, motions in ALLOWED.items() for m in motions])
+def test_what_a_loop_leaves_free(kind, motion):
+    equations = LoopEquations(mechanism_with(kind))
+    residual, _ = equations.evaluate(equations.forward(pose_with(equations.mechanism, *motion)))
+    np.testing.assert_allclose(residual, 0, atol=1e-13)
+
+
+@pytest.mark.parametrize(("kind", "motion"), [(kind, m) for kind, motions in BLOCKED.items() for m in motions])
+def test_what_a_loop_blocks(kind, motion):
+    equations = LoopEquations(mechanism_with(kind))
+    residual, _ = equations.evaluate(equations.forward(pose_with(equations.mechanism, *motion)))
+    size = next(abs(x) for part in motion for x in part if abs(x) in (1e-3, 2.0))
+    assert np.linalg.norm(residual) == pytest.approx(size, rel=2e-3)
+
+
+def test_universal_joint_with_axes_not_at_right_angles():
+    equations = LoopEquations(mechanism_with("universal", '<axis xyz="1 0 0"/><axis2 xyz="0.5 0 1"/>'))
+    for angular in ((0, 0, 0), (0.8, 0, 0)):
+        residual, _ = equations.evaluate(equations.forward(pose_with(equations.mechanism, (0, 0, 0), angular)))
+        np.testing.assert_allclose(residual, 0, atol=1e-13)
+    residual, _ = equations.evaluate(equations.forward(pose_with(equations.mechanism, (0, 0, 0), (0, 1e-3, 0))))
+    assert np.linalg.norm(residual) == pytest.approx(1e-3, rel=2e-3)

@@ -1,0 +1,65 @@
+"""Cross-sections against textbook values."""
+
+import numpy as np
+import pytest
+
+from kinetostatics.sections import Rectangle, RectangularTube, Section, Tube
+
+
+def test_circle_and_tube():
+    circle = Tube.of(0.1)
+    assert circle.area == pytest.approx(np.pi * 0.05**2)
+    assert circle.I_y == circle.I_z == pytest.approx(np.pi * 0.1**4 / 64)
+    assert pytest.approx(np.pi * 0.1**4 / 32) == circle.J
+    tube = Tube.of(0.1, 0.08)
+    assert tube.area == pytest.approx(circle.area - Tube.of(0.08).area)
+    assert tube.I_y == pytest.approx(circle.I_y - Tube.of(0.08).I_y)
+
+
+def test_cowpers_shear_coefficients():
+    """Cowper 1966: solid circle 6(1+ν)/(7+6ν), thin tube 2(1+ν)/(4+3ν), rectangle 10(1+ν)/(12+11ν)."""
+    nu = 0.3
+    assert Tube.of(0.1).shear_coefficients(nu) == pytest.approx((6 * 1.3 / 8.8,) * 2)
+    assert Tube.of(1.0, 0.9999).shear_coefficients(nu) == pytest.approx((2 * 1.3 / 4.9,) * 2, rel=1e-4)
+    assert Rectangle.of(0.1, 0.2).shear_coefficients(nu) == pytest.approx((13 / 15.3,) * 2)
+    square = RectangularTube.of(1, 1, 1e-3).shear_coefficients(nu)
+    assert square[0] == pytest.approx(square[1])
+    # thin square box with m = n = 1: 160(1+ν) / (324 + 303ν + 10(6 + 2ν) − …) evaluated by hand for ν = 0.3
+    expected = 10 * 1.3 * 16 / (324 + 0.3 * 302 + 10 * (3.3 + 3))
+    assert square[0] == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(("ratio", "J", "stress"), [(1, 0.1406, 0.208), (2, 0.229, 0.246), (10, 0.312, 0.312)])
+def test_torsion_of_a_rectangle(ratio, J, stress):
+    """Timoshenko and Goodier, table in section 109: J = k1 a b³, largest stress T / (k2 a b²)."""
+    b = 0.02
+    section = Rectangle.of(ratio * b, b)
+    assert pytest.approx(J * ratio * b**4, rel=2e-3) == section.J
+    assert section.torsion_modulus == pytest.approx(stress * ratio * b**3, rel=3e-3)
+    assert Rectangle.of(b, ratio * b).J == pytest.approx(section.J)
+
+
+def test_thin_square_tube():
+    section = RectangularTube.of(0.1, 0.1, 0.001)
+    side = 0.099
+    assert section.area == pytest.approx(4 * side * 0.001)
+    assert pytest.approx(side**3 * 0.001) == section.J
+    assert section.I_y == pytest.approx(2 / 3 * side**3 * 0.001, rel=1e-3)
+
+
+def test_stress_of_a_circle():
+    d = 0.05
+    section = Tube.of(d)
+    bending = section.stress(np.array([0, 0, 0, 0, 30.0, 40.0])[:, None])
+    np.testing.assert_allclose(bending, 32 * 50 / (np.pi * d**3))
+    torsion = section.stress(np.array([0, 0, 0, 20.0, 0, 0])[:, None])
+    np.testing.assert_allclose(torsion, np.sqrt(3) * 16 * 20 / (np.pi * d**3))
+    pull = section.stress(np.array([-1000.0, 0, 0, 0, 0, 0])[:, None])
+    np.testing.assert_allclose(pull, 1000 / section.area)
+
+
+def test_a_section_by_numbers_has_no_known_stress():
+    section = Section(1e-3, 1e-7, 2e-7, 1e-7)
+    assert np.isnan(section.stress(np.ones((6, 1)))).all()
+    assert section.shear_coefficients(0.3) is None
+    assert not section.is_isotropic
