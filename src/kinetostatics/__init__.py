@@ -4,6 +4,10 @@ See ``README.md`` for an example; the method is that of Yang, Huang, Ye and Chen
 parallel manipulators using screw theory, Chinese Journal of Mechanical Engineering 36 (2023).
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
 from kinetostatics.configuration import Configuration, Status
 from kinetostatics.equilibrium import analyze
 from kinetostatics.exceptions import (
@@ -19,7 +23,9 @@ from kinetostatics.exceptions import (
 )
 from kinetostatics.result import BeamResult, LimbResult, Result
 from kinetostatics.robot import Robot, load_robot
-from kinetostatics.viewer import save_html, show
+
+if TYPE_CHECKING:
+    from kinetostatics.viewer import save_html, show
 
 __version__ = "0.1.0"
 
@@ -44,3 +50,12 @@ __all__ = [
     "save_html",
     "show",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Import the viewer when it is first used."""
+    if name in ("save_html", "show"):
+        from kinetostatics import viewer
+
+        return getattr(viewer, name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

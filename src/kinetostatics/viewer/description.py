@@ -1,0 +1,222 @@
+"""What a page draws, as plain data: stations that move, and surfaces, arrows, frames and labels attached to them."""
+
+from __future__ import annotations
+
+import base64
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kinetostatics.rotations import quaternion_of_matrix
+from kinetostatics.viewer.shapes import Surface
+
+Array = NDArray[np.float64]
+
+
+class Stations:
+    """Points with a frame that move: a pose at rest, and a small twist from each contribution, in every frame of a path.
+
+    Attributes:
+        frames: how many frames the path has, F; one without a path.
+        sources: names of the contributions.
+        rest: (F, 4, 4) pose at rest of every station.
+        twists: (F, K, 6) what each contribution does to every station, at its own origin, world axes [m, rad].
+    """
+
+    def __init__(self, frames: int, sources: tuple[str, ...]) -> None:
+        self.frames, self.sources = frames, sources
+        self.rest: list[Array] = []
+        self.twists: list[Array] = []
+
+    def add(self, rest: Array, twist: Array | None = None) -> int:
+        """Add a station and return its number; without a twist it stands still.
+
+        Args:
+            rest: (F, 4, 4) pose at rest, or (F, 3) its origin, the axes being those of the world.
+            twist: (F, K, 6).
+        """
+        if rest.ndim == 2:
+            points, rest = rest, np.tile(np.eye(4), (self.frames, 1, 1))
+            rest[:, :3, 3] = points
+        self.rest.append(rest)
+        self.twists.append(np.zeros((self.frames, len(self.sources), 6)) if twist is None else twist)
+        return len(self.rest) - 1
+
+    @property
+    def poses(self) -> Array:
+        """(F, n, 7) origins [m] and quaternions x, y, z, w."""
+        rest = np.stack(self.rest, axis=1)
+        rotation = np.moveaxis(rest[..., :3, :3], (-2, -1), (0, 1))
+        return np.concatenate([rest[..., :3, 3], np.moveaxis(quaternion_of_matrix(rotation), 0, -1)], axis=-1)
+
+    @property
+    def all_twists(self) -> Array:
+        """(F, n, K, 6)."""
+        return np.stack(self.twists, axis=1)
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """A surface in the scene tree.
+
+    Attributes:
+        path: where, below each of ``roots``.
+        surface: its triangles, in station coordinates.
+        station: the station it is fixed to, or (n,) one for every vertex.
+        roots: ``Rest`` (pale, where it is at rest), ``Deformed`` (solid, moved), or ``Base`` (solid, at rest).
+        colour: "deflection", "#rrggbb", or (n, 3) one colour per vertex, 0 to 1.
+    """
+
+    path: str
+    surface: Surface
+    station: int | NDArray[np.int64]
+    roots: tuple[str, ...]
+    colour: str | Array = "deflection"
+
+    def plain(self) -> dict[str, Any]:
+        """Return it as JSON wants it."""
+        colour = self.colour if isinstance(self.colour, str) else packed(np.round(255 * self.colour), "u1")
+        return {
+            "path": self.path, "roots": self.roots, "colour": colour, "per_vertex": not isinstance(self.colour, str),
+            "vertices": packed(self.surface.vertices, "<f4"), "faces": packed(self.surface.faces, "<u4"),
+            "station": self.station if isinstance(self.station, int) else packed(self.station, "<u4"),
+        }  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Arrow:
+    """A force or couple.
+
+    Attributes:
+        group: the folder of the scene tree.
+        name: its name there, that of the result.
+        label: its name in the picture.
+        kind: "force" or "moment".
+        station: where it is attached, and ``offset`` (3,) from there in station coordinates.
+        vector: (F, K + 1, 3) what each contribution gives, and last what does not depend on the shares [N, N·m].
+        positive: (F, 3) direction in which the number in the label counts positive; None: always positive.
+        anchor: "tail" or "tip" is at the station; or (F, 3) the outward direction: what pushes against it is drawn with its
+            tip at the station, so that the arrow does not hide inside the robot.
+    """
+
+    group: str
+    name: str
+    label: str
+    kind: str
+    station: int
+    vector: Array
+    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    positive: Array | None = None
+    anchor: str | Array = "tail"
+
+    @property
+    def size(self) -> float:
+        """The longest it gets with all shares at one [N, N·m]."""
+        return float(np.linalg.norm(self.vector.sum(axis=1), axis=-1).max())
+
+    def plain(self, metres_per_unit: float, radius: float, colour: str) -> dict[str, Any]:
+        """Return it as JSON wants it."""
+        return {
+            "path": f"Arrows/{self.group}/{self.name}", "label": self.label, "kind": self.kind, "station": self.station,
+            "offset": self.offset, "vector": packed(self.vector, "<f4"), "unit": "N" if self.kind == "force" else "N·m",
+            "positive": None if self.positive is None else packed(self.positive, "<f4"),
+            "anchor": self.anchor if isinstance(self.anchor, str) else None,
+            "outward": None if isinstance(self.anchor, str) else packed(self.anchor, "<f4"),
+            "metres_per_unit": metres_per_unit, "radius": radius, "colour": colour,
+        }  # fmt: skip
+
+
+@dataclass
+class Scene:
+    """Everything a page shows; ``plain`` makes it JSON.
+
+    Attributes:
+        title: the robot's name.
+        stations: what moves.
+        size: of the robot [m].
+        exaggeration: with which the page opens.
+        readout: the station whose twist is shown in numbers.
+        meshes, arrows: what is drawn.
+        frames: name, station and label of the drawn coordinate systems.
+        labels: path, station and text of further labels.
+        path: coordinates that change along the path: name, unit and (F,) values.
+        notes: warnings to show.
+        live: controls and address of a live page.
+    """
+
+    title: str
+    stations: Stations
+    size: float
+    exaggeration: float
+    readout: int
+    meshes: list[Mesh] = field(default_factory=list)
+    arrows: list[Arrow] = field(default_factory=list)
+    frames: list[tuple[str, int, str]] = field(default_factory=list)
+    labels: list[tuple[str, int, str]] = field(default_factory=list)
+    path: list[tuple[str, str, Array]] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
+    live: dict[str, Any] | None = None
+
+    def plain(self) -> dict[str, Any]:
+        """Return it as numbers, strings, lists and dictionaries; arrays as base64 of little-endian numbers."""
+        stations = self.stations
+        e = self.exaggeration
+        return {
+            "title": self.title,
+            "contributions": stations.sources,
+            "exaggeration": {"value": e, "min": min(1.0, e / 100), "max": max(100.0, e * 100)},
+            "stations": {
+                "count": len(stations.rest), "frames": stations.frames,
+                "pose": packed(stations.poses, "<f4"), "twist": packed(stations.all_twists, "<f4"),
+            },
+            "meshes": [mesh.plain() for mesh in self.meshes],
+            "arrows": self._plain_arrows(),
+            "frames": [
+                {"path": f"Frames/{name}", "station": station, "label": label, "size": 0.16 * self.size}
+                for name, station, label in self.frames
+            ],
+            "labels": [{"path": f"Labels/{path}", "station": at, "text": text} for path, at, text in self.labels],
+            "readout": self.readout,
+            "path": [{"name": name, "unit": unit, "values": values.tolist()} for name, unit, values in self.path],
+            "seconds": float(np.clip(0.12 * stations.frames, 2, 8)),
+            "notes": self.notes,
+            "view": VIEW,
+            "hidden": [f"Arrows/{group}" for group in HIDDEN],
+            "live": self.live,
+        }  # fmt: skip
+
+    def _plain_arrows(self) -> list[dict[str, Any]]:
+        """Scale every group's forces, and its couples, so that the longest is easy to read."""
+        longest: dict[tuple[str, str], float] = {}
+        for arrow in self.arrows:
+            key = (arrow.group, arrow.kind)
+            longest[key] = max(longest.get(key, 0.0), arrow.size)
+        plain = []
+        for arrow in self.arrows:
+            most = longest[arrow.group, arrow.kind]
+            scale = (0.26 if arrow.kind == "force" else 0.2) * self.size / most if most > 0 else 0.0
+            plain.append(arrow.plain(scale, 0.0055 * self.size, COLOURS.get(arrow.group, "#475569")))
+        return plain
+
+
+#: Direction from which the page looks at the robot at first, world axes.
+VIEW = (1.5, -2.6, 1.1)
+#: Groups of arrows that are switched off at first: all at once would be a thicket.
+HIDDEN = ("constraint forces", "constraint couples", "attached wrenches", "weights", "base reaction")
+#: Colour of each group of arrows.
+COLOURS = {
+    "external load": "#1d4ed8",
+    "actuator forces": "#b91c1c",
+    "constraint forces": "#c2570c",
+    "constraint couples": "#7e22ce",
+    "attached wrenches": "#a8327a",
+    "weights": "#475569",
+    "base reaction": "#15803d",
+}
+
+
+def packed(array: ArrayLike, dtype: str) -> str:
+    """Return an array's numbers as base64."""
+    return base64.b64encode(np.ascontiguousarray(array, dtype=dtype).tobytes()).decode("ascii")

@@ -1,0 +1,104 @@
+"""Where the joints are, what they look like and how they move."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.mechanism import ROTATING, Connection
+from kinetostatics.viewer.poses import ShownPoses
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """One joint as it is drawn; joints that turn about one point in turn are one ball.
+
+    Attributes:
+        name: the joint's, or what the joints of a ball have in common.
+        joints: names of the joints or loops.
+        links: the links they touch.
+        centre: (F, 3) at rest [m].
+        axis: (F, 3) of a joint with one axis, drawn as a pin; None for a ball.
+        twist: (F, K, 6) of the centre.
+        driven: whether it is a drive.
+        beam: name of the telescopic beam that it lies inside, or None.
+    """
+
+    name: str
+    joints: tuple[str, ...]
+    links: frozenset[str]
+    centre: Array
+    axis: Array | None
+    twist: Array
+    driven: bool
+    beam: str | None
+
+
+def find_joints(poses: ShownPoses) -> list[Joint]:
+    """Return all joints that can move."""
+    robot = poses.result.robot
+    inside = {name: beam for beam, span in robot.topology.beams.items() for name in span.spanned}
+    found: list[Joint] = []
+    size = 1e-7 * (1 + float(np.abs(poses.o).max()))
+    for connection in robot.mechanism.connections.values():
+        if connection.kind == "fixed":
+            continue
+        centre, axis = _centre_and_axis(poses, connection)
+        links = frozenset((connection.predecessor, connection.successor))
+        turning = connection.kind in ROTATING and not connection.driven
+        before = found[-1] if found else None
+        if (
+            turning and before is not None and before.links & links and not before.driven and before.beam is None
+            and all(robot.mechanism.connections[name].kind in ROTATING for name in before.joints)
+            and float(np.abs(before.centre - centre).max()) < size
+        ):  # fmt: skip
+            names = (*before.joints, connection.name)
+            common = _common_start(before.name, connection.name).rstrip("_-. ") or names[0]
+            found[-1] = Joint(common, names, before.links | links, before.centre, None, before.twist, False, None)
+            continue
+        single = axis if connection.kind not in ("spherical", "universal", "planar", "floating") else None
+        found.append(
+            Joint(
+                connection.name, (connection.name,), links, centre, single, _twist(poses, connection, centre),
+                connection.driven, inside.get(connection.name),
+            )
+        )  # fmt: skip
+    return found
+
+
+def _centre_and_axis(poses: ShownPoses, connection: Connection) -> tuple[Array, Array]:
+    """Return centre (F, 3), on the successor's side, and axis (F, 3), on the predecessor's."""
+    description = poses.result.robot.description
+    if connection.is_loop:
+        loop = description.loops[connection.name]
+        inner, outer = loop.predecessor_origin.matrix, loop.successor_origin.matrix
+    else:
+        inner, outer = description.joints[connection.name].origin.matrix, np.eye(4)
+    centre = (poses.frame(connection.successor) @ outer)[:, :3, 3]
+    axis = (poses.frame(connection.predecessor) @ inner)[:, :3, :3] @ connection.axis
+    return centre, axis
+
+
+def _twist(poses: ShownPoses, connection: Connection, centre: Array) -> Array:
+    """Return the centre's twist by the side that is rigid, if one is: at a beam's end the two agree in position."""
+    rigid = poses.result.link_contributions
+    link = connection.successor if connection.successor in rigid else connection.predecessor
+    return poses.twist_at(link if link in rigid else connection.successor, centre)
+
+
+def marker_radius(poses: ShownPoses, joint: Joint, size: float) -> float:
+    """Return a radius [m] that goes well with the beams at a joint."""
+    beams = poses.result.robot.description.beams.values()
+    near = [max(beam.section.extent) for beam in beams if beam.link in joint.links]
+    some = near or [max(beam.section.extent) for beam in beams] or [0.016 * size]
+    return float(np.clip(np.mean(some), 0.006 * size, 0.05 * size))
+
+
+def _common_start(a: str, b: str) -> str:
+    """Return what two names begin with."""
+    same = [x == y for x, y in zip(a, b, strict=False)]
+    return a[: (*same, False).index(False)]

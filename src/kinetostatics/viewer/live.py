@@ -1,0 +1,229 @@
+"""Live pages: the page sends the values of its sliders, Python analyses that pose and answers with a new scene.
+
+meshcat's own socket only carries commands to the page. The page therefore asks by HTTP: a slider that moved is a POST to
+the address the page came from, and the answer is the scene of the new pose. The standard library's server is enough for
+that. It listens on this machine only, and at an address that contains a random key, so that no other page can talk to it.
+"""
+
+from __future__ import annotations
+
+import itertools
+import json
+import math
+import secrets
+import threading
+from collections.abc import Callable, Mapping
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from typing import Any
+
+from kinetostatics.configuration import Configuration
+from kinetostatics.exceptions import ArgumentError, KinetostaticsError
+from kinetostatics.result import Result
+from kinetostatics.viewer.page import page_html
+from kinetostatics.viewer.scene import describe_scene
+
+#: How far sliders without limits reach from where they start: part of the robot's size, and radians.
+REACH, TURN = 0.15, math.radians(30)
+
+
+class LiveRobot:
+    """A pose that sliders change: of the drives, and of platform coordinates that determine the pose.
+
+    Attributes:
+        configuration: the last pose that could be analysed; the next one starts there.
+    """
+
+    def __init__(
+        self, configuration: Configuration, analyze: Callable[[Configuration], Result], orientation: str | None = None
+    ) -> None:
+        """Start at a pose.
+
+        Args:
+            configuration: one pose.
+            analyze: how a pose is analysed: load and gravity are chosen there.
+            orientation: convention of the platform's angles, as in :meth:`Robot.assemble`.
+        """
+        if configuration.shape != ():
+            raise ArgumentError("a live page starts from one pose, not from a batch")
+        self.configuration, self.analyze, self.orientation = configuration, analyze, orientation
+        self.robot = configuration.robot
+        result = analyze(configuration)
+        self.size = describe_scene(result).size
+        self.coordinates = self._determining()
+        self.controls = [self._drive(name) for name in self.robot.description.driven]
+        self.controls += [self._platform(name) for name in self.coordinates]
+        self.factors = {(item["kind"], item["coordinate"]): item.pop("factor") for item in self.controls}
+        self.first = self._scene(result)
+
+    def answer(self, question: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the scene at ``{"kind": "actuators" or "platform", "values": {coordinate: shown value}}``.
+
+        Raises:
+            KinetostaticsError: the pose cannot be reached or analysed; the last one stays.
+        """
+        kind, shown = question["kind"], question["values"]
+        values = {name: float(value) * self.factors[kind, name] for name, value in shown.items()}
+        if kind == "actuators":
+            configuration = self.robot.assemble(actuators=values, orientation=self.orientation, near=self.configuration)
+        else:
+            configuration = self.robot.assemble(platform=values, orientation=self.orientation, near=self.configuration)
+        result = self.analyze(configuration)
+        scene = self._scene(result)
+        self.configuration = configuration
+        return scene
+
+    def _scene(self, result: Result) -> dict[str, Any]:
+        scene = describe_scene(result)
+        platform = result.configuration.platform_coordinates(self.orientation)
+        for control in self.controls:
+            kind, name = control["kind"], control["coordinate"]
+            value = result.configuration.actuators[name] if kind == "actuators" else platform[name]
+            control["value"] = float(value) / self.factors[kind, name]
+        scene.live = {"url": "analyze", "controls": [dict(control) for control in self.controls]}
+        return scene.plain()
+
+    # ---- sliders ----------------------------------------------------------------------------------------------------
+
+    def _determining(self) -> tuple[str, ...]:
+        """Return the first platform coordinates, translations first, that determine the pose."""
+        present = self.configuration.platform_coordinates(self.orientation)
+        for names in itertools.combinations(present, self.robot.mobility.platform):
+            try:
+                self.robot.assemble(
+                    platform={name: present[name] for name in names}, orientation=self.orientation, near=self.configuration
+                )
+            except KinetostaticsError:
+                continue
+            return names
+        return ()
+
+    def _drive(self, name: str) -> dict[str, Any]:
+        connection = self.robot.mechanism.connections[name]
+        slides = connection.kind == "prismatic"
+        value = float(self.configuration.actuators[name])
+        return self._slider("actuators", name, f"drive: {name}", slides, value, connection.lower, connection.upper)
+
+    def _platform(self, name: str) -> dict[str, Any]:
+        value = float(self.configuration.platform_coordinates(self.orientation)[name])
+        return self._slider("platform", name, f"platform: {name}", name in "xyz", value, -math.inf, math.inf)
+
+    def _slider(
+        self, kind: str, coordinate: str, title: str, is_length: bool, value: float, lower: float, upper: float
+    ) -> dict[str, Any]:
+        factor, unit, reach, step = (1e-3, "mm", REACH * self.size, 0.1) if is_length else (math.pi / 180, "°", TURN, 0.01)
+        low, high = max(lower, value - reach), min(upper, value + reach)
+        if not low < high:  # beyond its limits to begin with
+            low, high = value - reach, value + reach
+        return {
+            "kind": kind, "coordinate": coordinate, "name": f"{title} [{unit}]", "factor": factor, "value": value / factor,
+            "min": math.floor(low / factor), "max": math.ceil(high / factor), "step": step,
+        }  # fmt: skip
+
+
+class LiveServer:
+    """Serves a live page on this machine; use it as a context, or :meth:`close` it.
+
+    Attributes:
+        url: address of the page.
+    """
+
+    def __init__(self, robot: LiveRobot, port: int = 0) -> None:
+        """Start to serve in the background.
+
+        Args:
+            robot: what answers.
+            port: of 127.0.0.1; 0 for any that is free.
+
+        Raises:
+            KinetostaticsError: the port cannot be used.
+        """
+        key = secrets.token_urlsafe(16)
+        try:
+            self._server = ThreadingHTTPServer(("127.0.0.1", port), _handler(robot, key))
+        except OSError as error:
+            raise KinetostaticsError(f"cannot serve on port {port}: {error.strerror or error}") from None
+        self._server.daemon_threads = True
+        self._thread = threading.Thread(target=self._server.serve_forever, daemon=True)
+        self._thread.start()
+        self.url = f"http://127.0.0.1:{self._server.server_port}/{key}/"
+
+    def __enter__(self) -> LiveServer:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return f"<LiveServer at {self.url}>"
+
+    def _repr_html_(self) -> str:
+        return f'<iframe src="{self.url}" style="width: 100%; height: 640px; border: 1px solid #d5d9df"></iframe>'
+
+    def wait(self) -> None:
+        """Serve until the program is interrupted or the server closed."""
+        self._thread.join()
+
+    def close(self) -> None:
+        """Stop serving."""
+        self._server.shutdown()
+        self._server.server_close()
+
+
+def _handler(robot: LiveRobot, key: str) -> type[BaseHTTPRequestHandler]:
+    lock = threading.Lock()  # one analysis at a time
+    page = page_html(robot.first)
+
+    class Handler(BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            if self.path == f"/{key}/":
+                self._reply(200, page, "text/html")
+            elif self.path == "/favicon.ico":
+                self._reply(200, "", "image/x-icon")
+            else:
+                self._reply(404, "nothing here", "text/plain")
+
+        def do_POST(self) -> None:
+            question = self.rfile.read(int(self.headers.get("Content-Length", 0)))
+            if self.path != f"/{key}/analyze":
+                self._reply(404, "nothing here", "text/plain")
+                return
+            try:
+                with lock:
+                    answer = robot.answer(json.loads(question))
+            except KinetostaticsError as error:  # the page shows it; it is an answer like any other
+                answer = {"error": str(error)}
+            except (ValueError, KeyError, TypeError, AttributeError) as error:
+                answer = {"error": f"the page asked for something that makes no sense: {error!r}"}
+            self._reply(200, json.dumps(answer, allow_nan=False), "application/json")
+
+        def _reply(self, status: int, text: str, kind: str) -> None:
+            body = text.encode()
+            self.send_response(status)
+            self.send_header("Content-Type", f"{kind}; charset=utf-8")
+            self.send_header("Content-Length", str(len(body)))
+            self.send_header("Cache-Control", "no-store")
+            self.end_headers()
+            self.wfile.write(body)
+
+        def log_message(self, format: str, *args: Any) -> None:
+            pass
+
+    return Handler
+
+
+def serve(
+    configuration: Configuration,
+    analyze: Callable[[Configuration], Result],
+    *,
+    orientation: str | None = None,
+    port: int = 0,
+) -> LiveServer:
+    """Serve a page whose sliders move the robot.
+
+    Args:
+        configuration: the pose to start from.
+        analyze: how a pose is analysed, for example ``lambda pose: ks.analyze(pose, load=[0, 0, -500, 0, 0, 0])``.
+        orientation: convention of the platform's angles, as in :meth:`Robot.assemble`.
+        port: of 127.0.0.1; 0 for any that is free.
+    """
+    return LiveServer(LiveRobot(configuration, analyze, orientation), port)

@@ -1,0 +1,62 @@
+"""One HTML file that holds meshcat's page, the scene and the scripts that move it; it needs no server and no network."""
+
+from __future__ import annotations
+
+import html
+import json
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+from kinetostatics.exceptions import KinetostaticsError
+
+_SCRIPTS = ("motion.js", "drawing.js", "panel.js", "page.js")
+
+
+def page_html(scene: dict[str, Any]) -> str:
+    """Return the page of a scene (:meth:`Scene.plain`)."""
+    data = json.dumps(scene, allow_nan=False, separators=(",", ":")).replace("</", "<\\/")
+    return f"""<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<title>{html.escape(scene["title"])}</title>
+<style>
+{_asset("page.css")}</style>
+</head>
+<body>
+<div id="meshcat-pane"></div>
+<script>
+{_meshcat()}
+</script>
+<script>
+var viewer = new MeshCat.Viewer(document.getElementById("meshcat-pane"));
+</script>
+<script id="robot-scene" type="application/json">{data}</script>
+<script>
+"use strict";
+(() => {{
+{"".join(_asset(name) for name in _SCRIPTS)}}})();
+</script>
+</body>
+</html>
+"""
+
+
+def iframe_html(page: str, height: int = 640) -> str:
+    """Return a page inside an ``<iframe>``, for notebooks."""
+    return f'<iframe srcdoc="{html.escape(page)}" style="width: 100%; height: {height}px; border: 1px solid #d5d9df"></iframe>'
+
+
+def _asset(name: str) -> str:
+    return (files("kinetostatics.viewer") / "assets" / name).read_text(encoding="utf-8")
+
+
+@cache
+def _meshcat() -> str:
+    """Return meshcat's own script. Its ``static_html()`` holds the same, but starts a server process to put it together."""
+    path = files("meshcat") / "viewer" / "dist" / "main.min.js"
+    try:
+        return path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise KinetostaticsError(f"the installed meshcat has no page to show ({error}); reinstall meshcat") from None

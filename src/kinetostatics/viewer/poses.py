@@ -1,0 +1,139 @@
+"""Which poses of a result are shown, in which order, and how every point of the robot moves there."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.configuration import Status
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.result import Result
+
+Array = NDArray[np.float64]
+
+#: A page holds every pose of a path; more than this makes it too large to open quickly.
+MOST_POSES = 1000
+
+
+class ShownPoses:
+    """The poses of a result that can be drawn, one after another; all arrays have the axis F of frames first.
+
+    Attributes:
+        result: the result.
+        indices: (F,) positions of the shown poses in the flattened batch.
+        sources: names of the contributions, whatever the result has.
+    """
+
+    def __init__(self, result: Result) -> None:
+        self.result = result
+        order = serpentine(result.shape)
+        twist = result.twist.reshape(-1, 6)[order]
+        good = np.all(np.isfinite(twist), axis=-1)
+        if not np.any(good):
+            raise ArgumentError(_nothing_to_show(result))
+        if not np.all(good):
+            warnings.warn(
+                f"{int(np.sum(~good))} of {len(order)} poses could not be analysed and are left out of the picture",
+                stacklevel=4,
+            )
+        self.indices = order[good]
+        if len(self.indices) > MOST_POSES:
+            raise ArgumentError(
+                f"the result has {len(self.indices)} poses; a page shows at most {MOST_POSES}: take a coarser path or grid"
+            )
+        self.sources = tuple(result.contributions)
+
+    @property
+    def count(self) -> int:
+        """How many there are, F."""
+        return len(self.indices)
+
+    def take(self, array: Array) -> Array:
+        """Return the shown poses (F, …) of an array (*batch, …) of the result."""
+        batch = len(self.result.shape)
+        flat = np.asarray(array).reshape(-1, *np.shape(array)[batch:])
+        return np.asarray(flat[self.indices])
+
+    def by_source(self, contributions: Mapping[str, Array]) -> list[Array]:
+        """Return the shown poses (F, …) of each contribution in turn; zero for one that is not there."""
+        some = next(iter(contributions.values()))
+        return [self.take(contributions.get(name, np.zeros_like(some))) for name in self.sources]
+
+    def of_configuration(self, array: Array, components: int) -> Array:
+        """Return the shown poses (F, …) of an array of the configuration, whose batch may be smaller than the result's."""
+        shape = self.result.shape + array.shape[array.ndim - components :]
+        return self.take(np.broadcast_to(array, shape))
+
+    def frame(self, link: str) -> Array:
+        """Return a link's frames (F, 4, 4) at rest."""
+        return self.of_configuration(self.result.configuration.frame(link), 2)
+
+    @cached_property
+    def platform_frame(self) -> Array:
+        """The frames o-xyz (F, 4, 4) at rest."""
+        return self.of_configuration(self.result.configuration.platform_frame, 2)
+
+    @cached_property
+    def o(self) -> Array:
+        """The points o (F, 3) at rest [m]."""
+        return np.asarray(self.platform_frame[:, :3, 3])
+
+    @cached_property
+    def platform_twist(self) -> Array:
+        """(F, K, 6) what each contribution does to the platform, at o."""
+        return np.stack(self.by_source(self.result.contributions), axis=1)
+
+    def twist_at(self, link: str, point: Array) -> Array:
+        """Return what each contribution does (F, K, 6) to the points (F, 3) of a link.
+
+        A link that carries a beam has no twist of its own: the point follows the nearer end of the nearest beam.
+        """
+        own = self.result.link_contributions.get(link)
+        if own is not None:
+            twist, origin = np.stack(self.by_source(own), axis=1), self.frame(link)[:, :3, 3]
+            return moved(twist, point - origin)
+        ends = []
+        for name, beam in self.result.beams.items():
+            if beam.description.link == link:
+                points = self.take(beam.points)
+                for end in (0, -1):
+                    ends.append((float(np.linalg.norm(points[0, end] - point[0])), name, end, points[:, end]))
+        if not ends:
+            return np.zeros((self.count, len(self.sources), 6))
+        _, name, end, at = min(ends, key=lambda item: item[0])
+        lines = self.by_source(self.result.beam_contributions[name])
+        return moved(np.stack([line[:, end] for line in lines], axis=1), point - at)
+
+    def beam_twists(self, name: str) -> Array:
+        """Return what each contribution does (F, K, n, 6) to the stations of a beam."""
+        return np.stack(self.by_source(self.result.beam_contributions[name]), axis=1)
+
+
+def moved(twist: Array, arm: Array) -> Array:
+    """Return twists (F, K, 6) of a body at a point that lies ``arm`` (F, 3) from where they were given."""
+    linear = twist[..., :3] + np.cross(twist[..., 3:], arm[:, None])
+    return np.concatenate([linear, twist[..., 3:]], axis=-1)
+
+
+def serpentine(shape: tuple[int, ...]) -> NDArray[np.intp]:
+    """Return an order of a batch's poses in which neighbours follow one another: every second row runs backwards."""
+    order = np.arange(int(np.prod(shape)), dtype=np.intp).reshape(shape or (1,))
+    while order.ndim > 1:
+        rows = order.reshape(-1, *order.shape[-2:]).copy()
+        rows[:, 1::2] = rows[:, 1::2, ::-1]
+        order = rows.reshape(*order.shape[:-2], -1)
+    return order
+
+
+def _nothing_to_show(result: Result) -> str:
+    names = {int(status): status.name for status in Status}
+    found = sorted({names[int(code)] for code in np.ravel(result.status)})
+    if not found:
+        return "the result has no poses, so there is nothing to show"
+    what = "the pose" if result.shape == () else "no pose of the batch"
+    verb = "could not be analysed" if result.shape == () else "could be analysed"
+    return f"{what} {verb} (status {', '.join(found)}), so there is nothing to show"

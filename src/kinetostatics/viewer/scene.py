@@ -1,0 +1,203 @@
+"""From a result to the scene: rigid links, bent beams, joints, arrows and frames, whatever the robot is made of."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.result import Result
+from kinetostatics.viewer.description import Mesh, Scene, Stations
+from kinetostatics.viewer.joints import find_joints, marker_radius
+from kinetostatics.viewer.poses import ShownPoses
+from kinetostatics.viewer.shapes import Surface, ball, frames_along, joined, pin, stick, swept
+from kinetostatics.viewer.visuals import LinkVisual, link_visuals
+from kinetostatics.viewer.wrenches import Wrenches
+
+Array = NDArray[np.float64]
+
+#: The page opens with the largest motion at this part of the robot's size, …
+SHOWN_MOTION = 0.1
+#: … unless something would turn by more than this [rad].
+SHOWN_TURN = 0.3
+
+JOINT_COLOUR, DRIVE_COLOUR, BARE_COLOUR = "#66717f", "#b8482a", "#c3c9d1"
+
+
+def describe_scene(result: Result, title: str | None = None) -> Scene:
+    """Return the scene of a result: one pose, or a batch of poses as a path.
+
+    A batch of more than one dimension is walked through row by row, every second row backwards.
+
+    Args:
+        result: of :func:`kinetostatics.analyze`.
+        title: heading of the page; default the robot's name.
+
+    Raises:
+        ArgumentError: no pose could be analysed, or there are too many.
+    """
+    return _Builder(result).build(title)
+
+
+class _Builder:
+    def __init__(self, result: Result) -> None:
+        self.result, self.robot = result, result.robot
+        self.poses = ShownPoses(result)
+        self.stations = Stations(self.poses.count, self.poses.sources)
+        self.joints = find_joints(self.poses)
+        self.size = self._size()
+        self.visuals = link_visuals(self.robot.description)
+        self.meshes: list[Mesh] = []
+        self.at: dict[str, int] = {}
+
+    def build(self, title: str | None) -> Scene:
+        poses, stations = self.poses, self.stations
+        description = self.robot.description
+        self.at["o"] = stations.add(poses.platform_frame, poses.platform_twist)
+        self.at["base"] = stations.add(poses.frame(description.base))
+        self._links()
+        self._beams()
+        self._joint_markers()
+        arrows = list(Wrenches(poses, stations, self.joints, self.at, self.size).arrows())
+        return Scene(
+            title or self.robot.name, stations, self.size, self._exaggeration(), self.at["o"], self.meshes, arrows,
+            [("base", self.at["base"], "base"), ("platform", self.at["o"], "o")],
+            self._limb_labels(), self._path(), list(self.result.warnings),
+        )  # fmt: skip
+
+    def _size(self) -> float:
+        points = [self.poses.o, self.poses.frame(self.robot.description.base)[:, :3, 3]]
+        points += [joint.centre for joint in self.joints]
+        points += [self.poses.take(beam.points).reshape(-1, 3) for beam in self.result.beams.values()]
+        cloud = np.concatenate(points)
+        return float(np.linalg.norm(cloud.max(axis=0) - cloud.min(axis=0))) or 1.0
+
+    def _exaggeration(self) -> float:
+        total = self.stations.all_twists.sum(axis=2)
+        motion = float(np.linalg.norm(total[..., :3], axis=-1).max())
+        turn = float(np.linalg.norm(total[..., 3:], axis=-1).max())
+        if motion <= 0 and turn <= 0:
+            return 1.0
+        wanted = min(SHOWN_MOTION * self.size / motion if motion > 0 else math.inf, SHOWN_TURN / turn if turn > 0 else math.inf)
+        power = 10 ** math.floor(math.log10(wanted))
+        return max(step for step in (1, 1.5, 2, 3, 5, 7) if step * power <= wanted * (1 + 1e-9)) * power
+
+    # ---- rigid links ------------------------------------------------------------------------------------------------
+
+    def _links(self) -> None:
+        topology, rigid = self.robot.topology, self.result.link_contributions
+        of_beams = {beam.link for beam in self.robot.description.beams.values()}
+        for span in topology.beams.values():
+            for name in span.spanned:
+                connection = self.robot.mechanism.connections[name]
+                of_beams.update({connection.predecessor, connection.successor})
+        # What hangs on base or platform by a joint or beam moves by itself.
+        bare = {
+            "base": set(topology.base.links) - set(topology.carried_by),
+            "platform": set(topology.platform.links) - set(topology.carried_by),
+        }
+        of_beams -= bare["base"] | bare["platform"]
+        for link in self.robot.description.links:
+            visual = self.visuals.get(link)
+            if link in of_beams:
+                if visual is not None:
+                    self._link(link, visual, f"beams/{link}", ("Rest",))
+                continue
+            roots: tuple[str, ...] = ("Base",) if link in bare["base"] else ("Rest", "Deformed")
+            folder = link if any(link in links for links in bare.values()) else f"links/{link}"
+            if visual is not None:
+                self._link(link, visual, folder, roots)
+            elif link in rigid and not any(link in links for links in bare.values()):
+                self._skeleton(link, {link}, folder, roots)
+        for role, links in bare.items():
+            if not any(link in self.visuals for link in links):
+                name = self.robot.description.base if role == "base" else self.robot.description.platform
+                self._skeleton(name, links, name, ("Base",) if role == "base" else ("Rest", "Deformed"))
+
+    def _link_station(self, link: str) -> int:
+        if link not in self.at:
+            frame = self.poses.frame(link)
+            twist = self.poses.twist_at(link, frame[:, :3, 3]) if link in self.result.link_contributions else None
+            self.at[link] = self.stations.add(frame, twist)
+        return self.at[link]
+
+    def _link(self, link: str, visual: LinkVisual, path: str, roots: tuple[str, ...]) -> None:
+        colour: str | Array = "deflection"
+        if roots == ("Base",):
+            colour = 0.74 + 0.26 * visual.colours  # pale, so that it does not compete with the colours of deflection
+        self.meshes.append(Mesh(path, visual.surface, self._link_station(link), roots, colour))
+
+    def _skeleton(self, link: str, links: set[str], path: str, roots: tuple[str, ...]) -> None:
+        """Draw a link that has no look of its own as sticks from its middle to its joints."""
+        inverse = np.linalg.inv(self.poses.frame(link)[0])
+        near = [joint for joint in self.joints if joint.links & links]
+        points = [joint.centre[0] for joint in near]
+        if self.robot.description.platform in links:
+            points.append(self.poses.o[0])
+        local = np.array([inverse[:3, :3] @ point + inverse[:3, 3] for point in points]).reshape(-1, 3)
+        if len(local) < 2:
+            return
+        middle = local.mean(axis=0)
+        radius = 0.5 * float(np.mean([marker_radius(self.poses, joint, self.size) for joint in near]))
+        sticks = [stick(middle, p, radius) for p in local if np.linalg.norm(p - middle) > 1e-6 * self.size]
+        if sticks:
+            colour = BARE_COLOUR if roots == ("Base",) else "deflection"
+            self.meshes.append(Mesh(path, joined([*sticks, _at(ball(radius), middle)]), self._link_station(link), roots, colour))
+
+    # ---- beams and joints -------------------------------------------------------------------------------------------
+
+    def _beams(self) -> None:
+        for name, beam in self.result.beams.items():
+            axes, points = self.poses.take(beam.axes), self.poses.take(beam.points)
+            twists = self.poses.beam_twists(name)
+            count = points.shape[1]
+            first = len(self.stations.rest)
+            for n in range(count):
+                rest = np.zeros((self.poses.count, 4, 4))
+                rest[:, :3, :3], rest[:, :3, 3], rest[:, 3, 3] = axes, points[:, n], 1
+                self.stations.add(rest, twists[:, :, n])
+            self.at[f"middle of {name}"] = first + count // 2
+            surface, at = swept(beam.description.section, count)
+            roots = ("Deformed",) if beam.description.link in self.visuals else ("Rest", "Deformed")
+            self.meshes.append(Mesh(f"beams/{name}", surface, first + at, roots))
+
+    def _joint_markers(self) -> None:
+        for joint in self.joints:
+            rest = joint.centre if joint.axis is None else frames_along(joint.axis, joint.centre)
+            self.at[joint.name] = self.stations.add(rest, joint.twist)
+            if joint.beam is not None:  # its place along a telescopic beam is not part of the model
+                continue
+            r = marker_radius(self.poses, joint, self.size)
+            shape = ball(1.3 * r) if joint.axis is None else pin(0.6 * r, 3.2 * r)
+            colour = DRIVE_COLOUR if joint.driven else JOINT_COLOUR
+            self.meshes.append(Mesh(f"joints/{joint.name}", shape, self.at[joint.name], ("Deformed",), colour))
+
+    # ---- words ------------------------------------------------------------------------------------------------------
+
+    def _limb_labels(self) -> list[tuple[str, int, str]]:
+        labels = []
+        for limb in self.robot.topology.limbs:
+            beams = [edge.beam for edge in (*limb.path, *limb.branches) if edge.beam is not None]
+            if beams:
+                labels.append((f"limbs/{limb.name}", self.at[f"middle of {beams[0]}"], limb.name))
+        return labels
+
+    def _path(self) -> list[tuple[str, str, Array]]:
+        """Return the coordinates that change along the path, in units people read."""
+        if self.poses.count == 1:
+            return []
+        configuration = self.result.configuration
+        found = []
+        for name, values in configuration.platform.items():
+            along = self.poses.of_configuration(values, 0)
+            unit, factor = ("mm", 1e3) if name in "xyz" else ("°", 180 / math.pi)
+            if np.ptp(along) * factor > 1e-3:
+                found.append((name, unit, along * factor))
+        return found or [("pose", "", np.arange(self.poses.count, dtype=float))]
+
+
+def _at(surface: Surface, point: Array) -> Surface:
+    matrix = np.eye(4)
+    matrix[:3, 3] = point
+    return surface.transformed(matrix)

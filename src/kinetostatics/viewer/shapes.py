@@ -1,0 +1,143 @@
+"""Triangle meshes of what the viewer draws itself: swept sections, balls, pins and sticks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.sections import Rectangle, RectangularTube, Section, Tube
+
+Array = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """A triangle mesh: ``vertices`` (n, 3) [m] and ``faces`` (m, 3), counter-clockwise seen from outside."""
+
+    vertices: Array
+    faces: Integers
+
+    def transformed(self, matrix: Array) -> Surface:
+        """Return it in another frame, ``matrix`` (4, 4) being the present frame in that one."""
+        return Surface(self.vertices @ matrix[:3, :3].T + matrix[:3, 3], self.faces)
+
+
+def joined(surfaces: list[Surface]) -> Surface:
+    """Return one surface made of several."""
+    starts = np.cumsum([0] + [len(item.vertices) for item in surfaces[:-1]])
+    return Surface(
+        np.concatenate([item.vertices for item in surfaces]),
+        np.concatenate([item.faces + start for item, start in zip(surfaces, starts, strict=True)]),
+    )
+
+
+def outlines(section: Section) -> tuple[Array, Array | None, bool]:
+    """Return a section's outer and inner outline (m, 2) in its y and z [m], and whether they are smooth.
+
+    A section given by its numbers alone is drawn as the ellipse with its area's radii of gyration.
+    """
+    y, z = section.extent
+    if isinstance(section, Rectangle):
+        corners = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+        inner = None
+        if isinstance(section, RectangularTube) and 0 < section.thickness < min(y, z):
+            inner = corners * [y - section.thickness, z - section.thickness]
+        return corners * [y, z], inner, False
+    angle = np.arange(24) * (2 * np.pi / 24)
+    circle = np.column_stack([np.cos(angle), np.sin(angle)])
+    hollow = isinstance(section, Tube) and section.inner_diameter > 0
+    return circle * [y, z], circle * (section.inner_diameter / 2) if hollow else None, True  # type: ignore[attr-defined]
+
+
+def swept(section: Section, stations: int) -> tuple[Surface, Integers]:
+    """Return a section swept along ``stations`` stations, and the station (n,) of each vertex.
+
+    Vertices are in station coordinates, x along the beam, so x = 0: the page bends the surface by moving its stations.
+    """
+    outer, inner, smooth = outlines(section)
+    parts = [_wall(outer, stations, smooth)]
+    if inner is not None:
+        surface, at = _wall(inner, stations, smooth)
+        parts.append((Surface(surface.vertices, surface.faces[:, ::-1]), at))
+    parts.append(_cap(outer, inner, 0, True))
+    parts.append(_cap(outer, inner, stations - 1, False))
+    return joined([surface for surface, _ in parts]), np.concatenate([at for _, at in parts])
+
+
+def _wall(outline: Array, stations: int, smooth: bool) -> tuple[Surface, Integers]:
+    m = len(outline)
+    ring = outline if smooth else np.repeat(outline, 2, axis=0)  # two vertices at every edge keep it sharp
+    n = len(ring)
+    first = np.arange(m) if smooth else 2 * np.arange(m) + 1
+    after = (first + 1) % n
+    start = (np.arange(stations - 1) * n)[:, None]
+    a, b = start + first, start + after
+    faces = np.concatenate([np.stack([a, b, a + n], axis=-1), np.stack([b, b + n, a + n], axis=-1)])
+    vertices = np.column_stack([np.zeros(n * stations), np.tile(ring, (stations, 1))])
+    return Surface(vertices, faces.reshape(-1, 3)), np.repeat(np.arange(stations), n)
+
+
+def _cap(outer: Array, inner: Array | None, station: int, backwards: bool) -> tuple[Surface, Integers]:
+    m = len(outer)
+    middle = np.zeros_like(outer) if inner is None else inner
+    k = np.arange(m)
+    after = (k + 1) % m
+    faces = np.concatenate([np.stack([k, after, k + m], axis=-1), np.stack([after, after + m, k + m], axis=-1)])
+    points = np.concatenate([outer, middle])
+    surface = Surface(np.column_stack([np.zeros(2 * m), points]), faces[:, ::-1] if backwards else faces)
+    return surface, np.full(2 * m, station)
+
+
+def ball(radius: float) -> Surface:
+    """Return a sphere about the origin."""
+    return _turned(np.column_stack([np.sin(_HALF), np.cos(_HALF)]) * radius, True)
+
+
+def pin(radius: float, length: float) -> Surface:
+    """Return a cylinder about the z axis, its middle at the origin."""
+    half = length / 2
+    return _turned(np.array([[0, half], [radius, half], [radius, -half], [0, -half]]), False)
+
+
+def stick(start: Array, end: Array, radius: float) -> Surface:
+    """Return a cylinder between two points (3,)."""
+    axis = end - start
+    frame = frames_along(axis[None])[0]
+    frame[:3, 3] = (start + end) / 2
+    return pin(radius, float(np.linalg.norm(axis))).transformed(frame)
+
+
+def frames_along(axes: Array, origins: Array | None = None) -> Array:
+    """Return frames (F, 4, 4) whose z axes point along ``axes`` (F, 3)."""
+    z = axes / np.linalg.norm(axes, axis=-1, keepdims=True)
+    helper = np.eye(3)[np.argmin(np.abs(z[0]))]  # the same for all, or neighbours would be turned against each other
+    x = np.cross(helper, z)
+    x = x / np.linalg.norm(x, axis=-1, keepdims=True)
+    result = np.zeros((len(axes), 4, 4))
+    result[:, :3, 0], result[:, :3, 1], result[:, :3, 2] = x, np.cross(z, x), z
+    result[:, 3, 3] = 1
+    if origins is not None:
+        result[:, :3, 3] = origins
+    return result
+
+
+_HALF = np.linspace(0, np.pi, 11)
+
+
+def _turned(profile: Array, smooth: bool, sides: int = 20) -> Surface:
+    """Return the surface that a profile (n, 2) of radius and height, top first, makes about the z axis."""
+    angle = np.arange(sides) * (2 * np.pi / sides)
+    circle = np.column_stack([np.cos(angle), np.sin(angle)])
+    if not smooth:  # two rings at every edge keep it sharp
+        profile = np.repeat(profile, 2, axis=0)[1:-1]
+    rings = [np.column_stack([circle * r, np.full(sides, h)]) for r, h in profile]
+    k = np.arange(sides)
+    after = (k + 1) % sides
+    faces = []
+    for ring in range(0, len(rings) - 1, 1 if smooth else 2):
+        a, b = ring * sides, (ring + 1) * sides
+        faces += [np.stack([a + k, b + k, a + after], axis=-1), np.stack([a + after, b + k, b + after], axis=-1)]
+    return Surface(np.concatenate(rings), np.concatenate(faces))

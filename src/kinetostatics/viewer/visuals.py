@@ -1,0 +1,118 @@
+"""The robot's own look: the URDF's ``<visual>`` geometry and meshes, read by yourdfpy."""
+
+from __future__ import annotations
+
+import io
+import logging
+import os
+import warnings
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.viewer.shapes import Surface, joined
+
+if TYPE_CHECKING:
+    from kinetostatics.description import RobotDescription
+
+#: Colour of visuals without a material.
+GREY = (0.62, 0.65, 0.69)
+#: Edges sharper than this [rad] stay sharp; meshes with more faces are shaded smoothly throughout, to save time.
+SHARP, MANY_FACES = 0.6, 60_000
+
+
+@dataclass(frozen=True, eq=False)
+class LinkVisual:
+    """All visuals of one link in its own frame.
+
+    Attributes:
+        surface: their triangles.
+        colours: (n, 3) colour of every vertex, 0 to 1.
+    """
+
+    surface: Surface
+    colours: NDArray[np.float64]
+
+
+def link_visuals(description: RobotDescription) -> dict[str, LinkVisual]:
+    """Return the visuals of all links that have any; a mesh that cannot be read is left out with a warning."""
+    import yourdfpy
+
+    folder = os.path.dirname(description.path)
+    logger = logging.getLogger("yourdfpy.urdf")
+    level = logger.level
+    logger.setLevel(logging.CRITICAL)  # it complains of meshes that are not found as well, in its own words
+    try:
+        urdf = yourdfpy.URDF.load(
+            io.BytesIO(description.urdf.encode()), build_scene_graph=False, load_meshes=False, mesh_dir=folder
+        )
+        palette = {item.name: item.color for item in urdf.robot.materials}
+        result = {}
+        for link in urdf.robot.links:
+            pieces = []
+            for visual in link.visuals:
+                for surface in _surfaces(visual, folder, link.name):
+                    pieces.append((surface, _colour(visual.material, palette)))
+            if pieces:
+                colours = [np.tile(colour, (len(surface.vertices), 1)) for surface, colour in pieces]
+                result[link.name] = LinkVisual(joined([surface for surface, _ in pieces]), np.concatenate(colours))
+    finally:
+        logger.setLevel(level)
+    return result
+
+
+def _surfaces(visual: Any, folder: str, link: str) -> list[Surface]:
+    import trimesh
+
+    geometry = visual.geometry
+    origin = np.eye(4) if visual.origin is None else np.asarray(visual.origin)
+    if geometry is None:
+        return []
+    if geometry.box is not None:
+        meshes = [trimesh.creation.box(geometry.box.size)]
+    elif geometry.cylinder is not None:
+        meshes = [trimesh.creation.cylinder(geometry.cylinder.radius, geometry.cylinder.length, sections=40)]
+    elif geometry.sphere is not None:
+        meshes = [trimesh.creation.uv_sphere(geometry.sphere.radius, count=[16, 24])]
+    elif geometry.mesh is not None:
+        meshes = _read_mesh(geometry.mesh, folder, link)
+    else:
+        return []
+    surfaces = []
+    for mesh in meshes:
+        if len(mesh.faces) <= MANY_FACES:
+            mesh = trimesh.graph.smooth_shade(mesh, angle=SHARP)
+        surfaces.append(Surface(np.asarray(mesh.vertices), np.asarray(mesh.faces)).transformed(origin))
+    return surfaces
+
+
+def _read_mesh(mesh: Any, folder: str, link: str) -> list[Any]:
+    import trimesh
+    from yourdfpy.urdf import filename_handler_magic
+
+    path = filename_handler_magic(mesh.filename, folder)
+    if not os.path.isfile(path):
+        warnings.warn(f"mesh {mesh.filename!r} of link {link!r} was not found and is not drawn", stacklevel=2)
+        return []
+    try:
+        scene = trimesh.load(path, force="scene", skip_materials=True)
+        pieces = [item for item in scene.dump() if isinstance(item, trimesh.Trimesh) and len(item.faces)]
+    except Exception as error:  # every format has errors of its own, and a picture is not worth a crash
+        warnings.warn(f"mesh {mesh.filename!r} of link {link!r} cannot be read and is not drawn: {error}", stacklevel=2)
+        return []
+    if mesh.scale is not None:
+        for piece in pieces:
+            piece.apply_transform(np.diag([*np.broadcast_to(mesh.scale, 3), 1.0]))
+    return pieces
+
+
+def _colour(material: Any, palette: dict[str, Any]) -> tuple[float, float, float]:
+    if material is None:
+        return GREY
+    colour = material.color if material.color is not None else palette.get(material.name)
+    if colour is None:
+        return GREY
+    red, green, blue = (float(part) for part in colour.rgba[:3])
+    return red, green, blue

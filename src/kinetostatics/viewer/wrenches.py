@@ -1,0 +1,206 @@
+"""The arrows: what acts on the robot and inside it, each part by the contribution that it belongs to."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.result import LimbResult
+from kinetostatics.topology import Limb
+from kinetostatics.viewer.description import Arrow, Stations
+from kinetostatics.viewer.joints import Joint, marker_radius
+from kinetostatics.viewer.poses import ShownPoses, moved
+from kinetostatics.viewer.shapes import frames_along
+
+Array = NDArray[np.float64]
+
+
+class Wrenches:
+    """Makes the arrows of a scene.
+
+    Everything is linear, so every arrow is a sum over the contributions; the page scales the parts by their shares. The
+    parts have an axis K + 1: the contributions, then what does not belong to any of them.
+    """
+
+    def __init__(self, poses: ShownPoses, stations: Stations, joints: Sequence[Joint], at: dict[str, int], size: float):
+        self.poses, self.stations, self.joints, self.at, self.size = poses, stations, joints, at, size
+        self.result, self.robot = poses.result, poses.result.robot
+        self.limb_wrenches: dict[str, Array] = {}
+        solutions = self.result.solutions
+        self.gravity = poses.take(np.concatenate([s.gravity for s in solutions], axis=-1).T.reshape(*self.result.shape, 3))
+        weight = np.concatenate([s.platform_weight for s in solutions], axis=-1).T.reshape(*self.result.shape, 6)
+        self.load = poses.take(self.result.platform_wrench - weight)
+
+    def arrows(self) -> Iterator[Arrow]:
+        """Yield all arrows."""
+        yield from self._pair("external load", "load", self.at["o"], self._only("load", self.load), "tip")
+        for limb in self.robot.topology.limbs:
+            yield from self._limb(limb)
+        yield from self._weights()
+        yield from self._base_reaction()
+        yield from self._actuators()
+
+    # ---- parts ------------------------------------------------------------------------------------------------------
+
+    def _only(self, source: str, wrench: Array) -> Array:
+        """Return the parts (F, K + 1, …) of something that belongs to one contribution, or to none."""
+        sources = self.poses.sources
+        parts = np.zeros((len(wrench), len(sources) + 1, *wrench.shape[1:]))
+        parts[:, sources.index(source) if source in sources else -1] = wrench
+        return parts
+
+    def _intensities(self, limb: LimbResult) -> Array:
+        """Return the parts (F, K + 1, n) of W_ic: Eq. (11) for each contribution to the twist."""
+        take, sources = self.poses.take, self.poses.sources
+        J, C, sag, total = (take(array) for array in (limb.constraint_wrenches, limb.compliance, limb.sag, limb.intensities))
+        parts = np.zeros((len(total), len(sources) + 1, total.shape[-1]))
+        strain = np.einsum("fin,fki->fkn", J, self.poses.platform_twist)
+        if limb.name in sources:
+            strain[:, sources.index(limb.name)] -= sag
+        known = np.all(np.isfinite(C), axis=(1, 2)) & np.all(np.isfinite(total), axis=1)
+        if total.shape[-1] and np.any(known) and np.linalg.cond(C[known]).max() < 1e12:
+            parts[known, :-1] = np.swapaxes(np.linalg.solve(C[known], np.swapaxes(strain[known], 1, 2)), 1, 2)
+        # What is left comes from contributions that strain the limb itself; rigid limbs have no strain to tell them apart.
+        own = [k for k, name in enumerate(sources) if name not in ("load", "platform_weight", *self.result.limbs)]
+        rest = total - parts.sum(axis=1)
+        parts[:, own[0] if len(own) == 1 else -1] += rest
+        return np.nan_to_num(parts)
+
+    # ---- limbs ------------------------------------------------------------------------------------------------------
+
+    def _limb(self, limb: Limb) -> Iterator[Arrow]:
+        found, take = self.result.limbs[limb.name], self.poses.take
+        joints = self._joints_of(limb)
+        ends = [joint.centre for joint in joints]
+        outward = ends[0] - ends[-1] if len(ends) > 1 else np.zeros_like(self.poses.o)
+        intensities = self._intensities(found)
+        attached = self._only(limb.name, np.nan_to_num(take(found.attached_intensities)))
+        total = np.zeros((*intensities.shape[:2], 6))
+        for group, labels, wrenches, parts in (
+            ("constraint", found.labels, found.constraint_wrenches, intensities),
+            ("attached wrenches", found.attached_labels, found.attached_wrenches, attached),
+        ):
+            units = np.nan_to_num(take(wrenches))
+            total += np.einsum("fin,fkn->fki", units, parts)
+            for n, label in enumerate(labels):
+                yield from self._screw(group, limb.name, label, joints, units[:, :, n], parts[:, :, n], outward)
+        self.limb_wrenches[limb.name] = total
+
+    def _joints_of(self, limb: Limb) -> list[Joint]:
+        """Return a limb's joints, the platform's first, the base's last."""
+        links, topology = set(limb.links), self.robot.topology
+        names = {edge.joint for edge in limb.path}
+        mine = [item for item in self.joints if item.links & links or names & set(item.joints)]
+        ends = (set(topology.platform.links), set(topology.base.links))
+        return sorted(mine, key=lambda item: bool(item.links & ends[1]) - bool(item.links & ends[0]))
+
+    def _screw(
+        self, group: str, limb: str, label: str, joints: list[Joint], unit: Array, parts: Array, outward: Array
+    ) -> Iterator[Arrow]:
+        """Yield a unit wrench (F, 6) about o times its intensity as a force on its line of action, a couple, or both."""
+        name, short = f"{limb}: {label}", f"{limb} {label.split(' at ')[0]}"
+        forces, couples = (group, group) if group != "constraint" else ("constraint forces", "constraint couples")
+        force, moment = unit[:, :3], unit[:, 3:]
+        square = np.sum(force**2, axis=-1)
+        at = self.at[joints[0].name] if joints else self.at["o"]
+        if square.max() > 1e-12:
+            foot = self.poses.o + np.cross(force, moment) / np.maximum(square, 1e-12)[:, None]
+            gaps = [self._distance(joint.centre, foot, force) for joint in joints]
+            close = [joint for joint, gap in zip(joints, gaps, strict=True) if gap < 1e-4 * self.size]
+            if close:
+                at = self.at[close[0].name]
+            else:
+                along = np.sum((joints[0].centre - foot) * force, axis=-1) if joints else np.zeros(len(foot))
+                point = foot + force * (along / np.maximum(square, 1e-12))[:, None]
+                at = self.stations.add(point, moved(self.poses.platform_twist, point - self.poses.o))
+            yield Arrow(forces, name, short, "force", at, parts[..., None] * force[:, None], positive=force, anchor=outward)
+            moment = force * (np.sum(force * moment, axis=-1) / np.maximum(square, 1e-12))[:, None]
+        if np.abs(moment).max() > 1e-6 * self.size:
+            yield Arrow(couples, name, short, "moment", at, parts[..., None] * moment[:, None], positive=moment)
+
+    @staticmethod
+    def _distance(point: Array, foot: Array, force: Array) -> float:
+        arm = np.cross(point - foot, force)
+        return float((np.linalg.norm(arm, axis=-1) / np.maximum(np.linalg.norm(force, axis=-1), 1e-12)).max())
+
+    # ---- the rest ---------------------------------------------------------------------------------------------------
+
+    def _pair(self, group: str, name: str, at: int, wrench: Array, anchor: str) -> Iterator[Arrow]:
+        """Yield force and couple of a wrench (F, K + 1, 6) about a station's origin; what is zero throughout is left out."""
+        for kind, part in (("force", wrench[..., :3]), ("moment", wrench[..., 3:])):
+            if np.any(part != 0):
+                title = f"{name} {'force' if kind == 'force' else 'couple'}"
+                yield Arrow(group, title, title.replace("_", " "), kind, at, part, anchor=anchor)
+
+    def _weights_by_source(self) -> Iterator[tuple[str, str, Array, Array]]:
+        """Yield name, contribution, centre (F, 3) and force (F, 3) of everything that weighs something."""
+        weights, solutions, take = self.robot.weights, self.result.solutions, self.poses.take
+        masses = np.concatenate([weights.masses(s.frames) for s in solutions], axis=-1)
+        centres = np.concatenate([weights.centres(s.frames) for s in solutions], axis=-1)
+        shape = self.result.shape
+        for k, (name, owner) in enumerate(zip(weights.names, weights.owner, strict=True)):
+            force = take(masses[k].reshape(shape))[:, None] * self.gravity
+            source = "platform_weight" if owner == "platform" else owner
+            yield name, source, take(centres[:, k].T.reshape(*shape, 3)), force
+
+    def _weights(self) -> Iterator[Arrow]:
+        for name, source, centre, force in self._weights_by_source():
+            label = name.removeprefix("beam:")
+            if name.startswith("beam:"):
+                at = self.at[f"middle of {label}"]
+            else:
+                at = self.stations.add(centre, self.poses.twist_at(name, centre))
+            if np.any(force != 0):
+                yield Arrow("weights", label, f"weight of {label}", "force", at, self._only(source, force))
+
+    def _base_reaction(self) -> Iterator[Arrow]:
+        """Yield what the ground puts on the robot: minus everything that acts on it from outside, about the base's origin."""
+        base = self.poses.frame(self.robot.description.base)[:, :3, 3]
+        total = np.nan_to_num(self.poses.take(self.result.base_wrench))
+        load = np.concatenate([self.load[:, :3], self.load[:, 3:] + np.cross(self.poses.o - base, self.load[:, :3])], axis=-1)
+        parts = -self._only("load", load)
+        for _, source, centre, force in self._weights_by_source():
+            parts -= self._only(source, np.concatenate([force, np.cross(centre - base, force)], axis=-1))
+        parts[:, -1] = total - parts[:, :-1].sum(axis=1)
+        tiny = 1e-9 * np.abs(total).max(initial=0.0)
+        parts = np.where(np.abs(parts) < tiny, 0.0, parts)
+        yield from self._pair("base reaction", "base_wrench", self.at["base"], parts, "tip")
+
+    def _actuators(self) -> Iterator[Arrow]:
+        owners = {edge.joint: limb.name for limb in self.robot.topology.limbs for edge in (*limb.path, *limb.branches)}
+        signs = {edge.joint: edge.sign for limb in self.robot.topology.limbs for edge in (*limb.path, *limb.branches)}
+        for joint in self.joints:
+            if not joint.driven or joint.axis is None:
+                continue
+            name = joint.name
+            force = np.nan_to_num(self.poses.take(self.result.actuator_forces[name]))
+            kind = self.robot.mechanism.connections[name].kind
+            parts = np.zeros((len(force), len(self.poses.sources) + 1))
+            owner = owners.get(name)
+            if owner is not None:
+                limb = self.limb_wrenches[owner]
+                arm = (joint.centre - self.poses.o)[:, None]
+                acting = limb[..., :3] if kind == "prismatic" else limb[..., 3:] - np.cross(arm, limb[..., :3])
+                parts = -signs[name] * np.einsum("fi,fki->fk", joint.axis, acting)
+            # What the limb's wrench does not explain is the weights outboard of the drive.
+            sources = self.poses.sources
+            parts[:, sources.index(owner) if owner in sources else -1] += force - parts.sum(axis=1)
+            at, offset = self._beside(joint)
+            vector = parts[..., None] * joint.axis[:, None]
+            yield Arrow(
+                "actuator forces", name, name, "force" if kind == "prismatic" else "moment", at, vector, offset, joint.axis
+            )
+
+    def _beside(self, joint: Joint) -> tuple[int, tuple[float, float, float]]:
+        """Return station and offset for a drive's arrow: beside a telescopic beam, which would hide it, else at the joint."""
+        if joint.beam is None:
+            return self.at[joint.name], (0.0, 0.0, 0.0)
+        beam = self.result.beams[joint.beam]
+        points, twists = self.poses.take(beam.points), self.poses.beam_twists(joint.beam)
+        middle = points.shape[1] // 2
+        assert joint.axis is not None
+        frame = frames_along(joint.axis, points[:, middle])
+        side = 2.0 * marker_radius(self.poses, joint, self.size)
+        return self.stations.add(frame, twists[:, :, middle]), (side, 0.0, 0.0)
