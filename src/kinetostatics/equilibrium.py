@@ -267,7 +267,7 @@ def analyze(
     raising = on_failure == "raise" or (on_failure is None and shape == ())
 
     def flat(array: Array) -> Array:
-        return np.broadcast_to(array, shape + array.shape[-1:]).reshape(N, -1).T
+        return np.broadcast_to(array, shape + array.shape[-1:]).reshape(N, array.shape[-1]).T
 
     which: Any = slice(None)
     if shape != configuration.shape:
@@ -277,7 +277,7 @@ def analyze(
     loads, fields, arms = flat(wrench), flat(field), None if arm is None else flat(arm)
     solutions = []
     robot = configuration.robot
-    for first in range(0, N, CHUNK):
+    for first in range(0, max(N, 1), CHUNK):  # one chunk even of an empty batch
         part = slice(first, min(first + CHUNK, N))
         mine = part if isinstance(which, slice) else which[part]
         chunk = Frames(frames.rotation[..., mine], frames.position[..., mine])
