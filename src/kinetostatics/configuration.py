@@ -150,21 +150,21 @@ class Configuration:
         return MappingProxyType({name: frozen(coordinates[name].reshape(self.shape)) for name in driven})
 
     @cached_property
-    def limits_exceeded(self) -> tuple[LimitExceeded, ...]:
-        """The joints beyond their limits or cones, in at least one pose."""
-        found = []
+    def limits_exceeded(self) -> Mapping[str, LimitExceeded]:
+        """The joints beyond their limits or cones in at least one pose, by name."""
+        found: dict[str, LimitExceeded] = {}
         for name, value, lower, upper in self.robot.limited(self.model_q, self.frames):
             slack = 1e-9 * max(1.0, abs(lower) if np.isfinite(lower) else 0.0, abs(upper) if np.isfinite(upper) else 0.0)
             where = self.reached & ((value < lower - slack) | (value > upper + slack))
             if np.any(where):
-                found.append(LimitExceeded(name, frozen(value.reshape(self.shape)), lower, upper, where.reshape(self.shape)))
-        return tuple(found)
+                found[name] = LimitExceeded(name, frozen(value.reshape(self.shape)), lower, upper, where.reshape(self.shape))
+        return MappingProxyType(found)
 
     @cached_property
     def status(self) -> NDArray[np.int8]:
         """:class:`Status` of every pose (…): OK, LIMIT_EXCEEDED or UNREACHABLE."""
         status = np.where(self.reached, Status.OK, Status.UNREACHABLE).astype(np.int8).reshape(self.shape)
-        for item in self.limits_exceeded:
+        for item in self.limits_exceeded.values():
             status = np.where(item.where & (status == Status.OK), Status.LIMIT_EXCEEDED, status).astype(np.int8)
         status = np.asarray(status)
         status.setflags(write=False)

@@ -371,7 +371,7 @@ class Result:
     def warnings(self) -> tuple[str, ...]:
         """What to be careful about, in full sentences."""
         found = []
-        for item in self.configuration.limits_exceeded:
+        for item in self.configuration.limits_exceeded.values():
             found.append(
                 f"{item.joint} is beyond its limits [{item.lower:.6g}, {item.upper:.6g}]"
                 + (f": {float(item.value):.6g}" if item.value.shape == () else f" in {int(item.where.sum())} poses")
