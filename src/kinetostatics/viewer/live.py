@@ -12,15 +12,18 @@ import json
 import math
 import secrets
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
+
+import numpy as np
 
 from kinetostatics.configuration import Configuration
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.result import Result
 from kinetostatics.viewer.page import page_html
 from kinetostatics.viewer.scene import describe_scene
+from kinetostatics.viewer.visuals import link_visuals
 
 #: How far sliders without limits reach from where they start: part of the robot's size, and radians.
 REACH, TURN = 0.15, math.radians(30)
@@ -34,22 +37,29 @@ class LiveRobot:
     """
 
     def __init__(
-        self, configuration: Configuration, analyze: Callable[[Configuration], Result], orientation: str | None = None
+        self,
+        configuration: Configuration,
+        analyze: Callable[[Configuration], Result],
+        orientation: str | None = None,
+        tolerance: float = 1e-10,
+        coordinates: Sequence[str] = (),
     ) -> None:
         """Start at a pose.
 
         Args:
             configuration: one pose.
             analyze: how a pose is analysed: load and gravity are chosen there.
-            orientation: convention of the platform's angles, as in :meth:`Robot.assemble`.
+            orientation, tolerance: as in :meth:`Robot.assemble`.
+            coordinates: platform coordinates that get sliders; none: those that determine the pose best.
         """
         if configuration.shape != ():
             raise ArgumentError("a live page starts from one pose, not from a batch")
-        self.configuration, self.analyze, self.orientation = configuration, analyze, orientation
-        self.robot = configuration.robot
+        self.configuration, self.analyze = configuration, analyze
+        self.robot, self.orientation, self.tolerance = configuration.robot, orientation, tolerance
+        self.visuals = link_visuals(self.robot.description)
         result = analyze(configuration)
-        self.size = describe_scene(result).size
-        self.coordinates = self._determining()
+        self.size = describe_scene(result, visuals=self.visuals).size
+        self.coordinates = tuple(coordinates) or self._determining()
         self.controls = [self._drive(name) for name in self.robot.description.driven]
         self.controls += [self._platform(name) for name in self.coordinates]
         self.factors = {(item["kind"], item["coordinate"]): item.pop("factor") for item in self.controls}
@@ -63,17 +73,23 @@ class LiveRobot:
         """
         kind, shown = question["kind"], question["values"]
         values = {name: float(value) * self.factors[kind, name] for name, value in shown.items()}
-        if kind == "actuators":
-            configuration = self.robot.assemble(actuators=values, orientation=self.orientation, near=self.configuration)
-        else:
-            configuration = self.robot.assemble(platform=values, orientation=self.orientation, near=self.configuration)
+        configuration = self._assemble(kind, values)
         result = self.analyze(configuration)
         scene = self._scene(result)
         self.configuration = configuration
         return scene
 
+    def _assemble(self, kind: str, values: Mapping[str, float]) -> Configuration:
+        return self.robot.assemble(
+            actuators=values if kind == "actuators" else None,
+            platform=None if kind == "actuators" else values,
+            orientation=self.orientation,
+            near=self.configuration,
+            tolerance=self.tolerance,
+        )
+
     def _scene(self, result: Result) -> dict[str, Any]:
-        scene = describe_scene(result)
+        scene = describe_scene(result, visuals=self.visuals)
         platform = result.configuration.platform_coordinates(self.orientation)
         for control in self.controls:
             kind, name = control["kind"], control["coordinate"]
@@ -85,17 +101,25 @@ class LiveRobot:
     # ---- sliders ----------------------------------------------------------------------------------------------------
 
     def _determining(self) -> tuple[str, ...]:
-        """Return the first platform coordinates, translations first, that determine the pose."""
-        present = self.configuration.platform_coordinates(self.orientation)
-        for names in itertools.combinations(present, self.robot.mobility.platform):
-            try:
-                self.robot.assemble(
-                    platform={name: present[name] for name in names}, orientation=self.orientation, near=self.configuration
-                )
-            except KinetostaticsError:
-                continue
-            return names
-        return ()
+        """Return the platform coordinates that determine the pose best: those that the drives move most independently."""
+        robot, pose, step = self.robot, self.configuration, 1e-4
+        drives = list(robot.description.driven)
+        steps = np.eye(len(drives)) * step
+        values = {name: float(pose.actuators[name]) + steps[k] for k, name in enumerate(drives)}
+        present = pose.platform_coordinates(self.orientation)
+        try:
+            near = robot.assemble(actuators=values, orientation=self.orientation, near=pose, tolerance=self.tolerance)
+        except KinetostaticsError:
+            return ()
+        after = near.platform_coordinates(self.orientation)
+        rates = {name: (after[name] - present[name]) / step / (self.size / 2 if name in "xyz" else 1.0) for name in present}
+        if not drives or not all(np.all(np.isfinite(rate)) for rate in rates.values()):
+            return ()
+
+        def independence(names: tuple[str, ...]) -> float:
+            return float(np.linalg.svd(np.array([rates[name] for name in names]), compute_uv=False)[-1])
+
+        return max(itertools.combinations(present, robot.mobility.platform), key=independence, default=())
 
     def _drive(self, name: str) -> dict[str, Any]:
         connection = self.robot.mechanism.connections[name]
@@ -116,7 +140,7 @@ class LiveRobot:
             low, high = value - reach, value + reach
         return {
             "kind": kind, "coordinate": coordinate, "name": f"{title} [{unit}]", "factor": factor, "value": value / factor,
-            "min": math.floor(low / factor), "max": math.ceil(high / factor), "step": step,
+            "min": math.floor(low / factor + 1e-6), "max": math.ceil(high / factor - 1e-6), "step": step,
         }  # fmt: skip
 
 
@@ -216,6 +240,8 @@ def serve(
     analyze: Callable[[Configuration], Result],
     *,
     orientation: str | None = None,
+    tolerance: float = 1e-10,
+    coordinates: Sequence[str] = (),
     port: int = 0,
 ) -> LiveServer:
     """Serve a page whose sliders move the robot.
@@ -223,7 +249,8 @@ def serve(
     Args:
         configuration: the pose to start from.
         analyze: how a pose is analysed, for example ``lambda pose: ks.analyze(pose, load=[0, 0, -500, 0, 0, 0])``.
-        orientation: convention of the platform's angles, as in :meth:`Robot.assemble`.
+        orientation, tolerance: as in :meth:`Robot.assemble`.
+        coordinates: platform coordinates that get sliders; none: those that determine the pose best.
         port: of 127.0.0.1; 0 for any that is free.
     """
-    return LiveServer(LiveRobot(configuration, analyze, orientation), port)
+    return LiveServer(LiveRobot(configuration, analyze, orientation, tolerance, coordinates), port)

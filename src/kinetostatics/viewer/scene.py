@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +26,7 @@ SHOWN_TURN = 0.3
 JOINT_COLOUR, DRIVE_COLOUR, BARE_COLOUR = "#66717f", "#b8482a", "#c3c9d1"
 
 
-def describe_scene(result: Result, title: str | None = None) -> Scene:
+def describe_scene(result: Result, title: str | None = None, visuals: Mapping[str, LinkVisual] | None = None) -> Scene:
     """Return the scene of a result: one pose, or a batch of poses as a path.
 
     A batch of more than one dimension is walked through row by row, every second row backwards.
@@ -33,21 +34,21 @@ def describe_scene(result: Result, title: str | None = None) -> Scene:
     Args:
         result: of :func:`kinetostatics.analyze`.
         title: heading of the page; default the robot's name.
+        visuals: of the links, if they have been read already.
 
     Raises:
         ArgumentError: no pose could be analysed, or there are too many.
     """
-    return _Builder(result).build(title)
+    return _Builder(result, link_visuals(result.robot.description) if visuals is None else visuals).build(title)
 
 
 class _Builder:
-    def __init__(self, result: Result) -> None:
-        self.result, self.robot = result, result.robot
+    def __init__(self, result: Result, visuals: Mapping[str, LinkVisual]) -> None:
+        self.result, self.robot, self.visuals = result, result.robot, visuals
         self.poses = ShownPoses(result)
         self.stations = Stations(self.poses.count, self.poses.sources)
         self.joints = find_joints(self.poses)
         self.size = self._size()
-        self.visuals = link_visuals(self.robot.description)
         self.meshes: list[Mesh] = []
         self.at: dict[str, int] = {}
 

@@ -1,0 +1,177 @@
+"""``kinetostatics view``: the deformed robot in the browser, at one pose, along a path, or live."""
+
+from __future__ import annotations
+
+import argparse
+import warnings
+from typing import TYPE_CHECKING, Any
+
+from kinetostatics.commands.arguments import (
+    VALUES_HELP,
+    add_load_arguments,
+    add_pose_arguments,
+    add_robot_arguments,
+    assemble,
+    load,
+    load_options,
+    parse_items,
+    parse_quantity,
+    print_warnings,
+)
+from kinetostatics.exceptions import ArgumentError
+
+if TYPE_CHECKING:
+    from kinetostatics.configuration import Configuration
+    from kinetostatics.robot import Robot
+
+NAME = "view"
+
+#: Poses of a sweep that does not say how many.
+POSES = 21
+
+EXAMPLES = f"""\
+{VALUES_HELP}
+examples:
+  kinetostatics view 3rps
+  kinetostatics view 3rps --platform z=500mm rx=2deg ry=-10deg --load 0 0 -500 0 0 0
+  kinetostatics view 3rps --html sag.html
+  kinetostatics view 3rps --platform z=500mm --sweep rx=-10deg:10deg:31 ry=0:5deg
+  kinetostatics view 2pru_upr --live
+"""
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add the command to the parser."""
+    parser: argparse.ArgumentParser = subparsers.add_parser(
+        NAME,
+        help="see the deformed robot in the browser",
+        description="Show the deformed robot in the browser: bent beams, forces, and what each weight and load contributes.",
+        epilog=EXAMPLES,
+    )
+    add_robot_arguments(parser)
+    add_pose_arguments(parser)
+    add_load_arguments(parser)
+    group = parser.add_argument_group("view")
+    group.add_argument(
+        "--sweep",
+        metavar="NAME=FROM:TO[:POSES]",
+        nargs="+",
+        action="extend",
+        default=[],
+        help="an animation: coordinates of platform or drives that move together, the others being those of the pose "
+        f"(default: {POSES} poses)",
+    )
+    either = group.add_mutually_exclusive_group()
+    either.add_argument("--html", metavar="FILE", help="write the page to a file, which needs no server and no network")
+    either.add_argument("--live", action="store_true", help="sliders move drives and platform; ends with Ctrl+C")
+    group.add_argument("--port", metavar="P", type=int, default=0, help="of the live page (default: any that is free)")
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Show the page, or write it."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", UserWarning)
+        code = _run(args, caught)
+    print_warnings(str(item.message) for item in caught)
+    return code
+
+
+def _run(args: argparse.Namespace, caught: list[warnings.WarningMessage]) -> int:
+    from kinetostatics import viewer
+    from kinetostatics.equilibrium import analyze
+
+    options = load_options(args)
+    robot = load(args)
+    if args.live:
+        if args.sweep:
+            raise ArgumentError("--sweep makes an animation and --live moves the robot by hand: give one of them")
+        return _live(robot, args, options, caught)
+    if args.sweep:
+        configuration = _swept(robot, args)
+    else:
+        configuration, found = assemble(robot, args)
+        print_warnings(found)
+    result = analyze(configuration, **options)
+    print_warnings(result.warnings)
+    if args.html is not None:
+        viewer.save_html(result, args.html)
+        print(f"wrote {args.html}")
+    else:
+        print(f"opened {viewer.show(result).path}")
+    return 0
+
+
+def _live(robot: Robot, args: argparse.Namespace, options: dict[str, Any], caught: list[warnings.WarningMessage]) -> int:
+    from kinetostatics.equilibrium import analyze
+    from kinetostatics.viewer import open_browser
+    from kinetostatics.viewer.live import serve
+
+    configuration, found = assemble(robot, args)
+    server = serve(
+        configuration,
+        lambda pose: analyze(pose, **options),
+        orientation=args.orientation,
+        tolerance=parse_quantity(args.tolerance, "length"),
+        coordinates=tuple(parse_items("--platform", args.platform or ())),
+        port=args.port,
+    )
+    with server:
+        print_warnings([*found, *(str(item.message) for item in caught)])
+        caught.clear()
+        print(f"live at {server.url} (Ctrl+C ends it)", flush=True)
+        open_browser(server.url)
+        try:
+            server.wait()
+        except KeyboardInterrupt:
+            print()
+    return 0
+
+
+def _swept(robot: Robot, args: argparse.Namespace) -> Configuration:
+    """Return the poses of ``--sweep``."""
+    import numpy as np
+
+    swept = parse_items("--sweep", args.sweep)
+    drives = [name for name in swept if name in robot.description.driven]
+    if drives and len(drives) < len(swept):
+        raise ArgumentError("--sweep: coordinates of drives and of the platform cannot move together")
+    ranges = {name: _range(name, text) for name, text in swept.items()}
+    counts = {count for _, _, count in ranges.values() if count is not None}
+    if len(counts) > 1:
+        raise ArgumentError(f"--sweep: the coordinates move together, but have {', '.join(map(str, sorted(counts)))} poses")
+    count = counts.pop() if counts else POSES
+    values: dict[str, Any] = {name: np.linspace(first, last, count) for name, (first, last, _) in ranges.items()}
+    option = "--actuators" if drives else "--platform"
+    fixed = args.actuators if drives else args.platform
+    if (args.platform if drives else args.actuators) is not None:
+        raise ArgumentError(f"--sweep: the coordinates that stand still are given by {option}")
+    for name, text in parse_items(option, fixed or []).items():
+        if name in values:
+            raise ArgumentError(f"--sweep: {name} is given by {option} too")
+        values[name] = parse_quantity(text)
+    if drives:
+        values.update({name: 0.0 for name in robot.description.driven if name not in values})
+    tolerance = parse_quantity(args.tolerance, "length")
+    return robot.assemble(
+        actuators=values if drives else None,
+        platform=None if drives else values,
+        orientation=args.orientation,
+        tolerance=tolerance,
+    )
+
+
+def _range(name: str, text: str) -> tuple[float, float, int | None]:
+    """Return first, last and number of poses of ``FROM:TO[:POSES]``."""
+    parts = text.split(":")
+    if len(parts) not in (2, 3):
+        raise ArgumentError(f"--sweep: {name}={text} is not of the form {name}=FROM:TO or {name}=FROM:TO:POSES")
+    try:
+        first, last = (parse_quantity(part) for part in parts[:2])
+    except ArgumentError as error:
+        raise ArgumentError(f"--sweep: {name}: {error}") from None
+    if len(parts) == 2:
+        return first, last, None
+    if not parts[2].strip().isdecimal() or int(parts[2]) < 2:
+        raise ArgumentError(f"--sweep: {name}: {parts[2]!r} is not a number of poses, which must be at least 2")
+    return first, last, int(parts[2])
