@@ -79,7 +79,7 @@ def configuration_at(robot: Robot, q: ArrayLike, tolerance: float, on_failure: s
     if array.ndim == 0 or array.shape[-1] != robot.mechanism.tree.nq:
         raise ArgumentError(f"q has the shape {array.shape}; the last axis must be nq = {robot.mechanism.tree.nq}")
     shape = array.shape[:-1]
-    flat = np.ascontiguousarray(np.moveaxis(array.reshape(-1, array.shape[-1]), -1, 0))
+    flat = np.ascontiguousarray(array.reshape(int(np.prod(shape)), array.shape[-1]).T)
     poses = Poses(robot.equations.from_model(flat), np.zeros((3, flat.shape[1])))
     good = np.all(np.isfinite(flat), axis=0)
     raising = on_failure == "raise" or (on_failure is None and shape == ())

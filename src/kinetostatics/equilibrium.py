@@ -84,11 +84,12 @@ def solve(robot: Robot, frames: Frames, load: Array, gravity: Array) -> Solution
     N = o.shape[1]
     right = np.zeros((6, len(sources), N))
     right[:, 0], right[:, 1] = load, platform_weight
+    for item in statics:
+        right[:, [2 + k for k in item.group.numbers]] -= item.R_g
+    applied = np.array(right)
     K = np.zeros((6, 6, N))
     factors: list[Cholesky | None] = []
     for item in statics:
-        names = [2 + k for k in item.group.numbers]
-        right[:, names] -= item.R_g
         if item.group.is_rigid or item.J_c.shape[1] == 0:
             factors.append(None)
             continue
@@ -96,6 +97,7 @@ def solve(robot: Robot, frames: Frames, load: Array, gravity: Array) -> Solution
         factors.append(factor)
         half = factor.forward(np.swapaxes(item.J_c, 0, 1))
         K += np.einsum("kign,kjgn->ijn", half, half)
+        names = [2 + k for k in item.group.numbers]
         right[:, names] += np.einsum("kign,kgn->ign", half, factor.forward(item.sag[:, None])[:, 0])
     scale = np.array([1.0] * 3 + [1 / robot.length] * 3)
     rigid = [item for item in statics if item.group.is_rigid and item.J_c.shape[1]]
@@ -123,6 +125,8 @@ def solve(robot: Robot, frames: Frames, load: Array, gravity: Array) -> Solution
         undetermined.append(unknown)
         degenerate = np.any(item.degenerate, axis=0)
         status = np.where((status == Status.OK) & degenerate, Status.BASIS_DEGENERATE, status).astype(np.int8)
+    if not rigid:
+        _refine(statics, factors, applied, compliance, twists, intensities)
     unbalanced = _unbalanced(robot, frames, o, weights, statics)
     for part in unbalanced.values():
         status = np.where(part > UNBALANCED, Status.SINGULAR, status).astype(np.int8)
@@ -143,6 +147,28 @@ def solve(robot: Robot, frames: Frames, load: Array, gravity: Array) -> Solution
         tuple(undetermined),
         unbalanced,
     )
+
+
+def _refine(
+    statics: tuple[LimbStatics, ...],
+    factors: list[Cholesky | None],
+    applied: Array,
+    compliance: Array,
+    twists: Array,
+    intensities: list[Array],
+) -> None:
+    """Let the platform move, in place, by what rounding has left unbalanced of Eq. (5).
+
+    ``applied`` (6, S, N) is that equation's left side.
+    """
+    left = applied
+    for item, W in zip(statics, intensities, strict=True):
+        left = left - np.einsum("kign,isgn->ksn", item.J_c, W)
+    step = np.einsum("ijn,jsn->isn", compliance, left)
+    twists += step
+    for item, W, factor in zip(statics, intensities, factors, strict=True):
+        if factor is not None:
+            W += factor.solve(np.einsum("kign,ksn->isgn", item.J_c, step))
 
 
 def _solve_elastic(K: Array, right: Array, scale: Array) -> tuple[Array, Array, NDArray[np.int8]]:
