@@ -118,7 +118,7 @@ def _deform_limbs(solution: Solution, statics: LimbStatics, intensities: Array, 
         load = own * statics.load[:, None, b]
         loaded.append(LoadedBeams(models, group.compliances[:, b], axes, length, mass, end, wrench, load, motion))
     elastic = [beams.end_twist() for beams in loaded]
-    gap = solution.twists[:, :, None] - sum(elastic, np.zeros((6, 1, 1, 1)))
+    gap = solution.twists[:, :, None] - sum(elastic, np.zeros((6, S, g, N)))
     turned = _joint_motions(geometry.twists * group.passive[:, None, None], gap, group.robot.length)
     after_unit: list[Array] = []
     done = 0

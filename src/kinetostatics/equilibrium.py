@@ -208,9 +208,8 @@ def _solve_rigid(
         motions = U[:, rank:]
         reduced = motions.T @ stiffness @ motions
         if rank < 6:
-            diagonal = np.sqrt(np.maximum(np.diag(reduced), 0))
-            largest = max(float(diagonal.max()), 1e-300)
-            if np.linalg.eigvalsh(reduced)[0] < SINGULAR * largest**2 or not np.all(np.isfinite(reduced)):
+            softest = np.linalg.eigvalsh(reduced)[0] if np.all(np.isfinite(reduced)) else -np.inf
+            if not softest > SINGULAR * float(np.diag(stiffness).max()):
                 status[p] = Status.SINGULAR
                 continue
             inverse = motions @ np.linalg.solve(reduced, motions.T)
