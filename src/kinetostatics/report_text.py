@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 #: Part of the largest number of its kind below which a number is rounding noise and shown as 0.
 NOISE = 1e-9
@@ -23,7 +23,7 @@ FORCES: Units = (("N", 1.0),)
 MOMENTS: Units = (("N·m", 1.0),)
 STRESSES: Units = (("MPa", 1e6),)
 MASSES: Units = (("kg", 1.0),)
-STIFFNESSES: Units = (("N/mm", 1e3), ("N/µm", 1e6), ("kN/µm", 1e9))
+STIFFNESSES: Units = (("N/mm", 1e3), ("N/µm", 1e6))
 TURNING_STIFFNESSES: Units = (("N·m/rad", 1.0), ("N·m/mrad", 1e3), ("kN·m/mrad", 1e6))
 ENERGIES: Units = (("µJ", 1e-6), ("mJ", 1e-3), ("J", 1.0))
 
@@ -76,12 +76,44 @@ class Scale:
             return "∞" if number > 0 else "-∞"
         if abs(number) <= self.noise:
             return "0"
-        text = f"{number / self.factor:.{self.decimals}f}"
-        return text if float(text) != 0 else f"{number / self.factor:.1e}"
+        if abs(number) / self.factor < 9.5 * 10.0**-self.decimals and self.decimals:  # would show a single digit, or none
+            return f"{number / self.factor:.2e}"
+        return f"{number / self.factor:.{self.decimals}f}"
 
     def with_unit(self, value: ArrayLike) -> str:
         """Write one number and the unit."""
         return f"{self(value)} {self.unit}"
+
+
+def largest(values: Iterable[ArrayLike]) -> float:
+    """Return the largest magnitude among arrays, whose numbers that are not finite play no part."""
+    found = 0.0
+    for value in values:
+        array = np.abs(np.asarray(value, dtype=float))
+        found = max(found, float(np.max(array, initial=0.0, where=np.isfinite(array))))
+    return found
+
+
+@dataclass(frozen=True)
+class Magnitudes:
+    """Which displacements, rotations, forces and moments are rounding noise, SI.
+
+    Linear and angular quantities are of one kind, made comparable by a characteristic length: a twist that is a pure
+    translation has rotations that are noise, even the largest of them.
+    """
+
+    displacement: float
+    rotation: float
+    force: float
+    moment: float
+
+    @classmethod
+    def of(cls, twists: Iterable[NDArray[np.float64]], wrenches: Iterable[NDArray[np.float64]], length: float) -> Magnitudes:
+        """Find what is noise beside the largest of all twists (…, 6) and of all wrenches (…, 6)."""
+        twists, wrenches = list(twists), list(wrenches)
+        displacement = max(largest(t[..., :3] for t in twists), length * largest(t[..., 3:] for t in twists))
+        force = max(largest(w[..., :3] for w in wrenches), largest(w[..., 3:] for w in wrenches) / length)
+        return cls(NOISE * displacement, NOISE * displacement / length, NOISE * force, NOISE * force * length)
 
 
 def quantity(value: ArrayLike, units: Units, noise: float = 0.0, digits: int = 5) -> str:

@@ -1,0 +1,8 @@
+"""``python -m kinetostatics``: the command line."""
+
+import sys
+
+from kinetostatics.cli import main
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,64 @@
+"""``kinetostatics analyze``: sag, stiffness and forces at one pose."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from kinetostatics.commands.arguments import (
+    VALUES_HELP,
+    add_json_argument,
+    add_load_arguments,
+    add_pose_arguments,
+    add_robot_arguments,
+    assemble,
+    load,
+    load_options,
+    print_json,
+    print_warnings,
+)
+
+NAME = "analyze"
+
+EXAMPLES = f"""\
+{VALUES_HELP}
+examples:
+  kinetostatics analyze 3rps
+  kinetostatics analyze 3rps --platform z=500mm azimuth=-170deg tilt=10deg --orientation tilt_torsion
+  kinetostatics analyze 2pru_upr --actuators prismatic_1=20mm prismatic_2=0 prismatic_3=-5mm --load 0 0 -500 0 0 0
+  kinetostatics analyze my_robot.urdf.xacro --set rod_diameter=80mm --gravity 0 0 0 --load 100 0 0 0 0 0 --json
+"""
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add the command to the parser."""
+    parser: argparse.ArgumentParser = subparsers.add_parser(
+        NAME,
+        usage=f"kinetostatics {NAME} ROBOT [options]",
+        help="compute sag, stiffness, drive forces, joint reactions and stresses at one pose",
+        description="Compute sag, stiffness, drive forces, joint reactions and beam stresses at one pose.",
+        epilog=EXAMPLES,
+    )
+    add_robot_arguments(parser)
+    add_pose_arguments(parser)
+    add_load_arguments(parser)
+    add_json_argument(parser)
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print the analysis."""
+    from kinetostatics.equilibrium import analyze
+
+    options = load_options(args)
+    robot = load(args)
+    configuration, warnings = assemble(robot, args)
+    result = analyze(configuration, **options)
+    if args.json:
+        found = result.to_dict()
+        found["warnings"] = [*warnings, *found["warnings"]]
+        print_json(found)
+        print_warnings(found["warnings"])
+    else:
+        print("\n".join([*(f"! {warning}" for warning in warnings), str(result)]))
+    return 0

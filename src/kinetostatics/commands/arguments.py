@@ -1,0 +1,270 @@
+"""Arguments that the commands share: the robot, its parameters, the pose, load and gravity; and how results are printed."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import re
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from kinetostatics.exceptions import ArgumentError, AssemblyError, near_names
+
+if TYPE_CHECKING:
+    from kinetostatics.configuration import Configuration
+    from kinetostatics.robot import Robot
+
+#: Units that a number may carry: the kind of quantity, and the unit in SI.
+UNITS = {
+    "deg": ("angle", math.pi / 180),
+    "rad": ("angle", 1.0),
+    "mm": ("length", 1e-3),
+    "um": ("length", 1e-6),
+    "µm": ("length", 1e-6),
+    "m": ("length", 1.0),
+}
+NUMBER = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\W\d_]+)?")
+
+#: Kinds of the platform's coordinates; of other names the robot complains.
+PLATFORM_KINDS = {
+    **dict.fromkeys(("x", "y", "z"), "length"),
+    **dict.fromkeys(("rx", "ry", "rz", "azimuth", "tilt", "torsion"), "angle"),
+}
+
+VALUES_HELP = """\
+values:
+  Numbers are SI: m, rad, N, N·m. They may carry one of the units m, mm, um, deg, rad: z=500mm rx=-2deg.
+"""
+
+
+# ---- reading values ------------------------------------------------------------------------------------------------
+
+
+def parse_quantity(text: str, kind: str | None = None) -> float:
+    """Return a number with an optional unit in SI.
+
+    Args:
+        text: such as ``500mm``, ``-2deg`` or ``-1e-3``.
+        kind: "length" or "angle" if only units of that kind make sense, "number" if none does.
+
+    Raises:
+        ArgumentError: it is not a number, or the unit is unknown or of the wrong kind.
+    """
+    match = NUMBER.fullmatch(text.strip())
+    if match is None:
+        raise ArgumentError(f"{text.strip()!r} is not a number, with or without a unit ({', '.join(UNITS)})")
+    value, unit = float(match[1]), match[2]
+    if not math.isfinite(value):
+        raise ArgumentError(f"{text.strip()!r} is too large")
+    if unit is None:
+        return value
+    if unit not in UNITS:
+        raise ArgumentError(f"{text.strip()!r} has the unknown unit {unit!r}: {near_names(unit, UNITS)}")
+    found, factor = UNITS[unit]
+    if kind is not None and kind != found:
+        wanted = {"length": "a length", "angle": "an angle"}.get(kind, "a plain number")
+        raise ArgumentError(f"{text.strip()!r} is {'an angle' if found == 'angle' else 'a length'}, but {wanted} is needed")
+    return value * factor
+
+
+def parse_items(option: str, items: Iterable[str]) -> dict[str, str]:
+    """Return items ``name=value`` as a dict.
+
+    Raises:
+        ArgumentError: one has no ``=``, no name or no value, or a name comes twice.
+    """
+    found: dict[str, str] = {}
+    for item in items:
+        name, sign, value = (part.strip() for part in item.partition("="))
+        if not (name and sign and value):
+            raise ArgumentError(f"{option}: {item.strip()!r} is not of the form name=value")
+        if name in found:
+            raise ArgumentError(f"{option}: {name!r} is given twice")
+        found[name] = value
+    return found
+
+
+def parse_parameters(items: Iterable[str]) -> dict[str, object]:
+    """Return the values of ``--set``; numbers with a unit are turned to SI, everything else is passed on as it stands."""
+    found: dict[str, object] = {}
+    for name, value in parse_items("--set", items).items():
+        match = NUMBER.fullmatch(value)
+        found[name] = parse_quantity(value) if match is not None and match[2] in UNITS else value
+    return found
+
+
+def _numbers(option: str, texts: Sequence[str], kind: str) -> list[float]:
+    try:
+        return [parse_quantity(text, kind) for text in texts]
+    except ArgumentError as error:
+        raise ArgumentError(f"{option}: {error}") from None
+
+
+# ---- the robot -----------------------------------------------------------------------------------------------------
+
+
+def add_robot_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add ROBOT and ``--set``."""
+    parser.add_argument(
+        "robot",
+        metavar="ROBOT",
+        help="a URDF or xacro file, or the name of a robot that comes with the package: 3rps, 2pru_upr",
+    )
+    parser.add_argument(
+        "--set",
+        dest="parameters",
+        metavar="NAME=VALUE",
+        nargs="+",
+        action="extend",
+        default=[],
+        help="values of the file's xacro arguments, such as rod_diameter=80mm",
+    )
+
+
+def load(args: argparse.Namespace) -> Robot:
+    """Load the robot that the arguments name."""
+    from kinetostatics.robot import load_robot
+    from kinetostatics.shipped import robot_path
+
+    return load_robot(robot_path(args.robot), parse_parameters(args.parameters))
+
+
+# ---- the pose ------------------------------------------------------------------------------------------------------
+
+
+def add_pose_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the pose: ``--platform`` or ``--actuators``, ``--orientation`` and ``--tolerance``."""
+    group = parser.add_argument_group("pose", "Default: all drives at zero, or the closed zero pose if that does not exist.")
+    either = group.add_mutually_exclusive_group()
+    either.add_argument(
+        "--platform",
+        metavar="NAME=VALUE",
+        nargs="+",
+        action="extend",
+        help="coordinates of the platform, as many as its mobility: x y z of o, rx ry rz or azimuth tilt torsion",
+    )
+    either.add_argument("--actuators", metavar="JOINT=VALUE", nargs="+", action="extend", help="coordinates of all driven joints")
+    group.add_argument(
+        "--orientation",
+        metavar="NAME",
+        help="what rx ry rz mean: rotation_vector (default), angles about moving axes (XYZ) or fixed axes (xyz), in any "
+        "order of three letters; or tilt_torsion for azimuth tilt torsion",
+    )
+    group.add_argument(
+        "--tolerance",
+        metavar="T",
+        default="1e-10",
+        help="how far loops may stay open, m and rad (default: %(default)s)",
+    )
+
+
+def assemble(robot: Robot, args: argparse.Namespace) -> tuple[Configuration, list[str]]:
+    """Return the pose that the arguments ask for, and warnings."""
+    tolerance = _numbers("--tolerance", [args.tolerance], "length")[0]
+    if args.platform is not None:
+        platform = {
+            name: _coordinate("--platform", name, value, PLATFORM_KINDS.get(name))
+            for name, value in parse_items("--platform", args.platform).items()
+        }
+        return robot.assemble(platform=platform, orientation=args.orientation, tolerance=tolerance), []
+    if args.actuators is not None:
+        actuators = {
+            name: _coordinate("--actuators", name, value, _kind(robot, name))
+            for name, value in parse_items("--actuators", args.actuators).items()
+        }
+        return robot.assemble(actuators=actuators, orientation=args.orientation, tolerance=tolerance), []
+    try:
+        return robot.assemble(orientation=args.orientation, tolerance=tolerance), []
+    except AssemblyError:
+        # the file's zero may not be a pose of the robot; the pose nearest to it is
+        q = robot.model_q(robot.zero_poses)[:, 0]
+        pose = robot.configuration(q, tolerance=tolerance)
+        return pose, ["the loops do not close with all drives at zero; this is the closed pose nearest to the file's zero"]
+
+
+def _coordinate(option: str, name: str, text: str, kind: str | None) -> float:
+    try:
+        return parse_quantity(text, kind)
+    except ArgumentError as error:
+        raise ArgumentError(f"{option}: {name}: {error}") from None
+
+
+def _kind(robot: Robot, joint: str) -> str | None:
+    connection = robot.mechanism.connections.get(joint)
+    if connection is None:
+        return None  # assemble() will list the names
+    return "length" if connection.kind == "prismatic" else "angle"
+
+
+# ---- load and gravity ----------------------------------------------------------------------------------------------
+
+
+def add_load_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add ``--load``, ``--point``, ``--frame`` and ``--gravity``."""
+    group = parser.add_argument_group("load")
+    group.add_argument(
+        "--load",
+        nargs=6,
+        metavar=("FX", "FY", "FZ", "MX", "MY", "MZ"),
+        default=["0"] * 6,
+        help="external force [N] and moment [N·m] on the platform (default: none)",
+    )
+    group.add_argument("--point", nargs=3, metavar=("X", "Y", "Z"), help="where the force acts (default: at o)")
+    group.add_argument(
+        "--frame",
+        choices=("world", "platform"),
+        default="world",
+        help="axes of load and point; a point in the platform's frame counts from o (default: %(default)s)",
+    )
+    group.add_argument(
+        "--gravity",
+        nargs=3,
+        metavar=("GX", "GY", "GZ"),
+        default=["0", "0", "-9.81"],
+        help="in world axes [m/s²] (default: 0 0 -9.81)",
+    )
+
+
+def load_options(args: argparse.Namespace) -> dict[str, Any]:
+    """Return load, point, frame and gravity as :func:`kinetostatics.analyze` takes them."""
+    return {
+        "load": _numbers("--load", args.load, "number"),
+        "point": None if args.point is None else _numbers("--point", args.point, "length"),
+        "frame": args.frame,
+        "gravity": _numbers("--gravity", args.gravity, "number"),
+    }
+
+
+# ---- output --------------------------------------------------------------------------------------------------------
+
+
+def add_json_argument(parser: argparse.ArgumentParser) -> None:
+    """Add ``--json``."""
+    parser.add_argument("--json", action="store_true", help="print JSON, all numbers in SI; warnings go to standard error")
+
+
+def print_json(values: Mapping[str, Any]) -> None:
+    """Print a dict of plain values as JSON: one entry a line, arrays in one line."""
+    encoding = (getattr(sys.stdout, "encoding", None) or "ascii").lower().replace("-", "")
+    print(_json(values, "", encoding != "utf8"))
+
+
+def _json(value: Any, indent: str, ascii_only: bool) -> str:
+    inner = indent + "  "
+    if isinstance(value, list) and value and isinstance(value[0], Mapping):
+        items = [inner + _json(item, inner, ascii_only) for item in value]
+        return "[\n" + ",\n".join(items) + f"\n{indent}]"
+    if not isinstance(value, Mapping) or not value:
+        return json.dumps(value, allow_nan=False, ensure_ascii=ascii_only)
+    rows = [
+        f"{inner}{json.dumps(name, ensure_ascii=ascii_only)}: {_json(item, inner, ascii_only)}" for name, item in value.items()
+    ]
+    return "{\n" + ",\n".join(rows) + f"\n{indent}}}"
+
+
+def print_warnings(warnings: Iterable[str]) -> None:
+    """Print warnings to standard error, each in one line."""
+    for warning in warnings:
+        print(f"kinetostatics: warning: {' '.join(warning.split())}", file=sys.stderr)

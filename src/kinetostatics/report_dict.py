@@ -1,0 +1,190 @@
+"""Robots and results as plain numbers, strings, lists and dicts, fit for JSON.
+
+Everything is in SI units; what is not a number, infinite or not determined is None.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from kinetostatics.configuration import Configuration, Status, batch_first
+from kinetostatics.report_facts import RobotFacts, robot_facts
+
+if TYPE_CHECKING:
+    from kinetostatics.result import Result
+    from kinetostatics.robot import Robot
+
+#: What the numbers of a result mean; batch axes come first.
+RESULT_UNITS = {
+    "general": "SI: m, rad, kg, s, N, N·m, Pa; world axes; null: not a number, infinite or not determined",
+    "batch": "arrays have the axes of `shape` first, those of `configuration` the axes of `configuration.shape`",
+    "gravity": "m/s²",
+    "load": "[force N; moment N·m] about o",
+    "twist": "[displacement m; rotation rad] of the platform at o; contributions sum to it",
+    "stiffness": "N/m, N/rad = N·m/m, N·m/rad, at o, drives locked",
+    "compliance": "m/N, m/(N·m) = rad/N, rad/(N·m), at o, drives locked",
+    "platform_wrench": "[force N; moment N·m] load and weight of the platform, about o",
+    "base_wrench": "[force N; moment N·m] what the ground puts on the robot, about the base link's origin",
+    "joint_wrenches": "[force N; moment N·m] what the base side puts on the platform side, about the joint's centre",
+    "actuator_forces": "N, of turning joints N·m, positive along the joint's positive direction",
+    "limbs": "what the platform puts on the limb: unit wrenches [force; moment] about o, intensities in `units`",
+    "section_wrenches": "N, V_y, V_z [N], T, M_y, M_z [N·m] in beam axes: what the outer part puts on the inner",
+    "stations": "0 at the inner, 1 at the outer end of a beam; deflections in m, rotations in rad, stress in Pa",
+    "link_contributions": "[displacement m; rotation rad] of rigid links at their own origins",
+    "strain_energy": "J",
+}
+
+ROBOT_UNITS = {
+    "general": "SI: m, rad, kg, Pa; null: infinite, not known or not given",
+    "closing_error": "m or rad, scaled, at the zero pose",
+    "mass": "kg at the zero pose",
+    "depth": "m, the section's larger side or diameter",
+    "shear_areas": "m², null: no shear deformation",
+}
+
+RESULT_ARRAYS = ("twist", "stiffness", "compliance", "platform_wrench", "base_wrench", "strain_energy")
+LIMB_ARRAYS = (
+    "constraint_wrenches",
+    "intensities",
+    "attached_wrenches",
+    "attached_intensities",
+    "compliance",
+    "sag",
+    "wrench",
+)
+BEAM_ARRAYS = (
+    "stations",
+    "length",
+    "mass",
+    "axes",
+    "points",
+    "section_wrenches",
+    "deflections",
+    "rotations",
+    "stress",
+    "euler_ratio",
+    "strain_energy",
+)
+
+
+def plain(value: Any) -> Any:
+    """Return a value as what JSON knows; numbers that are not finite become None."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {item.name: plain(getattr(value, item.name)) for item in dataclasses.fields(value)}
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(item) for item in value]
+    if isinstance(value, (np.ndarray, np.generic, float)) and not isinstance(value, np.str_):
+        array = np.asarray(value)
+        if array.dtype.kind == "f" and not np.all(np.isfinite(array)):
+            missing = ~np.isfinite(array)
+            array = array.astype(object)
+            array[missing] = None
+        return array.tolist()
+    return value
+
+
+def robot_to_dict(robot: Robot) -> dict[str, Any]:
+    """Return what there is to know about a robot as plain values: what ``check --json`` prints."""
+    return facts_to_dict(robot_facts(robot))
+
+
+def facts_to_dict(facts: RobotFacts) -> dict[str, Any]:
+    """Return the facts about a robot as plain values."""
+    return {**plain(facts), "units": dict(ROBOT_UNITS)}
+
+
+def result_to_dict(result: Result) -> dict[str, Any]:
+    """Return everything that an analysis found as plain values: what ``analyze --json`` prints.
+
+    Arrays keep the shapes that they have in the result, batch axes first.
+    """
+    robot = result.robot
+    found: dict[str, Any] = {
+        "robot": robot.name,
+        "file": robot.description.path,
+        "units": dict(RESULT_UNITS),
+        "shape": list(result.shape),
+        "status": status_names(result.status),
+        "warnings": list(result.warnings),
+        "configuration": _configuration(result.configuration),
+        "gravity": plain(gravity_of(result)),
+        "load": plain(load_of(result)),
+    }
+    found.update({name: plain(getattr(result, name)) for name in RESULT_ARRAYS})
+    for name in ("contributions", "joint_wrenches", "actuator_forces", "beam_contributions", "link_contributions"):
+        found[name] = plain(getattr(result, name))
+    found["actuator_units"] = {name: drive_unit(robot, name) for name in result.actuator_forces}
+    found["limbs"] = {name: _limb(limb) for name, limb in result.limbs.items()}
+    found["beams"] = {
+        name: {attribute: plain(getattr(beam, attribute)) for attribute in BEAM_ARRAYS} for name, beam in result.beams.items()
+    }
+    return found
+
+
+def _configuration(configuration: Configuration) -> dict[str, Any]:
+    shape = configuration.shape
+    return {
+        "shape": list(shape),
+        "status": status_names(configuration.status),
+        "orientation": configuration.orientation.name,
+        "platform": plain(configuration.platform),
+        "platform_frame": plain(configuration.platform_frame),
+        "actuators": plain(configuration.actuators),
+        "q": plain(configuration.q),
+        "residual": plain(configuration.residual),
+        "openings": {
+            name: {"m": plain(metres.reshape(shape)), "rad": plain(radians.reshape(shape))}
+            for name, (metres, radians) in configuration.openings.items()
+        },
+        "limits_exceeded": plain(configuration.limits_exceeded),
+    }
+
+
+def _limb(limb: Any) -> dict[str, Any]:
+    return {
+        "labels": list(limb.labels),
+        "units": wrench_units(limb.labels, limb.constraint_wrenches),
+        "attached_labels": list(limb.attached_labels),
+        "attached_units": wrench_units(limb.attached_labels, limb.attached_wrenches),
+        **{name: plain(getattr(limb, name)) for name in LIMB_ARRAYS},
+    }
+
+
+def status_names(status: Any) -> Any:
+    """Return statuses as their names, in nested lists for a batch."""
+    names = np.array([item.name for item in Status], dtype=object)
+    return names[np.asarray(status, dtype=int)].tolist() if np.ndim(status) else Status(int(status)).name
+
+
+def wrench_units(labels: tuple[str, ...], wrenches: Any) -> list[str]:
+    """Return the unit of each intensity: N·m of a couple, which has no force part, else N."""
+    units = []
+    for k, label in enumerate(labels):
+        forces = np.abs(wrenches[..., :3, k])
+        known = forces[np.isfinite(forces)]
+        # degenerate poses alone have no readable wrench: then the label must do
+        couple = label.startswith("couple") if known.size == 0 else bool(np.all(known < 1e-12))
+        units.append("N·m" if couple else "N")
+    return units
+
+
+def drive_unit(robot: Robot, name: str) -> str:
+    """Return the unit of a drive's force."""
+    return "N" if robot.mechanism.connections[name].kind == "prismatic" else "N·m"
+
+
+def gravity_of(result: Result) -> Any:
+    """Return the gravity (…, 3) [m/s²] of every pose."""
+    return batch_first(np.concatenate([s.gravity for s in result.solutions], axis=-1), result.shape)
+
+
+def load_of(result: Result) -> Any:
+    """Return the external load (…, 6) about o, world axes [N, N·m], of every pose."""
+    loads = [s.platform_load - s.platform_weight for s in result.solutions]
+    return batch_first(np.concatenate(loads, axis=-1), result.shape)

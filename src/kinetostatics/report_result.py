@@ -1,0 +1,285 @@
+"""What a person reads of an analysis: ``print(result)`` and ``kinetostatics analyze``."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kinetostatics.configuration import Configuration, Status
+from kinetostatics.equilibrium import UNBALANCED, free_twists
+from kinetostatics.report_batch import batch_report, magnitudes
+from kinetostatics.report_dict import drive_unit, gravity_of, load_of, wrench_units
+from kinetostatics.report_text import (
+    ANGLES,
+    ENERGIES,
+    FORCES,
+    LENGTHS,
+    MASSES,
+    MISSING,
+    MOMENTS,
+    NOISE,
+    STIFFNESSES,
+    STRESSES,
+    TURNING_STIFFNESSES,
+    Magnitudes,
+    Scale,
+    quantity,
+    section,
+    table,
+    vector,
+    warning_lines,
+    wide_table,
+    wrapped,
+)
+from kinetostatics.screws import describe_twist
+
+if TYPE_CHECKING:
+    from kinetostatics.result import Result
+
+Array = NDArray[np.float64]
+
+STATUS_WORDS = {
+    Status.OK: "the loops close, all joints are within their limits",
+    Status.LIMIT_EXCEEDED: "a joint is beyond its limit; all numbers are valid",
+    Status.UNREACHABLE: "the loops do not close at these coordinates: there are no numbers",
+    Status.SINGULAR: "with the drives locked the platform or a limb can still move: there are no numbers",
+    Status.INDETERMINATE: "rigid limbs overconstrain one another: the twist is valid, undetermined forces are missing",
+    Status.BASIS_DEGENERATE: "a limb's readable wrenches degenerate: its intensities are missing, all else is valid",
+}
+
+COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
+
+
+def result_report(result: Result) -> str:
+    """Return what an analysis found: tables with units for one pose, a summary for a batch of poses."""
+    if result.shape != ():
+        return batch_report(result, STATUS_WORDS)
+    status = Status(int(result.status))
+    lines = [f"Analysis of {result.robot.name!r}: {status.name}, {STATUS_WORDS[status]}"]
+    lines += section("Pose", _pose(result))
+    if status == Status.SINGULAR:
+        lines += section("What can still move", _free_motions(result))
+    if status not in (Status.SINGULAR, Status.UNREACHABLE):
+        noise = magnitudes(result)
+        lines += section("Twist of the platform at o, world axes", _twist(result, noise))
+        lines += section("Stiffness of the platform at o, world axes, drives locked", _stiffness(result))
+        if result.actuator_forces:
+            lines += section("Drives, positive along the joint's positive direction", _drives(result, noise))
+        lines += section("Limbs: what the platform puts on the limb", _limbs(result, noise))
+        lines += section(
+            "Joints: what the base side puts on the platform side, magnitudes about the joint's centre",
+            _joints(result, noise),
+        )
+        lines += section("Ground: what it puts on the robot, about the base link's origin", _base(result, noise))
+        if result.beams:
+            lines += section("Beams", _beams(result, noise))
+            lines += ["", f"Strain energy of the beams  {quantity(result.strain_energy, ENERGIES)}"]
+    lines += warning_lines(result.warnings)
+    return "\n".join(lines)
+
+
+# ---- the pose ------------------------------------------------------------------------------------------------------
+
+
+def _pose(result: Result) -> list[str]:
+    configuration = result.configuration
+    rows = [
+        ("o", position_words(configuration)),
+        ("orientation", angles_words(configuration)),
+        ("actuators", drives_words(configuration)),
+    ]
+    gravity, load = gravity_of(result), load_of(result)
+    rows.append(("gravity", vector(gravity, Scale.of(gravity, (("m/s²", 1.0),), digits=4))))
+    force, moment = Scale.of(load[:3], FORCES), Scale.of(load[3:], MOMENTS)
+    rows.append(("load at o", f"force {vector(load[:3], force)}, moment {vector(load[3:], moment)}"))
+    if configuration.openings and np.isfinite(configuration.residual):
+        rows.append(("loops", f"open by at most {float(configuration.residual):.1e} (m or rad)"))
+    return [line for name, text in rows for line in wrapped(text, f"{name:13}")]
+
+
+def position_words(configuration: Configuration) -> str:
+    """Return the platform's position in mm."""
+    values = [configuration.platform[name] for name in "xyz"]
+    scale = Scale("mm", 1e-3, 4, NOISE * configuration.robot.length)
+    return "  ".join(f"{name} {scale(value)}" for name, value in zip("xyz", values, strict=True)) + f" {scale.unit}"
+
+
+def angles_words(configuration: Configuration) -> str:
+    """Return the platform's orientation in degrees, and what the angles mean."""
+    orientation = configuration.orientation
+    values = [np.degrees(configuration.platform[name]) for name in orientation.names]
+    scale = Scale("°", 1.0, 4, 1e-7)
+    words = {"rotation_vector": "rotation vector", "tilt_torsion": "tilt and torsion"}
+    meaning = words.get(orientation.name, f"angles {orientation.name!r}")
+    angles = "  ".join(f"{name} {scale(value)}°" for name, value in zip(orientation.names, values, strict=True))
+    return f"{angles}  ({meaning})"
+
+
+def drives_words(configuration: Configuration) -> str:
+    """Return the coordinates of the driven joints."""
+    found = [f"{name} {coordinate_words(configuration, name)}" for name in configuration.actuators]
+    return ", ".join(found) or "none"
+
+
+def coordinate_words(configuration: Configuration, name: str) -> str:
+    """Return the coordinate of one driven joint in mm or degrees."""
+    value = configuration.actuators[name]
+    if configuration.robot.mechanism.connections[name].kind == "prismatic":
+        return Scale("mm", 1e-3, 4, 1e-11).with_unit(value)
+    return Scale("°", 1.0, 4, 1e-8)(np.degrees(value)) + "°"
+
+
+def _free_motions(result: Result) -> list[str]:
+    robot, solution = result.robot, result.solutions[0]
+    found = [
+        f"{owner}: its passive joints {', '.join(robot.passive_joints(owner))} do not carry all of its weight"
+        for owner, part in solution.unbalanced.items()
+        if part[0] > UNBALANCED
+    ]
+    found += [f"the platform: {describe_twist(twist, robot.length)}" for twist in free_twists(robot, solution, 0).T]
+    return [line for text in found or ["the pose is too close to a singular one"] for line in wrapped(text, "- ")]
+
+
+# ---- the platform --------------------------------------------------------------------------------------------------
+
+
+def _twist(result: Result, noise: Magnitudes) -> list[str]:
+    contributions = {**result.contributions, "total": result.twist}
+    shift = Scale.of([t[:3] for t in contributions.values()], LENGTHS, noise.displacement, digits=6)
+    turn = Scale.of([t[3:] for t in contributions.values()], ANGLES, noise.rotation, digits=6)
+    rows = []
+    for k, name in enumerate(COMPONENTS):
+        scale = shift if k < 3 else turn
+        rows.append([f"{name} [{scale.unit}]", *(scale(twist[k]) for twist in contributions.values())])
+    return wide_table(["", *contributions], rows)
+
+
+def _stiffness(result: Result) -> list[str]:
+    held, free = np.diag(result.stiffness), _reciprocal(np.diag(result.compliance), result)
+    rows = []
+    for part, units in ((slice(0, 3), STIFFNESSES), (slice(3, 6), TURNING_STIFFNESSES)):
+        scale = Scale.of([held[part], free[part]], units, digits=6)
+        for k in range(6)[part]:
+            rows.append((f"{COMPONENTS[k]} [{scale.unit}]", scale(held[k]), scale(free[k])))
+    lines = table(("", "others held", "others free"), rows)
+    values, axes = np.linalg.eigh(result.compliance[:3, :3])
+    sizes = _reciprocal(values, result)
+    for word, k in (("softest", 2), ("stiffest", 0)):
+        found = "rigid" if np.isinf(sizes[k]) else f"{quantity(sizes[k], STIFFNESSES)} along {_direction(axes[:, k])}"
+        lines.append(f"{word} against a force at o: {found}")
+    return lines
+
+
+def _reciprocal(compliances: Array, result: Result) -> Array:
+    """Return 1/C; infinite where rigid limbs leave no more than rounding noise."""
+    C = np.abs(result.compliance)
+    length = result.robot.length
+    small = 1e-12 * max(float(C[:3, :3].max()), length**2 * float(C[3:, 3:].max()))
+    return np.where(np.abs(compliances) > small, 1 / np.where(compliances == 0, 1.0, compliances), np.inf)
+
+
+def _direction(axis: Array) -> str:
+    axis = axis * np.sign(axis[int(np.argmax(np.abs(axis)))])
+    return "(" + ", ".join("0" if abs(value) < 5e-4 else f"{value:.3f}" for value in axis) + ")"
+
+
+# ---- forces --------------------------------------------------------------------------------------------------------
+
+
+def _drives(result: Result, noise: Magnitudes) -> list[str]:
+    units = {name: drive_unit(result.robot, name) for name in result.actuator_forces}
+    scales = _force_scales(result.actuator_forces.values(), units.values(), noise)
+    rows = [
+        (name, coordinate_words(result.configuration, name), scales[units[name]](force), units[name])
+        for name, force in result.actuator_forces.items()
+    ]
+    return table(("joint", "position", "force", ""), rows, "lrrl")
+
+
+def _force_scales(values: Iterable[ArrayLike], units: Iterable[str], noise: Magnitudes) -> dict[str, Scale]:
+    """Return one scale for the forces and one for the moments among some values."""
+    pairs = [(float(np.asarray(value)), unit) for value, unit in zip(values, units, strict=True)]
+    return {
+        "N": Scale.of([value for value, unit in pairs if unit == "N"], FORCES, noise.force),
+        "N·m": Scale.of([value for value, unit in pairs if unit == "N·m"], MOMENTS, noise.moment),
+    }
+
+
+def _limbs(result: Result, noise: Magnitudes) -> list[str]:
+    entries: list[tuple[str, str, Any, str, str]] = []
+    for limb in result.limbs.values():
+        units = wrench_units(limb.labels, limb.constraint_wrenches)
+        attached = wrench_units(limb.attached_labels, limb.attached_wrenches)
+        for label, value, unit in zip(limb.labels, limb.intensities, units, strict=True):
+            entries.append((limb.name, label, value, unit, "constraint"))
+        for label, value, unit in zip(limb.attached_labels, limb.attached_intensities, attached, strict=True):
+            entries.append((limb.name, label, value, unit, "attached"))
+    scales = _force_scales([entry[2] for entry in entries], [entry[3] for entry in entries], noise)
+    rows, before = [], ""
+    for name, label, value, unit, kind in entries:
+        rows.append((name if name != before else "", label, kind, scales[unit](value), unit))
+        before = name
+    return table(("limb", "wrench", "", "intensity", ""), rows, "lllrl")
+
+
+def _joints(result: Result, noise: Magnitudes) -> list[str]:
+    wrenches = result.joint_wrenches
+    sizes = {name: (np.linalg.norm(w[:3]), np.linalg.norm(w[3:])) for name, w in wrenches.items()}
+    force = Scale.of([size[0] for size in sizes.values()], FORCES, noise.force)
+    moment = Scale.of([size[1] for size in sizes.values()], MOMENTS, noise.moment)
+    connections = result.robot.mechanism.connections
+    rows = [
+        (name, connections[name].kind + (", driven" if connections[name].driven else ""), force(f), moment(m))
+        for name, (f, m) in sizes.items()
+    ]
+    return table(("joint", "kind", f"force [{force.unit}]", f"moment [{moment.unit}]"), rows, "llrr")
+
+
+def _base(result: Result, noise: Magnitudes) -> list[str]:
+    wrench = result.base_wrench
+    force = Scale.of(wrench[:3], FORCES, noise.force)
+    moment = Scale.of(wrench[3:], MOMENTS, noise.moment)
+    return [f"force   {vector(wrench[:3], force)}", f"moment  {vector(wrench[3:], moment)}"]
+
+
+# ---- beams ---------------------------------------------------------------------------------------------------------
+
+
+def _beams(result: Result, noise: Magnitudes) -> list[str]:
+    beams = list(result.beams.values())
+    length = Scale.of([beam.length for beam in beams], (("mm", 1e-3),))
+    mass = Scale.of([beam.mass for beam in beams], MASSES)
+    axial = Scale.of([beam.section_wrenches[..., 0] for beam in beams], FORCES, noise.force)
+    stress = Scale.of([beam.stress for beam in beams], STRESSES, digits=4)
+    ends = [np.linalg.norm(beam.deflections[-1]) for beam in beams]
+    most = [np.linalg.norm(beam.deflections, axis=-1).max() for beam in beams]
+    shift = Scale.of([ends, most], LENGTHS, noise.displacement)
+    rows = [
+        (
+            beam.name,
+            length(beam.length),
+            mass(beam.mass),
+            axial(beam.section_wrenches[0, 0]),
+            axial(beam.section_wrenches[-1, 0]),
+            stress(beam.stress),
+            f"{100 * float(beam.euler_ratio):.3g}" if np.isfinite(beam.euler_ratio) else MISSING,
+            shift(end),
+            shift(middle),
+        )
+        for beam, end, middle in zip(beams, ends, most, strict=True)
+    ]
+    header = (
+        "beam",
+        f"length [{length.unit}]",
+        f"mass [{mass.unit}]",
+        f"N inner [{axial.unit}]",
+        f"N outer [{axial.unit}]",
+        f"stress [{stress.unit}]",
+        "N/N_Euler [%]",
+        f"end moves [{shift.unit}]",
+        f"most [{shift.unit}]",
+    )
+    return [*table(header, rows), "N: axial force, tension positive; stress: largest von Mises stress"]
