@@ -119,7 +119,10 @@ class LiveRobot:
         def independence(names: tuple[str, ...]) -> float:
             return float(np.linalg.svd(np.array([rates[name] for name in names]), compute_uv=False)[-1])
 
-        return max(itertools.combinations(present, robot.mobility.platform), key=independence, default=())
+        sets = list(itertools.combinations(present, robot.mobility.platform))
+        best = max((independence(names) for names in sets), default=0.0)
+        good = [names for names in sets if independence(names) > 0.3 * best]
+        return min(good, key=lambda names: sum(name in "xyz" for name in names), default=())  # angles are easier to grasp
 
     def _drive(self, name: str) -> dict[str, Any]:
         connection = self.robot.mechanism.connections[name]

@@ -6,6 +6,8 @@ import html
 import json
 from functools import cache
 from importlib.resources import files
+from importlib.util import find_spec
+from pathlib import Path
 from typing import Any
 
 from kinetostatics.exceptions import KinetostaticsError
@@ -55,8 +57,10 @@ def _asset(name: str) -> str:
 @cache
 def _meshcat() -> str:
     """Return meshcat's own script. Its ``static_html()`` holds the same, but starts a server process to put it together."""
-    path = files("meshcat") / "viewer" / "dist" / "main.min.js"
+    found = find_spec("meshcat")  # importing it would import its server
+    if found is None or found.origin is None:
+        raise KinetostaticsError("the page needs meshcat: pip install meshcat")
     try:
-        return path.read_text(encoding="utf-8")
+        return (Path(found.origin).parent / "viewer" / "dist" / "main.min.js").read_text(encoding="utf-8")
     except OSError as error:
         raise KinetostaticsError(f"the installed meshcat has no page to show ({error}); reinstall meshcat") from None

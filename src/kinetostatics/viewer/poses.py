@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Mapping
 from functools import cached_property
@@ -54,8 +55,8 @@ class ShownPoses:
 
     def take(self, array: Array) -> Array:
         """Return the shown poses (F, …) of an array (*batch, …) of the result."""
-        batch = len(self.result.shape)
-        flat = np.asarray(array).reshape(-1, *np.shape(array)[batch:])
+        shape = self.result.shape
+        flat = np.reshape(array, (math.prod(shape), *np.shape(array)[len(shape) :]))
         return np.asarray(flat[self.indices])
 
     def by_source(self, contributions: Mapping[str, Array]) -> list[Array]:

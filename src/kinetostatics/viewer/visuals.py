@@ -99,6 +99,8 @@ def _read_mesh(mesh: Any, folder: str, link: str) -> list[Any]:
     try:
         scene = trimesh.load(path, force="scene", skip_materials=True)
         pieces = [item for item in scene.dump() if isinstance(item, trimesh.Trimesh) and len(item.faces)]
+        if not pieces:
+            raise ValueError("it holds no triangles")
     except Exception as error:  # every format has errors of its own, and a picture is not worth a crash
         warnings.warn(f"mesh {mesh.filename!r} of link {link!r} cannot be read and is not drawn: {error}", stacklevel=2)
         return []

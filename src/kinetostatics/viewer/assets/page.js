@@ -65,7 +65,7 @@ function look(x, y, z) {
   const edge = (selector) => { const e = document.querySelector(selector); return e && e.offsetWidth ? e.getBoundingClientRect() : null; };
   const panel = edge("#robot-panel"), gui = edge(".dg.main");
   let left = margin, end = width - margin;
-  if (panel && gui && end - panel.right - gui.width > 0.35 * width) [left, end] = [panel.right + margin, gui.left - margin];
+  if (panel && gui && end - panel.right - gui.width > 0.25 * width) [left, end] = [panel.right + margin, gui.left - margin];
   else if (panel && !gui && end - panel.right > 0.5 * width) left = panel.right + margin;
   else if (gui && end - gui.width > 0.5 * width) end = gui.left - margin;
   camera.fov = 32; camera.near = radius / 50; camera.far = radius * 80;

@@ -3,8 +3,8 @@
 /** Three significant digits. */
 function number(x) {
   const a = Math.abs(x);
-  if (a < 0.0005) return "0";
-  const text = a >= 1e6 ? x.toExponential(2) : x.toFixed(a >= 100 ? 0 : a >= 10 ? 1 : a >= 1 ? 2 : 3);
+  if (a < 1e-5) return "0";
+  const text = a >= 1e6 ? x.toExponential(2) : a >= 100 ? x.toFixed(0) : x.toPrecision(3);
   return text.replace("-", "\u2212");
 }
 
@@ -73,7 +73,7 @@ function buildControls() {
     lift("play / pause");
   }
   for (const c of (scene.live ? scene.live.controls : [])) slider(c.name, c.value, c.min, c.max, c.step, (x) => moveLive(c.name, x));
-  viewer.gui.width = 340;
+  viewer.gui.width = window.innerWidth > 1200 ? 340 : 260;
   viewer.gui.open();
 }
 

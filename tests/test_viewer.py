@@ -1,0 +1,421 @@
+"""The viewer's pages in a real browser: headless Chromium opens them, moves the sliders and looks where things are."""
+
+import base64
+import io
+import os
+import shutil
+
+import numpy as np
+import pytest
+
+import kinetostatics as ks
+from kinetostatics.viewer.live import serve
+from kinetostatics.viewer.page import iframe_html
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
+REQUIRED = os.environ.get("KINETOSTATICS_REQUIRE_BROWSER") == "1"
+FLAGS = [
+    "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist",
+    "--disable-background-networking", "--disable-component-update", "--disable-sync", "--no-first-run",
+]  # fmt: skip
+LOAD = [100, 50, -500, 10, 20, -5]
+POSES = {"3rps": {"z": 0.5, "rx": 0.03, "ry": -0.17}, "2pru_upr": {"z": 0.6, "rx": 0.1, "ry": 0.1}}
+
+#: Vertices of the object at a path of meshcat's tree, in world axes; null if there is none (``find()`` would make it).
+VERTICES = """(path) => {
+  let node = viewer.scene_tree;
+  for (const name of [...path.split("/"), "<object>"]) { node = node.children[name]; if (!node) return null; }
+  viewer.scene.updateMatrixWorld(true);
+  const toWorld = viewer.scene.matrixWorld.clone().invert().multiply(node.object.matrixWorld), out = [];
+  const p = node.object.geometry.attributes.position, v = new MeshCat.THREE.Vector3();
+  for (let i = 0; i < p.count; i++) out.push(v.fromBufferAttribute(p, i).applyMatrix4(toWorld).toArray());
+  return out;
+}"""
+LABELS = """[...document.querySelectorAll('.robot-label')].filter(e => e.style.visibility === 'visible')
+  .map(e => [e.textContent, ...((r) => [r.left, r.top, r.right, r.bottom])(e.getBoundingClientRect())])"""
+BOXES = """['#robot-panel', '#robot-legend', '.dg.main'].map(s => document.querySelector(s).getBoundingClientRect())
+  .map(r => ['', r.left, r.top, r.right, r.bottom])"""
+NAMES = """(path) => { let node = viewer.scene_tree;
+  for (const name of path.split("/")) node = node.children[name];
+  return Object.keys(node.children).filter(name => name !== "<object>"); }"""
+
+
+def missing(reason):
+    if REQUIRED:
+        pytest.fail(f"{reason}, but KINETOSTATICS_REQUIRE_BROWSER is set")
+    pytest.skip(reason)
+
+
+@pytest.fixture(scope="module")
+def browser():
+    if CHROMIUM is None:
+        missing("Chromium is not installed (Debian: apt install chromium)")
+    try:
+        from playwright.sync_api import sync_playwright
+    except ImportError:
+        missing("playwright is not installed (pip install 'kinetostatics[test]')")
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
+        yield browser
+        browser.close()
+
+
+@pytest.fixture
+def visit(browser):
+    """Open a page; when the test ends, nothing may have been logged and, for a file, nothing asked of the network."""
+    contexts = []
+
+    def open_page(url, size=(900, 600), offline=True):
+        context = browser.new_context(viewport={"width": size[0], "height": size[1]}, offline=offline)
+        page = context.new_page()
+        problems, requests = [], []
+        page.on("console", lambda message: problems.append(message.text) if message.type in ("error", "warning") else None)
+        page.on("pageerror", lambda error: problems.append(str(error)))
+        page.on("request", lambda request: requests.append(request.url))
+        page.goto(url)
+        page.wait_for_function("window.robot_page && robot_page.ready && !viewer.needs_render")
+        contexts.append((context, problems, requests if offline else []))
+        return page
+
+    yield open_page
+    for context, problems, requests in contexts:
+        assert problems == []
+        assert [url for url in requests if not url.startswith(("file:", "data:", "blob:"))] == []
+        context.close()
+
+
+@pytest.fixture(scope="module")
+def root(request):
+    return request.config.rootpath
+
+
+@pytest.fixture(scope="module", params=POSES)
+def shown(request, root, tmp_path_factory):
+    """A result and the address of its exported file."""
+    robot = ks.load_robot(root / "robots" / f"{request.param}.urdf.xacro")
+    result = ks.analyze(robot.assemble(platform=POSES[request.param]), load=LOAD)
+    file = tmp_path_factory.mktemp("page") / "sag.html"
+    ks.save_html(result, file)
+    return result, file.as_uri()
+
+
+@pytest.fixture(scope="module")
+def one(root, tmp_path_factory):
+    """The first of them alone, for what does not depend on the robot."""
+    robot = ks.load_robot(root / "robots" / "3rps.urdf.xacro")
+    result = ks.analyze(robot.assemble(platform=POSES["3rps"]), load=LOAD)
+    file = tmp_path_factory.mktemp("page") / "one.html"
+    ks.save_html(result, file)
+    return result, file.as_uri()
+
+
+@pytest.fixture(scope="module")
+def path_page(root, tmp_path_factory):
+    robot = ks.load_robot(root / "robots" / "3rps.urdf.xacro")
+    z = np.linspace(0.45, 0.6, 16)
+    result = ks.analyze(robot.assemble(platform={"z": z, "rx": np.linspace(0, 0.2, 16), "ry": -0.1}), load=LOAD)
+    file = tmp_path_factory.mktemp("page") / "path.html"
+    ks.save_html(result, file)
+    return result, file.as_uri()
+
+
+def vertices(page, path):
+    found = page.evaluate(VERTICES, path)
+    return None if found is None else np.array(found)
+
+
+def rings(points, stations=21, sides=24):
+    """Centres of a swept round beam's rings."""
+    return points[: stations * sides].reshape(stations, sides, 3).mean(axis=1)
+
+
+def move(page, name, value):
+    page.evaluate("([name, value]) => viewer.set_control_value(name, value)", [name, value])
+
+
+def settle(page):
+    page.wait_for_function("!viewer.needs_render")
+    page.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+
+def rotation(vector):
+    angle = np.linalg.norm(vector)
+    if angle == 0:
+        return np.eye(3)
+    x, y, z = vector / angle
+    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K
+
+
+# ---- one pose ------------------------------------------------------------------------------------------------------
+
+
+def test_tree_has_what_the_robot_has(visit, shown):
+    result, url = shown
+    page = visit(url)
+    for name in result.beams:
+        assert vertices(page, f"Deformed/beams/{name}") is not None
+        assert vertices(page, f"Rest/beams/{name}") is not None
+    assert vertices(page, "Deformed/platform") is not None and vertices(page, "Rest/platform") is not None
+    assert vertices(page, "Base/base") is not None
+    assert vertices(page, "Deformed/nonsense") is None
+    joints = page.evaluate(NAMES, "Deformed/joints")
+    assert "revolute_1" in joints and len(joints) >= 6
+    assert page.evaluate(NAMES, "Frames") == ["base", "platform"]
+    assert page.evaluate(NAMES, "Labels/limbs") == list(result.limbs)
+
+
+def test_things_are_where_the_twist_says(visit, shown):
+    """Platform, beams and joints, for sliders of exaggeration and shares as a user would move them."""
+    result, url = shown
+    page = visit(url)
+    rest = {path: vertices(page, f"Rest/{path}") for path in ("platform",)}
+    frame = result.configuration.platform_frame
+    sources = list(result.contributions)
+    for exponent, shares in ((3.0, [1, 1, 1, 1, 1]), (3.5, [1, 0.25, 0, 0.5, 1]), (4.1, [0, 0, 0.75, 0, 0])):
+        move(page, "exaggeration", exponent)
+        for name, share in zip(sources, shares, strict=True):
+            move(page, f"share: {name}", share)
+        e = 10**exponent
+        assert page.evaluate("robot_page.state.exaggeration") == pytest.approx(e)
+
+        twist = e * sum(share * result.contributions[name] for name, share in zip(sources, shares, strict=True))
+        o = frame[:3, 3]
+        expected = o + twist[:3] + (rest["platform"] - o) @ rotation(twist[3:]).T
+        np.testing.assert_allclose(vertices(page, "Deformed/platform"), expected, atol=2e-6)
+        for name, beam in result.beams.items():
+            parts = result.beam_contributions[name]
+            bent = beam.points + e * sum(s * parts[k][:, :3] for k, s in zip(sources, shares, strict=True))
+            np.testing.assert_allclose(rings(vertices(page, f"Deformed/beams/{name}")), bent, atol=2e-6)
+        joint = "spherical_2" if result.robot.name == "3rps" else "universal_2"
+        ball = vertices(page, f"Deformed/joints/{joint}")
+        parts = result.beam_contributions["rod_2"]
+        end = result.beams["rod_2"].points[-1] + e * sum(s * parts[k][-1, :3] for k, s in zip(sources, shares, strict=True))
+        np.testing.assert_allclose((ball.max(axis=0) + ball.min(axis=0)) / 2, end, atol=2e-6)
+
+
+def test_numbers_are_micrometres_and_millidegrees_and_go_to_zero_with_the_shares(visit, one):
+    result, url = one
+    page = visit(url)
+    rest = vertices(page, "Rest/platform")
+    assert np.abs(vertices(page, "Deformed/platform") - rest).max() > 0.01
+    scale = np.array([1e6] * 3 + [np.degrees(1) * 1e3] * 3)
+    np.testing.assert_allclose(page.evaluate("robot_page.readout(null)"), result.twist * scale, rtol=1e-5)
+    move(page, "share: load", 0.5)
+    changed = result.twist - 0.5 * result.contributions["load"]
+    np.testing.assert_allclose(page.evaluate("robot_page.readout(null)"), changed * scale, rtol=1e-5, atol=1e-6)
+    text = page.inner_text("#robot-panel")
+    assert "µm" in text and "mdeg" in text and all(name in text for name in result.contributions)
+    largest = float(f"{changed[0] * 1e6:.3g}")
+    assert f"{largest:.3g}".replace("-", "−")[:4] in text
+    assert "deflection [µm]" in page.inner_text("#robot-legend")
+
+    for name in result.contributions:
+        move(page, f"share: {name}", 0)
+    np.testing.assert_allclose(vertices(page, "Deformed/platform"), rest, atol=1e-6)
+    np.testing.assert_allclose(vertices(page, "Rest/platform"), rest, atol=1e-9)
+    assert page.evaluate("robot_page.readout(null)") == [0] * 6
+    assert max(page.evaluate("[...robot_page.arrows.values()].map(a => a.size)")) < 1e-3
+
+
+def test_colours_tell_the_displacement(visit, one):
+    """A beam is violet where it is held, and greener where it meets the platform."""
+    result, url = one
+    page = visit(url)
+    colour = np.array(
+        page.evaluate("Array.from(robot_page.solids.get('Deformed/beams/rod_2').mesh.geometry.attributes.color.array)")
+    ).reshape(-1, 3)
+    first, last = colour[21 * 24 + 24], colour[21 * 24 + 48 + 24]  # the middles of its end faces
+    assert np.linalg.norm(result.beams["rod_2"].deflections[0]) < 1e-15
+    np.testing.assert_allclose(first, page.evaluate("new MeshCat.THREE.Color('#440154').toArray()"), atol=0.001)
+    assert last[1] > 0.3
+
+
+def test_a_mouse_moves_a_slider(visit, one):
+    page = visit(one[1])
+    bar = page.locator(".dg li.cr.has-slider .slider").nth(1).bounding_box()
+    page.mouse.click(bar["x"] + 0.5 * bar["width"], bar["y"] + bar["height"] / 2)
+    assert page.evaluate("robot_page.state.shares[0]") == pytest.approx(0.5, abs=0.02)
+
+
+# ---- arrows and labels ---------------------------------------------------------------------------------------------
+
+
+def test_arrows_are_grouped_and_named_as_in_the_result(visit, shown):
+    result, url = shown
+    page = visit(url)
+    groups = set(page.evaluate(NAMES, "Arrows"))
+    assert {"external load", "constraint forces", "attached wrenches", "weights", "base reaction", "actuator forces"} <= groups
+    assert page.evaluate(NAMES, "Arrows/actuator forces") == list(result.actuator_forces)
+    names = set(page.evaluate(NAMES, "Arrows/constraint forces"))
+    if "constraint couples" in groups:
+        names |= set(page.evaluate(NAMES, "Arrows/constraint couples"))
+    assert names == {f"{limb.name}: {label}" for limb in result.limbs.values() for label in limb.labels}
+    attached = page.evaluate(NAMES, "Arrows/attached wrenches")
+    assert attached == [f"{limb.name}: {label}" for limb in result.limbs.values() for label in limb.attached_labels]
+    for name, force in result.actuator_forces.items():
+        value = page.evaluate("(path) => robot_page.arrows.get(path).value", f"Arrows/actuator forces/{name}")
+        assert value == pytest.approx(float(force), rel=1e-5)
+
+
+def test_group_switches_hide_arrows_and_labels(visit, one):
+    result, url = one
+    page = visit(url, (1400, 850))
+    settle(page)
+    name = next(iter(result.actuator_forces))
+    assert any(text.startswith(name) for text, *_ in page.evaluate(LABELS))
+    assert not any(text.startswith("weight of") for text, *_ in page.evaluate(LABELS))
+    page.locator(".dg li.title", has_text="Arrows").locator("xpath=../../..").locator("input[type=checkbox]").first.click()
+    settle(page)
+    assert page.evaluate("viewer.scene_tree.children.Arrows.object.visible") is False
+    assert not any(text.startswith(name) for text, *_ in page.evaluate(LABELS))
+
+
+def test_labels_do_not_overlap(visit, shown):
+    page = visit(shown[1])
+    for group in page.evaluate(NAMES, "Arrows"):
+        page.evaluate("(group) => viewer.set_property(['Arrows', group], 'visible', true)", group)
+    for size in ((900, 600), (1400, 850)):
+        page.set_viewport_size({"width": size[0], "height": size[1]})
+        page.evaluate("viewer.set_dirty()")
+        settle(page)
+        labels = page.evaluate(LABELS)
+        assert len(labels) >= 5
+        boxes = labels + page.evaluate(BOXES)
+        for k, (text, left, top, right, bottom) in enumerate(labels):
+            assert left >= 0 and top >= 0 and right <= size[0] and bottom <= size[1]
+            for other, x, y, u, v in boxes[k + 1 :]:
+                assert not (left < u - 1 and right > x + 1 and top < v - 1 and bottom > y + 1), (text, other)
+
+
+def test_pictures_are_not_blank_and_well_framed(visit, shown):
+    image = pytest.importorskip("PIL.Image")
+    page = visit(shown[1], (1400, 850))
+    settle(page)
+    picture = np.asarray(image.open(io.BytesIO(page.screenshot())).convert("RGB")).astype(int)
+    free = picture[:, 520:1050]  # between panel and sliders
+    inked = (free < 245).any(axis=2)
+    assert inked.mean() > 0.1
+    assert ((free.max(axis=2) - free.min(axis=2)) > 40).mean() > 0.02  # colours of beams, platform and arrows
+    rows, columns = np.flatnonzero(inked.any(axis=1)), np.flatnonzero(inked.any(axis=0))
+    assert np.ptp(rows) > 0.6 * len(free) or np.ptp(columns) > 0.8 * free.shape[1]
+    assert rows[0] > 3 and rows[-1] < len(free) - 3
+    canvas = page.evaluate("viewer.capture_image()")  # what meshcat's own "save image" gives
+    pixels = np.asarray(image.open(io.BytesIO(base64.b64decode(canvas.partition(",")[2]))).convert("RGB"))
+    assert len(np.unique(pixels.reshape(-1, 3), axis=0)) > 500
+
+
+# ---- paths ---------------------------------------------------------------------------------------------------------
+
+
+def test_path_scrubs_between_its_poses(visit, path_page):
+    result, url = path_page
+    page = visit(url)
+    e = page.evaluate("robot_page.state.exaggeration")
+    for time in (0, 7, 15, 9.5):
+        move(page, "path", time)
+        i, w = int(time), time - int(time)
+        j = min(i + 1, 15)
+        for name, beam in result.beams.items():
+            bent = beam.points + e * beam.deflections
+            expected = (1 - w) * bent[i] + w * bent[j]
+            found = rings(vertices(page, f"Deformed/beams/{name}"))
+            np.testing.assert_allclose(found, expected, atol=2e-6 if w == 0 else 1e-4)
+    assert "z 545 mm" in page.inner_text("#robot-panel")
+
+
+def test_path_plays_and_pauses(visit, path_page):
+    page = visit(path_page[1])
+    button = page.locator(".dg li.cr.function", has_text="play")
+    assert page.evaluate("robot_page.state.time") == 0
+    button.click()
+    page.wait_for_function("robot_page.state.time > 0.3", timeout=5000)
+    button.click()
+    settle(page)
+    paused = page.evaluate("robot_page.state.time")
+    page.wait_for_timeout(150)
+    assert page.evaluate("robot_page.state.time") == paused
+    assert page.evaluate("viewer.gui_controllers.path.getValue()") == pytest.approx(paused, abs=0.01)
+
+
+# ---- notebooks and live pages --------------------------------------------------------------------------------------
+
+
+def test_notebooks_get_the_page_in_a_frame(browser, one, tmp_path):
+    from pathlib import Path
+    from urllib.parse import urlparse
+    from urllib.request import url2pathname
+
+    page = Path(url2pathname(urlparse(one[1]).path)).read_text(encoding="utf-8")
+    file = tmp_path / "notebook.html"
+    file.write_text(f"<!DOCTYPE html><meta charset=utf-8><body>{iframe_html(page)}", encoding="utf-8")
+    context = browser.new_context(offline=True)
+    tab = context.new_page()
+    problems = []
+    tab.on("console", lambda message: problems.append(message.text) if message.type == "error" else None)
+    tab.on("pageerror", lambda error: problems.append(str(error)))
+    tab.goto(file.as_uri())
+    frame = tab.frames[1]
+    frame.wait_for_function("window.robot_page && robot_page.ready")
+    assert frame.evaluate("robot_page.readout(null).length") == 6
+    assert problems == []
+    context.close()
+
+
+def test_live_page_shows_the_analysis_of_the_pose_its_sliders_ask_for(visit, root):
+    robot = ks.load_robot(root / "robots" / "3rps.urdf.xacro")
+    scale = np.array([1e6] * 3 + [np.degrees(1) * 1e3] * 3)
+    with serve(robot.assemble(platform=POSES["3rps"]), lambda pose: ks.analyze(pose, load=LOAD)) as server:
+        page = visit(server.url, offline=False)
+        page.evaluate("viewer.set_property(['Rest'], 'visible', false)")
+        drives = dict(robot.assemble(platform=POSES["3rps"]).actuators)
+        moved = 1e3 * float(drives["prismatic_1"]) + 20
+        move(page, "drive: prismatic_1 [mm]", moved)
+        page.wait_for_function("robot_page.answers === 1")
+        drives["prismatic_1"] = page.evaluate("viewer.gui_controllers['drive: prismatic_1 [mm]'].getValue()") / 1e3
+        pose = robot.assemble(actuators=drives)
+        expected = ks.analyze(pose, load=LOAD)
+        np.testing.assert_allclose(page.evaluate("robot_page.readout(null)"), expected.twist * scale, rtol=1e-4, atol=1e-4)
+        np.testing.assert_allclose(rings(vertices(page, "Rest/platform"), 1, len(vertices(page, "Rest/platform"))).shape, (1, 3))
+        z = page.evaluate("viewer.gui_controllers['platform: z [mm]'].getValue()")
+        assert z == pytest.approx(1e3 * float(pose.platform["z"]), abs=0.1)
+        assert page.evaluate("viewer.scene_tree.children.Rest.object.visible") is False  # switches stay as they were
+
+        for angle in (1.0, 2.0, 3.0, 4.0):  # a drag: the last value wins
+            move(page, "platform: rx [°]", angle)
+        page.wait_for_function("robot_page.answers === 2")
+        coordinates = {"z": float(pose.platform["z"]), "rx": np.radians(4), "ry": float(pose.platform["ry"])}
+        expected = ks.analyze(robot.assemble(platform=coordinates), load=LOAD)
+        np.testing.assert_allclose(page.evaluate("robot_page.readout(null)"), expected.twist * scale, rtol=1e-4, atol=1e-4)
+
+
+def test_live_page_says_what_cannot_be_reached(visit, root):
+    robot = ks.load_robot(root / "robots" / "2pru_upr.urdf.xacro")
+    with serve(robot.assemble(platform=POSES["2pru_upr"]), ks.analyze) as server:
+        page = visit(server.url, offline=False)
+        before = page.evaluate("robot_page.readout(null)")
+        page.evaluate("viewer.gui_controllers['platform: z [mm]'].max(5000)")
+        move(page, "platform: z [mm]", 5000)
+        page.wait_for_function("robot_page.answers === 1")
+        assert "cannot reach" in page.inner_text("#robot-panel")
+        assert page.evaluate("robot_page.readout(null)") == before
+        move(page, "platform: z [mm]", 610)
+        page.wait_for_function("robot_page.answers === 2")
+        assert "cannot reach" not in page.inner_text("#robot-panel")
+        assert page.evaluate("robot_page.readout(null)") != before
+
+
+def test_live_server_answers_only_those_who_know_its_key(root):
+    from urllib.error import HTTPError
+    from urllib.request import Request, urlopen
+
+    robot = ks.load_robot(root / "robots" / "3rps.urdf.xacro")
+    with serve(robot.assemble(), ks.analyze) as server:
+        address = server.url.rsplit("/", 2)[0]
+        for request in (address + "/", Request(address + "/analyze", data=b"{}")):
+            with pytest.raises(HTTPError, match="404"):
+                urlopen(request)
+        with urlopen(Request(server.url + "analyze", data=b"{}")) as answer:
+            assert b"makes no sense" in answer.read()
+        with pytest.raises(ks.KinetostaticsError, match="cannot serve"):
+            serve(robot.assemble(), ks.analyze, port=int(address.rpartition(":")[2]))

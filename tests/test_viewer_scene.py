@@ -1,0 +1,416 @@
+"""The viewer's scene: everything that can be checked without a browser."""
+
+import base64
+import json
+import subprocess
+import sys
+import warnings
+
+import numpy as np
+import pytest
+import trimesh
+
+import kinetostatics as ks
+from kinetostatics import cli, sections
+from kinetostatics.commands.view import NAME
+from kinetostatics.robot_file import parse_robot_text
+from kinetostatics.viewer.joints import find_joints
+from kinetostatics.viewer.live import LiveRobot
+from kinetostatics.viewer.page import page_html
+from kinetostatics.viewer.poses import ShownPoses, serpentine
+from kinetostatics.viewer.scene import describe_scene
+from kinetostatics.viewer.shapes import ball, pin, swept
+
+LOAD = [100, 50, -500, 10, 20, -5]
+POSES = {"3rps": {"z": 0.5, "rx": 0.03, "ry": -0.17}, "2pru_upr": {"z": 0.6, "rx": 0.1, "ry": 0.1}}
+
+
+@pytest.fixture(scope="module", params=POSES)
+def result(request):
+    robot = ks.load_robot(f"robots/{request.param}.urdf.xacro")
+    return ks.analyze(robot.assemble(platform=POSES[request.param]), load=LOAD)
+
+
+@pytest.fixture(scope="module")
+def scene(result):
+    return describe_scene(result)
+
+
+@pytest.fixture(autouse=True)
+def in_root(monkeypatch, request):
+    monkeypatch.chdir(request.config.rootpath)
+
+
+def parts_of(scene, group):
+    """Each arrow's parts (K + 1, 3) of a group's forces and couples, by name and kind."""
+    return {(arrow.name, arrow.kind): arrow.vector[0] for arrow in scene.arrows if arrow.group == group}
+
+
+# ---- motions -------------------------------------------------------------------------------------------------------
+
+
+def test_platform_and_beam_stations_carry_the_results_twists(result, scene):
+    assert scene.stations.sources == tuple(result.contributions)
+    twists = np.stack(list(result.contributions.values()))
+    np.testing.assert_array_equal(scene.stations.twists[scene.readout][0], twists)
+    for name, beam in result.beams.items():
+        mesh = next(mesh for mesh in scene.meshes if mesh.path == f"beams/{name}" and "Deformed" in mesh.roots)
+        for n in (0, 10, 20):
+            station = mesh.station.min() + n
+            np.testing.assert_allclose(scene.stations.rest[station][0, :3, 3], beam.points[n])
+            for k, source in enumerate(result.contributions):
+                part = result.beam_contributions[name][source][n]
+                np.testing.assert_array_equal(scene.stations.twists[station][0, k], part)
+
+
+def test_joints_stay_connected(result):
+    """Both sides of every joint that does not slide move alike at its centre."""
+    poses = ShownPoses(result)
+    connections = result.robot.mechanism.connections
+    checked = 0
+    for joint in find_joints(poses):
+        if joint.beam is not None or any(connections[name].kind == "prismatic" for name in joint.joints):
+            continue
+        for name in joint.joints:
+            for link in (connections[name].predecessor, connections[name].successor):
+                twist = poses.twist_at(link, joint.centre)
+                np.testing.assert_allclose(twist[..., :3], joint.twist[..., :3], atol=1e-13)
+                checked += 1
+    assert checked >= 12
+
+
+def test_spherical_run_is_one_ball():
+    robot = ks.load_robot("robots/3rps.urdf.xacro")
+    joints = {joint.name: joint for joint in find_joints(ShownPoses(ks.analyze(robot.assemble())))}
+    assert joints["spherical_1"].joints == ("spherical_1_x", "spherical_1_y", "spherical_1_z")
+    assert joints["spherical_1"].axis is None and joints["spherical_2"].axis is None
+    assert joints["revolute_1"].axis is not None and joints["prismatic_1"].beam == "rod_1"
+
+
+def test_every_contribution_of_a_result_shows_up():
+    """A source that this version does not know is drawn and listed like the others."""
+    robot = ks.load_robot("robots/3rps.urdf.xacro")
+    result = ks.analyze(robot.assemble(platform=POSES["3rps"]), load=LOAD)
+    for name, value in (
+        ("contributions", {**result.contributions, "heat": result.contributions["limb_1"] * 2}),
+        ("link_contributions", {k: {**v, "heat": v["limb_1"] * 2} for k, v in result.link_contributions.items()}),
+        ("beam_contributions", {k: {**v, "heat": v["limb_1"] * 2} for k, v in result.beam_contributions.items()}),
+    ):
+        result.__dict__[name] = value
+    scene = describe_scene(result)
+    assert scene.stations.sources[-1] == "heat"
+    platform = scene.stations.twists[scene.readout][0]
+    np.testing.assert_array_equal(platform[-1], 2 * platform[2])
+    for arrow in scene.arrows:  # the arrows still are those of the result
+        if arrow.group == "actuator forces":
+            force = result.actuator_forces[arrow.name]
+            assert arrow.vector[0].sum(axis=0) @ arrow.positive[0] == pytest.approx(float(force))
+
+
+def test_opening_exaggeration_is_a_tenth_of_the_robot(scene):
+    total = scene.stations.all_twists.sum(axis=2)
+    motion = np.linalg.norm(total[..., :3], axis=-1).max() * scene.exaggeration
+    turn = np.linalg.norm(total[..., 3:], axis=-1).max() * scene.exaggeration
+    assert motion <= 0.1 * scene.size and turn <= 0.3
+    assert motion > 0.05 * scene.size or turn > 0.15
+    unloaded = ks.load_robot("robots/3rps.urdf.xacro")
+    still = describe_scene(ks.analyze(unloaded.assemble(), gravity=[0, 0, 0]))
+    assert still.exaggeration == 1 and page_html(still.plain())
+
+
+# ---- wrenches ------------------------------------------------------------------------------------------------------
+
+
+def test_arrows_are_the_wrenches_of_the_result(result, scene):
+    for limb in result.limbs.values():
+        for n, label in enumerate(limb.labels):
+            unit = limb.constraint_wrenches[:, n]
+            forces = parts_of(scene, "constraint forces").get((f"{limb.name}: {label}", "force"), np.zeros((1, 3)))
+            np.testing.assert_allclose(forces.sum(axis=0), unit[:3] * limb.intensities[n], atol=1e-9)
+            if not np.any(unit[:3]):
+                couple = parts_of(scene, "constraint couples")[f"{limb.name}: {label}", "moment"]
+                np.testing.assert_allclose(couple.sum(axis=0), unit[3:] * limb.intensities[n], atol=1e-9)
+        for n, label in enumerate(limb.attached_labels):
+            attached = parts_of(scene, "attached wrenches")[f"{limb.name}: {label}", "force"]
+            np.testing.assert_allclose(
+                attached.sum(axis=0), limb.attached_wrenches[:3, n] * limb.attached_intensities[n], atol=1e-9
+            )
+    for name, force in result.actuator_forces.items():
+        arrow = next(arrow for arrow in scene.arrows if arrow.group == "actuator forces" and arrow.name == name)
+        assert arrow.vector[0].sum(axis=0) @ arrow.positive[0] == pytest.approx(float(force), abs=1e-9)
+    ground = parts_of(scene, "base reaction")
+    np.testing.assert_allclose(ground["base_wrench force", "force"].sum(axis=0), result.base_wrench[:3], atol=1e-9)
+    np.testing.assert_allclose(ground["base_wrench couple", "moment"].sum(axis=0), result.base_wrench[3:], atol=1e-9)
+    external = parts_of(scene, "external load")
+    np.testing.assert_allclose(external["load force", "force"].sum(axis=0), LOAD[:3])
+    np.testing.assert_allclose(external["load couple", "moment"].sum(axis=0), LOAD[3:])
+    weights = sum(part.sum(axis=0) for part in parts_of(scene, "weights").values())
+    np.testing.assert_allclose(weights + result.base_wrench[:3] + LOAD[:3], 0, atol=1e-9)
+
+
+def test_arrows_superpose(result, scene):
+    """The part of the load is what an analysis without gravity gives, the rest what one without load gives."""
+    alone = {
+        "load": describe_scene(ks.analyze(result.configuration, load=LOAD, gravity=[0, 0, 0])),
+        "gravity": describe_scene(ks.analyze(result.configuration)),
+    }
+    k = scene.stations.sources.index("load")
+    for arrow in scene.arrows:
+        for which, other in alone.items():
+            same = [item for item in other.arrows if (item.group, item.name, item.kind) == (arrow.group, arrow.name, arrow.kind)]
+            expected = same[0].vector[0].sum(axis=0) if same else np.zeros(3)
+            part = arrow.vector[0, k] if which == "load" else np.delete(arrow.vector[0], k, axis=0).sum(axis=0)
+            np.testing.assert_allclose(part, expected, atol=1e-8, err_msg=f"{arrow.group} {arrow.name} {which}")
+        assert np.abs(arrow.vector[0, -1]).max() < 1e-8, arrow.name  # nothing is left that the shares do not scale
+
+
+def test_forces_start_on_their_lines_of_action(result, scene):
+    o = result.configuration.platform_frame[:3, 3]
+    for limb in result.limbs.values():
+        for n, label in enumerate(limb.labels):
+            unit = limb.constraint_wrenches[:, n]
+            arrow = [a for a in scene.arrows if a.name == f"{limb.name}: {label}" and a.kind == "force"]
+            if arrow:
+                at = scene.stations.rest[arrow[0].station][0, :3, 3]
+                np.testing.assert_allclose(np.cross(at - o, unit[:3]), unit[3:], atol=1e-9)
+
+
+# ---- paths and failures --------------------------------------------------------------------------------------------
+
+
+def test_neighbours_follow_one_another():
+    order = serpentine((3, 4, 5))
+    assert sorted(order) == list(range(60))
+    steps = np.diff(np.array(np.unravel_index(order, (3, 4, 5))), axis=1)
+    assert np.all(np.abs(steps).sum(axis=0) == 1)
+    assert list(serpentine(())) == [0] and list(serpentine((3,))) == [0, 1, 2]
+
+
+def test_a_batch_is_a_path_and_equals_its_poses():
+    robot = ks.load_robot("robots/3rps.urdf.xacro")
+    z = np.array([0.45, 0.5, 0.55])
+    path = describe_scene(ks.analyze(robot.assemble(platform={"z": z, "rx": 0.1, "ry": 0.0}), load=LOAD))
+    one = describe_scene(ks.analyze(robot.assemble(platform={"z": 0.5, "rx": 0.1, "ry": 0.0}), load=LOAD))
+    names = {name: values for name, _, values in path.path}
+    np.testing.assert_allclose(names["z"], z * 1e3)
+    assert path.stations.frames == 3 and one.path == []
+    np.testing.assert_allclose(path.stations.poses[1], one.stations.poses[0], atol=1e-12)
+    np.testing.assert_allclose(path.stations.all_twists[1], one.stations.all_twists[0], atol=1e-15)
+    for a, b in zip(path.arrows, one.arrows, strict=True):
+        np.testing.assert_allclose(a.vector[1], b.vector[0], atol=1e-9)
+
+
+def test_loads_in_a_batch_are_a_path_too():
+    robot = ks.load_robot("robots/3rps.urdf.xacro")
+    loads = np.zeros((4, 6))
+    loads[:, 2] = [0, -100, -200, -300]
+    scene = describe_scene(ks.analyze(robot.assemble(), load=loads))
+    assert scene.stations.frames == 4
+    assert [(name, list(values)) for name, _, values in scene.path] == [("pose", [0, 1, 2, 3])]
+
+
+def test_failed_poses_are_left_out_with_a_warning():
+    robot = ks.load_robot("robots/2pru_upr.urdf.xacro")
+    result = ks.analyze(robot.assemble(platform={"z": np.array([0.6, 5.0, 0.62]), "rx": 0.0, "ry": 0.0}))
+    with pytest.warns(UserWarning, match="1 of 3 poses"):
+        scene = describe_scene(result)
+    assert scene.stations.frames == 2 and np.all(np.isfinite(scene.stations.poses))
+
+
+def test_nothing_to_show_is_an_error(tmp_path):
+    robot = ks.load_robot("robots/2pru_upr.urdf.xacro")
+    pose = robot.assemble(platform={"z": 5.0, "rx": 0.0, "ry": 0.0}, on_failure="nan")
+    with pytest.raises(ks.ArgumentError, match="UNREACHABLE"):
+        ks.save_html(ks.analyze(pose, on_failure="nan"), tmp_path / "x.html")
+    many = ks.analyze(robot.assemble(), load=np.zeros((1001, 6)))
+    with pytest.raises(ks.ArgumentError, match="1001 poses"):
+        describe_scene(many)
+    empty = ks.analyze(robot.assemble(), load=np.zeros((0, 6)))
+    with pytest.raises(ks.ArgumentError, match="no poses"):
+        describe_scene(empty)
+
+
+def test_unwritable_file_is_an_error(tmp_path):
+    result = ks.analyze(ks.load_robot("robots/3rps.urdf.xacro").assemble())
+    with pytest.raises(ks.KinetostaticsError, match="cannot write"):
+        ks.save_html(result, tmp_path / "missing" / "x.html")
+
+
+# ---- looks ---------------------------------------------------------------------------------------------------------
+
+
+def enclosed(vertices, faces):
+    """Volume that a closed surface encloses, positive if its faces look outwards; fails if it has a hole."""
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    area = np.cross(b - a, c - a)
+    np.testing.assert_allclose(area.sum(axis=0), 0, atol=1e-12 * np.abs(area).sum() + 1e-15)
+    return np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6
+
+
+@pytest.mark.parametrize(
+    ("section", "area"),
+    [
+        (sections.Tube.of(0.1), np.pi * 0.05**2),
+        (sections.Tube.of(0.1, 0.08), np.pi * (0.05**2 - 0.04**2)),
+        (sections.Rectangle.of(0.03, 0.05), 0.03 * 0.05),
+        (sections.RectangularTube.of(0.03, 0.05, 0.004), 0.03 * 0.05 - 0.022 * 0.042),
+        (sections.Section(1e-3, 2e-7, 1e-7, 1e-7), np.pi * 4 * np.sqrt(1e-4 * 2e-4)),
+    ],
+)
+def test_swept_sections_are_closed_and_true(section, area):
+    surface, at = swept(section, 5)
+    vertices = surface.vertices + np.column_stack([0.1 * at, 0 * at, 0 * at])
+    assert enclosed(vertices, surface.faces) == pytest.approx(area * 0.4, rel=0.015)
+
+
+def test_balls_and_pins_are_closed():
+    assert enclosed(ball(0.5).vertices, ball(0.5).faces) == pytest.approx(np.pi / 6, rel=0.05)
+    assert enclosed(pin(0.1, 2.0).vertices, pin(0.1, 2.0).faces) == pytest.approx(np.pi * 0.02, rel=0.02)
+
+
+PARALLELOGRAM = """<robot name="parallelogram"><link name="ground"/><link name="left"/><link name="right"/>
+<link name="plate">{visual}<inertial><mass value="3"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
+<joint name="a" type="revolute"><parent link="ground"/><child link="left"/><axis xyz="0 1 0"/>
+<limit lower="-1" upper="1" effort="100" velocity="1"/></joint>
+<joint name="b" type="continuous"><parent link="left"/><child link="plate"/><origin xyz="0 0 0.3"/><axis xyz="0 1 0"/></joint>
+<joint name="d" type="continuous"><parent link="ground"/><child link="right"/><origin xyz="0.4 0 0"/><axis xyz="0 1 0"/></joint>
+<platform link="plate"><origin xyz="0.2 0 0"/></platform>
+<loop name="c" type="continuous"><predecessor link="right"><origin xyz="0 0 0.3"/></predecessor>
+<successor link="plate"><origin xyz="0.4 0 0"/></successor><axis xyz="0 1 0"/></loop>
+<beam link="left" from="a" to="b" youngs_modulus="210e9" poisson_ratio="0.3" density="7850"><circle diameter="0.02"/></beam>
+<beam link="right" from="d" to="c" youngs_modulus="210e9" poisson_ratio="0.3" density="7850">
+<tube outer_diameter="0.03" inner_diameter="0.02"/></beam>
+<transmission name="motor"><joint name="a"/></transmission></robot>"""
+
+
+def parallelogram(visual=""):
+    return ks.Robot(parse_robot_text(PARALLELOGRAM.format(visual=visual), "parallelogram.urdf"))
+
+
+def test_a_robot_without_visuals_is_drawn_all_the_same():
+    scene = describe_scene(ks.analyze(parallelogram().assemble(), load=[0, 50, 0, 0, 0, 0]))
+    drawn = {(root, mesh.path) for mesh in scene.meshes for root in mesh.roots}
+    assert {
+        ("Base", "ground"),
+        ("Rest", "plate"),
+        ("Deformed", "plate"),
+        ("Rest", "beams/left"),
+        ("Deformed", "beams/right"),
+    } <= drawn
+    torque = next(arrow for arrow in scene.arrows if arrow.group == "actuator forces")
+    assert torque.kind == "moment" and torque.name == "a"
+
+
+def test_a_missing_or_broken_mesh_is_left_out_with_a_warning(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "broken.stl").write_text("this is no mesh")
+    for file, words in (("gone.stl", "not found"), ("broken.stl", "cannot be read")):
+        robot = parallelogram(f'<visual><geometry><mesh filename="{file}"/></geometry></visual>')
+        with pytest.warns(UserWarning, match=words):
+            scene = describe_scene(ks.analyze(robot.assemble()))
+        assert scene.meshes
+
+
+def test_meshes_are_read_and_scaled(tmp_path, monkeypatch):
+    trimesh.creation.box([1, 2, 3]).export(tmp_path / "box.stl")
+    monkeypatch.chdir(tmp_path)
+    robot = parallelogram(
+        '<visual><origin xyz="0.2 0 0"/><geometry><mesh filename="box.stl" scale="0.1 0.1 0.01"/></geometry></visual>'
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        scene = describe_scene(ks.analyze(robot.assemble()))
+    vertices = next(mesh for mesh in scene.meshes if mesh.path == "plate").surface.vertices
+    np.testing.assert_allclose(np.ptp(vertices, axis=0), [0.1, 0.2, 0.03])
+    np.testing.assert_allclose((vertices.max(axis=0) + vertices.min(axis=0)) / 2, [0.2, 0, 0], atol=1e-12)
+
+
+# ---- the page, the command, live -----------------------------------------------------------------------------------
+
+
+def test_page_holds_the_scene_and_no_address(scene):
+    plain = scene.plain()
+    page = page_html(plain)
+    data = page.partition('<script id="robot-scene" type="application/json">')[2].partition("</script>")[0]
+    read = json.loads(data)
+    poses = np.frombuffer(base64.b64decode(read["stations"]["pose"]), "<f4").reshape(1, -1, 7)
+    np.testing.assert_allclose(poses, scene.stations.poses, atol=1e-6)
+    assert 'src="http' not in page and 'href="http' not in page
+    assert len(page) < 3e6
+    nasty = page_html({**plain, "title": "</script><b>&"})
+    assert nasty.count("</script>") == page.count("</script>")
+
+
+def test_importing_the_package_does_not_import_the_viewer():
+    code = (
+        "import sys, kinetostatics as ks; names = ('meshcat', 'yourdfpy', 'trimesh', 'kinetostatics.viewer');"
+        "print([n for n in names if n in sys.modules]); print(callable(ks.show) and callable(ks.save_html))"
+    )
+    printed = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout
+    assert printed.split("\n")[:2] == ["[]", "True"]
+    with pytest.raises(AttributeError):
+        ks.nonsense  # noqa: B018
+
+
+def test_command_writes_pages(tmp_path, capsys):
+    file = tmp_path / "sag.html"
+    robot = "robots/3rps.urdf.xacro"
+    assert cli.main([NAME, robot, "--platform", "z=500mm", "rx=2deg", "ry=0", "--html", str(file)]) == 0
+    assert file.read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
+    sweep = ["--platform", "z=500mm", "--sweep", "rx=-10deg:10deg:7", "ry=0:5deg"]
+    assert cli.main([NAME, robot, *sweep, "--html", str(file)]) == 0
+    assert '"frames":7' in file.read_text(encoding="utf-8")
+    drives = ["--sweep", "prismatic_1=-20mm:20mm:5"]
+    assert cli.main([NAME, robot, *drives, "--html", str(file)]) == 0
+    assert '"frames":5' in file.read_text(encoding="utf-8")
+    capsys.readouterr()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--sweep", "rx=1"], "FROM:TO"),
+        (["--sweep", "rx=0:1:1"], "at least 2"),
+        (["--sweep", "rx=0:1:3", "ry=0:1:4"], "move together"),
+        (["--sweep", "rx=0:1", "prismatic_1=0:1"], "cannot move together"),
+        (["--platform", "rx=0", "--sweep", "rx=0:1"], "too"),
+        (["--actuators", "prismatic_1=0", "--sweep", "rx=0:1"], "--platform"),
+        (["--sweep", "rx=a:1"], "not a number"),
+        (["--live", "--sweep", "rx=0:1"], "give one of them"),
+        (["--live", "--html", "x.html"], "not allowed"),
+        (["--html", "missing/x.html"], "cannot write"),
+    ],
+)
+def test_command_complains(arguments, words, capsys):
+    assert cli.main([NAME, "robots/3rps.urdf.xacro", *arguments]) == 2
+    assert words in capsys.readouterr().err
+
+
+def test_live_answers_with_the_analysis_of_the_pose():
+    robot = ks.load_robot("robots/3rps.urdf.xacro")
+    live = LiveRobot(robot.assemble(platform=POSES["3rps"]), lambda pose: ks.analyze(pose, load=LOAD))
+    assert live.coordinates == ("z", "rx", "ry")
+    shown = {item["coordinate"]: item["value"] for item in live.first["live"]["controls"]}
+    assert shown["z"] == pytest.approx(500) and shown["ry"] == pytest.approx(np.degrees(-0.17))
+    answer = live.answer({"kind": "platform", "values": {"z": 520.0, "rx": 1.0, "ry": -5.0}})
+    expected = ks.analyze(robot.assemble(platform={"z": 0.52, "rx": np.radians(1), "ry": np.radians(-5)}), load=LOAD)
+    twist = np.frombuffer(base64.b64decode(answer["stations"]["twist"]), "<f4").reshape(-1, 5, 6)[answer["readout"]].sum(axis=0)
+    np.testing.assert_allclose(twist, expected.twist, rtol=1e-5, atol=1e-12)
+    drives = {item["coordinate"]: item["value"] for item in answer["live"]["controls"] if item["kind"] == "actuators"}
+    for name, value in expected.configuration.actuators.items():
+        assert drives[name] == pytest.approx(1e3 * float(value))
+    back = live.answer({"kind": "actuators", "values": drives})
+    again = {item["coordinate"]: item["value"] for item in back["live"]["controls"]}
+    assert again["z"] == pytest.approx(520) and again["rx"] == pytest.approx(1)
+
+
+def test_live_keeps_the_last_pose_after_one_that_cannot_be_reached():
+    robot = ks.load_robot("robots/2pru_upr.urdf.xacro")
+    live = LiveRobot(robot.assemble(), ks.analyze)
+    before = live.configuration
+    values = {item["coordinate"]: item["value"] for item in live.first["live"]["controls"] if item["kind"] == "platform"}
+    with pytest.raises(ks.AssemblyError):
+        live.answer({"kind": "platform", "values": {**values, "z": 5000.0}})
+    assert live.configuration is before
+    with pytest.raises(ks.ArgumentError, match="one pose"):
+        LiveRobot(robot.assemble(platform={"z": np.array([0.5, 0.6]), "rx": 0.0, "ry": 0.0}), ks.analyze)
