@@ -2,7 +2,7 @@
 
 A *node* is a piece that moves as a rigid body: a link without beams, or one end of a beam's link. Joints, loops and beams are
 the *edges* between nodes. With base and platform removed, every connected component that touches both is a limb; one that
-touches only one of them is dead weight on it (``method.md`` section 2). No name and no cut of the file plays a part.
+touches only one of them is dead weight on it (``docs/method.md``, section 2). No name and no cut of the file plays a part.
 """
 
 from __future__ import annotations

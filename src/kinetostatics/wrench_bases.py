@@ -1,7 +1,7 @@
 """Readable bases of a limb's constraint wrenches J_ic and attached wrenches J_ig: candidates, choice, completion.
 
 The choice is made once per robot, at a few generic poses; at every pose the same candidates are evaluated
-(``method.md`` sections 2 to 4).
+(``docs/method.md``, sections 2 to 4).
 """
 
 from __future__ import annotations
@@ -84,8 +84,7 @@ def evaluate_bases(group: LimbGroup, geometry: LimbGeometry) -> tuple[Array, Arr
 
     There the bases are orthonormal ones, found by singular values.
     """
-    length = group.robot.length
-    scale = np.array([length] * 3 + [1.0] * 3).reshape(6, 1, 1)  # wrench × scale and twist / scale: both dimensionless
+    scale = _scale(group)
     columns = _columns(group, group.basis.constraint, group.basis.independent, [], geometry)
     columns += _columns(group, group.basis.attached, group.basis.carried, columns, geometry)
     count = len(group.basis.constraint)
@@ -101,13 +100,12 @@ def _columns(
     group: LimbGroup, part: Sequence[Candidate], carried: Sequence[int], known: list[Array], geometry: LimbGeometry
 ) -> list[Array]:
     """Return the wrenches (6, g, N) of candidates, completed by ones independent of those ``known``."""
-    length = group.robot.length
-    scale = np.array([length] * 3 + [1.0] * 3).reshape(6, 1, 1)
+    scale = _scale(group)
     found = [wrench_of(candidate, geometry) for candidate in part if candidate.direction[0] != "rest"]
     seeds = [int(c.direction[1]) for c in part if c.direction[0] == "rest"]
     if seeds:
         spanned = [geometry.twists[:, f] / scale for f in carried] + [w * scale for w in (*known, *found)]
-        found += [w / scale for w in _complete(spanned, _seeds(geometry, length) * scale[:, None], seeds)]
+        found += [w / scale for w in _complete(spanned, _seeds(geometry, group.robot.length) * scale[:, None], seeds)]
     return found
 
 
@@ -142,88 +140,68 @@ def _replace(group: LimbGroup, J: Array, count: int, scale: Array, geometry: Lim
 def choose_basis(group: LimbGroup, frames: Frames, o: Array) -> Basis:
     """Choose ranks and readable wrenches at generic poses; for a group of one limb."""
     geometry = group.geometry(frames, o)
-    length, tolerance = group.robot.length, group.robot.rank_tolerance
-    scale = np.array([length] * 3 + [1.0] * 3).reshape(6, 1, 1)
-    twists = geometry.twists[:, :, 0] / scale
-    poses = range(twists.shape[2])
-    ranks = [_rank(twists[:, group.passive, p], tolerance) for p in poses]
-    rank, gap = max(ranks)
+    twists = geometry.twists[:, :, 0] / _scale(group)
+    rank, gap = _rank_over_poses(twists[:, group.passive], group.robot.rank_tolerance)
+    carried_rank, _ = _rank_over_poses(twists[:, group.platform_joint], group.robot.rank_tolerance)
     n_c = 6 - rank
-    carried_rank = max(_rank(twists[:, group.platform_joint, p], tolerance)[0] for p in poses)
-    n_g = 6 - carried_rank - n_c
-    labels = [f.label for f in group.freedoms[0]]
-    constraint, columns = _select(
-        group,
-        _constraint_candidates(group.units[0], group.unit_of, group.passive, group.rotates, labels),
-        n_c,
-        group.passive,
-        geometry,
-        twists,
-        scale,
-        [],
+    joints = (group.units[0], group.unit_of, group.passive, group.rotates, [f.label for f in group.freedoms[0]])
+    constraint, independent = _choose(group, geometry, _constraint_candidates(*joints), n_c, group.passive, [])
+    known = _columns(group, constraint, independent, [], geometry)
+    attached, carried = _choose(
+        group, geometry, _attached_candidates(*joints), 6 - carried_rank - n_c, group.platform_joint, known
     )
-    independent = _independent(twists, np.flatnonzero(group.passive), tolerance)
-    spanned = [twists[:, f] for f in independent] + columns
-    constraint += _rest(
-        spanned, (_seeds(geometry, length) * scale[:, None])[:, :, 0], n_c - len(constraint), "complementary wrench"
-    )
-    columns = [w[:, 0] * scale[:, 0] for w in _columns(group, constraint, independent, [], geometry)]
-    attached, columns = _select(
-        group,
-        _attached_candidates(group.units[0], group.unit_of, group.passive, group.rotates, labels),
-        n_g,
-        group.platform_joint,
-        geometry,
-        twists,
-        scale,
-        columns,
-    )
-    carried = _independent(twists, np.flatnonzero(group.platform_joint), tolerance)
-    attached += _rest(
-        [twists[:, f] for f in carried] + columns,
-        (_seeds(geometry, length) * scale[:, None])[:, :, 0],
-        n_g - len(attached),
-        "complementary wrench",
-    )
-    return Basis(tuple(constraint), tuple(attached), tuple(independent), tuple(carried), gap)
+    return Basis(constraint, attached, independent, carried, gap)
 
 
-def _select(
+def _choose(
     group: LimbGroup,
+    geometry: LimbGeometry,
     candidates: Iterator[Candidate],
     count: int,
     reciprocal_to: NDArray[np.bool_],
-    geometry: LimbGeometry,
-    twists: Array,
-    scale: Array,
-    taken: list[Array],
-) -> tuple[list[Candidate], list[Array]]:
-    """Take candidates greedily that are reciprocal to given freedoms and independent of those taken."""
+    known: list[Array],
+) -> tuple[tuple[Candidate, ...], tuple[int, ...]]:
+    """Take candidates greedily that are reciprocal to given freedoms and independent of those taken and ``known``.
+
+    Returns:
+        ``count`` candidates, completed where the readable ones do not suffice, and the independent ones of the freedoms.
+    """
+    scale = _scale(group)
+    twists = geometry.twists[:, :, 0] / scale
     chosen: list[Candidate] = []
-    taken = list(taken)
+    taken = [normalize(wrench[:, 0] * scale[:, 0]) for wrench in known]
     allowed = 1e-8 + 100 * group.robot.closing_error
     with np.errstate(invalid="ignore", divide="ignore"):
         for candidate in candidates:
             if len(chosen) == count:
                 break
             column = normalize(wrench_of(candidate, geometry)[:, 0] * scale[:, 0])
-            if not np.all(np.isfinite(column)):
-                continue
             power = np.einsum("kin,kn->in", twists[:, reciprocal_to], column)
-            if float(np.abs(power).max(initial=0.0)) > allowed:
-                continue
-            stack = np.stack([*taken, column])
-            smallest = [float(np.linalg.svd(stack[:, :, p], compute_uv=False)[-1]) for p in range(stack.shape[2])]
-            if min(smallest) > 1e-3:
+            reciprocal = np.all(np.isfinite(column)) and float(np.abs(power).max(initial=0.0)) < allowed
+            if reciprocal and _smallest_singular_value([*taken, column]) > 1e-3:
                 chosen.append(candidate)
                 taken.append(column)
-    return chosen, taken
+    independent = _independent(twists, np.flatnonzero(reciprocal_to), group.robot.rank_tolerance)
+    seeds = (_seeds(geometry, group.robot.length) * scale[:, None])[:, :, 0]
+    chosen += _rest([twists[:, f] for f in independent] + taken, seeds, count - len(chosen))
+    return tuple(chosen), tuple(independent)
+
+
+def _scale(group: LimbGroup) -> Array:
+    """Return (6, 1, 1) factors that make wrenches (times them) and twists (divided by them) comparable."""
+    return np.array([group.robot.length] * 3 + [1.0] * 3).reshape(6, 1, 1)
+
+
+def _smallest_singular_value(columns: list[Array]) -> float:
+    """Return the smallest singular value of columns (6, P) over all poses."""
+    stack = np.stack(columns)
+    return min(float(np.linalg.svd(stack[:, :, p], compute_uv=False)[-1]) for p in range(stack.shape[2]))
 
 
 def _constraint_candidates(
     units: Sequence[Unit], unit_of: Index, passive: NDArray[np.bool_], rotates: NDArray[np.bool_], labels: list[str]
 ) -> Iterator[Candidate]:
-    """Yield readable candidates of J_ic in the order of preference of ``method.md`` section 3."""
+    """Yield readable candidates of J_ic in the order of preference of ``docs/method.md``, section 3."""
     outer = len(units)
     at = _platform_centre(units)
     where = [unit.label for unit in units] + ["its outer end"]
@@ -319,24 +297,25 @@ def _complete(spanned: list[Array], seeds: Array, chosen: Sequence[int]) -> list
     return found
 
 
-def _rest(spanned: list[Array], seeds: Array, count: int, label: str) -> list[Candidate]:
+def _rest(spanned: list[Array], seeds: Array, count: int) -> list[Candidate]:
     """Choose ``count`` seeds whose completion of ``spanned`` is best conditioned at all generic poses."""
     chosen: list[int] = []
     for number in range(count):
-        best, best_size = -1, -1.0
-        for seed in range(seeds.shape[1]):
-            if seed in chosen:
-                continue
-            basis = _complete(spanned, seeds, chosen)
-            unit = normalize(seeds[:, seed])
-            known = np.stack([*(normalize(s) for s in spanned), *basis, unit])
-            size = min(float(np.linalg.svd(known[:, :, p], compute_uv=False)[-1]) for p in range(known.shape[2]))
-            if size > best_size:
-                best, best_size = seed, size
-        if best < 0:
+        completed = [*(normalize(column) for column in spanned), *_complete(spanned, seeds, chosen)]
+        sizes = {
+            seed: _smallest_singular_value([*completed, normalize(seeds[:, seed])])
+            for seed in range(seeds.shape[1])
+            if seed not in chosen
+        }
+        if not sizes:
             raise StaticsError(f"no complementary wrench number {number + 1} can be found")
-        chosen.append(best)
-    return [Candidate(("rest", seed), None, f"{label} {k}") for k, seed in enumerate(chosen, 1)]
+        chosen.append(max(sizes, key=lambda seed: sizes[seed]))
+    return [Candidate(("rest", seed), None, f"complementary wrench {k}") for k, seed in enumerate(chosen, 1)]
+
+
+def _rank_over_poses(columns: Array, tolerance: float) -> tuple[int, float]:
+    """Return the rank of (6, k, P) scaled columns at generic poses, and the gap with which it is decided."""
+    return max(_rank(columns[:, :, p], tolerance) for p in range(columns.shape[2]))
 
 
 def _rank(matrix: Array, tolerance: float) -> tuple[int, float]:
