@@ -116,6 +116,8 @@ def numbers(values):
 def rpy(R):
     """Return roll, pitch, yaw of a rotation matrix."""
     pitch = np.arctan2(-R[2, 0], np.hypot(R[0, 0], R[1, 0]))
+    if abs(R[2, 0]) > 1 - 1e-12:  # roll and yaw are one
+        return np.array([np.arctan2(-R[2, 0] * R[0, 1], -R[2, 0] * R[0, 2]), pitch, 0.0])
     return np.array([np.arctan2(R[2, 1], R[2, 2]), pitch, np.arctan2(R[1, 0], R[0, 0])])
 
 
@@ -123,6 +125,12 @@ def random_rotation(rng):
     Q, R = np.linalg.qr(rng.standard_normal((3, 3)))
     Q = Q * np.sign(np.diag(R))
     return Q if np.linalg.det(Q) > 0 else -Q
+
+
+def right_angled(rng):
+    """Return one of the 24 rotations by right angles."""
+    R = np.eye(3)[rng.permutation(3)] * rng.choice([-1.0, 1.0], 3)
+    return R if np.linalg.det(R) > 0 else -R
 
 
 def unit(v):
@@ -154,7 +162,7 @@ def _elementary(joint, whole):
 KINDS = {"R": "revolute", "P": "prismatic", "F": "fixed", "U": "universal", "S": "spherical", "C": "cylindrical"}
 
 
-def write(spec, *, tree=0, cuts=None, whole=True, piece=0, twirl=None, flip=False, order=None):
+def write(spec, *, tree=0, cuts=None, whole=True, piece=0, twirl=None, right=False, flip=False, order=None):
     """Write a spec as a robot file.
 
     Args:
@@ -164,6 +172,7 @@ def write(spec, *, tree=0, cuts=None, whole=True, piece=0, twirl=None, flip=Fals
         whole: whether a universal, spherical or cylindrical joint at a cut is one closure; else a run, cut at ``piece``.
         piece: see ``whole``.
         twirl: a seed: turn the link frames at random.
+        right: turn them by right angles only.
         flip: exchange predecessor and successor of the loops.
         order: in which order the limbs are written.
     """
@@ -179,7 +188,7 @@ def write(spec, *, tree=0, cuts=None, whole=True, piece=0, twirl=None, flip=Fals
         F = np.eye(4)
         F[:3, 3] = centre
         if rng is not None:
-            F[:3, :3] = random_rotation(rng)
+            F[:3, :3] = right_angled(rng) if right else random_rotation(rng)
         return F
 
     def tree_joint(joint, parent, child, sign):
