@@ -207,12 +207,12 @@ VIEW = (1.5, -2.6, 1.1)
 HIDDEN = ("constraint forces", "constraint couples", "attached wrenches", "weights", "base reaction")
 #: Colour of each group of arrows.
 COLOURS = {
-    "external load": "#1d4ed8",
+    "external load": "#1f2937",
     "actuator forces": "#b91c1c",
     "constraint forces": "#c2570c",
     "constraint couples": "#7e22ce",
     "attached wrenches": "#a8327a",
-    "weights": "#475569",
+    "weights": "#7c4a1e",
     "base reaction": "#15803d",
 }
 

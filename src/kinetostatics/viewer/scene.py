@@ -116,18 +116,15 @@ class _Builder:
                 name = self.robot.description.base if role == "base" else self.robot.description.platform
                 self._skeleton(name, links, name, ("Base",) if role == "base" else ("Rest", "Deformed"))
 
-    def _link_station(self, link: str) -> int:
-        if link not in self.at:
-            frame = self.poses.frame(link)
-            twist = self.poses.twist_at(link, frame[:, :3, 3]) if link in self.result.link_contributions else None
-            self.at[link] = self.stations.add(frame, twist)
-        return self.at[link]
+    def _link_station(self, link: str, roots: tuple[str, ...]) -> int:
+        frame = self.poses.frame(link)
+        return self.stations.add(frame, self.poses.twist_at(link, frame[:, :3, 3]) if "Deformed" in roots else None)
 
     def _link(self, link: str, visual: LinkVisual, path: str, roots: tuple[str, ...]) -> None:
         colour: str | Array = "deflection"
         if roots == ("Base",):
             colour = 0.74 + 0.26 * visual.colours  # pale, so that it does not compete with the colours of deflection
-        self.meshes.append(Mesh(path, visual.surface, self._link_station(link), roots, colour))
+        self.meshes.append(Mesh(path, visual.surface, self._link_station(link, roots), roots, colour))
 
     def _skeleton(self, link: str, links: set[str], path: str, roots: tuple[str, ...]) -> None:
         """Draw a link that has no look of its own as sticks from its middle to its joints."""
@@ -144,7 +141,9 @@ class _Builder:
         sticks = [stick(middle, p, radius) for p in local if np.linalg.norm(p - middle) > 1e-6 * self.size]
         if sticks:
             colour = BARE_COLOUR if roots == ("Base",) else "deflection"
-            self.meshes.append(Mesh(path, joined([*sticks, _at(ball(radius), middle)]), self._link_station(link), roots, colour))
+            self.meshes.append(
+                Mesh(path, joined([*sticks, _at(ball(radius), middle)]), self._link_station(link, roots), roots, colour)
+            )
 
     # ---- beams and joints -------------------------------------------------------------------------------------------
 
@@ -159,16 +158,17 @@ class _Builder:
                 rest[:, :3, :3], rest[:, :3, 3], rest[:, 3, 3] = axes, points[:, n], 1
                 self.stations.add(rest, twists[:, :, n])
             self.at[f"middle of {name}"] = first + count // 2
+            self.at[f"label of {name}"] = first + count // 3  # off the middle, where a drive's arrow may stand
             surface, at = swept(beam.description.section, count)
             roots = ("Deformed",) if beam.description.link in self.visuals else ("Rest", "Deformed")
             self.meshes.append(Mesh(f"beams/{name}", surface, first + at, roots))
 
     def _joint_markers(self) -> None:
         for joint in self.joints:
-            rest = joint.centre if joint.axis is None else frames_along(joint.axis, joint.centre)
-            self.at[joint.name] = self.stations.add(rest, joint.twist)
             if joint.beam is not None:  # its place along a telescopic beam is not part of the model
                 continue
+            rest = joint.centre if joint.axis is None else frames_along(joint.axis, joint.centre)
+            self.at[joint.name] = self.stations.add(rest, joint.twist)
             r = marker_radius(self.poses, joint, self.size)
             shape = ball(1.3 * r) if joint.axis is None else pin(0.6 * r, 3.2 * r)
             colour = DRIVE_COLOUR if joint.driven else JOINT_COLOUR
@@ -181,7 +181,7 @@ class _Builder:
         for limb in self.robot.topology.limbs:
             beams = [edge.beam for edge in (*limb.path, *limb.branches) if edge.beam is not None]
             if beams:
-                labels.append((f"limbs/{limb.name}", self.at[f"middle of {beams[0]}"], limb.name))
+                labels.append((f"limbs/{limb.name}", self.at[f"label of {beams[0]}"], limb.name))
         return labels
 
     def _path(self) -> list[tuple[str, str, Array]]:

@@ -89,10 +89,11 @@ class Wrenches:
         self.limb_wrenches[limb.name] = total
 
     def _joints_of(self, limb: Limb) -> list[Joint]:
-        """Return a limb's joints, the platform's first, the base's last."""
+        """Return a limb's joints that have a place, the platform's first, the base's last."""
         links, topology = set(limb.links), self.robot.topology
         names = {edge.joint for edge in limb.path}
-        mine = [item for item in self.joints if item.links & links or names & set(item.joints)]
+        placed = [item for item in self.joints if item.beam is None]
+        mine = [item for item in placed if item.links & links or names & set(item.joints)]
         ends = (set(topology.platform.links), set(topology.base.links))
         return sorted(mine, key=lambda item: bool(item.links & ends[1]) - bool(item.links & ends[0]))
 

@@ -94,9 +94,9 @@ function readout(k) {
   return [0, 1, 2, 3, 4, 5].map((c) => all.reduce((total, n) => total + part(n, c), 0) * (c < 3 ? 1e6 : 180e3 / Math.PI));
 }
 
-/** The smallest of 1, 1.5, 2, 3, 5, 7 times a power of ten that is not below x. */
+/** The smallest round number that is not below x. */
 function roundUp(x) {
   if (!(x > 0)) return 1e-6;
   const power = Math.pow(10, Math.floor(Math.log10(x)));
-  return [1, 1.5, 2, 3, 5, 7, 10].find((f) => f * power >= x * (1 - 1e-6)) * power;
+  return [1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8, 10].find((f) => f * power >= x * (1 - 1e-6)) * power;
 }

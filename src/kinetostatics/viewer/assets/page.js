@@ -41,7 +41,7 @@ function stage() {
   for (const path of scene.hidden) viewer.set_property(path.split("/"), "visible", false);
 }
 
-/** Every point that the picture must hold, in the axes of three.js (y up): vertices now, stations in all frames, arrow ends. */
+/** Every point that the picture must hold, in the axes of three.js (y up): vertices now, stations in all frames, ends of arrows and axes. */
 function outline() {
   const points = [], pose = scene.stations.pose;
   viewer.scene.updateMatrixWorld(true);
@@ -52,6 +52,9 @@ function outline() {
   if (scene.stations.frames > 1) for (let o = 0; o < pose.length; o += 7) points.push(new THREE.Vector3(pose[o], pose[o + 2], -pose[o + 1]));
   const visible = (object) => !object || (object.visible && visible(object.parent));
   for (const { object, tip } of arrows.values()) if (object.seen && visible(object)) points.push(tip.getWorldPosition(new THREE.Vector3()));
+  for (const { spec, object } of frames.values()) {
+    for (const tip of [[1, 0, 0], [0, 1, 0], [0, 0, 1]]) if (spec.size) points.push(new THREE.Vector3(...tip).multiplyScalar(spec.size).applyMatrix4(object.matrixWorld));
+  }
   return points;
 }
 

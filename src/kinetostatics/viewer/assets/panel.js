@@ -8,6 +8,12 @@ function number(x) {
   return text.replace("-", "\u2212");
 }
 
+/** A number with so many decimals, zero as 0. */
+function fixed(x, decimals) {
+  const text = x.toFixed(decimals);
+  return Number(text) === 0 ? "0" : text.replace("-", "\u2212");
+}
+
 function escape(text) {
   return String(text).replace(/[&<>"]/g, (c) => ({ "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;" }[c]));
 }
@@ -25,14 +31,19 @@ function place() {
 }
 
 function writePanel(scale) {
-  const cells = (values) => values.map((x) => `<td>${number(x)}</td>`).join("");
-  const rows = scene.contributions.map((name, k) => `<tr><td>${escape(name)}</td>${cells(readout(k))}</tr>`).join("");
+  const parts = scene.contributions.map((_, k) => readout(k)), sum = readout(null);
+  const decimals = [0, 3].map((first) => { // as many for all displacements, and for all rotations
+    const most = Math.max(...[...parts, sum].flatMap((values) => values.slice(first, first + 3).map(Math.abs)));
+    return most > 0 ? Math.min(Math.max(3 - Math.floor(Math.log10(most)), 0), 8) : 0;
+  });
+  const cells = (values) => values.map((x, c) => `<td>${fixed(x, decimals[c < 3 ? 0 : 1])}</td>`).join("");
+  const rows = scene.contributions.map((name, k) => `<tr><td>${escape(name)}</td>${cells(parts[k])}</tr>`).join("");
   const notes = [...scene.notes.slice(0, 3), ...(page.error ? [page.error] : [])];
   document.getElementById("robot-panel").innerHTML = `<h1>${escape(scene.title)}</h1>
     <p>twist of the platform at o, world axes</p>${scene.path.length ? `<p>${place()}</p>` : ""}
     <table><tr><th></th><th>x</th><th>y</th><th>z</th><th>rx</th><th>ry</th><th>rz</th></tr>
     <tr><th></th><th colspan="3">µm</th><th colspan="3">mdeg</th></tr>${rows}
-    <tr class="total"><td>sum</td>${cells(readout(null))}</tr></table>
+    <tr class="total"><td>sum</td>${cells(sum)}</tr></table>
     ${notes.map((note) => `<p class="note">${escape(note)}</p>`).join("")}`;
   const [unit, factor] = scale >= 1e-3 ? ["mm", 1e3] : scale >= 1e-6 ? ["µm", 1e6] : ["nm", 1e9];
   const ticks = [0, 0.5, 1].map((part) => `<span>${number(part * scale * factor)}</span>`).join("");
