@@ -16,7 +16,7 @@ from kinetostatics import beams as beam_formulas
 from kinetostatics.beam_models import BeamModel
 from kinetostatics.equilibrium import Solution
 from kinetostatics.limbs import LimbStatics
-from kinetostatics.linalg import Cholesky
+from kinetostatics.linalg import least_squares
 from kinetostatics.robot import Robot
 from kinetostatics.screws import move_twist, move_wrench
 from kinetostatics.topology import Edge
@@ -119,7 +119,10 @@ def _deform_limbs(solution: Solution, statics: LimbStatics, intensities: Array, 
         loaded.append(LoadedBeams(models, group.compliances[:, b], axes, length, mass, end, wrench, load, motion))
     elastic = [beams.end_twist() for beams in loaded]
     gap = solution.twists[:, :, None] - sum(elastic, np.zeros((6, S, g, N)))
-    turned = _joint_motions(geometry.twists * group.passive[:, None, None], gap, group.robot.length)
+    passive = np.flatnonzero(group.passive)
+    nullity = len(passive) - (6 - statics.J_c.shape[1])
+    turned = np.zeros((len(group.passive), S, g, N))
+    turned[passive] = _joint_motions(geometry.twists[:, passive], gap, group.robot.length, nullity)
     after_unit: list[Array] = []
     done = 0
     for k, unit in enumerate(group.units[0]):
@@ -151,22 +154,15 @@ def _mass(model: BeamModel, length: Array) -> Array:
     return np.full_like(length, model.mass) if model.mass_per_length is None else model.mass_per_length * length
 
 
-def _joint_motions(twists: Array, gap: Array, length: float) -> Array:
-    """Return how far the passive freedoms (k, S, g, N) move so that the limb meets the platform; local freedoms stay."""
-    k = twists.shape[1]
-    if k == 0:
-        return np.zeros((0, *gap.shape[1:]))
+def _joint_motions(twists: Array, gap: Array, length: float, nullity: int) -> Array:
+    """Return how far freedoms with unit twists (6, k, g, N) move to bridge gaps (6, S, g, N); local freedoms stay."""
     scale = np.array([1 / length] * 3 + [1.0] * 3).reshape(6, 1, 1, 1)
     A, left = twists * scale, gap * scale
     sizes = np.sqrt(np.sum(A * A, axis=0))
-    sizes = np.where(sizes > 0, sizes, 1.0)
     A = A / sizes
-    normal = np.einsum("ij...,ik...->jk...", A, A)
-    normal[np.arange(k), np.arange(k)] += 1e-11
-    factor = Cholesky(normal)
-    result = np.zeros((k, *gap.shape[1:]))
-    for _ in range(3):  # the later rounds remove the error of the normal equations
-        step = factor.solve(np.einsum("ij...,is...->js...", A, left))
+    result = np.zeros((A.shape[1], *gap.shape[1:]))
+    for _ in range(2):  # the second round removes the error of the normal equations
+        step = least_squares(A, left, nullity)
         result += step
         left = left - np.einsum("ij...,js...->is...", A, step)
     return result / sizes[:, None]

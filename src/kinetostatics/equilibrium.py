@@ -17,7 +17,7 @@ from kinetostatics.configuration import Configuration, Status
 from kinetostatics.exceptions import ArgumentError, LimbEquilibriumError, SingularPoseError
 from kinetostatics.kinematics import Frames
 from kinetostatics.limbs import LimbStatics
-from kinetostatics.linalg import Cholesky, cross
+from kinetostatics.linalg import Cholesky, cross, normalize
 from kinetostatics.screws import describe_twist
 
 if TYPE_CHECKING:
@@ -26,8 +26,10 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-#: Smallest relative pivot of the scaled stiffness above which the platform counts as held.
-SINGULAR = 1e-12
+#: Smallest eigenvalue of the Gram matrix of all unit wrenches (a squared sine) above which the platform counts as held.
+HELD = 1e-12
+#: The same for the stiffness itself, whose entries differ by orders of magnitude: mere rounding.
+SINGULAR = 1e-14
 #: Largest part of a limb's weight that may stay unbalanced on its passive joints.
 UNBALANCED = 1e-7
 
@@ -125,6 +127,7 @@ def solve(robot: Robot, frames: Frames, load: Array, gravity: Array) -> Solution
         undetermined.append(unknown)
         degenerate = np.any(item.degenerate, axis=0)
         status = np.where((status == Status.OK) & degenerate, Status.BASIS_DEGENERATE, status).astype(np.int8)
+    status = np.where(_hold(statics, scale) > HELD, status, Status.SINGULAR).astype(np.int8)
     if not rigid:
         _refine(statics, factors, applied, compliance, twists, intensities)
     unbalanced = _unbalanced(robot, frames, o, weights, statics)
@@ -147,6 +150,15 @@ def solve(robot: Robot, frames: Frames, load: Array, gravity: Array) -> Solution
         tuple(undetermined),
         unbalanced,
     )
+
+
+def _hold(statics: tuple[LimbStatics, ...], scale: Array) -> Array:
+    """Return how well the limbs' wrenches hold the platform (N,): the smallest eigenvalue of their Gram matrix."""
+    gram = np.zeros((6, 6, statics[0].J_c.shape[3] if statics else 1))
+    for item in statics:
+        unit = normalize(item.J_c * scale[:, None, None, None])
+        gram += np.einsum("ikgn,jkgn->ijn", unit, unit)
+    return Cholesky(gram).smallest_eigenvalue()
 
 
 def _refine(
@@ -209,7 +221,7 @@ def _solve_rigid(
         reduced = motions.T @ stiffness @ motions
         if rank < 6:
             softest = np.linalg.eigvalsh(reduced)[0] if np.all(np.isfinite(reduced)) else -np.inf
-            if not softest > SINGULAR * float(np.diag(stiffness).max()):
+            if not softest > 100 * SINGULAR * float(np.diag(stiffness).max()):
                 status[p] = Status.SINGULAR
                 continue
             inverse = motions @ np.linalg.solve(reduced, motions.T)
@@ -378,5 +390,5 @@ def free_twists(robot: Robot, solution: Solution, pose: int) -> Array:
     sizes = np.linalg.norm(wrenches, axis=0)
     U, values, _ = np.linalg.svd(wrenches / np.where(sizes > 0, sizes, 1), full_matrices=True)
     values = np.concatenate([values, np.zeros(6 - len(values))])[:6] if len(values) < 6 else values
-    kept = values > 1e-5 * max(float(values[0]), 1e-300)
-    return np.asarray(U[:, ~kept] * scale)
+    free = values <= max(1e-6 * float(values[0]), float(values.min()))
+    return np.asarray(U[:, free] * scale)

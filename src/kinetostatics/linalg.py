@@ -102,6 +102,46 @@ class Cholesky:
                 x[:j] -= self.factor[j, :j, None] * x[j]
         return x
 
+    def smallest_eigenvalue(self) -> Array:
+        """Return a lower bound (…) of the smallest eigenvalue, at most n times too small; 0 where the factor broke down.
+
+        It is 1 / trace A⁻¹. Unlike a pivot it is as exact as the factor, whatever the order of the columns.
+        """
+        n = self.factor.shape[0]
+        unit = np.broadcast_to(np.eye(n).reshape((n, n) + (1,) * (self.factor.ndim - 2)), self.factor.shape)
+        with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+            inverse = self.forward(unit)
+            bound = 1 / np.einsum("ij...,ij...->...", inverse, inverse)
+        return np.where(np.isfinite(bound), bound, 0.0)
+
     def solve(self, b: Array) -> Array:
         """Return A⁻¹ b for ``(n, m, …)`` right-hand sides."""
         return self.backward(self.forward(b))
+
+
+def least_squares(a: Array, b: Array, nullity: int = 0) -> Array:
+    """Return the x (n, k, …) of least norm that minimize |a x − b| for ``a`` (m, n, …) and ``b`` (m, k, …).
+
+    Args:
+        a: matrices with columns of comparable size.
+        b: right-hand sides.
+        nullity: how many directions of x do not matter. The result has no part along them: what rounding would put there,
+            divided by next to nothing, would differ from batch to batch.
+    """
+    n = a.shape[1]
+    if n == 0:
+        return np.zeros((0, *b.shape[1:]))
+    normal = np.einsum("ri...,rj...->ij...", a, a)
+    diagonal = np.arange(n)
+    normal[diagonal, diagonal] += 1e-12 * (normal[diagonal, diagonal] + 1e-3)
+    factor = Cholesky(normal)
+    x = factor.solve(np.einsum("ri...,rk...->ik...", a, b))
+    if nullity:
+        # Directions without stiffness are what the inverse blows up: of arbitrary vectors they are all that remains.
+        arbitrary = np.random.default_rng(0).standard_normal((n, nullity))
+        free = factor.solve(np.broadcast_to(arbitrary.reshape(n, nullity, *(1,) * (a.ndim - 2)), (n, nullity, *a.shape[2:])))
+        free = free / np.sqrt(np.sum(free * free, axis=0))
+        gram = Cholesky(np.einsum("ia...,ib...->ab...", free, free))
+        for _ in range(2):
+            x = x - np.einsum("ia...,ak...->ik...", free, gram.solve(np.einsum("ia...,ik...->ak...", free, x)))
+    return x

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from kinetostatics import rotations
 from kinetostatics.closure import LoopEquations, across, products
 from kinetostatics.kinematics import Frames
-from kinetostatics.linalg import Cholesky, cross, dot
+from kinetostatics.linalg import cross, dot, least_squares
 from kinetostatics.orientation import Orientation
 
 Array = NDArray[np.float64]
@@ -197,8 +197,10 @@ class Solver:
         c[unknown] += step[len(free) :]
         return Poses(self.tree.integrate(poses.x, v), c)
 
-    def newton(self, request: Request, poses: Poses, target: Array) -> tuple[Poses, NDArray[np.bool_]]:
+    def newton(self, request: Request, poses: Poses, target: Array, local: int = 0) -> tuple[Poses, NDArray[np.bool_]]:
         """Solve for ``target`` from nearby ``poses``; also return which poses converged steadily.
+
+        ``local`` is the number of freedoms that do not move the platform; they stay as they are.
 
         A pose counts as converged only if the corrections shrink at once and keep shrinking (P. Deuflhard, Newton Methods for
         Nonlinear Problems, section 5.1): then the solution belongs to the branch of the starting pose.
@@ -212,7 +214,7 @@ class Solver:
         for iteration in range(12):
             here = result.take(active)
             residual, gradient = self.system(request, here, target[:, active])
-            step = least_squares_step(gradient, residual)
+            step = -least_squares(gradient, residual[:, None], local)[:, 0]
             size = np.sqrt(np.max(step * step, axis=0, initial=0.0))
             ok = np.isfinite(size) & (size < 1.2)
             if iteration:
@@ -229,8 +231,10 @@ class Solver:
                 break
         return result, good
 
-    def follow(self, request: Request, start: Poses, target: Array) -> tuple[Poses, NDArray[np.bool_], Array]:
+    def follow(self, request: Request, start: Poses, target: Array, local: int = 0) -> tuple[Poses, NDArray[np.bool_], Array]:
         """Follow the straight line of requested coordinates from ``start`` to ``target`` (n, N).
+
+        ``local`` is the number of freedoms that do not move the platform; they stay as they are.
 
         Returns:
             The poses, whether each arrived, and how much of its way (0 … 1) each has gone.
@@ -245,7 +249,7 @@ class Solver:
         while active.size:
             trial = np.minimum(gone[active] + stride[active], 1.0)
             goal = origin[:, active] + trial * (target[:, active] - origin[:, active])
-            moved, good = self.newton(request, state.take(active), goal)
+            moved, good = self.newton(request, state.take(active), goal, local)
             arrived = active[good]
             state.x[:, arrived], state.c[:, arrived] = moved.x[:, good], moved.c[:, good]
             gone[arrived] = trial[good]
@@ -310,14 +314,3 @@ class Solver:
                 if damping > 1e6 or largest < 1e-14:
                     break
         return here, float(np.abs(residual).max(initial=0.0))
-
-
-def least_squares_step(gradient: Array, residual: Array) -> Array:
-    """Return the Newton or Gauss–Newton steps (n, N); freedoms that do not matter stay where they are."""
-    if gradient.shape[1] == 0:
-        return np.zeros((0, gradient.shape[2]))
-    normal = np.einsum("rin,rjn->ijn", gradient, gradient)
-    diagonal = np.arange(normal.shape[0])
-    normal[diagonal, diagonal] += 1e-12 * (normal[diagonal, diagonal] + 1e-3)
-    right = -np.einsum("rin,rn->in", gradient, residual)
-    return Cholesky(normal).solve(right[:, None])[:, 0]
