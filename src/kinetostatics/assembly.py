@@ -190,9 +190,26 @@ def _say_unreachable(robot: Robot, request: Request, names: list[str], pose: Pos
     mobility = robot.mobility.platform
     nearest, _ = robot.solver.close(pose, request, target, weight=1e3)
     wanted = ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, target[:, 0], strict=True))
-    raise AssemblyError(
+    text = (
         f"{robot.name!r} (mobility {mobility}) cannot reach {wanted}: on the straight line from the start the loops close "
-        f"up to {100 * gone:.1f} % of the way; at the target {say_openings(robot, nearest)}",
+        f"up to {100 * gone:.1f} % of the way; "
+    )
+    if gone == 0 and not robot.determines_at(request, pose):
+        text += (
+            f"the start is a singular pose for the coordinates {', '.join(names)}, from which no line can be followed: "
+            "give near= a pose beside it, or choose other coordinates; "
+        )
+    found = robot.solver.values(request, nearest)[:, 0]
+    if float(np.abs(found - target[:, 0]).max(initial=0.0)) < 1e-3:
+        text += f"at the target {say_openings(robot, nearest)}"
+    else:
+        text += (
+            "the nearest that was found is "
+            + ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, found, strict=True))
+            + f", where {say_openings(robot, nearest)}"
+        )
+    raise AssemblyError(
+        text,
         openings_at(robot, nearest),
         mobility,
     )

@@ -296,7 +296,7 @@ class Result:
             for number, statics in enumerate(solution.statics):
                 for position, limb in enumerate(statics.group.limbs):
                     own = self.robot.weights.sum(limb.weights, weights)
-                    sum_at_o = sum_at_o + _limb_wrench(solution, number, position) + own
+                    sum_at_o = sum_at_o + _some_limb_wrench(solution, number, position) + own
             origin = solution.frames.points(np.array([body]), placement[:3, 3:])[:, 0]
             total.append(-move_wrench(sum_at_o, origin - solution.o))
         return self._public(_joined(total))
@@ -432,10 +432,15 @@ def _intensities(solution: Solution, number: int, position: int) -> Array:
 
 def _limb_wrench(solution: Solution, number: int, position: int) -> Array:
     """Return what the platform puts on a limb (6, N) about o; NaN where it is not determined."""
+    unknown = np.any(solution.undetermined[number][:, position], axis=0)
+    return np.where(unknown, np.nan, _some_limb_wrench(solution, number, position))
+
+
+def _some_limb_wrench(solution: Solution, number: int, position: int) -> Array:
+    """Return what the platform puts on a limb, where that is not determined one of the possible wrenches."""
     statics = solution.statics[number]
     intensities = solution.intensities[number][:, :, position].sum(axis=1)
-    wrench = np.einsum("kin,in->kn", statics.J_c[:, :, position], intensities) + statics.R_g[:, position]
-    return np.where(np.any(solution.undetermined[number][:, position], axis=0), np.nan, wrench)
+    return np.einsum("kin,in->kn", statics.J_c[:, :, position], intensities) + statics.R_g[:, position]
 
 
 def joint_centre(connection: Connection, edge: Edge, solution: Solution) -> Array:

@@ -131,9 +131,16 @@ class Robot:
             return mean
         return size / 4 if size > 0 else 1.0
 
-    @cached_property
+    @property
     def _zero(self) -> tuple[Poses, float]:
         """The closed zero pose, and the scaled residual with which it closes."""
+        if isinstance(self._closed_zero, AssemblyError):
+            raise self._closed_zero
+        return self._closed_zero
+
+    @cached_property
+    def _closed_zero(self) -> tuple[Poses, float] | AssemblyError:
+        """The same, or why it cannot be closed: the search for it is long and need not be repeated."""
         solver = Solver(self.equations, self.length)
         tree = self.equations.tree
         start = Poses(self.equations.from_model(self.mechanism.tree.neutral[:, None]), np.zeros((3, 1)))
@@ -155,7 +162,7 @@ class Robot:
             if trial[1] < residual:
                 best, residual = trial
         if residual > 1e-2:
-            raise AssemblyError(
+            return AssemblyError(
                 f"the loops of {self.name!r} cannot be closed, not even with all joints free: "
                 + assembly.say_openings(self, best),
                 assembly.openings_at(self, best),
@@ -280,7 +287,10 @@ class Robot:
         return self._determined[request]
 
     def _holds(self, request: Request, number: int) -> bool:
-        pose = self.generic_poses.take(np.array([number]))
+        return self.determines_at(request, self.generic_poses.take(np.array([number])))
+
+    def determines_at(self, request: Request, pose: Poses) -> bool:
+        """Whether the requested coordinates leave the platform no freedom at one pose."""
         if request.orientation is not None:
             R, _ = self.solver.platform_pose(self.equations.forward(pose.x))
             pose = Poses(pose.x, request.orientation.coordinates(R))
