@@ -196,7 +196,7 @@ def test_things_are_where_the_twist_says(visit, shown):
 
 def test_numbers_are_micrometres_and_millidegrees_and_go_to_zero_with_the_shares(visit, one):
     result, url = one
-    page = visit(url)
+    page = visit(url, (1400, 850))
     rest = vertices(page, "Rest/platform")
     assert np.abs(vertices(page, "Deformed/platform") - rest).max() > 0.01
     scale = np.array([1e6] * 3 + [np.degrees(1) * 1e3] * 3)

@@ -58,19 +58,28 @@ function outline() {
   return points;
 }
 
-/** Look at the robot from the direction (x, y, z), filling what panel and sliders leave free. */
+/** Rectangles of the window that panel, legend and sliders leave free: [left, right, top, bottom]. */
+function freeRectangles() {
+  const width = viewer.dom_element.offsetWidth, height = window.innerHeight, margin = 14;
+  const edge = (selector) => { const e = document.querySelector(selector); return e && e.offsetWidth ? e.getBoundingClientRect() : null; };
+  const panel = edge("#robot-panel"), legend = edge("#robot-legend"), gui = edge(".dg.main");
+  const right = (gui && gui.left > 0.5 * width ? gui.left : width) - margin, top = 2 * margin, bottom = height - 2 * margin;
+  const all = [
+    [Math.max(panel.right, legend.right) + margin, right, top, bottom], // beside both
+    [margin, right, panel.bottom + margin, legend.top - margin], // between them
+    [legend.right + margin, right, panel.bottom + margin, bottom], // below the panel
+  ].filter(([l, r, t, b]) => r - l > 0.2 * width && b - t > 0.2 * height);
+  return all.length ? all : [[margin, right, top, bottom]];
+}
+
+/** Look at the robot from the direction (x, y, z), where it fits largest. */
 function look(x, y, z) {
   const camera = viewer.camera, points = outline();
   const box = new THREE.Box3().setFromPoints(points), centre = box.getCenter(new THREE.Vector3());
   const radius = 0.5 * box.getSize(new THREE.Vector3()).length() || 1;
-  const d = new THREE.Vector3(x, z, -y).normalize(), right = new THREE.Vector3(0, 1, 0).cross(d).normalize(), up = d.clone().cross(right);
-  const width = viewer.dom_element.offsetWidth, height = window.innerHeight, margin = 14;
-  const edge = (selector) => { const e = document.querySelector(selector); return e && e.offsetWidth ? e.getBoundingClientRect() : null; };
-  const panel = edge("#robot-panel"), gui = edge(".dg.main");
-  let left = margin, end = width - margin;
-  if (panel && gui && end - panel.right - gui.width > 0.25 * width) [left, end] = [panel.right + margin, gui.left - margin];
-  else if (panel && !gui && end - panel.right > 0.5 * width) left = panel.right + margin;
-  else if (gui && end - gui.width > 0.5 * width) end = gui.left - margin;
+  const d = new THREE.Vector3(x, z, -y).normalize();
+  const right = (Math.hypot(x, y) > 1e-6 ? new THREE.Vector3(0, 1, 0).cross(d) : new THREE.Vector3(1, 0, 0)).normalize();
+  const up = d.clone().cross(right), width = viewer.dom_element.offsetWidth, height = window.innerHeight;
   camera.fov = 32; camera.near = radius / 50; camera.far = radius * 80;
   const f = height / 2 / Math.tan(camera.fov * Math.PI / 360);
   const local = points.map((p) => { const q = p.clone().sub(centre); return [q.dot(right), q.dot(up), q.dot(d)]; });
@@ -78,15 +87,20 @@ function look(x, y, z) {
     const values = local.map((q) => f * q[c] / (distance - q[2]));
     return [Math.min(...values), Math.max(...values)];
   };
-  let near = 1.05 * radius, far = 40 * radius;
-  for (let n = 0; n < 40; n++) { // the nearest distance at which everything fits
-    const middle = (near + far) / 2, [a, b] = span(middle, 0), [u, v] = span(middle, 1);
-    if (b - a > end - left || v - u > height - 4 * margin) near = middle; else far = middle;
-  }
-  const [a, b] = span(far, 0), [u, v] = span(far, 1);
-  const sideways = ((a + b) / 2 - ((left + end) / 2 - width / 2)) * far / f, upwards = (u + v) / 2 * far / f;
+  const nearest = ([l, r, t, b]) => { // the nearest distance at which everything fits
+    let near = 1.05 * radius, far = 40 * radius;
+    for (let n = 0; n < 30; n++) {
+      const middle = (near + far) / 2, [left, end] = span(middle, 0), [low, high] = span(middle, 1);
+      if (end - left > r - l || high - low > b - t) near = middle; else far = middle;
+    }
+    return far;
+  };
+  const best = freeRectangles().map((rectangle) => [nearest(rectangle), rectangle]).reduce((a, b) => (b[0] < 0.97 * a[0] ? b : a));
+  const [distance, [l, r, t, b]] = best, [left, end] = span(distance, 0), [low, high] = span(distance, 1);
+  const sideways = ((left + end) / 2 - ((l + r) / 2 - width / 2)) * distance / f;
+  const upwards = ((low + high) / 2 - (height / 2 - (t + b) / 2)) * distance / f;
   viewer.controls.target.copy(centre).addScaledVector(right, sideways).addScaledVector(up, upwards);
-  camera.position.copy(viewer.controls.target).addScaledVector(d, far);
+  camera.position.copy(viewer.controls.target).addScaledVector(d, distance);
   viewer.controls.update();
   viewer.set_3d_pane_size();
 }

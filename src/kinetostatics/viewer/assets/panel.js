@@ -37,7 +37,7 @@ function writePanel(scale) {
     return most > 0 ? Math.min(Math.max(3 - Math.floor(Math.log10(most)), 0), 8) : 0;
   });
   const cells = (values) => values.map((x, c) => `<td>${fixed(x, decimals[c < 3 ? 0 : 1])}</td>`).join("");
-  const rows = scene.contributions.map((name, k) => `<tr><td>${escape(name)}</td>${cells(parts[k])}</tr>`).join("");
+  const rows = scene.contributions.map((name, k) => `<tr class="part"><td>${escape(name)}</td>${cells(parts[k])}</tr>`).join("");
   const notes = [...scene.notes.slice(0, 3), ...(page.error ? [page.error] : [])];
   document.getElementById("robot-panel").innerHTML = `<h1>${escape(scene.title)}</h1>
     <p>twist of the platform at o, world axes</p>${scene.path.length ? `<p>${place()}</p>` : ""}
@@ -84,8 +84,8 @@ function buildControls() {
     lift("play / pause");
   }
   for (const c of (scene.live ? scene.live.controls : [])) slider(c.name, c.value, c.min, c.max, c.step, (x) => moveLive(c.name, x));
-  viewer.gui.width = window.innerWidth > 1200 ? 340 : 260;
-  viewer.gui.open();
+  viewer.gui.width = window.innerWidth > 1200 ? 340 : 280;
+  if (window.innerWidth > 700) viewer.gui.open(); else viewer.gui.close();
 }
 
 function play(before) {
