@@ -195,9 +195,10 @@ def _say_unreachable(robot: Robot, request: Request, names: list[str], pose: Pos
         f"up to {100 * gone:.1f} % of the way; "
     )
     if gone == 0 and not robot.determines_at(request, pose):
-        text += (
-            f"the start is a singular pose for the coordinates {', '.join(names)}, from which no line can be followed: "
-            "give near= a pose beside it, or choose other coordinates; "
+        raise CoordinatesError(
+            f"the coordinates {', '.join(names)} do not determine the pose of {robot.name!r} where the straight line to the target "
+            "starts, a singular pose for them: give near= a pose beside it, or choose other coordinates",
+            mobility,
         )
     found = robot.solver.values(request, nearest)[:, 0]
     if float(np.abs(found - target[:, 0]).max(initial=0.0)) < 1e-3:

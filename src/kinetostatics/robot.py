@@ -29,6 +29,9 @@ from kinetostatics.weights import Weights
 
 Array = NDArray[np.float64]
 
+#: Relative singular value below which a direction counts as dependent. Angles rounded to 1.5708 leave 4e-6.
+RANK_TOLERANCE = 1e-5
+
 
 @dataclass(frozen=True)
 class Mobility:
@@ -172,7 +175,7 @@ class Robot:
     @cached_property
     def solver(self) -> Solver:
         """Closes the loops."""
-        return Solver(self.equations, self.length, slack=1e-7 + 100 * self._zero[1])
+        return Solver(self.equations, self.length, slack=1e-7 + 100 * self.closing_error)
 
     @property
     def zero_poses(self) -> Poses:
@@ -181,32 +184,40 @@ class Robot:
 
     @property
     def closing_error(self) -> float:
-        """How far the loops stay open at the closed zero pose [m or rad, scaled]: rounding, or the file's own."""
-        return self._zero[1]
+        """How far the loops stay open at the zero pose and beside it [scaled m, rad]: rounding, or the file's own."""
+        return max(self._zero[1], self._generic[1])
 
-    @cached_property
+    @property
     def generic_poses(self) -> Poses:
         """Three assembled poses without symmetry, near the zero pose, at which ranks and bases are decided."""
-        zero = self._zero[0]
+        return self._generic[0]
+
+    @cached_property
+    def _generic(self) -> tuple[Poses, float]:
+        """The same, and the largest scaled residual with which they close."""
+        zero, worst = self._zero
         random = np.random.default_rng(7)
-        tree, solver = self.equations.tree, self.solver
+        tree, solver = self.equations.tree, Solver(self.equations, self.length)
+        nothing = Request(), np.zeros((0, 1))
+        tolerance = max(RANK_TOLERANCE, 30 * worst)
         found = []
         for _ in range(3):
             pose = zero
             for _ in range(2):
-                _, gradient = solver.system(Request(), pose, np.zeros((0, 1)))
-                free = null_space(gradient[:, :, 0], self.rank_tolerance)[0]
+                _, gradient = solver.system(nothing[0], pose, nothing[1])
+                free = null_space(gradient[:, :, 0], tolerance)[0]
                 v = free @ random.standard_normal(free.shape[1])
                 v = v * solver.column_scale * (0.12 / max(float(np.abs(v).max(initial=0.0)), 1e-9))
                 moved = Poses(tree.integrate(pose.x, v[:, None]), pose.c)
-                pose = solver.close(moved, Request(), np.zeros((0, 1)))[0]
+                pose, residual = solver.close(moved, *nothing, cutoff=tolerance)
+                worst = max(worst, residual)
             found.append(pose)
-        return Poses(np.hstack([pose.x for pose in found]), np.hstack([pose.c for pose in found]))
+        return Poses(np.hstack([pose.x for pose in found]), np.hstack([pose.c for pose in found])), worst
 
     @property
     def rank_tolerance(self) -> float:
         """Relative singular value below which a direction counts as dependent; above what the file's rounding leaves."""
-        return max(1e-7, 30 * self.closing_error)
+        return max(RANK_TOLERANCE, 30 * self.closing_error)
 
     @cached_property
     def mobility(self) -> Mobility:
@@ -296,7 +307,8 @@ class Robot:
             pose = Poses(pose.x, request.orientation.coordinates(R))
         _, gradient = self.solver.system(request, pose, self.solver.values(request, pose))
         free = null_space(gradient[:, :, 0], self.rank_tolerance)[0]
-        moving = self._platform_map(pose) @ free[: self.equations.tree.nv]
+        columns = self.solver.free_columns(request)
+        moving = self._platform_map(pose)[:, columns] @ free[: len(columns)]
         return float(np.abs(moving).max(initial=0.0)) < 1e-6
 
     def joint_coordinates(self, q: Array, frames: Frames) -> dict[str, Array]:

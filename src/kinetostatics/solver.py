@@ -162,7 +162,7 @@ class Solver:
             extra_rows = 3
         gradient = np.concatenate(gradients)
         if request.columns:
-            gradient = gradient[:, self._free_columns(request)]
+            gradient = gradient[:, self.free_columns(request)]
         if extra:
             assert request.orientation is not None
             columns = np.zeros((gradient.shape[0], extra, N))
@@ -170,7 +170,7 @@ class Solver:
             gradient = np.concatenate([gradient, columns], axis=1)
         return np.concatenate(residuals), gradient
 
-    def _free_columns(self, request: Request) -> NDArray[np.intp]:
+    def free_columns(self, request: Request) -> NDArray[np.intp]:
         """Return the freedoms of the tree that are not given."""
         if request.columns not in self._free:
             self._free[request.columns] = np.setdiff1d(np.arange(self.tree.nv), request.columns)
@@ -189,7 +189,7 @@ class Solver:
 
     def advance(self, request: Request, poses: Poses, step: Array) -> Poses:
         """Return the poses moved by a scaled step (n, N)."""
-        free = self._free_columns(request)
+        free = self.free_columns(request)
         v = np.zeros((self.tree.nv, poses.x.shape[1]))
         v[free] = step[: len(free)] * self.column_scale[free, None]
         c = np.array(poses.c)
@@ -271,7 +271,9 @@ class Solver:
             state.c[0] = np.where(untilted, target[row], state.c[0])
             origin[row] = state.c[0]
 
-    def close(self, poses: Poses, request: Request, target: Array, weight: float = 1.0) -> tuple[Poses, float]:
+    def close(
+        self, poses: Poses, request: Request, target: Array, weight: float = 1.0, cutoff: float = 1e-9
+    ) -> tuple[Poses, float]:
         """Close the loops of one pose from far away by damped least squares (Levenberg–Marquardt).
 
         Args:
@@ -279,6 +281,8 @@ class Solver:
             request: what is given, and ``target`` (n, 1) its values.
             target: see ``request``.
             weight: of the request's equations against those of the loops.
+            cutoff: directions with a smaller relative singular value are left alone. Rounding in a file makes every motion of an
+                overconstrained robot open its loops a little; they are not to be closed by undoing the motion.
 
         Returns:
             The pose with the smallest residual found, and that scaled residual (largest entry).
@@ -297,8 +301,10 @@ class Solver:
         for _ in range(200):
             if not residual.size or float(np.abs(residual).max()) < 1e-15:
                 break
-            J, r = gradient[:, :, 0], residual[:, 0]
-            step = np.asarray(-np.linalg.solve(J.T @ J + damping * np.eye(J.shape[1]), J.T @ r), dtype=np.float64)
+            r = residual[:, 0]
+            U, values, V = np.linalg.svd(gradient[:, :, 0], full_matrices=False)
+            gain = np.where(values > cutoff * values[0], values / (values**2 + damping), 0.0)
+            step = np.asarray(-(V.T @ (gain * (U.T @ r))), dtype=np.float64)
             largest = float(np.abs(step).max(initial=0.0))
             if largest > 0.5:
                 step *= 0.5 / largest
