@@ -196,7 +196,7 @@ def _say_unreachable(robot: Robot, request: Request, names: list[str], pose: Pos
     )
     if gone == 0 and not robot.determines_at(request, pose):
         raise CoordinatesError(
-            f"the coordinates {', '.join(names)} do not determine the pose of {robot.name!r} where the straight line to the target "
+            f"the coordinates {', '.join(names)} do not determine the pose of {robot.name!r} where the line to the target "
             "starts, a singular pose for them: give near= a pose beside it, or choose other coordinates",
             mobility,
         )
