@@ -147,8 +147,7 @@ BAD: list[tuple[str, str, list[str]]] = [
     (END, '<link name="lost"/><!--!--></robot>', ["'ground'", "'lost'", "no parent"]),
     (
         '<link name="ground"/>',
-        '<link name="ground"/><!--!-->\n'
-        '<joint name="round" type="fixed"><parent link="plate"/><child link="ground"/></joint>',
+        '<link name="ground"/><!--!-->\n<joint name="round" type="fixed"><parent link="plate"/><child link="ground"/></joint>',
         ["cycle", "'ground'", "'rod'", "'plate'"],
     ),
     (
@@ -269,8 +268,7 @@ BAD: list[tuple[str, str, list[str]]] = [
     ),
     (
         BEAM + "\n    " + CIRCLE,
-        BEAM[:-1]
-        + ' shear_coefficient="1"><!--!--><section area="1" I_y="1" I_z="1" J="1" shear_area_y="1" shear_area_z="1"/>',
+        BEAM[:-1] + ' shear_coefficient="1"><!--!--><section area="1" I_y="1" I_z="1" J="1" shear_area_y="1" shear_area_z="1"/>',
         ["shear_coefficient and shear areas"],
     ),
     # transmissions
@@ -527,9 +525,7 @@ def test_warnings() -> None:
         assert word in line
         assert line.endswith((".", "?"))
     massless = BEAM.replace("7800", "0")
-    assert (
-        parse_robot_text(change(change(GOOD, BEAM, massless), '<mass value="2"/>', '<mass value="0"/>')).warnings == ()
-    )
+    assert parse_robot_text(change(change(GOOD, BEAM, massless), '<mass value="2"/>', '<mass value="0"/>')).warnings == ()
 
 
 # xacro
@@ -641,9 +637,7 @@ BAD_XACRO: list[tuple[str, list[str]]] = [
 
 
 @pytest.mark.parametrize(("body", "words"), BAD_XACRO)
-def test_bad_xacro_is_refused_with_line_and_reason(
-    body: str, words: list[str], capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_bad_xacro_is_refused_with_line_and_reason(body: str, words: list[str], capfd: pytest.CaptureFixture[str]) -> None:
     text = xacro(body)
     with pytest.raises(RobotFileError) as caught:
         parse_robot_text(text)
@@ -681,9 +675,7 @@ def test_bad_included_file(folder: Path, inner: str, words: list[str]) -> None:
 
 def test_bad_macro_of_an_included_file(folder: Path) -> None:
     inner = folder / "inner.xacro"
-    inner.write_text(
-        '<robot xmlns:xacro="x"><xacro:macro name="m" params="x">\n<platform link="${x}"/>\n</xacro:macro></robot>'
-    )
+    inner.write_text('<robot xmlns:xacro="x"><xacro:macro name="m" params="x">\n<platform link="${x}"/>\n</xacro:macro></robot>')
     (folder / "outer.xacro").write_text(xacro('<xacro:include filename="inner.xacro"/>\n<xacro:m x="rods"/>'))
     with pytest.raises(RobotFileError, match="two <platform>") as caught:
         read_robot_file(folder / "outer.xacro")
@@ -704,9 +696,7 @@ def test_a_robot_is_extended_by_a_xacro_that_includes_it(folder: Path) -> None:
     plain = GOOD[: GOOD.index("  <platform")] + END
     (folder / "plain.urdf").write_text(plain)
     outer = folder / "outer.xacro"
-    outer.write_text(
-        '<robot name="o" xmlns:xacro="x"><xacro:include filename="plain.urdf"/><platform link="plate"/></robot>'
-    )
+    outer.write_text('<robot name="o" xmlns:xacro="x"><xacro:include filename="plain.urdf"/><platform link="plate"/></robot>')
     assert read_robot_file(outer).joints["hinge"].place.file == str(folder / "plain.urdf")
 
 
@@ -786,9 +776,7 @@ def test_mutated_files_are_read_or_refused(data: st.DataObject) -> None:
     text = data.draw(st.sampled_from(SOURCES))
     for _ in range(data.draw(st.integers(1, 3))):
         what = data.draw(st.sampled_from(["value", "tag", "delete", "duplicate", "characters"]))
-        pattern = {"value": r'(?<==")[^"]*', "tag": r"(?<=[</])\w+"}.get(
-            what, r"<\w+[^<>]*/>|</?\w+[^<>]*>| \w+=\"[^\"]*\""
-        )
+        pattern = {"value": r'(?<==")[^"]*', "tag": r"(?<=[</])\w+"}.get(what, r"<\w+[^<>]*/>|</?\w+[^<>]*>| \w+=\"[^\"]*\"")
         spots = list(re.finditer(pattern, text))
         if not spots:
             continue
