@@ -414,3 +414,24 @@ def test_live_keeps_the_last_pose_after_one_that_cannot_be_reached():
     assert live.configuration is before
     with pytest.raises(ks.ArgumentError, match="one pose"):
         LiveRobot(robot.assemble(platform={"z": np.array([0.5, 0.6]), "rx": 0.0, "ry": 0.0}), ks.analyze)
+
+
+def test_show_opens_a_file_in_the_browser_or_says_where_it_is(monkeypatch, capsys):
+    result = ks.analyze(ks.load_robot("robots/3rps.urdf.xacro").assemble())
+    opened = []
+    monkeypatch.setattr("webbrowser.open", lambda address: opened.append(address) or True)
+    view = ks.show(result, title="My robot")
+    assert opened == [view.path.as_uri()]
+    assert "<title>My robot</title>" in view.path.read_text(encoding="utf-8")
+    view.path.unlink()
+    monkeypatch.setattr("webbrowser.open", lambda address: False)
+    view = ks.show(result)
+    assert view.path.as_uri() in capsys.readouterr().err
+    view.path.unlink()
+
+
+def test_show_in_a_notebook_returns_what_the_notebook_displays(monkeypatch):
+    monkeypatch.setattr("kinetostatics.viewer.in_notebook", lambda: True)
+    monkeypatch.setattr("webbrowser.open", lambda address: pytest.fail("a notebook needs no browser window"))
+    view = ks.show(ks.analyze(ks.load_robot("robots/3rps.urdf.xacro").assemble()))
+    assert view.path is None and view._repr_html_().startswith("<iframe srcdoc=")

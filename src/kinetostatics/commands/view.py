@@ -98,7 +98,7 @@ def _run(args: argparse.Namespace, caught: list[warnings.WarningMessage]) -> int
         viewer.save_html(result, args.html)
         print(f"wrote {args.html}")
     else:
-        print(f"opened {viewer.show(result).path}")
+        print(f"the page is in {viewer.show(result).path}")
     return 0
 
 
