@@ -25,6 +25,7 @@ from kinetostatics.result import BeamResult, LimbResult, Result
 from kinetostatics.robot import Robot, load_robot
 
 if TYPE_CHECKING:
+    from kinetostatics.verification import verify
     from kinetostatics.viewer import save_html, show
 
 __version__ = "0.1.0"
@@ -49,13 +50,18 @@ __all__ = [
     "load_robot",
     "save_html",
     "show",
+    "verify",
 ]
 
 
 def __getattr__(name: str) -> Any:
-    """Import the viewer when it is first used."""
+    """Import the viewer and the check by finite elements when they are first used."""
     if name in ("save_html", "show"):
         from kinetostatics import viewer
 
         return getattr(viewer, name)
+    if name == "verify":
+        from kinetostatics import verification
+
+        return verification.verify
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,0 +1,10 @@
+"""An independent check by finite elements: the same robot at the same pose as a frame of beams and joints in OpenSeesPy.
+
+The frame is built from the robot's file and the frames of its links, not from limbs, wrenches or compliances: a mistake in those
+cannot hide. What both share, and what therefore is not checked, is said in ``docs/how_we_know_it_is_right.md``.
+"""
+
+from kinetostatics.verification.compare import Verification, verify
+from kinetostatics.verification.opensees import FrameSolution, OpenSeesError
+
+__all__ = ["FrameSolution", "OpenSeesError", "Verification", "verify"]

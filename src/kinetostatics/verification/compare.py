@@ -1,0 +1,226 @@
+"""Our numbers beside those of the finite elements, how far they differ, and a verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kinetostatics.configuration import Status, frozen
+from kinetostatics.equilibrium import analyze
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.verification.frame import Array, FrameModel
+from kinetostatics.verification.model import build
+from kinetostatics.verification.opensees import FrameSolution, solve
+
+if TYPE_CHECKING:
+    from kinetostatics.configuration import Configuration
+    from kinetostatics.result import Result
+
+#: Largest difference with which a robot counts as verified.
+TOLERANCE = 1e-6
+#: A twist or force that is smaller than this part of what the loads could cause is zero by symmetry: differences are then
+#: measured against that part.
+NOTHING = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class Verification:
+    """One pose computed twice: by :func:`kinetostatics.analyze`, and by OpenSees from beam and joint elements.
+
+    Differences are relative and of whole twists, wrenches and matrices, since single components may vanish by symmetry. A length
+    makes linear and angular components comparable. Differences of forces are relative to the largest joint wrench.
+
+    Attributes:
+        configuration: the pose.
+        result: the analysis under test.
+        ours, finite_elements: twist, compliance, stiffness, joint wrenches and actuator forces of both.
+        differences: the largest difference of each of these.
+        joint_differences: that of every joint's wrench.
+        scatter: by how much the finite elements' own numbers change with the joints' penalty; differences below mean nothing.
+        not_compared: what could not be compared, and why.
+        length: what makes rotations and moments comparable [m].
+        tolerance: the largest difference with which the pose counts as verified.
+    """
+
+    configuration: Configuration
+    result: Result
+    ours: FrameSolution
+    finite_elements: FrameSolution
+    differences: Mapping[str, float]
+    joint_differences: Mapping[str, float]
+    scatter: Mapping[str, float]
+    not_compared: Mapping[str, str]
+    length: float
+    tolerance: float
+
+    @property
+    def verified(self) -> bool:
+        """Whether all differences are within the tolerance."""
+        return all(difference <= self.tolerance for difference in self.differences.values())
+
+    @property
+    def verdict(self) -> str:
+        """The verdict in a sentence."""
+        name, worst = max(self.differences.items(), key=lambda item: item[1])
+        what = f"the largest difference is {worst:.1e} ({name.replace('_', ' ')}), {self.tolerance:.0e} is allowed"
+        if self.verified:
+            return f"verified: {what}"
+        unsure = [key for key, value in self.scatter.items() if value > self.tolerance]
+        if unsure:
+            return f"not verified: {what}; the finite elements themselves are only sure to {max(self.scatter.values()):.1e} here"
+        return f"NOT verified: {what}"
+
+    def __str__(self) -> str:
+        from kinetostatics.verification.report import verification_report
+
+        return verification_report(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything as plain numbers, lists and strings: what ``--json`` prints."""
+        from kinetostatics.verification.report import verification_to_dict
+
+        return verification_to_dict(self)
+
+
+def verify(
+    configuration: Configuration,
+    load: ArrayLike = (0, 0, 0, 0, 0, 0),
+    gravity: ArrayLike = (0, 0, -9.81),
+    *,
+    point: ArrayLike | None = None,
+    frame: str = "world",
+    tolerance: float = TOLERANCE,
+) -> Verification:
+    """Check the analysis of one pose against finite elements (OpenSeesPy, ``pip install 'kinetostatics[verify]'``).
+
+    Args:
+        configuration: the pose.
+        load: (6,) external wrench on the platform: force [N], moment [N·m].
+        gravity: (3,) gravity [m/s²] in world axes.
+        point: (3,) where the force acts [m]; default o.
+        frame: "world" or "platform", as in :func:`kinetostatics.analyze`.
+        tolerance: the largest relative difference with which the pose counts as verified.
+
+    Raises:
+        ArgumentError: a shape or value makes no sense, or there is a batch of poses or loads.
+        OpenSeesError: OpenSeesPy is missing, cannot be loaded, or failed.
+        StaticsError: the pose has no equilibrium, as in :func:`kinetostatics.analyze`.
+    """
+    result = analyze(configuration, load, gravity, point=point, frame=frame)
+    if result.shape != ():
+        raise ArgumentError(f"one pose and one load can be verified at a time; here they are a batch of the shape {result.shape}")
+    if not 0 < tolerance < 1:
+        raise ArgumentError(f"tolerance is {tolerance!r}; it must lie between 0 and 1")
+    arm = None if point is None else np.asarray(point, dtype=float)
+    model = build(configuration, np.asarray(load, dtype=float), np.asarray(gravity, dtype=float), arm, frame)
+    theirs, less = solve(model)
+    ours = FrameSolution(
+        result.twist,
+        result.compliance,
+        result.stiffness,
+        result.joint_wrenches,
+        MappingProxyType({name: float(value) for name, value in result.actuator_forces.items()}),
+        theirs.torques,
+    )
+    ruler = _Ruler(model, theirs)
+    not_compared: dict[str, str] = {}
+    joints = _common(ours, theirs, result, not_compared)
+    joint_differences = {name: ruler.wrench(ours.joint_wrenches[name], theirs.joint_wrenches[name]) for name in joints}
+    differences = ruler.differences(ours, theirs, joints)
+    if np.any(np.isnan(ours.stiffness)):
+        del differences["stiffness"]
+        not_compared["stiffness"] = "rigid limbs make it infinite; its inverse, the compliance, is compared"
+    scatter = {name: value for name, value in ruler.differences(less, theirs, joints).items() if name in differences}
+    for missing in set(ours.joint_wrenches) - set(theirs.joint_wrenches):
+        not_compared[missing] = "the finite elements have no such joint"
+        joint_differences[missing] = differences["joint_wrenches"] = np.inf
+    return Verification(
+        configuration,
+        result,
+        ours,
+        _read_only(theirs),
+        MappingProxyType(differences),
+        MappingProxyType(joint_differences),
+        MappingProxyType(scatter),
+        MappingProxyType(not_compared),
+        model.length,
+        tolerance,
+    )
+
+
+def _common(ours: FrameSolution, theirs: FrameSolution, result: Result, not_compared: dict[str, str]) -> list[str]:
+    """Return the joints whose wrenches both sides know."""
+    found = []
+    for name in theirs.joint_wrenches:
+        if name not in ours.joint_wrenches:
+            continue  # a fixed joint inside base or platform
+        if np.any(np.isnan(ours.joint_wrenches[name])) and result.status == Status.INDETERMINATE:
+            not_compared[name] = "rigid limbs overconstrain one another: its wrench is not determined"
+        else:
+            found.append(name)
+    return found
+
+
+class _Ruler:
+    """Measures differences relative to the finite elements' numbers."""
+
+    def __init__(self, model: FrameModel, theirs: FrameSolution) -> None:
+        self.unit = np.repeat([1.0, model.length], 3)
+        loads = float(np.sum(np.linalg.norm(model.loads / self.unit, axis=1)))
+        loads += sum(float(np.linalg.norm(beam.load)) * beam.length for beam in model.beams)
+        # a robot without beams is rigid: what is left of its compliance is rounding
+        flexible = float(np.linalg.norm(theirs.compliance * np.outer(self.unit, self.unit)))
+        self.compliance_size = flexible = max(flexible, NOTHING / model.stiffest)
+        self.twist_size = max(float(np.linalg.norm(theirs.twist * self.unit)), NOTHING * flexible * loads)
+        sizes = [float(np.linalg.norm(wrench / self.unit)) for wrench in theirs.joint_wrenches.values()]
+        self.wrench_size = max([*sizes, NOTHING * loads])
+
+    def wrench(self, ours: Array, theirs: Array) -> float:
+        """Return the difference of two wrenches."""
+        return _relative(np.linalg.norm((ours - theirs) / self.unit), self.wrench_size)
+
+    def differences(self, ours: FrameSolution, theirs: FrameSolution, joints: list[str]) -> dict[str, float]:
+        """Return all differences but those of single joints; what is NaN on one side is infinitely far."""
+
+        units = np.outer(self.unit, self.unit)
+        wrenches = [self.wrench(ours.joint_wrenches[name], theirs.joint_wrenches[name]) for name in joints]
+        drives = [name for name in theirs.actuator_forces if name in joints]
+        return {
+            "twist": _relative(np.linalg.norm((ours.twist - theirs.twist) * self.unit), self.twist_size),
+            "compliance": _relative(np.linalg.norm((ours.compliance - theirs.compliance) * units), self.compliance_size),
+            "stiffness": _relative(
+                np.linalg.norm((ours.stiffness - theirs.stiffness) / units), float(np.linalg.norm(theirs.stiffness / units))
+            ),
+            "joint_wrenches": max(wrenches, default=0.0),
+            "actuator_forces": max((self._drive(name, ours, theirs) for name in drives), default=0.0),
+        }
+
+    def _drive(self, name: str, ours: FrameSolution, theirs: FrameSolution) -> float:
+        """Return the difference of two actuator forces; a torque counts as the force at the end of an arm."""
+        gap = abs(ours.actuator_forces[name] - theirs.actuator_forces[name])
+        arm = self.unit[3] if name in theirs.torques else 1.0
+        return _relative(gap / arm, self.wrench_size)
+
+
+def _relative(gap: Any, size: float) -> float:
+    if np.isnan(gap):
+        return float("inf")
+    if size > 0:
+        return float(gap) / size
+    return 0.0 if gap == 0 else float("inf")
+
+
+def _read_only(solution: FrameSolution) -> FrameSolution:
+    return FrameSolution(
+        frozen(solution.twist),
+        frozen(solution.compliance),
+        frozen(solution.stiffness),
+        MappingProxyType({name: frozen(wrench) for name, wrench in solution.joint_wrenches.items()}),
+        MappingProxyType(dict(solution.actuator_forces)),
+        solution.torques,
+    )

@@ -1,0 +1,257 @@
+"""A frame solved by OpenSeesPy: scaled, with joints by penalty, extrapolated to joints without compliance.
+
+A joint is a spring: stiff in the directions that it blocks, with a trace of stiffness in those it leaves free, so that a strut
+that spins about itself does no harm. Every number then is a rational function of the penalty's inverse h; solved at several h and
+extrapolated to h = 0 (Richardson), it keeps errors of rounding alone.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import subprocess
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from kinetostatics.exceptions import KinetostaticsError
+from kinetostatics.verification.frame import Array, FrameModel, SpannedJoint
+
+#: Smallest penalty, as a multiple of the largest axial stiffness of a beam; each level doubles it.
+PENALTY = 100.0
+#: Stiffness of free directions that goes with it; each level halves it.
+GROUND = 1e-12
+LEVELS = 5
+#: Seconds after which OpenSees is given up.
+PATIENCE = 300.0
+
+
+class OpenSeesError(KinetostaticsError):
+    """OpenSeesPy is missing, cannot be loaded, or failed."""
+
+
+@dataclass(frozen=True, eq=False)
+class FrameSolution:
+    """What the frame gives, SI units and world axes, in the conventions of :class:`kinetostatics.Result`.
+
+    Attributes:
+        twist: (6,) of the platform at o [m, rad].
+        compliance: (6, 6) at o, by six unit loads.
+        stiffness: (6, 6) its inverse, NaN if it has none.
+        joint_wrenches: (6,) for every joint [N, N·m].
+        actuator_forces: for every driven joint [N or N·m].
+        torques: names of the driven joints that turn.
+    """
+
+    twist: Array
+    compliance: Array
+    stiffness: Array
+    joint_wrenches: Mapping[str, Array]
+    actuator_forces: Mapping[str, float]
+    torques: frozenset[str]
+
+
+def solve(model: FrameModel) -> tuple[FrameSolution, FrameSolution]:
+    """Solve a frame.
+
+    Returns:
+        The solution; and one that is extrapolated from one level less, which tells how sure the first is.
+
+    Raises:
+        OpenSeesError: OpenSeesPy is missing, cannot be loaded, or failed.
+    """
+    scale = _Scale(model)
+    h = np.array([0.5**level for level in range(LEVELS)])
+    levels = _run(_frame(model, scale) | {"springs_at_level": [[PENALTY / x, GROUND * x] for x in h]})
+    raw = [_physical(level, scale) for level in levels]
+    return _answer(model, _extrapolated(raw, h)), _answer(model, _extrapolated(raw[:-1], h[:-1]))
+
+
+# ---- scaling -------------------------------------------------------------------------------------------------------------
+
+
+class _Scale:
+    """Units in which the frame is of order one: of length [m], stiffness [N/m] and force [N]."""
+
+    def __init__(self, model: FrameModel) -> None:
+        self.length = model.length
+        self.stiffness = model.stiffest
+        forces = [
+            float(np.abs(model.loads[:, :3]).max(initial=0.0)),
+            float(np.abs(model.loads[:, 3:]).max(initial=0.0)) / self.length,
+        ]
+        forces += [float(np.linalg.norm(beam.load)) * beam.length for beam in model.beams]
+        self.force = max(forces) or 1.0
+
+    @property
+    def wrench(self) -> Array:
+        """Units of a wrench (6,)."""
+        return np.repeat([self.force, self.force * self.length], 3)
+
+    @property
+    def twist(self) -> Array:
+        """Units of a twist (6,)."""
+        return np.repeat([self.force / self.stiffness, self.force / self.stiffness / self.length], 3)
+
+
+def _frame(model: FrameModel, scale: _Scale) -> dict[str, Any]:
+    """Return the frame as plain numbers in units of ``scale``, for the worker."""
+    nodes: list[list[float]] = []
+    fixed: list[int] = []
+    ties: list[list[int]] = []
+
+    def node(point: Array) -> int:
+        nodes.append([float(value) for value in point / scale.length])
+        return len(nodes) - 1
+
+    references = [node(point) for point in model.references]
+
+    def attached(piece: int, point: Array) -> int:
+        """Return a node that is rigidly part of a piece."""
+        if piece != model.base and np.array_equal(point, model.references[piece]):
+            return references[piece]
+        tag = node(point)
+        # nothing may be both fixed and tied
+        fixed.append(tag) if piece == model.base else ties.append([references[piece], tag])
+        return tag
+
+    springs: list[dict[str, Any]] = []
+    beams: list[dict[str, Any]] = []
+    for joint in model.joints:
+        ends = [attached(piece, joint.point) for piece in joint.pieces]
+        springs.append(
+            {"tag": len(springs) + 1, "nodes": ends, "blocked": joint.blocked.tolist(), "axes": _orientation(joint.axes)}
+        )
+    for number, beam in enumerate(model.beams):
+        ends = [attached(piece, point) for piece, point in zip(beam.pieces, beam.points, strict=True)]
+        for end, released in enumerate(beam.released):
+            if released:
+                own = node(beam.points[end])
+                blocked = [False, True, True, True, True, True]
+                springs.append(
+                    {"tag": len(springs) + 1, "nodes": [ends[end], own], "blocked": blocked, "axes": _orientation(beam.axes)}
+                )
+                ends[end] = own
+        unit = scale.stiffness * np.array([scale.length] * 3 + [scale.length**3] * 3)
+        beams.append(
+            {
+                "tag": 1_000_000 + number,
+                "nodes": ends,
+                "stiffness": (np.array(beam.stiffness) / unit).tolist(),
+                "z": beam.axes[:, 2].tolist(),
+                "load": (beam.axes.T @ beam.load * scale.length / scale.force).tolist(),
+            }
+        )
+    fixed.append(references[model.base])
+    loads = [
+        [references[piece], (load / scale.wrench).tolist()]
+        for piece, load in enumerate(model.loads)
+        if piece != model.base and np.any(load)
+    ]
+    platform = references[model.platform]
+    return {
+        "nodes": nodes,
+        "fixed": fixed,
+        "ties": ties,
+        "springs": springs,
+        "beams": beams,
+        "loads": loads,
+        "platform": platform,
+    }
+
+
+def _orientation(axes: Array) -> list[float]:
+    return [*axes[:, 0].tolist(), *axes[:, 1].tolist()]
+
+
+def _physical(level: Mapping[str, Any], scale: _Scale) -> dict[str, Array]:
+    """Return a level's answer in SI units."""
+    moved = np.array(level["platform"])
+    return {
+        "twist": moved[0] * scale.twist,
+        "compliance": moved[1:].T * scale.twist[:, None] / scale.wrench,
+        "springs": np.array(level["springs"]).reshape(-1, 6) * scale.wrench,
+        "beams": np.array(level["beams"]).reshape(-1, 2, 6) * scale.wrench,
+    }
+
+
+# ---- extrapolation and forces --------------------------------------------------------------------------------------------
+
+
+def _extrapolated(levels: list[dict[str, Array]], h: Array) -> dict[str, Array]:
+    """Return the value at h = 0 of the polynomial through the levels."""
+    weights = [float(np.prod([other / (other - mine) for other in h if other != mine])) for mine in h]
+    return {name: sum((w * level[name] for w, level in zip(weights, levels, strict=True)), np.zeros(())) for name in levels[0]}
+
+
+def _answer(model: FrameModel, raw: dict[str, Array]) -> FrameSolution:
+    wrenches = {joint.name: raw["springs"][k] for k, joint in enumerate(model.joints)}
+    points = {joint.name: joint.point for joint in model.joints}
+    numbers = {beam.name: k for k, beam in enumerate(model.beams)}
+    for item in model.spanned:
+        wrenches[item.name] = _spanned_wrench(item, model, raw["beams"][numbers[item.beam]], numbers, wrenches, points)
+    forces = {
+        drive.name: float(drive.axis @ (wrenches[drive.name][3:] if drive.rotates else wrenches[drive.name][:3]))
+        for drive in model.drives
+    }
+    C = (raw["compliance"] + raw["compliance"].T) / 2
+    unit = np.repeat([1.0, model.length], 3)
+    try:
+        stiffness = np.asarray(np.linalg.inv(C * np.outer(unit, unit)) * np.outer(unit, unit), dtype=np.float64)
+    except np.linalg.LinAlgError:
+        stiffness = np.full((6, 6), np.nan)
+    torques = frozenset(drive.name for drive in model.drives if drive.rotates)
+    return FrameSolution(raw["twist"], C, stiffness, wrenches, forces, torques)
+
+
+def _spanned_wrench(
+    item: SpannedJoint,
+    model: FrameModel,
+    forces: Array,
+    numbers: Mapping[str, int],
+    wrenches: Mapping[str, Array],
+    points: Mapping[str, Array],
+) -> Array:
+    """Return the wrench of a joint inside a beam whose nodes put ``forces`` (2, 6) on it."""
+    beam = model.beams[numbers[item.beam]]
+    end = forces[item.end] if item.end == 0 else -forces[item.end]
+    total = _moved(end, beam.points[item.end], item.point) + item.force
+    for name, sign in item.joints:
+        total = total + sign * _moved(wrenches[name], points[name], item.point)
+    return total
+
+
+def _moved(wrench: Array, of: Array, to: Array) -> Array:
+    """Return a wrench about another point."""
+    return np.append(wrench[:3], wrench[3:] + np.cross(of - to, wrench[:3]))
+
+
+# ---- the process that does the work --------------------------------------------------------------------------------------
+
+
+def _run(frame: dict[str, Any]) -> list[dict[str, Any]]:
+    """Let OpenSees solve a frame in a process of its own."""
+    if importlib.util.find_spec("openseespy") is None:
+        raise OpenSeesError("the check by finite elements needs OpenSeesPy: pip install 'kinetostatics[verify]'")
+    command = [sys.executable, str(Path(__file__).with_name("worker.py"))]
+    try:
+        done = subprocess.run(command, input=json.dumps(frame), capture_output=True, text=True, timeout=PATIENCE, check=False)
+    except subprocess.TimeoutExpired:
+        raise OpenSeesError(f"OpenSees did not finish within {PATIENCE:g} s") from None
+    try:
+        answer = json.loads(done.stdout)
+    except ValueError:
+        raise OpenSeesError(f"the process that runs OpenSees ended with exit code {done.returncode}") from None
+    if "missing" in answer:
+        raise OpenSeesError(
+            f"OpenSeesPy is installed but cannot be loaded ({answer['missing']}); on Debian and Ubuntu the packages libblas3, "
+            "liblapack3 and libgfortran5 may be missing"
+        )
+    if "error" in answer:
+        raise OpenSeesError(f"OpenSees failed: {answer['error']}")
+    levels: list[dict[str, Any]] = answer["levels"]
+    return levels

@@ -1,0 +1,169 @@
+"""Runs frames in OpenSeesPy: a program that reads a frame as JSON from standard input and writes its answers as JSON.
+
+It is a process of its own because OpenSees has one model per process, which a caller may be using; because it prints what it
+likes, even when Python exits; and because some of its mistakes end the process. It imports nothing of the package, which would
+take longer than the work.
+
+The frame's numbers have no units: :mod:`kinetostatics.verification.opensees` scales them so that the stiffest beam has an axial
+stiffness of 1, which keeps the penalties of joints in the range that double precision can hold.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import importlib.util
+import json
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+
+def load_opensees() -> Any:
+    """Import OpenSees.
+
+    Its wheel for Linux brings BLAS and LAPACK but does not tell the loader where the libraries that they need in turn are: where
+    Debian's own are missing, those of the wheel are loaded first.
+    """
+    try:
+        import openseespy.opensees as ops
+    except (ImportError, RuntimeError):
+        found = importlib.util.find_spec("openseespylinux")
+        if found is None or found.origin is None:
+            raise
+        for name in ("libquadmath.so.0", "libgfortran.so.4", "libblas.so.3"):
+            path = Path(found.origin).parent / "lib" / name
+            if path.exists():
+                ctypes.CDLL(str(path))
+        import openseespy.opensees as ops
+    return ops
+
+
+def build(ops: Any, frame: dict[str, Any], penalty: float, ground: float) -> None:
+    """Build the frame with blocked directions of stiffness ``penalty`` and free ones of stiffness ``ground``."""
+    ops.wipe()
+    ops.model("basic", "-ndm", 3, "-ndf", 6)
+    for tag, point in enumerate(frame["nodes"]):
+        ops.node(tag, *point)
+    for tag in frame["fixed"]:
+        ops.fix(tag, 1, 1, 1, 1, 1, 1)
+    for reference, tied in frame["ties"]:
+        ops.rigidLink("beam", reference, tied)
+    ops.uniaxialMaterial("Elastic", 1, penalty)
+    ops.uniaxialMaterial("Elastic", 2, ground)
+    for spring in frame["springs"]:
+        materials = [1 if blocked else 2 for blocked in spring["blocked"]]
+        ops.element(
+            "zeroLength",
+            spring["tag"],
+            *spring["nodes"],
+            "-mat",
+            *materials,
+            "-dir",
+            1,
+            2,
+            3,
+            4,
+            5,
+            6,
+            "-orient",
+            *spring["axes"],
+        )
+    for beam in frame["beams"]:
+        EA, GAy, GAz, GJ, EIy, EIz = beam["stiffness"]
+        ops.geomTransf("Linear", beam["tag"], *beam["z"])
+        ops.element("ElasticTimoshenkoBeam", beam["tag"], *beam["nodes"], 1.0, 1.0, EA, GJ, EIy, EIz, GAy, GAz, beam["tag"])
+    ops.timeSeries("Constant", 1)
+    ops.constraints("Transformation")
+    ops.numberer("RCM")
+    ops.system("FullGeneral")
+    ops.integrator("LoadControl", 1.0)
+    ops.algorithm("Linear")
+    ops.analysis("Static", "-noWarnings")
+
+
+def solve(ops: Any, frame: dict[str, Any], penalty: float, ground: float) -> dict[str, Any]:
+    """Return the platform's displacements under the loads and six unit loads, and forces of joints and beams under the loads."""
+    build(ops, frame, penalty, ground)
+    answer = under_loads(ops, frame)
+    platform = frame["platform"]
+    for k in range(6):
+        start(ops, [[platform, [float(k == direction) for direction in range(6)]]])
+        # the second step finds what rounding has left unbalanced by the first
+        analyze(ops, 2)
+        answer["platform"].append(ops.nodeDisp(platform))
+    return answer
+
+
+def under_loads(ops: Any, frame: dict[str, Any]) -> dict[str, Any]:
+    """Return displacements and forces under the loads.
+
+    The force of a stiff spring is a small difference of displacements and loses digits. What is therefore left unbalanced is put
+    on the unloaded frame, twice, and the answers are added.
+    """
+    answer: dict[str, Any] = {"platform": [[0.0] * 6], "springs": [], "beams": []}
+    loads = frame["loads"]
+    free = sorted(set(range(len(frame["nodes"]))) - set(frame["fixed"]))
+    for step in range(3):
+        start(ops, loads)
+        if step == 0:
+            for beam in frame["beams"]:
+                x, y, z = beam["load"]
+                ops.eleLoad("-ele", beam["tag"], "-type", "-beamUniform", y, z, x)
+        analyze(ops, 1)
+        found = {
+            "platform": [ops.nodeDisp(frame["platform"])],
+            "springs": [ops.eleResponse(spring["tag"], "force")[:6] for spring in frame["springs"]],
+            "beams": [ops.eleResponse(beam["tag"], "force") for beam in frame["beams"]],
+        }
+        for key, rows in found.items():
+            answer[key] = added(answer[key], rows) if answer[key] else rows
+        ops.reactions()
+        loads = [[tag, [-value for value in ops.nodeReaction(tag)]] for tag in free]
+    return answer
+
+
+def added(some: list[list[float]], more: list[list[float]]) -> list[list[float]]:
+    """Return the sum of two tables."""
+    return [[a + b for a, b in zip(*rows, strict=True)] for rows in zip(some, more, strict=True)]
+
+
+def start(ops: Any, loads: list[Any]) -> None:
+    """Take the frame back to where no load acts and apply loads."""
+    ops.remove("loadPattern", 1)
+    ops.reset()
+    ops.pattern("Plain", 1, 1)
+    for tag, load in loads:
+        ops.load(tag, *load)
+
+
+def analyze(ops: Any, steps: int) -> None:
+    """Solve."""
+    if ops.analyze(steps) != 0:
+        raise RuntimeError("OpenSees could not solve the frame")
+
+
+def main() -> None:
+    """Read a frame, solve it with every pair of spring stiffnesses, write the answers."""
+    output = os.dup(1)
+    sink = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(sink, 1)
+    os.dup2(sink, 2)
+    answer: dict[str, Any]
+    try:
+        frame = json.load(sys.stdin)
+        ops = load_opensees()
+    except Exception as error:
+        cause = error.__context__ or error
+        answer = {"missing": f"{type(cause).__name__}: {cause}"}
+    else:
+        try:
+            answer = {"levels": [solve(ops, frame, penalty, ground) for penalty, ground in frame["springs_at_level"]]}
+        except Exception as error:
+            answer = {"error": f"{type(error).__name__}: {error}"}
+    with os.fdopen(output, "w") as stream:
+        json.dump(answer, stream)
+
+
+if __name__ == "__main__":
+    main()
