@@ -303,7 +303,7 @@ class Solver:
                 break
             r = residual[:, 0]
             U, values, V = np.linalg.svd(gradient[:, :, 0], full_matrices=False)
-            gain = np.where(values > cutoff * values[0], values / (values**2 + damping), 0.0)
+            gain = np.where(values > cutoff * values.max(initial=0.0), values / (values**2 + damping), 0.0)
             step = np.asarray(-(V.T @ (gain * (U.T @ r))), dtype=np.float64)
             largest = float(np.abs(step).max(initial=0.0))
             if largest > 0.5:

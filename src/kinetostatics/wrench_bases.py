@@ -181,7 +181,8 @@ def _choose(
             if reciprocal and _smallest_singular_value([*taken, column]) > 1e-3:
                 chosen.append(candidate)
                 taken.append(column)
-    independent = _independent(twists, np.flatnonzero(reciprocal_to), group.robot.rank_tolerance)
+    rank, _ = _rank_over_poses(twists[:, reciprocal_to], group.robot.rank_tolerance)
+    independent = _independent(twists, np.flatnonzero(reciprocal_to), rank)
     seeds = (_seeds(geometry, group.robot.length) * scale[:, None])[:, :, 0]
     chosen += _rest([twists[:, f] for f in independent] + taken, seeds, count - len(chosen))
     return tuple(chosen), tuple(independent)
@@ -277,24 +278,29 @@ def _seeds(geometry: LimbGeometry, length: float) -> Array:
     return np.concatenate([np.concatenate([axes, zero]), np.concatenate([zero, axes * length])], axis=1)
 
 
+def _residue(v: Array, basis: list[Array]) -> Array:
+    """Return the part of ``v`` (6, …) that is orthogonal to orthonormal vectors."""
+    for _ in range(2):  # once more against rounding
+        for unit in basis:
+            v = v - unit * dot(unit, v)
+    return v
+
+
+def _orthonormal(columns: list[Array]) -> list[Array]:
+    """Return orthonormal vectors with the span of independent columns (6, …)."""
+    basis: list[Array] = []
+    for column in columns:
+        basis.append(normalize(_residue(normalize(column), basis)))
+    return basis
+
+
 def _complete(spanned: list[Array], seeds: Array, chosen: Sequence[int]) -> list[Array]:
     """Return unit vectors from the chosen seeds, orthogonal to all ``spanned`` (6, …) and to one another."""
-    basis: list[Array] = []
-
-    def residue(v: Array) -> Array:
-        for _ in range(2):
-            for unit in basis:
-                v = v - unit * dot(unit, v)
-        return v
-
-    for column in spanned:
-        basis.append(normalize(residue(normalize(column))))
-    found = []
+    basis = _orthonormal(spanned)
     for seed in chosen:
-        unit = normalize(residue(normalize(residue(normalize(seeds[:, seed])))))
+        unit = normalize(_residue(normalize(_residue(normalize(seeds[:, seed]), basis)), basis))
         basis.append(unit)
-        found.append(unit)
-    return found
+    return basis[len(spanned) :]
 
 
 def _rest(spanned: list[Array], seeds: Array, count: int) -> list[Candidate]:
@@ -328,11 +334,11 @@ def _rank(matrix: Array, tolerance: float) -> tuple[int, float]:
     return rank, float(values[rank - 1]) / dropped if rank and dropped > 0 else np.inf
 
 
-def _independent(twists: Array, among: Index, tolerance: float) -> list[int]:
-    """Return a maximal set of independent freedoms, decided at all generic poses."""
+def _independent(twists: Array, among: Index, count: int) -> list[int]:
+    """Return ``count`` freedoms, the best independent of one another at all generic poses, taken one by one."""
     chosen: list[int] = []
-    for f in among:
-        trial = [*chosen, int(f)]
-        if all(_rank(twists[:, trial, p], 1e3 * tolerance)[0] == len(trial) for p in range(twists.shape[2])):
-            chosen = trial
-    return chosen
+    for _ in range(count):
+        basis = _orthonormal([twists[:, f] for f in chosen])
+        rests = {int(f): _residue(twists[:, f], basis) for f in among if int(f) not in chosen}
+        chosen.append(max(rests, key=lambda f: float(np.min(dot(rests[f], rests[f])))))
+    return sorted(chosen)
