@@ -45,8 +45,7 @@ class Solution:
         twists: (6, S, N) contributions to the twist.
         compliance, stiffness: (6, 6, N).
         intensities: for each group W_ic of each contribution (n_c, S, g, N).
-        platform_load: (6, N) external load and weight of the platform.
-        platform_weight: (6, N).
+        load, platform_weight: (6, N) external load and weight of the platform.
         status: (N,) of the statics alone.
         undetermined: for each group (n_c, g, N) whether an intensity cannot be determined.
         unbalanced: for each limb or dead weight, how much of its weight its passive joints cannot carry (N,).
@@ -61,7 +60,7 @@ class Solution:
     compliance: Array
     stiffness: Array
     intensities: tuple[Array, ...]
-    platform_load: Array
+    load: Array
     platform_weight: Array
     status: NDArray[np.int8]
     undetermined: tuple[NDArray[np.bool_], ...]
@@ -144,7 +143,7 @@ def solve(robot: Robot, frames: Frames, load: Array, gravity: Array) -> Solution
         compliance,
         stiffness,
         tuple(intensities),
-        load + platform_weight,
+        load,
         platform_weight,
         status,
         tuple(undetermined),
@@ -321,7 +320,7 @@ def analyze(
         at_o = _load_at_o(robot, chunk, loads[:, part], None if arms is None else arms[:, part], frame)
         solutions.append(solve(robot, chunk, at_o, fields[:, part]))
     reached = configuration.reached[which]
-    result = Result(configuration, shape, which, tuple(solutions), reached, loads, fields)
+    result = Result(configuration, shape, which, tuple(solutions), reached)
     if raising:
         _complain(robot, result)
     return result

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from kinetostatics.configuration import Configuration, Status, batch_first
+from kinetostatics.configuration import Configuration, Status
 from kinetostatics.report_facts import RobotFacts, robot_facts
 
 if TYPE_CHECKING:
@@ -113,8 +113,8 @@ def result_to_dict(result: Result) -> dict[str, Any]:
         "status": status_names(result.status),
         "warnings": list(result.warnings),
         "configuration": _configuration(result.configuration),
-        "gravity": plain(gravity_of(result)),
-        "load": plain(load_of(result)),
+        "gravity": plain(result.gravity),
+        "load": plain(result.load),
     }
     found.update({name: plain(getattr(result, name)) for name in RESULT_ARRAYS})
     for name in ("contributions", "joint_wrenches", "actuator_forces", "beam_contributions", "link_contributions"):
@@ -177,14 +177,3 @@ def wrench_units(labels: tuple[str, ...], wrenches: Any) -> list[str]:
 def drive_unit(robot: Robot, name: str) -> str:
     """Return the unit of a drive's force."""
     return "N" if robot.mechanism.connections[name].kind == "prismatic" else "N·m"
-
-
-def gravity_of(result: Result) -> Any:
-    """Return the gravity (…, 3) [m/s²] of every pose."""
-    return batch_first(np.concatenate([s.gravity for s in result.solutions], axis=-1), result.shape)
-
-
-def load_of(result: Result) -> Any:
-    """Return the external load (…, 6) about o, world axes [N, N·m], of every pose."""
-    loads = [s.platform_load - s.platform_weight for s in result.solutions]
-    return batch_first(np.concatenate(loads, axis=-1), result.shape)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from kinetostatics.configuration import Configuration, Status
 from kinetostatics.equilibrium import UNBALANCED, free_twists
 from kinetostatics.report_batch import batch_report, magnitudes
-from kinetostatics.report_dict import drive_unit, gravity_of, load_of, wrench_units
+from kinetostatics.report_dict import drive_unit, wrench_units
 from kinetostatics.report_text import (
     ANGLES,
     ENERGIES,
@@ -91,7 +91,7 @@ def _pose(result: Result) -> list[str]:
         ("orientation", angles_words(configuration)),
         ("actuators", drives_words(configuration)),
     ]
-    gravity, load = gravity_of(result), load_of(result)
+    gravity, load = result.gravity, result.load
     rows.append(("gravity", vector(gravity, Scale.of(gravity, (("m/s²", 1.0),), digits=4))))
     force, moment = Scale.of(load[:3], FORCES), Scale.of(load[3:], MOMENTS)
     rows.append(("load at o", f"force {vector(load[:3], force)}, moment {vector(load[3:], moment)}"))

@@ -41,6 +41,7 @@ class LimbResult:
         labels: what each constraint wrench is, in words.
         constraint_wrenches: (…, 6, n_c) J_ic, Eq. (2), unit wrenches.
         intensities: (…, n_c) W_ic, Eq. (11) [N or N·m].
+        contributions: (…, n_c) W_ic of each contribution to the twist; they sum to the intensities.
         attached_labels: what each attached wrench is.
         attached_wrenches: (…, 6, n_g) J_ig, Eq. (4), unit wrenches.
         attached_intensities: (…, n_g) W_ig, Eq. (3) [N or N·m].
@@ -53,6 +54,7 @@ class LimbResult:
     labels: tuple[str, ...]
     constraint_wrenches: Array
     intensities: Array
+    contributions: Mapping[str, Array]
     attached_labels: tuple[str, ...]
     attached_wrenches: Array
     attached_intensities: Array
@@ -112,13 +114,10 @@ class Result:
         which: Any,
         solutions: tuple[Solution, ...],
         reached: NDArray[np.bool_],
-        loads: Array,
-        gravity: Array,
     ) -> None:
         self.configuration, self.robot, self.shape = configuration, configuration.robot, shape
         self.solutions = solutions
         self._which, self._reached = which, reached
-        self._loads, self._gravity = loads, gravity
 
     def __str__(self) -> str:
         from kinetostatics.report import result_report
@@ -191,39 +190,58 @@ class Result:
         return self._gather(lambda s: s.compliance)
 
     @cached_property
+    def load(self) -> Array:
+        """(…, 6) external load about o, world axes [N, N·m]."""
+        return self._gather(lambda s: s.load)
+
+    @cached_property
+    def platform_weight(self) -> Array:
+        """(…, 6) weight of the platform and of what hangs on it, about o, world axes [N, N·m]."""
+        return self._gather(lambda s: s.platform_weight)
+
+    @cached_property
+    def gravity(self) -> Array:
+        """(…, 3) gravity, world axes [m/s²]."""
+        return self._gather(lambda s: s.gravity)
+
+    @cached_property
     def platform_wrench(self) -> Array:
         """(…, 6) what the world puts on the platform: load and platform weight, about o, Eq. (5)."""
-        return self._gather(lambda s: s.platform_load)
+        return self._gather(lambda s: s.load + s.platform_weight)
 
     # ---- limbs ------------------------------------------------------------------------------------------------------
 
     @cached_property
     def limbs(self) -> Mapping[str, LimbResult]:
         """The limbs by name, in the order of the file."""
-        found: dict[str, LimbResult] = {}
-        for number, group in enumerate(self.robot.limb_groups):
-            for position, limb in enumerate(group.limbs):
-
-                def pick(attribute: str, number: int = number, position: int = position) -> Array:
-                    return self._gather(lambda s: getattr(s.statics[number], attribute)[..., position, :])
-
-                found[limb.name] = LimbResult(
-                    limb.name,
-                    group.labels[position],
-                    self._basis("J_c", number, position),
-                    self._gather(lambda s, n=number, p=position: _intensities(s, n, p)),  # type: ignore[misc]
-                    group.attached_labels[position],
-                    self._basis("J_g", number, position),
-                    self._gather(lambda s, n=number, p=position: _where_readable(s, n, p, s.statics[n].W_g[:, p])),  # type: ignore[misc]
-                    self._basis("C", number, position),
-                    self._basis("sag", number, position),
-                    self._gather(lambda s, n=number, p=position: _limb_wrench(s, n, p)),  # type: ignore[misc]
-                )
+        found = {
+            limb.name: self._limb(number, position)
+            for number, group in enumerate(self.robot.limb_groups)
+            for position, limb in enumerate(group.limbs)
+        }
         return MappingProxyType({limb.name: found[limb.name] for limb in self.robot.topology.limbs})
 
-    def _basis(self, attribute: str, number: int, position: int) -> Array:
-        return self._gather(
-            lambda s: _where_readable(s, number, position, getattr(s.statics[number], attribute)[..., position, :])
+    def _limb(self, number: int, position: int) -> LimbResult:
+        group = self.robot.limb_groups[number]
+
+        def gather(attribute: str) -> Array:
+            return self._gather(
+                lambda s: _where_readable(s, number, position, getattr(s.statics[number], attribute)[..., position, :])
+            )
+
+        parts = _joined([_intensities(s, number, position) for s in self.solutions])
+        return LimbResult(
+            name=group.limbs[position].name,
+            labels=group.labels[position],
+            constraint_wrenches=gather("J_c"),
+            intensities=self._public(parts.sum(axis=1)),
+            contributions=MappingProxyType({name: self._public(parts[:, k]) for k, name in enumerate(self.solutions[0].sources)}),
+            attached_labels=group.attached_labels[position],
+            attached_wrenches=gather("J_g"),
+            attached_intensities=gather("W_g"),
+            compliance=gather("C"),
+            sag=gather("sag"),
+            wrench=self._gather(lambda s: _limb_wrench(s, number, position)),
         )
 
     # ---- joints -----------------------------------------------------------------------------------------------------
@@ -425,9 +443,10 @@ def _where_readable(solution: Solution, number: int, position: int, array: Array
 
 
 def _intensities(solution: Solution, number: int, position: int) -> Array:
-    total = solution.intensities[number][:, :, position].sum(axis=1)
-    unknown = solution.undetermined[number][:, position]
-    return _where_readable(solution, number, position, np.where(unknown, np.nan, total))
+    """Return W_ic of each contribution (n_c, S, N), NaN where it is not determined or its basis not readable."""
+    unknown = solution.undetermined[number][:, None, position]
+    known = np.where(unknown, np.nan, solution.intensities[number][:, :, position])
+    return _where_readable(solution, number, position, known)
 
 
 def _limb_wrench(solution: Solution, number: int, position: int) -> Array:

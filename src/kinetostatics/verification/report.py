@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from kinetostatics.report_dict import gravity_of, load_of, plain
+from kinetostatics.report_dict import plain
 from kinetostatics.report_result import COMPONENTS, angles_words, drives_words, position_words
 from kinetostatics.report_text import (
     ANGLES,
@@ -63,8 +63,8 @@ def verification_to_dict(found: Verification) -> dict[str, Any]:
         "length": found.length,
         "platform": plain(found.configuration.platform),
         "actuators": plain(found.configuration.actuators),
-        "load": plain(load_of(found.result)),
-        "gravity": plain(gravity_of(found.result)),
+        "load": plain(found.result.load),
+        "gravity": plain(found.result.gravity),
         "differences": plain(found.differences),
         "scatter": plain(found.scatter),
         "joint_differences": plain(found.joint_differences),
@@ -79,7 +79,7 @@ def verification_report(found: Verification) -> str:
     """Return both sides' numbers next to each other, and the verdict."""
     robot, pose = found.configuration.robot, found.configuration
     lines = [f"Check of {robot.name!r} by finite elements (OpenSees)"]
-    load, gravity = load_of(found.result), gravity_of(found.result)
+    load, gravity = found.result.load, found.result.gravity
     force, moment = Scale.of(load[:3], FORCES), Scale.of(load[3:], MOMENTS)
     rows = [
         ("o", position_words(pose)),

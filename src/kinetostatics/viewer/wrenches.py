@@ -28,10 +28,7 @@ class Wrenches:
         self.poses, self.stations, self.joints, self.at, self.size = poses, stations, joints, at, size
         self.result, self.robot = poses.result, poses.result.robot
         self.limb_wrenches: dict[str, Array] = {}
-        solutions = self.result.solutions
-        self.gravity = poses.take(np.concatenate([s.gravity for s in solutions], axis=-1).T.reshape(*self.result.shape, 3))
-        weight = np.concatenate([s.platform_weight for s in solutions], axis=-1).T.reshape(*self.result.shape, 6)
-        self.load = poses.take(self.result.platform_wrench - weight)
+        self.gravity, self.load = poses.take(self.result.gravity), poses.take(self.result.load)
 
     def arrows(self) -> Iterator[Arrow]:
         """Yield all arrows."""
@@ -52,21 +49,9 @@ class Wrenches:
         return parts
 
     def _intensities(self, limb: LimbResult) -> Array:
-        """Return the parts (F, K + 1, n) of W_ic: Eq. (11) for each contribution to the twist."""
-        take, sources = self.poses.take, self.poses.sources
-        J, C, sag, total = (take(array) for array in (limb.constraint_wrenches, limb.compliance, limb.sag, limb.intensities))
-        parts = np.zeros((len(total), len(sources) + 1, total.shape[-1]))
-        strain = np.einsum("fin,fki->fkn", J, self.poses.platform_twist)
-        if limb.name in sources:
-            strain[:, sources.index(limb.name)] -= sag
-        known = np.all(np.isfinite(C), axis=(1, 2)) & np.all(np.isfinite(total), axis=1)
-        if total.shape[-1] and np.any(known) and np.linalg.cond(C[known]).max() < 1e12:
-            parts[known, :-1] = np.swapaxes(np.linalg.solve(C[known], np.swapaxes(strain[known], 1, 2)), 1, 2)
-        # What is left comes from contributions that strain the limb itself; rigid limbs have no strain to tell them apart.
-        own = [k for k, name in enumerate(sources) if name not in ("load", "platform_weight", *self.result.limbs)]
-        rest = total - parts.sum(axis=1)
-        parts[:, own[0] if len(own) == 1 else -1] += rest
-        return np.nan_to_num(parts)
+        """Return the parts (F, K + 1, n) of W_ic for each contribution to the twist."""
+        parts = [self.poses.take(limb.contributions[source]) for source in self.poses.sources]
+        return np.nan_to_num(np.stack([*parts, np.zeros_like(parts[0])], axis=1))
 
     # ---- limbs ------------------------------------------------------------------------------------------------------
 
