@@ -68,6 +68,7 @@ def visit(browser):
     def open_page(url, size=(900, 600), offline=True):
         context = browser.new_context(viewport={"width": size[0], "height": size[1]}, offline=offline)
         page = context.new_page()
+        page.set_default_timeout(90_000)  # a busy machine draws slowly
         problems, requests = [], []
         page.on("console", lambda message: problems.append(message.text) if message.type in ("error", "warning") else None)
         page.on("pageerror", lambda error: problems.append(str(error)))
@@ -330,7 +331,7 @@ def test_path_plays_and_pauses(visit, path_page):
     button = page.locator(".dg li.cr.function", has_text="play")
     assert page.evaluate("robot_page.state.time") == 0
     button.click()
-    page.wait_for_function("robot_page.state.time > 0.3", timeout=5000)
+    page.wait_for_function("robot_page.state.time > 0.3", timeout=60_000)
     button.click()
     settle(page)
     paused = page.evaluate("robot_page.state.time")
@@ -352,6 +353,7 @@ def test_notebooks_get_the_page_in_a_frame(browser, one, tmp_path):
     file.write_text(f"<!DOCTYPE html><meta charset=utf-8><body>{iframe_html(page)}", encoding="utf-8")
     context = browser.new_context(offline=True)
     tab = context.new_page()
+    tab.set_default_timeout(90_000)
     problems = []
     tab.on("console", lambda message: problems.append(message.text) if message.type == "error" else None)
     tab.on("pageerror", lambda error: problems.append(str(error)))
