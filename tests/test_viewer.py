@@ -374,7 +374,7 @@ def test_live_page_shows_the_analysis_of_the_pose_its_sliders_ask_for(visit, roo
         drives = dict(robot.assemble(platform=POSES["3rps"]).actuators)
         moved = 1e3 * float(drives["prismatic_1"]) + 20
         move(page, "drive: prismatic_1 [mm]", moved)
-        page.wait_for_function("robot_page.answers === 1")
+        page.wait_for_function("robot_page.answers >= 1")
         drives["prismatic_1"] = page.evaluate("viewer.gui_controllers['drive: prismatic_1 [mm]'].getValue()") / 1e3
         pose = robot.assemble(actuators=drives)
         expected = ks.analyze(pose, load=LOAD)
@@ -386,10 +386,11 @@ def test_live_page_shows_the_analysis_of_the_pose_its_sliders_ask_for(visit, roo
 
         for angle in (1.0, 2.0, 3.0, 4.0):  # a drag: the last value wins
             move(page, "platform: rx [°]", angle)
-        page.wait_for_function("robot_page.answers === 2")
         coordinates = {"z": float(pose.platform["z"]), "rx": np.radians(4), "ry": float(pose.platform["ry"])}
-        expected = ks.analyze(robot.assemble(platform=coordinates), load=LOAD)
-        np.testing.assert_allclose(page.evaluate("robot_page.readout(null)"), expected.twist * scale, rtol=1e-4, atol=1e-4)
+        expected = (ks.analyze(robot.assemble(platform=coordinates), load=LOAD).twist * scale).tolist()
+        page.wait_for_function(
+            "e => robot_page.readout(null).every((v, k) => Math.abs(v - e[k]) <= 1e-4 * (1 + Math.abs(e[k])))", arg=expected
+        )
 
 
 def test_live_page_says_what_cannot_be_reached(visit, root):
@@ -399,7 +400,7 @@ def test_live_page_says_what_cannot_be_reached(visit, root):
         before = page.evaluate("robot_page.readout(null)")
         page.evaluate("viewer.gui_controllers['platform: z [mm]'].max(5000)")
         move(page, "platform: z [mm]", 5000)
-        page.wait_for_function("robot_page.answers === 1")
+        page.wait_for_function("robot_page.answers >= 1")
         assert "cannot reach" in page.inner_text("#robot-panel")
         assert page.evaluate("robot_page.readout(null)") == before
         move(page, "platform: z [mm]", 610)
