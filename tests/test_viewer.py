@@ -404,7 +404,7 @@ def test_live_page_says_what_cannot_be_reached(visit, root):
         assert "cannot reach" in page.inner_text("#robot-panel")
         assert page.evaluate("robot_page.readout(null)") == before
         move(page, "platform: z [mm]", 610)
-        page.wait_for_function("robot_page.answers === 2")
+        page.wait_for_function("robot_page.answers >= 2")
         assert "cannot reach" not in page.inner_text("#robot-panel")
         assert page.evaluate("robot_page.readout(null)") != before
 
