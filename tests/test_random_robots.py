@@ -1,0 +1,71 @@
+"""Whole random mechanisms, written as files, against finite elements in OpenSees.
+
+Joint types and axes, points, sections, masses, rigid links, loads, cuts and the spelling of universal and spherical joints are
+random (``small_robots.random_spec`` and ``write``). As many as a minute allows by default;
+
+    KINETOSTATICS_RANDOM_ROBOTS=5000 python -m pytest -q tests/test_random_robots.py
+
+tries that many. Every failure found becomes an ``@example`` here.
+"""
+
+import os
+
+import numpy as np
+import pinocchio as pin
+import pytest
+import small_robots as sr
+from hypothesis import assume, example, given, settings
+from hypothesis import strategies as st
+
+import kinetostatics as ks
+
+if os.environ.get("KINETOSTATICS_REQUIRE_OPENSEES") != "1":  # else its absence is a failure
+    pytest.importorskip("openseespy.opensees", reason="needs OpenSeesPy: pip install 'kinetostatics[verify]'")
+
+COUNT = int(os.environ.get("KINETOSTATICS_RANDOM_ROBOTS", "120"))
+
+#: Serial limbs as machines have them, base to platform; a small letter is a driven joint.
+LIMBS = ["RpS", "UpS", "pUS", "rUS", "pRS", "rRS", "pUU", "rUU", "UpU", "SpU", "pRU", "UpR", "SpR", "pRRR", "rRRR", "CrS", "pCS",
+         "RpU", "S", "CpU", "rCU", "RRpU", "p", "r", "rrp", "US", "SR"]  # fmt: skip
+FREEDOMS = {"R": 1, "P": 1, "U": 2, "C": 2, "S": 3}
+
+
+def wrenches(limb):
+    """How many constraint wrenches the limb has, if its axes are in general position."""
+    return max(6 - sum(FREEDOMS.get(letter, 0) for letter in limb), 0)
+
+
+@settings(max_examples=COUNT, deadline=None)
+@given(
+    st.lists(st.sampled_from(LIMBS), min_size=2, max_size=6).filter(lambda limbs: sum(map(wrenches, limbs)) >= 6),
+    st.integers(0, 2**31),
+)
+@example(["RpS", "RpS", "RpS"], 0)
+@example(["pRU", "pRU", "UpR"], 1)
+@example(["UpS"] * 6, 2)
+@example(["rrp"], 3)
+def test_random_robots_agree_with_finite_elements(kinds, seed):
+    rng = np.random.default_rng(seed)
+    spec = sr.random_spec(kinds, seed)
+    assume(spec.beams)
+    file = sr.write(
+        spec, tree=int(rng.integers(len(kinds))), cuts=[int(rng.integers(len(k))) for k in kinds], twirl=seed,
+        whole=bool(rng.integers(2)), piece=int(rng.integers(3)), flip=bool(rng.integers(2)), order=rng.permutation(len(kinds)),
+    )  # fmt: skip
+    robot = file.robot()
+    pose = robot.configuration(pin.neutral(robot.model))
+    load, gravity = rng.standard_normal(6) * 50, rng.standard_normal(3) * 5
+    try:
+        result = ks.analyze(pose, load, gravity)
+    except ks.StaticsError:
+        assume(False)  # free platforms and limbs: that these are told is tested in test_properties.py
+    assume(np.linalg.cond(scaled(result.compliance, robot.length)) < 1e10)
+    found = ks.verify(pose, load, gravity)
+    assume(max(found.scatter.values()) < 1e-3)  # else the finite elements themselves have lost their digits
+    for name, difference in found.differences.items():
+        assert difference < max(1e-6, 5 * found.scatter[name]), (name, str(found))
+
+
+def scaled(compliance, length):
+    unit = np.array([1.0] * 3 + [length] * 3)
+    return compliance * np.outer(unit, unit) + 1e-300 * np.eye(6)
