@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 TOLERANCE = 1e-6
 #: A twist or force that is smaller than this part of what the loads could cause is zero by symmetry: differences are then
 #: measured against that part.
-NOTHING = 1e-6
+NOTHING = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,14 +64,18 @@ class Verification:
         return all(difference <= self.tolerance for difference in self.differences.values())
 
     @property
+    def conclusive(self) -> bool:
+        """Whether the finite elements are sure enough of their own numbers for a difference to mean something."""
+        return all(scatter <= self.tolerance for scatter in self.scatter.values())
+
+    @property
     def verdict(self) -> str:
         """The verdict in a sentence."""
         name, worst = max(self.differences.items(), key=lambda item: item[1])
         what = f"the largest difference is {worst:.1e} ({name.replace('_', ' ')}), {self.tolerance:.0e} is allowed"
         if self.verified:
             return f"verified: {what}"
-        unsure = [key for key, value in self.scatter.items() if value > self.tolerance]
-        if unsure:
+        if not self.conclusive:
             return f"not verified: {what}; the finite elements themselves are only sure to {max(self.scatter.values()):.1e} here"
         return f"NOT verified: {what}"
 
@@ -174,9 +178,11 @@ class _Ruler:
         loads = float(np.sum(np.linalg.norm(model.loads / self.unit, axis=1)))
         loads += sum(float(np.linalg.norm(beam.load)) * beam.length for beam in model.beams)
         # a robot without beams is rigid: what is left of its compliance is rounding
-        flexible = float(np.linalg.norm(theirs.compliance * np.outer(self.unit, self.unit)))
-        self.compliance_size = flexible = max(flexible, NOTHING / model.stiffest)
-        self.twist_size = max(float(np.linalg.norm(theirs.twist * self.unit)), NOTHING * flexible * loads)
+        self.compliance_size = max(
+            float(np.linalg.norm(theirs.compliance * np.outer(self.unit, self.unit))), NOTHING / model.stiffest
+        )
+        yielding = max(self.compliance_size, 1 / model.stiffest) * loads
+        self.twist_size = max(float(np.linalg.norm(theirs.twist * self.unit)), NOTHING * yielding)
         sizes = [float(np.linalg.norm(wrench / self.unit)) for wrench in theirs.joint_wrenches.values()]
         self.wrench_size = max([*sizes, NOTHING * loads])
 

@@ -100,7 +100,8 @@ class FrameModel:
         beams, joints: what joins them.
         spanned: the joints inside telescopic beams.
         drives: the driven joints.
-        length: mean distance of the platform's joints from o [m], or the size of the robot; makes rotations comparable.
+        size: diagonal of the box around all points [m].
+        length: mean distance of the platform's joints from o [m], or the size; makes rotations comparable.
     """
 
     base: int
@@ -111,6 +112,7 @@ class FrameModel:
     joints: tuple[FrameJoint, ...]
     spanned: tuple[SpannedJoint, ...]
     drives: tuple[Drive, ...]
+    size: float
     length: float
 
     @property

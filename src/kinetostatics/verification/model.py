@@ -94,7 +94,7 @@ class _Builder:
             kept,
             tuple(spanned),
             tuple(self._drives(kept, spanned)),
-            _length(o, platform, references, beams, kept),
+            *_sizes(o, platform, references, beams, kept),
         )
 
     # ---- joints -----------------------------------------------------------------------------------------------------
@@ -224,13 +224,16 @@ def _attachments(beams: Sequence[FrameBeam], joints: Sequence[FrameJoint]) -> li
     return found + [(piece, joint.point) for joint in joints for piece in joint.pieces]
 
 
-def _length(o: Array, platform: int, references: Array, beams: Sequence[FrameBeam], joints: Sequence[FrameJoint]) -> float:
+def _sizes(
+    o: Array, platform: int, references: Array, beams: Sequence[FrameBeam], joints: Sequence[FrameJoint]
+) -> tuple[float, float]:
+    """Return the frame's size and length."""
     points = _attachments(beams, joints)
     cloud = np.array([o, *references, *(point for _, point in points)])
-    size = float(np.linalg.norm(cloud.max(axis=0) - cloud.min(axis=0)))
+    size = float(np.linalg.norm(cloud.max(axis=0) - cloud.min(axis=0))) or 1.0
     distances = [float(np.linalg.norm(point - o)) for piece, point in points if piece == platform]
     mean = float(np.mean(distances)) if distances else 0.0
-    return mean if mean > 1e-3 * size else size or 1.0
+    return size, mean if mean > 1e-3 * size else size
 
 
 def _joint_axes(joint: PlacedJoint) -> Array:

@@ -58,6 +58,7 @@ def verification_to_dict(found: Verification) -> dict[str, Any]:
         "robot": robot.name,
         "file": robot.description.path,
         "verified": found.verified,
+        "conclusive": found.conclusive,
         "verdict": found.verdict,
         "tolerance": found.tolerance,
         "length": found.length,
