@@ -9,7 +9,7 @@ from kinetostatics.description import Beam, BeamEnd, Link
 from kinetostatics.exceptions import near_names
 from kinetostatics.sections import Rectangle, RectangularTube, Section, Tube
 from kinetostatics.xml_source import Element
-from kinetostatics.xml_values import allow, direction, not_negative, number, positive, reference, text
+from kinetostatics.xml_values import allow, direction, new_name, not_negative, number, positive, reference, text
 
 _ATTRIBUTES = (
     "link",
@@ -77,7 +77,7 @@ def _beam(element: Element, links: Mapping[str, Link], connections: Collection[s
             "direction of the section's y (a rectangle's width) in the link's frame"
         )
     return Beam(
-        name=text(element, "name") if "name" in element.attributes else link,
+        name=new_name(element) if "name" in element.attributes else link,
         link=link,
         start=start,
         end=end,

@@ -15,6 +15,8 @@ from kinetostatics.xml_values import allow, direction, limits, not_negative, ori
 LOOP_TYPES = ("fixed", "revolute", "continuous", "prismatic", "cylindrical", "universal", "spherical", "planar")
 #: Types of joints and loops with exactly one freedom: they have limits and may be driven.
 ONE_FREEDOM = ("revolute", "continuous", "prismatic")
+#: Larger robots are refused.
+MAX_LOOPS = 1000
 
 _PARALLEL = 1e-9  # 1 − cos of the smallest angle between the two axes of a universal joint
 
@@ -23,8 +25,10 @@ def read_loops(root: Element, links: Mapping[str, Link], joints: Mapping[str, Jo
     """Read all ``<loop>``."""
     loops: dict[str, Loop] = {}
     for element in root.named("loop"):
-        name = unused_name(element, [*joints.values(), *loops.values()], "joint or loop")
+        name = unused_name(element, "joint or loop", joints, loops)
         loops[name] = _loop(name, element, links)
+        if len(loops) > MAX_LOOPS:
+            raise element.error(f"the robot has more than {MAX_LOOPS} loops")
     return loops
 
 

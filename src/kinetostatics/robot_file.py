@@ -12,8 +12,8 @@ from kinetostatics.exceptions import RobotFileError
 from kinetostatics.loop_elements import ONE_FREEDOM, read_loops
 from kinetostatics.tree_elements import ROBOT_LEVEL, read_joints, read_links, tree_root
 from kinetostatics.xacro_source import expand
-from kinetostatics.xml_source import Element, parse, to_elements, to_text
-from kinetostatics.xml_values import allow, origin, reference, text
+from kinetostatics.xml_source import Element, parse, read_file, to_elements, to_text
+from kinetostatics.xml_values import allow, new_name, origin, reference
 
 
 def read_robot_file(path: str | os.PathLike[str], parameters: Mapping[str, object] | None = None) -> RobotDescription:
@@ -32,8 +32,7 @@ def read_robot_file(path: str | os.PathLike[str], parameters: Mapping[str, objec
     """
     name = os.fsdecode(path)
     try:
-        with open(path, "rb") as stream:
-            data = stream.read()
+        data = read_file(path)
     except OSError as error:
         raise RobotFileError(f"the file cannot be read: {error.strerror or error}", name) from None
     except ValueError as error:  # a path with a null character
@@ -73,7 +72,7 @@ def _read(data: bytes | str, path: str, parameters: Mapping[str, object]) -> Rob
 def _describe(root: Element, path: str, warnings: list[str]) -> RobotDescription:
     if root.tag != "robot":
         raise root.error(f"the outermost element is <{root.tag}>; in a robot file it is <robot>")
-    name = text(root, "name")
+    name = new_name(root)
     _check_robot_level(root)
     links = read_links(root, warnings)
     joints = read_joints(root, links, warnings)
@@ -91,7 +90,7 @@ def _describe(root: Element, path: str, warnings: list[str]) -> RobotDescription
         links=links,
         joints=joints,
         loops=loops,
-        beams=read_beams(root, links, [*joints, *loops], rigid, warnings),
+        beams=read_beams(root, links, {**joints, **loops}, rigid, warnings),
         base=base,
         platform=platform,
         platform_origin=platform_origin,
@@ -111,8 +110,8 @@ def _check_robot_level(root: Element) -> None:
     for child in root.children:
         if child.tag == "joint_stiffness":
             raise child.error("<joint_stiffness> is not supported yet; joints are rigid along what they do not free")
-        near = difflib.get_close_matches(child.tag.lower(), known, n=1, cutoff=0.75)
-        if near and child.tag not in known and ":" not in child.tag:
+        near = [] if child.tag in known else difflib.get_close_matches(child.tag.lower(), known, n=1, cutoff=0.75)
+        if near and ":" not in child.tag:
             raise child.error(f"<{child.tag}> is not an element of robot files; did you mean <{near[0]}>?")
         if child.tag == "material":
             material = child.attributes.get("name", "")

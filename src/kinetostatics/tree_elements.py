@@ -8,16 +8,19 @@ from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 
 from kinetostatics.description import Joint, Link, Loop, Place, Vector
 from kinetostatics.exceptions import RobotFileError, near_names
 from kinetostatics.xml_source import Element
-from kinetostatics.xml_values import direction, limits, not_negative, number, origin, reference, text
+from kinetostatics.xml_values import direction, limits, new_name, not_negative, number, origin, reference, text
 
 JOINT_TYPES = ("fixed", "revolute", "continuous", "prismatic", "floating", "planar")
 #: Elements of this package, which mean something only directly inside ``<robot>``.
 ROBOT_LEVEL = ("base", "platform", "loop", "beam", "joint_stiffness")
+
+#: Larger robots are refused: most links, and most joints in a row, which Pinocchio's parser follows by recursion.
+MAX_LINKS, MAX_ROW = 1000, 400
 
 _LINK_CHILDREN = ("inertial", "visual", "collision")
 _JOINT_CHILDREN = (
@@ -38,12 +41,14 @@ def read_links(root: Element, warnings: list[str]) -> dict[str, Link]:
     """Read all ``<link>``."""
     links: dict[str, Link] = {}
     for element in root.named("link"):
-        name = unused_name(element, links.values(), "link")
+        name = unused_name(element, "link", links)
         _check_children(element, _LINK_CHILDREN, warnings)
         for shape in element.named("visual") + element.named("collision"):
             origin(shape)
         mass, center = _inertial(element)
         links[name] = Link(name, mass, center, element.child("inertial") is not None, element.place)
+        if len(links) > MAX_LINKS:
+            raise element.error(f"the robot has more than {MAX_LINKS} links")
     if not links:
         raise root.error("the robot has no links")
     return links
@@ -53,7 +58,7 @@ def read_joints(root: Element, links: Mapping[str, Link], warnings: list[str]) -
     """Read all ``<joint>``, the joints of the spanning tree."""
     joints: dict[str, Joint] = {}
     for element in root.named("joint"):
-        name = unused_name(element, joints.values(), "joint")
+        name = unused_name(element, "joint", joints)
         joints[name] = _joint(name, element, links, warnings)
     return joints
 
@@ -74,21 +79,23 @@ def tree_root(links: Mapping[str, Link], joints: Mapping[str, Joint]) -> str:
         place = links[roots[1]].place
         listed = ", ".join(map(repr, roots[:6])) + (", …" if len(roots) > 6 else "")
         raise _error(place, f"the links do not hang together: {len(roots)} of them have no parent joint ({listed}); only one may")
-    cycle = _cycle(links, to_parent)
+    cycle, longest = _cycle(links, to_parent)
     if cycle:
         raise _error(
             links[cycle[0]].place,
             f"the joints form a cycle through the links {', '.join(map(repr, cycle))}; make one of them a <loop>",
         )
+    if longest > MAX_ROW:
+        raise _error(links[roots[0]].place, f"the tree has more than {MAX_ROW} joints in a row")
     return roots[0]
 
 
-def unused_name(element: Element, taken: Iterable[Link | Joint | Loop], kind: str) -> str:
+def unused_name(element: Element, kind: str, *taken: Mapping[str, Link] | Mapping[str, Joint] | Mapping[str, Loop]) -> str:
     """Return the element's name; raise an error if another of its kind has it."""
-    name = text(element, "name")
-    for other in taken:
-        if other.name == name:
-            place = other.place
+    name = new_name(element)
+    for others in taken:
+        if name in others:
+            place = others[name].place
             raise element.error(f"the {kind} name {name!r} is taken already, in {place.file}:{place.line}")
     return name
 
@@ -97,20 +104,22 @@ def _error(place: Place, reason: str) -> RobotFileError:
     return RobotFileError(reason, place.file, place.line)
 
 
-def _cycle(links: Mapping[str, Link], to_parent: Mapping[str, Joint]) -> list[str]:
-    """Return the links of a cycle, or nothing if every link hangs on a root."""
-    hangs: set[str] = set()
+def _cycle(links: Mapping[str, Link], to_parent: Mapping[str, Joint]) -> tuple[list[str], int]:
+    """Return the links of a cycle, or nothing if every link hangs on a root; and the most joints in a row."""
+    depth: dict[str, int] = {}
     for start in links:
         path: dict[str, None] = {}  # an ordered set
         link = start
-        while link in to_parent and link not in hangs:
+        while link in to_parent and link not in depth:
             if link in path:
                 names = list(path)
-                return names[names.index(link) :]
+                return names[names.index(link) :], 0
             path[link] = None
             link = to_parent[link].parent
-        hangs.update(path)
-    return []
+        below = depth.setdefault(link, 0)
+        for level, name in enumerate(reversed(path), below + 1):
+            depth[name] = level
+    return [], max(depth.values())
 
 
 def _check_children(element: Element, known: tuple[str, ...], warnings: list[str]) -> None:
@@ -118,8 +127,10 @@ def _check_children(element: Element, known: tuple[str, ...], warnings: list[str
     for child in element.children:
         if child.tag in ROBOT_LEVEL:
             raise child.error(f"<{child.tag}> belongs directly inside <robot>, not inside {element.label}")
+        if child.tag in known:
+            continue
         near = difflib.get_close_matches(child.tag.lower(), known, n=1, cutoff=0.75)
-        if child.tag not in known and near:
+        if near:
             warnings.append(
                 f"{child.place.file}:{child.place.line}: <{child.tag}> in {element.label} is ignored; did you mean <{near[0]}>?"
             )

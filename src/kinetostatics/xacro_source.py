@@ -1,28 +1,36 @@
-"""Expansion of xacro, with errors that name the source file and line.
+"""Expansion of xacro, with errors that name the source file and line, and always to an end.
 
 The ``xacro`` package keeps its state in its module and reports errors without lines. Here its parser is replaced for
 the time of one expansion by ours, which notes the place of each element; an error's place is then that of the element
-that xacro was working on, found in the traceback.
+that xacro was working on, found in the traceback. Its evaluation of expressions is replaced too, see
+:mod:`kinetostatics.xacro_expressions`, and what it does is counted, so that no file can make it run for ever.
 """
 
 from __future__ import annotations
 
 import contextlib
+import fnmatch
 import io
 import numbers
+import os
 import re
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from types import TracebackType
 from typing import Any
 from xml.dom import minidom
 
 from kinetostatics.description import Place
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
-from kinetostatics.xml_source import parse, place_of
+from kinetostatics.xacro_expressions import ELEMENT, MAX_STEPS, MAX_TEXT, Steps, TooMuch, evaluate, symbols
+from kinetostatics.xml_source import clones_counted, parse, place_of, read_file, shortened
 
 _LOCK = threading.RLock()
-_BORROWED = ("parse", "filestack", "macrostack", "verbosity")
+_BORROWED = (
+    *("parse", "filestack", "macrostack", "verbosity", "safe_eval", "eval_extension", "eval_text", "eval_all"),
+    *("replace_node", "get_include_files", "load_yaml", "_global_symbols"),
+)
+WILDCARD = re.compile(r"[*?[]")
 
 
 class _Arguments(dict[str, str]):
@@ -71,7 +79,7 @@ def expand(document: minidom.Document, path: str, parameters: Mapping[str, objec
             reason = f"the file has no <xacro:arg> for the parameter {name!r}; {near_names(name, arguments.known)}"
             raise RobotFileError(reason, path)
     return [
-        f"{path}: xacro says: {line.removeprefix('warning: ').rstrip('.')}."
+        f"{path}: xacro says: {shortened(line.removeprefix('warning: ').rstrip('.'))}."
         for line in output.getvalue().splitlines()
         if line.startswith("warning: ")
     ]
@@ -99,20 +107,26 @@ def _own_state(xacro: Any, arguments: _Arguments) -> Iterator[None]:
     saved = {name: getattr(xacro, name) for name in _BORROWED}
     saved_context, includes = dict(xacro.substitution_args_context), len(xacro.all_includes)
 
+    steps = Steps(MAX_STEPS)
+
     def parse_included(_: object, filename: str) -> minidom.Document:
         try:
-            with open(filename, "rb") as stream:
-                data = stream.read()
-        except OSError as error:
+            data = read_file(filename)
+        except (OSError, ValueError) as error:
             xacro.filestack.pop()  # the file itself is not to blame; and xacro looks for .exc if it is optional
-            raise xacro.XacroException(f"cannot read {filename}: {error.strerror}", exc=error) from error
+            reason = getattr(error, "strerror", None) or error
+            raise xacro.XacroException(f"cannot read {filename}: {reason}", exc=_as_os_error(error)) from error
+        steps.take(len(data) // 10)
         document, _ = parse(data, filename)
         _note_arguments(document, arguments)
         return document
 
     xacro.parse = parse_included
+    _count(xacro, steps)
+    _replace_evaluation(xacro, steps)
     try:
-        yield
+        with clones_counted(lambda: steps.take(ELEMENT)):
+            yield
     finally:
         for name, value in saved.items():
             setattr(xacro, name, value)
@@ -121,20 +135,113 @@ def _own_state(xacro: Any, arguments: _Arguments) -> Iterator[None]:
         del xacro.all_includes[includes:]
 
 
+def _as_os_error(error: Exception) -> OSError:
+    return error if isinstance(error, OSError) else OSError(str(error))
+
+
+def _count(xacro: Any, steps: Steps) -> None:
+    """Let xacro count the elements and texts that it works on."""
+    eval_all, eval_text, replace_node = xacro.eval_all, xacro.eval_text, xacro.replace_node
+
+    def counted_eval_all(node: Any, macros: Any, table: Any) -> None:
+        steps.take(ELEMENT)
+        eval_all(node, macros, table)
+
+    def counted_eval_text(text: str, symbols: Any) -> Any:  # xacro names this argument
+        if not text or "$" not in text:
+            return text or ""
+        if len(text) > MAX_TEXT:
+            raise TooMuch(f"a text with expressions is longer than {MAX_TEXT} characters")
+        steps.take(1 + len(text) // 4)
+        return steps.weigh(eval_text(text, symbols))
+
+    def counted_replace_node(node: Any, by: Any, content_only: bool = False) -> None:
+        inserted = by if isinstance(by, list) else [] if by is None else [by]
+        number = sum(len(item.childNodes) for item in inserted) if content_only else len(inserted)
+        steps.take((1 + number) * (1 + len(node.parentNode.childNodes) // 500))  # each is searched for in a list
+        replace_node(node, by, content_only)
+
+    xacro.eval_all, xacro.eval_text, xacro.replace_node = counted_eval_all, counted_eval_text, counted_replace_node
+
+
+def _replace_evaluation(xacro: Any, steps: Steps) -> None:
+    """Let xacro compute expressions and look for included files in our way."""
+    eval_extension = xacro.eval_extension
+    original = xacro._global_symbols["xacro"]
+
+    def load_yaml(filename: str) -> Any:
+        import yaml  # type: ignore[import-untyped]
+
+        path = xacro.abs_filename_spec(filename)
+        if os.path.splitext(path)[1].lower() not in (".yaml", ".yml"):
+            raise xacro.XacroException(f"load_yaml reads files that end in .yaml or .yml, not {filename!r}")
+        try:
+            text = read_file(path).decode("utf-8")
+        except (OSError, ValueError) as error:
+            raise xacro.XacroException(f"cannot read {path}: {getattr(error, 'strerror', None) or error}") from None
+        steps.take(5 * len(text))
+        for unit in xacro.ConstructUnits:
+            yaml.SafeLoader.add_constructor(unit.value.tag, unit.constructor)
+        try:
+            return xacro.YamlListWrapper.wrap(yaml.safe_load(text))
+        except (yaml.YAMLError, RecursionError) as error:
+            reason = " ".join(str(error).split()) if isinstance(error, yaml.YAMLError) else "it is nested too deep"
+            raise xacro.XacroException(f"cannot read {path}: {reason}") from None
+
+    def extension(text: str) -> Any:
+        if not text.startswith("$(eval "):
+            return eval_extension(text)
+        arguments = xacro.substitution_args_context["arg"]
+        constants = {"true": True, "false": False, "True": True, "False": False}
+        values = {name: xacro.Table._eval_literal(value) for name, value in dict.items(arguments)}
+        return str(evaluate(text[7:-1], {**xacro._global_symbols, **constants, **values}, steps))
+
+    def include_files(text: str, table: Any) -> Iterator[str]:
+        spec = str(xacro.eval_text(text, table))
+        path = xacro.abs_filename_spec(spec)
+        if not WILDCARD.search(spec) or os.path.exists(path):
+            yield path
+            return
+        if WILDCARD.search(os.path.dirname(spec)):
+            raise xacro.XacroException(
+                f"{spec!r} has * ? or [ in the name of a folder; included files may have them in their own"
+            )
+        folder, name = os.path.split(path)
+        names = sorted(os.listdir(folder or ".")) if os.path.isdir(folder or ".") else []
+        found = [item for item in names if fnmatch.fnmatchcase(item, name) and (item[0] != "." or name[0] == ".")]
+        if not found:
+            xacro.warning(xacro.include_no_matches_msg.format(path))
+        for item in found:
+            yield os.path.join(folder, item)
+
+    own: dict[str, Callable[..., Any]] = {
+        name: dict.__getitem__(original, name) for name in ("message", "warning", "error", "print_location", "fatal", "arg")
+    }
+    own.update(abs_filename=xacro.abs_filename_spec, dotify=xacro.YamlDictWrapper)
+    xacro.safe_eval = lambda text, names, _local=None: evaluate(text, names, steps)
+    xacro.eval_extension, xacro.get_include_files, xacro.load_yaml = extension, include_files, load_yaml
+    xacro._global_symbols = symbols(steps, xacro.NameSpace, load_yaml, own)
+
+
 def _translated(error: Exception, path: str, arguments: _Arguments) -> RobotFileError:
     """Return the error to raise for one that came out of xacro."""
     place, calls = _where(error.__traceback__)
     place = place or Place(path)
     called = f" (in the macro called at {calls[-1].file}:{calls[-1].line})" if calls else ""
-    return RobotFileError(_reason(error, arguments) + called, place.file, place.line)
+    return RobotFileError(shortened(_reason(error, arguments)) + called, place.file, place.line)
 
 
 def _reason(error: Exception, arguments: _Arguments) -> str:
-    cause = getattr(error, "exc", None)
-    if isinstance(error, RecursionError) or isinstance(cause, RecursionError):
+    causes: list[BaseException] = [error]
+    while isinstance(getattr(causes[-1], "exc", None), BaseException):
+        causes.append(causes[-1].exc)  # type: ignore[attr-defined]
+    cause = causes[-1]
+    if isinstance(cause, RecursionError):
         return "xacro does not come to an end: a macro calls itself or a file includes itself"
+    if isinstance(cause, TooMuch):
+        return f"xacro cannot expand this: {cause}"
     if isinstance(cause, OSError):
-        return str(error.args[0])
+        return str(causes[-2].args[0]) if len(causes) > 1 else str(cause)
     if isinstance(cause, ModuleNotFoundError) and cause.name and cause.name.startswith("ament_index_python"):
         return "$(find …) works only where ROS is installed; name files relative to this one instead"
     if type(cause).__name__ == "ArgException":
@@ -142,7 +249,7 @@ def _reason(error: Exception, arguments: _Arguments) -> str:
         return f"there is no xacro argument {str(cause)!r}: declare it with <xacro:arg name default>; {known}"
     text = " ".join(str(error).split())
     text = re.sub(r"^<class '([\w.]+)'>: (.*) \2$", r"\2", text)  # xacro repeats what it wraps
-    if cause is None and type(error).__name__ not in ("XacroException", "RuntimeError"):
+    if len(causes) == 1 and type(error).__name__ not in ("XacroException", "RuntimeError", "ExpressionError"):
         text = f"{type(error).__name__} {text}"
     return f"xacro cannot expand this: {text}"
 

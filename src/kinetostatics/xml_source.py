@@ -7,7 +7,12 @@ the text that comes out ever sees it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import contextlib
+import errno
+import os
+import re
+import stat
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 from xml.dom import expatbuilder, minidom
@@ -18,6 +23,10 @@ from kinetostatics.exceptions import RobotFileError
 
 #: Deeper documents are refused, so that nothing downstream can run out of stack.
 MAX_DEPTH = 100
+#: Larger files [bytes], more elements and attributes, and longer attributes [characters] are refused too.
+MAX_FILE, MAX_NODES, MAX_ATTRIBUTE = 10_000_000, 100_000, 10_000
+#: Longest message [characters], the file's name not counted.
+MAX_MESSAGE = 700
 
 _PLACE = "kinetostatics place"
 _NO_ELEMENT_FOUND, _TAG_MISMATCH, _UNBOUND_PREFIX = 3, 7, 27
@@ -48,7 +57,7 @@ class Element:
 
     def error(self, reason: str) -> RobotFileError:
         """Return the error that says ``reason`` at this element's place."""
-        return RobotFileError(reason, self.place.file, self.place.line)
+        return RobotFileError(shortened(reason), self.place.file, self.place.line)
 
     def named(self, tag: str) -> list[Element]:
         """Return the child elements called ``tag``."""
@@ -69,15 +78,53 @@ class Element:
         return found
 
 
+def shortened(message: str) -> str:
+    """Return a message, without its middle if it quotes something that is very long."""
+    half = MAX_MESSAGE // 2
+    return message if len(message) <= MAX_MESSAGE else f"{message[:half]} … {message[-half:]}"
+
+
+def read_file(path: str | os.PathLike[str]) -> bytes:
+    """Return what is in an ordinary file; pipes and devices, which may never end, are refused.
+
+    Raises:
+        OSError: it cannot be read, or is too large.
+        ValueError: the path has a null character.
+    """
+    mode = os.stat(path).st_mode
+    if not stat.S_ISREG(mode) and not stat.S_ISDIR(mode):
+        raise OSError(errno.EINVAL, "it is not an ordinary file")
+    with open(path, "rb") as stream:
+        data = stream.read(MAX_FILE + 1)
+    if len(data) > MAX_FILE:
+        raise OSError(errno.EFBIG, f"it is larger than {MAX_FILE / 1e6:g} MB")
+    return data
+
+
 class _KeepPlace:
     """User data handler that gives the clone of a node the node's place."""
 
+    def __init__(self) -> None:
+        self.count: Callable[[], None] | None = None
+
     def handle(self, operation: int, key: str, data: object, src: minidom.Node, dst: minidom.Node | None) -> None:
         if dst is not None:
+            if self.count is not None:
+                self.count()
             dst.setUserData(key, data, self)  # type: ignore[arg-type]
 
 
 _KEEP_PLACE = _KeepPlace()
+
+
+@contextlib.contextmanager
+def clones_counted(count: Callable[[], None]) -> Iterator[None]:
+    """Call ``count`` whenever an element is cloned; xacro, which clones them, runs once at a time."""
+    _KEEP_PLACE.count = count
+    try:
+        yield
+    finally:
+        _KEEP_PLACE.count = None
 
 
 class _Builder(expatbuilder.ExpatBuilder):
@@ -85,9 +132,11 @@ class _Builder(expatbuilder.ExpatBuilder):
 
     file = ""
     depth = 0
+    nodes = 0
     uses_xacro = False
 
     def start_element_handler(self, name: str, attributes: list[str]) -> None:
+        self._count(1 + len(attributes) // 2)
         super().start_element_handler(name, attributes)
         node, line = self.curNode, self.getParser().CurrentLineNumber
         assert isinstance(node, minidom.Element)
@@ -101,6 +150,20 @@ class _Builder(expatbuilder.ExpatBuilder):
     def end_element_handler(self, name: str) -> None:
         super().end_element_handler(name)
         self.depth -= 1
+
+    def comment_handler(self, data: str) -> None:
+        self._count(1)
+        super().comment_handler(data)
+
+    def pi_handler(self, target: str, data: str) -> None:
+        self._count(1)
+        super().pi_handler(target, data)
+
+    def _count(self, number: int) -> None:
+        self.nodes += number
+        if self.nodes > MAX_NODES:
+            reason = f"there are more than {MAX_NODES} elements and attributes"
+            raise RobotFileError(reason, self.file, self.getParser().CurrentLineNumber)
 
     def start_doctype_decl_handler(self, *_declaration: Any) -> None:
         reason = "a DOCTYPE, with the entities it may declare, is not allowed in a robot file; delete it"
@@ -164,23 +227,54 @@ def place_of(node: Any) -> Place | None:
     return None
 
 
+_NO_NAME = re.compile(r"[\s<>&\"'/=]|^[-.\d]|^$")
+_NO_CHARACTER = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
+
+
 def to_elements(document: minidom.Document) -> Element:
-    """Turn a document into elements; comments and processing instructions are dropped."""
-    # Expanded macros may be nested to any depth, hence loops instead of recursion.
-    order: list[Any] = [document.documentElement]
-    for node in order:  # grows on the way: parents come before their children
-        order.extend(child for child in node.childNodes if child.nodeType == minidom.Node.ELEMENT_NODE)
+    """Turn a document into elements; comments and processing instructions are dropped.
+
+    Raises:
+        RobotFileError: xacro has made something that is not XML or too large.
+    """
+    # loops instead of recursion, because expanded macros may be nested deep
+    order: list[tuple[Any, int]] = [(document.documentElement, 1)]
+    for node, depth in order:  # grows on the way: parents come before their children
+        _check_node(node, depth)
+        order.extend((child, depth + 1) for child in node.childNodes if child.nodeType == minidom.Node.ELEMENT_NODE)
     built: dict[int, Element] = {}
-    for node in reversed(order):
+    for node, _ in reversed(order):
         content: list[Element | str] = []
         for child in node.childNodes:
             if child.nodeType == minidom.Node.ELEMENT_NODE:
                 content.append(built.pop(id(child)))
             elif child.nodeType in (minidom.Node.TEXT_NODE, minidom.Node.CDATA_SECTION_NODE):
-                content.append(child.data)
-        place = place_of(node) or Place("", None)
-        built[id(node)] = Element(node.tagName, dict(node.attributes.items()), tuple(content), place)
+                content.append(str(child.data))
+        attributes = {str(name): str(value) for name, value in node.attributes.items()}
+        built[id(node)] = Element(node.tagName, attributes, tuple(content), place_of(node) or Place("", None))
     return built[id(document.documentElement)]
+
+
+def _check_node(node: minidom.Element, depth: int) -> None:
+    place = place_of(node) or Place("", None)
+
+    def error(reason: str) -> RobotFileError:
+        return RobotFileError(shortened(reason), place.file, place.line)
+
+    if depth > MAX_DEPTH:
+        raise error(f"elements are nested more than {MAX_DEPTH} deep")
+    items = [(str(name), str(value)) for name, value in node.attributes.items()]
+    names, values = [node.tagName, *(name for name, _ in items)], [value for _, value in items]
+    for name in names:
+        if len(name) > MAX_ATTRIBUTE or _NO_NAME.search(name) or _NO_CHARACTER.search(name):
+            raise error(f"{name!r} is not a name for an element or attribute")
+    for name, value in items:
+        if len(value) > MAX_ATTRIBUTE:
+            raise error(f"the attribute {name!r} of <{node.tagName}> is longer than {MAX_ATTRIBUTE} characters")
+    texts = [child.data for child in node.childNodes if child.nodeType != minidom.Node.ELEMENT_NODE]
+    for text in (*values, *map(str, texts)):
+        if _NO_CHARACTER.search(text):
+            raise error(f"<{node.tagName}> has a character that XML does not allow")
 
 
 _ESCAPES = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;", "\r": "&#13;"})

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import sys
 from collections.abc import Collection, Iterable
 from typing import NoReturn
 
@@ -15,6 +16,10 @@ from kinetostatics.xml_source import Element
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
 _SPACE = " \t\r\n"
+#: Longest name of anything [characters].
+MAX_NAME = 200
+#: Numbers beyond these, in SI units, are slips that would overflow later: of anything, of lengths, and the least of sizes.
+LARGEST, LONGEST, SMALLEST = 1e30, 1e9, 1e-30
 
 
 def allow(element: Element, attributes: Iterable[str], children: Iterable[str] = ()) -> None:
@@ -45,9 +50,19 @@ def text(element: Element, name: str) -> str:
     return value
 
 
-def reference(element: Element, name: str, known: Iterable[str], kind: str) -> str:
+def new_name(element: Element) -> str:
+    """Return the attribute ``name``, which must be there and be short, in one line."""
+    value = text(element, "name")
+    if len(value) > MAX_NAME:
+        raise element.error(f"the name of <{element.tag}> has {len(value)} characters; {MAX_NAME} are allowed")
+    if not value.isprintable():
+        raise element.error(f"the name {value!r} of <{element.tag}> has line breaks, tabs or characters that cannot be printed")
+    return value
+
+
+def reference(element: Element, name: str, known: Collection[str], kind: str) -> str:
     """Return an attribute that must be the name of something that exists."""
-    value, known = text(element, name), tuple(known)
+    value = text(element, name)
     if value not in known:
         # A <parent link> or <joint name> of a transmission would be called by the very name that does not exist.
         label = f"<{element.tag}>" if element.attributes.get("name", value) == value else element.label
@@ -56,13 +71,15 @@ def reference(element: Element, name: str, known: Iterable[str], kind: str) -> s
     return value
 
 
-def _parse(element: Element, name: str, item: str) -> float:
+def _parse(element: Element, name: str, item: str, largest: float = LARGEST) -> float:
     """Return one number of an attribute."""
     where = f"{name}={element.attributes[name]!r} of {element.label}"
     if _NUMBER.fullmatch(item):
         value = float(item)
-        if math.isfinite(value):
+        if abs(value) <= largest:
             return value
+        if math.isfinite(value):
+            raise element.error(f"{where} is too large to compute with; it is in SI units, and at most {largest:g}")
     elif not _NOT_FINITE.fullmatch(item):
         what = "is not a number" if item == element.attributes[name] else f"is wrong: {item!r} is not a number"
         raise element.error(f"{where} {what}")
@@ -81,6 +98,9 @@ def positive(element: Element, name: str) -> float:
     value = number(element, name)
     if value <= 0:
         _wrong_sign(element, name, "greater than zero")
+    if value < SMALLEST:
+        where = f"{name}={element.attributes[name]!r} of {element.label}"
+        raise element.error(f"{where} is too small to compute with; it is in SI units, and at least {SMALLEST:g}")
     return value
 
 
@@ -96,8 +116,8 @@ def _wrong_sign(element: Element, name: str, right: str) -> NoReturn:
     raise element.error(f"{name}={element.attributes[name]!r} of {element.label} must be {right}")
 
 
-def vector(element: Element, name: str, default: Vector | None = None) -> Vector:
-    """Return three finite numbers; without a default the attribute must be there."""
+def vector(element: Element, name: str, default: Vector | None = None, largest: float = LARGEST) -> Vector:
+    """Return three numbers of at most ``largest``; without a default the attribute must be there."""
     if default is not None and name not in element.attributes:
         return default
     value = element.attributes.get(name)
@@ -106,13 +126,13 @@ def vector(element: Element, name: str, default: Vector | None = None) -> Vector
     items = [item for item in re.split(f"[{_SPACE}]+", value) if item]
     if len(items) != 3:
         raise element.error(f"{name}={value!r} of {element.label} must be three numbers, not {len(items)}")
-    x, y, z = (_parse(element, name, item) for item in items)
+    x, y, z = (_parse(element, name, item, largest) for item in items)
     return x, y, z
 
 
 def direction(element: Element, name: str, default: Vector | None = None) -> Vector:
     """Return a unit vector along three numbers that are not all zero."""
-    value = vector(element, name, default)
+    value = vector(element, name, default, sys.float_info.max)
     largest = max(map(abs, value))
     if largest == 0:
         raise element.error(f"{name} of {element.label} is zero; it must point somewhere")
@@ -128,7 +148,7 @@ def origin(element: Element) -> Origin:
         return Origin()
     allow(found, ("xyz", "rpy"))
     zero = (0.0, 0.0, 0.0)
-    return Origin(vector(found, "xyz", zero), vector(found, "rpy", zero))
+    return Origin(vector(found, "xyz", zero, LONGEST), vector(found, "rpy", zero))
 
 
 def limits(limit: Element | None) -> tuple[float, float]:
