@@ -77,7 +77,7 @@ def test_forward_of_inverse_is_the_same_pose(name, seed):
 @given(paper, seeds)
 def test_drives_are_reached(name, seed):
     rng = np.random.default_rng(seed)
-    span = {"3rps": 0.1, "2pru_upr": 0.08}[name]
+    span = {"3rps": 0.08, "2pru_upr": 0.08}[name]
     targets = {joint: rng.uniform(-span, span, (5, 4)) for joint in robot(name).description.driven}
     poses = robot(name).assemble(actuators=targets)
     assert poses.shape == (5, 4) == poses.residual.shape
