@@ -95,6 +95,11 @@ def star(number: int) -> str:
     return row(number, "fixed").replace('parent link="row_', 'parent link="plate" data="')
 
 
+def loops(number: int) -> str:
+    sides = '<predecessor link="ground"/><successor link="plate"><origin xyz="0 0 -0.3"/></successor>'
+    return "".join(f'<loop name="loop_{k}" type="spherical">{sides}</loop>' for k in range(number))
+
+
 #: What is in the file, and words of the message; no words: a result or any message.
 XML: dict[str, tuple[str | bytes, list[str]]] = {
     "null characters": (EXAMPLE.replace("left", "le\0ft"), ["well-formed"]),
@@ -169,6 +174,9 @@ XML: dict[str, tuple[str | bytes, list[str]]] = {
     "800 links side by side": (star(800), []),
     "500 links in a row": (row(500, "fixed"), ["more than 400 joints in a row"]),
     "200 hinges in a row": (row(200, "continuous"), []),
+    "300 floating links": (row(300, "floating"), ["more than 500 freedoms"]),
+    "300 loops": (with_body(loops(300)), ["more than 250 loops"]),
+    "200 loops": (with_body(loops(200)), []),
 }
 
 #: The same of expressions.

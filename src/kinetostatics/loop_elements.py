@@ -16,7 +16,7 @@ LOOP_TYPES = ("fixed", "revolute", "continuous", "prismatic", "cylindrical", "un
 #: Types of joints and loops with exactly one freedom: they have limits and may be driven.
 ONE_FREEDOM = ("revolute", "continuous", "prismatic")
 #: Larger robots are refused.
-MAX_LOOPS = 1000
+MAX_LOOPS = 250
 
 _PARALLEL = 1e-9  # 1 − cos of the smallest angle between the two axes of a universal joint
 

@@ -19,8 +19,9 @@ JOINT_TYPES = ("fixed", "revolute", "continuous", "prismatic", "floating", "plan
 #: Elements of this package, which mean something only directly inside ``<robot>``.
 ROBOT_LEVEL = ("base", "platform", "loop", "beam", "joint_stiffness")
 
-#: Larger robots are refused: most links, and most joints in a row, which Pinocchio's parser follows by recursion.
-MAX_LINKS, MAX_ROW = 1000, 400
+#: Larger robots are refused: most links, most joints in a row, which Pinocchio's parser follows by recursion, and most
+#: freedoms of all joints, with whose cube the time grows to find the poses.
+MAX_LINKS, MAX_ROW, MAX_FREEDOMS = 1000, 400, 500
 
 _LINK_CHILDREN = ("inertial", "visual", "collision")
 _JOINT_CHILDREN = (
@@ -57,9 +58,13 @@ def read_links(root: Element, warnings: list[str]) -> dict[str, Link]:
 def read_joints(root: Element, links: Mapping[str, Link], warnings: list[str]) -> dict[str, Joint]:
     """Read all ``<joint>``, the joints of the spanning tree."""
     joints: dict[str, Joint] = {}
+    freedoms = 0
     for element in root.named("joint"):
         name = unused_name(element, "joint", joints)
         joints[name] = _joint(name, element, links, warnings)
+        freedoms += {"fixed": 0, "planar": 3, "floating": 6}.get(joints[name].type, 1)
+        if freedoms > MAX_FREEDOMS:
+            raise element.error(f"the joints have more than {MAX_FREEDOMS} freedoms together")
     return joints
 
 
