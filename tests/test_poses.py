@@ -780,3 +780,56 @@ def test_missing_mass_of_beams_is_spread_from_the_links():
     first, second = ks.analyze(heavy.assemble()), ks.analyze(same.assemble())
     np.testing.assert_allclose(first.twist, second.twist, rtol=1e-10, atol=1e-18)
     assert first.beams["crank_1"].mass == pytest.approx(second.beams["crank_1"].mass, rel=1e-12)
+
+
+STAGES = """<robot name="stages"><link name="base"/><link name="cylinder"/>
+<link name="middle"><inertial><mass value="3"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<link name="rod"/><link name="tip"/><platform link="tip"/>
+<joint name="root" type="fixed"><parent link="base"/><child link="cylinder"/></joint>
+<joint name="p1" type="prismatic"><parent link="cylinder"/><child link="middle"/><origin xyz="0 0 0.4"/><axis xyz="0 0 1"/>
+<limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
+<joint name="p2" type="prismatic"><parent link="middle"/><child link="rod"/><origin xyz="0 0 0.4"/><axis xyz="0 0 1"/>
+<limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
+<joint name="head" type="fixed"><parent link="rod"/><child link="tip"/><origin xyz="0 0 0.4"/></joint>
+<transmission name="t"><joint name="p1"/><joint name="p2"/></transmission>
+<beam link="CARRIER" from="root" to="head" youngs_modulus="2e11" poisson_ratio="0.3" density="7850">
+<circle diameter="0.04"/></beam></robot>"""
+
+
+@pytest.mark.parametrize(("carrier", "above_p1", "above_p2"), [("rod", 3, 0), ("middle", 0, 0), ("cylinder", 3, 0)])
+def test_drives_of_a_telescope_carry_the_links_beyond_them(carrier, above_p1, above_p2):
+    """Each drive holds the links outboard of it, and the beam if that is carried by one of them."""
+    text = STAGES.replace("CARRIER", carrier)
+    if carrier == "middle":  # its own mass is replaced by the beam's
+        above_p1 = 0
+    robot = ks.Robot(ks.robot_file.parse_robot_text(text))
+    result = ks.analyze(robot.assemble(), gravity=(0, 0, -10))
+    beam = 7850 * np.pi * 0.02**2 * 1.2
+    on_p1 = above_p1 + (beam if carrier in ("middle", "rod") else 0)
+    on_p2 = above_p2 + (beam if carrier == "rod" else 0)
+    assert float(result.actuator_forces["p1"]) == pytest.approx(10 * on_p1)
+    assert float(result.actuator_forces["p2"]) == pytest.approx(10 * on_p2, abs=1e-9)
+    assert result.base_wrench[2] == pytest.approx(10 * (beam + (0 if carrier == "middle" else 3)))
+
+
+def test_local_freedoms_that_are_driven_are_not_free():
+    """A passive pendulum hangs on a fixed rod, and a driven arm on the base: neither moves the platform."""
+    mass = (
+        '<inertial><origin xyz="0 0 -0.1"/><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    )
+    text = f"""<robot name="local"><link name="base"/><link name="rod"/><link name="tip"/><platform link="tip"/>
+    <link name="pendulum">{mass}</link><link name="arm">{mass}</link>
+    <joint name="foot" type="fixed"><parent link="base"/><child link="rod"/></joint>
+    <joint name="head" type="fixed"><parent link="rod"/><child link="tip"/><origin xyz="0 0 0.5"/></joint>
+    <joint name="swing" type="continuous"><parent link="rod"/><child link="pendulum"/><origin xyz="0 0 0.5"/>
+    <axis xyz="0 1 0"/></joint>
+    <joint name="turn" type="continuous"><parent link="base"/><child link="arm"/><origin xyz="1 0 0"/><axis xyz="0 1 0"/></joint>
+    <transmission name="t"><joint name="turn"/></transmission>
+    <beam link="rod" from="foot" to="head" youngs_modulus="2e11" poisson_ratio="0.3" density="7850"><circle diameter="0.04"/>
+    </beam></robot>"""
+    robot = ks.Robot(ks.robot_file.parse_robot_text(text))
+    pose = robot.assemble(actuators={"turn": 0.7})
+    assert pose.status == ks.Status.OK
+    assert float(pose.actuators["turn"]) == pytest.approx(0.7)
+    result = ks.analyze(pose)
+    assert float(result.actuator_forces["turn"]) == pytest.approx(9.81 * 0.1 * np.sin(0.7))

@@ -53,4 +53,4 @@ def test_modules_named_in_the_readme_exist():
     rooms = README.split("## The code")[1].split("## Citing")[0]
     for row in re.findall(r"^\| (`.*?) \|", rooms, re.MULTILINE):
         for name in re.findall(r"`([a-z_*]+)`", row):
-            assert list((ROOT / "src" / "kinetostatics").glob(f"{name}*")), name
+            assert list((ROOT / "src" / "kinetostatics").glob(name.rstrip("*") + "*")), name

@@ -61,7 +61,7 @@ def assemble(
     for first in range(0, N, CHUNK):
         part = slice(first, min(first + CHUNK, N))
         mine = start if start.x.shape[1] == 1 else Poses(start.x[:, part], start.c[:, part])
-        poses, arrived[part], gone[part] = robot.solver.follow(request, mine, target[:, part], robot.mobility.local)
+        poses, arrived[part], gone[part] = robot.solver.follow(request, mine, target[:, part], robot.local_freedoms(request))
         x[:, part], c[:, part] = poses.x, poses.c
     poses = Poses(x, c)
     if raising and not np.all(arrived):

@@ -199,7 +199,7 @@ class Branch:
     def __init__(self, robot: Robot, owner: str, edge: Edge) -> None:
         connection = robot.mechanism.connections[str(edge.joint)]
         self.owner, self.joint = owner, connection.name
-        self.outboard = np.array([name in edge.outboard for name in robot.weights.names], dtype=float)
+        self.outboard = np.array([(name in edge.outboard) - (name in edge.excluded) for name in robot.weights.names], dtype=float)
         self._freedoms = _freedoms(connection, edge.sign)
         self.scale = np.array([robot.length if f.rotates else 1.0 for f in self._freedoms])
 

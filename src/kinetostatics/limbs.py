@@ -127,7 +127,7 @@ class LimbGroup:
     def _outboard(self, edges: list[list[Edge]]) -> Array:
         """Return the table (limbs, edges, weights) of what is outboard of given edges."""
         names = self.robot.weights.names
-        table = [[[name in edge.outboard for name in names] for edge in row] for row in edges]
+        table = [[[(name in edge.outboard) - (name in edge.excluded) for name in names] for edge in row] for row in edges]
         return np.array(table, dtype=float).reshape(len(edges), len(edges[0]), len(names))
 
     def _platform_joint(self) -> NDArray[np.bool_]:

@@ -257,7 +257,7 @@ class Result:
             def put(edge: Edge, inner: Array, solution: Solution = solution, weights: Array = weights) -> None:
                 if edge.joint is None:
                     return
-                total = inner + self.robot.weights.sum(edge.outboard, weights)
+                total = inner + self.robot.weights.sum(edge.outboard, weights) - self.robot.weights.sum(edge.excluded, weights)
                 arm = joint_centre(self.robot.mechanism.connections[edge.joint], edge, solution) - solution.o
                 parts.setdefault(edge.joint, []).append(-move_wrench(total, arm))
 

@@ -83,6 +83,7 @@ class Robot:
         self.topology: Topology = analyze_topology(self.mechanism)
         self.equations = LoopEquations(self.mechanism)
         self._determined: dict[Request, bool] = {}
+        self._local: dict[Request, int] = {}
 
     @property
     def name(self) -> str:
@@ -294,22 +295,32 @@ class Robot:
     def determines(self, request: Request) -> bool:
         """Whether the requested coordinates leave the platform no freedom, at generic poses."""
         if request not in self._determined:
-            self._determined[request] = any(self._holds(request, k) for k in range(self.generic_poses.x.shape[1]))
+            self._determined[request] = any(self.determines_at(request, pose) for pose in self._each_generic_pose())
         return self._determined[request]
-
-    def _holds(self, request: Request, number: int) -> bool:
-        return self.determines_at(request, self.generic_poses.take(np.array([number])))
 
     def determines_at(self, request: Request, pose: Poses) -> bool:
         """Whether the requested coordinates leave the platform no freedom at one pose."""
+        columns = self.solver.free_columns(request)
+        moving = self._platform_map(pose)[:, columns] @ self._free_motions(request, pose)[: len(columns)]
+        return float(np.abs(moving).max(initial=0.0)) < 1e-6
+
+    def local_freedoms(self, request: Request) -> int:
+        """How many freedoms the requested coordinates leave, at generic poses: local ones, if they determine the platform."""
+        if request not in self._local:
+            self._local[request] = min(self._free_motions(request, pose).shape[1] for pose in self._each_generic_pose())
+        return self._local[request]
+
+    def _each_generic_pose(self) -> Iterator[Poses]:
+        for number in range(self.generic_poses.x.shape[1]):
+            yield self.generic_poses.take(np.array([number]))
+
+    def _free_motions(self, request: Request, pose: Poses) -> Array:
+        """Return a basis (n, k) of the scaled motions of free columns and unknown angles that a request allows at one pose."""
         if request.orientation is not None:
             R, _ = self.solver.platform_pose(self.equations.forward(pose.x))
             pose = Poses(pose.x, request.orientation.coordinates(R))
         _, gradient = self.solver.system(request, pose, self.solver.values(request, pose))
-        free = null_space(gradient[:, :, 0], self.rank_tolerance)[0]
-        columns = self.solver.free_columns(request)
-        moving = self._platform_map(pose)[:, columns] @ free[: len(columns)]
-        return float(np.abs(moving).max(initial=0.0)) < 1e-6
+        return null_space(gradient[:, :, 0], self.rank_tolerance)[0]
 
     def joint_coordinates(self, q: Array, frames: Frames) -> dict[str, Array]:
         """Return the coordinate (N,) of every one-freedom joint and loop [m, rad]."""

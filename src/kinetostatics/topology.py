@@ -31,6 +31,8 @@ class Edge:
         sign: +1 if the joint's predecessor is its inboard side, else −1.
         outboard: names of the weights outboard of it; for a beam, of its outer end. Weights are named after their link or,
             for distributed ones, ``beam:`` and the beam.
+        excluded: names of weights that what lies outboard seems to carry but does not: of links inside a telescope that go with
+            its outer end although they hang on the inner side of this joint.
         parent: ``key`` of the edge on its inboard side, None if that is the base (of dead weight on the platform: the platform).
     """
 
@@ -39,6 +41,7 @@ class Edge:
     sign: int
     outboard: tuple[str, ...]
     parent: str | None
+    excluded: tuple[str, ...] = ()
 
     @property
     def key(self) -> str:
@@ -345,20 +348,31 @@ class _Builder:
         span = self._outward(inner, edge)
         self.spans[name] = span
         chain, before_carrier, start_link = [*span.inward[::-1], *span.outward], len(span.inward), span.start_link
+        links = [start_link]
+        for item in chain:
+            links.append(item.other(links[-1]))
+        # Links in mid-span go with the end on their side; a joint in between carries those outboard of it all the same.
+        near = [link for link in links[1:before_carrier] if self._weighs(link)]
+        far = [link for link in links[before_carrier + 1 : -1] if self._weighs(link)]
         result: list[Edge] = []
-        link = start_link
         for number in range(len(chain) + 1):
             if number == before_carrier:
                 result.append(Edge(None, name, 1, tuple(below), parent))
                 parent = result[-1].key
             if number < len(chain):
                 item = chain[number]
-                sign = 1 if item.predecessor == link else -1
-                link = item.other(link)
-                weights = [*below, f"beam:{name}"] if number < before_carrier else below
-                result.append(Edge(item.name, None, sign, tuple(weights), parent))
+                sign = 1 if item.predecessor == links[number] else -1
+                inboard = set(links[: number + 1])
+                weights = list(below)
+                if number < before_carrier:
+                    weights += [link for link in near if link not in inboard] + [f"beam:{name}"]
+                excluded = tuple(link for link in far if link in inboard)
+                result.append(Edge(item.name, None, sign, tuple(weights), parent, excluded))
                 parent = result[-1].key
         return result
+
+    def _weighs(self, link: str) -> bool:
+        return link not in self.beams_of and self.description.links[link].mass > 0
 
     def _limb(
         self,
