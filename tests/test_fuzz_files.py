@@ -6,7 +6,7 @@ why not, or a :class:`KinetostaticsError` of one paragraph. Nothing may hang, cr
 does not include.
 
 More random files than usual: ``KINETOSTATICS_FUZZ=5000 pytest tests/test_fuzz_files.py -n 2`` (the number for each of the
-random tests, a third of it for the slowest; 5000 take about ten minutes).
+random tests, a third of it for the slowest; 5000 take about five minutes).
 """
 
 import copy
