@@ -833,3 +833,20 @@ def test_local_freedoms_that_are_driven_are_not_free():
     assert float(pose.actuators["turn"]) == pytest.approx(0.7)
     result = ks.analyze(pose)
     assert float(result.actuator_forces["turn"]) == pytest.approx(9.81 * 0.1 * np.sin(0.7))
+
+
+@pytest.mark.parametrize("rounded", ["1.57", "1.5703", "1.571", "1.5708"])
+def test_rounding_does_not_change_the_assembly_mode(rounded):
+    """Closing a rounded loop a little better far away is not what was asked for."""
+    text = (Path(__file__).parent / "five_bar_rounded.urdf").read_text()
+    exact = ks.Robot(ks.robot_file.parse_robot_text(text.replace('"1.57 0 0"', '"1.5707963267948966 0 0"')))
+    robot = ks.Robot(ks.robot_file.parse_robot_text(text.replace('"1.57 0 0"', f'"{rounded} 0 0"')))
+    assert robot.mobility.platform == exact.mobility.platform == 2
+    with pytest.raises(ks.AssemblyError, match="rounded"):
+        robot.assemble()
+    for drives in ({"A1": 0, "A2": 0}, {"A1": 0.2, "A2": -0.1}):
+        found = ks.analyze(robot.assemble(actuators=drives, tolerance=2e-3))
+        wanted = ks.analyze(exact.assemble(actuators=drives))
+        np.testing.assert_allclose(found.configuration.platform_frame, wanted.configuration.platform_frame, atol=2e-3)
+        np.testing.assert_allclose(found.twist, wanted.twist, atol=1e-2 * np.abs(wanted.twist).max())
+        assert any("open" in warning for warning in found.warnings)

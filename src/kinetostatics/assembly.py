@@ -50,6 +50,8 @@ def assemble(
     raising = on_failure == "raise" or (on_failure is None and shape == ())
     start = robot.zero_poses
     if near is not None:
+        if not isinstance(near, Configuration):
+            raise ArgumentError(f"near= wants a pose, not {near!r}: make one with robot.assemble(…)")
         if near.robot is not robot:
             raise ArgumentError("near= is a configuration of another robot")
         if near.shape not in ((), shape):
@@ -202,7 +204,12 @@ def _say_unreachable(robot: Robot, request: Request, names: list[str], pose: Pos
         )
     found = robot.solver.values(request, nearest)[:, 0]
     if float(np.abs(found - target[:, 0]).max(initial=0.0)) < 1e-3:
-        text += f"at the target {say_openings(robot, nearest)}"
+        worst = max((max(pair) for pair in openings_at(robot, nearest).values()), default=0.0)
+        if worst < 1e-9:
+            text += "the target itself can be assembled, but the line to it passes a singular pose or leaves the workspace: "
+            text += "give near= a pose beyond"
+        else:
+            text += f"at the target {say_openings(robot, nearest)}"
     else:
         text += (
             "the nearest that was found is "
@@ -223,7 +230,7 @@ def _say_open(robot: Robot, openings: dict[str, tuple[float, float]], tolerance:
         text += (
             f". The robot is overconstrained (by {robot.mobility.redundant_constraints}), and such loops cannot close when "
             "the file's angles or lengths are rounded, which is the likely reason: write them with full precision, as "
-            f"${{pi/2}} in xacro, or accept the gap with tolerance={10 ** np.ceil(np.log10(worst)):.0e}"
+            f"${{pi/2}} in xacro, or accept the gap with a tolerance of {10 ** np.ceil(np.log10(worst)):.0e}"
         )
     raise AssemblyError(text, openings, robot.mobility.platform)
 

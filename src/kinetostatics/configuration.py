@@ -69,7 +69,7 @@ class LimitExceeded:
     where: NDArray[np.bool_]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Configuration:
     """A robot at one pose or a batch of poses, with closed loops. All arrays are read-only, batch axes first.
 
@@ -84,6 +84,15 @@ class Configuration:
     frames: Frames
     openings: Mapping[str, tuple[Array, Array]]
     reached: NDArray[np.bool_]
+
+    def __repr__(self) -> str:
+        return f"<Configuration of {self.robot.name!r}, batch shape {self.shape}>"
+
+    def __str__(self) -> str:
+        if self.shape:
+            return repr(self)
+        values = [f"{name} = {float(value):.6g}" for name, value in (*self.platform.items(), *self.actuators.items())]
+        return f"{self.robot.name}: {', '.join(values)} (m, rad; {Status(int(self.status)).name})"
 
     @property
     def q(self) -> Array:

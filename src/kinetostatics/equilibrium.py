@@ -285,6 +285,8 @@ def analyze(
     """
     from kinetostatics.result import Result
 
+    if not isinstance(configuration, Configuration):
+        raise ArgumentError(f"analyze wants a pose, not {configuration!r}: make one with robot.assemble(…)")
     if frame not in ("world", "platform"):
         raise ArgumentError(f"frame is {frame!r}; it must be 'world' or 'platform'")
     if on_failure not in (None, "raise", "nan"):

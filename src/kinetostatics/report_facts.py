@@ -41,6 +41,10 @@ LETTERS = {
 }
 
 
+#: How the text of a problem of the zero pose alone begins.
+AT_ZERO = "at the zero pose"
+
+
 @dataclass
 class JointFacts:
     """A joint of a limb; runs of revolutes that meet in a point are one universal or spherical joint."""
@@ -303,7 +307,7 @@ def _warn_of_drives(robot: Robot, facts: RobotFacts) -> None:
         facts.warnings.append(f"the driven joint {joint.name} is in no limb: it only holds what hangs on {_owner(robot, joint)}")
     problem = _statics_problem(robot)
     if problem is not None:
-        facts.warnings.append(problem)
+        (facts.warnings if problem.startswith(AT_ZERO) else facts.problems).append(problem)
 
 
 def _free_drives(robot: Robot) -> list[Connection]:
@@ -331,7 +335,7 @@ def _statics_problem(robot: Robot) -> str | None:
         return _complaint(lambda: analyze(robot.configuration(generic[0], tolerance=tolerance)))
     zero = robot.model_q(robot.zero_poses)[:, 0]
     problem = _complaint(lambda: analyze(robot.configuration(zero, tolerance=tolerance)))
-    return None if problem is None else f"at the zero pose {problem}"
+    return None if problem is None else f"{AT_ZERO} {problem}"
 
 
 def _complaint(compute: Callable[[], object]) -> str | None:

@@ -385,10 +385,26 @@ class Result:
         """(…) strain energy of all beams [J]."""
         return frozen(sum((beam.strain_energy for beam in self.beams.values()), np.zeros(self.shape)))
 
+    def _large_motions(self) -> list[str]:
+        """Say where the platform moves more than small displacements allow."""
+        twist = np.nan_to_num(self.twist)
+        shift = float(np.linalg.norm(twist[..., :3], axis=-1).max(initial=0.0))
+        turn = float(np.linalg.norm(twist[..., 3:], axis=-1).max(initial=0.0))
+        if shift < 0.1 * self.robot.length and turn < 0.1:
+            return []
+        return [
+            f"the platform moves by {shift:.3g} m and {turn:.3g} rad, which linear theory does not cover: look for wrong units "
+            "in moduli, diameters and masses"
+        ]
+
     @cached_property
     def warnings(self) -> tuple[str, ...]:
         """What to be careful about, in full sentences."""
-        found = []
+        found = [*self.robot.description.warnings, *self.robot.topology.warnings]
+        open_by = float(np.nanmax(self.configuration.residual, initial=0.0))
+        if open_by > 1e-9:
+            found.append(f"the loops stay open by up to {open_by:.2g} m or rad: angles or lengths of the file are rounded")
+        found += self._large_motions()
         for item in self.configuration.limits_exceeded.values():
             found.append(
                 f"{item.joint} is beyond its limits [{item.lower:.6g}, {item.upper:.6g}]"

@@ -154,8 +154,9 @@ class Robot:
         best, residual = solver.close(start, drives, np.zeros((drives.size, 1)))
         if residual < 1e-11:
             return best, residual
-        free = solver.close(start, Request(), np.zeros((0, 1)))
-        if free[1] < 0.5 * residual:
+        # Rounding alone is no reason to move the drives: a nearly closed pose far away would be another assembly mode.
+        free = solver.close(start, Request(), np.zeros((0, 1)), cutoff=1e-3)
+        if free[1] < 1e-9 or 1e-2 < residual > free[1]:
             best, residual = free
         random = np.random.default_rng(1)
         for _ in range(20):

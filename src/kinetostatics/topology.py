@@ -227,7 +227,8 @@ class _Builder:
             if inner is outer:
                 continue
             if {inner, outer} == {base, platform}:
-                direct.append(edge)
+                if edge.connection is None or edge.connection.kind != "floating":  # which transmits nothing
+                    direct.append(edge)
                 continue
             at.setdefault(inner, []).append(edge)
             at.setdefault(outer, []).append(edge)
