@@ -57,13 +57,15 @@ def assemble(
         if near.shape not in ((), shape):
             raise ArgumentError(f"near= has the batch shape {near.shape}; it must be () or {shape}")
         start = near.poses
+    origin = robot.zero_origin(request) if near is None else None
+    local = robot.local_freedoms(request)
     N = target.shape[1]
     x, c = np.empty((robot.equations.tree.nq, N)), np.empty((3, N))
     arrived, gone = np.empty(N, dtype=bool), np.empty(N)
     for first in range(0, N, CHUNK):
         part = slice(first, min(first + CHUNK, N))
         mine = start if start.x.shape[1] == 1 else Poses(start.x[:, part], start.c[:, part])
-        poses, arrived[part], gone[part] = robot.solver.follow(request, mine, target[:, part], robot.local_freedoms(request))
+        poses, arrived[part], gone[part] = robot.solver.follow(request, mine, target[:, part], local, origin)
         x[:, part], c[:, part] = poses.x, poses.c
     poses = Poses(x, c)
     if raising and not np.all(arrived):

@@ -47,6 +47,8 @@ def frozen(array: Array) -> Array:
 
 def batch_first(array: Array, shape: tuple[int, ...]) -> Array:
     """Turn ``(…components, N)`` into the read-only ``(*shape, …components)`` that people expect."""
+    if not shape:
+        return frozen(np.array(array[..., 0], order="C"))
     turned = array.transpose(array.ndim - 1, *range(array.ndim - 1))
     return frozen(np.ascontiguousarray(turned).reshape(shape + turned.shape[1:]))
 

@@ -182,7 +182,6 @@ def _deform_branches(
         out: where the motions are put.
     """
     frames = solution.frames
-    weights = robot.weights.wrenches(frames, solution.o, solution.gravity)
     share = np.zeros((len(solution.sources), 1, 1))
     if own is not None:
         share[own] = 1
@@ -196,7 +195,7 @@ def _deform_branches(
             axes = frames.orientations(np.array([model.span.carrier]), model.axes[:, :, None])
             end = frames.points(np.array([model.span.end_body]), model.span.end[:, None]) - solution.o[:, None]
             length = model.length(frames)[None]
-            beyond = robot.weights.sum(edge.outboard, weights)[:, None]
+            beyond = robot.weights.sum(edge.outboard, solution.weights)[:, None]
             local = rotate(axes, move_wrench(beyond, end), back=True)
             mass = _mass(model, length)
             load = np.einsum("jign,jn->ign", axes, solution.gravity) * mass / length

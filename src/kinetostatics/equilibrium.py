@@ -40,6 +40,7 @@ class Solution:
 
     Attributes:
         frames, o, gravity: the poses (3, N), and the field (3, N).
+        weights: (6, W, N) the robot's weights.
         statics: the groups of limbs.
         sources: names of the twist's contributions.
         twists: (6, S, N) contributions to the twist.
@@ -54,6 +55,7 @@ class Solution:
     frames: Frames
     o: Array
     gravity: Array
+    weights: Array
     statics: tuple[LimbStatics, ...]
     sources: tuple[str, ...]
     twists: Array
@@ -137,6 +139,7 @@ def solve(robot: Robot, frames: Frames, load: Array, gravity: Array) -> Solution
         frames,
         o,
         gravity,
+        weights,
         statics,
         sources,
         twists,

@@ -62,31 +62,32 @@ def null_space(matrix: Array, tolerance: float) -> tuple[Array, int, float]:
 class Cholesky:
     """Cholesky factor of symmetric positive (semi)definite matrices ``(n, n, …)``.
 
-    Attributes:
-        smallest_pivot: (…) smallest ratio of a pivot to the diagonal entry it came from: 1 for orthogonal
-            columns, at rounding level (or below zero) for a singular matrix.
+    The smallest pivot is 1 for orthogonal columns, and at rounding level for a singular matrix.
     """
 
     def __init__(self, a: Array) -> None:
         n = a.shape[0]
         factor = np.array(a)
-        smallest = np.ones(a.shape[2:])
         with np.errstate(invalid="ignore", divide="ignore"):
             for j in range(n):
-                pivot = factor[j, j]
-                smallest = np.minimum(smallest, pivot / a[j, j])
-                factor[j:, j] /= np.sqrt(pivot)
+                factor[j:, j] /= np.sqrt(factor[j, j])
                 if j + 1 < n:
                     column = factor[j + 1 :, j]
                     factor[j + 1 :, j + 1 :] -= column[:, None] * column[None]
-        self.factor = factor
-        self.smallest_pivot = np.where(np.isnan(smallest), -np.inf, smallest)
+        self.factor, self._diagonal = factor, np.einsum("ii...->i...", a)
+
+    @property
+    def smallest_pivot(self) -> Array:
+        """Smallest ratio (…) of a pivot to the diagonal entry it came from; −∞ where there is no factor."""
+        with np.errstate(invalid="ignore", divide="ignore"):
+            smallest = np.min(np.einsum("ii...->i...", self.factor) ** 2 / self._diagonal, axis=0, initial=1.0)
+        return np.where(np.isnan(smallest), -np.inf, smallest)
 
     def forward(self, b: Array) -> Array:
         """Return L⁻¹ b for ``(n, m, …)`` right-hand sides."""
         n = self.factor.shape[0]
-        shape = np.broadcast_shapes(self.factor.shape[2:], b.shape[2:])
-        x = np.array(np.broadcast_to(b, b.shape[:2] + shape))
+        batch = self.factor.shape[2:]
+        x = np.array(b if b.shape[2:] == batch else np.broadcast_to(b, b.shape[:2] + np.broadcast_shapes(batch, b.shape[2:])))
         for j in range(n):
             x[j] /= self.factor[j, j]
             if j + 1 < n:

@@ -252,7 +252,7 @@ class Result:
         parts: dict[str, list[Array]] = {}
         topology = self.robot.topology
         for solution in self.solutions:
-            weights = self.robot.weights.wrenches(solution.frames, solution.o, solution.gravity)
+            weights = solution.weights
 
             def put(edge: Edge, inner: Array, solution: Solution = solution, weights: Array = weights) -> None:
                 if edge.joint is None:
@@ -309,7 +309,7 @@ class Result:
         total: list[Array] = []
         body, placement = self.robot.mechanism.body_of[self.robot.description.base]
         for solution in self.solutions:
-            weights = self.robot.weights.wrenches(solution.frames, solution.o, solution.gravity)
+            weights = solution.weights
             sum_at_o = weights[:, self.robot.weights.of("base")].sum(axis=1)
             for number, statics in enumerate(solution.statics):
                 for position, limb in enumerate(statics.group.limbs):

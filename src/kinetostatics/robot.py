@@ -84,6 +84,7 @@ class Robot:
         self.equations = LoopEquations(self.mechanism)
         self._determined: dict[Request, bool] = {}
         self._local: dict[Request, int] = {}
+        self._origins: dict[Request, tuple[Array, Array]] = {}
 
     @property
     def name(self) -> str:
@@ -310,6 +311,12 @@ class Robot:
         if request not in self._local:
             self._local[request] = min(self._free_motions(request, pose).shape[1] for pose in self._each_generic_pose())
         return self._local[request]
+
+    def zero_origin(self, request: Request) -> tuple[Array, Array]:
+        """Return where lines from the zero pose start, see :meth:`Solver.origin`."""
+        if request not in self._origins:
+            self._origins[request] = self.solver.origin(request, self.zero_poses)
+        return self._origins[request]
 
     def _each_generic_pose(self) -> Iterator[Poses]:
         for number in range(self.generic_poses.x.shape[1]):

@@ -231,24 +231,35 @@ class Solver:
                 break
         return result, good
 
-    def follow(self, request: Request, start: Poses, target: Array, local: int = 0) -> tuple[Poses, NDArray[np.bool_], Array]:
+    def follow(
+        self,
+        request: Request,
+        start: Poses,
+        target: Array,
+        local: int = 0,
+        origin: tuple[Array, Array] | None = None,
+    ) -> tuple[Poses, NDArray[np.bool_], Array]:
         """Follow the straight line of requested coordinates from ``start`` to ``target`` (n, N).
 
-        ``local`` is the number of freedoms that do not move the platform; they stay as they are.
+        ``local`` is the number of freedoms that do not move the platform; they stay as they are. ``origin`` is what
+        :meth:`origin` says of the start, if that is known already.
 
         Returns:
             The poses, whether each arrived, and how much of its way (0 … 1) each has gone.
         """
         N = target.shape[1]
-        state = Poses(np.array(np.broadcast_to(start.x, (start.x.shape[0], N))), np.array(np.broadcast_to(start.c, (3, N))))
-        origin = self.values(request, state)
-        if request.angles and request.orientation is not None:
-            self._unwind(request, state, origin, target)
+        values, angles = self.origin(request, start) if origin is None else origin
+        first = np.array(np.broadcast_to(values, (request.size, N)))
+        state = Poses(np.array(np.broadcast_to(start.x, (start.x.shape[0], N))), np.array(np.broadcast_to(angles, (3, N))))
+        if request.orientation is not None and request.orientation.name == "tilt_torsion" and 0 in request.angles:
+            # an untilted start has no azimuth of its own: it takes that of the target
+            row = request.size - len(request.angles) + request.angles.index(0)
+            first[row] = state.c[0] = np.where(state.c[1] < 1e-9, target[row], state.c[0])
         gone, stride = np.zeros(N), np.ones(N)
         active = np.arange(N)
         while active.size:
             trial = np.minimum(gone[active] + stride[active], 1.0)
-            goal = origin[:, active] + trial * (target[:, active] - origin[:, active])
+            goal = first[:, active] + trial * (target[:, active] - first[:, active])
             moved, good = self.newton(request, state.take(active), goal, local)
             arrived = active[good]
             state.x[:, arrived], state.c[:, arrived] = moved.x[:, good], moved.c[:, good]
@@ -258,18 +269,12 @@ class Solver:
             active = active[(gone[active] < 1) & (stride[active] > 1e-3)]
         return state, gone >= 1, gone
 
-    def _unwind(self, request: Request, state: Poses, origin: Array, target: Array) -> None:
-        """Choose the azimuth of an untilted start, which has none of its own, and fill in its other angles."""
-        orientation = request.orientation
-        assert orientation is not None
-        R, _ = self.platform_pose(self.equations.forward(state.x))
-        state.c[:] = orientation.coordinates(R)
-        if orientation.name == "tilt_torsion" and 0 in request.angles:
-            first = request.size - len(request.angles)
-            row = first + request.angles.index(0)
-            untilted = state.c[1] < 1e-9
-            state.c[0] = np.where(untilted, target[row], state.c[0])
-            origin[row] = state.c[0]
+    def origin(self, request: Request, start: Poses) -> tuple[Array, Array]:
+        """Return where a line starts: the requested coordinates (n, N) and all orientation coordinates (3, N) of poses."""
+        if not request.angles or request.orientation is None:
+            return self.values(request, start), start.c
+        R, _ = self.platform_pose(self.equations.forward(start.x))
+        return self.values(request, start), request.orientation.coordinates(R)
 
     def close(
         self, poses: Poses, request: Request, target: Array, weight: float = 1.0, cutoff: float = 1e-9
