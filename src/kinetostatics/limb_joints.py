@@ -226,3 +226,33 @@ def dead_joints(robot: Robot) -> tuple[Branch, ...]:
                 if connection.kind != "fixed" and not connection.driven:
                     found.append(Branch(robot, owner, edge))
     return tuple(found)
+
+
+class JointTable:
+    """All joints through which something is held, for their wrenches.
+
+    Attributes:
+        names: of the joints, fixed ones too: those of the limbs' paths and branches, and of dead weights.
+        signs: for each name 1 if the predecessor is on the inboard side, else −1.
+        limb: (J,) number of the limb on whose path it lies; of others the number of limbs.
+        outboard: (J, W) which weights it carries.
+        centre_body, centre: body (J,) and point (3, J) of its centre; of a sliding joint that on the outboard side.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        topology = robot.topology
+        none = len(topology.limbs)
+        entries = [(edge, k) for k, limb in enumerate(topology.limbs) for edge in limb.path]
+        entries += [(edge, none) for limb in topology.limbs for edge in limb.branches]
+        entries += [(edge, none) for edge in (*topology.base.edges, *topology.platform.edges)]
+        entries = [(edge, k) for edge, k in entries if edge.joint is not None]
+        self.names = [str(edge.joint) for edge, _ in entries]
+        self.signs = {str(edge.joint): edge.sign for edge, _ in entries}
+        self.limb = np.array([k for _, k in entries], dtype=np.intp)
+        weights = robot.weights.names
+        self.outboard = np.array(
+            [[(name in edge.outboard) - (name in edge.excluded) for name in weights] for edge, _ in entries], dtype=float
+        ).reshape(len(entries), len(weights))
+        outer = [sides(edge, robot.mechanism.connections[str(edge.joint)])[1] for edge, _ in entries]
+        self.centre_body = np.array([body for body, _ in outer], dtype=np.intp)
+        self.centre = np.array([frame[:3, 3] for _, frame in outer]).reshape(-1, 3).T

@@ -19,9 +19,7 @@ from kinetostatics.configuration import Configuration, Status, batch_first, froz
 from kinetostatics.deformation import Deformation, LoadedBeams, deform
 from kinetostatics.description import Beam
 from kinetostatics.equilibrium import Solution
-from kinetostatics.mechanism import Connection
 from kinetostatics.screws import move_twist, move_wrench
-from kinetostatics.topology import Edge
 
 Array = NDArray[np.float64]
 
@@ -249,29 +247,18 @@ class Result:
     @cached_property
     def _wrenches_at_joints(self) -> dict[str, Array]:
         """What the base side of every joint puts on the platform side (6, N), about the joint's centre, world axes."""
-        parts: dict[str, list[Array]] = {}
-        topology = self.robot.topology
+        table = self.robot.joint_table
+        chunks = []
         for solution in self.solutions:
-            weights = solution.weights
-
-            def put(edge: Edge, inner: Array, solution: Solution = solution, weights: Array = weights) -> None:
-                if edge.joint is None:
-                    return
-                total = inner + self.robot.weights.sum(edge.outboard, weights) - self.robot.weights.sum(edge.excluded, weights)
-                arm = joint_centre(self.robot.mechanism.connections[edge.joint], edge, solution) - solution.o
-                parts.setdefault(edge.joint, []).append(-move_wrench(total, arm))
-
-            none = np.zeros((6, solution.o.shape[1]))
+            inner = np.zeros((6, len(self.robot.topology.limbs) + 1, solution.o.shape[1]))  # the last: of no limb's path
             for number, statics in enumerate(solution.statics):
-                for position, limb in enumerate(statics.group.limbs):
-                    inner = _limb_wrench(solution, number, position)
-                    for edge in limb.path:
-                        put(edge, inner)
-                    for edge in limb.branches:
-                        put(edge, none)
-            for edge in (*topology.base.edges, *topology.platform.edges):
-                put(edge, none)
-        return {name: _joined(arrays) for name, arrays in parts.items()}
+                for position, limb in enumerate(statics.group.numbers):
+                    inner[:, limb] = _limb_wrench(solution, number, position)
+            total = inner[:, table.limb] + np.einsum("jw,iwn->ijn", table.outboard, solution.weights)
+            arm = solution.frames.points(table.centre_body, table.centre) - solution.o[:, None]
+            chunks.append(-move_wrench(total, arm))
+        joined = _joined(chunks)
+        return {name: joined[:, k] for k, name in enumerate(table.names)}
 
     @cached_property
     def joint_wrenches(self) -> Mapping[str, Array]:
@@ -282,9 +269,7 @@ class Result:
     @cached_property
     def actuator_forces(self) -> Mapping[str, Array]:
         """(…) force or torque of each drive, positive along its joint's positive direction [N or N·m], Eq. (17)."""
-        signs = {edge.joint: edge.sign for limb in self.robot.topology.limbs for edge in (*limb.path, *limb.branches)}
-        topology = self.robot.topology
-        signs.update({edge.joint: edge.sign for edge in (*topology.base.edges, *topology.platform.edges)})
+        signs = self.robot.joint_table.signs
         forces = {}
         for name in self.robot.description.driven:
             connection = self.robot.mechanism.connections[name]
@@ -476,14 +461,3 @@ def _some_limb_wrench(solution: Solution, number: int, position: int) -> Array:
     statics = solution.statics[number]
     intensities = solution.intensities[number][:, :, position].sum(axis=1)
     return np.einsum("kin,in->kn", statics.J_c[:, :, position], intensities) + statics.R_g[:, position]
-
-
-def joint_centre(connection: Connection, edge: Edge, solution: Solution) -> Array:
-    """Return the centre (3, N) of a joint: its origin, of a sliding joint that on the outboard side."""
-    outer_is_successor = edge.sign > 0
-    body, frame = (
-        (connection.successor_body, connection.successor_frame)
-        if outer_is_successor
-        else (connection.predecessor_body, connection.predecessor_frame)
-    )
-    return solution.frames.points(np.array([body]), frame[:3, 3:])[:, 0]

@@ -18,7 +18,7 @@ from kinetostatics.configuration import Configuration
 from kinetostatics.description import RobotDescription
 from kinetostatics.exceptions import AssemblyError
 from kinetostatics.kinematics import Frames
-from kinetostatics.limb_joints import Branch, dead_joints
+from kinetostatics.limb_joints import Branch, JointTable, dead_joints
 from kinetostatics.limbs import LimbGroup, make_limb_groups
 from kinetostatics.linalg import dot, null_space
 from kinetostatics.mechanism import Mechanism
@@ -268,6 +268,11 @@ class Robot:
     def branches(self) -> tuple[Branch, ...]:
         """The passive joints of all dead branches."""
         return dead_joints(self)
+
+    @cached_property
+    def joint_table(self) -> JointTable:
+        """All joints through which something is held."""
+        return JointTable(self)
 
     def passive_joints(self, owner: str) -> list[str]:
         """Return the passive joints of a limb, or of what hangs on ``base`` or ``platform``."""
