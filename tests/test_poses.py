@@ -850,3 +850,25 @@ def test_rounding_does_not_change_the_assembly_mode(rounded):
         np.testing.assert_allclose(found.configuration.platform_frame, wanted.configuration.platform_frame, atol=2e-3)
         np.testing.assert_allclose(found.twist, wanted.twist, atol=1e-2 * np.abs(wanted.twist).max())
         assert any("open" in warning for warning in found.warnings)
+
+
+@pytest.mark.parametrize("on", ["base", "tip"])
+def test_beams_of_dead_branches_bend_under_their_own_weight(on):
+    """A bracket that only hangs on base or platform is a cantilever: q L²/2 at its root, q L⁴/8EI at its tip."""
+    text = f"""<robot name="bracket"><link name="base"/><link name="rod"/><link name="tip"/><platform link="tip"/>
+    <link name="arm"/><link name="end"/>
+    <joint name="foot" type="fixed"><parent link="base"/><child link="rod"/></joint>
+    <joint name="head" type="fixed"><parent link="rod"/><child link="tip"/><origin xyz="0 0 0.5"/></joint>
+    <joint name="inner" type="fixed"><parent link="{on}"/><child link="arm"/></joint>
+    <joint name="outer" type="fixed"><parent link="arm"/><child link="end"/><origin xyz="0.4 0 0"/></joint>
+    <beam link="rod" from="foot" to="head" youngs_modulus="2e11" poisson_ratio="0.3" density="0"><circle diameter="0.05"/></beam>
+    <beam link="arm" from="inner" to="outer" youngs_modulus="2e11" poisson_ratio="0.3" density="7850" shear_coefficient="inf">
+    <circle diameter="0.02"/></beam></robot>"""
+    result = ks.analyze(ks.Robot(ks.robot_file.parse_robot_text(text)).assemble(), gravity=(0, 0, -10))
+    q, length, EI = 7850 * np.pi * 0.01**2 * 10, 0.4, 2e11 * np.pi * 0.01**4 / 4
+    beam = result.beams["arm"]
+    assert np.hypot(*beam.section_wrenches[0, 4:]) == pytest.approx(q * length**2 / 2)
+    twist = np.zeros(6) if on == "base" else result.twist
+    rigid = twist[2] - twist[4] * length
+    assert beam.deflections[-1, 2] - rigid == pytest.approx(-q * length**4 / (8 * EI))
+    assert beam.strain_energy == pytest.approx(q**2 * length**5 / (40 * EI))

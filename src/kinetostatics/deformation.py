@@ -92,9 +92,9 @@ def deform(robot: Robot, solution: Solution) -> Deformation:
     out = Deformation({}, [])
     for statics, intensities in zip(solution.statics, solution.intensities, strict=True):
         _deform_limbs(solution, statics, intensities, out)
-    branches: list[tuple[tuple[Edge, ...], int | None, Array | None]]
+    branches: list[tuple[tuple[Edge, ...], int, Array | None]]
     branches = [(limb.branches, 2 + k, None) for k, limb in enumerate(robot.topology.limbs)]
-    branches += [(robot.topology.base.edges, None, None), (robot.topology.platform.edges, 1, solution.twists)]
+    branches += [(robot.topology.base.edges, len(solution.sources), None), (robot.topology.platform.edges, 1, solution.twists)]
     for edges, own, root in branches:
         if edges:
             _deform_branches(robot, solution, edges, own, root, out)
@@ -169,7 +169,7 @@ def _joint_motions(twists: Array, gap: Array, length: float, nullity: int) -> Ar
 
 
 def _deform_branches(
-    robot: Robot, solution: Solution, edges: tuple[Edge, ...], own: int | None, root: Array | None, out: Deformation
+    robot: Robot, solution: Solution, edges: tuple[Edge, ...], own: int, root: Array | None, out: Deformation
 ) -> None:
     """Let dead branches follow what they hang on, their beams bent by their own weight.
 
@@ -177,17 +177,18 @@ def _deform_branches(
         robot: the robot.
         solution: the chunk of poses.
         edges: joints and beams of the branches, inboard ones first.
-        own: which contribution their weight belongs to; None: to none, as they hang on the base.
+        own: which contribution their weight belongs to; the number of contributions for what hangs on the base: it moves
+            nothing but itself, and has a place of its own behind them.
         root: motion of what they hang on where an edge has no parent; None: it stands still.
         out: where the motions are put.
     """
     frames = solution.frames
-    share = np.zeros((len(solution.sources), 1, 1))
-    if own is not None:
-        share[own] = 1
+    share = np.zeros((max(len(solution.sources), own + 1), 1, 1))
+    share[own] = 1
+    still = np.zeros((6, len(share), solution.o.shape[1]))
     for edge in edges:
         if edge.parent is None:
-            motion = np.zeros_like(solution.twists) if root is None else root
+            motion = still if root is None else root
         else:
             motion = out.motions[edge.parent]
         if edge.beam is not None:

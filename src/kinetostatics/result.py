@@ -329,7 +329,10 @@ class Result:
 
     @cached_property
     def beam_contributions(self) -> Mapping[str, Mapping[str, Array]]:
-        """What each contribution does to each beam's line: (…, n, 6) displacement and rotation of its stations, world axes."""
+        """What each contribution does to each beam's line: (…, n, 6) displacement and rotation of its stations, world axes.
+
+        They sum to the deflections of :attr:`beams`, but for beams that hang on the base alone: no contribution is theirs.
+        """
         found: dict[str, Mapping[str, Array]] = {}
         sources = self.solutions[0].sources
         for number, stack in enumerate(self._deformations[0].beams):
