@@ -245,7 +245,7 @@ class LimbGroup:
         R_g = np.einsum("ij...,j...->i...", J_g, W_g)
         load = self.beam_load(geometry, gravity)
         C, sag = self._compliance(geometry, J_c, R_g, beyond, load)
-        return LimbStatics(self, geometry, J_c, J_g, W_g, R_g, C, sag, outboard, beyond, load, left, degenerate)
+        return LimbStatics(self, geometry, J_c, J_g, W_g, R_g, C, sag, beyond, load, left, degenerate)
 
     def beam_load(self, geometry: LimbGeometry, gravity: Array) -> Array:
         """Return the even loads (3, beams, g, N) [N/m] of the beams' own weights, in beam axes."""
@@ -295,7 +295,6 @@ class LimbStatics:
         R_g: (6, g, N) their sum J_ig W_ig.
         C: (n_c, n_c, g, N) compliance C_ic, Eq. (1).
         sag: (n_c, g, N) Δ_igc, Eqs. (16), (19), (21).
-        outboard: (6, freedoms, g, N) weights outboard of each freedom's joint.
         beyond: (6, beams, g, N) weights outboard of each beam's outer end.
         load: (3, beams, g, N) the beams' own weights in beam axes [N/m].
         unbalanced: (passive freedoms, g, N) what is left of Eq. (3) [N].
@@ -310,7 +309,6 @@ class LimbStatics:
     R_g: Array
     C: Array
     sag: Array
-    outboard: Array
     beyond: Array
     load: Array
     unbalanced: Array
