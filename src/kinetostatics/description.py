@@ -5,7 +5,8 @@ Field by field this is the format of ``docs/robot_format.md``. SI units, radians
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -20,7 +21,7 @@ Vector = tuple[float, float, float]
 class Place:
     """Where something is written: ``file`` and ``line`` (None when unknown)."""
 
-    file: str
+    file: str = "<python>"
     line: int | None = None
 
 
@@ -51,10 +52,19 @@ class Link:
     """A URDF link; ``mass`` [kg] at ``center_of_mass`` [m, link frame]; zero and the origin without ``<inertial>``."""
 
     name: str
-    mass: float
-    center_of_mass: Vector
-    has_inertial: bool
-    place: Place
+    mass: float = 0.0
+    center_of_mass: Vector = (0.0, 0.0, 0.0)
+    has_inertial: bool = False
+    place: Place = Place()
+
+
+@dataclass(frozen=True)
+class Mimic:
+    """``<mimic>``: the joint's coordinate is ``multiplier`` times that of ``joint``, plus ``offset`` [m, rad]."""
+
+    joint: str
+    multiplier: float = 1.0
+    offset: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -69,11 +79,12 @@ class Joint:
     type: str
     parent: str
     child: str
-    origin: Origin
-    axis: Vector
-    lower: float
-    upper: float
-    place: Place
+    origin: Origin = Origin()
+    axis: Vector = (1.0, 0.0, 0.0)
+    lower: float = -math.inf
+    upper: float = math.inf
+    place: Place = Place()
+    mimic: Mimic | None = None
 
 
 @dataclass(frozen=True)
@@ -98,12 +109,33 @@ class Loop:
     predecessor_origin: Origin
     successor: str
     successor_origin: Origin
-    axis: Vector
-    axis2: Vector
-    lower: float
-    upper: float
-    cone: Cone | None
-    place: Place
+    axis: Vector = (1.0, 0.0, 0.0)
+    axis2: Vector = (0.0, 1.0, 0.0)
+    lower: float = -math.inf
+    upper: float = math.inf
+    cone: Cone | None = None
+    place: Place = Place()
+
+
+@dataclass(frozen=True)
+class JointStiffness:
+    """An elastic joint, bearing or drive, ``<joint_stiffness>``.
+
+    Attributes:
+        joint: the joint or loop.
+        linear: stiffness [N/m] along the axes of the joint's frame on the predecessor's side. Along what the joint blocks an
+            infinite value means rigid. Along a passive freedom a finite value is a spring that is relaxed at the analysed pose,
+            zero and infinity mean that there is none. None: rigid, and no spring.
+        angular: the same for rotations [N·m/rad] about these axes.
+        drive: stiffness [N/m, N·m/rad] of a driven joint's drive along its own coordinate; None or infinity: rigid.
+        place: where it is written.
+    """
+
+    joint: str
+    linear: Vector | None = None
+    angular: Vector | None = None
+    drive: float | None = None
+    place: Place = Place()
 
 
 @dataclass(frozen=True)
@@ -160,6 +192,7 @@ class RobotDescription:
         links, joints, loops, beams: by name, in the order of the expanded file.
         base: name of the base link.
         platform: name of the platform link, and ``platform_origin`` the frame o-xyz in it.
+        joint_stiffness: what is elastic in joints, by the joint's name.
         driven: names of the driven joints and loops, in the order of the file's transmissions.
         warnings: what is suspicious but not wrong, in full sentences.
     """
@@ -175,5 +208,6 @@ class RobotDescription:
     platform: str
     platform_origin: Origin
     platform_place: Place
-    driven: tuple[str, ...]
-    warnings: tuple[str, ...]
+    driven: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
+    joint_stiffness: dict[str, JointStiffness] = field(default_factory=dict)

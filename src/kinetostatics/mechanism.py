@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.description import Cone, Place, RobotDescription
+from kinetostatics.description import Cone, Mimic, Place, RobotDescription
 from kinetostatics.exceptions import RobotFileError
 from kinetostatics.kinematics import Tree, TreeJoint
 
@@ -38,9 +38,10 @@ class Connection:
         axis, axis2: (3,) unit vectors, in the predecessor's and the successor's joint frame.
         lower, upper: limits of a one-freedom joint [m, rad].
         cone: limit of a universal or spherical loop.
-        driven: whether it is locked and gets an actuator force.
+        driven: whether it is locked in the statics; joints that mimic a driven one are locked with it.
         is_loop: whether it closes a loop of the file's tree.
         place: where it is written.
+        mimic: the driven joint that it follows, if any; only joints without one get an actuator force.
     """
 
     name: str
@@ -59,6 +60,7 @@ class Connection:
     driven: bool
     is_loop: bool
     place: Place
+    mimic: Mimic | None = None
 
     def other(self, link: str) -> str:
         """Return the link on the other side."""
@@ -170,9 +172,10 @@ class Mechanism:
                 joint.lower,
                 joint.upper,
                 None,
-                joint.name in driven,
+                joint.name in driven or joint.mimic is not None,
                 False,
                 joint.place,
+                joint.mimic,
             )
         for loop in description.loops.values():
             body, placement = self.body_of[loop.predecessor]
