@@ -22,6 +22,7 @@ from xml.dom import minidom
 
 from kinetostatics.description import Place
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
+from kinetostatics.packages import PackageNotFound, package_folder
 from kinetostatics.xacro_expressions import ELEMENT, MAX_STEPS, MAX_TEXT, Steps, TooMuch, evaluate, symbols
 from kinetostatics.xml_source import clones_counted, parse, place_of, read_file, shortened
 
@@ -189,6 +190,8 @@ def _replace_evaluation(xacro: Any, steps: Steps) -> None:
             raise xacro.XacroException(f"cannot read {path}: {reason}") from None
 
     def extension(text: str) -> Any:
+        if text.startswith("$(find "):
+            return str(package_folder(text[7:-1].strip()))
         if not text.startswith("$(eval "):
             return eval_extension(text)
         arguments = xacro.substitution_args_context["arg"]
@@ -242,8 +245,8 @@ def _reason(error: Exception, arguments: _Arguments) -> str:
         return f"xacro cannot expand this: {cause}"
     if isinstance(cause, OSError):
         return str(causes[-2].args[0]) if len(causes) > 1 else str(cause)
-    if isinstance(cause, ModuleNotFoundError) and cause.name and cause.name.startswith("ament_index_python"):
-        return "$(find …) works only where ROS is installed; name files relative to this one instead"
+    if isinstance(cause, PackageNotFound):
+        return str(cause)
     if type(cause).__name__ == "ArgException":
         known = near_names(str(cause), arguments.known)
         return f"there is no xacro argument {str(cause)!r}: declare it with <xacro:arg name default>; {known}"
