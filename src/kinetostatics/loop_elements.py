@@ -8,7 +8,7 @@ from operator import mul
 
 from kinetostatics.description import Cone, Joint, Link, Loop, Origin, Vector
 from kinetostatics.exceptions import near_names
-from kinetostatics.joint_elements import ONE_FREEDOM
+from kinetostatics.joint_elements import ONE_FREEDOM as ONE_FREEDOM
 from kinetostatics.tree_elements import unused_name
 from kinetostatics.xml_source import Element
 from kinetostatics.xml_values import allow, direction, limits, not_negative, origin, positive, reference, text
