@@ -208,11 +208,12 @@ class Pieces:
 
     def _rigid_with(self, link: str) -> set[int]:
         """Return the pieces that rigid fixed joints between links without beams join to a link."""
+        elastic = {item.joint for item in self.description.joint_stiffness.values() if item.linear or item.angular}
         found, queue = {link}, [link]
         while queue:
             here = queue.pop()
             for joint in self.joints.values():
-                if joint.kind == "fixed" and here in joint.links and joint.name not in self.description.joint_stiffness:
+                if joint.kind == "fixed" and here in joint.links and joint.name not in elastic:
                     other = joint.other(here)
                     if other not in found and self.is_rigid(other):
                         found.add(other)
