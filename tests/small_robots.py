@@ -1,67 +1,37 @@
 """Robots for the tests, described by points and axes in the world at zero and written as robot files in any cut.
 
-A :class:`Spec` holds limbs of joints and links; :func:`write` turns it into a robot file with every loop cut where the caller
-wants, universal, spherical and cylindrical joints as one closure or as runs, link frames turned at random or not. All joints
-at zero is the pose in which the numbers of the spec hold, and closes the loops exactly.
+A :class:`Spec` holds serial limbs of joints and links; :func:`write` turns it into a robot file with every loop cut where the
+caller wants, universal, spherical and cylindrical joints as one closure or as runs, link frames turned at random or not. All
+joints at zero is the pose in which the numbers of the spec hold, and closes the loops exactly. Robots of any other shape are in
+:mod:`mechanisms`.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
+from mechanisms import (
+    NU,
+    ORIGIN,
+    RHO,
+    Beam,
+    E,
+    Edge,
+    Joint,
+    Link,
+    Mechanism,
+    Section,
+    across,
+    circle,
+    random_rotation,
+    tube,
+    unit,
+    write_mechanism,
+)
 
-import kinetostatics as ks
-from kinetostatics.robot_file import parse_robot_text
-
-E, NU, RHO = 200e9, 0.3, 7850.0
-ORIGIN = (0.0, 0.0, 0.0)
-
-
-@dataclass(frozen=True)
-class Joint:
-    """Kind is one of R P U S C F; C is cylindrical, F is fixed. ``axis2`` is the second axis of U."""
-
-    name: str
-    kind: str
-    centre: tuple
-    axis: tuple = (0.0, 0.0, 1.0)
-    axis2: tuple = (1.0, 0.0, 0.0)
-    driven: bool = False
-
-
-@dataclass(frozen=True)
-class Link:
-    name: str
-    mass: float = 0.0
-    com: tuple = ORIGIN
+__all__ = ["NU", "RHO", "E", "Section", "random_rotation", "tube"]
 
 
-@dataclass(frozen=True)
-class Section:
-    area: float
-    I_y: float
-    I_z: float
-    J: float
-    xml: str = ""
-
-    @property
-    def text(self):
-        return self.xml or f'<section area="{self.area!r}" I_y="{self.I_y!r}" I_z="{self.I_z!r}" J="{self.J!r}"/>'
-
-
-@dataclass(frozen=True)
-class Beam:
-    """From the centre of ``start`` to that of ``end``, carried by ``link``; density None: the link's mass is spread."""
-
-    name: str
-    link: str
-    start: str
-    end: str
-    section: Section
-    E: float = E
-    nu: float = NU
-    density: float | None = RHO
-    kappa: float = 1.0
-    y_axis: tuple | None = None
+_across = across
 
 
 @dataclass(frozen=True)
@@ -81,85 +51,7 @@ class Spec:
     name: str = "small"
 
 
-@dataclass
-class Written:
-    text: str
-    #: frame (4, 4) of every link at zero
-    frames: dict = field(default_factory=dict)
-    #: names of the elementary joints of every joint of the spec, base to platform
-    runs: dict = field(default_factory=dict)
-
-    def robot(self):
-        return ks.Robot(parse_robot_text(self.text))
-
-
-# ---- sections ------------------------------------------------------------------------------------------------------------
-
-
-def circle(d):
-    area, bending = np.pi * d**2 / 4, np.pi * d**4 / 64
-    return Section(area, bending, bending, 2 * bending, f'<circle diameter="{d!r}"/>')
-
-
-def tube(d, inner):
-    area, bending = np.pi * (d**2 - inner**2) / 4, np.pi * (d**4 - inner**4) / 64
-    return Section(area, bending, bending, 2 * bending, f'<tube outer_diameter="{d!r}" inner_diameter="{inner!r}"/>')
-
-
 # ---- writing -------------------------------------------------------------------------------------------------------------
-
-
-def numbers(values):
-    return " ".join(repr(float(v)) for v in np.asarray(values).ravel())
-
-
-def rpy(R):
-    """Return roll, pitch, yaw of a rotation matrix."""
-    pitch = np.arctan2(-R[2, 0], np.hypot(R[0, 0], R[1, 0]))
-    if abs(R[2, 0]) > 1 - 1e-12:  # roll and yaw are one
-        return np.array([np.arctan2(-R[2, 0] * R[0, 1], -R[2, 0] * R[0, 2]), pitch, 0.0])
-    return np.array([np.arctan2(R[2, 1], R[2, 2]), pitch, np.arctan2(R[1, 0], R[0, 0])])
-
-
-def random_rotation(rng):
-    Q, R = np.linalg.qr(rng.standard_normal((3, 3)))
-    Q = Q * np.sign(np.diag(R))
-    return Q if np.linalg.det(Q) > 0 else -Q
-
-
-def right_angled(rng):
-    """Return one of the 24 rotations by right angles."""
-    R = np.eye(3)[rng.permutation(3)] * rng.choice([-1.0, 1.0], 3)
-    return R if np.linalg.det(R) > 0 else -R
-
-
-def unit(v):
-    v = np.asarray(v, dtype=float)
-    return v / np.linalg.norm(v)
-
-
-def _across(axis):
-    helper = np.eye(3)[int(np.argmin(np.abs(axis)))]
-    first = unit(np.cross(axis, helper))
-    return first, np.cross(axis, first)
-
-
-def _elementary(joint, whole):
-    """Return a joint as single-freedom joints, base to platform; ``whole`` leaves it in one piece."""
-    if joint.kind in "RPF" or whole:
-        return [joint]
-    axis = unit(joint.axis)
-    if joint.kind == "U":
-        parts = [("R", axis), ("R", unit(joint.axis2))]
-    elif joint.kind == "C":
-        parts = [("P", axis), ("R", axis)]
-    else:
-        second, third = _across(axis)
-        parts = [("R", axis), ("R", second), ("R", third)]
-    return [Joint(f"{joint.name}_{k}", kind, joint.centre, tuple(direction)) for k, (kind, direction) in enumerate(parts, 1)]
-
-
-KINDS = {"R": "revolute", "P": "prismatic", "F": "fixed", "U": "universal", "S": "spherical", "C": "cylindrical"}
 
 
 def write(spec, *, tree=0, cuts=None, whole=True, piece=0, twirl=None, right=False, flip=False, order=None):
@@ -176,128 +68,25 @@ def write(spec, *, tree=0, cuts=None, whole=True, piece=0, twirl=None, right=Fal
         flip: exchange predecessor and successor of the loops.
         order: in which order the limbs are written.
     """
-    rng = None if twirl is None else np.random.default_rng(twirl)
-    frames = {"base": np.eye(4)}
-    links_xml, joints_xml, loops_xml = {"base": ""}, [], []
-    runs, ends, driven = {}, {}, []
-    masses = {link.name: (link.mass, link.com) for limb in spec.limbs for link in limb.links}
-    masses["platform"] = (spec.mass, spec.com)
-    order = list(range(len(spec.limbs))) if order is None else list(order)
+    order = range(len(spec.limbs)) if order is None else list(order)
+    cut = set()
+    for number, limb in enumerate(spec.limbs):
+        if number != tree:
+            cut.add(limb.joints[(-1 if cuts is None else cuts[number]) % len(limb.joints)].name)
+    return write_mechanism(mechanism_of(spec, order), cuts=cut, whole=whole, piece=piece, twirl=twirl, right=right, flip=flip)
 
-    def frame_at(centre):
-        F = np.eye(4)
-        F[:3, 3] = centre
-        if rng is not None:
-            F[:3, :3] = right_angled(rng) if right else random_rotation(rng)
-        return F
 
-    def tree_joint(joint, parent, child, sign):
-        F = frame_at(joint.centre)
-        frames[child] = F
-        rel = np.linalg.inv(frames[parent]) @ F
-        axis = "" if joint.kind == "F" else f'<axis xyz="{numbers(F[:3, :3].T @ (sign * unit(joint.axis)))}"/>'
-        limit = "" if joint.kind == "F" else '<limit effort="0" velocity="0"/>'
-        if joint.kind == "R":
-            limit = '<limit lower="-10" upper="10" effort="0" velocity="0"/>'
-        if joint.kind == "P":
-            limit = '<limit lower="-1e6" upper="1e6" effort="0" velocity="0"/>'
-        joints_xml.append(
-            f'<joint name="{joint.name}" type="{KINDS[joint.kind]}"><parent link="{parent}"/><child link="{child}"/>'
-            f'<origin xyz="{numbers(rel[:3, 3])}" rpy="{numbers(rpy(rel[:3, :3]))}"/>{axis}{limit}</joint>'
-        )
-        links_xml[child] = ""
-
-    def loop(joint, inner, outer):
-        first, second, axis, axis2 = inner, outer, unit(joint.axis), unit(joint.axis2)
-        if flip:
-            first, second = outer, inner
-            axis, axis2 = (axis2, axis) if joint.kind == "U" else (-axis, axis2)
-        sides = []
-        for tag, link in (("predecessor", first), ("successor", second)):
-            back = np.linalg.inv(frames[link])
-            point = back[:3, :3] @ joint.centre + back[:3, 3]
-            sides.append(f'<{tag} link="{link}"><origin xyz="{numbers(point)}" rpy="{numbers(rpy(back[:3, :3]))}"/></{tag}>')
-        axes = "" if joint.kind in "SF" else f'<axis xyz="{numbers(axis)}"/>'
-        axes += f'<axis2 xyz="{numbers(axis2)}"/>' if joint.kind == "U" else ""
-        loops_xml.append(f'<loop name="{joint.name}" type="{KINDS[joint.kind]}">{"".join(sides)}{axes}</loop>')
-
-    chains = {}
-    for number in order:
-        limb = spec.limbs[number]
-        cut = None if number == tree else (-1 if cuts is None else cuts[number]) % len(limb.joints)
-        chain, names = [], ["base"]
-        cut_at = None
-        for k, joint in enumerate(limb.joints):
-            parts = _elementary(joint, whole and k == cut)
-            runs[joint.name] = [part.name for part in parts]
-            if k == cut:
-                cut_at = len(chain) + min(piece, len(parts) - 1)
-            chain += parts
-            names += [f"{part.name}_link" for part in parts[:-1]]
-            names.append(limb.links[k].name if k < len(limb.links) else "platform")
-            # the elementary joints next to the links, for the beams' ends
-            ends[joint.name] = (parts[0].name, parts[-1].name)
-            driven += [joint.name] if joint.driven else []
-        chains[number] = (chain, names, cut_at)
-    for number in [tree, *(k for k in order if k != tree)]:  # the platform must have its frame first
-        chain, names, cut_at = chains[number]
-        stop = len(chain) if cut_at is None else cut_at
-        for k in range(stop):
-            tree_joint(chain[k], names[k], names[k + 1], 1)
-        if cut_at is not None:
-            for k in range(len(chain) - 1, cut_at, -1):  # seen from the platform everything turns the other way
-                tree_joint(chain[k], names[k + 1], names[k], -1)
-    for number in order:
-        chain, names, cut_at = chains[number]
-        if cut_at is not None:
-            loop(chain[cut_at], names[cut_at], names[cut_at + 1])
-
-    def link_xml(name):
-        mass, com = masses.get(name, (0.0, ORIGIN))
-        if not mass:
-            return f'<link name="{name}"/>'
-        back = np.linalg.inv(frames[name])
-        point = back[:3, :3] @ com + back[:3, 3]
-        return (
-            f'<link name="{name}"><inertial><origin xyz="{numbers(point)}"/><mass value="{float(mass)!r}"/>'
-            '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>'
-        )
-
-    beams_xml = []
-    positions = {joint.name: (n, k) for n, limb in enumerate(spec.limbs) for k, joint in enumerate(limb.joints)}
-    place = {link.name: (n, k) for n, limb in enumerate(spec.limbs) for k, link in enumerate(limb.links)}
-    by_limb = sorted(spec.beams, key=lambda beam: order.index(place[beam.link][0]))
-    for beam in by_limb:
-        link = place[beam.link][1]
-        near = []
-        for joint in (beam.start, beam.end):
-            outward = positions[joint][1] > link  # the joint lies on the platform's side of the link
-            near.append(ends[joint][0 if outward else 1])
-        density = "" if beam.density is None else f' density="{beam.density!r}"'
-        y = ""
-        if beam.y_axis is not None:
-            y = f' y_axis="{numbers(frames[beam.link][:3, :3].T @ unit(beam.y_axis))}"'
-        beams_xml.append(
-            f'<beam name="{beam.name}" link="{beam.link}" from="{near[0]}" to="{near[1]}" youngs_modulus="{beam.E!r}" '
-            f'poisson_ratio="{beam.nu!r}" shear_coefficient="{beam.kappa!r}"{density}{y}>{beam.section.text}</beam>'
-        )
-    F = np.linalg.inv(frames["platform"])
-    point = F[:3, :3] @ spec.o + F[:3, 3]
-    written = list(links_xml)
-    wanted = ["base", *(n for k in order for n in chains[k][1][1:] if n != "platform"), "platform"]
-    assert sorted(wanted) == sorted(written)
-    lines = [
-        f'<robot name="{spec.name}">',
-        *(link_xml(name) for name in wanted),
-        *joints_xml,
-        f'<platform link="platform"><origin xyz="{numbers(point)}" rpy="{numbers(rpy(F[:3, :3]))}"/></platform>',
-        *loops_xml,
-        *beams_xml,
-        *(f'<transmission name="drive_{name}"><joint name="{name}"/></transmission>' for name in driven),
-        spec.extra,
-        "</robot>",
-    ]
-    return Written("\n".join(lines), frames, runs)
+def mechanism_of(spec, order=None):
+    """Return a spec as joints between links, its limbs in the order of ``order``."""
+    limbs = [spec.limbs[k] for k in (range(len(spec.limbs)) if order is None else order)]
+    edges = []
+    for limb in limbs:
+        names = ["base", *(link.name for link in limb.links), "platform"]
+        edges += [Edge(joint, *names[k : k + 2]) for k, joint in enumerate(limb.joints)]
+    links = tuple(link for limb in limbs for link in limb.links)
+    place = {link.name: number for number, link in enumerate(links)}
+    beams = tuple(sorted(spec.beams, key=lambda beam: place[beam.link]))
+    return Mechanism(tuple(edges), links, beams, spec.o, spec.mass, spec.com, spec.extra, spec.name)
 
 
 def robot_of(spec, **options):
@@ -361,7 +150,7 @@ def any_across(spec, beam):
     along = np.asarray(joints[beam.end].centre, dtype=float) - joints[beam.start].centre
     if not np.any(along):
         raise ValueError("the beam has no length at zero")
-    return tuple(_across(unit(along))[0])
+    return tuple(across(unit(along))[0])
 
 
 def split(spec, n):
@@ -471,7 +260,7 @@ def gough(inner="U", telescopic=True, section=None, mass=12.0, seed=3, **beam):
     limbs, beams = [], []
     for k in range(6):
         n, along = k + 1, unit(top[k] - base[k])
-        first, second = _across(along)
+        first, second = across(along)
         foot, head = tuple(base[k]), tuple(top[k])
         slide = Joint(f"slide_{n}", "P", head if telescopic else foot, tuple(along), driven=True)
         joints = (Joint(f"foot_{n}", inner, foot, tuple(first), tuple(second)), slide, Joint(f"head_{n}", "S", head))

@@ -128,7 +128,7 @@ BAD: list[tuple[str, str, list[str]]] = [
     (LIMIT, '<limit lower="2" upper="1" effort="0" velocity="0"/><!--!-->', ["lower=2", "upper=1"]),
     (LIMIT, '<limit lower="2" effort="0" velocity="0"/><!--!-->', ["lower=2", "upper=0", "left out is 0"]),
     (LIMIT, '<limit lower="-inf" effort="0" velocity="0"/><!--!-->', ["'-inf'", "finite"]),
-    (LIMIT, LIMIT + '<mimic joint="ball"/><!--!-->', ["mimic", "not supported yet"]),
+    (LIMIT, LIMIT + '<mimic joint="ball" multiplier="0"/><!--!-->', ["<mimic>", "multiplier=0", "'hinge'"]),
     (LIMIT, LIMIT + '<platform link="rod"/><!--!-->', ["directly inside <robot>"]),
     (LIMIT, LIMIT + "<dynamics/><!--!-->", ["damping", "friction"]),
     (LIMIT, LIMIT + '<dynamics damping="x"/><!--!-->', ["damping", "not a number"]),
@@ -163,7 +163,7 @@ BAD: list[tuple[str, str, list[str]]] = [
     (END, "<loops/><!--!--></robot>", ["<loops>", "did you mean <loop>"]),
     (END, "<Loop/><!--!--></robot>", ["<Loop>", "did you mean <loop>"]),
     (END, "<transmision/><!--!--></robot>", ["did you mean <transmission>"]),
-    (END, '<joint_stiffness joint="hinge"/><!--!--></robot>', ["<joint_stiffness>", "not supported yet"]),
+    (END, '<joint_stiffness joint="hinge"/><!--!--></robot>', ["<joint_stiffness>", "linear, angular or drive"]),
     # base and platform
     (PLATFORM, '<platform link="plate"/>\n<platform link="rod"/><!--!-->', ["two <platform>"]),
     (PLATFORM, '<platform link="plat"/><!--!-->', ["'plat'", "did you mean 'plate'"]),

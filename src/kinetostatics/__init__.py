@@ -25,6 +25,7 @@ from kinetostatics.result import BeamResult, LimbResult, Result
 from kinetostatics.robot import Robot, load_robot
 
 if TYPE_CHECKING:
+    from kinetostatics.foreign_loops import MissingFactsError, import_robot
     from kinetostatics.verification import verify
     from kinetostatics.viewer import save_html, show
 
@@ -39,6 +40,7 @@ __all__ = [
     "KinetostaticsError",
     "LimbEquilibriumError",
     "LimbResult",
+    "MissingFactsError",
     "NotYetError",
     "Result",
     "Robot",
@@ -47,6 +49,7 @@ __all__ = [
     "StaticsError",
     "Status",
     "analyze",
+    "import_robot",
     "load_robot",
     "save_html",
     "show",
@@ -59,11 +62,15 @@ def __dir__() -> list[str]:
 
 
 def __getattr__(name: str) -> Any:
-    """Import the viewer and the check by finite elements when they are first used."""
+    """Import the viewer, the check by finite elements and the readers of other tools' files when they are first used."""
     if name in ("save_html", "show"):
         from kinetostatics import viewer
 
         return getattr(viewer, name)
+    if name in ("MissingFactsError", "import_robot"):
+        from kinetostatics import foreign_loops
+
+        return getattr(foreign_loops, name)
     if name == "verify":
         from kinetostatics import verification
 

@@ -105,7 +105,7 @@ def _configuration(
         q = robot.model_q(poses)
     frames = world_frames(robot.mechanism, robot.mechanism.tree.forward(q))
     residual, _ = robot.equations.evaluate(frames)
-    openings = robot.equations.openings(residual)
+    openings = robot.equations.openings(residual, poses.x)
     closed = np.ones(q.shape[1], dtype=bool)
     for metres, radians in openings.values():
         closed &= (metres <= tolerance) & (radians <= tolerance)
@@ -182,12 +182,12 @@ def _platform_request(robot: Robot, platform: Mapping[str, ArrayLike], orientati
 def openings_at(robot: Robot, pose: Poses) -> dict[str, tuple[float, float]]:
     """Return how far each loop is open at one pose, {name: (m, rad)}."""
     residual, _ = robot.equations.evaluate(robot.equations.forward(pose.x))
-    return {name: (float(a[0]), float(b[0])) for name, (a, b) in robot.equations.openings(residual).items()}
+    return {name: (float(a[0]), float(b[0])) for name, (a, b) in robot.equations.openings(residual, pose.x).items()}
 
 
 def say_openings(robot: Robot, pose: Poses) -> str:
     """Say in words how far loops are open at one pose."""
-    return _openings_text(openings_at(robot, pose))
+    return _openings_text(robot, openings_at(robot, pose))
 
 
 def _say_unreachable(robot: Robot, request: Request, names: list[str], pose: Poses, target: Array, gone: float) -> None:
@@ -227,7 +227,10 @@ def _say_unreachable(robot: Robot, request: Request, names: list[str], pose: Pos
 
 def _say_open(robot: Robot, openings: dict[str, tuple[float, float]], tolerance: float) -> None:
     worst = max(max(pair) for pair in openings.values())
-    text = f"the loops of {robot.name!r} do not close: {_openings_text(openings)}, more than the tolerance {tolerance:g}"
+    loops = {loop.name for loop in robot.equations.loops}
+    what = "loops" if any(max(pair) > tolerance for name, pair in openings.items() if name in loops) else "coupled joints"
+    verb = "do not close" if what == "loops" else "do not fit together"
+    text = f"the {what} of {robot.name!r} {verb}: {_openings_text(robot, openings)}, more than the tolerance {tolerance:g}"
     if robot.mobility.redundant_constraints and worst < 1e-2:
         text += (
             f". The robot is overconstrained (by {robot.mobility.redundant_constraints}), and such loops cannot close when "
@@ -237,14 +240,17 @@ def _say_open(robot: Robot, openings: dict[str, tuple[float, float]], tolerance:
     raise AssemblyError(text, openings, robot.mobility.platform)
 
 
-def _openings_text(openings: Mapping[str, tuple[float, float]]) -> str:
+def _openings_text(robot: Robot, openings: Mapping[str, tuple[float, float]]) -> str:
     worst = sorted(openings.items(), key=lambda item: -max(item[1]))
-    shown = [
-        f"loop {name!r} stays {metres:.3g} m" + (f" and {radians:.3g} rad" if radians > 0 else "")
-        for name, (metres, radians) in worst[:3]
-        if max(metres, radians) > 0.01 * max(worst[0][1])
-    ]
-    return ", ".join(shown) + " open" if shown else "no loop stays open"
+    shown = []
+    for name, (metres, radians) in worst[:3]:
+        if max(metres, radians) > 0.01 * max(worst[0][1]):
+            if name in robot.equations.couplings.names:
+                size = f"{metres:.3g} m" if metres > 0 else f"{radians:.3g} rad"
+                shown.append(f"joint {name!r} is {size} beside where its <mimic> puts it")
+            else:
+                shown.append(f"loop {name!r} stays {metres:.3g} m" + (f" and {radians:.3g} rad" if radians > 0 else "") + " open")
+    return ", ".join(shown) if shown else "no loop stays open"
 
 
 def _stack(values: list[ArrayLike], names: list[str]) -> tuple[tuple[int, ...], Array]:

@@ -1,4 +1,4 @@
-"""The equations of all loop joints.
+"""The equations of all loop joints, and of joints that follow others.
 
 The unknowns are the freedoms of a spanning tree that is Pinocchio's but for spherical joints written as three revolutes, which
 are one joint here. Every equation is a constraint wrench of a joint or of the requested coordinates, so that its gradient is
@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics import rotations
+from kinetostatics.couplings import Couplings
 from kinetostatics.kinematics import Frames, Tree, TreeJoint
 from kinetostatics.linalg import cross, dot
 from kinetostatics.mechanism import Connection, Mechanism
@@ -71,10 +72,12 @@ class LoopEquations:
     Attributes:
         tree: the spanning tree with spherical joints in one piece.
         loops: the loop connections.
-        count: number of equations.
-        loop_of: (count,) the loop to which an equation belongs.
-        is_length: (count,) whether an equation is in metres (else radians).
-        signs: (count, nv) how each freedom enters each equation: 1 beyond the loop's successor, −1 its predecessor.
+        couplings: the joints that follow others, with an equation each.
+        closures: number of the loops' equations.
+        count: number of all equations, the couplings' included.
+        loop_of: (closures,) the loop to which an equation belongs.
+        is_length: (closures,) whether an equation is in metres (else radians).
+        signs: (closures, nv) how each freedom enters each equation: 1 beyond the loop's successor, −1 its predecessor.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
@@ -102,8 +105,10 @@ class LoopEquations:
                 turn.add(number, loop, *frame[:3, :3].T, *other[:3, :3].T)
         rows = [distance, alignment, right_angle, turn, turn, turn]
         self.loop_of = np.array([loop for part in rows for loop in part.loop], dtype=np.intp)
-        self.count = len(self.loop_of)
-        self.is_length = np.arange(self.count) < len(distance.loop)
+        self.closures = len(self.loop_of)
+        self.couplings = Couplings(mechanism, self.tree)
+        self.count = self.closures + self.couplings.count
+        self.is_length = np.arange(self.closures) < len(distance.loop)
         tables = [part.table() for part in rows]
         self._distance, self._alignment, self._right_angle, self._turn = tables[:4]
         moves = self.tree.moves.astype(float)
@@ -178,9 +183,9 @@ class LoopEquations:
     # ---- residuals --------------------------------------------------------------------------------------------------
 
     def evaluate(self, frames: Frames) -> tuple[Array, Array]:
-        """Return residuals (count, N) [m, rad] and the wrenches (6, count, N), about the world's origin, that they meet."""
+        """Return the loops' residuals (closures, N) [m, rad] and the wrenches (6, closures, N), about the world's origin."""
         N = frames.position.shape[2]
-        residual, wrench = np.empty((self.count, N)), np.zeros((6, self.count, N))
+        residual, wrench = np.empty((self.closures, N)), np.zeros((6, self.closures, N))
         at = 0
         n, p, s = self._distance.count, self._distance.predecessor, self._distance.successor
         if n:
@@ -215,17 +220,22 @@ class LoopEquations:
                 at += n
         return residual, wrench
 
-    def openings(self, residual: Array) -> dict[str, tuple[Array, Array]]:
-        """Return how far each loop is open, ``{name: (metres (N,), radians (N,))}``."""
+    def openings(self, residual: Array, x: Array) -> dict[str, tuple[Array, Array]]:
+        """Return how far each loop is open and each follower out of place, ``{name: (metres (N,), radians (N,))}``."""
         result = {}
         for number, loop in enumerate(self.loops):
             mine = self.loop_of == number
             parts = [residual[mine & self.is_length], residual[mine & ~self.is_length]]
             result[loop.name] = (np.sqrt(dot(parts[0], parts[0])), np.sqrt(dot(parts[1], parts[1])))
+        none = np.zeros(x.shape[1])
+        for name, slides, error in zip(
+            self.couplings.names, self.couplings.is_length, np.abs(self.couplings.residual(x, turns=500)), strict=True
+        ):
+            result[name] = (error, none) if slides else (none, error)
         return result
 
     def jacobian(self, frames: Frames, wrench: Array) -> Array:
-        """Return the gradients (count, nv, N) of the residuals with respect to the tree's freedoms."""
+        """Return the gradients (closures, nv, N) of the loops' residuals with respect to the tree's freedoms."""
         return products(self.signs, wrench, self.tree.twists(frames))
 
 

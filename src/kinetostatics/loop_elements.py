@@ -8,13 +8,12 @@ from operator import mul
 
 from kinetostatics.description import Cone, Joint, Link, Loop, Origin, Vector
 from kinetostatics.exceptions import near_names
+from kinetostatics.joint_elements import ONE_FREEDOM as ONE_FREEDOM
 from kinetostatics.tree_elements import unused_name
 from kinetostatics.xml_source import Element
 from kinetostatics.xml_values import allow, direction, limits, not_negative, origin, positive, reference, text
 
 LOOP_TYPES = ("fixed", "revolute", "continuous", "prismatic", "cylindrical", "universal", "spherical", "planar")
-#: Types of joints and loops with exactly one freedom: they have limits and may be driven.
-ONE_FREEDOM = ("revolute", "continuous", "prismatic")
 #: Larger robots are refused.
 MAX_LOOPS = 250
 

@@ -6,6 +6,7 @@ A *connection* is a joint of the tree or a loop: from here on nobody needs to kn
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 import sys
 from collections.abc import Iterator
@@ -214,6 +215,19 @@ class Mechanism:
             )
         joints.sort(key=lambda joint: joint.body)
         self.tree = Tree(joints, int(model.njoints), int(model.nq), int(model.nv))
+        self._place_followers()
+
+    def _place_followers(self) -> None:
+        """Put joints that follow others where they belong when all others are at zero."""
+        neutral = self.tree.neutral
+        for joint in self.tree.joints:
+            mimic = self.description.joints[self.model.names[joint.body]].mimic
+            if mimic is None:
+                continue
+            if joint.kind == "continuous":
+                neutral[joint.first_q : joint.first_q + 2] = math.cos(mimic.offset), math.sin(mimic.offset)
+            else:
+                neutral[joint.first_q] = mimic.offset
 
     @cached_property
     def at_link(self) -> dict[str, list[Connection]]:

@@ -7,9 +7,10 @@ import os
 from collections.abc import Mapping
 
 from kinetostatics.beam_elements import read_beams
-from kinetostatics.description import Joint, Link, Loop, Origin, Place, RobotDescription
+from kinetostatics.description import Link, Origin, Place, RobotDescription
 from kinetostatics.exceptions import RobotFileError
-from kinetostatics.loop_elements import ONE_FREEDOM, read_loops
+from kinetostatics.joint_elements import check_mimics, read_driven, read_joint_stiffness
+from kinetostatics.loop_elements import read_loops
 from kinetostatics.tree_elements import ROBOT_LEVEL, read_joints, read_links, tree_root
 from kinetostatics.xacro_source import expand
 from kinetostatics.xml_source import Element, parse, read_file, to_elements, to_text
@@ -82,6 +83,8 @@ def _describe(root: Element, path: str, warnings: list[str]) -> RobotDescription
     base = _base(root, links, tree)
     if base == platform:
         raise RobotFileError(f"the link {base!r} is both base and platform", place.file, place.line)
+    driven = read_driven(root, joints, loops)
+    check_mimics(root, joints, loops, driven)
     rigid = {base: "base", platform: "platform"}
     return RobotDescription(
         name=name,
@@ -95,21 +98,20 @@ def _describe(root: Element, path: str, warnings: list[str]) -> RobotDescription
         platform=platform,
         platform_origin=platform_origin,
         platform_place=place,
-        driven=_driven(root, joints, loops),
+        driven=driven,
         warnings=tuple(warnings),
+        joint_stiffness=read_joint_stiffness(root, joints, loops, driven),
     )
 
 
 def _check_robot_level(root: Element) -> None:
-    """Refuse misspelled elements, which every reader would skip in silence, and those that we cannot use yet."""
+    """Refuse misspelled elements, which every reader would skip in silence."""
     version = root.attributes.get("version", "1.0")
     if version.strip() not in ("1.0", "1"):
         raise root.error(f"version={version!r} of <robot> is unknown; URDF has version 1.0")
     known = (*ROBOT_LEVEL, "transmission", "link", "joint")
     materials: set[str] = set()
     for child in root.children:
-        if child.tag == "joint_stiffness":
-            raise child.error("<joint_stiffness> is not supported yet; joints are rigid along what they do not free")
         near = [] if child.tag in known else difflib.get_close_matches(child.tag.lower(), known, n=1, cutoff=0.75)
         if near and ":" not in child.tag:
             raise child.error(f"<{child.tag}> is not an element of robot files; did you mean <{near[0]}>?")
@@ -138,24 +140,3 @@ def _base(root: Element, links: Mapping[str, Link], tree: str) -> str:
         raise found[1].error("there are two <base>; a robot has one")
     allow(found[0], ("link",))
     return reference(found[0], "link", links, "link")
-
-
-def _driven(root: Element, joints: Mapping[str, Joint], loops: Mapping[str, Loop]) -> tuple[str, ...]:
-    """Return the joints and loops that the transmissions name."""
-    connections: list[Joint | Loop] = [*joints.values(), *loops.values()]
-    types = {item.name: item.type for item in connections}
-    driven: list[str] = []
-    for transmission in root.named("transmission"):
-        entries = transmission.named("joint")
-        if not entries:
-            raise transmission.error(f"{transmission.label} names no joint: write <joint name=…/> inside it")
-        for entry in entries:
-            name = reference(entry, "name", types, "joint")
-            if types[name] not in ONE_FREEDOM:
-                raise entry.error(
-                    f"{name!r} is {types[name]} and cannot be driven; only joints with one freedom can: " + ", ".join(ONE_FREEDOM)
-                )
-            if name in driven:
-                raise entry.error(f"{name!r} is driven by two <transmission>; name it once")
-            driven.append(name)
-    return tuple(driven)

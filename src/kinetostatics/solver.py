@@ -61,7 +61,7 @@ class Poses:
 
 
 class Solver:
-    """Newton's method for the loops and a request.
+    """Newton's method for the loops, for joints that follow others and for a request.
 
     ``length`` [m] makes lengths and angles comparable; ``slack`` is the scaled residual that the file's own rounding may leave.
     """
@@ -128,6 +128,10 @@ class Solver:
         scale = self.column_scale[None, :, None]
         gradients = [gradient * scale / self._row_scale[:, :, None]]
         N, extra = poses.x.shape[1], len(request.unknown_angles)
+        if equations.couplings.count:
+            residual, coupled = equations.couplings.equations(poses.x, self.column_scale, request.columns)
+            residuals.append(residual)
+            gradients.append(np.broadcast_to(coupled[:, :, None], (*coupled.shape, N)))
         at = len(request.columns)
         for number in request.loops:
             loop = equations.loops[number]
@@ -171,9 +175,10 @@ class Solver:
         return np.concatenate(residuals), gradient
 
     def free_columns(self, request: Request) -> NDArray[np.intp]:
-        """Return the freedoms of the tree that are not given."""
+        """Return the freedoms of the tree that are not given, neither by themselves nor by a joint that they follow."""
         if request.columns not in self._free:
-            self._free[request.columns] = np.setdiff1d(np.arange(self.tree.nv), request.columns)
+            followers = self.equations.couplings.given_with(request.columns)
+            self._free[request.columns] = np.setdiff1d(np.arange(self.tree.nv), [*request.columns, *followers])
         return self._free[request.columns]
 
     def impose(self, request: Request, poses: Poses, target: Array) -> None:
@@ -183,6 +188,7 @@ class Solver:
                 poses.x[start], poses.x[start + 1] = np.cos(target[row]), np.sin(target[row])
             else:
                 poses.x[start] = target[row]
+        self.equations.couplings.impose(request.columns, target, poses.x)
         first = request.size - len(request.angles)
         for row, k in enumerate(request.angles):
             poses.c[k] = target[first + row]

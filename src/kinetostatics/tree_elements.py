@@ -12,6 +12,7 @@ from collections.abc import Mapping
 
 from kinetostatics.description import Joint, Link, Loop, Place, Vector
 from kinetostatics.exceptions import RobotFileError, near_names
+from kinetostatics.joint_elements import read_mimic
 from kinetostatics.xml_source import Element
 from kinetostatics.xml_values import direction, limits, new_name, not_negative, number, origin, reference, text
 
@@ -161,15 +162,14 @@ def _joint(name: str, element: Element, links: Mapping[str, Link], warnings: lis
             "(joints of other types are a <loop>, or several joints in a row)"
         )
     _check_children(element, _JOINT_CHILDREN, warnings)
-    for mimic in element.named("mimic"):
-        raise mimic.error("mimic joints are not supported yet; take <mimic> out and set the coordinate yourself")
     parent = reference(element.required_child("parent"), "link", links, "link")
     child = reference(element.required_child("child"), "link", links, "link")
     if parent == child:
         raise element.error(f"{element.label} joins the link {parent!r} to itself")
     lower, upper = _tree_limits(element, kind, warnings)
     _check_rest(element)
-    return Joint(name, kind, parent, child, origin(element), _axis(element, kind), lower, upper, element.place)
+    axis, mimic = _axis(element, kind), read_mimic(element)
+    return Joint(name, kind, parent, child, origin(element), axis, lower, upper, element.place, mimic)
 
 
 def _axis(element: Element, kind: str) -> Vector:

@@ -51,8 +51,9 @@ class Element:
         """How messages call the element: ``<joint> 'j1'``, ``<beam> of link 'rod'`` or ``<origin>``."""
         if self.attributes.get("name"):
             return f"<{self.tag}> {self.attributes['name']!r}"
-        if self.attributes.get("link"):
-            return f"<{self.tag}> of link {self.attributes['link']!r}"
+        for what in ("link", "joint"):
+            if self.attributes.get(what):
+                return f"<{self.tag}> of {what} {self.attributes[what]!r}"
         return f"<{self.tag}>"
 
     def error(self, reason: str) -> RobotFileError:

@@ -99,8 +99,7 @@ def positive(element: Element, name: str) -> float:
     if value <= 0:
         _wrong_sign(element, name, "greater than zero")
     if value < SMALLEST:
-        where = f"{name}={element.attributes[name]!r} of {element.label}"
-        raise element.error(f"{where} is too small to compute with; it is in SI units, and at least {SMALLEST:g}")
+        _too_small(element, name)
     return value
 
 
@@ -116,6 +115,11 @@ def _wrong_sign(element: Element, name: str, right: str) -> NoReturn:
     raise element.error(f"{name}={element.attributes[name]!r} of {element.label} must be {right}")
 
 
+def _too_small(element: Element, name: str) -> NoReturn:
+    where = f"{name}={element.attributes[name]!r} of {element.label}"
+    raise element.error(f"{where} is too small to compute with; it is in SI units, and at least {SMALLEST:g}")
+
+
 def vector(element: Element, name: str, default: Vector | None = None, largest: float = LARGEST) -> Vector:
     """Return three numbers of at most ``largest``; without a default the attribute must be there."""
     if default is not None and name not in element.attributes:
@@ -127,6 +131,25 @@ def vector(element: Element, name: str, default: Vector | None = None, largest: 
     if len(items) != 3:
         raise element.error(f"{name}={value!r} of {element.label} must be three numbers, not {len(items)}")
     x, y, z = (_parse(element, name, item, largest) for item in items)
+    return x, y, z
+
+
+def stiffness(element: Element, name: str) -> float:
+    """Return a number that must be there and be greater than zero, or "inf"."""
+    return math.inf if text(element, name).strip(_SPACE) == "inf" else positive(element, name)
+
+
+def stiffnesses(element: Element, name: str) -> Vector:
+    """Return three numbers that must be there and be zero or greater, or "inf"."""
+    items = text(element, name).split()
+    if len(items) != 3:
+        raise element.error(f"{name}={element.attributes[name]!r} of {element.label} must be three numbers, not {len(items)}")
+    x, y, z = (math.inf if item == "inf" else _parse(element, name, item) for item in items)
+    for value in (x, y, z):
+        if value < 0:
+            _wrong_sign(element, name, "three numbers that are zero or greater, or inf")
+        if 0 < value < SMALLEST:
+            _too_small(element, name)
     return x, y, z
 
 

@@ -19,7 +19,7 @@ from kinetostatics.verification.opensees import FrameSolution, solve
 
 if TYPE_CHECKING:
     from kinetostatics.configuration import Configuration
-    from kinetostatics.result import Result
+    from kinetostatics.result import BeamResult, Result
 
 #: Largest difference with which a robot counts as verified.
 TOLERANCE = 1e-6
@@ -38,7 +38,7 @@ class Verification:
     Attributes:
         configuration: the pose.
         result: the analysis under test.
-        ours, finite_elements: twist, compliance, stiffness, joint wrenches and actuator forces of both.
+        ours, finite_elements: twist, compliance, stiffness, wrenches of joints and in beams, and actuator forces of both.
         differences: the largest difference of each of these.
         joint_differences: that of every joint's wrench.
         scatter: by how much the finite elements' own numbers change with the joints' penalty; differences below mean nothing.
@@ -98,6 +98,7 @@ def verify(
     *,
     point: ArrayLike | None = None,
     frame: str = "world",
+    misfits: Mapping[str, Any] | None = None,
     tolerance: float = TOLERANCE,
 ) -> Verification:
     """Check the analysis of one pose against finite elements (OpenSeesPy, ``pip install 'kinetostatics[verify]'``).
@@ -108,6 +109,7 @@ def verify(
         gravity: (3,) gravity [m/s²] in world axes.
         point: (3,) where the force acts [m]; default o.
         frame: "world" or "platform", as in :func:`kinetostatics.analyze`.
+        misfits: errors of joints and beams by name, as in :func:`kinetostatics.analyze`.
         tolerance: the largest relative difference with which the pose counts as verified.
 
     Raises:
@@ -115,31 +117,34 @@ def verify(
         OpenSeesError: OpenSeesPy is missing, cannot be loaded, or failed.
         StaticsError: the pose has no equilibrium, as in :func:`kinetostatics.analyze`.
     """
-    result = analyze(configuration, load, gravity, point=point, frame=frame)
+    more: dict[str, Any] = {} if misfits is None else {"misfits": misfits}
+    result = analyze(configuration, load, gravity, point=point, frame=frame, **more)
     if result.shape != ():
         raise ArgumentError(f"one pose and one load can be verified at a time; here they are a batch of the shape {result.shape}")
     if not 0 < tolerance < 1:
         raise ArgumentError(f"tolerance is {tolerance!r}; it must lie between 0 and 1")
     arm = None if point is None else np.asarray(point, dtype=float)
-    model = build(configuration, np.asarray(load, dtype=float), np.asarray(gravity, dtype=float), arm, frame)
+    model = build(configuration, np.asarray(load, dtype=float), np.asarray(gravity, dtype=float), arm, frame, misfits)
     theirs, less = solve(model)
     ours = FrameSolution(
         result.twist,
         result.compliance,
         result.stiffness,
         result.joint_wrenches,
+        MappingProxyType({name: _ends(beam) for name, beam in result.beams.items()}),
         MappingProxyType({name: float(value) for name, value in result.actuator_forces.items()}),
         theirs.torques,
     )
     ruler = _Ruler(model, theirs)
     not_compared: dict[str, str] = {}
-    joints = _common(ours, theirs, result, not_compared)
+    joints = _determined(ours.joint_wrenches, theirs.joint_wrenches, result, not_compared)
+    beams = _determined(ours.beam_wrenches, theirs.beam_wrenches, result, not_compared)
     joint_differences = {name: ruler.wrench(ours.joint_wrenches[name], theirs.joint_wrenches[name]) for name in joints}
-    differences = ruler.differences(ours, theirs, joints)
+    differences = ruler.differences(ours, theirs, joints, beams)
     if np.any(np.isnan(ours.stiffness)):
         del differences["stiffness"]
         not_compared["stiffness"] = "rigid limbs make it infinite; its inverse, the compliance, is compared"
-    scatter = {name: value for name, value in ruler.differences(less, theirs, joints).items() if name in differences}
+    scatter = {name: value for name, value in ruler.differences(less, theirs, joints, beams).items() if name in differences}
     for missing in set(ours.joint_wrenches) - set(theirs.joint_wrenches):
         not_compared[missing] = "the finite elements have no such joint"
         joint_differences[missing] = differences["joint_wrenches"] = np.inf
@@ -157,13 +162,21 @@ def verify(
     )
 
 
-def _common(ours: FrameSolution, theirs: FrameSolution, result: Result, not_compared: dict[str, str]) -> list[str]:
-    """Return the joints whose wrenches both sides know."""
+def _ends(beam: BeamResult) -> Array:
+    """Return the section wrenches (2, 6) at a beam's ends, about them, in world axes."""
+    sections = beam.section_wrenches[[0, -1]].reshape(2, 2, 3)
+    return np.asarray(sections @ beam.axes.T).reshape(2, 6)
+
+
+def _determined(
+    ours: Mapping[str, Array], theirs: Mapping[str, Array], result: Result, not_compared: dict[str, str]
+) -> list[str]:
+    """Return the joints or beams whose wrenches both sides know."""
     found = []
-    for name in theirs.joint_wrenches:
-        if name not in ours.joint_wrenches:
+    for name in theirs:
+        if name not in ours:
             continue  # a fixed joint inside base or platform
-        if np.any(np.isnan(ours.joint_wrenches[name])) and result.status == Status.INDETERMINATE:
+        if np.any(np.isnan(ours[name])) and result.status == Status.INDETERMINATE:
             not_compared[name] = "rigid limbs overconstrain one another: its wrench is not determined"
         else:
             found.append(name)
@@ -181,20 +194,24 @@ class _Ruler:
         self.compliance_size = max(
             float(np.linalg.norm(theirs.compliance * np.outer(self.unit, self.unit))), NOTHING / model.stiffest
         )
-        yielding = max(self.compliance_size, 1 / model.stiffest) * loads
+        softness = max(self.compliance_size, 1 / model.stiffest)
+        yielding = softness * loads + model.largest_misfit
         self.twist_size = max(float(np.linalg.norm(theirs.twist * self.unit)), NOTHING * yielding)
         sizes = [float(np.linalg.norm(wrench / self.unit)) for wrench in theirs.joint_wrenches.values()]
-        self.wrench_size = max([*sizes, NOTHING * loads])
+        self.wrench_size = max([*sizes, NOTHING * yielding / softness])
 
     def wrench(self, ours: Array, theirs: Array) -> float:
         """Return the difference of two wrenches."""
         return _relative(np.linalg.norm((ours - theirs) / self.unit), self.wrench_size)
 
-    def differences(self, ours: FrameSolution, theirs: FrameSolution, joints: list[str]) -> dict[str, float]:
+    def differences(self, ours: FrameSolution, theirs: FrameSolution, joints: list[str], beams: list[str]) -> dict[str, float]:
         """Return all differences but those of single joints; what is NaN on one side is infinitely far."""
 
         units = np.outer(self.unit, self.unit)
         wrenches = [self.wrench(ours.joint_wrenches[name], theirs.joint_wrenches[name]) for name in joints]
+        sections = [
+            self.wrench(ours.beam_wrenches[name][end], theirs.beam_wrenches[name][end]) for name in beams for end in (0, 1)
+        ]
         drives = [name for name in theirs.actuator_forces if name in joints]
         return {
             "twist": _relative(np.linalg.norm((ours.twist - theirs.twist) * self.unit), self.twist_size),
@@ -203,6 +220,7 @@ class _Ruler:
                 np.linalg.norm((ours.stiffness - theirs.stiffness) / units), float(np.linalg.norm(theirs.stiffness / units))
             ),
             "joint_wrenches": max(wrenches, default=0.0),
+            "beam_wrenches": max(sections, default=0.0),
             "actuator_forces": max((self._drive(name, ours, theirs) for name in drives), default=0.0),
         }
 
@@ -227,6 +245,7 @@ def _read_only(solution: FrameSolution) -> FrameSolution:
         frozen(solution.compliance),
         frozen(solution.stiffness),
         MappingProxyType({name: frozen(wrench) for name, wrench in solution.joint_wrenches.items()}),
+        MappingProxyType({name: frozen(wrench) for name, wrench in solution.beam_wrenches.items()}),
         MappingProxyType(dict(solution.actuator_forces)),
         solution.torques,
     )

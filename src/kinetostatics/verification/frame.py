@@ -21,7 +21,7 @@ class FrameBeam:
         axes: (3, 3) x (along), y, z as columns.
         stiffness: EA, κGA_y, κGA_z [N], GJ, EI_y, EI_z [N·m²].
         load: (3,) its weight [N/m].
-        released: whether a passive telescope leaves the inner and the outer end free along x.
+        too_long: by how much it is longer than the distance of its ends while nothing strains it [m].
     """
 
     name: str
@@ -30,7 +30,7 @@ class FrameBeam:
     axes: Array
     stiffness: tuple[float, ...]
     load: Array
-    released: tuple[bool, bool]
+    too_long: float = 0.0
 
     @property
     def length(self) -> float:
@@ -39,15 +39,25 @@ class FrameBeam:
 
 
 @dataclass(frozen=True)
+class FrameSpring:
+    """An elastic part of a joint: its stiffness (6,) along and about ``axes`` (3, 3) [N/m, N·m/rad], infinite where rigid."""
+
+    axes: Array
+    stiffness: Array
+
+
+@dataclass(frozen=True)
 class FrameJoint:
     """A joint between two pieces, inner first.
 
     Attributes:
-        name: of the joint.
+        name: of the joint. A joint that several telescopic beams span stands here once for each of them.
         pieces: which it joins.
         point: (3,) its centre [m].
         axes: (3, 3) its x, y, z as columns.
         blocked: (6,) along and about which of them it holds the pieces together.
+        springs: what is elastic in it, in series with what it blocks.
+        misfit: (6,) displacement of the outer piece relative to the inner while nothing strains it, at the centre [m, rad].
     """
 
     name: str
@@ -55,29 +65,8 @@ class FrameJoint:
     point: Array
     axes: Array
     blocked: NDArray[np.bool_]
-
-
-@dataclass(frozen=True)
-class SpannedJoint:
-    """A joint inside a telescopic beam.
-
-    Its wrench is what the piece at end 0 of the beam puts on it, or what the beam puts on the piece at end 1; and what acts on
-    the links between that end and the joint.
-
-    Attributes:
-        name: of the joint.
-        point: (3,) its centre [m].
-        beam, end: see above.
-        force: (6,) for the weights between, about the centre [N, N·m].
-        joints: names of the joints by which something is attached between, and the signs of their wrenches.
-    """
-
-    name: str
-    point: Array
-    beam: str
-    end: int
-    force: Array
-    joints: tuple[tuple[str, float], ...]
+    springs: tuple[FrameSpring, ...]
+    misfit: Array
 
 
 @dataclass(frozen=True)
@@ -98,7 +87,6 @@ class FrameModel:
         references: (n, 3) a point of every piece [m]; o of the platform.
         loads: (n, 6) force and moment on every piece about its reference point [N, N·m].
         beams, joints: what joins them.
-        spanned: the joints inside telescopic beams.
         drives: the driven joints.
         size: diagonal of the box around all points [m].
         length: mean distance of the platform's joints from o [m], or the size; makes rotations comparable.
@@ -110,12 +98,23 @@ class FrameModel:
     loads: Array
     beams: tuple[FrameBeam, ...]
     joints: tuple[FrameJoint, ...]
-    spanned: tuple[SpannedJoint, ...]
     drives: tuple[Drive, ...]
     size: float
     length: float
 
     @property
     def stiffest(self) -> float:
-        """Largest axial stiffness of a beam [N/m], 1 if there are none."""
-        return max((beam.stiffness[0] / beam.length for beam in self.beams), default=1.0)
+        """Largest axial stiffness of a beam or stiffness of a joint [N/m], 1 if there are none."""
+        found = [beam.stiffness[0] / beam.length for beam in self.beams]
+        unit = np.repeat([1.0, self.length], 3)
+        for joint in self.joints:
+            for spring in joint.springs:
+                found += [float(value) for value in spring.stiffness / unit**2 if np.isfinite(value)]
+        return max(found, default=1.0)
+
+    @property
+    def largest_misfit(self) -> float:
+        """Largest displacement that a misfit causes by itself [m]."""
+        unit = np.repeat([1.0, self.size], 3)
+        found = [float(np.linalg.norm(joint.misfit * unit)) for joint in self.joints]
+        return max([*found, *(abs(beam.too_long) for beam in self.beams)], default=0.0)

@@ -1,8 +1,9 @@
 """A frame solved by OpenSeesPy: scaled, with joints by penalty, extrapolated to joints without compliance.
 
 A joint is a spring: stiff in the directions that it blocks, with a trace of stiffness in those it leaves free, so that a strut
-that spins about itself does no harm. Every number then is a rational function of the penalty's inverse h; solved at several h and
-extrapolated to h = 0 (Richardson), it keeps errors of rounding alone.
+that spins about itself does no harm; what is elastic in it are further springs in series. Every number then is a rational
+function of the penalty's inverse h; solved at several h and extrapolated to h = 0 (Richardson), it keeps errors of rounding
+alone.
 """
 
 from __future__ import annotations
@@ -19,9 +20,9 @@ from typing import Any
 import numpy as np
 
 from kinetostatics.exceptions import KinetostaticsError
-from kinetostatics.verification.frame import Array, FrameModel, SpannedJoint
+from kinetostatics.verification.frame import Array, FrameJoint, FrameModel
 
-#: Smallest penalty, as a multiple of the largest axial stiffness of a beam; each level doubles it.
+#: Smallest penalty, as a multiple of the largest stiffness of a beam or spring; each level doubles it.
 PENALTY = 30.0
 LEVELS = 7
 #: Stiffness of free directions at the first level; each level halves it. Much of it disturbs a robot that is almost free to move,
@@ -45,6 +46,8 @@ class FrameSolution:
         compliance: (6, 6) at o, by six unit loads.
         stiffness: (6, 6) its inverse, NaN if it has none.
         joint_wrenches: (6,) for every joint [N, N·m].
+        beam_wrenches: (2, 6) for every beam: what its outer part puts on its inner, at its inner and its outer end, about that
+            end, world axes [N, N·m].
         actuator_forces: for every driven joint [N or N·m].
         torques: names of the driven joints that turn.
     """
@@ -53,6 +56,7 @@ class FrameSolution:
     compliance: Array
     stiffness: Array
     joint_wrenches: Mapping[str, Array]
+    beam_wrenches: Mapping[str, Array]
     actuator_forces: Mapping[str, float]
     torques: frozenset[str]
 
@@ -96,6 +100,7 @@ class _Scale:
             float(np.abs(model.loads[:, 3:]).max(initial=0.0)) / self.length,
         ]
         forces += [float(np.linalg.norm(beam.load)) * beam.length for beam in model.beams]
+        forces.append(self.stiffness * model.largest_misfit)
         self.force = max(forces) or 1.0
 
     @property
@@ -130,31 +135,38 @@ def _frame(model: FrameModel, scale: _Scale) -> dict[str, Any]:
         fixed.append(tag) if piece == model.base else ties.append([references[piece], tag])
         return tag
 
+    unit = scale.stiffness * np.repeat([1.0, scale.length**2], 3)
     springs: list[dict[str, Any]] = []
     beams: list[dict[str, Any]] = []
     for joint in model.joints:
-        ends = [attached(piece, joint.point) for piece in joint.pieces]
-        springs.append(
-            {"tag": len(springs) + 1, "nodes": ends, "blocked": joint.blocked.tolist(), "axes": _orientation(joint.axes)}
-        )
+        inner, outer = (attached(piece, joint.point) for piece in joint.pieces)
+        rows = _series(joint)
+        nodes_between = [inner, *(node(joint.point) for _ in rows[1:]), outer]
+        for number, (axes, stiffness) in enumerate(rows):
+            turn = np.kron(np.eye(2), axes)
+            springs.append(
+                {
+                    "tag": len(springs) + 1,
+                    "joint": joint.name,
+                    "nodes": nodes_between[number : number + 2],
+                    "stiffness": [None if np.isinf(value) else value for value in (stiffness / unit).tolist()],
+                    "axes": _orientation(axes),
+                    # what the first blocks or holds, it displaces
+                    "misfit": (turn.T @ (joint.misfit / scale.twist)).tolist() if number == 0 else [0.0] * 6,
+                }
+            )
     for number, beam in enumerate(model.beams):
         ends = [attached(piece, point) for piece, point in zip(beam.pieces, beam.points, strict=True)]
-        for end, released in enumerate(beam.released):
-            if released:
-                own = node(beam.points[end])
-                blocked = [False, True, True, True, True, True]
-                springs.append(
-                    {"tag": len(springs) + 1, "nodes": [ends[end], own], "blocked": blocked, "axes": _orientation(beam.axes)}
-                )
-                ends[end] = own
-        unit = scale.stiffness * np.array([scale.length] * 3 + [scale.length**3] * 3)
+        section = scale.stiffness * np.array([scale.length] * 3 + [scale.length**3] * 3)
         beams.append(
             {
                 "tag": 1_000_000 + number,
                 "nodes": ends,
-                "stiffness": (np.array(beam.stiffness) / unit).tolist(),
+                "stiffness": (np.array(beam.stiffness) / section).tolist(),
                 "z": beam.axes[:, 2].tolist(),
                 "load": (beam.axes.T @ beam.load * scale.length / scale.force).tolist(),
+                # the force that takes back what it is too long, from its inner end on
+                "thrust": (beam.stiffness[0] / beam.length * beam.too_long / scale.force * beam.axes[:, 0]).tolist(),
             }
         )
     fixed.append(references[model.base])
@@ -173,6 +185,13 @@ def _frame(model: FrameModel, scale: _Scale) -> dict[str, Any]:
         "loads": loads,
         "platform": platform,
     }
+
+
+def _series(joint: FrameJoint) -> list[tuple[Array, Array]]:
+    """Return axes and stiffnesses (6,) of the springs that make up a joint: infinite where it blocks, zero where it is free."""
+    blocks = (joint.axes, np.where(joint.blocked, np.inf, 0.0))
+    springs = [(spring.axes, spring.stiffness) for spring in joint.springs]
+    return springs if springs and np.all(joint.blocked) else [blocks, *springs]
 
 
 def _orientation(axes: Array) -> list[float]:
@@ -207,13 +226,13 @@ def _scatter(some: Mapping[str, Array], other: Mapping[str, Array]) -> float:
 
 def _answer(model: FrameModel, scale: _Scale, raw: Mapping[str, Array]) -> FrameSolution:
     """Return an answer in SI units and by name."""
-    wrenches = {joint.name: raw["springs"][k] * scale.wrench for k, joint in enumerate(model.joints)}
-    points = {joint.name: joint.point for joint in model.joints}
-    numbers = {beam.name: k for k, beam in enumerate(model.beams)}
-    for item in model.spanned:
-        wrenches[item.name] = _spanned_wrench(
-            item, model, raw["beams"][numbers[item.beam]] * scale.wrench, numbers, wrenches, points
-        )
+    wrenches: dict[str, Array] = {}
+    row = 0
+    for joint in model.joints:
+        # several telescopic beams that span one joint share its wrench
+        wrenches[joint.name] = wrenches.get(joint.name, np.zeros(6)) + raw["springs"][row] * scale.wrench
+        row += len(_series(joint))
+    sections = {beam.name: raw["beams"][k] * scale.wrench * np.array([[-1.0], [1.0]]) for k, beam in enumerate(model.beams)}
     forces = {
         drive.name: float(drive.axis @ (wrenches[drive.name][3:] if drive.rotates else wrenches[drive.name][:3]))
         for drive in model.drives
@@ -226,29 +245,7 @@ def _answer(model: FrameModel, scale: _Scale, raw: Mapping[str, Array]) -> Frame
     except np.linalg.LinAlgError:
         stiffness = np.full((6, 6), np.nan)
     torques = frozenset(drive.name for drive in model.drives if drive.rotates)
-    return FrameSolution(raw["twist"] * scale.twist, C, stiffness, wrenches, forces, torques)
-
-
-def _spanned_wrench(
-    item: SpannedJoint,
-    model: FrameModel,
-    forces: Array,
-    numbers: Mapping[str, int],
-    wrenches: Mapping[str, Array],
-    points: Mapping[str, Array],
-) -> Array:
-    """Return the wrench of a joint inside a beam whose nodes put ``forces`` (2, 6) on it."""
-    beam = model.beams[numbers[item.beam]]
-    end = forces[item.end] if item.end == 0 else -forces[item.end]
-    total = _moved(end, beam.points[item.end], item.point) + item.force
-    for name, sign in item.joints:
-        total = total + sign * _moved(wrenches[name], points[name], item.point)
-    return total
-
-
-def _moved(wrench: Array, of: Array, to: Array) -> Array:
-    """Return a wrench about another point."""
-    return np.append(wrench[:3], wrench[3:] + np.cross(of - to, wrench[:3]))
+    return FrameSolution(raw["twist"] * scale.twist, C, stiffness, wrenches, sections, forces, torques)
 
 
 # ---- the process that does the work --------------------------------------------------------------------------------------

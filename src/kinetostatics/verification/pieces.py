@@ -1,4 +1,4 @@
-"""The rigid pieces of a robot at one pose, and which side of a joint or beam lies towards the base.
+"""The rigid pieces of a robot at one pose, and the joints and beams between them.
 
 A piece is a link without beams, or what is fixed to one end of a beam. Everything here follows from the file and from the frames
 of the links; it is on purpose not taken from :mod:`kinetostatics.topology`, which it checks.
@@ -8,13 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics.beam_spans import BeamSpan, SpanFinder
+from kinetostatics.verification.directions import Directions
+
 if TYPE_CHECKING:
-    from kinetostatics.beam_spans import BeamSpan
     from kinetostatics.configuration import Configuration
 
 Array = NDArray[np.float64]
@@ -33,7 +36,7 @@ class PlacedJoint:
         frames: (4, 4) its frame on the side of either link.
         axis: (3,) first axis, seen from the predecessor.
         axis2: (3,) second axis of a universal joint, seen from the successor.
-        driven: whether it is locked.
+        locked: whether it is driven, or follows a driven one.
     """
 
     name: str
@@ -42,7 +45,7 @@ class PlacedJoint:
     frames: tuple[Array, Array]
     axis: Array
     axis2: Array
-    driven: bool
+    locked: bool
 
     def other(self, link: str) -> str:
         """Return the link on the other side."""
@@ -57,9 +60,8 @@ def placed_joints(configuration: Configuration) -> dict[str, PlacedJoint]:
     for joint in description.joints.values():
         inner, outer = configuration.frame(joint.parent) @ joint.origin.matrix, configuration.frame(joint.child)
         axis = inner[:3, :3] @ np.array(joint.axis)
-        found[joint.name] = PlacedJoint(
-            joint.name, joint.type, (joint.parent, joint.child), (inner, outer), axis, axis, joint.name in driven
-        )
+        locked = joint.name in driven or joint.mimic is not None
+        found[joint.name] = PlacedJoint(joint.name, joint.type, (joint.parent, joint.child), (inner, outer), axis, axis, locked)
     for loop in description.loops.values():
         inner = configuration.frame(loop.predecessor) @ loop.predecessor_origin.matrix
         outer = configuration.frame(loop.successor) @ loop.successor_origin.matrix
@@ -76,28 +78,35 @@ def placed_joints(configuration: Configuration) -> dict[str, PlacedJoint]:
 
 
 @dataclass(frozen=True)
-class PlacedBeam:
-    """A beam at the pose: ``pieces`` and ``points`` (2, 3) of its ends.
+class JointedPieces:
+    """A joint between the ``pieces`` of its predecessor and its successor."""
 
-    ``chain`` holds the joints that a telescopic beam spans, ``links`` the links between and around them, from its start to its
-    end; the ``carrier``-th of the links carries the beam.
-    """
+    joint: PlacedJoint
+    pieces: tuple[int, int]
+
+
+@dataclass(frozen=True)
+class PlacedBeam:
+    """A beam at the pose: ``pieces`` and ``points`` (2, 3) of its two ends, from its start to its end."""
 
     name: str
     pieces: tuple[int, int]
     points: Array
-    chain: tuple[str, ...]
-    links: tuple[str, ...]
-    carrier: int
 
 
 class Pieces:
     """All rigid pieces of one pose.
 
+    A telescopic beam joins two pieces of its own where it spans joints. The beam's mass moves with the link that carries it: the
+    joints between the beam's start and that link lie between start and beam, those beyond between the beam and its end, with the
+    links that they join in between.
+
     Attributes:
         joints: all joints and loops by name.
+        jointed: what they join, in the order of the file. One inside a telescopic beam joins pieces of that beam; one that
+            several beams span stands here for each.
         beams: all beams by name.
-        spanned: names of the joints inside telescopic beams.
+        base, platform: their pieces.
     """
 
     def __init__(self, configuration: Configuration) -> None:
@@ -106,16 +115,18 @@ class Pieces:
         self.joints = placed_joints(configuration)
         self._frame = {link: configuration.frame(link) for link in self.description.links}
         self._parent: list[int] = []
-        #: the pieces of every link with the point at which each is found, None for a link without beams
+        #: the pieces of every link with the point at which each is found, None where everything of the link is one piece
         self._of: dict[str, list[tuple[Array | None, int]]] = {}
-        spans = self.robot.topology.beams
+        self._inside: list[JointedPieces] = []
+        spans = SpanFinder(self.robot.mechanism).spans()
         self._carriers = {span.beam.link for span in spans.values()}
         self._make(spans.values())
         self.beams = {name: self._place(span) for name, span in spans.items()}
-        self.spanned = {name for beam in self.beams.values() for name in beam.chain}
-        base, platform = self._alone(self.description.base), self._alone(self.description.platform)
-        self.base, self.platform = self.find(base), self.find(platform)
-        self._ends = [self._rigid_with(link) for link in (self.description.base, self.description.platform)]
+        spanned = {item.joint.name for item in self._inside}
+        order = list(self.joints)
+        outside = [JointedPieces(joint, self._sides(joint)) for name, joint in self.joints.items() if name not in spanned]
+        self.jointed = sorted([*outside, *self._inside], key=lambda item: order.index(item.joint.name))
+        self.base, self.platform = self.of_link(self.description.base), self.of_link(self.description.platform)
 
     def find(self, piece: int) -> int:
         """Return the piece that a piece has become part of."""
@@ -139,18 +150,14 @@ class Pieces:
 
         return self.find(min(self._of[link], key=distance)[1])
 
-    def ends_of(self, joint: PlacedJoint) -> tuple[int, int]:
-        """Return the pieces of predecessor and successor of a joint."""
-        return tuple(self.at(link, frame[:3, 3]) for link, frame in zip(joint.links, joint.frames, strict=True))  # type: ignore[return-value]
+    def _sides(self, joint: PlacedJoint) -> tuple[int, int]:
+        return self.at(joint.links[0], joint.frames[0][:3, 3]), self.at(joint.links[1], joint.frames[1][:3, 3])
 
     # ---- making them ------------------------------------------------------------------------------------------------
 
     def _new(self) -> int:
         self._parent.append(len(self._parent))
         return self._parent[-1]
-
-    def _alone(self, link: str) -> int:
-        return self._of[link][0][1]
 
     def _point(self, link: str, body_point: Array) -> Array:
         """Return the world position of a point given in the body of a link."""
@@ -172,72 +179,63 @@ class Pieces:
                 entries.append((None, self._new()))
 
     def _place(self, span: BeamSpan) -> PlacedBeam:
-        start = self._point(span.start_link, span.start)
-        end = self._point(span.end_link, span.end)
-        first, last = self.at(span.start_link, start), self.at(span.end_link, end)
-        chain = [item.name for item in (*span.inward[::-1], *span.outward)]
+        start, end = self._point(span.start_link, span.start), self._point(span.end_link, span.end)
+        chain = [self.joints[item.name] for item in (*span.inward[::-1], *span.outward)]
         links = [span.start_link]
-        for name in chain:
-            links.append(self.joints[name].other(links[-1]))
+        for joint in chain:
+            links.append(joint.other(links[-1]))
         carrier = len(span.inward)
-        for number, link in enumerate(links[1:-1], 1):
-            # what the beam passes through moves with the end on its side of the carrier, the carrier itself with the start
-            if number != carrier or self._of[link][0][0] is None:
-                for _, piece in self._of[link]:
-                    self._parent[self.find(piece)] = first if number <= carrier else last
-        return PlacedBeam(span.beam.name, (first, last), np.array([start, end]), tuple(chain), tuple(links), carrier)
+        for link in links[1:-1]:
+            for _, piece in self._of[link][1:]:
+                self._parent[self.find(piece)] = self.of_link(link)
+        first, last = self.at(span.start_link, start), self.at(span.end_link, end)
+        before = [first, *map(self.of_link, links[1:carrier])] if carrier else []
+        after = [*map(self.of_link, links[carrier + 1 : -1]), last] if carrier < len(chain) else []
+        ends = (self._new() if before else first, self._new() if after else last)
+        if 0 < carrier < len(chain):  # what else is on the carrier moves with the beam's start
+            self._parent[self.of_link(links[carrier])] = ends[0]
+        for row, joints, outer in (
+            ([*before, ends[0]], chain[:carrier], links[1 : carrier + 1]),
+            ([ends[1], *after], chain[carrier:], links[carrier + 1 :]),
+        ):
+            for joint, inner_piece, outer_piece, link in zip(joints, row, row[1:], outer, strict=False):
+                forward = joint.links[1] == link
+                pieces = (inner_piece, outer_piece) if forward else (outer_piece, inner_piece)
+                self._inside.append(JointedPieces(joint, pieces))
+        return PlacedBeam(span.beam.name, ends, np.array([start, end]))
 
     # ---- which side is inboard --------------------------------------------------------------------------------------
 
     def _rigid_with(self, link: str) -> set[int]:
-        """Return the pieces that fixed joints between links without beams join to a link."""
+        """Return the pieces that rigid fixed joints between links without beams join to a link."""
+        elastic = {item.joint for item in self.description.joint_stiffness.values() if item.linear or item.angular}
         found, queue = {link}, [link]
         while queue:
             here = queue.pop()
             for joint in self.joints.values():
-                if joint.kind == "fixed" and here in joint.links:
+                if joint.kind == "fixed" and here in joint.links and joint.name not in elastic:
                     other = joint.other(here)
                     if other not in found and self.is_rigid(other):
                         found.add(other)
                         queue.append(other)
         return {self.of_link(item) for item in found}
 
-    def inner_first(self, edge: str, pieces: tuple[int, int]) -> bool:
-        """Whether the first of the two pieces that a joint or beam joins lies towards the base.
+    @cached_property
+    def _directions(self) -> Directions:
+        base, platform = self._rigid_with(self.description.base), self._rigid_with(self.description.platform)
 
-        On what hangs on the platform alone, towards the platform. In a closed chain inside a limb the first is.
+        def node(piece: int) -> int:
+            piece = self.find(piece)
+            return self.base if piece in base else self.platform if piece in platform else piece
 
-        Args:
-            edge: the joint's name, or ``beam:`` and the beam's.
-            pieces: on its two sides.
-        """
-        for target, barred in (self._ends, self._ends[::-1]):
-            first, second = (self._reaches(piece, target, barred, edge) for piece in pieces)
-            if first or second:
-                return first
-        return True
+        edges = {f"joint:{k}": item.pieces for k, item in enumerate(self.jointed)}
+        edges |= {f"beam:{name}": beam.pieces for name, beam in self.beams.items()}
+        return Directions({key: (node(first), node(second)) for key, (first, second) in edges.items()}, self.base, self.platform)
 
-    def _reaches(self, piece: int, target: set[int], barred: set[int], without: str) -> bool:
-        seen, queue = {piece}, [piece]
-        while queue:
-            here = queue.pop()
-            if here in target:
-                return True
-            if here in barred:
-                continue
-            for name, ends in self._edges():
-                if name != without and here in ends:
-                    other = ends[1] if here == ends[0] else ends[0]
-                    if other not in seen:
-                        seen.add(other)
-                        queue.append(other)
-        return False
+    def predecessor_is_inner(self, number: int) -> bool:
+        """Whether the predecessor of the ``number``-th jointed pieces lies towards the base."""
+        return self._directions.inner_first(f"joint:{number}")
 
-    def _edges(self) -> list[tuple[str, tuple[int, int]]]:
-        if not hasattr(self, "_all_edges"):
-            edges = [(joint.name, self.ends_of(joint)) for joint in self.joints.values() if joint.name not in self.spanned]
-            edges += [
-                (f"beam:{beam.name}", (self.find(beam.pieces[0]), self.find(beam.pieces[1]))) for beam in self.beams.values()
-            ]
-            self._all_edges = edges
-        return self._all_edges
+    def start_is_inner(self, beam: str) -> bool:
+        """Whether a beam's start lies towards the base."""
+        return self._directions.inner_first(f"beam:{beam}")

@@ -32,6 +32,7 @@ UNITS = {
     "compliance": "m/N, m/(N·m) = rad/N, rad/(N·m), at o, drives locked",
     "stiffness": "N/m, N/rad = N·m/m, N·m/rad, at o, drives locked",
     "joint_wrenches": "[force N; moment N·m] what the base side puts on the platform side, about the joint's centre",
+    "beam_wrenches": "[force N; moment N·m] what the outer part of a beam puts on its inner, at its inner and its outer end",
     "actuator_forces": "N, of turning joints N·m, positive along the joint's positive direction",
     "differences": "relative, of whole twists, wrenches and matrices, rotations and moments made comparable by `length` m; of "
     "forces relative to the largest joint wrench",
@@ -43,6 +44,7 @@ WORDS = {
     "compliance": "compliance",
     "stiffness": "stiffness",
     "joint_wrenches": "joint wrenches",
+    "beam_wrenches": "wrenches in beams",
     "actuator_forces": "actuator forces",
 }
 
@@ -52,7 +54,7 @@ DIGITS = 8
 
 def verification_to_dict(found: Verification) -> dict[str, Any]:
     """Return a verification as plain values."""
-    arrays = ("twist", "compliance", "stiffness", "joint_wrenches", "actuator_forces")
+    arrays = ("twist", "compliance", "stiffness", "joint_wrenches", "beam_wrenches", "actuator_forces")
     robot = found.configuration.robot
     return {
         "robot": robot.name,

@@ -52,7 +52,12 @@ def build(ops: Any, frame: dict[str, Any], penalty: float, ground: float) -> Non
     ops.uniaxialMaterial("Elastic", 1, penalty)
     ops.uniaxialMaterial("Elastic", 2, ground)
     for spring in frame["springs"]:
-        materials = [1 if blocked else 2 for blocked in spring["blocked"]]
+        # materials of its own are numbered after the first two
+        materials = []
+        for direction, stiffness in enumerate(spring["stiffness"], 1):
+            materials.append({None: 1, 0.0: 2}.get(stiffness, 10 * spring["tag"] + direction))
+            if materials[-1] > 2:
+                ops.uniaxialMaterial("Elastic", materials[-1], stiffness)
         ops.element(
             "zeroLength",
             spring["tag"],
@@ -85,7 +90,7 @@ def build(ops: Any, frame: dict[str, Any], penalty: float, ground: float) -> Non
 def solve(ops: Any, frame: dict[str, Any], penalty: float, ground: float) -> dict[str, Any]:
     """Return the platform's displacements under the loads and six unit loads, and forces of joints and beams under the loads."""
     build(ops, frame, penalty, ground)
-    answer = under_loads(ops, frame)
+    answer = under_loads(ops, frame, penalty)
     platform = frame["platform"]
     for k in range(6):
         start(ops, [[platform, [float(k == direction) for direction in range(6)]]])
@@ -95,14 +100,34 @@ def solve(ops: Any, frame: dict[str, Any], penalty: float, ground: float) -> dic
     return answer
 
 
-def under_loads(ops: Any, frame: dict[str, Any]) -> dict[str, Any]:
-    """Return displacements and forces under the loads.
+def misfit_forces(spring: dict[str, Any], penalty: float) -> list[float]:
+    """Return the force and moment, in the frame's axes, that take back the misfit of a spring's second node."""
+    x, y = spring["axes"][:3], spring["axes"][3:]
+    z = [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]]
+    own = [
+        (penalty if stiffness is None else stiffness) * misfit
+        for stiffness, misfit in zip(spring["stiffness"], spring["misfit"], strict=True)
+    ]
+    return [x[k] * part[0] + y[k] * part[1] + z[k] * part[2] for part in (own[:3], own[3:]) for k in range(3)]
+
+
+def under_loads(ops: Any, frame: dict[str, Any], penalty: float) -> dict[str, Any]:
+    """Return displacements and forces under loads and misfits.
+
+    A misfit acts like the forces that take it back on both of a spring's or beam's nodes, which are no forces of the spring.
 
     The force of a stiff spring is a small difference of displacements and loses digits. What is therefore left unbalanced is put
     on the unloaded frame, twice, and the answers are added.
     """
     answer: dict[str, Any] = {"platform": [[0.0] * 6], "springs": [], "beams": []}
-    loads = frame["loads"]
+    misfits = [misfit_forces(spring, penalty) for spring in frame["springs"]]
+    loads = list(frame["loads"])
+    for nodes, forces in (
+        *((spring["nodes"], forces) for spring, forces in zip(frame["springs"], misfits, strict=True)),
+        *((beam["nodes"], [*beam["thrust"], 0.0, 0.0, 0.0]) for beam in frame["beams"]),
+    ):
+        if any(forces):
+            loads += [[nodes[0], [-value for value in forces]], [nodes[1], forces]]
     free = sorted(set(range(len(frame["nodes"]))) - set(frame["fixed"]))
     for step in range(3):
         start(ops, loads)
@@ -116,6 +141,10 @@ def under_loads(ops: Any, frame: dict[str, Any]) -> dict[str, Any]:
             "springs": [ops.eleResponse(spring["tag"], "force")[:6] for spring in frame["springs"]],
             "beams": [ops.eleResponse(beam["tag"], "force") for beam in frame["beams"]],
         }
+        if step == 0:
+            found["springs"] = added(found["springs"], misfits)
+            thrusts = [[*beam["thrust"], 0.0, 0.0, 0.0] for beam in frame["beams"]]
+            found["beams"] = added(found["beams"], [[*thrust, *(-value for value in thrust)] for thrust in thrusts])
         for key, rows in found.items():
             answer[key] = added(answer[key], rows) if answer[key] else rows
         ops.reactions()

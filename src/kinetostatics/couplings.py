@@ -1,0 +1,112 @@
+"""Joints that follow driven ones, ``<mimic>``: as equations, and as coordinates that are given with those of the drives."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.kinematics import Tree, TreeJoint
+from kinetostatics.mechanism import Mechanism
+
+Array = NDArray[np.float64]
+
+
+class Couplings:
+    """All joints of a mechanism that mimic others; follower = multiplier · leader + offset [m, rad].
+
+    Attributes:
+        names: of the followers.
+        count: how many there are.
+        columns: the followers' freedoms in the tree.
+        is_length: whether each slides (else it turns).
+    """
+
+    def __init__(self, mechanism: Mechanism, tree: Tree) -> None:
+        joint_of_body = {joint.body: joint for joint in tree.joints}
+        self.names: list[str] = []
+        self._followers: list[TreeJoint] = []
+        self._leaders: list[TreeJoint] = []
+        self._relations: list[tuple[float, float]] = []
+        for connection in mechanism.connections.values():
+            if connection.mimic is not None:
+                self.names.append(connection.name)
+                self._followers.append(joint_of_body[mechanism.body_of_joint[connection.name]])
+                self._leaders.append(joint_of_body[mechanism.body_of_joint[connection.mimic.joint]])
+                self._relations.append((connection.mimic.multiplier, connection.mimic.offset))
+        self.count = len(self.names)
+        self.columns = np.array([joint.first_v for joint in self._followers], dtype=np.intp)
+        self.is_length = np.array([joint.kind == "prismatic" for joint in self._followers], dtype=bool)
+        self._gradient = np.zeros((self.count, tree.nv))
+        for row, (multiplier, _) in enumerate(self._relations):
+            self._gradient[row, self.columns[row]] = 1.0
+            self._gradient[row, self._leaders[row].first_v] = -multiplier
+
+    def residual(self, x: Array, turns: int = 20) -> Array:
+        """Return by how much (count, N) [m, rad] the followers are beside where they should be, at coordinates ``x`` (nq', N).
+
+        The angle of a continuous joint is known but for whole turns. Of several positions that fit a leader of up to ``turns``
+        turns the nearest counts.
+        """
+        result = np.empty((self.count, x.shape[1]))
+        for row, (follower, leader, (multiplier, offset)) in enumerate(
+            zip(self._followers, self._leaders, self._relations, strict=True)
+        ):
+            error = _coordinate(follower, x) - multiplier * _coordinate(leader, x) - offset
+            if leader.kind == "continuous" and follower.kind == "continuous":
+                best = _within(error, 2 * np.pi)
+                for turn in range(1, turns + 1):
+                    for period in (2 * np.pi * multiplier * turn, -2 * np.pi * multiplier * turn):
+                        option = _within(error + period, 2 * np.pi)
+                        best = np.where(np.abs(option) < np.abs(best), option, best)
+                result[row] = best
+            elif leader.kind == "continuous":
+                result[row] = _within(error, 2 * np.pi * multiplier)
+            else:
+                result[row] = _within(error, 2 * np.pi) if follower.kind == "continuous" else error
+        return result
+
+    def equations(self, x: Array, column_scale: Array, columns: tuple[int, ...]) -> tuple[Array, Array]:
+        """Return scaled residuals (count, N) and gradients (count, nv), rows of unit length, for scaled freedoms.
+
+        They are zero for followers of the given freedoms ``columns``, which are where they should be.
+        """
+        gradient = self._gradient * column_scale
+        size = np.sqrt(np.sum(gradient**2, axis=1, keepdims=True))
+        size[np.isin(self.columns, self.given_with(columns))] = np.inf
+        return self.residual(x) / size, gradient / size
+
+    def given_with(self, columns: tuple[int, ...]) -> NDArray[np.intp]:
+        """Return the freedoms of the followers whose leaders are among the given ``columns``."""
+        pairs = zip(self._followers, self._leaders, strict=True)
+        return np.array([follower.first_v for follower, leader in pairs if leader.first_v in columns], dtype=np.intp)
+
+    def impose(self, columns: tuple[int, ...], values: Array, x: Array) -> None:
+        """Write the coordinates of the followers of given freedoms into ``x`` (nq', N), in place.
+
+        Args:
+            columns: the given freedoms.
+            values: their coordinates (len(columns), N) [m, rad]; angles may be of more than one turn.
+            x: coordinates.
+        """
+        for follower, leader, (multiplier, offset) in zip(self._followers, self._leaders, self._relations, strict=True):
+            if leader.first_v in columns:
+                write_coordinate(follower, multiplier * values[columns.index(leader.first_v)] + offset, x)
+
+
+def _within(value: Array, period: float) -> Array:
+    """Return a value modulo a period, at most half of it away from zero."""
+    return np.asarray(value - period * np.round(value / period))
+
+
+def _coordinate(joint: TreeJoint, x: Array) -> Array:
+    if joint.kind == "continuous":
+        return np.asarray(np.arctan2(x[joint.first_q + 1], x[joint.first_q]))
+    return x[joint.first_q]
+
+
+def write_coordinate(joint: TreeJoint, value: Array, x: Array) -> None:
+    """Write the coordinate (N,) of a one-freedom joint into ``x`` (nq, N), in place."""
+    if joint.kind == "continuous":
+        x[joint.first_q], x[joint.first_q + 1] = np.cos(value), np.sin(value)
+    else:
+        x[joint.first_q] = value

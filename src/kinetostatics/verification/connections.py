@@ -1,0 +1,116 @@
+"""What a joint leaves free, where it is elastic, and how it misfits."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.verification.frame import Array, FrameSpring
+from kinetostatics.verification.pieces import PlacedJoint
+
+if TYPE_CHECKING:
+    from kinetostatics.description import JointStiffness
+
+#: Which of the six directions along and about a joint's own x, y, z are free; of a universal joint those that its axes span.
+FREE: dict[str, tuple[int, ...]] = {
+    "fixed": (),
+    "revolute": (3,),
+    "continuous": (3,),
+    "prismatic": (0,),
+    "cylindrical": (0, 3),
+    "spherical": (3, 4, 5),
+    "planar": (1, 2, 3),
+    "floating": (0, 1, 2, 3, 4, 5),
+}
+#: How far an axis may point beside those of the joint's frame and still be taken for one of them [rad].
+ALONG = 1e-9
+
+
+def joint_axes(joint: PlacedJoint) -> Array:
+    """Return (3, 3) axes: x along the joint's axis; of a universal joint y along the first axis and x across both.
+
+    The axes of joints without an axis are those of its frame on the predecessor's side.
+    """
+    frame = joint.frames[0][:3, :3]
+    if joint.kind in ("fixed", "spherical", "floating"):
+        return frame
+    if joint.kind == "universal":
+        return _axes_from(np.cross(joint.axis, joint.axis2), joint.axis)
+    # any two axes across will do, but springs may lie along those of the frame
+    across = frame - np.outer(joint.axis, joint.axis @ frame)
+    return _axes_from(joint.axis, across[:, int(np.argmax(np.linalg.norm(across, axis=0)))])
+
+
+def _axes_from(x: Array, y: Array) -> Array:
+    x, y = x / np.linalg.norm(x), y / np.linalg.norm(y)
+    return np.column_stack([x, y, np.cross(x, y)])
+
+
+def releases(joint: PlacedJoint, elastic: JointStiffness | None) -> tuple[Array, NDArray[np.bool_]]:
+    """Return axes (3, 3), and along and about which of them (6,) the joint moves freely, without a lock or a spring.
+
+    A spring holds a freedom that lies in the span of the axes along which a finite stiffness is given.
+    """
+    free = np.zeros(6, dtype=bool)
+    axes = joint_axes(joint)
+    if joint.locked:
+        return axes, free
+    held = [_spanned_by(joint.frames[0][:3, :3], finite) for finite in _finite(elastic)]
+    if joint.kind == "universal":
+        loose = [axis for axis in (joint.axis, joint.axis2) if not held[1](axis)]
+        if len(loose) == 1:  # the two need not be at right angles
+            axes = _axes_from(loose[0], np.cross(joint.axis, joint.axis2))
+        free[{0: [], 1: [3], 2: [4, 5]}[len(loose)]] = True
+        return axes, free
+    for direction in FREE[joint.kind]:
+        free[direction] = not held[direction // 3](axes[:, direction % 3])
+    return axes, free
+
+
+def _spanned_by(frame: Array, finite: NDArray[np.bool_]) -> Callable[[Array], bool]:
+    """Return whether a direction lies in the span of some axes of a frame."""
+    return lambda direction: bool(np.any(finite)) and bool(np.linalg.norm(frame[:, ~finite].T @ direction) < ALONG)
+
+
+def joint_springs(joint: PlacedJoint, elastic: JointStiffness | None) -> tuple[FrameSpring, ...]:
+    """Return the springs of an elastic joint, in series: bearing, and drive."""
+    if elastic is None:
+        return ()
+    springs = []
+    finite = np.concatenate(_finite(elastic))
+    if np.any(finite):
+        given = np.concatenate([np.full(3, np.inf) if values is None else values for values in (elastic.linear, elastic.angular)])
+        springs.append(FrameSpring(joint.frames[0][:3, :3], np.where(finite, given, np.inf)))
+    if elastic.drive is not None and np.isfinite(elastic.drive):
+        stiffness = np.full(6, np.inf)
+        stiffness[FREE[joint.kind][0]] = elastic.drive
+        springs.append(FrameSpring(joint_axes(joint), stiffness))
+    return tuple(springs)
+
+
+def _finite(elastic: JointStiffness | None) -> list[NDArray[np.bool_]]:
+    """Return for linear and angular stiffness along which of three axes there is a spring."""
+    groups = (None, None) if elastic is None else (elastic.linear, elastic.angular)
+    return [np.zeros(3, dtype=bool) if values is None else np.isfinite(values) & (np.array(values) != 0) for values in groups]
+
+
+def joint_misfit(misfit: Any, joint: PlacedJoint, centre: Array) -> Array:
+    """Return the displacement (6,) of the outer side relative to the inner at the centre, world axes.
+
+    Args:
+        misfit: the same as given by the user: at the centre in world axes; or with its own ``frame``; or None.
+        joint: the joint.
+        centre: (3,) the joint's centre [m].
+    """
+    if misfit is None:
+        return np.zeros(6)
+    own = isinstance(misfit, Mapping) and misfit.get("frame", "world") == "joint"
+    twist = np.asarray(misfit["twist"] if isinstance(misfit, Mapping) else misfit, dtype=float)
+    if not own:
+        return twist
+    frame = joint.frames[0]
+    shift, turn = frame[:3, :3] @ twist[:3], frame[:3, :3] @ twist[3:]
+    return np.append(shift + np.cross(turn, centre - frame[:3, 3]), turn)
