@@ -15,10 +15,11 @@ from numpy.typing import NDArray
 from kinetostatics import beams as beam_formulas
 from kinetostatics.beam_models import BeamModel
 from kinetostatics.equilibrium import Solution
-from kinetostatics.limbs import LimbStatics
+from kinetostatics.limbs import LimbGroup, LimbStatics
 from kinetostatics.linalg import least_squares
 from kinetostatics.robot import Robot
 from kinetostatics.screws import move_twist, move_wrench
+from kinetostatics.springs import Spring, springs_of
 from kinetostatics.topology import Edge
 
 Array = NDArray[np.float64]
@@ -75,97 +76,156 @@ def rotate(axes: Array, screws: Array, back: bool = False) -> Array:
 
 
 @dataclass(frozen=True)
+class Yielding:
+    """What gives way, in alike places of g limbs: beams, joints, drives or misfits.
+
+    Attributes:
+        kind: ``beams``, ``joints``, ``drives`` or ``misfits``.
+        names: of the beams or joints.
+        group, number: the limbs, and the number of their group.
+        chords: (M,) signs of the chord wrenches that it carries.
+        motion: (6, g, N) of its outboard side relative to its inboard side, all contributions together, about o.
+    """
+
+    kind: str
+    names: tuple[str, ...]
+    group: LimbGroup
+    number: int
+    chords: NDArray[np.int8]
+    motion: Array
+
+
+@dataclass(frozen=True)
 class Deformation:
     """Motions of one chunk of poses, about o, world axes; the S axis holds the contributions.
 
     Attributes:
         motions: twist (6, S, N) of the outer side of every joint and beam, by the edge's key.
         beams: the loaded beams.
+        yielding: what gives way in the limbs.
     """
 
     motions: dict[str, Array]
     beams: list[LoadedBeams]
+    yielding: list[Yielding]
 
 
 def deform(robot: Robot, solution: Solution) -> Deformation:
     """Compute the motions of everything in one chunk of poses."""
-    out = Deformation({}, [])
-    for statics, intensities in zip(solution.statics, solution.intensities, strict=True):
-        _deform_limbs(solution, statics, intensities, out)
+    out = Deformation({}, [], [])
+    for number in range(len(solution.statics)):
+        _deform_limbs(solution, number, out)
+    S = len(solution.sources)
     branches: list[tuple[tuple[Edge, ...], int, Array | None]]
     branches = [(limb.branches, 2 + k, None) for k, limb in enumerate(robot.topology.limbs)]
-    branches += [(robot.topology.base.edges, len(solution.sources), None), (robot.topology.platform.edges, 1, solution.twists)]
+    branches += [(limb.branches, 1 if limb.on_platform else S, None) for limb in robot.topology.hanging]
+    branches += [(robot.topology.base.edges, S, None), (robot.topology.platform.edges, 1, solution.twists)]
     for edges, own, root in branches:
         if edges:
             _deform_branches(robot, solution, edges, own, root, out)
     return out
 
 
-def _deform_limbs(solution: Solution, statics: LimbStatics, intensities: Array, out: Deformation) -> None:
+def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
+    statics = solution.statics[number]
     group, geometry = statics.group, statics.geometry
-    S, (g, N) = len(solution.sources), geometry.limb_axes.shape[2:]
-    own = np.zeros((S, g, 1))  # the contribution of each limb's own weight
-    for position, number in enumerate(group.numbers):
-        own[2 + number, position] = 1
-    total = np.einsum("kign,isgn->ksgn", statics.J_c, intensities) + own * statics.R_g[:, None]
-    motion = np.zeros((6, S, g, N))
-    loaded: list[LoadedBeams] = []
-    for b in range(len(group.beams[0])):
+    chords, share = solution.chord_wrenches(number), solution.share(group)
+    S, g, N = chords.shape[2:]
+    limb = group.limbs[0]
+    signs = group.edge_chords()
+    gives: dict[int, Array] = {}  # by edge: what its elasticity and its misfit add to everything outboard (6, S, g, N)
+    beam_of_edge = {}
+    for b, k in enumerate(k for k, edge in enumerate(limb.edges) if edge.beam):
         axes, end, length = geometry.beam_axes[:, :, b], geometry.beam_ends[:, b], geometry.beam_lengths[b]
         models = tuple(row[b] for row in group.beams)
-        mass = np.stack([_mass(model, length[k]) for k, model in enumerate(models)])
-        wrench = rotate(axes, move_wrench(total + own * statics.beyond[:, None, b], end[:, None]), back=True)
-        load = own * statics.load[:, None, b]
-        loaded.append(LoadedBeams(models, group.compliances[:, b], axes, length, mass, end, wrench, load, motion))
-    elastic = [beams.end_twist() for beams in loaded]
-    gap = solution.twists[:, :, None] - sum(elastic, np.zeros((6, S, g, N)))
-    passive = np.flatnonzero(group.passive)
-    nullity = len(passive) - (6 - statics.J_c.shape[1])
-    turned = np.zeros((len(group.passive), S, g, N))
-    turned[passive] = _joint_motions(geometry.twists[:, passive], gap, group.robot.length, nullity)
-    after_unit: list[Array] = []
-    done = 0
-    for k, unit in enumerate(group.units[0]):
-        first = int(np.sum([len(item.freedoms) for item in group.units[0][:k]], dtype=int))
-        while done < len(loaded) and group.freedoms_before_beam[done] <= first:
-            loaded[done] = replace(loaded[done], inner=motion)
-            motion = motion + elastic[done]
-            done += 1
-        for f in range(first, first + len(unit.freedoms)):
-            motion = motion + geometry.twists[:, None, f] * turned[f]
-        after_unit.append(motion)
-    for b in range(done, len(loaded)):
-        loaded[b] = replace(loaded[b], inner=motion)
-        motion = motion + elastic[b]
-    out.beams.extend(loaded)
-    for position, limb in enumerate(group.limbs):
-        last_joints = {unit.joints[-1]: k for k, unit in enumerate(group.units[position])}
-        here, at = np.zeros((6, S, N)), 0
-        for edge in limb.path:
-            if edge.beam is not None:
-                here = loaded[at].inner[:, :, position] + elastic[at][:, :, position]
-                at += 1
-            elif edge.joint in last_joints:
-                here = after_unit[last_joints[edge.joint]][:, :, position]
-            out.motions[edge.key] = here
+        mass = np.stack([_mass(model, length[m]) for m, model in enumerate(models)])
+        total = group.carried(signs[k], chords) + share * statics.beyond[:, None, b]
+        wrench = rotate(axes, move_wrench(total, end[:, None]), back=True)
+        load = share * statics.load[:, None, b]
+        beams = LoadedBeams(models, group.compliances[:, b], axes, length, mass, end, wrench, load, np.zeros((6, S, g, N)))
+        beam_of_edge[k] = beams
+        gives[k] = beams.end_twist()
+        out.yielding.append(Yielding("beams", tuple(m.name for m in models), group, number, signs[k], gives[k].sum(axis=1)))
+    places = {edge.joint: k for k, edge in enumerate(limb.edges) if edge.joint}
+    for spring, model in enumerate(group.springs[0]):
+        k = places[model.joint]
+        axes, arm = geometry.spring_axes[:, :, spring], geometry.spring_arms[:, spring]
+        total = group.carried(signs[k], chords) + share * statics.spring_beyond[:, None, spring]
+        local = group.spring_twist(spring, rotate(axes, move_wrench(total, arm[:, None]), back=True))
+        moved = move_twist(rotate(axes, local), -arm[:, None])
+        gives[k] = gives.get(k, 0.0) + moved
+        names = tuple(row[spring].joint for row in group.springs)
+        kind = "drives" if model.is_drive else "joints"
+        out.yielding.append(Yielding(kind, names, group, number, signs[k], moved.sum(axis=1)))
+    misfit = solution.misfits[number]
+    if misfit is not None:
+        source = solution.sources.index("misfit")
+        for k in range(len(limb.edges)):
+            if np.any(misfit[:, k]):
+                more = np.zeros((6, S, g, N))
+                more[:, source] = misfit[:, k]
+                gives[k] = gives.get(k, 0.0) + more
+                names = tuple(str(item.edges[k].joint or item.edges[k].beam) for item in group.limbs)
+                out.yielding.append(Yielding("misfits", names, group, number, signs[k], misfit[:, k]))
+    turned = _joint_motions(solution, statics, gives, signs, S)
+    # from base to platform the motions of all edges add up
+    root = np.zeros((6, S, g, N))
+    if limb.on_platform:
+        root += solution.twists[:, :, None]
+    own = {position: k for k, position in enumerate(unit.edge for unit in group.units[0])}
+    motions: dict[int, Array] = {}
+    for k, parent in enumerate(group.parents):
+        inner = motions[parent] if parent >= 0 else root
+        outer = inner
+        if k in beam_of_edge:
+            beam_of_edge[k] = replace(beam_of_edge[k], inner=inner)
+        if k in gives:
+            outer = outer + gives[k]
+        if k in own:
+            for f in np.flatnonzero(group.unit_of == own[k]):
+                outer = outer + geometry.twists[:, None, f] * turned[f]
+        motions[k] = outer
+        for position, item in enumerate(group.limbs):
+            out.motions[item.edges[k].key] = outer[:, :, position]
+    out.beams.extend(beam_of_edge.values())
 
 
 def _mass(model: BeamModel, length: Array) -> Array:
     return np.full_like(length, model.mass) if model.mass_per_length is None else model.mass_per_length * length
 
 
-def _joint_motions(twists: Array, gap: Array, length: float, nullity: int) -> Array:
-    """Return how far freedoms with unit twists (6, k, g, N) move to bridge gaps (6, S, g, N); local freedoms stay."""
-    scale = np.array([1 / length] * 3 + [1.0] * 3).reshape(6, 1, 1, 1)
-    A, left = twists * scale, gap * scale
+def _joint_motions(solution: Solution, statics: LimbStatics, gives: dict[int, Array], signs: NDArray[np.int8], S: int) -> Array:
+    """Return how far all freedoms move (k, S, g, N) so that the limbs stay together; local freedoms stay.
+
+    Along every chord the motions of all edges that carry it sum to that of the platform, or to none in a ring.
+    """
+    group, geometry = statics.group, statics.geometry
+    M, (g, N) = len(group.to_platform), geometry.limb_axes.shape[2:]
+    turned = np.zeros((len(group.passive), S, g, N))
+    passive = np.flatnonzero(group.passive)
+    if not passive.size or not M:
+        return turned
+    gap = np.zeros((M, 6, S, g, N))
+    for chord in np.flatnonzero(group.to_platform):
+        gap[chord] = solution.twists[:, :, None]
+    for k, motion in gives.items():
+        for chord in np.flatnonzero(signs[k]):
+            gap[chord] -= signs[k, chord] * motion
+    scale = np.array([1 / group.robot.length] * 3 + [1.0] * 3).reshape(6, 1, 1, 1)
+    twists = geometry.twists[:, passive] * scale
+    A = (group.freedom_chords[passive].T[:, None, :, None, None] * twists).reshape(6 * M, len(passive), g, N)
+    left = (gap * scale[None]).reshape(6 * M, S, g, N)
     sizes = np.sqrt(np.sum(A * A, axis=0))
+    sizes = np.where(sizes > 0, sizes, 1.0)
     A = A / sizes
-    result = np.zeros((A.shape[1], *gap.shape[1:]))
+    rank = 6 - statics.J_c.shape[1] if group.plan is None else len(group.plan.joints)
+    result = np.zeros((len(passive), S, g, N))
     for _ in range(2):  # the second round removes the error of the normal equations
-        step = least_squares(A, left, nullity)
+        step = least_squares(A, left, len(passive) - rank)
         result += step
         left = left - np.einsum("ij...,js...->is...", A, step)
-    return result / sizes[:, None]
+    turned[passive] = result / sizes[:, None]
+    return turned
 
 
 def _deform_branches(
@@ -213,4 +273,19 @@ def _deform_branches(
             )
             out.beams.append(beams)
             motion = motion + beams.end_twist()[:, :, 0]
+        for spring in springs_of(robot.mechanism, edge.joint) if edge.joint else ():
+            motion = motion + _spring_motion(robot, solution, edge, spring)[:, None] * share[:, 0]
         out.motions[edge.key] = motion
+
+
+def _spring_motion(robot: Robot, solution: Solution, edge: Edge, spring: Spring) -> Array:
+    """Return the motion (6, N), about o, of what a spring of a dead branch carries."""
+    frames, body = solution.frames, np.array([spring.body])
+    axes = frames.orientations(body, spring.frame[:3, :3, None])
+    arm = frames.points(body, spring.frame[:3, 3:]) - solution.o[:, None]
+    carried = robot.weights.sum(edge.outboard, solution.weights) - robot.weights.sum(edge.excluded, solution.weights)
+    local = rotate(axes, move_wrench(carried[:, None], arm), back=True)
+    yielded = np.concatenate(
+        [np.einsum("ij,jkn->ikn", spring.linear, local[:3]), np.einsum("ij,jkn->ikn", spring.angular, local[3:])]
+    )
+    return move_twist(rotate(axes, yielded), -arm)[:, 0]

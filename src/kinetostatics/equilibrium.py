@@ -16,8 +16,10 @@ from kinetostatics.assembly import CHUNK
 from kinetostatics.configuration import Configuration, Status
 from kinetostatics.exceptions import ArgumentError, LimbEquilibriumError, SingularPoseError
 from kinetostatics.kinematics import Frames
-from kinetostatics.limbs import LimbStatics
+from kinetostatics.limbs import LimbGroup, LimbStatics
 from kinetostatics.linalg import Cholesky, cross, normalize
+from kinetostatics.misfits import Misfits, parse_misfits
+from kinetostatics.platform_equilibrium import PlatformEquilibrium
 from kinetostatics.screws import describe_twist
 
 if TYPE_CHECKING:
@@ -28,8 +30,6 @@ Array = NDArray[np.float64]
 
 #: Smallest eigenvalue of the Gram matrix of all unit wrenches (a squared sine) above which the platform counts as held.
 HELD = 1e-12
-#: The same for the stiffness itself, whose entries differ by orders of magnitude: mere rounding.
-SINGULAR = 1e-14
 #: Largest part of a limb's weight that may stay unbalanced on its passive joints.
 UNBALANCED = 1e-7
 
@@ -42,6 +42,7 @@ class Solution:
         frames, o, gravity: the poses (3, N), and the field (3, N).
         weights: (6, W, N) the robot's weights.
         statics: the groups of limbs.
+        misfits: what joints and beams are off by, for each group (6, edges, g, N), or None.
         sources: names of the twist's contributions.
         twists: (6, S, N) contributions to the twist.
         compliance, stiffness: (6, 6, N).
@@ -57,6 +58,7 @@ class Solution:
     gravity: Array
     weights: Array
     statics: tuple[LimbStatics, ...]
+    misfits: tuple[Array | None, ...]
     sources: tuple[str, ...]
     twists: Array
     compliance: Array
@@ -68,8 +70,35 @@ class Solution:
     undetermined: tuple[NDArray[np.bool_], ...]
     unbalanced: Mapping[str, Array]
 
+    def share(self, group: LimbGroup) -> Array:
+        """Return (S, g, 1): 1 for the contribution that the own weight of each limb of a group belongs to.
 
-def solve(robot: Robot, frames: Frames, load: Array, gravity: Array) -> Solution:
+        What hangs on the base alone contributes to nothing: its place is one behind all sources.
+        """
+        hanging_on_base = group.is_hanging and not group.limbs[0].on_platform
+        share = np.zeros((len(self.sources) + hanging_on_base, len(group.limbs), 1))
+        for position, number in enumerate(group.numbers):
+            place = 2 + number
+            if group.is_hanging:
+                place = len(self.sources) if hanging_on_base else 1
+            share[place, position] = 1
+        return share
+
+    def chord_wrenches(self, number: int) -> Array:
+        """Return the chord wrenches (M, 6, S, g, N) of each contribution in a group of limbs."""
+        statics = self.statics[number]
+        share = self.share(statics.group)
+        intensities = self.intensities[number]
+        if share.shape[0] > intensities.shape[1]:
+            intensities = np.concatenate([intensities, np.zeros_like(intensities[:, :1])], axis=1)
+        total = np.einsum("mkign,isgn->mksgn", statics.chords, intensities)
+        total += share * statics.particular[:, :, None]
+        if "misfit" in self.sources:
+            total[:, :, self.sources.index("misfit")] += statics.misfit_chords
+        return total
+
+
+def solve(robot: Robot, frames: Frames, load: Array, gravity: Array, misfits: Misfits | None = None) -> Solution:
     """Solve Eq. (12) for N poses.
 
     Args:
@@ -77,81 +106,68 @@ def solve(robot: Robot, frames: Frames, load: Array, gravity: Array) -> Solution
         frames: of all bodies.
         load: (6, N) external load about o [N, N·m].
         gravity: (3, N) [m/s²].
+        misfits: what joints and beams are off by.
     """
     _, o = robot.solver.platform_pose(frames)
     weights = robot.weights.wrenches(frames, o, gravity)
-    statics = tuple(group.statics(frames, o, weights, gravity) for group in robot.limb_groups)
+    errors = tuple(None if misfits is None else misfits.of(group, frames, o) for group in robot.limb_groups)
+    statics = tuple(
+        group.statics(frames, o, weights, gravity, error) for group, error in zip(robot.limb_groups, errors, strict=True)
+    )
     platform_weight = weights[:, robot.weights.of("platform")].sum(axis=1)
-    limbs = [limb.name for limb in robot.topology.limbs]
-    sources = ("load", "platform_weight", *limbs)
+    sources = ("load", "platform_weight", *(limb.name for limb in robot.topology.limbs))
+    if misfits is not None:
+        sources += ("misfit",)
     N = o.shape[1]
     right = np.zeros((6, len(sources), N))
     right[:, 0], right[:, 1] = load, platform_weight
+    strains = []
     for item in statics:
-        right[:, [2 + k for k in item.group.numbers]] -= item.R_g
-    applied = np.array(right)
-    K = np.zeros((6, 6, N))
-    factors: list[Cholesky | None] = []
-    for item in statics:
-        if item.group.is_rigid or item.J_c.shape[1] == 0:
-            factors.append(None)
-            continue
-        factor = Cholesky(item.C)
-        factors.append(factor)
-        half = factor.forward(np.swapaxes(item.J_c, 0, 1))
-        K += np.einsum("kign,kjgn->ijn", half, half)
-        names = [2 + k for k in item.group.numbers]
-        right[:, names] += np.einsum("kign,kgn->ign", half, factor.forward(item.sag[:, None])[:, 0])
-    scale = np.array([1.0] * 3 + [1 / robot.length] * 3)
-    rigid = [item for item in statics if item.group.is_rigid and item.J_c.shape[1]]
-    if rigid:
-        J_r = np.concatenate([item.J_c.reshape(6, -1, N) for item in rigid], axis=1)
-        compliance, twists, multipliers, status, free = _solve_rigid(K, J_r, right, scale)
-    else:
-        compliance, twists, status = _solve_elastic(K, right, scale)
-        multipliers, free = np.zeros((0, len(sources), N)), np.zeros((0, N), dtype=bool)
-    intensities, undetermined = [], []
-    at = 0
-    for item, cholesky in zip(statics, factors, strict=True):
-        n, g = item.J_c.shape[1:3]
-        unknown = np.zeros((n, g, N), dtype=bool)
-        if cholesky is None:
-            mine = multipliers[at : at + n * g].reshape(n, g, len(sources), N)
-            intensities.append(np.moveaxis(mine, 1, 2))
-            unknown = free[at : at + n * g].reshape(n, g, N)
-            at += n * g
-        else:
-            strain = np.einsum("kign,ksn->isgn", item.J_c, twists)
+        strain = np.zeros((item.J_c.shape[1], len(sources), *item.J_c.shape[2:]))
+        if not item.group.is_hanging:
             for position, number in enumerate(item.group.numbers):
-                strain[:, 2 + number, position] -= item.sag[:, position]
-            intensities.append(cholesky.solve(strain))
-        undetermined.append(unknown)
+                right[:, 2 + number] -= item.R_g[:, position]
+                strain[:, 2 + number, position] = item.sag[:, position]
+        if misfits is not None:
+            strain[:, -1] = item.misfit
+        strains.append(strain)
+    balance = PlatformEquilibrium(robot, statics)
+    twists, intensities = balance.solve(right, strains)
+    status = balance.status
+    for item in statics:
         degenerate = np.any(item.degenerate, axis=0)
         status = np.where((status == Status.OK) & degenerate, Status.BASIS_DEGENERATE, status).astype(np.int8)
-    status = np.where(_hold(statics, scale) > HELD, status, Status.SINGULAR).astype(np.int8)
-    if not rigid:
-        _refine(statics, factors, applied, compliance, twists, intensities)
+    status = np.where(_hold(statics, balance.scale) > HELD, status, Status.SINGULAR).astype(np.int8)
     unbalanced = _unbalanced(robot, frames, o, weights, statics)
     for part in unbalanced.values():
         status = np.where(part > UNBALANCED, Status.SINGULAR, status).astype(np.int8)
-    stiffness = np.full_like(compliance, np.nan) if rigid else K
     return Solution(
         frames,
         o,
         gravity,
         weights,
         statics,
+        errors,
         sources,
         twists,
-        compliance,
-        stiffness,
+        balance.compliance,
+        balance.stiffness,
         tuple(intensities),
         load,
         platform_weight,
         status,
-        tuple(undetermined),
+        tuple(balance.undetermined),
         unbalanced,
     )
+
+
+def unit_chords(robot: Robot, solution: Solution) -> list[Array]:
+    """Return for each group the chord wrenches (M, 6, 6, g, N) under unit loads at o, world axes."""
+    N = solution.o.shape[1]
+    balance = PlatformEquilibrium(robot, solution.statics)
+    none = [np.zeros((item.J_c.shape[1], 6, *item.J_c.shape[2:])) for item in solution.statics]
+    _, intensities = balance.solve(np.broadcast_to(np.eye(6)[:, :, None], (6, 6, N)), none)
+    return [np.einsum("mkign,isgn->mksgn", item.chords, W) for item, W in zip(solution.statics, intensities, strict=True)]
 
 
 def _hold(statics: tuple[LimbStatics, ...], scale: Array) -> Array:
@@ -163,83 +179,6 @@ def _hold(statics: tuple[LimbStatics, ...], scale: Array) -> Array:
     return Cholesky(gram).smallest_eigenvalue()
 
 
-def _refine(
-    statics: tuple[LimbStatics, ...],
-    factors: list[Cholesky | None],
-    applied: Array,
-    compliance: Array,
-    twists: Array,
-    intensities: list[Array],
-) -> None:
-    """Let the platform move, in place, by what rounding has left unbalanced of Eq. (5).
-
-    ``applied`` (6, S, N) is that equation's left side.
-    """
-    left = applied
-    for item, W in zip(statics, intensities, strict=True):
-        left = left - np.einsum("kign,isgn->ksn", item.J_c, W)
-    step = np.einsum("ijn,jsn->isn", compliance, left)
-    twists += step
-    for item, W, factor in zip(statics, intensities, factors, strict=True):
-        if factor is not None:
-            W += factor.solve(np.einsum("kign,ksn->isgn", item.J_c, step))
-
-
-def _solve_elastic(K: Array, right: Array, scale: Array) -> tuple[Array, Array, NDArray[np.int8]]:
-    """Return compliance (6, 6, N), contributions (6, S, N) and status of K Δ = right."""
-    S = scale[:, None, None]
-    factor = Cholesky(K * S * scale[None, :, None])
-    N = K.shape[2]
-    unit = np.broadcast_to(np.eye(6)[:, :, None], (6, 6, N))
-    solved = factor.solve(np.concatenate([unit, right * S], axis=1))
-    compliance = solved[:, :6] * S * scale[None, :, None]
-    status = np.where(factor.smallest_pivot > SINGULAR, Status.OK, Status.SINGULAR).astype(np.int8)
-    return (compliance + np.swapaxes(compliance, 0, 1)) / 2, solved[:, 6:] * S, status
-
-
-def _solve_rigid(
-    K: Array, J: Array, right: Array, scale: Array
-) -> tuple[Array, Array, Array, NDArray[np.int8], NDArray[np.bool_]]:
-    """Solve the saddle form [K J; Jᵀ 0]: rigid limbs leave the platform only the motions reciprocal to all their wrenches.
-
-    Returns:
-        Compliance, contributions, intensities of the rigid limbs (n, S, N), status, and which intensities (n, N) are
-        not determined because the rigid limbs overconstrain one another.
-    """
-    S, N = right.shape[1:]
-    n = J.shape[1]
-    compliance, twists = np.zeros((6, 6, N)), np.zeros((6, S, N))
-    multipliers, free = np.zeros((n, S, N)), np.zeros((n, N), dtype=bool)
-    status = np.zeros(N, dtype=np.int8)
-    for p in range(N):
-        wrenches = J[:, :, p] * scale[:, None]
-        stiffness, force = K[:, :, p] * np.outer(scale, scale), right[:, :, p] * scale[:, None]
-        if not np.all(np.isfinite(wrenches)):
-            status[p] = Status.SINGULAR
-            continue
-        U, values, V = np.linalg.svd(wrenches, full_matrices=True)
-        rank = int(np.sum(values > 1e-9 * values[0]))
-        motions = U[:, rank:]
-        reduced = motions.T @ stiffness @ motions
-        if rank < 6:
-            softest = np.linalg.eigvalsh(reduced)[0] if np.all(np.isfinite(reduced)) else -np.inf
-            if not softest > 100 * SINGULAR * float(np.diag(stiffness).max()):
-                status[p] = Status.SINGULAR
-                continue
-            inverse = motions @ np.linalg.solve(reduced, motions.T)
-        else:
-            inverse = np.zeros((6, 6))
-        compliance[:, :, p] = inverse * np.outer(scale, scale)
-        moved = inverse @ force
-        twists[:, :, p] = moved * scale[:, None]
-        rest = force - stiffness @ moved
-        multipliers[:, :, p] = V[:rank].T @ ((U[:, :rank].T @ rest) / values[:rank, None])
-        free[:, p] = np.linalg.norm(V[rank:], axis=0) > 1e-9
-        if np.any(free[:, p]):
-            status[p] = Status.INDETERMINATE
-    return compliance, twists, multipliers, status, free
-
-
 def _unbalanced(robot: Robot, frames: Frames, o: Array, weights: Array, statics: Iterable[LimbStatics]) -> dict[str, Array]:
     """Return, by limb and dead weight, the part of its weight that its passive joints cannot carry."""
     result: dict[str, Array] = {}
@@ -248,7 +187,7 @@ def _unbalanced(robot: Robot, frames: Frames, o: Array, weights: Array, statics:
             own = weights[:3, robot.weights.of(limb.name)]
             total = np.sqrt(np.sum(own**2, axis=0)).sum(axis=0)
             left = np.max(np.abs(item.unbalanced[:, position]), axis=0, initial=0.0)
-            result[limb.name] = left / np.where(total > 0, total, 1.0)
+            result[limb.name] = np.maximum(result.get(limb.name, 0.0), left / np.where(total > 0, total, 1.0))
     for branch in robot.branches:
         carried = np.einsum("w,iwn->in", branch.outboard, weights)
         total = np.sqrt(np.sum((weights[:3] * branch.outboard[:, None]) ** 2, axis=0)).sum(axis=0)
@@ -265,6 +204,7 @@ def analyze(
     *,
     point: ArrayLike | None = None,
     frame: str = "world",
+    misfits: Mapping[str, Any] | None = None,
     on_failure: str | None = None,
 ) -> Result:
     """Compute sag, stiffness and forces at one pose or a batch of poses.
@@ -276,6 +216,10 @@ def analyze(
         point: (…, 3) where the force acts [m]; default o. In the axes and from the origin of ``frame``.
         frame: "world": ``load`` is in world axes and ``point`` a point of the world; "platform": both in the platform's axes,
             ``point`` from o.
+        misfits: what joints and beams are off by when nothing is loaded, by name; see :mod:`kinetostatics.misfits`. A joint's
+            is a twist (…, 6) [m, rad]: by how much its platform side is displaced relative to its base side, at the joint's
+            centre, world axes; or ``{"twist": …, "frame": "joint"}``, in the joint's own frame. A beam's is
+            ``{"length": …, "temperature": …}``: too long by [m], warmer by [K]. Their effect is the contribution "misfit".
         on_failure: "raise" or "nan"; default: raise for one pose, NaN and a status for a batch.
 
     Returns:
@@ -296,7 +240,9 @@ def analyze(
         raise ArgumentError(f"on_failure is {on_failure!r}; it must be 'raise' or 'nan'")
     wrench, field = _vector("load", load, 6), _vector("gravity", gravity, 3)
     arm = None if point is None else _vector("point", point, 3)
-    arrays = [wrench, field] + ([arm] if arm is not None else [])
+    robot = configuration.robot
+    errors = None if misfits is None else parse_misfits(robot, misfits)
+    arrays = [wrench, field] + ([arm] if arm is not None else []) + ([] if errors is None else errors.arrays())
     try:
         shape = np.broadcast_shapes(configuration.shape, *(array.shape[:-1] for array in arrays))
     except ValueError:
@@ -317,13 +263,14 @@ def analyze(
     frames = configuration.frames
     loads, fields, arms = flat(wrench), flat(field), None if arm is None else flat(arm)
     solutions = []
-    robot = configuration.robot
+    spread = None if errors is None else errors.map(flat)
     for first in range(0, max(N, 1), CHUNK):  # one chunk even of an empty batch
         part = slice(first, min(first + CHUNK, N))
         mine = part if isinstance(which, slice) else which[part]
         chunk = Frames(frames.rotation[..., mine], frames.position[..., mine])
         at_o = _load_at_o(robot, chunk, loads[:, part], None if arms is None else arms[:, part], frame)
-        solutions.append(solve(robot, chunk, at_o, fields[:, part]))
+        mine_off = None if spread is None else spread.map(lambda array: array[:, part])  # noqa: B023
+        solutions.append(solve(robot, chunk, at_o, fields[:, part], mine_off))
     reached = configuration.reached[which]
     result = Result(configuration, shape, which, tuple(solutions), reached)
     if raising:

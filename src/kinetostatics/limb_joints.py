@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from kinetostatics.kinematics import Frames
 from kinetostatics.mechanism import ROTATING, Connection, Mechanism, meeting_points
 from kinetostatics.screws import rotation_twist, translation_twist
+from kinetostatics.springs import is_sprung
 from kinetostatics.topology import Edge, Limb
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ Array = NDArray[np.float64]
 class Freedom:
     """One freedom of a joint: a rotation about, or a translation along, an axis fixed in a body.
 
-    ``centre`` is a point (3,) of ``centre_body`` on the axis.
+    ``centre`` is a point (3,) of ``centre_body`` on the axis. ``passive``: it is neither driven nor held by a spring.
     """
 
     rotates: bool
@@ -35,6 +36,7 @@ class Freedom:
     centre: Array
     sign: int
     label: str
+    passive: bool = True
 
 
 @dataclass(frozen=True)
@@ -45,9 +47,9 @@ class Unit:
         kind: URDF or loop type, ``universal`` or ``spherical`` for runs.
         label: name for people.
         joints: names of its joints.
-        passive: whether its freedoms are free (neither driven nor fixed).
+        passive: whether at least one of its freedoms is free (neither driven nor held by a spring).
         freedoms: its freedoms, base to platform.
-        edge: position of its last joint in the limb's path.
+        edge: position of its last joint among the limb's edges.
     """
 
     kind: str
@@ -59,7 +61,7 @@ class Unit:
 
 
 def limb_units(mechanism: Mechanism, limb: Limb) -> tuple[Unit, ...]:
-    """Return the joints of a limb's path, base to platform, with runs of revolutes joined (fixed joints are left out)."""
+    """Return the joints of a limb, inboard ones first, with runs of revolutes joined (fixed joints are left out)."""
     steps: list[tuple[int, Edge, Connection]] = []
     units: list[Unit] = []
 
@@ -72,27 +74,40 @@ def limb_units(mechanism: Mechanism, limb: Limb) -> tuple[Unit, ...]:
                     del steps[:count]
                     break
 
-    for position, edge in enumerate(limb.path):
+    stiffness = mechanism.description.joint_stiffness
+    for position, edge in enumerate(limb.edges):
         connection = mechanism.connections[edge.joint] if edge.joint else None
-        if connection is not None and connection.kind in ROTATING and not connection.driven:
+        elastic = connection is not None and connection.name in stiffness
+        if connection is not None and connection.kind in ROTATING and not connection.driven and not elastic:
             steps.append((position, edge, connection))
-        elif connection is None or connection.kind != "fixed":
+        elif connection is None or connection.kind != "fixed" or elastic:
             flush()
-            if connection is not None:
-                units.append(
-                    Unit(
-                        connection.kind,
-                        connection.name,
-                        (connection.name,),
-                        not connection.driven,
-                        _freedoms(connection, edge.sign),
-                        position,
-                    )
-                )
-        if limb.weight_between[position]:
+            if connection is not None and connection.kind != "fixed":
+                freedoms = freedoms_of(mechanism, connection, edge.sign)
+                passive = any(freedom.passive for freedom in freedoms)
+                units.append(Unit(connection.kind, connection.name, (connection.name,), passive, freedoms, position))
+        if limb.ends[position]:
             flush()
     flush()
     return tuple(units)
+
+
+def freedoms_of(mechanism: Mechanism, connection: Connection, sign: int) -> tuple[Freedom, ...]:
+    """Return the freedoms of one joint or loop, base to platform; driven and sprung ones are not passive."""
+    stiffness = mechanism.description.joint_stiffness.get(connection.name)
+    return tuple(
+        replace(freedom, passive=not connection.driven and not is_sprung(stiffness, freedom.rotates, axis))
+        for freedom, axis in zip(_freedoms(connection, sign), _axes_in_joint(connection, sign), strict=True)
+    )
+
+
+def _axes_in_joint(connection: Connection, sign: int) -> list[Array | None]:
+    """Return the freedoms' axes in the joint's frame on the predecessor's side; None for one that moves in it."""
+    back = connection.predecessor_frame[:3, :3].T
+    return [
+        None if freedom.rotates and connection.kind == "universal" and "second" in freedom.label else back @ freedom.axis
+        for freedom in _freedoms(connection, sign)
+    ]
 
 
 def sides(edge: Edge, connection: Connection) -> tuple[tuple[int, Array], tuple[int, Array]]:
@@ -163,6 +178,8 @@ def _freedoms(connection: Connection, sign: int) -> tuple[Freedom, ...]:
     def translation(direction: Array) -> Freedom:
         return Freedom(False, here, direction, there, other[:3, 3], sign, name)
 
+    if kind == "fixed":
+        return ()
     if kind in ROTATING:
         found = [rotation(here, axis)]
     elif kind == "prismatic":
@@ -200,7 +217,7 @@ class Branch:
         connection = robot.mechanism.connections[str(edge.joint)]
         self.owner, self.joint = owner, connection.name
         self.outboard = np.array([(name in edge.outboard) - (name in edge.excluded) for name in robot.weights.names], dtype=float)
-        self._freedoms = _freedoms(connection, edge.sign)
+        self._freedoms = [f for f in freedoms_of(robot.mechanism, connection, edge.sign) if f.passive]
         self.scale = np.array([robot.length if f.rotates else 1.0 for f in self._freedoms])
 
     def twists(self, frames: Frames, o: Array) -> Array:
@@ -210,21 +227,21 @@ class Branch:
             axis = frames.directions(np.array([f.body]), f.axis[:, None])[:, 0] * f.sign
             arm = frames.points(np.array([f.centre_body]), f.centre[:, None])[:, 0] - o
             columns.append(rotation_twist(axis, arm) if f.rotates else translation_twist(axis))
-        return np.stack(columns, axis=1)
+        return np.stack(columns, axis=1) if columns else np.zeros((6, 0, o.shape[1]))
 
 
 def dead_joints(robot: Robot) -> tuple[Branch, ...]:
     """Return the passive joints of all dead branches."""
     topology = robot.topology
-    parts = [(limb.name, limb.branches) for limb in topology.limbs]
+    parts = [(limb.name, limb.branches) for limb in robot.all_limbs]
     parts += [("base", topology.base.edges), ("platform", topology.platform.edges)]
     found = []
     for owner, edges in parts:
         for edge in edges:
             if edge.joint is not None:
-                connection = robot.mechanism.connections[edge.joint]
-                if connection.kind != "fixed" and not connection.driven:
-                    found.append(Branch(robot, owner, edge))
+                branch = Branch(robot, owner, edge)
+                if branch.scale.size:
+                    found.append(branch)
     return tuple(found)
 
 
@@ -232,27 +249,38 @@ class JointTable:
     """All joints through which something is held, for their wrenches.
 
     Attributes:
-        names: of the joints, fixed ones too: those of the limbs' paths and branches, and of dead weights.
-        signs: for each name 1 if the predecessor is on the inboard side, else −1.
-        limb: (J,) number of the limb on whose path it lies; of others the number of limbs.
+        names: of the joints, fixed ones too: those of the limbs, of their branches, and of dead weights.
+        signs: for each name 1 if the predecessor is on the side whose wrench on the other is reported, else −1.
+        chords: (J, Q) signs of the chord wrenches of all limbs in turn in what the joint's outboard side puts on the inboard one.
         outboard: (J, W) which weights it carries.
-        centre_body, centre: body (J,) and point (3, J) of its centre; of a sliding joint that on the outboard side.
+        reported: (J,) −1 where the inboard side's wrench on the outboard side is reported, 1 where it is the other way round.
+        centre_body, centre: body (J,) and point (3, J) of its centre; of a sliding joint that on the loaded side.
     """
 
     def __init__(self, robot: Robot) -> None:
         topology = robot.topology
-        none = len(topology.limbs)
-        entries = [(edge, k) for k, limb in enumerate(topology.limbs) for edge in limb.path]
-        entries += [(edge, none) for limb in topology.limbs for edge in limb.branches]
-        entries += [(edge, none) for edge in (*topology.base.edges, *topology.platform.edges)]
+        entries: list[tuple[Edge, int]] = []
+        first = 0
+        for limb in robot.all_limbs:
+            entries += [(edge, first) for edge in limb.edges] + [(edge, first) for edge in limb.branches]
+            first += len(limb.to_platform)
+        entries += [(edge, 0) for edge in (*topology.base.edges, *topology.platform.edges)]
         entries = [(edge, k) for edge, k in entries if edge.joint is not None]
         self.names = [str(edge.joint) for edge, _ in entries]
-        self.signs = {str(edge.joint): edge.sign for edge, _ in entries}
-        self.limb = np.array([k for _, k in entries], dtype=np.intp)
+        self.chords = np.zeros((len(entries), first))
+        for row, (edge, k) in enumerate(entries):
+            for chord, sign in edge.chords:
+                self.chords[row, k + chord] = sign
         weights = robot.weights.names
         self.outboard = np.array(
             [[(name in edge.outboard) - (name in edge.excluded) for name in weights] for edge, _ in entries], dtype=float
         ).reshape(len(entries), len(weights))
-        outer = [sides(edge, robot.mechanism.connections[str(edge.joint)])[1] for edge, _ in entries]
+        turned = [edge.both_ways and edge.sign < 0 for edge, _ in entries]
+        self.signs = {str(edge.joint): edge.sign * (-1 if back else 1) for (edge, _), back in zip(entries, turned, strict=True)}
+        self.reported = np.where(turned, 1.0, -1.0)
+        outer = [
+            sides(edge, robot.mechanism.connections[str(edge.joint)])[0 if back else 1]
+            for (edge, _), back in zip(entries, turned, strict=True)
+        ]
         self.centre_body = np.array([body for body, _ in outer], dtype=np.intp)
         self.centre = np.array([frame[:3, 3] for _, frame in outer]).reshape(-1, 3).T

@@ -1,5 +1,7 @@
 """One limb at many poses: constraint wrenches J_ic, attached wrenches J_ig W_ig, compliance C_ic and sag Δ_igc.
 
+All limbs are solved alike: what every edge carries is a sum of chord wrenches (:mod:`kinetostatics.topology`) and weights.
+
 Limbs that are built alike are stacked along an axis of their own: arrays are ``(component, column, limb, pose)``.
 """
 
@@ -13,10 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics import beams as beam_formulas
+from kinetostatics import force_method
 from kinetostatics.kinematics import Frames
 from kinetostatics.limb_joints import limb_units, sides
-from kinetostatics.linalg import Cholesky, cross, dot, normalize
+from kinetostatics.linalg import Cholesky, cross, dot, least_squares, normalize
 from kinetostatics.screws import move_wrench
+from kinetostatics.springs import springs_of
 from kinetostatics.topology import Edge, Limb
 from kinetostatics.wrench_bases import Basis, choose_basis, evaluate_bases
 
@@ -24,7 +28,9 @@ if TYPE_CHECKING:
     from kinetostatics.robot import Robot
 
 Array = NDArray[np.float64]
-Index = NDArray[np.intp]
+
+#: Compliance, relative to that of its own direction alone, below which a self-stress counts as rigid.
+RIGID = 1e-12
 
 
 @dataclass(frozen=True)
@@ -38,6 +44,34 @@ class LimbGeometry:
     beam_axes: Array  # (3, 3, beams, g, N)
     beam_lengths: Array  # (beams, g, N)
     beam_ends: Array  # (3, beams, g, N)
+    spring_axes: Array  # (3, 3, springs, g, N)
+    spring_arms: Array  # (3, springs, g, N)
+
+
+class _Members:
+    """Bodies and local vectors of the k-th member of g limbs, as the frames want them: member by member, limb by limb."""
+
+    def __init__(self, bodies: list[list[int]], vectors: list[list[Array]], shape: tuple[int, ...] = (3,)) -> None:
+        g, k = len(bodies), len(bodies[0])
+        self.count, self.limbs = k, g
+        self.bodies = np.array(bodies, dtype=np.intp).reshape(g, k).T.ravel()
+        stacked = np.array(vectors, dtype=float).reshape(g, k, *shape)
+        self.vectors = np.moveaxis(stacked, (0, 1), (-1, -2)).reshape(*shape, k * g)
+
+    def points(self, frames: Frames) -> Array:
+        """Return world positions (3, k, g, N)."""
+        return self._shaped(frames.points(self.bodies, self.vectors))
+
+    def directions(self, frames: Frames) -> Array:
+        """Return world directions (3, k, g, N)."""
+        return self._shaped(frames.directions(self.bodies, self.vectors))
+
+    def orientations(self, frames: Frames) -> Array:
+        """Return world orientations (3, 3, k, g, N)."""
+        return self._shaped(frames.orientations(self.bodies, self.vectors))
+
+    def _shaped(self, array: Array) -> Array:
+        return array.reshape(*array.shape[:-2], self.count, self.limbs, array.shape[-1])
 
 
 class LimbGroup:
@@ -47,63 +81,68 @@ class LimbGroup:
         limbs: the limbs.
         numbers: their positions among the robot's limbs.
         units: of every limb, its joints.
-        beams: of every limb, the beams on its path, base to platform.
+        beams, springs: of every limb, the beams and springs on its edges, inboard ones first.
+        plan: how the chord wrenches of a limb that is not serial are found.
+        rigid_directions: along how many combinations of its constraint wrenches the limb is rigid.
         basis: the readable wrenches, alike for all but for their labels.
         labels, attached_labels: names of the columns of J_ic and J_ig, for each limb.
         passive: which freedoms are passive.
         platform_joint: which freedoms belong to the platform joint.
-        freedoms_before_beam: for each beam on the path, how many freedoms lie on its base side.
+        freedom_chords, beam_chords, spring_chords: (…, M) signs of the chord wrenches that each of them carries.
+        to_platform: (M,) which chords end at the platform.
     """
 
-    def __init__(self, robot: Robot, numbers: Sequence[int], bases: Sequence[Basis] = ()) -> None:
+    def __init__(
+        self, robot: Robot, numbers: Sequence[int], bases: Sequence[Basis] = (), plan: force_method.Plan | None = None
+    ) -> None:
         self.robot = robot
         self.numbers = tuple(numbers)
-        self.limbs = [robot.topology.limbs[k] for k in numbers]
+        self.limbs = [robot.all_limbs[k] for k in numbers]
         self.units = [limb_units(robot.mechanism, limb) for limb in self.limbs]
-        self.beams = [[robot.beams[edge.beam] for edge in limb.path if edge.beam] for limb in self.limbs]
+        self.beams = [[robot.beams[edge.beam] for edge in limb.edges if edge.beam] for limb in self.limbs]
+        sprung = [
+            [(edge, spring) for edge in limb.edges if edge.joint for spring in springs_of(robot.mechanism, edge.joint)]
+            for limb in self.limbs
+        ]
+        self.springs = [[spring for _, spring in row] for row in sprung]
+        self.plan = plan
+        self.rigid_directions = 0
         first = self.units[0]
-        tables = [[freedom for unit in units for freedom in unit.freedoms] for units in self.units]
-        self.freedoms = tables
-        self.passive = np.array([unit.passive for unit in first for _ in unit.freedoms], dtype=bool)
+        self.freedoms = tables = [[freedom for unit in units for freedom in unit.freedoms] for units in self.units]
+        self.passive = np.array([freedom.passive for freedom in tables[0]], dtype=bool)
         self.rotates = np.array([freedom.rotates for freedom in tables[0]], dtype=bool)
         self.unit_of = np.array([k for k, unit in enumerate(first) for _ in unit.freedoms], dtype=np.intp)
-        g, k = len(tables), len(tables[0])
-        self._axis_body = np.array([[f.body for f in table] for table in tables], dtype=np.intp).reshape(g, k).T.ravel()
-        self._axis = np.array([[f.axis for f in table] for table in tables]).reshape(g, k, 3).transpose(2, 1, 0).reshape(3, -1)
-        self._centre_body = np.array([[f.centre_body for f in table] for table in tables], dtype=np.intp).reshape(g, k).T.ravel()
-        self._centre = (
-            np.array([[f.centre for f in table] for table in tables]).reshape(g, k, 3).transpose(2, 1, 0).reshape(3, -1)
-        )
-        self._sign = np.array([[f.sign for f in table] for table in tables], dtype=float).reshape(g, k).T[None, :, :, None]
-        self._rest_point = [self._outer_point(limb) for limb in self.limbs]
-        b = len(self.beams[0])
+        self._axes = _Members([[f.body for f in row] for row in tables], [[f.axis for f in row] for row in tables])
+        self._centres = _Members([[f.centre_body for f in row] for row in tables], [[f.centre for f in row] for row in tables])
+        self._sign = np.array([[f.sign for f in row] for row in tables], dtype=float).reshape(len(tables), -1).T[..., None]
+        self._outer_points = _Members(*_transposed([[self._outer_point(limb)] for limb in self.limbs]))
         spans = [[beam.span for beam in beams] for beams in self.beams]
-        self._beam_body = {
-            what: np.array([[getattr(s, what) for s in row] for row in spans], dtype=np.intp).reshape(g, b).T.ravel()
-            for what in ("start_body", "end_body", "carrier")
-        }
-        self._beam_start = np.array([[s.start for s in row] for row in spans]).reshape(g, b, 3).transpose(2, 1, 0).reshape(3, -1)
-        self._beam_end = np.array([[s.end for s in row] for row in spans]).reshape(g, b, 3).transpose(2, 1, 0).reshape(3, -1)
-        self._beam_axes = (
-            np.array([[m.axes for m in row] for row in self.beams]).reshape(g, b, 3, 3).transpose(2, 3, 1, 0).reshape(3, 3, -1)
+        self._beam_starts = _Members([[s.start_body for s in row] for row in spans], [[s.start for s in row] for row in spans])
+        self._beam_ends = _Members([[s.end_body for s in row] for row in spans], [[s.end for s in row] for row in spans])
+        self._beam_axes = _Members(
+            [[s.carrier for s in row] for row in spans], [[m.axes for m in row] for row in self.beams], (3, 3)
         )
-        self.compliances = (
-            np.array([[m.compliances for m in row] for row in self.beams]).reshape(g, b, 6).transpose(2, 1, 0)[..., None]
-        )
-        self.freedoms_before_beam = tuple(
-            sum(len(unit.freedoms) for unit in first if unit.edge < position)
-            for position, edge in enumerate(self.limbs[0].path)
-            if edge.beam
-        )
+        bodies = [[spring.body for spring in row] for row in self.springs]
+        self._spring_axes = _Members(bodies, [[spring.frame[:3, :3] for spring in row] for row in self.springs], (3, 3))
+        self._spring_points = _Members(bodies, [[spring.frame[:3, 3] for spring in row] for row in self.springs])
+        self.compliances = _members_last([[m.compliances for m in row] for row in self.beams], (6,))
+        self.spring_linear = _members_last([[spring.linear for spring in row] for row in self.springs], (3, 3))
+        self.spring_angular = _members_last([[spring.angular for spring in row] for row in self.springs], (3, 3))
+        limb = self.limbs[0]
+        self.to_platform = np.array(limb.to_platform, dtype=bool)
+        self.freedom_chords = self._chords([limb.edges[unit.edge] for unit in first for _ in unit.freedoms])
+        self.beam_chords = self._chords([edge for edge in limb.edges if edge.beam])
+        self.spring_chords = self._chords([edge for edge, _ in sprung[0]])
         self.platform_joint = self._platform_joint()
         self._y_choice = self._choose_y()
         self._outboard_of_freedom = self._outboard(
             [
-                [limb.path[unit.edge] for unit in units for _ in unit.freedoms]
+                [limb.edges[unit.edge] for unit in units for _ in unit.freedoms]
                 for limb, units in zip(self.limbs, self.units, strict=True)
             ]
         )
-        self._outboard_of_beam = self._outboard([[edge for edge in limb.path if edge.beam] for limb in self.limbs])
+        self._outboard_of_beam = self._outboard([[edge for edge in limb.edges if edge.beam] for limb in self.limbs])
+        self._outboard_of_spring = self._outboard([[edge for edge, _ in row] for row in sprung])
         if bases:
             self.basis = bases[0]
             self.labels = [tuple(c.label for c in basis.constraint) for basis in bases]
@@ -111,18 +150,54 @@ class LimbGroup:
 
     @property
     def is_rigid(self) -> bool:
-        """Whether no beam lies on the way from base to platform."""
-        return not self.beams[0]
+        """Whether nothing in it is elastic."""
+        return not self.beams[0] and not self.springs[0]
+
+    @property
+    def is_serial(self) -> bool:
+        """Whether the limb is a single way from base to platform."""
+        return self.limbs[0].is_serial
+
+    @property
+    def is_hanging(self) -> bool:
+        """Whether these are closed chains that hang on base or platform alone."""
+        return not np.any(self.to_platform)
 
     @property
     def signature(self) -> tuple[object, ...]:
         """What limbs must have in common to be stacked."""
         return (
-            tuple((unit.kind, unit.passive, tuple(f.rotates for f in unit.freedoms)) for unit in self.units[0]),
-            self.freedoms_before_beam,
+            tuple(
+                (
+                    unit.kind,
+                    tuple((f.rotates, f.passive) for f in unit.freedoms),
+                    unit.edge,
+                    self.limbs[0].edges[unit.edge].chords,
+                )
+                for unit in self.units[0]
+            ),
+            tuple((position, edge.chords) for position, edge in enumerate(self.limbs[0].edges) if edge.beam),
+            tuple(map(tuple, self.spring_chords.tolist())),
+            tuple(self.parents),
             tuple(self.platform_joint.tolist()),
+            self.limbs[0].to_platform,
+            self.limbs[0].on_platform,
             self._y_choice,
         )
+
+    @property
+    def parents(self) -> list[int]:
+        """For each edge the position of the one on its inboard side, −1 for the base."""
+        position = {edge.key: k for k, edge in enumerate(self.limbs[0].edges)}
+        return [position[edge.parent] if edge.parent is not None else -1 for edge in self.limbs[0].edges]
+
+    def _chords(self, edges: list[Edge]) -> NDArray[np.int8]:
+        """Return the signs (edges, M) of the chord wrenches that edges carry."""
+        table = np.zeros((len(edges), len(self.to_platform)), dtype=np.int8)
+        for row, edge in enumerate(edges):
+            for chord, sign in edge.chords:
+                table[row, chord] = sign
+        return table
 
     def _outboard(self, edges: list[list[Edge]]) -> Array:
         """Return the table (limbs, edges, weights) of what is outboard of given edges."""
@@ -131,24 +206,33 @@ class LimbGroup:
         return np.array(table, dtype=float).reshape(len(edges), len(edges[0]), len(names))
 
     def _platform_joint(self) -> NDArray[np.bool_]:
-        """Mark the freedoms of the outermost run of passive joints with neither beam nor weight between them."""
+        """Mark the freedoms of the outermost run of passive joints with neither beam nor weight between them.
+
+        Where several joints lead to the platform none is the platform joint.
+        """
         limb = self.limbs[0]
         inside = np.zeros(len(self.passive), dtype=bool)
-        for position in range(len(limb.path) - 1, -1, -1):
-            edge = limb.path[position]
-            if edge.beam or (limb.weight_between[position] and position < len(limb.path) - 1):
+        if np.sum(self.to_platform) != 1:
+            return inside
+        last = ((int(np.flatnonzero(self.to_platform)[0]), 1),)
+        position = max(k for k, edge in enumerate(limb.edges) if edge.chords == last)
+        outermost = position
+        while position >= 0:
+            edge = limb.edges[position]
+            if edge.beam or (limb.ends[position] and position < outermost):
                 break
             connection = self.robot.mechanism.connections[str(edge.joint)]
-            if connection.driven:
+            if connection.driven or connection.name in self.robot.description.joint_stiffness:
                 break
             for k, unit in enumerate(self.units[0]):
                 if connection.name in unit.joints:
                     inside |= self.unit_of == k
+            position -= 1
         return inside
 
     def _outer_point(self, limb: Limb) -> tuple[int, Array]:
         """Return body and point of the limb's outer end: its last joint's or beam's."""
-        edge = limb.path[-1]
+        edge = limb.edges[-1]
         if edge.beam:
             span = self.robot.beams[edge.beam].span
             return span.end_body, span.end
@@ -160,24 +244,21 @@ class LimbGroup:
         """Choose what the limb's y axis follows: a passive revolute, else a universal's axis, else a world axis."""
         frames = self.robot.zero_frames
         z = self._limb_z(frames)[:, 0, 0]
-        axes = frames.directions(self._axis_body, self._axis)[:, :: len(self.limbs), 0]
+        axes = self._axes.directions(frames)[:, :, 0, 0]
         for kinds in (("revolute", "continuous", "cylindrical"), ("universal",)):
             for k, unit in enumerate(self.units[0]):
                 for f in np.flatnonzero(self.unit_of == k):
-                    if unit.kind in kinds and unit.passive and self.rotates[f] and abs(float(axes[:, f] @ z)) < 0.999:
+                    if unit.kind in kinds and self.passive[f] and self.rotates[f] and abs(float(axes[:, f] @ z)) < 0.999:
                         return "axis", int(f)
         return "world", int(np.argmin(np.abs(z)))
 
     def _limb_z(self, frames: Frames) -> Array:
         """Return the limbs' z axes (3, g, N)."""
-        g = len(self.limbs)
         if self.beams[0]:
-            return frames.directions(self._beam_body["carrier"], self._beam_axes[:, 0])[:, -g:]
-        k = len(self.passive)
-        outer = frames.points(np.array([b for b, _ in self._rest_point]), np.array([p for _, p in self._rest_point]).T)
-        if k:
-            inner = frames.points(self._centre_body[:g], self._centre[:, :g])
-            axis = outer - inner
+            return self._beam_axes.orientations(frames)[:, 0, -1]
+        outer = self._outer_points.points(frames)[:, 0]
+        if len(self.passive):
+            axis = outer - self._centres.points(frames)[:, 0]
             if float(np.min(np.sqrt(dot(axis, axis)), initial=1.0)) > 1e-9:
                 return normalize(axis)
         up = np.zeros_like(outer)
@@ -186,23 +267,16 @@ class LimbGroup:
 
     def geometry(self, frames: Frames, o: Array) -> LimbGeometry:
         """Evaluate the limbs at given frames; ``o`` (3, N) is the reference point."""
-        g, k, N = len(self.limbs), len(self.passive), frames.position.shape[2]
-        axes = frames.directions(self._axis_body, self._axis).reshape(3, k, g, N)
-        arms = (frames.points(self._centre_body, self._centre) - o[:, None]).reshape(3, k, g, N)
-        twists = (
-            np.concatenate(
-                [np.where(self.rotates[:, None, None], cross(arms, axes), axes), np.where(self.rotates[:, None, None], axes, 0.0)]
-            )
-            * self._sign
-        )
-        firsts = [int(np.flatnonzero(self.unit_of == u)[-1]) for u in range(len(self.units[0]))]
-        outer = frames.points(np.array([b for b, _ in self._rest_point]), np.array([p for _, p in self._rest_point]).T)
-        centres = np.concatenate([arms[:, firsts], (outer - o[:, None])[:, None]], axis=1)
-        b = len(self.beams[0])
-        beam_axes = frames.orientations(self._beam_body["carrier"], self._beam_axes).reshape(3, 3, b, g, N)
-        start = frames.points(self._beam_body["start_body"], self._beam_start).reshape(3, b, g, N)
-        end = frames.points(self._beam_body["end_body"], self._beam_end).reshape(3, b, g, N)
-        lengths = dot(beam_axes[:, 0], end - start)
+        o = o[:, None, None]
+        axes = self._axes.directions(frames)
+        arms = self._centres.points(frames) - o
+        turns = self.rotates[:, None, None]
+        twists = np.concatenate([np.where(turns, cross(arms, axes), axes), np.where(turns, axes, 0.0)]) * self._sign
+        last = [int(np.flatnonzero(self.unit_of == u)[-1]) for u in range(len(self.units[0]))]
+        centres = np.concatenate([arms[:, last], self._outer_points.points(frames) - o], axis=1)
+        beam_axes = self._beam_axes.orientations(frames)
+        end = self._beam_ends.points(frames)
+        lengths = dot(beam_axes[:, 0], end - self._beam_starts.points(frames))
         z = self._limb_z(frames)
         if self._y_choice[0] == "axis":
             follow = axes[:, self._y_choice[1]]
@@ -211,11 +285,57 @@ class LimbGroup:
             follow[self._y_choice[1]] = 1
         y = normalize(follow - z * dot(z, follow))
         limb_axes = np.stack([cross(y, z), y, z], axis=1)
-        return LimbGeometry(axes, twists, centres, limb_axes, beam_axes, lengths, end - o[:, None, None])
+        return LimbGeometry(
+            axes,
+            twists,
+            centres,
+            limb_axes,
+            beam_axes,
+            lengths,
+            end - o,
+            self._spring_axes.orientations(frames),
+            self._spring_points.points(frames) - o,
+        )
+
+    # ---- chords -----------------------------------------------------------------------------------------------------
+
+    def joint_equations(self, geometry: LimbGeometry) -> Array:
+        """Return the passive joints' equations (k, 6 M, g, N) for scaled chord wrenches: no power on any freedom [1]."""
+        scaled = geometry.twists[:, self.passive] * self.twist_scale
+        rows = self.freedom_chords[self.passive].T[:, None, :, None, None] * scaled
+        rows = rows.reshape(-1, *scaled.shape[1:]).swapaxes(0, 1)
+        return np.ascontiguousarray(rows / self._row_scale)
+
+    @property
+    def platform_sum(self) -> Array:
+        """The sum (6, 6 M) of the chord wrenches that the platform feels."""
+        return np.concatenate([np.eye(6) * felt for felt in self.to_platform], axis=1)
+
+    @property
+    def twist_scale(self) -> Array:
+        """Factors (6, 1, 1, 1) of twists for moments divided by the characteristic length."""
+        return np.array([1.0] * 3 + [self.robot.length] * 3).reshape(6, 1, 1, 1)
+
+    @property
+    def _row_scale(self) -> Array:
+        return np.where(self.rotates[self.passive], self.robot.length, 1.0).reshape(-1, 1, 1, 1)
+
+    def felt(self, chords: Array) -> Array:
+        """Return what the platform puts on the limb (6, …) by chord wrenches (M, 6, …)."""
+        return self.carried(self.to_platform.astype(np.int8), chords)
+
+    def carried(self, signs: NDArray[np.int8], chords: Array) -> Array:
+        """Return the part (6, …) of chord wrenches (M, 6, …) that an edge with given signs carries."""
+        if len(signs) == 1 and signs[0] == 1:
+            return chords[0]
+        total = np.zeros(chords.shape[1:])
+        for number in np.flatnonzero(signs):
+            total += signs[number] * chords[number]
+        return total
 
     # ---- statics ----------------------------------------------------------------------------------------------------
 
-    def statics(self, frames: Frames, o: Array, weights: Array, gravity: Array) -> LimbStatics:
+    def statics(self, frames: Frames, o: Array, weights: Array, gravity: Array, misfit: Array | None = None) -> LimbStatics:
         """Evaluate the limbs' wrenches, compliances and sag.
 
         Args:
@@ -223,29 +343,108 @@ class LimbGroup:
             o: (3, N) reference point.
             weights: (6, W, N) wrenches of all weights about o [N, N·m].
             gravity: (3, N) [m/s²].
+            misfit: (6, edges, g, N) what each edge's outboard side is displaced by for no force, about o; None: nothing.
         """
         geometry = self.geometry(frames, o)
-        J_c, J_g, degenerate = evaluate_bases(self, geometry)
-        outboard = np.einsum("gkw,iwn->ikgn", self._outboard_of_freedom, weights)
+        outboard = np.einsum("gkw,iwn->ikgn", self._outboard_of_freedom, weights)[:, self.passive]
+        demand = np.einsum("ik...,ik...->k...", geometry.twists[:, self.passive], outboard) / self._row_scale[:, 0]
+        found = self._serial(geometry, demand) if self.is_serial else self._with_rings(geometry, demand)
+        chords, particular, self_stress = found.chords, found.particular, found.self_stress
         beyond = np.einsum("gbw,iwn->ibgn", self._outboard_of_beam, weights)
-        passive = self.passive
-        row_scale = np.where(self.rotates[passive], self.robot.length, 1.0)[:, None, None]
-        T = geometry.twists[:, passive]
-        demand = np.einsum("ik...,ik...->k...", T, outboard[:, passive]) / row_scale
+        spring_beyond = np.einsum("gbw,iwn->ibgn", self._outboard_of_spring, weights)
+        load = self.beam_load(geometry, gravity)
+        columns = np.concatenate([chords, self_stress], axis=2) if self_stress.shape[2] else chords
+        gram, sag = self._strains(geometry, columns, particular, beyond, spring_beyond, load)
+        error = self._misfit_strains(columns, misfit)
+        loose = np.zeros((*self_stress.shape[:2], 0, *self_stress.shape[3:]))
+        misfit_chords = np.zeros_like(particular)
+        n = found.J_c.shape[1]
+        if self_stress.shape[2]:
+            gain, loose = self._relax(gram[n:, n:], self_stress)
+            mixed = np.einsum("ab...,bj...->aj...", gain, gram[n:, :n])
+            chords = chords - np.einsum("mia...,aj...->mij...", self_stress, mixed)
+            particular = particular - np.einsum("mia...,ab...,b...->mi...", self_stress, gain, sag[n:])
+            misfit_chords = -np.einsum("mia...,ab...,b...->mi...", self_stress, gain, error[n:])
+            sag = sag[:n] - np.einsum("aj...,a...->j...", mixed, sag[n:])
+            error = error[:n] - np.einsum("aj...,a...->j...", mixed, error[n:])
+            gram = gram[:n, :n] - np.einsum("ai...,aj...->ij...", gram[n:, :n], mixed)
+        return LimbStatics(
+            self,
+            geometry,
+            found.J_c,
+            found.J_g,
+            found.W_g,
+            self.felt(particular),
+            gram,
+            sag,
+            error,
+            chords,
+            particular,
+            misfit_chords,
+            loose,
+            beyond,
+            spring_beyond,
+            load,
+            found.unbalanced,
+            found.degenerate,
+        )
+
+    def _serial(self, geometry: LimbGeometry, demand: Array) -> _Wrenches:
+        """Return the wrenches of serial limbs: their one chord carries just what the platform puts on them."""
+        T = geometry.twists[:, self.passive]
+        J_c, J_g, degenerate = evaluate_bases(self, geometry, T)
         W_g = np.zeros((J_g.shape[1], *demand.shape[1:]))
         left = demand
         if J_g.shape[1]:
-            A = np.einsum("ik...,ij...->kj...", T, J_g) / row_scale[:, None]
-            normal = np.einsum("ki...,kj...->ij...", A, A)
-            factor = Cholesky(normal)
+            A = np.einsum("ik...,ij...->kj...", T, J_g) / self._row_scale
+            factor = Cholesky(np.einsum("ki...,kj...->ij...", A, A))
             for _ in range(2):  # the second round removes the error of the normal equations
                 right = -np.einsum("ki...,k...->i...", A, left)
                 W_g = W_g + factor.solve(right[:, None])[:, 0]
                 left = demand + np.einsum("ki...,i...->k...", A, W_g)
+        none = np.zeros((1, 6, 0, *demand.shape[1:]))
         R_g = np.einsum("ij...,j...->i...", J_g, W_g)
-        load = self.beam_load(geometry, gravity)
-        C, sag = self._compliance(geometry, J_c, R_g, beyond, load)
-        return LimbStatics(self, geometry, J_c, J_g, W_g, R_g, C, sag, beyond, load, left, degenerate)
+        return _Wrenches(J_c, J_g, W_g, J_c[None], R_g[None], none, left, degenerate)
+
+    def _with_rings(self, geometry: LimbGeometry, demand: Array) -> _Wrenches:
+        """Return the wrenches of limbs with several chords."""
+        assert self.plan is not None
+        A = self.joint_equations(geometry)
+        M, batch = len(self.to_platform), demand.shape[1:]
+        found = force_method.distribute(self.plan, A, self.platform_sum, demand)
+        left = demand + np.einsum("kn...,n...->k...", A, found.particular)
+        scale = self.twist_scale
+        J_c, J_g, degenerate = evaluate_bases(self, geometry, found.allowed / scale)
+        n_c, n_g = J_c.shape[1], J_g.shape[1]
+        spread = found.spread.reshape(M, 6, 6, *batch)
+        chords = np.einsum("mij...,jc...->mic...", spread, J_c / scale) * scale[None]
+        particular = found.particular.reshape(M, 6, *batch) * scale[:, 0]
+        self_stress = found.self_stress.reshape(M, 6, len(self.plan.free), *batch) * scale[None]
+        total = self.felt(particular)
+        W_g = np.zeros((n_g, *batch))
+        if n_c + n_g:
+            # The particular solution is made the one whose platform wrench has only readable attached parts.
+            basis = np.concatenate([J_c, J_g], axis=1) / scale
+            parts = least_squares(basis, (total / scale[:, 0])[:, None])[:, 0]
+            W_g = parts[n_c:]
+            particular = particular - np.einsum("mic...,c...->mi...", chords, parts[:n_c])
+        return _Wrenches(J_c, J_g, W_g, chords, particular, self_stress, left, degenerate)
+
+    def _relax(self, gram: Array, self_stress: Array) -> tuple[Array, Array]:
+        """Return the inverse (s, s, g, N) of the compliance along self-stresses, and the chord wrenches of rigid ones."""
+        turned = np.moveaxis(gram, (0, 1), (-2, -1))
+        diagonal = np.sqrt(np.einsum("...ii->...i", turned))
+        unit = np.where(diagonal > 0, diagonal, 1.0)
+        with np.errstate(invalid="ignore"):
+            scaled = np.nan_to_num(turned / unit[..., :, None] / unit[..., None, :])
+        values, vectors = np.linalg.eigh(scaled)
+        soft = values > RIGID
+        inverse = np.where(soft, 1 / np.where(soft, values, 1.0), 0.0)
+        gain = np.einsum("...ik,...k,...jk->ij...", vectors, inverse, vectors) / np.moveaxis(
+            unit[..., :, None] * unit[..., None, :], (-2, -1), (0, 1)
+        )
+        loose = np.where(soft[..., None, :], 0.0, vectors) / unit[..., :, None]
+        return gain, np.einsum("mia...,...ab->mib...", self_stress, loose)
 
     def beam_load(self, geometry: LimbGeometry, gravity: Array) -> Array:
         """Return the even loads (3, beams, g, N) [N/m] of the beams' own weights, in beam axes."""
@@ -261,27 +460,84 @@ class LimbGroup:
             * spread
         )
 
-    def to_beam(self, geometry: LimbGeometry, beam: int, wrench: Array) -> Array:
-        """Return wrenches (6, m, g, N) about o as wrenches about a beam's outer end, in beam axes."""
-        moved = move_wrench(wrench, geometry.beam_ends[:, beam][:, None])
-        axes = geometry.beam_axes[:, :, beam]
-        return np.concatenate([np.einsum("ji...,jm...->im...", axes, part) for part in (moved[:3], moved[3:])])
-
-    def _compliance(self, geometry: LimbGeometry, J_c: Array, R_g: Array, beyond: Array, load: Array) -> tuple[Array, Array]:
-        n, g, N = J_c.shape[1:]
+    def _strains(
+        self, geometry: LimbGeometry, columns: Array, particular: Array, beyond: Array, spring_beyond: Array, load: Array
+    ) -> tuple[Array, Array]:
+        """Return the compliance (n, n, g, N) along chord wrenches (M, 6, n, g, N), and the sag (n, g, N) along them."""
+        n, g, N = columns.shape[2:]
         C, sag = np.zeros((n, n, g, N)), np.zeros((n, g, N))
-        if not self.beams[0] or n == 0:
+        if n == 0:
             return C, sag
         for b in range(len(self.beams[0])):
             c, L = self.compliances[:, b][:, None], geometry.beam_lengths[b]
-            known = (R_g + beyond[:, b])[:, None]
-            local = self.to_beam(geometry, b, np.concatenate([J_c, known], axis=1))
+            known = self.carried(self.beam_chords[b], particular) + beyond[:, b]
+            wrench = np.concatenate([self.carried(self.beam_chords[b], columns), known[:, None]], axis=1)
+            local = to_axes(geometry.beam_axes[:, :, b], geometry.beam_ends[:, b], wrench)
             moved = beam_formulas.end_displacement(c, L, local)
             moved[:, n] += beam_formulas.sag(c[:, 0], L, load[:, b])
             product = np.einsum("ki...,kj...->ij...", local[:, :n], moved)
             C += product[:, :n]
             sag += product[:, n]
+        for k in range(len(self.springs[0])):
+            known = self.carried(self.spring_chords[k], particular) + spring_beyond[:, k]
+            wrench = np.concatenate([self.carried(self.spring_chords[k], columns), known[:, None]], axis=1)
+            local = to_axes(geometry.spring_axes[:, :, k], geometry.spring_arms[:, k], wrench)
+            product = np.einsum("ki...,kj...->ij...", local[:, :n], self.spring_twist(k, local))
+            C += product[:, :n]
+            sag += product[:, n]
         return C, sag
+
+    def spring_twist(self, spring: int, wrench: Array) -> Array:
+        """Return the twists (6, …, g, N) of a spring's outboard side under wrenches, both at and in its joint's frame."""
+        linear, angular = self.spring_linear[:, :, spring, :, 0], self.spring_angular[:, :, spring, :, 0]
+        return np.concatenate(
+            [np.einsum("ijg,j...gn->i...gn", linear, wrench[:3]), np.einsum("ijg,j...gn->i...gn", angular, wrench[3:])]
+        )
+
+    def _misfit_strains(self, columns: Array, misfit: Array | None) -> Array:
+        """Return what misfits (6, edges, g, N) do along chord wrenches (M, 6, n, g, N): (n, g, N)."""
+        error: Array = np.zeros(columns.shape[2:])
+        if misfit is None or not error.size:
+            return error
+        chords = self.edge_chords()
+        for k in range(misfit.shape[1]):
+            if np.any(misfit[:, k]):
+                error += np.einsum("in...,i...->n...", self.carried(chords[k], columns), misfit[:, k])
+        return error
+
+    def edge_chords(self) -> NDArray[np.int8]:
+        """Return the signs (edges, M) of the chord wrenches that all edges carry."""
+        return self._chords(list(self.limbs[0].edges))
+
+
+def _transposed(pairs: list[list[tuple[int, Array]]]) -> tuple[list[list[int]], list[list[Array]]]:
+    return [[body for body, _ in row] for row in pairs], [[point for _, point in row] for row in pairs]
+
+
+def _members_last(rows: list[list[Array]], shape: tuple[int, ...]) -> Array:
+    """Return constants of members of g limbs as (*shape, members, g, 1)."""
+    array: Array = np.array(rows, dtype=float).reshape(len(rows), len(rows[0]), *shape)
+    return np.expand_dims(np.moveaxis(array, (0, 1), (-1, -2)), -1)
+
+
+def to_axes(axes: Array, arm: Array, wrench: Array) -> Array:
+    """Return wrenches (6, m, g, N) about o as wrenches about the point at ``arm`` (3, g, N), in axes (3, 3, g, N)."""
+    moved = move_wrench(wrench, arm[:, None])
+    return np.concatenate([np.einsum("ji...,jm...->im...", axes, part) for part in (moved[:3], moved[3:])])
+
+
+@dataclass(frozen=True)
+class _Wrenches:
+    """What joints and weights alone say of the wrenches of limbs; see :class:`LimbStatics`."""
+
+    J_c: Array
+    J_g: Array
+    W_g: Array
+    chords: Array
+    particular: Array
+    self_stress: Array
+    unbalanced: Array
+    degenerate: NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -295,7 +551,12 @@ class LimbStatics:
         R_g: (6, g, N) their sum J_ig W_ig.
         C: (n_c, n_c, g, N) compliance C_ic, Eq. (1).
         sag: (n_c, g, N) Δ_igc, Eqs. (16), (19), (21).
-        beyond: (6, beams, g, N) weights outboard of each beam's outer end.
+        misfit: (n_c, g, N) the same of misfits.
+        chords: (M, 6, n_c, g, N) chord wrenches per unit of each intensity; of a serial limb J_c itself.
+        particular: (M, 6, g, N) chord wrenches under the limb's own weight; of a serial limb R_g.
+        misfit_chords: (M, 6, g, N) chord wrenches under misfits with no intensity: self-stress.
+        loose: (M, 6, s, g, N) self-stresses without any compliance: how much of them there is cannot be told.
+        beyond, spring_beyond: (6, beams, g, N) weights outboard of each beam's outer end and of each spring.
         load: (3, beams, g, N) the beams' own weights in beam axes [N/m].
         unbalanced: (passive freedoms, g, N) what is left of Eq. (3) [N].
         degenerate: (g, N) where the bases are not the readable ones.
@@ -309,7 +570,13 @@ class LimbStatics:
     R_g: Array
     C: Array
     sag: Array
+    misfit: Array
+    chords: Array
+    particular: Array
+    misfit_chords: Array
+    loose: Array
     beyond: Array
+    spring_beyond: Array
     load: Array
     unbalanced: Array
     degenerate: NDArray[np.bool_]
@@ -319,15 +586,50 @@ def make_limb_groups(robot: Robot, frames: Frames) -> tuple[LimbGroup, ...]:
     """Choose every limb's basis at generic ``frames`` and stack limbs that are built alike."""
     o = robot.solver.platform_pose(frames)[1]
     members: dict[tuple[object, ...], list[tuple[int, Basis]]] = {}
-    for number in range(len(robot.topology.limbs)):
+    plans: dict[tuple[object, ...], list[force_method.Plan]] = {}
+    plan_of: dict[tuple[object, ...], force_method.Plan | None] = {}
+    for number in range(len(robot.all_limbs)):
         single = LimbGroup(robot, [number])
-        basis = choose_basis(single, frames, o)
+        geometry = single.geometry(frames, o)
+        plan = None if single.is_serial else _plan(single, geometry, plans.setdefault(single.signature, []))
+        basis = choose_basis(LimbGroup(robot, [number], plan=plan), geometry)
         key = (
             single.signature,
             tuple((c.direction, c.centre) for c in (*basis.constraint, *basis.attached)),
             len(basis.constraint),
             basis.independent,
             basis.carried,
+            plan,
         )
         members.setdefault(key, []).append((number, basis))
-    return tuple(LimbGroup(robot, *zip(*pairs, strict=True)) for pairs in members.values())
+        plan_of[key] = plan
+    groups = [
+        LimbGroup(robot, [number for number, _ in pairs], [basis for _, basis in pairs], plan_of[key])
+        for key, pairs in members.items()
+    ]
+    for group in groups:
+        group.rigid_directions = _rigid_directions(group, frames, o)
+    return tuple(groups)
+
+
+def _rigid_directions(group: LimbGroup, frames: Frames, o: Array) -> int:
+    """Return along how many combinations of its constraint wrenches a limb is rigid, at generic poses."""
+    N = o.shape[1]
+    C = group.statics(frames, o, np.zeros((6, len(group.robot.weights.names), N)), np.zeros((3, N))).C
+    n = C.shape[0]
+    if n == 0:
+        return 0
+    diagonal = np.sqrt(np.einsum("ii...->i...", C))
+    unit = np.where(diagonal > 0, diagonal, 1.0)
+    values = np.linalg.eigvalsh(np.moveaxis(C / unit[:, None] / unit[None], (0, 1), (-2, -1)))
+    return int(np.min(np.sum(values <= RIGID, axis=-1)))
+
+
+def _plan(single: LimbGroup, geometry: LimbGeometry, known: list[force_method.Plan]) -> force_method.Plan:
+    """Return a plan that another limb built alike has already, if it suits, else a new one."""
+    A, P, tolerance = single.joint_equations(geometry)[:, :, 0], single.platform_sum, single.robot.rank_tolerance
+    for plan in known:
+        if force_method.suits(plan, A, P, tolerance):
+            return plan
+    known.append(force_method.make_plan(A, P, tolerance))
+    return known[-1]

@@ -188,7 +188,7 @@ def _limb(robot: Robot, limb: Limb, mass: float | None) -> LimbFacts:
     units = limb_units(robot.mechanism, limb)
     joints = [JointFacts(unit.label, unit.kind, not unit.passive, unit.joints) for unit in units]
     word = " ".join(_letter(unit) for unit in units) or "no joint"
-    beams = tuple(edge.beam for edge in limb.path if edge.beam)
+    beams = tuple(edge.beam for edge in limb.edges if edge.beam)
     branches = tuple(edge.joint for edge in limb.branches if edge.joint)
     return LimbFacts(limb.name, word, limb.links, joints, beams, branches, not beams, mass)
 
@@ -311,7 +311,7 @@ def _warn_of_drives(robot: Robot, facts: RobotFacts) -> None:
 
 
 def _free_drives(robot: Robot) -> list[Connection]:
-    in_limbs = {edge.joint for limb in robot.topology.limbs for edge in limb.path}
+    in_limbs = {edge.joint for limb in robot.topology.limbs for edge in limb.edges}
     return [robot.mechanism.connections[name] for name in robot.description.driven if name not in in_limbs]
 
 

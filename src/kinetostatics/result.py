@@ -18,7 +18,7 @@ from kinetostatics import beams as beam_formulas
 from kinetostatics.configuration import Configuration, Status, batch_first, frozen
 from kinetostatics.deformation import Deformation, LoadedBeams, deform
 from kinetostatics.description import Beam
-from kinetostatics.equilibrium import Solution
+from kinetostatics.equilibrium import Solution, unit_chords
 from kinetostatics.screws import move_twist, move_wrench
 
 Array = NDArray[np.float64]
@@ -248,15 +248,22 @@ class Result:
     def _wrenches_at_joints(self) -> dict[str, Array]:
         """What the base side of every joint puts on the platform side (6, N), about the joint's centre, world axes."""
         table = self.robot.joint_table
+        first, limbs = [], 0
+        for limb in self.robot.all_limbs:
+            first.append(limbs)
+            limbs += len(limb.to_platform)
         chunks = []
         for solution in self.solutions:
-            inner = np.zeros((6, len(self.robot.topology.limbs) + 1, solution.o.shape[1]))  # the last: of no limb's path
+            chords = np.zeros((6, limbs, solution.o.shape[1]))
             for number, statics in enumerate(solution.statics):
-                for position, limb in enumerate(statics.group.numbers):
-                    inner[:, limb] = _limb_wrench(solution, number, position)
-            total = inner[:, table.limb] + np.einsum("jw,iwn->ijn", table.outboard, solution.weights)
+                total = solution.chord_wrenches(number).sum(axis=2)
+                for position, place in enumerate(statics.group.numbers):
+                    chords[:, first[place] : first[place] + total.shape[0]] = total[:, :, position].swapaxes(0, 1)
+            carried = np.einsum("jq,iqn->ijn", table.chords, chords)
+            carried += np.einsum("jw,iwn->ijn", table.outboard, solution.weights)
             arm = solution.frames.points(table.centre_body, table.centre) - solution.o[:, None]
-            chunks.append(-move_wrench(total, arm))
+            wrenches = table.reported[:, None] * move_wrench(carried, arm)
+            chunks.append(np.where(_undetermined_joints(solution, table.chords, first), np.nan, wrenches))
         joined = _joined(chunks)
         return {name: joined[:, k] for k, name in enumerate(table.names)}
 
@@ -350,7 +357,7 @@ class Result:
         sources = self.solutions[0].sources
         for link in self.robot.description.links:
             if link in topology.carried_by:
-                twists = [d.motions[topology.carried_by[link]] for d in self._deformations]
+                twists = [d.motions[topology.carried_by[link]][:, : len(sources)] for d in self._deformations]
             elif link in topology.platform.links:
                 twists = [s.twists for s in self.solutions]
             elif link in topology.base.links:
@@ -365,6 +372,27 @@ class Result:
             joined = _joined(moved)
             result[link] = MappingProxyType({name: self._public(joined[:, k]) for k, name in enumerate(sources)})
         return MappingProxyType(result)
+
+    @cached_property
+    def source_contributions(self) -> Mapping[str, Mapping[str, Array]]:
+        """What gives way where: ``{"beams": {name: (…, 6)}, "joints": …, "drives": …, "misfits": …}``, twists at o, world axes.
+
+        Each is the part of the twist that the deformation of one beam, joint or drive (or its misfit) makes, P_sᵀ c_s w_s with
+        P_s its wrenches under unit loads of the platform; together they are the twist (``docs/method.md``, section 6). Making
+        one of them rigid does not remove exactly that amount, because the forces redistribute.
+        """
+        parts: dict[str, dict[str, list[Array]]] = {}
+        for solution, deformation in zip(self.solutions, self._deformations, strict=True):
+            units = unit_chords(self.robot, solution)
+            for item in deformation.yielding:
+                carried = item.group.carried(item.chords, units[item.number])
+                twists = np.einsum("iagn,ign->agn", carried, item.motion)
+                for position, name in enumerate(item.names):
+                    parts.setdefault(item.kind, {}).setdefault(name, []).append(twists[:, position])
+        kinds = {}
+        for kind, named in parts.items():
+            kinds[kind] = MappingProxyType({name: self._public(_joined(chunks)) for name, chunks in named.items()})
+        return MappingProxyType(kinds)
 
     # ---- energies and warnings --------------------------------------------------------------------------------------
 
@@ -406,7 +434,7 @@ class Result:
                     "its deflection"
                 )
         if np.any(self.status == Status.INDETERMINATE):
-            rigid = [limb.name for group in self.robot.limb_groups if group.is_rigid for limb in group.limbs]
+            rigid = [limb.name for group in self.robot.limb_groups if group.rigid_directions for limb in group.limbs]
             found.append(
                 f"the rigid limbs {', '.join(rigid)} overconstrain one another: how they share their forces is not determined; "
                 "undetermined forces are NaN"
@@ -440,6 +468,24 @@ def _beam_numbers(beams: LoadedBeams, solution: Solution) -> dict[str, Array]:
         "euler_ratio": np.maximum(-sections[0].min(axis=0), 0) / euler,
         "strain_energy": beam_formulas.strain_energy(beams.compliances, beams.length, wrench, load),
     }
+
+
+def _undetermined_joints(solution: Solution, table: Array, first: list[int]) -> NDArray[np.bool_]:
+    """Return which joints' wrenches (J, N) rigid parts leave open: all of a limb of whose intensities one is, and rigid rings."""
+    unknown = np.zeros((table.shape[0], solution.o.shape[1]), dtype=bool)
+    for number, statics in enumerate(solution.statics):
+        any_open = np.any(solution.undetermined[number], axis=0)
+        loose = statics.loose.shape[2] > 0
+        if not (loose or np.any(any_open)):
+            continue
+        for position, limb in enumerate(statics.group.numbers):
+            mine = table[:, first[limb] : first[limb] + statics.chords.shape[0]]
+            unknown |= np.any(mine, axis=1)[:, None] & any_open[position]
+            if loose:
+                carried = np.abs(np.einsum("jm,misn->jisn", mine, statics.loose[:, :, :, position]))
+                largest = np.max(np.abs(statics.loose[:, :, :, position]), axis=(0, 1), initial=0.0)
+                unknown |= np.any(carried > 1e-9 * np.where(largest > 0, largest, 1.0), axis=(1, 2))
+    return unknown
 
 
 def _where_readable(solution: Solution, number: int, position: int, array: Array) -> Array:

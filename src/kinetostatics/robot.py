@@ -18,13 +18,13 @@ from kinetostatics.configuration import Configuration
 from kinetostatics.description import RobotDescription
 from kinetostatics.exceptions import AssemblyError
 from kinetostatics.kinematics import Frames
-from kinetostatics.limb_joints import Branch, JointTable, dead_joints
+from kinetostatics.limb_joints import Branch, JointTable, dead_joints, freedoms_of
 from kinetostatics.limbs import LimbGroup, make_limb_groups
 from kinetostatics.linalg import dot, null_space
 from kinetostatics.mechanism import Mechanism
 from kinetostatics.robot_file import read_robot_file
 from kinetostatics.solver import Poses, Request, Solver
-from kinetostatics.topology import Topology, analyze_topology
+from kinetostatics.topology import Limb, Topology, analyze_topology
 from kinetostatics.weights import Weights
 
 Array = NDArray[np.float64]
@@ -62,7 +62,6 @@ def load_robot(path: str | os.PathLike[str], parameters: Mapping[str, object] | 
 
     Raises:
         RobotFileError: the file is wrong; the message names file and line.
-        NotYetError: the robot has limbs that cannot be analysed yet.
     """
     return Robot(read_robot_file(path, parameters))
 
@@ -112,17 +111,17 @@ class Robot:
         body, placement = self.mechanism.platform_frame
         distances = []
         for limb in self.topology.limbs:
-            joint = limb.path[-1].joint
-            if joint is None:
-                continue
-            connection = self.mechanism.connections[joint]
-            for other, frame in (
-                (connection.successor_body, connection.successor_frame),
-                (connection.predecessor_body, connection.predecessor_frame),
-            ):
-                if other == body:
-                    distances.append(float(np.linalg.norm(frame[:3, 3] - placement[:3, 3])))
-                    break
+            for edge in limb.edges:
+                if edge.joint is None or len(edge.chords) != 1 or not limb.to_platform[edge.chords[0][0]]:
+                    continue
+                connection = self.mechanism.connections[edge.joint]
+                for link, frame in (
+                    (connection.successor, connection.successor_frame),
+                    (connection.predecessor, connection.predecessor_frame),
+                ):
+                    if link in self.topology.platform.links:
+                        distances.append(float(np.linalg.norm(frame[:3, 3] - placement[:3, 3])))
+                        break
         frames = self.mechanism.tree.forward(self.mechanism.tree.neutral[:, None])
         points = [frames.position[:, :, 0].T]
         for item in self.mechanism.connections.values():
@@ -277,14 +276,19 @@ class Robot:
     def passive_joints(self, owner: str) -> list[str]:
         """Return the passive joints of a limb, or of what hangs on ``base`` or ``platform``."""
         names = [item.joint for item in self.branches if item.owner == owner]
-        for limb in self.topology.limbs:
+        for limb in self.all_limbs:
             if limb.name == owner:
-                for edge in limb.path:
+                for edge in limb.edges:
                     if edge.joint is not None:
-                        connection = self.mechanism.connections[edge.joint]
-                        if connection.kind != "fixed" and not connection.driven:
+                        freedoms = freedoms_of(self.mechanism, self.mechanism.connections[edge.joint], edge.sign)
+                        if any(freedom.passive for freedom in freedoms):
                             names.append(edge.joint)
         return names
+
+    @cached_property
+    def all_limbs(self) -> tuple[Limb, ...]:
+        """The limbs, and behind them the closed chains that hang on base or platform alone."""
+        return (*self.topology.limbs, *self.topology.hanging)
 
     @cached_property
     def limb_groups(self) -> tuple[LimbGroup, ...]:

@@ -6,15 +6,16 @@ The choice is made once per robot, at a few generic poses; at every pose the sam
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import itertools
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics import force_method
 from kinetostatics.exceptions import StaticsError
-from kinetostatics.kinematics import Frames
 from kinetostatics.limb_joints import Unit
 from kinetostatics.linalg import Cholesky, cross, dot, normalize
 from kinetostatics.screws import wrench_of_couple, wrench_of_force
@@ -34,8 +35,9 @@ class Candidate:
     """A wrench that a person can read: a unit force through a joint's centre or a unit couple, along some direction.
 
     Attributes:
-        direction: ``("limb", k)``: the limb's axis x, y or z; ``("axis", f)``: that of its f-th freedom; ``("cross", f, h)``:
-            across two of them; ``("cross_limb", f, k)``; ``("rest", s)``: no direction but the s-th seed, see ``Basis``.
+        direction: ``("limb", k)``: the limb's axis x, y or z; ``("beam", b)``: along its b-th beam, through whose outer end a
+            force passes; ``("axis", f)``: that of its f-th freedom; ``("cross", f, h)``: across two of them;
+            ``("cross_limb", f, k)``; ``("rest", s)``: no direction but the s-th seed, see ``Basis``.
         centre: the unit whose centre the force passes through, None for a couple.
         label: for people.
     """
@@ -51,7 +53,7 @@ class Basis:
 
     Attributes:
         constraint, attached: candidates of J_ic and of J_ig.
-        independent: freedoms whose twists are independent at generic poses, for the completion of J_ic.
+        independent: which of the twists that the limb allows are independent at generic poses, for the completion of J_ic.
         carried: the same among the platform joint's freedoms, for the completion of J_ig.
         gap: ratio of the smallest kept to the largest dropped singular value of the limb's twists.
     """
@@ -68,6 +70,8 @@ def wrench_of(candidate: Candidate, geometry: LimbGeometry) -> Array:
     direction = candidate.direction
     if direction[0] == "limb":
         along = geometry.limb_axes[:, int(direction[1])]
+    elif direction[0] == "beam":
+        return wrench_of_force(geometry.beam_axes[:, 0, int(direction[1])], geometry.beam_ends[:, int(direction[1])])
     elif direction[0] == "axis":
         along = geometry.axes[:, int(direction[1])]
     elif direction[0] == "cross":
@@ -79,37 +83,40 @@ def wrench_of(candidate: Candidate, geometry: LimbGeometry) -> Array:
     return wrench_of_force(along, geometry.centres[:, candidate.centre])
 
 
-def evaluate_bases(group: LimbGroup, geometry: LimbGeometry) -> tuple[Array, Array, NDArray[np.bool_]]:
+def evaluate_bases(group: LimbGroup, geometry: LimbGeometry, allowed: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
     """Return J_ic (6, n_c, g, N), J_ig (6, n_g, g, N) about o, and where (g, N) the readable bases degenerate.
 
-    There the bases are orthonormal ones, found by singular values.
+    There the bases are orthonormal ones, found by singular values. ``allowed`` (6, k, g, N) are twists about o that span what
+    the limb allows the platform to do; of a serial limb those of its passive joints.
     """
     scale = _scale(group)
-    columns = _columns(group, group.basis.constraint, group.basis.independent, [], geometry)
-    columns += _columns(group, group.basis.attached, group.basis.carried, columns, geometry)
+    mine = [allowed[:, k] for k in group.basis.independent]
+    columns = _columns(group, group.basis.constraint, mine, [], geometry)
+    carried = [geometry.twists[:, f] for f in group.basis.carried]
+    columns += _columns(group, group.basis.attached, carried, columns, geometry)
     count = len(group.basis.constraint)
     g, N = geometry.limb_axes.shape[2:]
     J = np.stack(columns, axis=1) if columns else np.zeros((6, 0, g, N))
-    bad = _degenerate(group, J, count, scale[:, None], geometry)
+    bad = _degenerate(group, J, count, scale[:, None], allowed)
     if np.any(bad):
-        _replace(group, J, count, scale, geometry, bad)
+        _replace(group, J, count, scale, geometry, allowed, bad)
     return J[:, :count], J[:, count:], bad
 
 
 def _columns(
-    group: LimbGroup, part: Sequence[Candidate], carried: Sequence[int], known: list[Array], geometry: LimbGeometry
+    group: LimbGroup, part: Sequence[Candidate], twists: list[Array], known: list[Array], geometry: LimbGeometry
 ) -> list[Array]:
-    """Return the wrenches (6, g, N) of candidates, completed by ones independent of those ``known``."""
+    """Return the wrenches (6, g, N) of candidates, completed by ones reciprocal to ``twists`` and independent of ``known``."""
     scale = _scale(group)
     found = [wrench_of(candidate, geometry) for candidate in part if candidate.direction[0] != "rest"]
     seeds = [int(c.direction[1]) for c in part if c.direction[0] == "rest"]
     if seeds:
-        spanned = [geometry.twists[:, f] / scale for f in carried] + [w * scale for w in (*known, *found)]
+        spanned = [twist / scale for twist in twists] + [w * scale for w in (*known, *found)]
         found += [w / scale for w in _complete(spanned, _seeds(geometry, group.robot.length) * scale[:, None], seeds)]
     return found
 
 
-def _degenerate(group: LimbGroup, J: Array, count: int, scale: Array, geometry: LimbGeometry) -> NDArray[np.bool_]:
+def _degenerate(group: LimbGroup, J: Array, count: int, scale: Array, allowed: Array) -> NDArray[np.bool_]:
     """Return where (g, N) the constraint wrenches are dependent, or not reciprocal to the passive joints any more."""
     bad = ~np.all(np.isfinite(J), axis=(0, 1))
     unit = normalize(np.where(bad, 1.0, J) * scale)
@@ -117,40 +124,76 @@ def _degenerate(group: LimbGroup, J: Array, count: int, scale: Array, geometry: 
         if last > first:
             part = unit[:, first:last]
             bad |= ~(Cholesky(np.einsum("ki...,kj...->ij...", part, part)).smallest_pivot > DEGENERATE)
-    if count and np.any(group.passive):
-        power = np.einsum("ki...,kj...->ij...", geometry.twists[:, group.passive] / scale, unit[:, :count])
+    if count and allowed.shape[1]:
+        power = np.einsum("ki...,kj...->ij...", allowed / scale, unit[:, :count])
         bad |= np.max(np.abs(power), axis=(0, 1)) > 1e-6 + 100 * group.robot.closing_error
     return np.asarray(bad)
 
 
-def _replace(group: LimbGroup, J: Array, count: int, scale: Array, geometry: LimbGeometry, bad: NDArray[np.bool_]) -> None:
+def _replace(
+    group: LimbGroup,
+    J: Array,
+    count: int,
+    scale: Array,
+    geometry: LimbGeometry,
+    allowed: Array,
+    bad: NDArray[np.bool_],
+) -> None:
     """Put orthonormal bases, found by singular values, where the readable ones degenerate."""
     s = scale[:, 0, 0]
     for limb, pose in np.argwhere(bad):
-        twists = geometry.twists[:, :, limb, pose] / s[:, None]
-        if not np.all(np.isfinite(twists)):
+        mine = allowed[:, :, limb, pose] / s[:, None]
+        carried = geometry.twists[:, group.platform_joint, limb, pose] / s[:, None]
+        if not (np.all(np.isfinite(mine)) and np.all(np.isfinite(carried))):
             continue
-        reciprocal = np.linalg.svd(twists[:, group.passive], full_matrices=True)[0][:, 6 - count :]
+        reciprocal = np.linalg.svd(mine, full_matrices=True)[0][:, 6 - count :]
         J[:, :count, limb, pose] = reciprocal / s[:, None]
-        known = np.hstack([twists[:, group.platform_joint], reciprocal])
+        known = np.hstack([carried, reciprocal])
         rest = np.linalg.svd(known, full_matrices=True)[0][:, 6 - (J.shape[1] - count) :]
         J[:, count:, limb, pose] = rest / s[:, None]
 
 
-def choose_basis(group: LimbGroup, frames: Frames, o: Array) -> Basis:
-    """Choose ranks and readable wrenches at generic poses; for a group of one limb."""
-    geometry = group.geometry(frames, o)
+def choose_basis(group: LimbGroup, geometry: LimbGeometry) -> Basis:
+    """Choose ranks and readable wrenches at generic poses; for a group of one limb, whose plan is known."""
+    if group.is_hanging:
+        return Basis((), (), (), (), np.inf)
+    tolerance = group.robot.rank_tolerance
     twists = geometry.twists[:, :, 0] / _scale(group)
-    rank, gap = _rank_over_poses(twists[:, group.passive], group.robot.rank_tolerance)
-    carried_rank, _ = _rank_over_poses(twists[:, group.platform_joint], group.robot.rank_tolerance)
+    allowed = allowed_twists(group, geometry)
+    mine = allowed[:, :, 0] / _scale(group)
+    rank, gap = _rank_over_poses(mine, tolerance)
+    carried_rank, _ = _rank_over_poses(twists[:, group.platform_joint], tolerance)
+    if group.plan is not None:
+        rank = 6 - len(group.plan.platform)
     n_c = 6 - rank
     joints = (group.units[0], group.unit_of, group.passive, group.rotates, [f.label for f in group.freedoms[0]])
-    constraint, independent = _choose(group, geometry, _constraint_candidates(*joints), n_c, group.passive, [])
-    known = _columns(group, constraint, independent, [], geometry)
-    attached, carried = _choose(
-        group, geometry, _attached_candidates(*joints), 6 - carried_rank - n_c, group.platform_joint, known
+    independent = tuple(_independent(mine, range(mine.shape[1]), rank))
+    candidates = _constraint_candidates(*joints)
+    if not group.is_serial:
+        candidates = itertools.chain(_beam_candidates([beam.name for beam in group.beams[0]]), candidates)
+    constraint = _choose(group, geometry, candidates, n_c, mine, mine[:, list(independent)], [])
+    known = _columns(group, constraint, [allowed[:, k] for k in independent], [], geometry)
+    carried = tuple(_independent(twists, np.flatnonzero(group.platform_joint), carried_rank))
+    attached = _choose(
+        group,
+        geometry,
+        _attached_candidates(*joints),
+        6 - carried_rank - n_c,
+        twists[:, group.platform_joint],
+        twists[:, list(carried)],
+        known,
     )
     return Basis(constraint, attached, independent, carried, gap)
+
+
+def allowed_twists(group: LimbGroup, geometry: LimbGeometry) -> Array:
+    """Return twists (6, k, g, N) about o that span what the limbs allow the platform to do."""
+    if group.is_serial:
+        return geometry.twists[:, group.passive]
+    assert group.plan is not None
+    A = group.joint_equations(geometry)
+    found = force_method.distribute(group.plan, A, group.platform_sum, np.zeros((A.shape[0], *A.shape[2:])))
+    return found.allowed / group.twist_scale
 
 
 def _choose(
@@ -158,16 +201,21 @@ def _choose(
     geometry: LimbGeometry,
     candidates: Iterator[Candidate],
     count: int,
-    reciprocal_to: NDArray[np.bool_],
+    reciprocal_to: Array,
+    independent: Array,
     known: list[Array],
-) -> tuple[tuple[Candidate, ...], tuple[int, ...]]:
-    """Take candidates greedily that are reciprocal to given freedoms and independent of those taken and ``known``.
+) -> tuple[Candidate, ...]:
+    """Take candidates greedily that are reciprocal to given twists and independent of those taken and ``known``.
 
-    Returns:
-        ``count`` candidates, completed where the readable ones do not suffice, and the independent ones of the freedoms.
+    Args:
+        group, geometry: one limb at generic poses.
+        candidates: in the order of preference.
+        count: how many are wanted; where the readable ones do not suffice they are completed.
+        reciprocal_to: (6, k, poses) scaled twists, of which ``independent`` (6, r, poses) are independent.
+        independent: see ``reciprocal_to``.
+        known: (6, 1, poses) wrenches that are taken already.
     """
     scale = _scale(group)
-    twists = geometry.twists[:, :, 0] / scale
     chosen: list[Candidate] = []
     taken = [normalize(wrench[:, 0] * scale[:, 0]) for wrench in known]
     allowed = 1e-8 + 100 * group.robot.closing_error
@@ -176,16 +224,14 @@ def _choose(
             if len(chosen) == count:
                 break
             column = normalize(wrench_of(candidate, geometry)[:, 0] * scale[:, 0])
-            power = np.einsum("kin,kn->in", twists[:, reciprocal_to], column)
+            power = np.einsum("kin,kn->in", reciprocal_to, column)
             reciprocal = np.all(np.isfinite(column)) and float(np.abs(power).max(initial=0.0)) < allowed
             if reciprocal and _smallest_singular_value([*taken, column]) > 1e-3:
                 chosen.append(candidate)
                 taken.append(column)
-    rank, _ = _rank_over_poses(twists[:, reciprocal_to], group.robot.rank_tolerance)
-    independent = _independent(twists, np.flatnonzero(reciprocal_to), rank)
     seeds = (_seeds(geometry, group.robot.length) * scale[:, None])[:, :, 0]
-    chosen += _rest([twists[:, f] for f in independent] + taken, seeds, count - len(chosen))
-    return tuple(chosen), tuple(independent)
+    spanned = [independent[:, k] for k in range(independent.shape[1])]
+    return (*chosen, *_rest(spanned + taken, seeds, count - len(chosen)))
 
 
 def _scale(group: LimbGroup) -> Array:
@@ -197,6 +243,12 @@ def _smallest_singular_value(columns: list[Array]) -> float:
     """Return the smallest singular value of columns (6, P) over all poses."""
     stack = np.stack(columns)
     return min(float(np.linalg.svd(stack[:, :, p], compute_uv=False)[-1]) for p in range(stack.shape[2]))
+
+
+def _beam_candidates(names: Sequence[str]) -> Iterator[Candidate]:
+    """Yield forces along the beams of a limb with rings, outer ones first."""
+    for b in range(len(names) - 1, -1, -1):
+        yield Candidate(("beam", b), None, f"force along {names[b]}")
 
 
 def _constraint_candidates(
@@ -334,9 +386,10 @@ def _rank(matrix: Array, tolerance: float) -> tuple[int, float]:
     return rank, float(values[rank - 1]) / dropped if rank and dropped > 0 else np.inf
 
 
-def _independent(twists: Array, among: Index, count: int) -> list[int]:
-    """Return ``count`` freedoms, the best independent of one another at all generic poses, taken one by one."""
+def _independent(twists: Array, among: Iterable[int], count: int) -> list[int]:
+    """Return ``count`` of the twists ``among`` (6, k, poses), the best independent of one another, taken one by one."""
     chosen: list[int] = []
+    among = list(among)
     for _ in range(count):
         basis = _orthonormal([twists[:, f] for f in chosen])
         rests = {int(f): _residue(twists[:, f], basis) for f in among if int(f) not in chosen}

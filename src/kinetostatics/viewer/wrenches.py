@@ -76,7 +76,7 @@ class Wrenches:
     def _joints_of(self, limb: Limb) -> list[Joint]:
         """Return a limb's joints that have a place, the platform's first, the base's last."""
         links, topology = set(limb.links), self.robot.topology
-        names = {edge.joint for edge in limb.path}
+        names = {edge.joint for edge in limb.edges}
         placed = [item for item in self.joints if item.beam is None]
         mine = [item for item in placed if item.links & links or names & set(item.joints)]
         ends = (set(topology.platform.links), set(topology.base.links))
@@ -155,8 +155,8 @@ class Wrenches:
         yield from self._pair("base reaction", "base_wrench", self.at["base"], parts, "tip")
 
     def _actuators(self) -> Iterator[Arrow]:
-        owners = {edge.joint: limb.name for limb in self.robot.topology.limbs for edge in (*limb.path, *limb.branches)}
-        signs = {edge.joint: edge.sign for limb in self.robot.topology.limbs for edge in (*limb.path, *limb.branches)}
+        owners = {edge.joint: limb.name for limb in self.robot.topology.limbs for edge in (*limb.edges, *limb.branches)}
+        signs = {edge.joint: edge.sign for limb in self.robot.topology.limbs for edge in (*limb.edges, *limb.branches)}
         for joint in self.joints:
             if not joint.driven or joint.axis is None:
                 continue

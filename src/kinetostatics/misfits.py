@@ -1,0 +1,163 @@
+"""Misfits: what joints and beams are off by before anything is loaded.
+
+A joint's assembly error is a twist of its platform side relative to its base side; a beam is longer by a length error and by
+α ΔT L. What the limbs cannot give way to moves the platform and stresses an overconstrained robot (``docs/method.md``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.exceptions import ArgumentError, near_names
+from kinetostatics.kinematics import Frames
+from kinetostatics.limb_joints import sides
+from kinetostatics.screws import move_twist
+from kinetostatics.topology import Edge
+
+if TYPE_CHECKING:
+    from kinetostatics.limbs import LimbGroup
+    from kinetostatics.robot import Robot
+
+Array = NDArray[np.float64]
+
+JOINT_KEYS, BEAM_KEYS, FRAMES = ("twist", "frame"), ("length", "temperature"), ("world", "joint")
+
+
+@dataclass(frozen=True)
+class JointMisfit:
+    """A joint's error ``twist`` [m, rad], in world axes at the joint's centre or in the joint's own frame."""
+
+    twist: Array
+    in_joint_frame: bool
+
+
+@dataclass(frozen=True)
+class BeamMisfit:
+    """A beam's ``length`` error [m] and its ``temperature`` rise [K]."""
+
+    length: Array
+    temperature: Array
+
+
+@dataclass(frozen=True)
+class Misfits:
+    """The misfits of joints and beams by name; arrays as given, or for a chunk of poses with the batch axis last."""
+
+    robot: Robot
+    joints: Mapping[str, JointMisfit]
+    beams: Mapping[str, BeamMisfit]
+
+    def arrays(self) -> list[Array]:
+        """Return all arrays, component axis last, to find their common batch shape."""
+        found = [item.twist for item in self.joints.values()]
+        for beam in self.beams.values():
+            found += [beam.length, beam.temperature]
+        return found
+
+    def map(self, change: Callable[[Array], Array]) -> Misfits:
+        """Return the misfits with every array changed."""
+        return Misfits(
+            self.robot,
+            {name: replace(item, twist=change(item.twist)) for name, item in self.joints.items()},
+            {name: BeamMisfit(change(item.length), change(item.temperature)) for name, item in self.beams.items()},
+        )
+
+    def of(self, group: LimbGroup, frames: Frames, o: Array) -> Array | None:
+        """Return what each edge's outboard side is displaced by (6, edges, g, N), about o; None where nothing is."""
+        edges = [limb.edges for limb in group.limbs]
+        if not any(edge.joint in self.joints or edge.beam in self.beams for row in edges for edge in row):
+            return None
+        result = np.zeros((6, len(edges[0]), len(edges), o.shape[1]))
+        for position, row in enumerate(edges):
+            for k, edge in enumerate(row):
+                result[:, k, position] = self.of_edge(edge, frames, o)
+        return result
+
+    def of_edge(self, edge: Edge, frames: Frames, o: Array) -> Array:
+        """Return what an edge's outboard side is displaced by relative to its inboard side (6, N), about o."""
+        if edge.joint in self.joints:
+            return self._of_joint(edge, self.joints[str(edge.joint)], frames, o)
+        result = np.zeros((6, o.shape[1]))
+        if edge.beam in self.beams:
+            model, given = self.robot.beams[str(edge.beam)], self.beams[str(edge.beam)]
+            alpha = self.robot.description.beams[model.name].thermal_expansion
+            axis = frames.directions(np.array([model.span.carrier]), model.axes[:, :1])[:, 0]
+            result[:3] = axis * (given.length[0] + alpha * given.temperature[0] * model.length(frames))
+        return result
+
+    def _of_joint(self, edge: Edge, misfit: JointMisfit, frames: Frames, o: Array) -> Array:
+        connection = self.robot.mechanism.connections[str(edge.joint)]
+        turned = edge.both_ways and edge.sign < 0
+        twist = -misfit.twist if turned else misfit.twist
+        if misfit.in_joint_frame:
+            body, frame = connection.predecessor_body, connection.predecessor_frame
+            axes = frames.orientations(np.array([body]), frame[:3, :3, None])[:, :, 0]
+            twist = np.concatenate([np.einsum("ijn,jn->in", axes, twist[:3]), np.einsum("ijn,jn->in", axes, twist[3:])])
+        else:
+            body, frame = sides(edge, connection)[0 if turned else 1]
+        centre = frames.points(np.array([body]), frame[:3, 3:])[:, 0]
+        return move_twist(twist, o - centre)
+
+
+def parse_misfits(robot: Robot, misfits: Mapping[str, Any]) -> Misfits:
+    """Return misfits as people give them, checked.
+
+    Raises:
+        ArgumentError: an unknown name, a wrong shape, or a value that is not finite.
+    """
+    if not isinstance(misfits, Mapping):
+        raise ArgumentError(f"misfits= wants a mapping from names of joints and beams to their misfits, not {misfits!r}")
+    joints: dict[str, JointMisfit] = {}
+    beams: dict[str, BeamMisfit] = {}
+    known_joints, known_beams = robot.mechanism.connections, robot.description.beams
+    for name, value in misfits.items():
+        is_beam = name in known_beams
+        if is_beam and name in known_joints:
+            wants_beam = isinstance(value, Mapping) and not set(value) & set(JOINT_KEYS)
+            is_beam = wants_beam
+        if is_beam:
+            if not isinstance(value, Mapping) or not value or set(value) - set(BEAM_KEYS):
+                raise ArgumentError(
+                    f"the misfit of beam {name!r} is {value!r}; it must be a mapping with 'length' [m] or 'temperature' [K]"
+                )
+            length, rise = (_numbers(f"{key} of {name!r}", value.get(key, 0.0)) for key in BEAM_KEYS)
+            if np.any(rise) and known_beams[name].thermal_expansion == 0:
+                raise ArgumentError(
+                    f"beam {name!r} has no thermal_expansion, so a temperature does nothing to it: write thermal_expansion [1/K] "
+                    "in its <beam> element (steel: 1.2e-5)"
+                )
+            beams[name] = BeamMisfit(length[..., None], rise[..., None])
+        elif name in known_joints:
+            frame = "world"
+            if isinstance(value, Mapping):
+                if "twist" not in value or set(value) - set(JOINT_KEYS):
+                    raise ArgumentError(
+                        f"the misfit of joint {name!r} is {value!r}; it must be a twist, or a mapping with 'twist' and 'frame'"
+                    )
+                frame, value = value.get("frame", "world"), value["twist"]
+            if frame not in FRAMES:
+                raise ArgumentError(f"the frame of the misfit of joint {name!r} is {frame!r}; it must be 'world' or 'joint'")
+            twist = _numbers(f"the misfit of joint {name!r}", value)
+            if twist.ndim == 0 or twist.shape[-1] != 6:
+                raise ArgumentError(
+                    f"the misfit of joint {name!r} has the shape {twist.shape}; its last axis must have 6 entries"
+                )
+            joints[name] = JointMisfit(twist, frame == "joint")
+        else:
+            raise ArgumentError(f"misfits= names no joint or beam {name!r}: {near_names(name, [*known_joints, *known_beams])}")
+    return Misfits(robot, joints, beams)
+
+
+def _numbers(what: str, value: Any) -> Array:
+    try:
+        array = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise ArgumentError(f"{what} is not an array of numbers: {value!r}") from None
+    if not np.all(np.isfinite(array)):
+        raise ArgumentError(f"{what} has entries that are not finite: {value!r}")
+    return array

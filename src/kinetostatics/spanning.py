@@ -1,0 +1,137 @@
+"""Which way is out: edges of one component of the graph directed from base to platform, and a spanning tree of them.
+
+Where every way from base to platform passes an edge in the same direction, that is its direction. The currents of an
+electrical network with the same graph tell: the sign of an edge's current is the same for all resistances if and only if it
+is passed in one direction only (R. J. Duffin, *Topology of series-parallel networks*, J. Math. Anal. Appl. 10, 1965).
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+
+from kinetostatics.rigid_pieces import Piece, PieceEdge
+
+#: Networks with random resistances that are compared.
+_SAMPLES = 16
+#: Part of the whole current below which an edge leads nowhere: mere rounding.
+_NO_CURRENT = 1e-9
+
+
+@dataclass(frozen=True)
+class Step:
+    """An edge with its direction.
+
+    Attributes:
+        edge: the edge.
+        inner, outer: the pieces at its ends, on the way out from the base.
+        in_tree: whether the spanning tree reaches ``outer`` through it.
+        both_ways: whether it is passed in both directions, so that base and platform give it none.
+    """
+
+    edge: PieceEdge
+    inner: Piece
+    outer: Piece
+    in_tree: bool
+    both_ways: bool
+
+
+def steps_out(pieces: list[Piece], edges: list[PieceEdge], base: Piece, platform: Piece) -> list[Step]:
+    """Return all edges of one component, depth first from the base (from the platform, if it does not touch the base).
+
+    An edge that ends at a piece where others end too, or at the platform, comes last on its own way there.
+
+    Args:
+        pieces: the pieces of the component, without base and platform.
+        edges: all edges that touch them, or an edge directly between base and platform.
+        base: the base.
+        platform: the platform.
+    """
+    ends = {end for edge in edges for end in (edge.inner.find(), edge.outer.find())}
+    root = base if base in ends else platform
+    inner: dict[PieceEdge, Piece] = {}
+    both_ways: set[PieceEdge] = set()
+    live = {root}
+    if base in ends and platform in ends:
+        currents = _currents(pieces, edges, base, platform)
+        for k, edge in enumerate(edges):
+            flowing = currents[np.abs(currents[:, k]) > _NO_CURRENT, k]
+            if flowing.size:
+                forward = flowing[0] > 0
+                inner[edge] = edge.inner.find() if forward else edge.outer.find()
+                live.update((edge.inner.find(), edge.outer.find()))
+                if np.any(flowing > 0) and np.any(flowing < 0):
+                    both_ways.add(edge)
+    reached_by: dict[Piece, PieceEdge] = {}
+    for edge in sorted(inner, key=lambda edge: edge.beam is None):  # the tree prefers beams
+        outer = edge.other(inner[edge])
+        if outer is not platform:
+            reached_by.setdefault(outer, edge)
+    at: dict[Piece, list[PieceEdge]] = {}
+    for edge in edges:
+        for end in (edge.inner.find(), edge.outer.find()):
+            at.setdefault(end, []).append(edge)
+    queue, seen = deque(live), set(live)
+    while queue:  # what leads nowhere points away from the rest
+        piece = queue.popleft()
+        for edge in at.get(piece, []):
+            other = edge.other(piece)
+            if edge not in inner:
+                inner[edge] = piece
+                if other in seen:  # it closes a ring that hangs
+                    inner[edge] = edge.inner.find()
+                    both_ways.add(edge)
+            if other not in seen:
+                seen.add(other)
+                reached_by[other] = edge
+                queue.append(other)
+    return _depth_first(root, edges, inner, reached_by, both_ways)
+
+
+def _depth_first(
+    root: Piece,
+    edges: list[PieceEdge],
+    inner: dict[PieceEdge, Piece],
+    reached_by: dict[Piece, PieceEdge],
+    both_ways: set[PieceEdge],
+) -> list[Step]:
+    leaving: dict[Piece, list[PieceEdge]] = {}
+    for edge in edges:
+        leaving.setdefault(inner[edge], []).append(edge)
+    steps: list[Step] = []
+    stack = leaving.get(root, [])[::-1]
+    while stack:
+        edge = stack.pop()
+        outer = edge.other(inner[edge])
+        in_tree = reached_by.get(outer) is edge
+        steps.append(Step(edge, inner[edge], outer, in_tree, edge in both_ways))
+        if in_tree:
+            stack.extend(leaving.get(outer, [])[::-1])
+    return steps
+
+
+def _currents(pieces: list[Piece], edges: list[PieceEdge], base: Piece, platform: Piece) -> np.ndarray:
+    """Return the edges' currents (samples, edges) from inner to outer, parts of the whole current."""
+    number = {piece: k for k, piece in enumerate(pieces)}
+    number[base], number[platform] = len(pieces), len(pieces) + 1
+    start = np.array([number[edge.inner.find()] for edge in edges])
+    end = np.array([number[edge.outer.find()] for edge in edges])
+    random = np.random.default_rng(0)
+    result = np.empty((_SAMPLES, len(edges)))
+    n = len(pieces)
+    for sample in range(_SAMPLES):
+        conductance = 10 ** random.uniform(-1, 1, len(edges))
+        laplacian = np.zeros((n + 2, n + 2))
+        np.add.at(laplacian, (start, start), conductance)
+        np.add.at(laplacian, (end, end), conductance)
+        np.add.at(laplacian, (start, end), -conductance)
+        np.add.at(laplacian, (end, start), -conductance)
+        potential = np.zeros(n + 2)
+        potential[n + 1] = 1.0
+        if n:
+            potential[:n] = np.linalg.solve(laplacian[:n, :n], -laplacian[:n, n + 1])
+        current = conductance * (potential[end] - potential[start])
+        result[sample] = current / abs(float(laplacian[n] @ potential))
+    return result
