@@ -639,17 +639,6 @@ def test_what_hangs_in_the_middle_of_a_beam_is_refused():
         robot_of_text(portal_text(hang("lamp", "column_1", "0 0 0.5", 3.0)))
 
 
-def test_hybrid_limbs_are_not_yet_possible():
-    text = sr.write(sr.rps3()).text
-    bridge = """<loop name="bridge" type="spherical"><predecessor link="rod_2"/><successor link="rod_3"/></loop>"""
-    with pytest.raises(ks.NotYetError) as caught:
-        robot_of_text(text.replace("</robot>", bridge + "</robot>"))
-    assert {"cylinder_2", "rod_2", "cylinder_3", "rod_3"} <= set(caught.value.names)
-    assert "cylinder_1" not in caught.value.names
-    for link in caught.value.names:
-        assert link in str(caught.value)
-
-
 def test_a_base_that_is_not_the_root():
     """The same robot with the tree rooted elsewhere: world axes and origin are the base's."""
     plain = sr.write(sr.rps3()).text

@@ -16,13 +16,13 @@ from kinetostatics.exceptions import (
     CoordinatesError,
     KinetostaticsError,
     LimbEquilibriumError,
-    NotYetError,
     RobotFileError,
     SingularPoseError,
     StaticsError,
 )
 from kinetostatics.result import BeamResult, LimbResult, Result
 from kinetostatics.robot import Robot, load_robot
+from kinetostatics.tolerances import Tolerance, Tolerances, tolerances
 
 if TYPE_CHECKING:
     from kinetostatics.foreign_loops import MissingFactsError, import_robot
@@ -41,18 +41,20 @@ __all__ = [
     "LimbEquilibriumError",
     "LimbResult",
     "MissingFactsError",
-    "NotYetError",
     "Result",
     "Robot",
     "RobotFileError",
     "SingularPoseError",
     "StaticsError",
     "Status",
+    "Tolerance",
+    "Tolerances",
     "analyze",
     "import_robot",
     "load_robot",
     "save_html",
     "show",
+    "tolerances",
     "verify",
 ]
 

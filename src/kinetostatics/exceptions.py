@@ -46,18 +46,6 @@ class RobotFileError(KinetostaticsError):
         super().__init__(f"{where}: {reason}")
 
 
-class NotYetError(KinetostaticsError):
-    """The robot is described correctly but needs something that this version cannot compute yet.
-
-    Attributes:
-        names: limbs, links or joints concerned.
-    """
-
-    def __init__(self, message: str, names: Iterable[str] = ()) -> None:
-        self.names = tuple(names)
-        super().__init__(message)
-
-
 class AssemblyError(KinetostaticsError):
     """The loops cannot be closed at the requested coordinates.
 

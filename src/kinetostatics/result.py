@@ -275,25 +275,26 @@ class Result:
 
     @cached_property
     def actuator_forces(self) -> Mapping[str, Array]:
-        """(…) force or torque of each drive, positive along its joint's positive direction [N or N·m], Eq. (17)."""
-        signs = self.robot.joint_table.signs
-        forces = {}
-        for name in self.robot.description.driven:
-            connection = self.robot.mechanism.connections[name]
-            if name not in self._wrenches_at_joints:
-                forces[name] = self._public(np.zeros(len(self._valid)))
-                continue
-            axis = np.concatenate(
-                [
-                    s.frames.directions(np.array([connection.predecessor_body]), connection.axis_on(True)[:, None])[:, 0]
-                    for s in self.solutions
-                ],
-                axis=-1,
-            )
-            wrench = self._wrenches_at_joints[name]
-            part = wrench[:3] if connection.kind == "prismatic" else wrench[3:]
-            forces[name] = self._public(signs[name] * np.einsum("in,in->n", axis, part))
-        return MappingProxyType(forces)
+        """(…) force or torque of each drive, positive along its joint's positive direction [N or N·m], Eq. (17).
+
+        A drive that other joints mimic moves them too: their forces count with their multipliers.
+        """
+        total = {name: self._force_along(name) for name in self.robot.description.driven}
+        for joint in self.robot.mechanism.connections.values():
+            if joint.mimic is not None:
+                total[joint.mimic.joint] = total[joint.mimic.joint] + joint.mimic.multiplier * self._force_along(joint.name)
+        return MappingProxyType({name: self._public(force) for name, force in total.items()})
+
+    def _force_along(self, joint: str) -> Array:
+        """Return the force or torque (N,) of a locked joint along its own coordinate."""
+        if joint not in self._wrenches_at_joints:
+            return np.zeros(len(self._valid))
+        connection = self.robot.mechanism.connections[joint]
+        body, along = np.array([connection.predecessor_body]), connection.axis_on(True)[:, None]
+        axis = np.concatenate([s.frames.directions(body, along)[:, 0] for s in self.solutions], axis=-1)
+        wrench = self._wrenches_at_joints[joint]
+        part = wrench[:3] if connection.kind == "prismatic" else wrench[3:]
+        return np.asarray(self.robot.joint_table.signs[joint] * np.einsum("in,in->n", axis, part))
 
     @cached_property
     def base_wrench(self) -> Array:

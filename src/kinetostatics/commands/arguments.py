@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 UNITS = {
     "deg": ("angle", math.pi / 180),
     "rad": ("angle", 1.0),
+    "mrad": ("angle", 1e-3),
     "mm": ("length", 1e-3),
     "um": ("length", 1e-6),
     "µm": ("length", 1e-6),
@@ -35,7 +36,7 @@ PLATFORM_KINDS = {
 
 VALUES_HELP = """\
 values:
-  Numbers are SI: m, rad, N, N·m. They may carry one of the units m, mm, um, deg, rad: z=500mm rx=-2deg.
+  Numbers are SI: m, rad, N, N·m. They may carry one of the units m, mm, um, deg, rad, mrad: z=500mm rx=-2deg.
 """
 
 

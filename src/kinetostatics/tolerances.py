@@ -1,0 +1,189 @@
+"""What every small error of every joint and beam does to the platform, and which forces it locks into the robot.
+
+One misfit at a time (:mod:`kinetostatics.misfits`), nothing loaded: as all is linear, the effects of several errors add up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.configuration import Configuration, Status
+from kinetostatics.equilibrium import analyze
+from kinetostatics.exceptions import ArgumentError
+
+Array = NDArray[np.float64]
+
+#: What the table may be ranked by.
+RANKINGS = ("force", "displacement", "rotation")
+#: Part of the largest effect of all errors below which one counts as none: along a joint's own freedoms.
+_NO_EFFECT = 1e-9
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """The effect of one error.
+
+    Attributes:
+        name: the joint or beam.
+        kind: ``joint`` or ``beam``.
+        error: what is off: ``x``, ``y``, ``z``, ``rx``, ``ry``, ``rz`` of a joint, along and about the axes of its frame on the
+            predecessor's side; ``length`` or ``temperature`` of a beam.
+        amount: by how much [m, rad, K].
+        twist: what it does to the platform: displacement of o and rotation, world axes [m, rad].
+        displacement, rotation: their sizes [m, rad].
+        force: the largest force that it locks into a joint [N], and ``at`` which one; 0 and "" in a determinate robot.
+        at: see ``force``.
+        moment: the largest moment that it locks into a joint, about the joint's centre [N·m].
+        actuator_forces: what it adds to the drives [N, N·m].
+    """
+
+    name: str
+    kind: str
+    error: str
+    amount: float
+    twist: tuple[float, ...]
+    displacement: float
+    rotation: float
+    force: float
+    at: str
+    moment: float
+    actuator_forces: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """The effects of all errors, the worst first.
+
+    Attributes:
+        configuration: the pose.
+        rows: one for each error that has an effect.
+        ranked_by: ``force``, ``displacement`` or ``rotation``.
+    """
+
+    configuration: Configuration
+    rows: tuple[Tolerance, ...]
+    ranked_by: str
+
+    def __str__(self) -> str:
+        from kinetostatics.report import tolerances_report
+
+        return tolerances_report(self)
+
+    def __iter__(self) -> Iterator[Tolerance]:
+        return iter(self.rows)
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything as plain numbers, lists and strings: what ``--json`` prints."""
+        return {
+            "robot": self.configuration.robot.name,
+            "ranked_by": self.ranked_by,
+            "errors": [{**asdict(row), "twist": list(row.twist)} for row in self.rows],
+        }
+
+
+def tolerances(
+    configuration: Configuration,
+    length: float = 1e-4,
+    angle: float = 1e-3,
+    temperature: float = 1.0,
+    *,
+    by: str | None = None,
+) -> Tolerances:
+    """Rank what errors of joints and beams do: pose errors, and forces locked into an overconstrained robot.
+
+    Args:
+        configuration: one pose.
+        length: error of a joint along the axes of its frame, and of a beam's length [m].
+        angle: error of a joint about the axes of its frame [rad].
+        temperature: rise of one beam's temperature [K], for beams with a thermal expansion.
+        by: what the table is ranked by: "force", "displacement" or "rotation"; default: force, where any error causes one.
+
+    Returns:
+        One row for each error that has an effect: a joint's errors along its own freedoms have none.
+
+    Raises:
+        ArgumentError: not a single pose, or an amount that is not a positive number.
+        SingularPoseError: with the drives locked the platform can still move.
+    """
+    if not isinstance(configuration, Configuration) or configuration.shape != ():
+        raise ArgumentError("tolerances wants a single pose: make one with robot.assemble(…)")
+    if by is not None and by not in RANKINGS:
+        raise ArgumentError(f"by is {by!r}; it must be one of {', '.join(map(repr, RANKINGS))}")
+    for name, amount in (("length", length), ("angle", angle), ("temperature", temperature)):
+        if not (np.isfinite(amount) and amount > 0):
+            raise ArgumentError(f"{name} is {amount!r}; it must be a positive number")
+    robot = configuration.robot
+    errors = _errors(configuration, length, angle, temperature)
+    if not errors:
+        return Tolerances(configuration, (), by or "displacement")
+    analyze(configuration, gravity=(0, 0, 0))  # which raises at a singular pose
+    found: dict[str, Any] = {}
+    for row, (name, _, error, amount) in enumerate(errors):
+        if error in ("length", "temperature"):
+            found.setdefault(name, {}).setdefault(error, np.zeros(len(errors)))[row] = amount
+        else:
+            entry = found.setdefault(name, {"twist": np.zeros((len(errors), 6)), "frame": "joint"})
+            entry["twist"][row, _COMPONENTS.index(error)] = amount
+    result = analyze(configuration, gravity=(0, 0, 0), misfits=found, on_failure="nan")
+    loose = np.any(result.status == Status.INDETERMINATE)
+    wrenches = np.stack(list(result.joint_wrenches.values()), axis=1)
+    forces, moments = np.linalg.norm(wrenches[..., :3], axis=2), np.linalg.norm(wrenches[..., 3:], axis=2)
+    if loose:
+        forces, moments = np.nan_to_num(forces), np.nan_to_num(moments)
+    names = list(result.joint_wrenches)
+    shifts, turns = np.linalg.norm(result.twist[:, :3], axis=1), np.linalg.norm(result.twist[:, 3:], axis=1)
+    stress = np.maximum(forces.max(axis=1), moments.max(axis=1) / robot.length)
+    effect = np.maximum(shifts, turns * robot.length)
+    # unit loads tell which forces are more than the rounding of locked ones
+    stiff = float(np.max(np.abs(np.nan_to_num(result.stiffness[0])), initial=0.0))
+    no_force = stress <= max(_NO_EFFECT * float(np.max(stress)), _NO_EFFECT * stiff * float(np.max(effect)))
+    keep = ~no_force | (effect > _NO_EFFECT * float(np.max(effect)))
+    rows = []
+    for row in np.flatnonzero(keep).tolist():
+        name, kind, error, amount = errors[row]
+        worst = int(np.argmax(forces[row]))
+        rows.append(
+            Tolerance(
+                name,
+                kind,
+                error,
+                amount,
+                tuple(result.twist[row].tolist()),
+                float(shifts[row]),
+                float(turns[row]),
+                0.0 if no_force[row] else float(forces[row, worst]),
+                "" if no_force[row] else names[worst],
+                0.0 if no_force[row] else float(moments[row].max()),
+                {drive: 0.0 if no_force[row] else float(force[row]) for drive, force in result.actuator_forces.items()},
+            )
+        )
+    ranked_by = by or ("force" if any(item.force > 0 for item in rows) else "displacement")
+    rows.sort(key=lambda item: -float(getattr(item, ranked_by)))
+    return Tolerances(configuration, tuple(rows), ranked_by)
+
+
+_COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
+
+
+def _errors(configuration: Configuration, length: float, angle: float, temperature: float) -> list[tuple[str, str, str, float]]:
+    """Return name, kind, error and amount of all errors of what holds the platform."""
+    robot = configuration.robot
+    found: list[tuple[str, str, str, float]] = []
+    for limb in robot.topology.limbs:
+        for edge in limb.edges:
+            if edge.joint is not None:
+                for k, component in enumerate(_COMPONENTS):
+                    found.append((edge.joint, "joint", component, length if k < 3 else angle))
+            elif edge.beam is not None:
+                found.append((edge.beam, "beam", "length", length))
+                if robot.description.beams[edge.beam].thermal_expansion:
+                    found.append((edge.beam, "beam", "temperature", temperature))
+    return found
