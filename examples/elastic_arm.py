@@ -29,15 +29,19 @@ GRAVITY = 9.81
 HEIGHT = 0.3  # m
 REACHES = np.linspace(0.5, 1.15, 14)  # m, from the base's axis
 
-ARM = ks.load_robot(ROOT / "robots" / "ur10.urdf.xacro")
+#: Gears that give way too [N·m/rad]: of our own, the order of magnitude of strain wave gears of this size.
+SOFT_GEARS = {"shoulder_drive_stiffness": 6e4, "elbow_drive_stiffness": 3e4, "wrist_drive_stiffness": 1e4}
+
+FILE = ROOT / "robots" / "ur10.urdf.xacro"
+ARM = ks.load_robot(FILE)
 
 
-def path(reaches: np.ndarray = REACHES) -> ks.Configuration:
+def path(arm: ks.Robot = ARM, reaches: np.ndarray = REACHES) -> ks.Configuration:
     """Return poses with the tool pointing down at some distances (n,) [m] in front of the base."""
-    start = ARM.assemble(actuators=ELBOW_UP)
+    start = arm.assemble(actuators=ELBOW_UP)
     tool = start.platform_coordinates("XYZ")
     target = {"x": reaches, "y": tool["y"], "z": HEIGHT, "rx": tool["rx"], "ry": tool["ry"], "rz": tool["rz"]}
-    return ARM.assemble(platform=target, orientation="XYZ", near=start)
+    return arm.assemble(platform=target, orientation="XYZ", near=start)
 
 
 def analyze(poses: ks.Configuration) -> ks.Result:
@@ -93,6 +97,13 @@ def main() -> None:
     turned = {name: np.abs(commanded.actuators[name] - poses.actuators[name]).max() for name in poses.actuators}
     most = max(turned, key=lambda name: turned[name])
     print(f"  no joint is turned more than {most}, by {1e3 * turned[most]:.2f} mrad")
+
+    stretched = analyze(path(ks.load_robot(FILE, SOFT_GEARS), REACHES[-1:]))
+    print(f"\nWith gears that give way as well, at {1e3 * REACHES[-1]:.0f} mm: {-1e6 * stretched.twist[0, 2]:.0f} µm, of which")
+    causes = {name: twist for kind in stretched.source_contributions.values() for name, twist in kind.items()}
+    for name, twist in sorted(causes.items(), key=lambda item: item[1][0, 2]):
+        if abs(twist[0, 2]) > 1e-9:
+            print(f"  {name:20} {-1e6 * twist[0, 2]:7.1f} µm")
 
 
 if __name__ == "__main__":

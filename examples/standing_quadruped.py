@@ -19,6 +19,7 @@ FILE = Path(__file__).resolve().parent.parent / "robots" / "anymal_standing.urdf
 FEET = ("LF", "RF", "LH", "RH")  # left and right, fore and hind
 HEIGHT = 0.48  # of the trunk's hip axes above ground [m]
 
+SPRINGS = 300.0  # N·m/rad in every drive, of our own: series elastic drives are about as soft
 STANDING = ks.load_robot(FILE)
 
 
@@ -54,8 +55,10 @@ def print_feet(result: ks.Result) -> None:
             f"   {foot} {force[2]:13.1f} N {100 * force[2] / weight:8.1f} % {force[0]:11.1f} N {force[1]:14.1f} N"
             f" {np.hypot(*force[:2]) / force[2]:14.2f}"
         )
-    x, y, z, rx, ry, _ = 1e6 * result.twist
-    print(f"   trunk: {-z:.1f} µm down, {x:+.1f} µm forwards, {y:+.1f} µm to the left, tilted by {np.hypot(rx, ry):.1f} µrad")
+    scale, unit = (1e6, "µ") if abs(result.twist[2]) < 1e-3 else (1e3, "m")
+    x, y, z, rx, ry, _ = scale * result.twist
+    moved = f"{-z:.1f} {unit}m down, {x:+.1f} {unit}m forwards, {y:+.1f} {unit}m to the left"
+    print(f"   trunk: {moved}, tilted by {np.hypot(rx, ry):.1f} {unit}rad")
     drive, torque = max(result.actuator_forces.items(), key=lambda item: abs(float(item[1])))
     print(f"   hardest drive: {drive}, {float(torque):+.1f} N·m\n")
 
@@ -66,6 +69,9 @@ def main() -> None:
     mass = -result.base_wrench[2] / result.gravity[2]
     print(f"ANYmal, {mass:.2f} kg, on four feet, trunk {1e3 * HEIGHT:.0f} mm above the ground\n")
     print_feet(result)
+
+    print(f"The same with springs of {SPRINGS:g} N·m/rad in all twelve drives, as series elastic drives have them")
+    print_feet(ks.analyze(stand(ks.load_robot(FILE, {"drive_stiffness": SPRINGS}))))
 
     print("The trunk shifts forwards over feet that stay where they are")
     shifts = np.linspace(-0.1, 0.1, 9)
