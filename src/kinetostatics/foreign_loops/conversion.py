@@ -88,7 +88,7 @@ def import_robot(
 def describe(made: Conversion, parameters: Mapping[str, object] | None = None) -> RobotDescription:
     """Return the description of a converted robot, with the warnings of the conversion."""
     description = parse_robot_text(made.text, made.path, parameters if made.includes_source else None)
-    return replace(description, warnings=(*description.warnings, *made.warnings))
+    return replace(description, file_warnings=(*description.file_warnings, *made.warnings))
 
 
 def convert(
