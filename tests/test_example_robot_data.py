@@ -436,7 +436,22 @@ def test_finite_elements_agree(name, options):
     assert max(found.differences.values()) < 1e-9, found.differences
 
 
-# ---- examples -----------------------------------------------------------------------------------------------------------------
+# ---- the page and the examples -------------------------------------------------------------------------------------------------
+
+
+def test_the_pages_small_example_is_what_it_says(tmp_path):
+    page = (ROOT / "docs" / "example_robot_data.md").read_text(encoding="utf-8")
+    file = tmp_path / "my_ur10.urdf.xacro"
+    file.write_text(re.findall(r"```xml\n(.*?)```", page, re.DOTALL)[0], encoding="utf-8")
+    one = ks.load_robot(file)
+    pose, q = arm_pose(0)
+    result = ks.analyze(one.assemble(actuators=dict(zip(ARM, q, strict=True))))
+    (warning,) = result.warnings
+    assert "0.08595 m from the middle" in warning and "warning says that its centre of mass moves by 86 mm" in page
+    shipped = ks.analyze(pose)
+    for name in ARM:  # along the axis of lift and elbow, and the pan axis is vertical
+        assert result.actuator_forces[name] == pytest.approx(shipped.actuator_forces[name], abs=1e-9)
+    assert np.linalg.norm(result.twist[:3] - shipped.twist[:3]) < 0.3 * np.linalg.norm(shipped.twist[:3])
 
 
 def printed_by(example):

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Mapping
 
-from kinetostatics.description import Beam, BeamEnd, Link
-from kinetostatics.exceptions import near_names
+from kinetostatics.description import Beam, BeamEnd, Material
+from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.sections import Rectangle, RectangularTube, Section, Tube
 from kinetostatics.xml_source import Element
-from kinetostatics.xml_values import allow, direction, new_name, not_negative, number, positive, reference, text
+from kinetostatics.xml_values import allow, direction, new_name, not_negative, number, positive, positive_or_inf, reference, text
 
 _ATTRIBUTES = (
     "link",
@@ -26,36 +26,24 @@ _ATTRIBUTES = (
 )
 
 
-def read_beams(
-    root: Element,
-    links: Mapping[str, Link],
-    connections: Collection[str],
-    rigid: Mapping[str, str],
-    warnings: list[str],
-) -> dict[str, Beam]:
+def read_beams(root: Element, links: Collection[str], connections: Collection[str], rigid: Mapping[str, str]) -> dict[str, Beam]:
     """Read all ``<beam>``.
 
     Args:
         root: the ``<robot>`` element.
-        links: all links.
+        links: names of all links.
         connections: names of all joints and loops.
         rigid: links that may not carry a beam, and what they are.
-        warnings: gets one more for each beam of unknown weight.
     """
     beams: dict[str, Beam] = {}
     for element in root.named("beam"):
         beam = _beam(element, links, connections, rigid)
         _check_against(beam, beams, element)
-        if beam.density is None and not links[beam.link].has_inertial:
-            warnings.append(
-                f"{beam.place.file}:{beam.place.line}: {element.label} has no density and its link no <inertial>, "
-                'so that it weighs nothing; write density="0" if that is meant.'
-            )
         beams[beam.name] = beam
     return beams
 
 
-def _beam(element: Element, links: Mapping[str, Link], connections: Collection[str], rigid: Mapping[str, str]) -> Beam:
+def _beam(element: Element, links: Collection[str], connections: Collection[str], rigid: Mapping[str, str]) -> Beam:
     allow(element, _ATTRIBUTES, _SECTIONS)
     link = reference(element, "link", links, "link")
     if link in rigid:
@@ -67,29 +55,27 @@ def _beam(element: Element, links: Mapping[str, Link], connections: Collection[s
     if start is not None and start == end:
         raise element.error(f"{element.label} has zero length: it goes from {start.joint!r} to {start.joint!r}")
     section = _section(element)
-    youngs_modulus = positive(element, "youngs_modulus")
-    shear_modulus, poisson_ratio = _shear_modulus(element, youngs_modulus)
-    shear_areas = _shear_areas(element, section, poisson_ratio)
-    y_axis = direction(element, "y_axis") if "y_axis" in element.attributes else None
-    if y_axis is None and not (section.is_isotropic and math.isclose(*shear_areas, rel_tol=1e-12)):
+    beam = Beam(
+        link,
+        section,
+        _material(element),
+        start,
+        end,
+        _shear_coefficient(element, section),
+        direction(element, "y_axis") if "y_axis" in element.attributes else None,
+        new_name(element) if "name" in element.attributes else link,
+        place=element.place,
+    )
+    try:
+        shear_areas = beam.shear_areas
+    except ArgumentError as error:
+        raise element.error(f"{element.label}: {error}") from None
+    if beam.y_axis is None and not (section.is_isotropic and math.isclose(*shear_areas, rel_tol=1e-12)):
         raise element.error(
             f'{element.label} has a section that bends differently about y and z: write y_axis="x y z", the '
             "direction of the section's y (a rectangle's width) in the link's frame"
         )
-    return Beam(
-        name=new_name(element) if "name" in element.attributes else link,
-        link=link,
-        start=start,
-        end=end,
-        youngs_modulus=youngs_modulus,
-        shear_modulus=shear_modulus,
-        shear_areas=shear_areas,
-        density=not_negative(element, "density") if "density" in element.attributes else None,
-        thermal_expansion=number(element, "thermal_expansion", 0.0),
-        section=section,
-        y_axis=y_axis,
-        place=element.place,
-    )
+    return beam
 
 
 def _check_against(beam: Beam, beams: Mapping[str, Beam], element: Element) -> None:
@@ -97,7 +83,7 @@ def _check_against(beam: Beam, beams: Mapping[str, Beam], element: Element) -> N
     for other in beams.values():
         if other.link != beam.link:
             continue
-        where = f"{other.place.file}:{other.place.line}"
+        where = str(other.place)
         if (other.start, other.end) == (beam.start, beam.end):
             raise element.error(
                 f"two beams on the same span: {element.label} lies where the one of {where} lies; give them different from and to"
@@ -108,9 +94,8 @@ def _check_against(beam: Beam, beams: Mapping[str, Beam], element: Element) -> N
                 "density replaces the link's <inertial>"
             )
     if beam.name in beams:
-        place = beams[beam.name].place
         raise element.error(
-            f"the beam name {beam.name!r} is taken already, in {place.file}:{place.line}; give this one its own name"
+            f"the beam name {beam.name!r} is taken already, in {beams[beam.name].place}; give this one its own name"
         )
 
 
@@ -133,36 +118,32 @@ def _end(element: Element, name: str, connections: Collection[str]) -> BeamEnd |
     return BeamEnd(joint, side)
 
 
-def _shear_modulus(element: Element, youngs_modulus: float) -> tuple[float, float | None]:
-    """Return G and, if the file gives it, Poisson's ratio."""
+def _material(element: Element) -> Material:
+    youngs_modulus = positive(element, "youngs_modulus")
     given = [name for name in ("poisson_ratio", "shear_modulus") if name in element.attributes]
     if len(given) != 1:
         state = "both poisson_ratio and shear_modulus" if given else "neither poisson_ratio nor shear_modulus"
         raise element.error(f"{element.label} has {state}; give one of them")
-    if given == ["shear_modulus"]:
-        return positive(element, "shear_modulus"), None
-    ratio = number(element, "poisson_ratio")
-    if not -1 < ratio <= 0.5:
+    shear_modulus = positive(element, "shear_modulus") if given == ["shear_modulus"] else None
+    ratio = None if shear_modulus is not None else number(element, "poisson_ratio")
+    if ratio is not None and not -1 < ratio <= 0.5:
         raise element.error(f"poisson_ratio={ratio:g} of {element.label} must be above -1 and at most 0.5")
-    return youngs_modulus / (2 * (1 + ratio)), ratio
+    return Material(
+        youngs_modulus,
+        ratio,
+        shear_modulus,
+        density=not_negative(element, "density") if "density" in element.attributes else None,
+        thermal_expansion=number(element, "thermal_expansion", 0.0),
+    )
 
 
-def _shear_areas(element: Element, section: Section, poisson_ratio: float | None) -> tuple[float, float]:
-    """Return κA for y and z [m²]."""
+def _shear_coefficient(element: Element, section: Section) -> float | None:
     given = element.attributes.get("shear_coefficient")
-    if section.shear_area_y is not None and section.shear_area_z is not None:
-        if given is not None:
-            raise element.error(f"{element.label} has a shear_coefficient and shear areas; leave one of them")
-        return section.shear_area_y, section.shear_area_z
-    if given is not None:
-        factor = math.inf if given.strip() == "inf" else positive(element, "shear_coefficient")
-        return factor * section.area, factor * section.area
-    factors = None if poisson_ratio is None else section.shear_coefficients(poisson_ratio)
-    if factors is None:
-        why = "its shear_modulus leaves Poisson's ratio open" if poisson_ratio is None else "its shape is not known"
-        areas = " (or <section> its shear_area_y and shear_area_z)" if type(section) is Section else ""
-        raise element.error(f"{element.label} needs a shear_coefficient{areas}, because {why}; 'inf' means no shear")
-    return factors[0] * section.area, factors[1] * section.area
+    if given is None:
+        return None
+    if section.shear_area_y is not None:
+        raise element.error(f"{element.label} has a shear_coefficient and shear areas; leave one of them")
+    return positive_or_inf(element, "shear_coefficient")
 
 
 def _section(beam: Element) -> Section:

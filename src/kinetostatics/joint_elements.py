@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping
 
 from kinetostatics.description import Joint, JointStiffness, Loop, Mimic, Vector
 from kinetostatics.xml_source import Element
-from kinetostatics.xml_values import LONGEST, allow, number, reference, stiffness, stiffnesses, text
+from kinetostatics.xml_values import LONGEST, allow, number, positive_or_inf, reference, stiffnesses, text
 
 #: Types of joints and loops with exactly one freedom: they have limits and may be driven.
 ONE_FREEDOM = ("revolute", "continuous", "prismatic")
@@ -113,15 +113,15 @@ def read_joint_stiffness(
         allow(element, ("joint", "linear", "angular", "drive"))
         name = reference(element, "joint", {**joints, **loops}, "joint")
         if name in result:
-            place = result[name].place
-            raise element.error(f"the joint {name!r} has a <joint_stiffness> already, in {place.file}:{place.line}")
+            raise element.error(f"the joint {name!r} has a <joint_stiffness> already, in {result[name].place}")
         given = [group for group in ("linear", "angular", "drive") if group in element.attributes]
         if not given:
             raise element.error(f"{element.label} says nothing: give linear, angular or drive")
         joint = joints.get(name) or loops[name]
         locked = name in driven or (isinstance(joint, Joint) and joint.mimic is not None)
         groups = {group: _group(element, group, joint, locked) for group in ("linear", "angular")}
-        result[name] = JointStiffness(name, groups["linear"], groups["angular"], _drive(element, name, driven), element.place)
+        drive = _drive(element, name, driven)
+        result[name] = JointStiffness(name, groups["linear"], groups["angular"], drive, place=element.place)
     return result
 
 
@@ -132,7 +132,7 @@ def _drive(element: Element, name: str, driven: Collection[str]) -> float | None
         raise element.error(
             f"{element.label} has a drive, but {name!r} is not driven; name it in a <transmission>, or drop drive"
         )
-    return stiffness(element, "drive")
+    return positive_or_inf(element, "drive")
 
 
 def _group(element: Element, group: str, joint: Joint | Loop, locked: bool) -> Vector | None:

@@ -6,12 +6,11 @@ import math
 from collections.abc import Mapping
 from operator import mul
 
-from kinetostatics.description import Cone, Joint, Link, Loop, Origin, Vector
+from kinetostatics.description import Cone, Joint, Link, Loop, Origin, Vector, by_name
 from kinetostatics.exceptions import near_names
 from kinetostatics.joint_elements import ONE_FREEDOM as ONE_FREEDOM
-from kinetostatics.tree_elements import unused_name
 from kinetostatics.xml_source import Element
-from kinetostatics.xml_values import allow, direction, limits, not_negative, origin, positive, reference, text
+from kinetostatics.xml_values import allow, direction, limits, new_name, not_negative, origin, positive, reference, text
 
 LOOP_TYPES = ("fixed", "revolute", "continuous", "prismatic", "cylindrical", "universal", "spherical", "planar")
 #: Larger robots are refused.
@@ -22,16 +21,16 @@ _PARALLEL = 1e-9  # 1 − cos of the smallest angle between the two axes of a un
 
 def read_loops(root: Element, links: Mapping[str, Link], joints: Mapping[str, Joint]) -> dict[str, Loop]:
     """Read all ``<loop>``."""
-    loops: dict[str, Loop] = {}
+    loops: list[Loop] = []
     for element in root.named("loop"):
-        name = unused_name(element, "joint or loop", joints, loops)
-        loops[name] = _loop(name, element, links)
+        loops.append(_loop(element, links))
         if len(loops) > MAX_LOOPS:
             raise element.error(f"the robot has more than {MAX_LOOPS} loops")
-    return loops
+    return by_name("joint or loop", loops, joints)
 
 
-def _loop(name: str, element: Element, links: Mapping[str, Link]) -> Loop:
+def _loop(element: Element, links: Mapping[str, Link]) -> Loop:
+    name = new_name(element)
     allow(element, ("name", "type"), ("predecessor", "successor", "axis", "axis2", "limit", "cone"))
     kind = text(element, "type")
     if kind not in LOOP_TYPES:
@@ -41,20 +40,22 @@ def _loop(name: str, element: Element, links: Mapping[str, Link]) -> Loop:
     if predecessor == successor:
         raise element.error(f"{element.label} joins the link {predecessor!r} to itself")
     axis, axis2 = _axes(element, kind)
-    lower, upper = _limits(element, kind)
+    lower, upper, effort, velocity = _limits(element, kind)
     return Loop(
         name,
         kind,
         predecessor,
-        predecessor_origin,
         successor,
+        predecessor_origin,
         successor_origin,
         axis,
         axis2,
         lower,
         upper,
         _cone(element, kind),
-        element.place,
+        effort,
+        velocity,
+        place=element.place,
     )
 
 
@@ -84,20 +85,20 @@ def _axes(element: Element, kind: str) -> tuple[Vector, Vector]:
     return result["axis"], result["axis2"]
 
 
-def _limits(element: Element, kind: str) -> tuple[float, float]:
+def _limits(element: Element, kind: str) -> tuple[float, float, float, float]:
+    """Return lower, upper, effort and velocity."""
     limit = element.child("limit")
     if limit is None:
-        return -math.inf, math.inf
+        return -math.inf, math.inf, 0.0, 0.0
     if kind not in ONE_FREEDOM:
         right = "; a <cone> limits it" if kind in ("universal", "spherical") else ""
         raise limit.error(f"{element.label} is {kind}, and <limit> is for {', '.join(ONE_FREEDOM)}{right}")
     allow(limit, ("lower", "upper", "effort", "velocity"))
-    for name in ("effort", "velocity"):
-        not_negative(limit, name, 0.0)
+    effort, velocity = not_negative(limit, "effort", 0.0), not_negative(limit, "velocity", 0.0)
     lower, upper = limits(limit)
     if kind == "continuous" and math.isfinite(lower):
         raise limit.error(f"{element.label} is continuous, which means unlimited; make it revolute if it is limited")
-    return lower, upper
+    return lower, upper, effort, velocity
 
 
 def _cone(element: Element, kind: str) -> Cone | None:

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from kinetostatics.description import Cone, Mimic, Place, RobotDescription
 from kinetostatics.exceptions import RobotFileError
 from kinetostatics.kinematics import Tree, TreeJoint
+from kinetostatics.robot_file import validate
 
 Array = NDArray[np.float64]
 
@@ -129,7 +130,7 @@ class Mechanism:
     """Bodies, connections and the tree; everything about a robot that has numbers but no pose.
 
     Attributes:
-        description: what the file says.
+        description: what the file says, validated.
         model: Pinocchio's model of the tree.
         connections: all joints and loops by name, fixed ones too, in the order of the file, loops last.
         body_of: body and placement (4, 4) in it of every link.
@@ -139,7 +140,7 @@ class Mechanism:
     def __init__(self, description: RobotDescription) -> None:
         import pinocchio as pin
 
-        self.description = description
+        self.description = description = validate(description)
         try:
             with _silence():
                 self.model: Any = pin.buildModelFromXML(description.urdf)

@@ -77,8 +77,8 @@ class Robot:
     """
 
     def __init__(self, description: RobotDescription) -> None:
-        self.description = description
         self.mechanism = Mechanism(description)
+        self.description = self.mechanism.description
         self.topology: Topology = analyze_topology(self.mechanism)
         self.equations = LoopEquations(self.mechanism)
         self._determined: dict[Request, bool] = {}

@@ -5,15 +5,17 @@ from __future__ import annotations
 import difflib
 import os
 from collections.abc import Mapping
+from dataclasses import replace
 
 from kinetostatics.beam_elements import read_beams
 from kinetostatics.description import Link, Origin, Place, RobotDescription
+from kinetostatics.element_writer import extra_of_robot, robot_element
 from kinetostatics.exceptions import RobotFileError
 from kinetostatics.joint_elements import check_mimics, read_driven, read_joint_stiffness
 from kinetostatics.loop_elements import read_loops
 from kinetostatics.tree_elements import ROBOT_LEVEL, read_joints, read_links, tree_root
 from kinetostatics.xacro_source import expand
-from kinetostatics.xml_source import Element, parse, read_file, to_elements, to_text
+from kinetostatics.xml_source import Element, parse, read_file, to_elements
 from kinetostatics.xml_values import allow, new_name, origin, reference
 
 
@@ -70,6 +72,34 @@ def _read(data: bytes | str, path: str, parameters: Mapping[str, object]) -> Rob
     return _describe(to_elements(document), path, warnings)
 
 
+def validate(description: RobotDescription) -> RobotDescription:
+    """Check a description that was made or changed in Python, by all rules that robot files are held to.
+
+    It is turned into the elements of a robot file, and these are read: there is no second copy of any rule.
+
+    Args:
+        description: the description; one that is valid already comes back as it is.
+
+    Returns:
+        The same description as it is read from a file: defaults filled in, axes of unit length, numbers as floats.
+
+    Raises:
+        RobotFileError: something is wrong; with the file and line to blame if it comes from a file.
+    """
+    if description.is_valid:
+        return description
+    found = _describe(robot_element(description), description.path, [])
+    said = {warning.partition(": ")[2] for warning in description.file_warnings}
+    new = [warning for warning in found.file_warnings if warning.partition(": ")[2] not in said]
+    return _valid(replace(found, file_warnings=(*description.file_warnings, *new)))
+
+
+def _valid(description: RobotDescription) -> RobotDescription:
+    """Return a description, marked as valid."""
+    object.__setattr__(description, "is_valid", True)
+    return description
+
+
 def _describe(root: Element, path: str, warnings: list[str]) -> RobotDescription:
     if root.tag != "robot":
         raise root.error(f"the outermost element is <{root.tag}>; in a robot file it is <robot>")
@@ -85,22 +115,24 @@ def _describe(root: Element, path: str, warnings: list[str]) -> RobotDescription
         raise RobotFileError(f"the link {base!r} is both base and platform", place.file, place.line)
     driven = read_driven(root, joints, loops)
     check_mimics(root, joints, loops, driven)
-    rigid = {base: "base", platform: "platform"}
-    return RobotDescription(
-        name=name,
-        path=path,
-        urdf=to_text(root),
-        links=links,
-        joints=joints,
-        loops=loops,
-        beams=read_beams(root, links, {**joints, **loops}, rigid, warnings),
-        base=base,
-        platform=platform,
-        platform_origin=platform_origin,
-        platform_place=place,
-        driven=driven,
-        warnings=tuple(warnings),
-        joint_stiffness=read_joint_stiffness(root, joints, loops, driven),
+    return _valid(
+        RobotDescription(
+            name,
+            links,
+            joints,
+            platform,
+            platform_origin,
+            base,
+            loops,
+            read_beams(root, links, {**joints, **loops}, {base: "base", platform: "platform"}),
+            read_joint_stiffness(root, joints, loops, driven),
+            driven,
+            tuple((key, value) for key, value in root.attributes.items() if key != "name"),
+            extra_of_robot(root, ("link", "joint", *ROBOT_LEVEL)),
+            path,
+            platform_place=place,
+            file_warnings=tuple(warnings),
+        )
     )
 
 

@@ -10,7 +10,8 @@ import difflib
 import math
 from collections.abc import Mapping
 
-from kinetostatics.description import Joint, Link, Loop, Place, Vector
+from kinetostatics.description import Inertia, Joint, Link, Place, Vector, by_name
+from kinetostatics.element_writer import other_children
 from kinetostatics.exceptions import RobotFileError, near_names
 from kinetostatics.joint_elements import read_mimic
 from kinetostatics.xml_source import Element
@@ -36,37 +37,30 @@ _JOINT_CHILDREN = (
     "calibration",
     "safety_controller",
 )
-_INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 
 
 def read_links(root: Element, warnings: list[str]) -> dict[str, Link]:
     """Read all ``<link>``."""
-    links: dict[str, Link] = {}
+    links: list[Link] = []
     for element in root.named("link"):
-        name = unused_name(element, "link", links)
-        _check_children(element, _LINK_CHILDREN, warnings)
-        for shape in element.named("visual") + element.named("collision"):
-            origin(shape)
-        mass, center = _inertial(element)
-        links[name] = Link(name, mass, center, element.child("inertial") is not None, element.place)
+        links.append(_link(element, warnings))
         if len(links) > MAX_LINKS:
             raise element.error(f"the robot has more than {MAX_LINKS} links")
     if not links:
         raise root.error("the robot has no links")
-    return links
+    return by_name("link", links)
 
 
 def read_joints(root: Element, links: Mapping[str, Link], warnings: list[str]) -> dict[str, Joint]:
     """Read all ``<joint>``, the joints of the spanning tree."""
-    joints: dict[str, Joint] = {}
+    joints: list[Joint] = []
     freedoms = 0
     for element in root.named("joint"):
-        name = unused_name(element, "joint", joints)
-        joints[name] = _joint(name, element, links, warnings)
-        freedoms += {"fixed": 0, "planar": 3, "floating": 6}.get(joints[name].type, 1)
+        joints.append(_joint(element, links, warnings))
+        freedoms += {"fixed": 0, "planar": 3, "floating": 6}.get(joints[-1].type, 1)
         if freedoms > MAX_FREEDOMS:
             raise element.error(f"the joints have more than {MAX_FREEDOMS} freedoms together")
-    return joints
+    return by_name("joint", joints)
 
 
 def tree_root(links: Mapping[str, Link], joints: Mapping[str, Joint]) -> str:
@@ -94,16 +88,6 @@ def tree_root(links: Mapping[str, Link], joints: Mapping[str, Joint]) -> str:
     if longest > MAX_ROW:
         raise _error(links[roots[0]].place, f"the tree has more than {MAX_ROW} joints in a row")
     return roots[0]
-
-
-def unused_name(element: Element, kind: str, *taken: Mapping[str, Link] | Mapping[str, Joint] | Mapping[str, Loop]) -> str:
-    """Return the element's name; raise an error if another of its kind has it."""
-    name = new_name(element)
-    for others in taken:
-        if name in others:
-            place = others[name].place
-            raise element.error(f"the {kind} name {name!r} is taken already, in {place.file}:{place.line}")
-    return name
 
 
 def _error(place: Place, reason: str) -> RobotFileError:
@@ -142,19 +126,33 @@ def _check_children(element: Element, known: tuple[str, ...], warnings: list[str
             )
 
 
-def _inertial(link: Element) -> tuple[float, Vector]:
-    """Return mass and centre of mass."""
-    inertial = link.child("inertial")
+def _link(element: Element, warnings: list[str]) -> Link:
+    name = new_name(element)
+    _check_children(element, _LINK_CHILDREN, warnings)
+    for shape in element.named("visual") + element.named("collision"):
+        origin(shape)
+    inertial = element.child("inertial")
+    extra = other_children(element, "inertial")
     if inertial is None:
-        return 0.0, (0.0, 0.0, 0.0)
+        return Link(name, extra=extra, place=element.place)
     mass = not_negative(inertial.required_child("mass"), "value")
-    inertia = inertial.required_child("inertia")
-    for name in _INERTIA:
-        (not_negative if name in ("ixx", "iyy", "izz") else number)(inertia, name)
-    return mass, origin(inertial).xyz
+    tensor = inertial.required_child("inertia")
+    xx, yy, zz = (not_negative(tensor, item) for item in ("ixx", "iyy", "izz"))
+    xy, xz, yz = (number(tensor, item) for item in ("ixy", "ixz", "iyz"))
+    frame = origin(inertial)
+    return Link(
+        name,
+        mass,
+        frame.xyz,
+        Inertia((xx, xy, xz, yy, yz, zz), frame.rpy),
+        has_inertial=True,
+        extra=extra,
+        place=element.place,
+    )
 
 
-def _joint(name: str, element: Element, links: Mapping[str, Link], warnings: list[str]) -> Joint:
+def _joint(element: Element, links: Mapping[str, Link], warnings: list[str]) -> Joint:
+    name = new_name(element)
     kind = text(element, "type")
     if kind not in JOINT_TYPES:
         raise element.error(
@@ -166,10 +164,23 @@ def _joint(name: str, element: Element, links: Mapping[str, Link], warnings: lis
     child = reference(element.required_child("child"), "link", links, "link")
     if parent == child:
         raise element.error(f"{element.label} joins the link {parent!r} to itself")
-    lower, upper = _tree_limits(element, kind, warnings)
+    lower, upper, effort, velocity = _tree_limits(element, kind, warnings)
     _check_rest(element)
-    axis, mimic = _axis(element, kind), read_mimic(element)
-    return Joint(name, kind, parent, child, origin(element), axis, lower, upper, element.place, mimic)
+    return Joint(
+        name,
+        kind,
+        parent,
+        child,
+        origin(element),
+        _axis(element, kind),
+        lower,
+        upper,
+        read_mimic(element),
+        effort,
+        velocity,
+        extra=other_children(element, "parent", "child", "origin", "axis", "limit", "mimic"),
+        place=element.place,
+    )
 
 
 def _axis(element: Element, kind: str) -> Vector:
@@ -188,7 +199,8 @@ def _axis(element: Element, kind: str) -> Vector:
     return result
 
 
-def _tree_limits(element: Element, kind: str, warnings: list[str]) -> tuple[float, float]:
+def _tree_limits(element: Element, kind: str, warnings: list[str]) -> tuple[float, float, float, float]:
+    """Return lower, upper, effort and velocity."""
     limit = element.child("limit")
     if limit is None:
         if kind in ("revolute", "prismatic"):
@@ -196,18 +208,17 @@ def _tree_limits(element: Element, kind: str, warnings: list[str]) -> tuple[floa
                 f"{element.label} is {kind} and has no <limit>, which URDF wants: write <limit effort=… velocity=…>, "
                 "with lower and upper if its range is limited"
             )
-        return -math.inf, math.inf
-    for name in ("effort", "velocity"):
-        not_negative(limit, name)
+        return -math.inf, math.inf, 0.0, 0.0
+    effort, velocity = not_negative(limit, "effort"), not_negative(limit, "velocity")
     lower, upper = limits(limit)
     if kind in ("revolute", "prismatic"):
-        return lower, upper
+        return lower, upper, effort, velocity
     if kind == "continuous" and math.isfinite(lower):
         warnings.append(
             f"{limit.place.file}:{limit.place.line}: lower and upper of {element.label} are ignored, because it is "
             "continuous; make it revolute if it is limited."
         )
-    return -math.inf, math.inf
+    return -math.inf, math.inf, effort, velocity
 
 
 def _check_rest(element: Element) -> None:

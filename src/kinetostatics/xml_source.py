@@ -18,8 +18,8 @@ from typing import Any
 from xml.dom import expatbuilder, minidom
 from xml.parsers import expat
 
-from kinetostatics.description import Place
 from kinetostatics.exceptions import RobotFileError
+from kinetostatics.parts import Place
 
 #: Deeper documents are refused, so that nothing downstream can run out of stack.
 MAX_DEPTH = 100
@@ -175,12 +175,13 @@ class _NamespaceBuilder(_Builder, expatbuilder.ExpatBuilderNS):
     """The same with XML namespaces, which xacro's documents have."""
 
 
-def parse(data: bytes | str, file: str) -> tuple[minidom.Document, bool]:
+def parse(data: bytes | str, file: str, plain: bool = False) -> tuple[minidom.Document, bool]:
     """Parse XML.
 
     Args:
         data: the text as it lies in the file, or decoded.
         file: its name for messages.
+        plain: whether prefixes need not be declared, not even if it uses xacro.
 
     Returns:
         The document with the place of each element, and whether it uses xacro.
@@ -191,7 +192,7 @@ def parse(data: bytes | str, file: str) -> tuple[minidom.Document, bool]:
     if not data.strip():
         raise RobotFileError("the file is empty", file)
     # Plain URDF of old simulators may use prefixes that nobody declared, which URDF tools accept.
-    builder = _NamespaceBuilder() if _mentions_xacro(data) else _Builder()
+    builder = _NamespaceBuilder() if _mentions_xacro(data) and not plain else _Builder()
     builder.file = file
     try:
         document = builder.parseString(data)
@@ -283,12 +284,21 @@ _ESCAPES = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;", "\r": "&#13;"}
 _ATTRIBUTE_ESCAPES = {**_ESCAPES, **str.maketrans({'"': "&quot;", "\n": " ", "\t": " ", "\r": " "})}
 
 
-def to_text(root: Element) -> str:
-    """Write elements as XML text."""
-    parts = ['<?xml version="1.0"?>\n']
-    stack: list[Element | str] = [root]  # strings are text that is ready
+def to_text(root: Element, comment: str = "", header: bool = True, indented: bool = False) -> str:
+    """Write elements as XML text.
+
+    Args:
+        root: the outermost of them.
+        comment: what is written before it.
+        header: whether the text begins with XML's declaration.
+        indented: whether every element without text of its own gets its children on lines of their own.
+    """
+    parts = ['<?xml version="1.0"?>\n'] if header else []
+    if comment:
+        parts.append(f"<!-- {comment.replace('--', '- -')} -->\n")
+    stack: list[tuple[Element | str, int | None]] = [(root, 0 if indented else None)]  # strings are text that is ready
     while stack:
-        item = stack.pop()
+        item, depth = stack.pop()
         if isinstance(item, str):
             parts.append(item)
             continue
@@ -298,6 +308,12 @@ def to_text(root: Element) -> str:
             parts.append(f"{head}/>")
             continue
         parts.append(f"{head}>")
-        stack.append(f"</{item.tag}>")
-        stack.extend(part.translate(_ESCAPES) if isinstance(part, str) else part for part in reversed(item.content))
-    return "".join(parts) + "\n"
+        if depth is None or not all(isinstance(part, Element) for part in item.content):
+            stack.append((f"</{item.tag}>", None))
+            content = reversed(item.content)
+            stack.extend((part.translate(_ESCAPES), None) if isinstance(part, str) else (part, None) for part in content)
+            continue
+        stack.append((f"\n{'  ' * depth}</{item.tag}>", None))
+        for part in reversed(item.content):
+            stack.extend(((part, depth + 1), (f"\n{'  ' * (depth + 1)}", None)))
+    return "".join(parts) + ("\n" if header else "")

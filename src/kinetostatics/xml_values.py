@@ -8,8 +8,8 @@ import sys
 from collections.abc import Collection, Iterable
 from typing import NoReturn
 
-from kinetostatics.description import Origin, Vector
 from kinetostatics.exceptions import near_names
+from kinetostatics.parts import Origin, Vector
 from kinetostatics.xml_source import Element
 
 # float() alone would also take "1_0", "infinity" and digits of other scripts, which URDF tools do not.
@@ -134,7 +134,7 @@ def vector(element: Element, name: str, default: Vector | None = None, largest: 
     return x, y, z
 
 
-def stiffness(element: Element, name: str) -> float:
+def positive_or_inf(element: Element, name: str) -> float:
     """Return a number that must be there and be greater than zero, or "inf"."""
     return math.inf if text(element, name).strip(_SPACE) == "inf" else positive(element, name)
 
@@ -156,6 +156,8 @@ def stiffnesses(element: Element, name: str) -> Vector:
 def direction(element: Element, name: str, default: Vector | None = None) -> Vector:
     """Return a unit vector along three numbers that are not all zero."""
     value = vector(element, name, default, sys.float_info.max)
+    if abs(math.hypot(*value) - 1) < 1e-15:  # it stays as it is, so that what was written comes back
+        return value
     largest = max(map(abs, value))
     if largest == 0:
         raise element.error(f"{name} of {element.label} is zero; it must point somewhere")

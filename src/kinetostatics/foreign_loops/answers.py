@@ -102,7 +102,7 @@ def _links(source: SourceRobot, answers: Answers, questions: list[Question]) -> 
         if link is not None and link not in source.links:
             raise ArgumentError(f"{argument}: there is no link {link!r}; {near_names(link, source.links)}")
     if answers.platform is None and source.root.child("platform") is None:
-        links = listed(link for link in source.links if link in source.parent_joints)
+        links = listed(link for link in source.links if link in source.parent_joints and link not in source.made)
         questions.append(Question("platform", "", '"LINK"', "LINK", f"the moving platform, one of the links {links}"))
     root = next((link for link in source.links if link not in source.parent_joints), None)
     if answers.platform is not None and answers.platform == (answers.base or root):
@@ -111,7 +111,7 @@ def _links(source: SourceRobot, answers: Answers, questions: list[Question]) -> 
 
 
 def _where(loop: ForeignLoop) -> str:
-    return f"{loop.name} ({loop.place.file}:{loop.place.line}) joins {loop.predecessor} and {loop.successor}"
+    return f"{loop.name} ({loop.place.file}:{loop.place.line}), which joins {loop.predecessor} and {loop.successor}"
 
 
 def _types(
@@ -131,7 +131,7 @@ def _types(
             warnings.append(f"{where}: the loop {loop.name!r} is taken as {kind}, as asked for; the source says {loop.type}.")
         types[loop.name] = kind or loop.type
         if types[loop.name] is None:
-            what = f"the joint of {_where(loop)}: {', '.join(LOOP_TYPES)}"
+            what = f"the type of {_where(loop)}, one of {', '.join(LOOP_TYPES)}"
             questions.append(Question("types", loop.name, '"TYPE"', "TYPE", what))
     return types
 
@@ -166,13 +166,12 @@ def _axes(
 
 
 def _axis_question(loop: ForeignLoop, kind: str, count: int) -> Question:
-    frame = f"the loop's frame on {loop.predecessor}"
     note = f"; {loop.note}" if loop.note else ""
+    name = {"planar": "the normal", "universal": "both axes"}.get(kind, "the axis")
+    what = f"{name} of the {kind} joint {_where(loop)}: in its frame on {loop.predecessor}"
     if count == 2:
-        what = f"the axes of {_where(loop)}: the first in {frame}, the second in that on {loop.successor}{note}"
-        return Question("axes", loop.name, "((X, Y, Z), (X, Y, Z))", "X,Y,Z/X,Y,Z", what)
-    name = "the normal" if kind == "planar" else "the axis"
-    return Question("axes", loop.name, "(X, Y, Z)", "X,Y,Z", f"{name} of {_where(loop)}, which is {kind}: in {frame}{note}")
+        return Question("axes", loop.name, "((X, Y, Z), (X, Y, Z))", "X,Y,Z/X,Y,Z", f"{what} and on {loop.successor}{note}")
+    return Question("axes", loop.name, "(X, Y, Z)", "X,Y,Z", what + note)
 
 
 def _by_loop(argument: str, given: Mapping[str, Any] | None, found: Sequence[ForeignLoop]) -> Mapping[str, Any]:

@@ -88,7 +88,7 @@ def import_robot(
 def describe(made: Conversion, parameters: Mapping[str, object] | None = None) -> RobotDescription:
     """Return the description of a converted robot, with the warnings of the conversion."""
     description = parse_robot_text(made.text, made.path, parameters if made.includes_source else None)
-    return replace(description, warnings=(*description.warnings, *made.warnings))
+    return replace(description, file_warnings=(*description.file_warnings, *made.warnings))
 
 
 def convert(
@@ -112,8 +112,8 @@ def convert(
     source, uses_xacro = _read_source(path, parameters or {})
     loops, drives, retyped, warnings = _find(source, yaml)
     if retyped:
-        root = retype(source, retyped)
-        source = _tables(source.path, root)
+        before, source = source, _tables(source.path, retype(source, retyped))
+        source = replace(source, made=frozenset(source.links) - frozenset(before.links))
     completed = complete(source, loops, drives, answers)
     include = None if retyped else _include(source, uses_xacro, completed, os.fsdecode(out))
     additions = _additions(completed)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
@@ -56,7 +57,8 @@ class MissingFactsError(KinetostaticsError):
 
 
 def _in_python(asked: Sequence[Question]) -> str:
-    entries = ", ".join(f"{question.loop!r}: {question.python}" if question.loop else question.python for question in asked)
+    names = [json.dumps(question.loop, ensure_ascii=False) for question in asked]
+    entries = ", ".join(f"{name}: {item.python}" if item.loop else item.python for name, item in zip(names, asked, strict=True))
     return f"{asked[0].argument}=" + (f"{{{entries}}}" if asked[0].loop else entries)
 
 

@@ -43,12 +43,13 @@ class ForeignLoop:
 
 @dataclass(frozen=True)
 class SourceRobot:
-    """The URDF that loops are read from: its elements, and its links and joints by name."""
+    """The URDF that loops are read from: its elements, its links and joints by name, and which links were ``made`` on import."""
 
     path: str
     root: Element
     links: Mapping[str, Link]
     joints: Mapping[str, Joint]
+    made: frozenset[str] = frozenset()
 
     @cached_property
     def parent_joints(self) -> dict[str, Joint]:

@@ -16,7 +16,20 @@ from kinetostatics.xml_source import read_file, shortened
 #: Larger files [bytes] are refused; the largest of Gepetto's has 2 kB.
 MAX_YAML = 100_000
 
-_TEXT, _STANDARD = "tag:yaml.org,2002:str", "tag:yaml.org,2002:"
+_TAG = "tag:yaml.org,2002:"
+_TEXT, _LIST, _MAPPING = f"{_TAG}str", f"{_TAG}seq", f"{_TAG}map"
+_PLAIN = {
+    f"{_TAG}{kind}": meaning
+    for kind, meaning in {
+        "bool": "a truth value",
+        "int": "a number",
+        "float": "a number",
+        "null": "nothing",
+        "timestamp": "a date",
+        "merge": "a sign of its own",
+        "value": "a sign of its own",
+    }.items()
+}
 
 
 def read_mapping(path: str | os.PathLike[str]) -> dict[str, Any]:
@@ -46,7 +59,7 @@ def read_mapping(path: str | os.PathLike[str]) -> dict[str, Any]:
         raise RobotFileError("this is nested too deep", name) from None
     if root is None:
         raise RobotFileError("the file is empty", name)
-    if not isinstance(root, yaml.MappingNode):
+    if root.id != "mapping" or root.tag != _MAPPING:
         fail(root, name, f"the file is a {_kind(root)}; robot.yaml is a mapping, which begins with a key such as closed_loop:")
     found: dict[str, Any] = {}
     for key_node, node in root.value:
@@ -59,18 +72,18 @@ def read_mapping(path: str | os.PathLike[str]) -> dict[str, Any]:
 
 def sequence(node: Any, file: str, what: str) -> list[Any]:
     """Return the nodes of a sequence."""
-    if node.id != "sequence" or not node.tag.startswith(_STANDARD):
+    if node.id != "sequence" or node.tag != _LIST:
         fail(node, file, f"{what} must be a list, not a {_kind(node)}")
     return list(node.value)
 
 
 def scalar(node: Any, file: str, what: str) -> str:
     """Return a text that is not empty and is in one line."""
-    if node.id != "scalar" or not node.tag.startswith(_STANDARD):
+    if node.id != "scalar" or node.tag not in (_TEXT, *_PLAIN):
         fail(node, file, f"{what} must be text, not a {_kind(node)}")
     value = str(node.value)
-    if node.tag != _TEXT:
-        fail(node, file, f"{what} must be text, and YAML takes {shortened(repr(value))} for something else; put it in quotes")
+    if node.tag in _PLAIN and value.strip():
+        fail(node, file, f"{what} must be text, and YAML takes {shortened(repr(value))} for {_PLAIN[node.tag]}; put it in quotes")
     if not value.strip() or not value.isprintable():
         fail(node, file, f"{what} must be text in one line, not {shortened(repr(value))}")
     return value
@@ -103,6 +116,6 @@ def _text(path: str | os.PathLike[str], name: str) -> str:
 
 
 def _kind(node: Any) -> str:
-    if not node.tag.startswith(_STANDARD):
-        return f"{shortened(node.tag)} object, which is not read"
+    if node.tag not in (_TEXT, _LIST, _MAPPING, *_PLAIN):
+        return f"{shortened(node.tag.removeprefix(_TAG))} object, which is not read"
     return {"mapping": "mapping", "sequence": "list"}.get(node.id, "single value")
