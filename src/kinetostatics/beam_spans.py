@@ -115,11 +115,11 @@ class SpanFinder:
         return spans
 
     def _rigid_with(self, link: str) -> set[str]:
-        """Return the links rigidly joined to ``link`` by fixed joints, stopping at links that carry beams."""
+        """Return the links rigidly joined to ``link`` by fixed joints, stopping at elastic ones and at links that carry beams."""
         found, queue = {link}, deque([link])
         while queue:
             for connection in self.mechanism.at_link[queue.popleft()]:
-                if connection.kind == "fixed":
+                if connection.kind == "fixed" and connection.name not in self.description.joint_stiffness:
                     for other in (connection.predecessor, connection.successor):
                         if other not in found and other not in self.beams_of:
                             found.add(other)

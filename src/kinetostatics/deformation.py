@@ -179,11 +179,11 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
     if misfit is not None:
         source = solution.sources.index("misfit")
         for k in range(len(limb.edges)):
-            if np.any(misfit[:, k]):
+            names = tuple(str(item.edges[k].joint or item.edges[k].beam) for item in group.limbs)
+            if solution.off.intersection(names):
                 more = np.zeros((6, S, g, N))
                 more[:, source] = misfit[:, k]
                 gives[k] = gives.get(k, 0.0) + more
-                names = tuple(str(item.edges[k].joint or item.edges[k].beam) for item in group.limbs)
                 out.yielding.append(Yielding("misfits", names, group, number, signs[k], misfit[:, k]))
     turned = _joint_motions(solution, statics, gives, signs, S)
     # from base to platform the motions of all edges add up

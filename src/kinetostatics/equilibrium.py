@@ -43,6 +43,7 @@ class Solution:
         weights: (6, W, N) the robot's weights.
         statics: the groups of limbs.
         misfits: what joints and beams are off by, for each group (6, edges, g, N), or None.
+        off: names of the joints and beams that misfits are given for.
         sources: names of the twist's contributions.
         twists: (6, S, N) contributions to the twist.
         compliance, stiffness: (6, 6, N).
@@ -59,6 +60,7 @@ class Solution:
     weights: Array
     statics: tuple[LimbStatics, ...]
     misfits: tuple[Array | None, ...]
+    off: frozenset[str]
     sources: tuple[str, ...]
     twists: Array
     compliance: Array
@@ -148,6 +150,7 @@ def solve(robot: Robot, frames: Frames, load: Array, gravity: Array, misfits: Mi
         weights,
         statics,
         errors,
+        frozenset() if misfits is None else frozenset((*misfits.joints, *misfits.beams)),
         sources,
         twists,
         balance.compliance,

@@ -18,7 +18,7 @@ from kinetostatics import beams as beam_formulas
 from kinetostatics import force_method
 from kinetostatics.kinematics import Frames
 from kinetostatics.limb_joints import limb_units, sides
-from kinetostatics.linalg import Cholesky, cross, dot, least_squares, normalize
+from kinetostatics.linalg import Cholesky, correlation, cross, dot, least_squares, normalize
 from kinetostatics.screws import move_wrench
 from kinetostatics.springs import springs_of
 from kinetostatics.topology import Edge, Limb
@@ -436,18 +436,12 @@ class LimbGroup:
 
     def _relax(self, gram: Array, self_stress: Array) -> tuple[Array, Array]:
         """Return the inverse (s, s, g, N) of the compliance along self-stresses, and the chord wrenches of rigid ones."""
-        turned = np.moveaxis(gram, (0, 1), (-2, -1))
-        diagonal = np.sqrt(np.einsum("...ii->...i", turned))
-        unit = np.where(diagonal > 0, diagonal, 1.0)
-        with np.errstate(invalid="ignore"):
-            scaled = np.nan_to_num(turned / unit[..., :, None] / unit[..., None, :])
+        scaled, unit = correlation(np.moveaxis(gram, (0, 1), (-2, -1)))
         values, vectors = np.linalg.eigh(scaled)
         soft = values > RIGID
         inverse = np.where(soft, 1 / np.where(soft, values, 1.0), 0.0)
-        gain = np.einsum("...ik,...k,...jk->ij...", vectors, inverse, vectors) / np.moveaxis(
-            unit[..., :, None] * unit[..., None, :], (-2, -1), (0, 1)
-        )
-        loose = np.where(soft[..., None, :], 0.0, vectors) / unit[..., :, None]
+        gain = np.einsum("...i,...ik,...k,...jk,...j->ij...", unit, vectors, inverse, vectors, unit, optimize=True)
+        loose = np.where(soft[..., None, :], 0.0, vectors) * unit[..., :, None]
         return gain, np.einsum("mia...,...ab->mib...", self_stress, loose)
 
     def beam_load(self, geometry: LimbGeometry, gravity: Array) -> Array:
@@ -623,9 +617,7 @@ def _rigid_directions(group: LimbGroup, frames: Frames, o: Array) -> int:
     n = C.shape[0]
     if n == 0:
         return 0
-    diagonal = np.sqrt(np.einsum("ii...->i...", C))
-    unit = np.where(diagonal > 0, diagonal, 1.0)
-    values = np.linalg.eigvalsh(np.moveaxis(C / unit[:, None] / unit[None], (0, 1), (-2, -1)))
+    values = np.linalg.eigvalsh(correlation(np.moveaxis(C, (0, 1), (-2, -1)))[0])
     return int(np.min(np.sum(values <= RIGID, axis=-1)))
 
 

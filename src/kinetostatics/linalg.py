@@ -48,6 +48,17 @@ def normalize(a: Array) -> Array:
         return np.asarray(a / np.sqrt(dot(a, a)))
 
 
+def correlation(matrix: Array) -> tuple[Array, Array]:
+    """Return symmetric positive semidefinite matrices (…, n, n) scaled to a unit diagonal, and the factors (…, n) for it.
+
+    Diagonal entries that are nothing but rounding beside the largest are left as they are.
+    """
+    diagonal = np.sqrt(np.maximum(np.einsum("...ii->...i", np.nan_to_num(matrix)), 0.0))
+    largest = np.max(diagonal, axis=-1, keepdims=True, initial=0.0)
+    unit = 1 / np.where(diagonal > 1e-11 * largest, diagonal, np.where(largest > 0, largest, 1.0))
+    return np.nan_to_num(matrix) * unit[..., :, None] * unit[..., None, :], unit
+
+
 def null_space(matrix: Array, tolerance: float) -> tuple[Array, int, float]:
     """Return an orthonormal basis of the null space (n, k), the rank, and the gap between kept and dropped values."""
     if matrix.size == 0:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from kinetostatics.configuration import Status
 from kinetostatics.limbs import LimbStatics
-from kinetostatics.linalg import Cholesky
+from kinetostatics.linalg import Cholesky, correlation
 
 if TYPE_CHECKING:
     from kinetostatics.robot import Robot
@@ -142,10 +142,8 @@ class PlatformEquilibrium:
 
 def _split(item: LimbStatics) -> _Split:
     """Split the wrenches of partly rigid limbs by the eigenvectors of their compliance."""
-    C = np.moveaxis(item.C, (0, 1), (-2, -1))
-    diagonal = np.sqrt(np.einsum("...ii->...i", C))
-    unit = 1 / np.where(diagonal > 0, diagonal, 1.0)
-    values, vectors = np.linalg.eigh(np.nan_to_num(C * unit[..., :, None] * unit[..., None, :]))
+    scaled, unit = correlation(np.moveaxis(item.C, (0, 1), (-2, -1)))
+    values, vectors = np.linalg.eigh(scaled)
     combined = unit[..., :, None] * vectors
     r = item.group.rigid_directions
     return _Split(

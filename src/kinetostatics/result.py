@@ -310,6 +310,8 @@ class Result:
             weights = solution.weights
             sum_at_o = weights[:, self.robot.weights.of("base")].sum(axis=1)
             for number, statics in enumerate(solution.statics):
+                if statics.group.is_hanging:
+                    continue  # its weight is that of base or platform
                 for position, limb in enumerate(statics.group.limbs):
                     own = self.robot.weights.sum(limb.weights, weights)
                     sum_at_o = sum_at_o + _some_limb_wrench(solution, number, position) + own
@@ -394,6 +396,8 @@ class Result:
                 carried = item.group.carried(item.chords, units[item.number])
                 twists = np.einsum("iagn,ign->agn", carried, item.motion)
                 for position, name in enumerate(item.names):
+                    if item.kind == "misfits" and name not in solution.off:
+                        continue  # only a limb built alike is off there
                     parts.setdefault(item.kind, {}).setdefault(name, []).append(twists[:, position])
         kinds = {}
         for kind, named in parts.items():

@@ -157,7 +157,7 @@ class Wrenches:
             name = joint.name
             kind = self.robot.mechanism.connections[name].kind
             shares = self.result.actuator_contributions[name]
-            parts = np.stack([np.nan_to_num(self.poses.take(shares[source])) for source in self.poses.sources], axis=1)
+            parts = np.nan_to_num(np.stack(self.poses.by_source(shares), axis=1))
             force = np.nan_to_num(self.poses.take(self.result.actuator_forces[name]))
             # what belongs to no contribution is the weight of what hangs on the base
             parts = np.concatenate([parts, (force - parts.sum(axis=1))[:, None]], axis=1)

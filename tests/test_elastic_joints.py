@@ -1,0 +1,153 @@
+"""Elastic joints, bearings and drives against closed forms; what gives way adds up to the twist."""
+
+import numpy as np
+import pytest
+from test_hybrid_limbs import RHO, E, bar, joint, link, loop, robot
+
+import kinetostatics as ks
+from kinetostatics.robot_file import parse_robot_text
+
+CIRCLE = '<circle diameter="0.05"/>'
+AREA, INERTIA = np.pi * 0.05**2 / 4, np.pi * 0.05**4 / 64
+LOAD = np.array([30.0, -20.0, 50.0, 4.0, -3.0, 2.0])
+STILL = (0, 0, 0)
+
+
+def springs(name, **values):
+    return f'<joint_stiffness joint="{name}" ' + " ".join(f'{key}="{value}"' for key, value in values.items()) + "/>"
+
+
+def mount(*more, kind="fixed", axis="0 1 0"):
+    """A platform that a single joint without links joins to the base, 0.3 above it."""
+    return robot(link("base"), link("platform", 3.0), joint("mount", kind, "base", "platform", "0 0 0.3", axis), *more)
+
+
+@pytest.mark.parametrize("kind", ["fixed", "floating"])
+def test_an_elastic_mount_is_its_springs(kind):
+    k = np.array([1e5, 2e5, 3e5, 400.0, 500.0, 600.0])
+    machine = mount(springs("mount", linear="1e5 2e5 3e5", angular="400 500 600"), kind=kind)
+    found = ks.analyze(machine.assemble(), LOAD, STILL)
+    np.testing.assert_allclose(found.twist, LOAD / k, rtol=1e-12)
+    np.testing.assert_allclose(found.stiffness, np.diag(k), rtol=1e-10, atol=1e-6)
+    np.testing.assert_allclose(found.joint_wrenches["mount"], -LOAD, rtol=1e-12)
+    np.testing.assert_allclose(found.source_contributions["joints"]["mount"], found.twist, rtol=1e-12)
+    assert found.strain_energy == pytest.approx(float(LOAD @ found.twist) / 2, rel=1e-12)
+
+
+def test_a_floating_joint_without_springs_carries_nothing():
+    machine = robot(
+        link("base"), link("column"), link("platform", 3.0), joint("free", "floating", "base", "platform", "0 0 1"),
+        joint("clamp", "fixed", "base", "column"), loop("top", "fixed", "column", "platform", "0 0 1"),
+        bar("column", "clamp", "top", 0.0, CIRCLE),
+    )  # fmt: skip
+    assert [limb.links for limb in machine.topology.limbs] == [("column",)]
+    assert ks.analyze(machine.assemble(), LOAD, STILL).twist[2] == pytest.approx(50 / (E * AREA), rel=1e-9)
+
+
+def test_a_mount_that_is_rigid_in_some_directions():
+    """Infinite and missing stiffnesses are rigid: the twist is that of the springs alone, the stiffness infinite."""
+    machine = mount(springs("mount", linear="1e5 inf inf", angular="inf 500 inf"))
+    found = ks.analyze(machine.assemble(), LOAD, STILL)
+    np.testing.assert_allclose(found.twist, [LOAD[0] / 1e5, 0, 0, 0, LOAD[4] / 500, 0], rtol=1e-12, atol=1e-18)
+    np.testing.assert_allclose(found.compliance, np.diag([1e-5, 0, 0, 0, 1 / 500, 0]), rtol=1e-12, atol=1e-18)
+    assert np.all(np.isnan(found.stiffness)) and found.status == ks.Status.OK
+    np.testing.assert_allclose(found.joint_wrenches["mount"], -LOAD, rtol=1e-12)
+
+
+@pytest.mark.parametrize("spring", ["0 700 0", "inf 700 inf"])
+def test_a_flexure_turns_about_its_axis(spring):
+    """A finite stiffness along a passive freedom is a spring; along it, 0 and inf elsewhere do what the joint does."""
+    stiff = "inf 700 inf"
+    if spring.startswith("0"):
+        with pytest.raises(ks.RobotFileError, match="mount"):
+            mount(springs("mount", angular=spring), kind="revolute")
+    machine = mount(springs("mount", angular=stiff), kind="revolute")
+    found = ks.analyze(machine.assemble(), LOAD, STILL)
+    np.testing.assert_allclose(found.twist, [0, 0, 0, 0, LOAD[4] / 700, 0], rtol=1e-12, atol=1e-18)
+
+
+def arm(*more, driven=True, elastic=True, kind="revolute"):
+    """A two-jointed arm in the plane y = 0: links of 0.4 and 0.3 along x at zero, the platform at its tip."""
+    parts = [link("base"), link("upper", 2.0, "0.2 0 0"), link("fore", 1.0, "0.15 0 0"), link("platform", 0.5)]
+    parts += [joint("shoulder", kind, "base", "upper"), joint("elbow", kind, "upper", "fore", "0.4 0 0")]
+    parts += [joint("wrist", "fixed", "fore", "platform", "0.3 0 0")]
+    if elastic:
+        parts += [bar("upper", "shoulder", "elbow", RHO, CIRCLE), bar("fore", "elbow", "wrist", RHO, CIRCLE)]
+    if driven:
+        parts += [f'<transmission name="t_{name}"><joint name="{name}"/></transmission>' for name in ("shoulder", "elbow")]
+    return robot(*parts, *more)
+
+
+def jacobian(q1, q2):
+    """Twists of the tip of the arm per unit of its drives; turning about +y moves +x towards −z."""
+    tip = np.array([0.4 * np.cos(q1) + 0.3 * np.cos(q1 + q2), 0, -0.4 * np.sin(q1) - 0.3 * np.sin(q1 + q2)])
+    elbow = np.array([0.4 * np.cos(q1), 0, -0.4 * np.sin(q1)])
+    y = np.array([0.0, 1.0, 0.0])
+    return np.column_stack([np.concatenate([np.cross(y, tip - centre), y]) for centre in (np.zeros(3), elbow)])
+
+
+@pytest.mark.parametrize("q", [(0.0, 0.0), (0.4, 0.9), (-1.0, 1.7)])
+def test_rigid_links_on_elastic_drives(q):
+    """C = J diag(1/k) Jᵀ (J. K. Salisbury, Active stiffness control of a manipulator in Cartesian coordinates, 1980)."""
+    machine = arm(springs("shoulder", drive="5000"), springs("elbow", drive="2000"), elastic=False)
+    pose = machine.assemble(actuators={"shoulder": q[0], "elbow": q[1]})
+    found = ks.analyze(pose, LOAD, (0, 0, -10))
+    J = jacobian(*q)
+    C = J @ np.diag([1 / 5000, 1 / 2000]) @ J.T
+    np.testing.assert_allclose(found.compliance, C, rtol=1e-10, atol=1e-15)
+    torques = np.array([found.actuator_forces["shoulder"], found.actuator_forces["elbow"]])
+    # the drives' springs yield by what the drives hold, weights included
+    np.testing.assert_allclose(found.twist, -J @ (torques / [5000, 2000]), rtol=1e-9, atol=1e-15)
+    drives = found.source_contributions["drives"]
+    np.testing.assert_allclose(drives["shoulder"], -J[:, 0] * torques[0] / 5000, rtol=1e-9, atol=1e-15)
+    np.testing.assert_allclose(sum(drives.values()), found.twist, rtol=1e-9, atol=1e-15)
+
+
+def test_elastic_drives_and_links_add_up():
+    rigid = ks.analyze(arm().assemble(), LOAD, (0, 0, -10))
+    soft = ks.analyze(arm(springs("elbow", drive="2000", linear="1e6 inf 2e6")).assemble(), LOAD, (0, 0, -10))
+    for name in ("shoulder", "elbow"):
+        assert soft.actuator_forces[name] == pytest.approx(rigid.actuator_forces[name], rel=1e-12)
+    found = soft.source_contributions
+    beams = sum(found["beams"].values())
+    np.testing.assert_allclose(beams, rigid.twist, rtol=1e-9, atol=1e-16)
+    np.testing.assert_allclose(
+        found["drives"]["elbow"], -jacobian(0, 0)[:, 1] * soft.actuator_forces["elbow"] / 2000, rtol=1e-9, atol=1e-16
+    )
+    wrench = soft.joint_wrenches["elbow"]  # bearings: the tip is displaced by what the base side puts on it, over k
+    np.testing.assert_allclose(found["joints"]["elbow"], [-wrench[0] / 1e6, 0, -wrench[2] / 2e6, 0, 0, 0], rtol=1e-9, atol=1e-16)
+    np.testing.assert_allclose(beams + found["drives"]["elbow"] + found["joints"]["elbow"], soft.twist, rtol=1e-9, atol=1e-16)
+
+
+def test_stiffnesses_scale_with_moduli():
+    """E → λE, with the joints' stiffnesses too: Δ is divided by λ and no force changes."""
+    text = "".join(
+        [
+            '<robot name="r">', link("base"), link("a"), link("b"), link("platform", 5.0),
+            joint("foot_a", "fixed", "base", "a"), joint("foot_b", "fixed", "base", "b", "0.5 0 0"),
+            joint("head_a", "fixed", "a", "platform", "0 0 1"), loop("head_b", "fixed", "b", "platform", "0 0 1", "0.5 0 0"),
+            bar("a", "foot_a", "head_a", RHO, CIRCLE), bar("b", "foot_b", "head_b", RHO, '<circle diameter="0.03"/>'),
+            '<platform link="platform"/>', "SPRINGS</robot>",
+        ]
+    )  # fmt: skip
+    results = []
+    for factor in (1.0, 3.0):
+        stiff = springs(
+            "foot_a", linear=f"{1e6 * factor} {2e6 * factor} inf", angular=f"{1e4 * factor} {2e4 * factor} {3e4 * factor}"
+        )
+        mine = text.replace("SPRINGS", stiff).replace(f'youngs_modulus="{E}"', f'youngs_modulus="{E * factor}"')
+        results.append(ks.analyze(ks.Robot(parse_robot_text(mine)).assemble(), LOAD))
+    np.testing.assert_allclose(results[1].twist * 3, results[0].twist, rtol=1e-9, atol=1e-16)
+    for name, wrench in results[0].joint_wrenches.items():
+        np.testing.assert_allclose(results[1].joint_wrenches[name], wrench, rtol=1e-8, atol=1e-8)
+
+
+def test_springs_of_what_hangs():
+    """A lamp on an elastic bracket below the platform sags by itself and by the platform's motion, and bends nothing else."""
+    parts = [link("lamp", 2.0, "0 0 -0.1"), joint("hook", "fixed", "platform", "lamp", "0.2 0 0")]
+    machine = mount(springs("mount", linear="1e5 1e5 1e5", angular="1e4 1e4 1e4"), *parts, springs("hook", linear="inf inf 1e3"))
+    found = ks.analyze(machine.assemble(), gravity=(0, 0, -10))
+    tip = sum(found.link_contributions["lamp"].values())
+    turn = 0.2 * 20 / 1e4
+    np.testing.assert_allclose(found.twist, [0, 0, -50 / 1e5, 0, turn, 0], rtol=1e-10, atol=1e-18)
+    np.testing.assert_allclose(tip, [0, 0, -50 / 1e5 - 0.2 * turn - 20 / 1e3, 0, turn, 0], rtol=1e-10, atol=1e-18)

@@ -1,0 +1,248 @@
+"""Limbs that branch or contain rings, and rings that hang, against closed forms and against the same robot written otherwise."""
+
+import numpy as np
+import pytest
+
+import kinetostatics as ks
+from kinetostatics.robot_file import parse_robot_text
+
+E, RHO, G = 2.0e11, 7850.0, 10.0
+AREA = 1e-4
+BEAM = f'youngs_modulus="{E}" poisson_ratio="0.3" shear_coefficient="inf"'
+#: A section that only gives way along its axis, for trusses.
+BAR = f'<section area="{AREA}" I_y="1" I_z="1" J="1"/>'
+
+
+def robot(*parts, platform="platform"):
+    return ks.Robot(parse_robot_text(f'<robot name="r">{"".join(parts)}<platform link="{platform}"/></robot>'))
+
+
+def link(name, mass=0.0, com="0 0 0"):
+    if not mass:
+        return f'<link name="{name}"/>'
+    return (
+        f'<link name="{name}"><inertial><origin xyz="{com}"/><mass value="{mass}"/>'
+        '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+    )
+
+
+def joint(name, kind, parent, child, xyz="0 0 0", axis="0 1 0"):
+    along = "" if kind in ("fixed", "floating") else f'<axis xyz="{axis}"/>'
+    limits = '<limit lower="-9" upper="9" effort="1" velocity="1"/>' if kind in ("revolute", "prismatic") else ""
+    return (
+        f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/><origin xyz="{xyz}"/>'
+        f"{along}{limits}</joint>"
+    )
+
+
+def loop(name, kind, predecessor, successor, at="0 0 0", there="0 0 0", axis=None):
+    along = "" if axis is None else f'<axis xyz="{axis}"/>'
+    return (
+        f'<loop name="{name}" type="{kind}"><predecessor link="{predecessor}"><origin xyz="{at}"/></predecessor>'
+        f'<successor link="{successor}"><origin xyz="{there}"/></successor>{along}</loop>'
+    )
+
+
+def bar(link_name, start, end, density=0.0, section=BAR):
+    y = "" if section is not BAR else ' y_axis="0 1 0"'
+    return f'<beam link="{link_name}" from="{start}" to="{end}" density="{density}"{y} {BEAM}>{section}</beam>'
+
+
+STEM = 0.5
+
+
+def truss():
+    """Three pinned bars in the plane y = 0 from base points x = −1, 0, 1 to a pin at height 1; an elastic stem on the pin.
+
+    A weld behind two slides lets the pin move in the plane but not turn.
+    """
+    parts = [link("base"), link("pin"), link("stem"), link("platform", 2.0), link("guide"), link("slide")]
+    for k, x in enumerate((-1, 0, 1)):
+        length, angle = float(np.hypot(x, 1)), float(np.arctan2(-x, 1))
+        foot = joint(f"foot_{k}", "continuous", "base", f"bar_{k}", f"{x} 0 0")
+        parts += [link(f"bar_{k}"), foot.replace('" />', '"/>').replace("<origin ", f'<origin rpy="0 {angle!r} 0" ')]
+        if k == 1:
+            parts += [joint("head_1", "continuous", "bar_1", "pin", "0 0 1")]
+        else:
+            parts += [loop(f"head_{k}", "revolute", f"bar_{k}", "pin", f"0 0 {length!r}", "0 0 0", "0 1 0")]
+        parts += [bar(f"bar_{k}", f"foot_{k}", f"head_{k}")]
+    parts += [joint("stem_foot", "fixed", "pin", "stem"), joint("stem_head", "fixed", "stem", "platform", f"0 0 {STEM}")]
+    parts += [bar("stem", "stem_foot", "stem_head"), joint("along", "prismatic", "base", "guide", "0 0 1", "1 0 0")]
+    parts += [joint("up", "prismatic", "guide", "slide", "0 0 0", "0 0 1"), loop("weld", "fixed", "slide", "pin")]
+    return robot(*parts)
+
+
+def test_a_truss_of_three_bars_in_one_limb():
+    """K of a statically indeterminate truss: Σ EA/L e eᵀ over its bars (S. Timoshenko, Strength of Materials, part I)."""
+    machine = truss()
+    (limb,) = machine.topology.limbs
+    assert not limb.is_serial and len(limb.to_platform) == 4 and sum(limb.to_platform) == 1
+    assert [(part.start, part.end, part.is_serial) for part in limb.parts] == [("base", "pin", False), ("pin", "platform", True)]
+    found = ks.analyze(machine.assemble(), load=(30, 0, -50, 0, 0, 0), gravity=(0, 0, 0))
+    directions = [np.array([-x, 1]) / np.hypot(x, 1) for x in (-1, 0, 1)]
+    stiffnesses = [E * AREA / np.hypot(x, 1) for x in (-1, 0, 1)]
+    C = np.linalg.inv(sum(k * np.outer(e, e) for k, e in zip(stiffnesses, directions, strict=True)))
+    stem = np.diag([STEM**3 / (3 * E * 1), STEM / (E * AREA)])
+    np.testing.assert_allclose(found.compliance[np.ix_([0, 2], [0, 2])], C + stem, rtol=1e-9, atol=1e-20)
+    shift = C @ [30, -50]
+    np.testing.assert_allclose(found.part_contributions["limb_1"][0][[0, 2]], shift, rtol=1e-9)
+    for k, (stiffness, e) in enumerate(zip(stiffnesses, directions, strict=True)):
+        tension = stiffness * float(e @ shift)  # with which the base side pulls the bar down
+        np.testing.assert_allclose(found.joint_wrenches[f"foot_{k}"][[0, 2]], -tension * e, rtol=1e-9, atol=1e-9)
+
+
+def parallelogram_parts(density=RHO, crank_joint="continuous"):
+    """A table on two equal vertical cranks of length 1, hinged at both ends, whose turning is driven at one foot."""
+    circle = '<circle diameter="0.05"/>'
+    parts = [link("base"), link("platform", 4.0, "0.25 0 0")]
+    for k, x in enumerate((0.0, 0.5)):
+        parts += [link(f"crank_{k}"), joint(f"foot_{k}", "continuous", "base", f"crank_{k}", f"{x} 0 0")]
+    parts += [joint("head_0", crank_joint, "crank_0", "platform", "0 0 1")]
+    parts += [loop("head_1", "revolute", "crank_1", "platform", "0 0 1", "0.5 0 0", "0 1 0")]
+    parts += [bar(f"crank_{k}", f"foot_{k}", f"head_{k}", density, circle) for k in (0, 1)]
+    return [*parts, '<transmission name="t"><joint name="foot_0"/></transmission>']
+
+
+def parallelogram():
+    return robot(*parallelogram_parts())
+
+
+@pytest.mark.parametrize("q", [0.0, 0.3, -0.8])
+def test_a_driven_parallelogram_holds_its_weight(q):
+    machine = parallelogram()
+    assert str(machine.mobility) == "1"
+    pose = machine.assemble(actuators={"foot_0": q})
+    found = ks.analyze(pose, load=(7, 0, -11, 0, 0, 0), gravity=(0, 0, -G))
+    crank = RHO * np.pi * 0.05**2 / 4
+    # virtual work: every point of the table moves by (cos q, −sin q), of the cranks by half of it
+    torque = -(7 * np.cos(q) + (11 + (4 + crank) * G) * np.sin(q))
+    assert found.actuator_forces["foot_0"] == pytest.approx(torque, rel=1e-10, abs=1e-10)
+    np.testing.assert_allclose(found.base_wrench[:3], [-7, 0, 11 + (4 + 2 * crank) * G], atol=1e-10)
+
+
+def test_the_same_robot_with_and_without_an_inner_ring():
+    """A parallelogram that ends in a coupler, to which the platform is welded, is the same as one whose coupler it is."""
+    plain = parallelogram()
+    # the platform of its own hangs on a revolute joint that a second one, beside it, does not let turn
+    more = [
+        link("plate"),
+        joint("hinge", "continuous", "platform", "plate"),
+        loop("lock", "revolute", "platform", "plate", "0.5 0 0", "0.5 0 0", "0 1 0"),
+    ]
+    machine = robot(*parallelogram_parts(), *more, platform="plate")
+    poses = [item.assemble(actuators={"foot_0": 0.4}) for item in (plain, machine)]
+    results = [ks.analyze(pose, load=(7, 2, -11, 0.3, 0.2, 0.1), gravity=(1, 2, -G)) for pose in poses]
+    assert [len(item.topology.limbs) for item in (plain, machine)] == [2, 1]
+    for name in ("twist", "compliance", "base_wrench"):
+        mine, theirs = (getattr(result, name) for result in results)
+        np.testing.assert_allclose(theirs, mine, rtol=1e-9, atol=1e-9 * np.abs(mine).max())
+    for name in ("foot_0", "foot_1", "head_0", "head_1"):
+        np.testing.assert_allclose(results[1].joint_wrenches[name], results[0].joint_wrenches[name], rtol=1e-8, atol=1e-7)
+    assert results[1].limbs["limb_1"].constraint_wrenches.shape == (6, 6)
+
+
+def test_a_limb_that_splits_is_told_in_parts():
+    """A serial wrist above a parallelogram: two parts, whose yielding adds up to the twist."""
+    circle = '<circle diameter="0.05"/>'
+    more = [link("wrist"), joint("flange", "fixed", "platform", "wrist", "0.25 0 0"), link("hand", 1.0)]
+    more += [joint("grip", "fixed", "wrist", "hand", "0 0 0.4"), bar("wrist", "flange", "grip", RHO, circle)]
+    machine = robot(*parallelogram_parts(), *more, platform="hand")
+    (limb,) = machine.topology.limbs
+    assert [(part.start, part.end, part.is_serial) for part in limb.parts] == [
+        ("base", "platform", False),
+        ("platform", "hand", True),
+    ]
+    result = ks.analyze(machine.assemble(actuators={"foot_0": 0.2}), load=(5, -4, 3, 2, 1, -2))
+    parts = result.part_contributions["limb_1"]
+    np.testing.assert_allclose(parts[0] + parts[1], result.twist, rtol=1e-10, atol=1e-16)
+    wrist = ks.analyze(machine.assemble(actuators={"foot_0": 0.2}), load=(5, -4, 3, 2, 1, -2), gravity=(0, 0, 0))
+    # the wrist alone: a cantilever
+    I = np.pi * 0.05**4 / 64  # noqa: E741
+    bent = wrist.part_contributions["limb_1"][1]
+    assert bent[0] == pytest.approx(5 * 0.4**3 / (3 * E * I) + 1 * 0.4**2 / (2 * E * I), rel=1e-9)
+    assert bent[5] == pytest.approx(-2 * 0.4 / (E / 2.6 * 2 * I), rel=1e-9)
+
+
+def test_rings_that_hang_on_base_and_platform():
+    """A four-bar that hangs on the platform weighs there and is held by itself; one on the base does not matter."""
+    circle = '<circle diameter="0.02"/>'
+
+    def ring(on, name, at):
+        parts = [link(f"{name}_{k}") for k in range(3)]
+        parts += [joint(f"{name}_a", "continuous", on, f"{name}_0", at)]
+        parts += [joint(f"{name}_b", "fixed", f"{name}_0", f"{name}_1", "0 0 -0.3")]
+        parts += [joint(f"{name}_c", "fixed", f"{name}_1", f"{name}_2", "0.3 0 0")]
+        x, y, z = (float(value) for value in at.split())
+        parts += [loop(f"{name}_d", "revolute", f"{name}_2", on, "0 0 0.3", f"{x + 0.3} {y} {z}", "0 1 0")]
+        parts += [
+            bar(f"{name}_0", f"{name}_a", f"{name}_b", RHO, circle),
+            bar(f"{name}_1", f"{name}_b", f"{name}_c", RHO, circle),
+        ]
+        return [*parts, bar(f"{name}_2", f"{name}_c", f"{name}_d", RHO, circle)]
+
+    column = [link("base"), link("column"), link("platform", 1.0), joint("clamp", "fixed", "base", "column")]
+    column += [joint("top", "fixed", "column", "platform", "0 0 1")]
+    column += [bar("column", "clamp", "top", 0.0, '<circle diameter="0.1"/>')]
+    machine = robot(*column, *ring("platform", "swing", "0.1 0 0"), *ring("base", "frame", "0.5 0 0"))
+    assert sorted(limb.name for limb in machine.topology.hanging) == ["base", "platform"]
+    found = ks.analyze(machine.assemble(), gravity=(0, 0, -G))
+    ring_mass = RHO * 0.9 * np.pi * 0.02**2 / 4
+    area = np.pi * 0.1**2 / 4
+    assert found.platform_wrench[2] == pytest.approx(-(1 + ring_mass) * G, rel=1e-12)
+    assert found.platform_wrench[4] == pytest.approx(0.25 * ring_mass * G, rel=1e-12)
+    assert found.twist[2] == pytest.approx(-(1 + ring_mass) * G / (E * area), rel=1e-10)
+    assert found.base_wrench[2] == pytest.approx((1 + 2 * ring_mass) * G, rel=1e-12)
+    # a portal on two hinges, symmetric: each foot carries half, and both push inwards with equal force
+    left, right = (found.joint_wrenches[f"frame_{end}"] for end in "ad")
+    assert left[2] == pytest.approx(ring_mass * G / 2, rel=1e-9)
+    assert abs(right[2]) == pytest.approx(ring_mass * G / 2, rel=1e-9)
+    portal_force = thrust()
+    assert abs(left[0]) == pytest.approx(portal_force, rel=1e-9)
+    # the swing hangs the same way, carried along with the platform
+    assert abs(found.joint_wrenches["swing_a"][0]) == pytest.approx(portal_force, rel=1e-9)
+
+
+def thrust(h=0.3, b=0.3, d=0.02):
+    """Horizontal thrust of a U of three equal welded bars, hinged at both tops, under its own weight, by the force method.
+
+    Bending and stretching of all bars, no shear. X acts at the hinges along x, outwards on the U.
+    """
+    area, inertia = np.pi * d**2 / 4, np.pi * d**4 / 64
+    q = RHO * area * G
+    # unit X: moment s in the legs (from the hinge), h in the bottom bar; axial force 1 in the bottom bar
+    flexibility = 2 * h**3 / (3 * E * inertia) + b * h**2 / (E * inertia) + b / (E * area)
+    # the weight bends the bottom bar as one on two supports: q x (b − x) / 2
+    bending = h * q * b**3 / 12 / (E * inertia)
+    return bending / flexibility
+
+
+def test_rigid_rings_leave_their_inner_forces_open():
+    """A rigid parallelogram of hinges is threefold overconstrained in itself; twist and torque do not depend on how."""
+    parts = [link("base"), link("platform", 4.0)]
+    for k, x in enumerate((0.0, 0.5)):
+        parts += [link(f"crank_{k}", 1.0, "0 0 0.5"), joint(f"foot_{k}", "continuous", "base", f"crank_{k}", f"{x} 0 0")]
+    parts += [link("coupler"), joint("head_0", "continuous", "crank_0", "coupler", "0 0 1")]
+    parts += [loop("head_1", "revolute", "crank_1", "coupler", "0 0 1", "0.5 0 0", "0 1 0")]
+    parts += [
+        link("column"),
+        joint("flange", "fixed", "coupler", "column", "0.25 0 0"),
+        joint("top", "fixed", "column", "platform", "0 0 1"),
+    ]
+    parts += [bar("column", "flange", "top", 0.0, '<circle diameter="0.1"/>')]
+    parts += ['<transmission name="t"><joint name="foot_0"/></transmission>']
+    machine = robot(*parts)
+    assert machine.mobility.redundant_constraints == 3
+    found = ks.analyze(machine.assemble(actuators={"foot_0": 0.5}), load=(0, 0, -20, 0, 0, 0), gravity=(0, 0, -G))
+    assert found.status == ks.Status.OK
+    assert np.all(np.isnan(found.joint_wrenches["head_0"])) and np.all(np.isnan(found.joint_wrenches["foot_1"]))
+    assert np.all(np.isfinite(found.joint_wrenches["flange"]))
+    assert found.twist[2] == pytest.approx(-(20 + 40) / (E * np.pi * 0.1**2 / 4), rel=1e-10)
+
+
+def test_batches_of_hybrid_limbs_equal_single_poses():
+    machine = parallelogram()
+    q = np.linspace(-1.0, 1.0, 7)
+    batch = ks.analyze(machine.assemble(actuators={"foot_0": q}), load=(1, 2, 3, 4, 5, 6))
+    for k, value in enumerate(q):
+        one = ks.analyze(machine.assemble(actuators={"foot_0": value}), load=(1, 2, 3, 4, 5, 6))
+        np.testing.assert_allclose(batch.twist[k], one.twist, rtol=1e-12, atol=1e-18)

@@ -1,0 +1,187 @@
+"""Assembly errors, length errors and warmth: against closed forms, the robot's own kinematics and finite elements."""
+
+import numpy as np
+import pytest
+from test_hybrid_limbs import E, joint, link, loop
+
+import kinetostatics as ks
+from kinetostatics.robot_file import parse_robot_text
+
+STILL = (0, 0, 0)
+ALPHA = 1.2e-5
+
+
+def two_columns(warm=True):
+    """Two equal vertical columns, 0.4 apart, clamped to base and platform."""
+    alpha = f' thermal_expansion="{ALPHA}"' if warm else ""
+    column = (
+        '<beam link="{0}" from="foot_{0}" to="head_{0}" youngs_modulus="{1}" poisson_ratio="0.3" density="0"{2} '
+        'shear_coefficient="inf"><circle diameter="0.05"/></beam>'
+    )
+    parts = [link("base"), link("a"), link("b"), link("platform", 5.0)]
+    parts += [joint("foot_a", "fixed", "base", "a"), joint("foot_b", "fixed", "base", "b", "0.4 0 0")]
+    parts += [joint("head_a", "fixed", "a", "platform", "0 0 1"), loop("head_b", "fixed", "b", "platform", "0 0 1", "0.4 0 0")]
+    parts += [column.format(name, E, alpha) for name in "ab"]
+    return ks.Robot(
+        parse_robot_text(f'<robot name="r">{"".join(parts)}<platform link="platform"><origin xyz="0.2 0 0"/></platform></robot>')
+    )
+
+
+AREA, INERTIA = np.pi * 0.05**2 / 4, np.pi * 0.05**4 / 64
+
+
+def heated(growth, length=1.0, half=0.2):
+    """Twist (z, ry) of two columns, the first longer by ``growth``, and the axial force in it, by the displacement method.
+
+    The platform rises by z and turns by ry about y; a column's top then moves by z ∓ half·ry and turns by ry, which bends it:
+    with its top also free to shift sideways along x both columns take the same side force, none in all.
+    """
+    axial, bend = E * AREA / length, E * INERTIA / length
+    # turning by r with no side force bends each column by the moment EI/L r
+    # columns at x = −half (grown) and +half: rise of their tops z + half r, z − half r  (ry > 0 lifts −x)
+    A = np.array([[2 * axial, 0.0], [0.0, 2 * axial * half**2 + 2 * bend]])
+    z, r = np.linalg.solve(A, [axial * growth, axial * growth * half])
+    return z, r, axial * (z + half * r - growth)
+
+
+@pytest.mark.parametrize(
+    ("misfit", "growth"),
+    [
+        ({"a": {"temperature": 30}}, ALPHA * 30),
+        ({"a": {"length": 2e-4}}, 2e-4),
+        ({"a": {"length": -1e-4, "temperature": 20}}, -1e-4 + ALPHA * 20),
+        ({"foot_a": [0, 0, 3e-4, 0, 0, 0]}, 3e-4),
+        ({"head_a": {"twist": [0, 0, 3e-4, 0, 0, 0], "frame": "joint"}}, 3e-4),
+    ],
+)
+def test_a_column_that_is_too_long(misfit, growth):
+    machine = two_columns()
+    found = ks.analyze(machine.assemble(), gravity=STILL, misfits=misfit)
+    z, r, force = heated(growth)
+    assert list(found.contributions) == ["load", "platform_weight", "limb_1", "limb_2", "misfit"]
+    np.testing.assert_allclose(found.twist[[2, 4]], [z, r], rtol=1e-9)
+    np.testing.assert_allclose(found.contributions["misfit"], found.twist, rtol=1e-12)
+    np.testing.assert_allclose(found.beams["a"].section_wrenches[:, 0], force, rtol=1e-8)
+    assert found.limbs["limb_1"].contributions["misfit"] == pytest.approx(found.limbs["limb_1"].intensities)
+    everything = sum(sum(named.values()) for named in found.source_contributions.values())
+    np.testing.assert_allclose(everything, found.twist, rtol=1e-9, atol=1e-18)
+    name = next(iter(misfit))
+    assert list(found.source_contributions["misfits"]) == [name]
+
+
+def test_warm_everywhere_grows_without_stress():
+    found = ks.analyze(two_columns().assemble(), gravity=STILL, misfits={name: {"temperature": 50} for name in "ab"})
+    np.testing.assert_allclose(found.twist, [0, 0, 50 * ALPHA, 0, 0, 0], rtol=1e-10, atol=1e-16)
+    assert np.abs(found.beams["a"].section_wrenches).max() < 1e-6
+
+
+def test_misfits_add_to_loads():
+    machine = two_columns().assemble()
+    misfit = {"foot_b": [1e-4, 2e-4, 3e-4, 4e-4, 5e-4, 6e-4]}
+    loaded, off = ks.analyze(machine, (1, 2, 3, 4, 5, 6)), ks.analyze(machine, gravity=STILL, misfits=misfit)
+    both = ks.analyze(machine, (1, 2, 3, 4, 5, 6), misfits=misfit)
+    np.testing.assert_allclose(both.twist, loaded.twist + off.twist, rtol=1e-12)
+    for name, wrench in both.joint_wrenches.items():
+        np.testing.assert_allclose(wrench, loaded.joint_wrenches[name] + off.joint_wrenches[name], rtol=1e-9, atol=1e-7)
+
+
+@pytest.mark.parametrize("rod", ["rod_1", "rod_2", "rod_3"])
+def test_a_longer_rod_is_a_longer_stroke(rod):
+    """Without overconstraint a misfit is pure kinematics: here the same as driving the prismatic joint by as much."""
+    machine = ks.load_robot("robots/3rps.urdf.xacro")
+    pose = machine.assemble(platform={"z": 0.52, "rx": 0.1, "ry": -0.15})
+    found = ks.analyze(pose, gravity=STILL, misfits={rod: {"length": 1e-4}})
+    assert all(abs(force) < 1e-5 for force in found.actuator_forces.values())
+    step, shifts = 1e-5, []
+    for sign in (1, -1):
+        drives = dict(pose.actuators)
+        drives[rod.replace("rod", "prismatic")] = drives[rod.replace("rod", "prismatic")] + sign * step
+        shifts.append(machine.assemble(actuators=drives, near=pose).platform_frame)
+    moved = (shifts[0] - shifts[1]) / (2 * step) * 1e-4
+    spin = moved[:3, :3] @ pose.platform_frame[:3, :3].T
+    np.testing.assert_allclose(found.twist[:3], moved[:3, 3], rtol=1e-6, atol=1e-11)
+    np.testing.assert_allclose(found.twist[3:], [spin[2, 1], spin[0, 2], spin[1, 0]], rtol=1e-6, atol=1e-11)
+
+
+def test_a_rail_that_is_off_presses_the_paper_s_robot():
+    """0.1 mm on one rail along X in configuration 1 locks in 34 N, more than gravity's 31 N (docs/method.md, section 6)."""
+    machine = ks.load_robot("robots/2pru_upr.urdf.xacro")
+    pose = machine.assemble()
+    found = ks.analyze(pose, gravity=STILL, misfits={"prismatic_1": [1e-4, 0, 0, 0, 0, 0]})
+    assert np.linalg.norm(found.joint_wrenches["prismatic_1"][:3]) == pytest.approx(34, abs=0.5)
+    ranked = ks.tolerances(pose)
+    row = next(item for item in ranked if (item.name, item.error) == ("prismatic_1", "x"))
+    assert row.force == pytest.approx(np.linalg.norm(found.joint_wrenches[row.at][:3]), rel=1e-9)
+    assert row.twist == pytest.approx(found.twist, rel=1e-9, abs=1e-18)
+
+
+def test_misfits_of_a_batch():
+    machine = two_columns()
+    shifts = np.linspace(-1e-4, 1e-4, 5)
+    twist = np.zeros((5, 6))
+    twist[:, 2] = shifts
+    found = ks.analyze(machine.assemble(), gravity=STILL, misfits={"foot_a": twist, "b": {"length": shifts}})
+    assert found.shape == (5,)
+    for k, shift in enumerate(shifts):
+        one = ks.analyze(machine.assemble(), gravity=STILL, misfits={"foot_a": twist[k], "b": {"length": shift}})
+        np.testing.assert_allclose(found.twist[k], one.twist, rtol=1e-12, atol=1e-20)
+
+
+def test_the_table_of_tolerances():
+    machine = two_columns()
+    pose = machine.assemble()
+    table = ks.tolerances(pose, length=2e-4, temperature=30, by="displacement")
+    assert {row.kind for row in table} == {"joint", "beam"} and table.ranked_by == "displacement"
+    sizes = [row.displacement for row in table]
+    assert sizes == sorted(sizes, reverse=True) and len(table) == len({(row.name, row.error) for row in table}) == 4 * 6 + 2 * 2
+    for row in table:
+        amount = {"length": {"length": 2e-4}, "temperature": {"temperature": 30}}.get(row.error)
+        if amount is None:
+            twist = np.zeros(6)
+            twist[("x", "y", "z", "rx", "ry", "rz").index(row.error)] = row.amount
+            amount = {"twist": twist, "frame": "joint"}
+        one = ks.analyze(pose, gravity=STILL, misfits={row.name: amount})
+        np.testing.assert_allclose(row.twist, one.twist, rtol=1e-9, atol=1e-15)
+        forces = {name: np.linalg.norm(wrench[:3]) for name, wrench in one.joint_wrenches.items()}
+        assert row.force == pytest.approx(max(forces.values()), rel=1e-6, abs=1e-4)
+    text = str(ks.tolerances(pose))
+    assert "ranked by the force" in text and "foot_a" in text and "temperature" in text
+
+
+def test_a_determinate_robot_locks_in_no_force():
+    table = ks.tolerances(ks.load_robot("robots/3rps.urdf.xacro").assemble())
+    assert table.ranked_by == "displacement" and all(row.force == 0 and row.at == "" for row in table)
+    assert "not overconstrained" in str(table)
+    # errors along a joint's own freedoms do nothing: a spherical joint's rotations are not in the table
+    assert {row.error for row in table if row.name.startswith("spherical")} <= {"x", "y", "z"}
+
+
+@pytest.mark.parametrize(
+    ("misfits", "message"),
+    [
+        ({"rodd_1": [0] * 6}, "did you mean"),
+        ({"revolute_1": [0, 0, 1e-4]}, r"shape \(3,\)"),
+        ({"revolute_1": {"twist": [0] * 6, "frame": "platform"}}, "'world' or 'joint'"),
+        ({"revolute_1": {"length": 1e-4}}, "'twist' and 'frame'"),
+        ({"rod_1": [0] * 6}, "'length'"),
+        ({"rod_1": {"lenght": 1e-4}}, "'length'"),
+        ({"rod_1": {"temperature": 10}}, "thermal_expansion"),
+        ({"rod_1": {"length": np.nan}}, "not finite"),
+        ([1, 2], "mapping"),
+    ],
+)
+def test_misfits_that_make_no_sense(misfits, message):
+    pose = ks.load_robot("robots/3rps.urdf.xacro").assemble()
+    with pytest.raises(ks.ArgumentError, match=message):
+        ks.analyze(pose, misfits=misfits)
+
+
+def test_rigid_limbs_cannot_follow_misfits_that_contradict():
+    text = "".join(
+        [
+            '<robot name="r">', link("base"), link("platform"), joint("one", "fixed", "base", "platform"),
+            loop("two", "fixed", "base", "platform"), '<platform link="platform"/></robot>',
+        ]
+    )  # fmt: skip
+    with pytest.raises(ks.RobotFileError, match="rigidly fixed"):
+        ks.Robot(parse_robot_text(text))
