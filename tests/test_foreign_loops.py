@@ -38,7 +38,7 @@ def beams(*links):
 
 def elastic(made, *links):
     """The robot with elastic links; the links that mark frames, which weigh 1e-9 kg, weigh nothing."""
-    text = made.urdf.replace("</robot>", f"{beams(*links)}</robot>").replace('value="1e-9"', 'value="0"')
+    text = re.sub('value="1e-0?9"', 'value="0"', made.urdf.replace("</robot>", f"{beams(*links)}</robot>"))
     return ks.Robot(parse_robot_text(text))
 
 
