@@ -42,7 +42,7 @@ class Parser(argparse.ArgumentParser):
     """A parser that raises instead of printing the usage, and that keeps the help's line breaks."""
 
     def __init__(self, **options: Any) -> None:
-        options.setdefault("formatter_class", argparse.RawDescriptionHelpFormatter)
+        options.setdefault("formatter_class", lambda prog: argparse.RawDescriptionHelpFormatter(prog, max_help_position=26))
         options.setdefault("allow_abbrev", False)
         super().__init__(**options)
 

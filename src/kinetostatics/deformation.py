@@ -58,6 +58,20 @@ class LoadedBeams:
         local += beam_formulas.sag(c, self.length, self.load)
         return move_twist(rotate(self.axes, local), -self.end[:, None])
 
+    def turned(self, outer: Array) -> LoadedBeams:
+        """Return the same beams from their other ends, whose motions as rigid bodies are ``outer`` (6, S, g, N)."""
+        back = np.array([-1.0, 1.0, -1.0]).reshape(3, 1, 1)
+        start = beam_formulas.section_wrench(self.length, self.wrench, self.load, np.zeros_like(self.length))
+        signs = np.tile(back, (2, 1, 1))[:, None]
+        return replace(
+            self,
+            axes=self.axes * back[None],
+            end=self.end - self.axes[:, 0] * self.length,
+            wrench=-start * signs,
+            load=self.load * back[:, None],
+            inner=outer,
+        )
+
     def lines(self, fractions: Array) -> Array:
         """Return displacement and rotation (6, n, S, g, N) of stations at given fractions of the length, world axes."""
         s = fractions[:, None, None, None] * self.length
@@ -103,16 +117,18 @@ class Deformation:
         motions: twist (6, S, N) of the outer side of every joint and beam, by the edge's key.
         beams: the loaded beams.
         yielding: what gives way in the limbs.
+        spring_energy: (N,) strain energy of all elastic joints and drives of the limbs [J].
     """
 
     motions: dict[str, Array]
     beams: list[LoadedBeams]
     yielding: list[Yielding]
+    spring_energy: Array
 
 
 def deform(robot: Robot, solution: Solution) -> Deformation:
     """Compute the motions of everything in one chunk of poses."""
-    out = Deformation({}, [], [])
+    out = Deformation({}, [], [], np.zeros(solution.o.shape[1]))
     for number in range(len(solution.statics)):
         _deform_limbs(solution, number, out)
     S = len(solution.sources)
@@ -151,7 +167,9 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
         k = places[model.joint]
         axes, arm = geometry.spring_axes[:, :, spring], geometry.spring_arms[:, spring]
         total = group.carried(signs[k], chords) + share * statics.spring_beyond[:, None, spring]
-        local = group.spring_twist(spring, rotate(axes, move_wrench(total, arm[:, None]), back=True))
+        wrench = rotate(axes, move_wrench(total, arm[:, None]), back=True)
+        local = group.spring_twist(spring, wrench)
+        out.spring_energy[:] += np.einsum("ign,ign->n", wrench.sum(axis=1), local.sum(axis=1)) / 2
         moved = move_twist(rotate(axes, local), -arm[:, None])
         gives[k] = gives.get(k, 0.0) + moved
         names = tuple(row[spring].joint for row in group.springs)
@@ -187,7 +205,9 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
         motions[k] = outer
         for position, item in enumerate(group.limbs):
             out.motions[item.edges[k].key] = outer[:, :, position]
-    out.beams.extend(beam_of_edge.values())
+    for k, beams in beam_of_edge.items():
+        edge = limb.edges[k]
+        out.beams.append(beams.turned(motions[k]) if edge.both_ways and edge.sign < 0 else beams)
 
 
 def _mass(model: BeamModel, length: Array) -> Array:

@@ -250,6 +250,7 @@ class JointTable:
 
     Attributes:
         names: of the joints, fixed ones too: those of the limbs, of their branches, and of dead weights.
+        owners: for each of them the limb it belongs to, or ``base`` or ``platform``.
         signs: for each name 1 if the predecessor is on the side whose wrench on the other is reported, else −1.
         chords: (J, Q) signs of the chord wrenches of all limbs in turn in what the joint's outboard side puts on the inboard one.
         outboard: (J, W) which weights it carries.
@@ -259,15 +260,17 @@ class JointTable:
 
     def __init__(self, robot: Robot) -> None:
         topology = robot.topology
-        entries: list[tuple[Edge, int]] = []
-        first = 0
+        found: list[tuple[Edge, int, str]] = []
+        self._first = [0]
         for limb in robot.all_limbs:
-            entries += [(edge, first) for edge in limb.edges] + [(edge, first) for edge in limb.branches]
-            first += len(limb.to_platform)
-        entries += [(edge, 0) for edge in (*topology.base.edges, *topology.platform.edges)]
-        entries = [(edge, k) for edge, k in entries if edge.joint is not None]
+            found += [(edge, self._first[-1], limb.name) for edge in (*limb.edges, *limb.branches)]
+            self._first.append(self._first[-1] + len(limb.to_platform))
+        for owner, dead in (("base", topology.base), ("platform", topology.platform)):
+            found += [(edge, 0, owner) for edge in dead.edges]
+        entries = [(edge, k) for edge, k, _ in found if edge.joint is not None]
         self.names = [str(edge.joint) for edge, _ in entries]
-        self.chords = np.zeros((len(entries), first))
+        self.owners = [owner for edge, _, owner in found if edge.joint is not None]
+        self.chords = np.zeros((len(entries), self._first[-1]))
         for row, (edge, k) in enumerate(entries):
             for chord, sign in edge.chords:
                 self.chords[row, k + chord] = sign
@@ -284,3 +287,7 @@ class JointTable:
         ]
         self.centre_body = np.array([body for body, _ in outer], dtype=np.intp)
         self.centre = np.array([frame[:3, 3] for _, frame in outer]).reshape(-1, 3).T
+
+    def chords_of(self, limb: int) -> slice:
+        """Return which columns of ``chords`` are those of a limb."""
+        return slice(self._first[limb], self._first[limb + 1])

@@ -176,7 +176,11 @@ class LimbGroup:
                 )
                 for unit in self.units[0]
             ),
-            tuple((position, edge.chords) for position, edge in enumerate(self.limbs[0].edges) if edge.beam),
+            tuple(
+                (position, edge.chords, edge.both_ways and edge.sign < 0)
+                for position, edge in enumerate(self.limbs[0].edges)
+                if edge.beam
+            ),
             tuple(map(tuple, self.spring_chords.tolist())),
             tuple(self.parents),
             tuple(self.platform_joint.tolist()),

@@ -25,6 +25,8 @@ RESULT_UNITS = {
     "gravity": "m/s²",
     "load": "[force N; moment N·m] about o",
     "twist": "[displacement m; rotation rad] of the platform at o; contributions sum to it",
+    "source_contributions": "the same twist by what gives way: beams, elastic joints, drives, misfits; together they sum to it",
+    "part_contributions": "the same for the parts of a limb that is split by pieces through which everything passes",
     "stiffness": "N/m, N/rad = N·m/m, N·m/rad, at o, drives locked",
     "compliance": "m/N, m/(N·m) = rad/N, rad/(N·m), at o, drives locked",
     "platform_wrench": "[force N; moment N·m] load and weight of the platform, about o",
@@ -47,6 +49,15 @@ ROBOT_UNITS = {
 }
 
 RESULT_ARRAYS = ("twist", "stiffness", "compliance", "platform_wrench", "base_wrench", "strain_energy")
+RESULT_MAPPINGS = (
+    "contributions",
+    "source_contributions",
+    "part_contributions",
+    "joint_wrenches",
+    "actuator_forces",
+    "beam_contributions",
+    "link_contributions",
+)
 LIMB_ARRAYS = (
     "constraint_wrenches",
     "intensities",
@@ -117,7 +128,7 @@ def result_to_dict(result: Result) -> dict[str, Any]:
         "load": plain(result.load),
     }
     found.update({name: plain(getattr(result, name)) for name in RESULT_ARRAYS})
-    for name in ("contributions", "joint_wrenches", "actuator_forces", "beam_contributions", "link_contributions"):
+    for name in RESULT_MAPPINGS:
         found[name] = plain(getattr(result, name))
     found["actuator_units"] = {name: drive_unit(robot, name) for name in result.actuator_forces}
     found["limbs"] = {name: _limb(limb) for name, limb in result.limbs.items()}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -65,6 +65,12 @@ def result_report(result: Result) -> str:
     if status not in (Status.SINGULAR, Status.UNREACHABLE):
         noise = magnitudes(result)
         lines += section("Twist of the platform at o, world axes", _twist(result, noise))
+        if any(kind in result.source_contributions for kind in ("joints", "drives", "misfits")):
+            lines += section(
+                "What gives way: the same twist by beams, elastic joints, drives and misfits", _sources(result, noise)
+            )
+        if result.part_contributions:
+            lines += section("What gives way in the parts of the limbs", _parts(result, noise))
         lines += section("Stiffness of the platform at o, world axes, drives locked", _stiffness(result))
         if result.actuator_forces:
             lines += section("Drives, positive along the joint's positive direction", _drives(result, noise))
@@ -76,7 +82,8 @@ def result_report(result: Result) -> str:
         lines += section("Ground: what it puts on the robot, about the base link's origin", _base(result, noise))
         if result.beams:
             lines += section("Beams", _beams(result, noise))
-            lines += ["", f"Strain energy of the beams  {quantity(result.strain_energy, ENERGIES)}"]
+            what = "beams and elastic joints" if result.robot.description.joint_stiffness else "beams"
+            lines += ["", f"Strain energy of the {what}  {quantity(result.strain_energy, ENERGIES)}"]
     lines += warning_lines(result.warnings)
     return "\n".join(lines)
 
@@ -147,7 +154,23 @@ def _free_motions(result: Result) -> list[str]:
 
 
 def _twist(result: Result, noise: Magnitudes) -> list[str]:
-    contributions = {**result.contributions, "total": result.twist}
+    return _twist_table({**result.contributions, "total": result.twist}, noise)
+
+
+def _sources(result: Result, noise: Magnitudes) -> list[str]:
+    sums = {kind: np.sum(list(named.values()), axis=0) for kind, named in result.source_contributions.items()}
+    return _twist_table({**sums, "total": result.twist}, noise)
+
+
+def _parts(result: Result, noise: Magnitudes) -> list[str]:
+    found = {}
+    for limb in result.robot.topology.limbs:
+        for part, twist in zip(limb.parts, result.part_contributions.get(limb.name, ()), strict=False):
+            found[f"{limb.name}: {part.start} → {part.end}"] = twist
+    return _twist_table(found, noise)
+
+
+def _twist_table(contributions: Mapping[str, Array], noise: Magnitudes) -> list[str]:
     shift = Scale.of([t[:3] for t in contributions.values()], LENGTHS, noise.displacement, digits=6)
     turn = Scale.of([t[3:] for t in contributions.values()], ANGLES, noise.rotation, digits=6)
     rows = []

@@ -19,7 +19,9 @@ from kinetostatics.configuration import Configuration, Status, batch_first, froz
 from kinetostatics.deformation import Deformation, LoadedBeams, deform
 from kinetostatics.description import Beam
 from kinetostatics.equilibrium import Solution, unit_chords
+from kinetostatics.joint_wrenches import drive_forces, joint_contributions, joint_wrenches
 from kinetostatics.screws import move_twist, move_wrench
+from kinetostatics.topology import Part
 
 Array = NDArray[np.float64]
 
@@ -245,33 +247,38 @@ class Result:
     # ---- joints -----------------------------------------------------------------------------------------------------
 
     @cached_property
-    def _wrenches_at_joints(self) -> dict[str, Array]:
-        """What the base side of every joint puts on the platform side (6, N), about the joint's centre, world axes."""
-        table = self.robot.joint_table
-        first, limbs = [], 0
-        for limb in self.robot.all_limbs:
-            first.append(limbs)
-            limbs += len(limb.to_platform)
-        chunks = []
-        for solution in self.solutions:
-            chords = np.zeros((6, limbs, solution.o.shape[1]))
-            for number, statics in enumerate(solution.statics):
-                total = solution.chord_wrenches(number).sum(axis=2)
-                for position, place in enumerate(statics.group.numbers):
-                    chords[:, first[place] : first[place] + total.shape[0]] = total[:, :, position].swapaxes(0, 1)
-            carried = np.einsum("jq,iqn->ijn", table.chords, chords)
-            carried += np.einsum("jw,iwn->ijn", table.outboard, solution.weights)
-            arm = solution.frames.points(table.centre_body, table.centre) - solution.o[:, None]
-            wrenches = table.reported[:, None] * move_wrench(carried, arm)
-            chunks.append(np.where(_undetermined_joints(solution, table.chords, first), np.nan, wrenches))
-        joined = _joined(chunks)
-        return {name: joined[:, k] for k, name in enumerate(table.names)}
+    def _joint_wrenches(self) -> list[Array]:
+        return [joint_wrenches(self.robot, solution) for solution in self.solutions]
+
+    @cached_property
+    def _joint_contributions(self) -> list[Array]:
+        return [joint_contributions(self.robot, solution) for solution in self.solutions]
 
     @cached_property
     def joint_wrenches(self) -> Mapping[str, Array]:
-        """(…, 6) what the base side of each joint puts on the platform side, at the joint's centre, world axes [N, N·m]."""
-        order = [name for name in self.robot.mechanism.connections if name in self._wrenches_at_joints]
-        return MappingProxyType({name: self._public(self._wrenches_at_joints[name]) for name in order})
+        """(…, 6) what the base side of each joint puts on the platform side, at the joint's centre, world axes [N, N·m].
+
+        In a ring, where base and platform give a joint no direction, it is what its predecessor puts on its successor.
+        """
+        joined = _joined(self._joint_wrenches)
+        return MappingProxyType({name: self._public(joined[:, k]) for name, k in self._joints_in_order()})
+
+    @cached_property
+    def joint_contributions(self) -> Mapping[str, Mapping[str, Array]]:
+        """(…, 6) what each contribution to the twist adds to each joint's wrench, by joint and contribution."""
+        joined = _joined(self._joint_contributions)
+        sources = self.solutions[0].sources
+        return MappingProxyType(
+            {
+                name: MappingProxyType({source: self._public(joined[:, k, s]) for s, source in enumerate(sources)})
+                for name, k in self._joints_in_order()
+            }
+        )
+
+    def _joints_in_order(self) -> list[tuple[str, int]]:
+        """Return the names of the joints, in the order of the file, and their places in the joint table."""
+        places = {name: k for k, name in enumerate(self.robot.joint_table.names)}
+        return [(name, places[name]) for name in self.robot.mechanism.connections if name in places]
 
     @cached_property
     def actuator_forces(self) -> Mapping[str, Array]:
@@ -279,22 +286,20 @@ class Result:
 
         A drive that other joints mimic moves them too: their forces count with their multipliers.
         """
-        total = {name: self._force_along(name) for name in self.robot.description.driven}
-        for joint in self.robot.mechanism.connections.values():
-            if joint.mimic is not None:
-                total[joint.mimic.joint] = total[joint.mimic.joint] + joint.mimic.multiplier * self._force_along(joint.name)
-        return MappingProxyType({name: self._public(force) for name, force in total.items()})
+        chunks = [drive_forces(self.robot, s, w) for s, w in zip(self.solutions, self._joint_wrenches, strict=True)]
+        return MappingProxyType({name: self._public(_joined([chunk[name] for chunk in chunks])) for name in chunks[0]})
 
-    def _force_along(self, joint: str) -> Array:
-        """Return the force or torque (N,) of a locked joint along its own coordinate."""
-        if joint not in self._wrenches_at_joints:
-            return np.zeros(len(self._valid))
-        connection = self.robot.mechanism.connections[joint]
-        body, along = np.array([connection.predecessor_body]), connection.axis_on(True)[:, None]
-        axis = np.concatenate([s.frames.directions(body, along)[:, 0] for s in self.solutions], axis=-1)
-        wrench = self._wrenches_at_joints[joint]
-        part = wrench[:3] if connection.kind == "prismatic" else wrench[3:]
-        return np.asarray(self.robot.joint_table.signs[joint] * np.einsum("in,in->n", axis, part))
+    @cached_property
+    def actuator_contributions(self) -> Mapping[str, Mapping[str, Array]]:
+        """(…) what each contribution to the twist adds to each drive's force, by drive and contribution [N or N·m]."""
+        chunks = [drive_forces(self.robot, s, w) for s, w in zip(self.solutions, self._joint_contributions, strict=True)]
+        found = {}
+        for name in chunks[0]:
+            joined = _joined([chunk[name] for chunk in chunks])
+            found[name] = MappingProxyType(
+                {source: self._public(joined[k]) for k, source in enumerate(self.solutions[0].sources)}
+            )
+        return MappingProxyType(found)
 
     @cached_property
     def base_wrench(self) -> Array:
@@ -395,12 +400,29 @@ class Result:
             kinds[kind] = MappingProxyType({name: self._public(_joined(chunks)) for name, chunks in named.items()})
         return MappingProxyType(kinds)
 
+    @cached_property
+    def part_contributions(self) -> Mapping[str, tuple[Array, ...]]:
+        """What gives way in the parts of each limb that is split by pieces through which everything passes (…, 6)."""
+        beams = self.robot.description.beams
+        twists = [
+            (f"beam:{name}" if kind == "beams" or (kind == "misfits" and name in beams) else name, twist)
+            for kind, named in self.source_contributions.items()
+            for name, twist in named.items()
+        ]
+
+        def of_part(part: Part) -> Array:
+            return frozen(sum((twist for key, twist in twists if key in part.keys), np.zeros((*self.shape, 6))))
+
+        limbs = [limb for limb in self.robot.topology.limbs if len(limb.parts) > 1]
+        return MappingProxyType({limb.name: tuple(of_part(part) for part in limb.parts) for limb in limbs})
+
     # ---- energies and warnings --------------------------------------------------------------------------------------
 
     @cached_property
     def strain_energy(self) -> Array:
-        """(…) strain energy of all beams [J]."""
-        return frozen(sum((beam.strain_energy for beam in self.beams.values()), np.zeros(self.shape)))
+        """(…) strain energy of all beams and elastic joints [J]."""
+        springs = self._public(_joined([deformation.spring_energy for deformation in self._deformations]))
+        return frozen(sum((beam.strain_energy for beam in self.beams.values()), springs))
 
     def _large_motions(self) -> list[str]:
         """Say where the platform moves more than small displacements allow."""
@@ -469,24 +491,6 @@ def _beam_numbers(beams: LoadedBeams, solution: Solution) -> dict[str, Array]:
         "euler_ratio": np.maximum(-sections[0].min(axis=0), 0) / euler,
         "strain_energy": beam_formulas.strain_energy(beams.compliances, beams.length, wrench, load),
     }
-
-
-def _undetermined_joints(solution: Solution, table: Array, first: list[int]) -> NDArray[np.bool_]:
-    """Return which joints' wrenches (J, N) rigid parts leave open: all of a limb of whose intensities one is, and rigid rings."""
-    unknown = np.zeros((table.shape[0], solution.o.shape[1]), dtype=bool)
-    for number, statics in enumerate(solution.statics):
-        any_open = np.any(solution.undetermined[number], axis=0)
-        loose = statics.loose.shape[2] > 0
-        if not (loose or np.any(any_open)):
-            continue
-        for position, limb in enumerate(statics.group.numbers):
-            mine = table[:, first[limb] : first[limb] + statics.chords.shape[0]]
-            unknown |= np.any(mine, axis=1)[:, None] & any_open[position]
-            if loose:
-                carried = np.abs(np.einsum("jm,misn->jisn", mine, statics.loose[:, :, :, position]))
-                largest = np.max(np.abs(statics.loose[:, :, :, position]), axis=(0, 1), initial=0.0)
-                unknown |= np.any(carried > 1e-9 * np.where(largest > 0, largest, 1.0), axis=(1, 2))
-    return unknown
 
 
 def _where_readable(solution: Solution, number: int, position: int, array: Array) -> Array:

@@ -112,6 +112,39 @@ def _depth_first(
     return steps
 
 
+def cut_pieces(steps: list[Step], base: Piece, platform: Piece) -> list[tuple[Piece, Piece, list[Step]]]:
+    """Return the stretches between the pieces that every way from base to platform passes: inner, outer piece and edges."""
+    at: dict[Piece, list[Step]] = {}
+    for step in steps:
+        at.setdefault(step.inner, []).append(step)
+        at.setdefault(step.outer, []).append(step)
+
+    def reach(without: Piece) -> set[Piece]:
+        seen, queue = {base}, deque([base])
+        while queue:
+            piece = queue.popleft()
+            for step in at.get(piece, []):
+                other = step.outer if step.inner is piece else step.inner
+                if other is not without and other not in seen:
+                    seen.add(other)
+                    if other is not platform:
+                        queue.append(other)
+        return seen
+
+    if base not in at or platform not in at:
+        return []
+    cuts = [(reach(piece), piece) for piece in at if piece not in (base, platform)]
+    cuts = sorted((item for item in cuts if platform not in item[0]), key=lambda item: len(item[0]))
+    result: list[tuple[Piece, Piece, list[Step]]] = []
+    left, inner = list(steps), base
+    for inside, outer in [*cuts, (set(at), platform)]:
+        mine = [step for step in left if step.inner in inside or step.outer in inside]
+        left = [step for step in left if step not in mine]
+        result.append((inner, outer, mine))
+        inner = outer
+    return result
+
+
 def _currents(pieces: list[Piece], edges: list[PieceEdge], base: Piece, platform: Piece) -> np.ndarray:
     """Return the edges' currents (samples, edges) from inner to outer, parts of the whole current."""
     number = {piece: k for k, piece in enumerate(pieces)}

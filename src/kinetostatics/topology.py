@@ -9,7 +9,7 @@ edges; a serial limb has one chord, its joint to the platform.
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ from kinetostatics.beam_spans import BeamSpan
 from kinetostatics.exceptions import RobotFileError
 from kinetostatics.mechanism import Connection, Mechanism
 from kinetostatics.rigid_pieces import Piece, PieceEdge, PieceGraph
-from kinetostatics.spanning import Step, steps_out
+from kinetostatics.spanning import Step, cut_pieces, steps_out
 
 Array = NDArray[np.float64]
 
@@ -58,6 +58,22 @@ class Edge:
 
 
 @dataclass(frozen=True)
+class Part:
+    """A part of a limb between two pieces that everything passes through.
+
+    Attributes:
+        keys: of its edges, inboard ones first.
+        start, end: names of a link of the piece at which it begins and ends.
+        is_serial: whether it is a single way.
+    """
+
+    keys: tuple[str, ...]
+    start: str
+    end: str
+    is_serial: bool
+
+
+@dataclass(frozen=True)
 class Limb:
     """A limb: its edges on the way out, and what hangs on it.
 
@@ -70,6 +86,8 @@ class Limb:
         ends: whether the k-th edge ends a way: a weight or more than the next edge lies directly outboard of it.
         to_platform: for each chord whether it ends at the platform.
         on_platform: whether it is dead weight on the platform: the spanning tree is rooted there.
+        parts: its parts from base to platform, if it is split by pieces that everything passes through (a frame under the
+            robot, a serial wrist); else one.
     """
 
     name: str
@@ -80,6 +98,7 @@ class Limb:
     ends: tuple[bool, ...]
     to_platform: tuple[bool, ...]
     on_platform: bool = False
+    parts: tuple[Part, ...] = ()
 
     @property
     def is_serial(self) -> bool:
@@ -165,7 +184,7 @@ class _Builder:
             dead_pieces[root].extend(component)
             dead_weights[root].extend(limb.weights)
             if limb.to_platform:
-                hanging.append(_named(limb, "platform" if limb.on_platform else "base"))
+                hanging.append(replace(limb, name="platform" if limb.on_platform else "base"))
             else:
                 dead[root].extend(limb.branches)
         for edge in direct:
@@ -174,7 +193,7 @@ class _Builder:
                 continue  # it transmits nothing
             limbs.append((len(order), self._limb([], [edge])))
         limbs.sort(key=lambda pair: pair[0])
-        numbered = tuple(_named(limb, f"limb_{k}") for k, (_, limb) in enumerate(limbs, 1))
+        numbered = tuple(replace(limb, name=f"limb_{k}") for k, (_, limb) in enumerate(limbs, 1))
         self._check_misplaced((*numbered, *hanging), dead)
         return Topology(
             numbered,
@@ -226,9 +245,11 @@ class _Builder:
         branches: list[Edge] = []
         ends: list[bool] = []
         last_key: dict[Piece, str] = {}
+        keys: dict[PieceEdge, tuple[str, ...]] = {}
         for step in steps:
             passes = step.in_tree and degree[step.outer] == 2 and not graph.weights_of(step.outer)
             chain = self._directed(step, below.get(step.edge, []), last_key.get(step.inner), tuple(carries[step.edge].items()))
+            keys[step.edge] = tuple(edge.key for edge in chain)
             if step.in_tree:
                 last_key[step.outer] = chain[-1].key
                 for link in graph.rigid_links_of(step.outer):
@@ -249,7 +270,42 @@ class _Builder:
             tuple(ends),
             tuple(step.outer is graph.platform for step in chords),
             on_platform,
+            self._parts([step for step in steps if step.edge in leading], keys),
         )
+
+    def _parts(self, steps: list[Step], keys: dict[PieceEdge, tuple[str, ...]]) -> tuple[Part, ...]:
+        """Split a limb at the pieces that every way from base to platform passes, serial stretches in one."""
+        graph = self.graph
+        cuts = cut_pieces(steps, graph.base, graph.platform)
+        if not cuts:
+            return ()
+        groups: list[tuple[list[Step], Piece, Piece]] = []
+        for inner, outer, mine in cuts:
+            if groups and len(mine) == 1 and len(groups[-1][0]) == self._stretch(groups[-1][0]):
+                groups[-1] = (groups[-1][0] + mine, groups[-1][1], outer)
+            else:
+                groups.append((mine, inner, outer))
+        return tuple(
+            Part(
+                tuple(key for step in mine for key in keys[step.edge]),
+                self._name_of(start),
+                self._name_of(end),
+                len(mine) == self._stretch(mine),
+            )
+            for mine, start, end in groups
+        )
+
+    @staticmethod
+    def _stretch(steps: list[Step]) -> int:
+        """Return how many different pieces lie at the outer ends of some edges: as many as edges on a single way."""
+        return len({step.outer for step in steps}) if len({step.inner for step in steps}) == len(steps) else 0
+
+    def _name_of(self, piece: Piece) -> str:
+        if piece is self.graph.base:
+            return self.graph.description.base
+        if piece is self.graph.platform:
+            return self.graph.description.platform
+        return self.graph.links_of([piece], [])[0]
 
     def _weights_below(self, steps: list[Step]) -> dict[PieceEdge, list[str]]:
         """Return the names of the weights that the tree carries beyond each of its edges."""
@@ -325,10 +381,6 @@ class _Builder:
 
     def _dead_weight(self, root: Piece, edges: list[Edge], pieces: list[Piece], weights: list[str]) -> DeadWeight:
         return DeadWeight(self.graph.links_of([root, *pieces], []), tuple(edges), tuple(weights))
-
-
-def _named(limb: Limb, name: str) -> Limb:
-    return Limb(name, limb.links, limb.edges, limb.branches, limb.weights, limb.ends, limb.to_platform, limb.on_platform)
 
 
 def _chords_carried(steps: list[Step], reached_by: dict[Piece, Step]) -> dict[PieceEdge, dict[int, int]]:

@@ -27,7 +27,6 @@ class Wrenches:
     def __init__(self, poses: ShownPoses, stations: Stations, joints: Sequence[Joint], at: dict[str, int], size: float):
         self.poses, self.stations, self.joints, self.at, self.size = poses, stations, joints, at, size
         self.result, self.robot = poses.result, poses.result.robot
-        self.limb_wrenches: dict[str, Array] = {}
         self.gravity, self.load = poses.take(self.result.gravity), poses.take(self.result.load)
 
     def arrows(self) -> Iterator[Arrow]:
@@ -62,16 +61,13 @@ class Wrenches:
         outward = ends[0] - ends[-1] if len(ends) > 1 else np.zeros_like(self.poses.o)
         intensities = self._intensities(found)
         attached = self._only(limb.name, np.nan_to_num(take(found.attached_intensities)))
-        total = np.zeros((*intensities.shape[:2], 6))
         for group, labels, wrenches, parts in (
             ("constraint", found.labels, found.constraint_wrenches, intensities),
             ("attached wrenches", found.attached_labels, found.attached_wrenches, attached),
         ):
             units = np.nan_to_num(take(wrenches))
-            total += np.einsum("fin,fkn->fki", units, parts)
             for n, label in enumerate(labels):
                 yield from self._screw(group, limb.name, label, joints, units[:, :, n], parts[:, :, n], outward)
-        self.limb_wrenches[limb.name] = total
 
     def _joints_of(self, limb: Limb) -> list[Joint]:
         """Return a limb's joints that have a place, the platform's first, the base's last."""
@@ -155,24 +151,16 @@ class Wrenches:
         yield from self._pair("base reaction", "base_wrench", self.at["base"], parts, "tip")
 
     def _actuators(self) -> Iterator[Arrow]:
-        owners = {edge.joint: limb.name for limb in self.robot.topology.limbs for edge in (*limb.edges, *limb.branches)}
-        signs = {edge.joint: edge.sign for limb in self.robot.topology.limbs for edge in (*limb.edges, *limb.branches)}
         for joint in self.joints:
             if not joint.driven or joint.axis is None:
                 continue
             name = joint.name
-            force = np.nan_to_num(self.poses.take(self.result.actuator_forces[name]))
             kind = self.robot.mechanism.connections[name].kind
-            parts = np.zeros((len(force), len(self.poses.sources) + 1))
-            owner = owners.get(name)
-            if owner is not None:
-                limb = self.limb_wrenches[owner]
-                arm = (joint.centre - self.poses.o)[:, None]
-                acting = limb[..., :3] if kind == "prismatic" else limb[..., 3:] - np.cross(arm, limb[..., :3])
-                parts = -signs[name] * np.einsum("fi,fki->fk", joint.axis, acting)
-            # What the limb's wrench does not explain is the weights outboard of the drive.
-            sources = self.poses.sources
-            parts[:, sources.index(owner) if owner in sources else -1] += force - parts.sum(axis=1)
+            shares = self.result.actuator_contributions[name]
+            parts = np.stack([np.nan_to_num(self.poses.take(shares[source])) for source in self.poses.sources], axis=1)
+            force = np.nan_to_num(self.poses.take(self.result.actuator_forces[name]))
+            # what belongs to no contribution is the weight of what hangs on the base
+            parts = np.concatenate([parts, (force - parts.sum(axis=1))[:, None]], axis=1)
             at, offset = self._beside(joint)
             vector = parts[..., None] * joint.axis[:, None]
             yield Arrow(
