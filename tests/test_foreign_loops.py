@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 import kinetostatics as ks
 from kinetostatics import cli
@@ -745,3 +746,41 @@ def test_command_in_a_process_of_its_own(tmp_path):
     assert ks.load_robot(tmp_path / "robot.urdf.xacro").mobility.platform == 2
     done = subprocess.run([*command, "--out", str(tmp_path / "new.urdf")], capture_output=True, text=True, cwd=tmp_path)
     assert done.returncode == 2 and "--driven JOINT" in done.stderr and not (tmp_path / "new.urdf").exists()
+
+
+# ---- the documentation ---------------------------------------------------------------------------------------------
+
+
+def test_the_page_shows_what_the_commands_print(tmp_path, monkeypatch, capsys):
+    page = (Path(__file__).parents[1] / "docs" / "foreign_loops.md").read_text()
+    (block,) = re.findall(r"```console\n(.*?)```", page, re.DOTALL)
+    monkeypatch.chdir(tmp_path)
+    for path in FOREIGN.iterdir():
+        shutil.copy(path, tmp_path)
+    for command in block.split("$ ")[1:]:
+        line, _, expected = command.partition("\n")
+        cli.main(line.split()[1:])
+        printed = capsys.readouterr()
+        assert printed.out + printed.err == expected
+    made = (tmp_path / "five_bar.urdf.xacro").read_text()
+    (shown,) = re.findall(r"```xml\n(<robot.*?)```", page, re.DOTALL)
+    made = re.sub(r"(<origin) [^/]*", r'\1 xyz="…" rpy="…"', made)
+    without_comment = re.sub(r" *<!--.*-->\n", "", made).partition("\n")[2]
+    assert without_comment == shown
+
+
+def test_the_page_shows_the_sample_of_gepetto():
+    page = (Path(__file__).parents[1] / "docs" / "foreign_loops.md").read_text()
+    (block,) = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
+    assert yaml.safe_load(block) == {**yaml.safe_load(RRS[1].read_text()), "type": ["3d", "3d"]}
+
+
+def test_the_python_of_the_page(monkeypatch):
+    page = (Path(__file__).parents[1] / "docs" / "foreign_loops.md").read_text()
+    (block,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    monkeypatch.chdir(Path(__file__).parents[1])
+    names = {}
+    exec(block, names)
+    assert names["robot"].mobility.platform == 2
+    # messages about its loops name the source
+    assert names["description"].loops["closing_tool"].place.line == line_of(FIVE_BAR, '<link name="closing_tool_1">')
