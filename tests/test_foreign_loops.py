@@ -240,6 +240,28 @@ def test_command_makes_a_whole_file_where_joints_change(tmp_path, capsys):
     assert "to_rotule_1" not in found.joints
 
 
+@pytest.mark.parametrize("name", ["a b&c<[1]'.urdf", "$(x) ${1}.urdf"])
+def test_odd_names_of_files_links_and_robots(tmp_path, monkeypatch, capsys, name):
+    text = (
+        FIVE_BAR.read_text()
+        .replace('"tool"', '"to&quot;o&amp;l ${1}"')
+        .replace('robot name="onshape"', 'robot name="a&lt;b$(c)"')
+    )
+    written(tmp_path, text, name)
+    monkeypatch.chdir(tmp_path)
+    arguments = ["--types", "revolute", "--platform", 'to"o&l ${1}', "--driven", "motor_1", "--out", "out.urdf"]
+    assert cli.main(["import", name, *arguments]) == 0
+    capsys.readouterr()
+    found = ks.load_robot("out.urdf").description
+    assert (found.name, found.platform, found.loops["closing_tool"].successor) == ("a<b$(c)", 'to"o&l ${1}', 'to"o&l ${1}')
+
+
+def test_folder_of_out_must_exist(tmp_path, capsys):
+    out = tmp_path / "nowhere" / "robot.urdf"
+    assert cli.main(["import", str(GEPETTO[0]), "--yaml", str(GEPETTO[1]), "--platform", "tool", "--out", str(out)]) == 2
+    assert f"--out: there is no folder {out.parent}" in capsys.readouterr().err
+
+
 def test_spellings_on_the_command_line(capsys):
     """One type for all, axes with commas or spaces, an empty list of drives."""
     assert cli.main(["import", str(FIVE_BAR), "--types", "spherical", "--platform", "tool", "--driven"]) == 0
