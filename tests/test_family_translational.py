@@ -5,7 +5,8 @@ is under test.
 """
 
 import os
-from dataclasses import dataclass
+import re
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
@@ -58,6 +59,10 @@ def deg(*values):
     return np.radians(values)
 
 
+#: of the Orthoglide, for a cube of 200 mm
+LEG = 0.2 / (1 / np.sqrt(6) + 1 / np.sqrt(18))
+CUBE = (-LEG / np.sqrt(6), -0.03, LEG / np.sqrt(18))
+
 CLAIMS = {
     "planar_3rrr": Claim(
         3, 0, 6, 1.0742, ("motor_1", "motor_2", "motor_3"), cylinder(0.2, rz=deg(-15, 0, 15)),
@@ -76,6 +81,14 @@ CLAIMS = {
     "linear_delta": Claim(
         3, 0, 0, 0.84837, ("rail_1", "rail_2", "rail_3"), cylinder(0.127, z=(0, 0.14, 0.277)),
         ({"x": 0.1, "y": -0.05, "z": 0.01}, {"x": -0.06, "y": 0.1, "z": 0.2}),
+    ),
+    "delta": Claim(
+        3, 6, 0, 2.7062, ("motor_1", "motor_2", "motor_3"), cylinder(0.565, z=(-0.8, -0.7, -0.55)),
+        ({"x": 0.3, "y": -0.2, "z": -0.75}, {"x": -0.1, "y": 0.45, "z": -0.6}),
+    ),
+    "orthoglide": Claim(
+        3, 0, 12, 12.215, ("rail_1", "rail_2", "rail_3"), grid(x=CUBE, y=CUBE, z=CUBE),
+        ({"x": 0.06, "y": -0.11, "z": 0.03}, {"x": -0.12, "y": 0.07, "z": -0.1}),
     ),
 }  # fmt: skip
 
@@ -233,6 +246,21 @@ def test_opens_in_xacro_and_pinocchio(name, capfd):
     assert (model.nq, model.nv) == (robot(name).model.nq, robot(name).model.nv)
     printed = capfd.readouterr()
     assert printed.out == printed.err == ""
+
+
+@names
+def test_other_sizes_close_too(name):
+    """The example in the file's head, and every length a little different."""
+    text = (ROBOTS / f"{name}.urdf.xacro").read_text()
+    example = re.search(rf"xacro {name}\.urdf\.xacro (.+)", text).group(1)
+    lengths = re.findall(r'<xacro:arg name="(\w+(?:_length|_radius|_side|_width|_distance|_offset))" default="([\d.]+)"', text)
+    varied = {key: float(value) * (1 + 0.01 * k) for k, (key, value) in enumerate(lengths, start=1)}
+    assert len(varied) >= 3
+    for parameters in (dict(item.split(":=") for item in example.split()), varied):
+        one = robot(name, **parameters)
+        assert one.closing_error < 1e-11
+        assert one.mobility == replace(robot(name).mobility, gap=one.mobility.gap)
+        assert ks.analyze(one.assemble()).status == ks.Status.OK
 
 
 @names
@@ -449,12 +477,22 @@ def test_tripteron_drives_feel_one_component_of_the_load_each(which):
 
 
 @pytest.mark.parametrize("which", [0, 1, 2])
-def test_tripteron_stiffness(which):
-    configuration = assembled("tripteron", which)
+@pytest.mark.parametrize("drive", [5e7, np.inf])
+def test_tripteron_stiffness(which, drive):
+    """Arms are bent cantilevers on elastic drives; three of their nine constraints are redundant."""
+    configuration = assembled("tripteron", which, **({} if drive == 5e7 else {"drive_stiffness": drive}))
     o = configuration.platform_frame[:3, 3]
     tube = box(70e9, 0.33, 0.08, 0.05, 0.004)
-    K = sum(limb_across(points, (tube, tube), axis, o) for axis, points in tripteron_limbs(o))
+    K = sum(limb_across(points, (tube, tube), axis, o, drive) for axis, points in tripteron_limbs(o))
     blocks_close(ks.analyze(configuration).stiffness, K, 1e-11)
+
+
+def test_tripteron_drives_give_way_by_their_forces():
+    """The drives' share of the displacement under a load, at zero: force over stiffness, each along its own axis."""
+    load = np.array([300.0, -200.0, 500.0, 0.0, 0.0, 0.0])
+    found = ks.analyze(assembled("tripteron", 0), load=load, gravity=(0, 0, 0))
+    rigid = ks.analyze(assembled("tripteron", 0, drive_stiffness=np.inf), load=load, gravity=(0, 0, 0))
+    close(found.twist[:3] - rigid.twist[:3], load[:3] / 5e7, 1e-10)
 
 
 # ---- linear Delta, 3-PUU -----------------------------------------------------------------------------------------------------
@@ -522,3 +560,138 @@ def test_linear_delta_in_its_symmetric_pose():
     axial = 90e9 * area / ROD
     expected = [1.5 * axial * (REACH / ROD) ** 2, 1.5 * axial * (REACH / ROD) ** 2, 3 * axial * (rise / ROD) ** 2]
     np.testing.assert_allclose(np.diag(found.stiffness)[:3], expected, rtol=1e-11)
+
+
+# ---- Delta -----------------------------------------------------------------------------------------------------------------
+
+ARM, DELTA_ROD, WIDTH = 0.3, 0.8, 0.1
+
+
+def delta_limbs(o):
+    """Yield the arm's angle, tangent, elbow E, middle P of the pair's ends and direction of the rods, all limbs in turn.
+
+    Clavel's inverse kinematics: in the plane of the arm the elbow lies on a circle about the motor, and on a sphere about P.
+    """
+    for azimuth in TOWERS:
+        out, tangent = np.array([np.cos(azimuth), np.sin(azimuth), 0]), np.array([-np.sin(azimuth), np.cos(azimuth), 0])
+        P = o + 0.05 * out
+        from_motor = P - 0.15 * out
+        u, w = from_motor @ out, from_motor @ Z
+        reach = (from_motor @ from_motor + ARM**2 - DELTA_ROD**2) / (2 * ARM)
+        angle = np.arctan2(-w, u) - np.arccos(reach / np.hypot(u, w))
+        E = 0.15 * out + ARM * (np.cos(angle) * out - np.sin(angle) * Z)
+        yield angle, tangent, E, P, (P - E) / DELTA_ROD
+
+
+def test_delta_inverse_kinematics():
+    rng = np.random.default_rng(5)
+    targets = np.array([rng.uniform(-0.35, 0.35, 20), rng.uniform(-0.35, 0.35, 20), rng.uniform(-0.8, -0.55, 20)])
+    configuration = robot("delta").assemble(platform=dict(zip("xyz", targets, strict=True)))
+    expected = [[angle for angle, *_ in delta_limbs(o)] for o in targets.T]
+    np.testing.assert_allclose(drives("delta", configuration), expected, atol=1e-10)
+    np.testing.assert_allclose(configuration.platform_frame[:, :3, :3], np.broadcast_to(np.eye(3), (20, 3, 3)), atol=1e-10)
+
+
+@pytest.mark.parametrize("which", [0, 1, 2])
+def test_delta_statics(which):
+    """Rods without weight push along themselves; a moment on the platform makes those of a pair differ and reaches no drive."""
+    configuration = assembled("delta", which, density=0)
+    load = np.array([30.0, -20.0, 50.0, 2.0, -3.0, 1.0])
+    limbs = list(delta_limbs(configuration.platform_frame[:3, 3]))
+    pushes = np.linalg.solve(np.array([d for *_, d in limbs]).T, -(load[:3] - [0, 0, 1.2 * G]))
+    torques = []
+    for push, (angle, tangent, E, _, d) in zip(pushes, limbs, strict=True):
+        slope = np.cross(tangent, E - 0.15 * np.cross(tangent, Z))  # of the elbow's place by the arm's angle
+        torques.append(slope @ d * push + 0.15 * G * slope[2])
+        assert slope[2] == pytest.approx(-ARM * np.cos(angle))
+    close(forces("delta", ks.analyze(configuration, load=load)), torques, 1e-10)
+
+
+@pytest.mark.parametrize("which", [0, 1, 2])
+def test_delta_stiffness(which):
+    """Rods are struts, arms are cantilevers, and the crossbar at an elbow leads the struts' forces into the arm."""
+    configuration = assembled("delta", which)
+    o = configuration.platform_frame[:3, 3]
+    area, second = np.pi / 4 * (0.05**2 - 0.044**2), np.pi / 64 * (0.05**4 - 0.044**4)
+    EA, GA, EI, GJ = 70e9 * area, 0.5 * 20e9 * area, 70e9 * second, 20e9 * 2 * second
+    tip = np.diag([ARM / EA, ARM**3 / 3 / EI + ARM / GA, ARM**3 / 3 / EI + ARM / GA, ARM / GJ, ARM / EI, ARM / EI])
+    tip[1, 5] = tip[5, 1] = ARM**2 / 2 / EI
+    tip[2, 4] = tip[4, 2] = -(ARM**2) / 2 / EI
+    rod = DELTA_ROD / (110e9 * np.pi / 4 * (0.014**2 - 0.011**2))
+    K = np.zeros((6, 6))
+    for angle, tangent, _, P, d in delta_limbs(o):
+        along = np.cos(angle) * np.cross(tangent, Z) - np.sin(angle) * Z
+        R = np.kron(np.eye(2), np.column_stack([along, tangent, np.cross(along, tangent)]))
+        pins = [side * WIDTH / 2 * tangent for side in (1, -1)]
+        at_elbow = np.column_stack([np.concatenate([d, np.cross(pin, d)]) for pin in pins])
+        at_o = np.column_stack([np.concatenate([d, np.cross(P + pin - o, d)]) for pin in pins])
+        compliance = rod * np.eye(2) + at_elbow.T @ R @ tip @ R.T @ at_elbow
+        K += at_o @ np.linalg.inv(compliance) @ at_o.T
+    blocks_close(ks.analyze(configuration).stiffness, K, 1e-10)
+
+
+def test_delta_with_stiff_arms_in_its_symmetric_pose():
+    """Six struts at one angle: K_zz = 6 EA/l (h/l)², K_xx = K_yy = 3 EA/l (s/l)², with the height h and the span s of a rod."""
+    K = ks.analyze(robot("delta", arm_youngs_modulus=70e19, arm_shear_modulus=20e19).assemble()).stiffness
+    span = 0.15 + ARM - 0.05
+    axial = 110e9 * np.pi / 4 * (0.014**2 - 0.011**2) / DELTA_ROD
+    lean = (span / DELTA_ROD) ** 2
+    np.testing.assert_allclose(K[:3, :3], axial * np.diag([3 * lean, 3 * lean, 6 * (1 - lean)]), rtol=1e-8, atol=1e-8 * axial)
+
+
+# ---- Orthoglide --------------------------------------------------------------------------------------------------------------
+
+
+def orthoglide_legs(o):
+    """Return the directions (3, 3) of the legs from shoulders to wrists."""
+    legs = np.tile(o, (3, 1))
+    for i in range(3):
+        legs[i, i] = -np.sqrt(LEG**2 - o @ o + o[i] ** 2)
+    return legs / LEG
+
+
+def test_orthoglide_kinematics():
+    """(x - rho_x)² + y² + z² = L², and so on: offsets along the rails leave it as it is."""
+    rng = np.random.default_rng(6)
+    targets = rng.uniform(CUBE[0], CUBE[2], (20, 3))
+    configuration = robot("orthoglide").assemble(platform=dict(zip("xyz", targets.T, strict=True)))
+    expected = [o - LEG * np.diag(orthoglide_legs(o)) - LEG for o in targets]
+    np.testing.assert_allclose(drives("orthoglide", configuration), expected, atol=1e-10)
+    np.testing.assert_allclose(configuration.platform_frame[:, :3, :3], np.broadcast_to(np.eye(3), (20, 3, 3)), atol=1e-10)
+
+
+def orthoglide_amplification(o):
+    """Return how much faster than its drives the platform moves, at most and at least, from their forces under unit loads."""
+    weightless = {"density": 0, "head_mass": 0, "slider_mass": 0, "platform_mass": 0}
+    pose = robot("orthoglide", **weightless).assemble(platform=dict(zip("xyz", o, strict=True)))
+    loads = np.hstack([np.eye(3), np.zeros((3, 3))])
+    found = [forces("orthoglide", ks.analyze(pose, load=load)) for load in loads]
+    return np.linalg.svd(np.array(found), compute_uv=False)[[0, -1]]
+
+
+def test_orthoglide_is_isotropic_at_zero_and_bounded_by_its_design():
+    np.testing.assert_allclose(orthoglide_amplification((0, 0, 0)), [1, 1], atol=1e-10)
+    np.testing.assert_allclose(orthoglide_amplification([CUBE[2]] * 3), [2, 0.8], rtol=1e-9)
+    np.testing.assert_allclose(orthoglide_amplification([CUBE[0]] * 3), [2, 0.5], rtol=1e-9)
+    for o in np.random.default_rng(7).uniform(CUBE[0], CUBE[2], (5, 3)):
+        largest, least = orthoglide_amplification(o)
+        assert 0.5 < least < 1 < largest < 2
+
+
+@pytest.mark.parametrize("which", [0, 1, 2])
+def test_orthoglide_statics(which):
+    """Bars without weight are struts where a force is concerned; sliders, heads and feet load the drives by their own weights."""
+    configuration = assembled("orthoglide", which, density=0, head_mass=0)
+    legs = orthoglide_legs(configuration.platform_frame[:3, 3])
+    load = np.array([300.0, -200.0, 500.0, 20.0, -30.0, 10.0])
+    pushes = np.linalg.solve(legs.T, -(load[:3] - [0, 0, 2 * G]))
+    close(forces("orthoglide", ks.analyze(configuration, load=load)), pushes * np.diag(legs) + [0, 0, 2 * G], 1e-11)
+
+
+@pytest.mark.parametrize("which", [0, 1, 2])
+def test_orthoglide_stiffness_against_forces(which):
+    """Two bars each, as long as the platform does not turn: parallelograms shear and legs swing freely."""
+    configuration = assembled("orthoglide", which)
+    legs = orthoglide_legs(configuration.platform_frame[:3, 3])
+    expected = 2 * 70e9 * 0.03 * 0.016 / LEG * legs.T @ legs
+    close(ks.analyze(configuration).stiffness[:3, :3], expected, 1e-11)

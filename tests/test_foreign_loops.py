@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 import kinetostatics as ks
 from kinetostatics import cli
@@ -38,7 +39,7 @@ def beams(*links):
 
 def elastic(made, *links):
     """The robot with elastic links; the links that mark frames, which weigh 1e-9 kg, weigh nothing."""
-    text = made.urdf.replace("</robot>", f"{beams(*links)}</robot>").replace('value="1e-9"', 'value="0"')
+    text = re.sub('value="1e-0?9"', 'value="0"', made.urdf.replace("</robot>", f"{beams(*links)}</robot>"))
     return ks.Robot(parse_robot_text(text))
 
 
@@ -237,6 +238,28 @@ def test_command_makes_a_whole_file_where_joints_change(tmp_path, capsys):
     assert found.joints["to_rotule_1_Z"].child == "platform"
     assert found.driven == ("mot1", "mot2", "mot3")
     assert "to_rotule_1" not in found.joints
+
+
+@pytest.mark.parametrize("name", ["a b&c<[1]'.urdf", "$(x) ${1}.urdf"])
+def test_odd_names_of_files_links_and_robots(tmp_path, monkeypatch, capsys, name):
+    text = (
+        FIVE_BAR.read_text()
+        .replace('"tool"', '"to&quot;o&amp;l ${1}"')
+        .replace('robot name="onshape"', 'robot name="a&lt;b$(c)"')
+    )
+    written(tmp_path, text, name)
+    monkeypatch.chdir(tmp_path)
+    arguments = ["--types", "revolute", "--platform", 'to"o&l ${1}', "--driven", "motor_1", "--out", "out.urdf"]
+    assert cli.main(["import", name, *arguments]) == 0
+    capsys.readouterr()
+    found = ks.load_robot("out.urdf").description
+    assert (found.name, found.platform, found.loops["closing_tool"].successor) == ("a<b$(c)", 'to"o&l ${1}', 'to"o&l ${1}')
+
+
+def test_folder_of_out_must_exist(tmp_path, capsys):
+    out = tmp_path / "nowhere" / "robot.urdf"
+    assert cli.main(["import", str(GEPETTO[0]), "--yaml", str(GEPETTO[1]), "--platform", "tool", "--out", str(out)]) == 2
+    assert f"--out: there is no folder {out.parent}" in capsys.readouterr().err
 
 
 def test_spellings_on_the_command_line(capsys):
@@ -745,3 +768,41 @@ def test_command_in_a_process_of_its_own(tmp_path):
     assert ks.load_robot(tmp_path / "robot.urdf.xacro").mobility.platform == 2
     done = subprocess.run([*command, "--out", str(tmp_path / "new.urdf")], capture_output=True, text=True, cwd=tmp_path)
     assert done.returncode == 2 and "--driven JOINT" in done.stderr and not (tmp_path / "new.urdf").exists()
+
+
+# ---- the documentation ---------------------------------------------------------------------------------------------
+
+
+def test_the_page_shows_what_the_commands_print(tmp_path, monkeypatch, capsys):
+    page = (Path(__file__).parents[1] / "docs" / "foreign_loops.md").read_text()
+    (block,) = re.findall(r"```console\n(.*?)```", page, re.DOTALL)
+    monkeypatch.chdir(tmp_path)
+    for path in FOREIGN.iterdir():
+        shutil.copy(path, tmp_path)
+    for command in block.split("$ ")[1:]:
+        line, _, expected = command.partition("\n")
+        cli.main(line.split()[1:])
+        printed = capsys.readouterr()
+        assert printed.out + printed.err == expected
+    made = (tmp_path / "five_bar.urdf.xacro").read_text()
+    (shown,) = re.findall(r"```xml\n(<robot.*?)```", page, re.DOTALL)
+    made = re.sub(r"(<origin) [^/]*", r'\1 xyz="…" rpy="…"', made)
+    without_comment = re.sub(r" *<!--.*-->\n", "", made).partition("\n")[2]
+    assert without_comment == shown
+
+
+def test_the_page_shows_the_sample_of_gepetto():
+    page = (Path(__file__).parents[1] / "docs" / "foreign_loops.md").read_text()
+    (block,) = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
+    assert yaml.safe_load(block) == {**yaml.safe_load(RRS[1].read_text()), "type": ["3d", "3d"]}
+
+
+def test_the_python_of_the_page(monkeypatch):
+    page = (Path(__file__).parents[1] / "docs" / "foreign_loops.md").read_text()
+    (block,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    monkeypatch.chdir(Path(__file__).parents[1])
+    names = {}
+    exec(block, names)
+    assert names["robot"].mobility.platform == 2
+    # messages about its loops name the source
+    assert names["description"].loops["closing_tool"].place.line == line_of(FIVE_BAR, '<link name="closing_tool_1">')

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from kinetostatics import description, sections
 from kinetostatics.configuration import Configuration, Status
 from kinetostatics.equilibrium import analyze
 from kinetostatics.exceptions import (
@@ -22,6 +23,8 @@ from kinetostatics.exceptions import (
 )
 from kinetostatics.result import BeamResult, LimbResult, Result
 from kinetostatics.robot import Robot, load_robot
+from kinetostatics.robot_file import read_robot_file, validate
+from kinetostatics.robot_writer import save_robot
 from kinetostatics.tolerances import Tolerance, Tolerances, tolerances
 
 if TYPE_CHECKING:
@@ -50,11 +53,16 @@ __all__ = [
     "Tolerance",
     "Tolerances",
     "analyze",
+    "description",
     "import_robot",
     "load_robot",
+    "read_robot_file",
     "save_html",
+    "save_robot",
+    "sections",
     "show",
     "tolerances",
+    "validate",
     "verify",
 ]
 

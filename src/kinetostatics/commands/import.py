@@ -82,6 +82,9 @@ def run(args: argparse.Namespace) -> int:
 
     if args.out is not None and os.path.exists(args.out):
         raise ArgumentError(f"--out: {args.out} exists already; delete it or choose another name")
+    folder = os.path.dirname(args.out or "")
+    if folder and not os.path.isdir(folder):
+        raise ArgumentError(f"--out: there is no folder {folder}")
     answers = Answers(args.platform, args.base, _types(args.types), _axes(args.axes), args.driven)
     parameters = parse_parameters(args.parameters)
     out = args.out if args.out is not None else f"<import of {os.path.basename(args.source)}>"

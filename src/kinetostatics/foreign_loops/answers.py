@@ -11,6 +11,7 @@ import numpy as np
 
 from kinetostatics.description import Loop, Vector
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
+from kinetostatics.foreign_loops import onshape
 from kinetostatics.foreign_loops.questions import MissingFactsError, Question, listed
 from kinetostatics.foreign_loops.record import ForeignLoop, SourceRobot
 from kinetostatics.loop_elements import LOOP_TYPES, ONE_FREEDOM
@@ -102,7 +103,8 @@ def _links(source: SourceRobot, answers: Answers, questions: list[Question]) -> 
         if link is not None and link not in source.links:
             raise ArgumentError(f"{argument}: there is no link {link!r}; {near_names(link, source.links)}")
     if answers.platform is None and source.root.child("platform") is None:
-        links = listed(link for link in source.links if link in source.parent_joints and link not in source.made)
+        bodies = (link for link in source.links if link not in source.made and not onshape.MARK.fullmatch(link))
+        links = listed(link for link in bodies if link in source.parent_joints)
         questions.append(Question("platform", "", '"LINK"', "LINK", f"the moving platform, one of the links {links}"))
     root = next((link for link in source.links if link not in source.parent_joints), None)
     if answers.platform is not None and answers.platform == (answers.base or root):

@@ -82,7 +82,11 @@ def import_robot(
     beside = os.path.join(os.path.dirname(name), f"<import of {os.path.basename(name)}>")
     answers = Answers(platform, base, types, axes, driven)
     made = convert(name, yaml, answers, parameters=parameters, out=beside)
-    return describe(made, parameters)
+    description = describe(made, parameters)
+    # there is no file between the source and the description, so that messages about a loop name the source
+    places = {loop.name: loop.place for loop in made.loops}
+    loops = {key: replace(loop, place=places.get(key, loop.place)) for key, loop in description.loops.items()}
+    return replace(description, loops=loops)
 
 
 def describe(made: Conversion, parameters: Mapping[str, object] | None = None) -> RobotDescription:

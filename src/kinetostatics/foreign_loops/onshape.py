@@ -22,6 +22,8 @@ from kinetostatics.exceptions import RobotFileError
 from kinetostatics.foreign_loops.record import ForeignLoop, SourceRobot
 
 FRAME = re.compile(r"(closing_.+)_([12])")
+#: Names of links that only mark frames.
+MARK = re.compile(r"closing_.+_[12](_z)?")
 #: How far along z the frames of revolute mates are [m], and how exactly a file of six digits says so.
 Z_OFFSET, Z_TOLERANCE = 0.1, 1e-5
 
