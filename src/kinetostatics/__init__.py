@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from kinetostatics import description, sections
+from kinetostatics.beam_result import BeamResult
 from kinetostatics.configuration import Configuration, Status
 from kinetostatics.equilibrium import analyze
 from kinetostatics.exceptions import (
@@ -21,7 +22,8 @@ from kinetostatics.exceptions import (
     SingularPoseError,
     StaticsError,
 )
-from kinetostatics.result import BeamResult, LimbResult, Result
+from kinetostatics.limb_result import LimbResult
+from kinetostatics.result import Result
 from kinetostatics.robot import Robot, load_robot
 from kinetostatics.robot_file import read_robot_file, validate
 from kinetostatics.robot_writer import save_robot

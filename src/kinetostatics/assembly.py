@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinetostatics.closure import world_frames
 from kinetostatics.configuration import Configuration
+from kinetostatics.continuation import reach
 from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, near_names
 from kinetostatics.orientation import Orientation, orientation_named
 from kinetostatics.solver import Poses, Request
@@ -18,9 +19,6 @@ if TYPE_CHECKING:
     from kinetostatics.robot import Robot
 
 Array = NDArray[np.float64]
-
-#: Poses solved together; more no longer fit into the processor's cache.
-CHUNK = 2000
 
 
 def assemble(
@@ -59,15 +57,7 @@ def assemble(
         start = near.poses
     origin = robot.zero_origin(request) if near is None else None
     local = robot.local_freedoms(request)
-    N = target.shape[1]
-    x, c = np.empty((robot.equations.tree.nq, N)), np.empty((3, N))
-    arrived, gone = np.empty(N, dtype=bool), np.empty(N)
-    for first in range(0, N, CHUNK):
-        part = slice(first, min(first + CHUNK, N))
-        mine = start if start.x.shape[1] == 1 else Poses(start.x[:, part], start.c[:, part])
-        poses, arrived[part], gone[part] = robot.solver.follow(request, mine, target[:, part], local, origin)
-        x[:, part], c[:, part] = poses.x, poses.c
-    poses = Poses(x, c)
+    poses, arrived, gone = reach(robot.solver, request, start, target, local, origin)
     if raising and not np.all(arrived):
         worst = int(np.argmin(arrived))
         _say_unreachable(robot, request, names, poses.take(np.array([worst])), target[:, [worst]], float(gone[worst]))

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinetostatics.assembly import CHUNK
 from kinetostatics.configuration import Configuration, Status
+from kinetostatics.continuation import CHUNK
 from kinetostatics.exceptions import ArgumentError, LimbEquilibriumError, SingularPoseError
 from kinetostatics.kinematics import Frames
 from kinetostatics.limbs import LimbGroup, LimbStatics

@@ -6,7 +6,6 @@ Numbers that need more work than the twist itself (joint wrenches, beams, motion
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
 from typing import Any
@@ -14,88 +13,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics import beams as beam_formulas
-from kinetostatics.configuration import Configuration, Status, batch_first, frozen
-from kinetostatics.deformation import Deformation, LoadedBeams, deform
-from kinetostatics.description import Beam
+from kinetostatics.batches import Batch
+from kinetostatics.beam_result import FRACTIONS, BeamResult, beam_numbers
+from kinetostatics.configuration import Configuration, Status, frozen
+from kinetostatics.deformation import Deformation, deform
 from kinetostatics.equilibrium import Solution, unit_chords
 from kinetostatics.joint_wrenches import drive_forces, joint_contributions, joint_wrenches
+from kinetostatics.limb_result import LimbResult, some_limb_wrench
 from kinetostatics.screws import move_twist, move_wrench
 from kinetostatics.topology import Part
 
 Array = NDArray[np.float64]
 
-#: Stations along a beam, ends included.
-STATIONS = 21
-FRACTIONS = frozen(np.linspace(0, 1, STATIONS))
 #: Part of the Euler load above which the linear theory is doubtful.
 EULER_WARNING = 0.05
-
-
-@dataclass(frozen=True, eq=False)
-class LimbResult:
-    """One limb's wrenches, compliance and sag; wrenches are what the platform puts on the limb, about o, world axes.
-
-    Attributes:
-        name: of the limb.
-        labels: what each constraint wrench is, in words.
-        constraint_wrenches: (…, 6, n_c) J_ic, Eq. (2), unit wrenches.
-        intensities: (…, n_c) W_ic, Eq. (11) [N or N·m].
-        contributions: (…, n_c) W_ic of each contribution to the twist; they sum to the intensities.
-        attached_labels: what each attached wrench is.
-        attached_wrenches: (…, 6, n_g) J_ig, Eq. (4), unit wrenches.
-        attached_intensities: (…, n_g) W_ig, Eq. (3) [N or N·m].
-        compliance: (…, n_c, n_c) C_ic, Eq. (1), displacement along one wrench per unit of another.
-        sag: (…, n_c) Δ_igc, displacement along each constraint wrench under the limb's own weight, Eqs. (16), (19), (21).
-        wrench: (…, 6) total wrench J_ic W_ic + J_ig W_ig.
-    """
-
-    name: str
-    labels: tuple[str, ...]
-    constraint_wrenches: Array
-    intensities: Array
-    contributions: Mapping[str, Array]
-    attached_labels: tuple[str, ...]
-    attached_wrenches: Array
-    attached_intensities: Array
-    compliance: Array
-    sag: Array
-    wrench: Array
-
-
-@dataclass(frozen=True, eq=False)
-class BeamResult:
-    """One beam from its inner end (towards the base) to its outer end, at n stations.
-
-    Attributes:
-        name: of the beam.
-        description: what the file says of it.
-        stations: (n,) where the stations are, from 0 at the inner to 1 at the outer end.
-        length: (…) [m].
-        mass: (…) [kg].
-        axes: (…, 3, 3) beam axes x (along), y, z as columns, world axes.
-        points: (…, n, 3) the undeformed centre line [m].
-        section_wrenches: (…, n, 6) N, V_y, V_z, T, M_y, M_z in beam axes: what the outer part puts on the inner [N, N·m].
-        deflections: (…, n, 3) displacement of the centre line, world axes [m].
-        rotations: (…, n, 3) rotation of the sections, world axes [rad].
-        stress: (…) largest von Mises stress over the stations [Pa]; NaN for a section given by numbers alone.
-        euler_ratio: (…) largest compressive axial force over the Euler load of the beam hinged at both ends.
-        strain_energy: (…) [J].
-    """
-
-    name: str
-    description: Beam
-    stations: Array
-    length: Array
-    mass: Array
-    axes: Array
-    points: Array
-    section_wrenches: Array
-    deflections: Array
-    rotations: Array
-    stress: Array
-    euler_ratio: Array
-    strain_energy: Array
 
 
 class Result:
@@ -140,21 +71,19 @@ class Result:
         return self._reached & (self._statics_status != Status.SINGULAR)
 
     @cached_property
-    def _all_valid(self) -> bool:
-        return bool(np.all(self._valid))
+    def _batch(self) -> Batch:
+        return Batch(self.shape, self._valid)
 
     @cached_property
     def _statics_status(self) -> NDArray[np.int8]:
         return np.concatenate([s.status for s in self.solutions]) if self.solutions else np.zeros(0, np.int8)
 
     def _gather(self, pick: Callable[[Solution], Array]) -> Array:
-        """Join the chunks' arrays (…, N), NaN where a pose failed, and turn them batch first."""
-        return self._public(_joined([pick(s) for s in self.solutions]))
+        """Return what is picked of every chunk (…, N), batch first."""
+        return self._public([pick(s) for s in self.solutions])
 
-    def _public(self, array: Array) -> Array:
-        if not self._all_valid:
-            array = np.where(self._valid, array, np.nan)
-        return batch_first(array, self.shape)
+    def _public(self, chunks: list[Array]) -> Array:
+        return self._batch.public(chunks)
 
     # ---- the platform -----------------------------------------------------------------------------------------------
 
@@ -171,7 +100,7 @@ class Result:
     @cached_property
     def twist(self) -> Array:
         """(…, 6) displacement of o and rotation of the platform, world axes [m, rad], Eq. (12)."""
-        return frozen(sum(self.contributions.values(), np.zeros((*self.shape, 6))))
+        return self._gather(lambda s: s.twists.sum(axis=1))
 
     @cached_property
     def contributions(self) -> Mapping[str, Array]:
@@ -215,34 +144,11 @@ class Result:
     def limbs(self) -> Mapping[str, LimbResult]:
         """The limbs by name, in the order of the file."""
         found = {
-            limb.name: self._limb(number, position)
+            limb.name: LimbResult(self._batch, self.solutions, group, number, position)
             for number, group in enumerate(self.robot.limb_groups)
             for position, limb in enumerate(group.limbs)
         }
         return MappingProxyType({limb.name: found[limb.name] for limb in self.robot.topology.limbs})
-
-    def _limb(self, number: int, position: int) -> LimbResult:
-        group = self.robot.limb_groups[number]
-
-        def gather(attribute: str) -> Array:
-            return self._gather(
-                lambda s: _where_readable(s, number, position, getattr(s.statics[number], attribute)[..., position, :])
-            )
-
-        parts = _joined([_intensities(s, number, position) for s in self.solutions])
-        return LimbResult(
-            name=group.limbs[position].name,
-            labels=group.labels[position],
-            constraint_wrenches=gather("J_c"),
-            intensities=self._public(parts.sum(axis=1)),
-            contributions=MappingProxyType({name: self._public(parts[:, k]) for k, name in enumerate(self.solutions[0].sources)}),
-            attached_labels=group.attached_labels[position],
-            attached_wrenches=gather("J_g"),
-            attached_intensities=gather("W_g"),
-            compliance=gather("C"),
-            sag=gather("sag"),
-            wrench=self._gather(lambda s: _limb_wrench(s, number, position)),
-        )
 
     # ---- joints -----------------------------------------------------------------------------------------------------
 
@@ -260,17 +166,17 @@ class Result:
 
         In a ring, where base and platform give a joint no direction, it is what its predecessor puts on its successor.
         """
-        joined = _joined(self._joint_wrenches)
-        return MappingProxyType({name: self._public(joined[:, k]) for name, k in self._joints_in_order()})
+        chunks = self._joint_wrenches
+        return MappingProxyType({name: self._public([w[:, k] for w in chunks]) for name, k in self._joints_in_order()})
 
     @cached_property
     def joint_contributions(self) -> Mapping[str, Mapping[str, Array]]:
         """(…, 6) what each contribution to the twist adds to each joint's wrench, by joint and contribution."""
-        joined = _joined(self._joint_contributions)
+        chunks = self._joint_contributions
         sources = self.solutions[0].sources
         return MappingProxyType(
             {
-                name: MappingProxyType({source: self._public(joined[:, k, s]) for s, source in enumerate(sources)})
+                name: MappingProxyType({source: self._public([w[:, k, s] for w in chunks]) for s, source in enumerate(sources)})
                 for name, k in self._joints_in_order()
             }
         )
@@ -287,7 +193,7 @@ class Result:
         A drive that other joints mimic moves them too: their forces count with their multipliers.
         """
         chunks = [drive_forces(self.robot, s, w) for s, w in zip(self.solutions, self._joint_wrenches, strict=True)]
-        return MappingProxyType({name: self._public(_joined([chunk[name] for chunk in chunks])) for name in chunks[0]})
+        return MappingProxyType({name: self._public([chunk[name] for chunk in chunks]) for name in chunks[0]})
 
     @cached_property
     def actuator_contributions(self) -> Mapping[str, Mapping[str, Array]]:
@@ -295,9 +201,8 @@ class Result:
         chunks = [drive_forces(self.robot, s, w) for s, w in zip(self.solutions, self._joint_contributions, strict=True)]
         found = {}
         for name in chunks[0]:
-            joined = _joined([chunk[name] for chunk in chunks])
             found[name] = MappingProxyType(
-                {source: self._public(joined[k]) for k, source in enumerate(self.solutions[0].sources)}
+                {source: self._public([chunk[name][k] for chunk in chunks]) for k, source in enumerate(self.solutions[0].sources)}
             )
         return MappingProxyType(found)
 
@@ -314,10 +219,10 @@ class Result:
                     continue  # its weight is that of base or platform
                 for position, limb in enumerate(statics.group.limbs):
                     own = self.robot.weights.sum(limb.weights, weights)
-                    sum_at_o = sum_at_o + _some_limb_wrench(solution, number, position) + own
+                    sum_at_o = sum_at_o + some_limb_wrench(solution, number, position) + own
             origin = solution.frames.points(np.array([body]), placement[:3, 3:])[:, 0]
             total.append(-move_wrench(sum_at_o, origin - solution.o))
-        return self._public(_joined(total))
+        return self._public(total)
 
     # ---- deformation ------------------------------------------------------------------------------------------------
 
@@ -331,14 +236,14 @@ class Result:
         found: dict[str, BeamResult] = {}
         for number, stack in enumerate(self._deformations[0].beams):
             pieces = [
-                _beam_numbers(deformation.beams[number], solution)
+                beam_numbers(deformation.beams[number], solution)
                 for deformation, solution in zip(self._deformations, self.solutions, strict=True)
             ]
-            joined = {key: _joined([piece[key] for piece in pieces]) for key in pieces[0]}
             for position, model in enumerate(stack.models):
-                mine = {key: array[..., position, :] for key, array in joined.items()}
-                stress = model.span.beam.section.stress(np.swapaxes(mine["section_wrenches"], 0, 1)).max(axis=0)
-                arrays = {key: self._public(array) for key, array in (*mine.items(), ("stress", stress))}
+                mine = {key: [piece[key][..., position, :] for piece in pieces] for key in pieces[0]}
+                section = model.span.beam.section
+                mine["stress"] = [section.stress(np.swapaxes(w, 0, 1)).max(axis=0) for w in mine["section_wrenches"]]
+                arrays = {key: self._public(chunks) for key, chunks in mine.items()}
                 found[model.name] = BeamResult(model.name, model.span.beam, FRACTIONS, **arrays)
         return MappingProxyType({name: found[name] for name in self.robot.description.beams})
 
@@ -351,10 +256,11 @@ class Result:
         found: dict[str, Mapping[str, Array]] = {}
         sources = self.solutions[0].sources
         for number, stack in enumerate(self._deformations[0].beams):
-            lines = _joined([d.beams[number].lines(FRACTIONS) for d in self._deformations])
+            lines = [np.swapaxes(d.beams[number].lines(FRACTIONS), 0, 1) for d in self._deformations]
             for position, model in enumerate(stack.models):
-                turned = np.swapaxes(lines[:, :, :, position], 0, 1)
-                found[model.name] = MappingProxyType({source: self._public(turned[:, :, k]) for k, source in enumerate(sources)})
+                found[model.name] = MappingProxyType(
+                    {source: self._public([line[:, :, k, position] for line in lines]) for k, source in enumerate(sources)}
+                )
         return MappingProxyType({name: found[name] for name in self.robot.description.beams})
 
     @cached_property
@@ -377,8 +283,7 @@ class Result:
                 move_twist(t, (s.frames.points(np.array([body]), placement[:3, 3:])[:, 0] - s.o)[:, None])
                 for t, s in zip(twists, self.solutions, strict=True)
             ]
-            joined = _joined(moved)
-            result[link] = MappingProxyType({name: self._public(joined[:, k]) for k, name in enumerate(sources)})
+            result[link] = MappingProxyType({name: self._public([m[:, k] for m in moved]) for k, name in enumerate(sources)})
         return MappingProxyType(result)
 
     @cached_property
@@ -401,7 +306,7 @@ class Result:
                     parts.setdefault(item.kind, {}).setdefault(name, []).append(twists[:, position])
         kinds = {}
         for kind, named in parts.items():
-            kinds[kind] = MappingProxyType({name: self._public(_joined(chunks)) for name, chunks in named.items()})
+            kinds[kind] = MappingProxyType({name: self._public(chunks) for name, chunks in named.items()})
         return MappingProxyType(kinds)
 
     @cached_property
@@ -425,7 +330,7 @@ class Result:
     @cached_property
     def strain_energy(self) -> Array:
         """(…) strain energy of all beams and elastic joints [J]."""
-        springs = self._public(_joined([deformation.spring_energy for deformation in self._deformations]))
+        springs = self._public([deformation.spring_energy for deformation in self._deformations])
         return frozen(sum((beam.strain_energy for beam in self.beams.values()), springs))
 
     def _large_motions(self) -> list[str]:
@@ -467,55 +372,3 @@ class Result:
                 "undetermined forces are NaN"
             )
         return tuple(found)
-
-
-def _joined(chunks: list[Array]) -> Array:
-    """Join chunks along the batch axis."""
-    return chunks[0] if len(chunks) == 1 else np.concatenate(chunks, axis=-1)
-
-
-def _beam_numbers(beams: LoadedBeams, solution: Solution) -> dict[str, Array]:
-    """Return the arrays (…, g, N) of a :class:`BeamResult`, but for the stress."""
-    wrench, load = beams.wrench.sum(axis=1), beams.load.sum(axis=1)
-    s = FRACTIONS[:, None, None] * beams.length
-    sections = beam_formulas.section_wrench(beams.length, wrench[:, None], load[:, None], s)
-    total = replace(beams, wrench=wrench[:, None], load=load[:, None], inner=beams.inner.sum(axis=1, keepdims=True))
-    lines = total.lines(FRACTIONS)[:, :, 0]
-    start = solution.o[:, None] + beams.end - beams.axes[:, 0] * beams.length
-    points = start[:, None] + beams.axes[:, :1] * s
-    euler = beam_formulas.euler_load(beams.compliances[4], beams.compliances[5], beams.length)
-    return {
-        "length": beams.length,
-        "mass": beams.mass,
-        "axes": beams.axes,
-        "points": np.swapaxes(points, 0, 1),
-        "section_wrenches": np.swapaxes(sections, 0, 1),
-        "deflections": np.swapaxes(lines[:3], 0, 1),
-        "rotations": np.swapaxes(lines[3:], 0, 1),
-        "euler_ratio": np.maximum(-sections[0].min(axis=0), 0) / euler,
-        "strain_energy": beam_formulas.strain_energy(beams.compliances, beams.length, wrench, load),
-    }
-
-
-def _where_readable(solution: Solution, number: int, position: int, array: Array) -> Array:
-    return np.where(solution.statics[number].degenerate[position], np.nan, array)
-
-
-def _intensities(solution: Solution, number: int, position: int) -> Array:
-    """Return W_ic of each contribution (n_c, S, N), NaN where it is not determined or its basis not readable."""
-    unknown = solution.undetermined[number][:, None, position]
-    known = np.where(unknown, np.nan, solution.intensities[number][:, :, position])
-    return _where_readable(solution, number, position, known)
-
-
-def _limb_wrench(solution: Solution, number: int, position: int) -> Array:
-    """Return what the platform puts on a limb (6, N) about o; NaN where it is not determined."""
-    unknown = np.any(solution.undetermined[number][:, position], axis=0)
-    return np.where(unknown, np.nan, _some_limb_wrench(solution, number, position))
-
-
-def _some_limb_wrench(solution: Solution, number: int, position: int) -> Array:
-    """Return what the platform puts on a limb, where that is not determined one of the possible wrenches."""
-    statics = solution.statics[number]
-    intensities = solution.intensities[number][:, :, position].sum(axis=1)
-    return np.einsum("kin,in->kn", statics.J_c[:, :, position], intensities) + statics.R_g[:, position]

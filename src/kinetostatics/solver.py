@@ -203,10 +203,13 @@ class Solver:
         c[unknown] += step[len(free) :]
         return Poses(self.tree.integrate(poses.x, v), c)
 
-    def newton(self, request: Request, poses: Poses, target: Array, local: int = 0) -> tuple[Poses, NDArray[np.bool_]]:
+    def newton(
+        self, request: Request, poses: Poses, target: Array, local: int = 0, before: Array | None = None
+    ) -> tuple[Poses, NDArray[np.bool_]]:
         """Solve for ``target`` from nearby ``poses``; also return which poses converged steadily.
 
-        ``local`` is the number of freedoms that do not move the platform; they stay as they are.
+        ``local`` is the number of freedoms that do not move the platform; they stay as they are. ``before`` (N,) are the sizes of
+        the scaled steps that predicted the starting poses, if they were predicted.
 
         A pose counts as converged only if the corrections shrink at once and keep shrinking (P. Deuflhard, Newton Methods for
         Nonlinear Problems, section 5.1): then the solution belongs to the branch of the starting pose.
@@ -216,23 +219,31 @@ class Solver:
         self.impose(request, result, target)
         good = np.zeros(N, dtype=bool)
         active = np.arange(N)
-        before = np.full(N, np.inf)
-        for iteration in range(12):
-            here = result.take(active)
-            residual, gradient = self.system(request, here, target[:, active])
+        before = np.full(N, np.inf) if before is None else before
+        for _ in range(12):
+            everyone = active.size == N
+            here = result if everyone else result.take(active)
+            residual, gradient = self.system(request, here, target if everyone else target[:, active])
             step = -least_squares(gradient, residual[:, None], local)[:, 0]
             size = np.sqrt(np.max(step * step, axis=0, initial=0.0))
             ok = np.isfinite(size) & (size < 1.2)
-            if iteration:
-                ok &= (size < 0.4 * before[active]) | (size < 1e-10)
+            ok &= (size < 0.4 * before) | (size < 1e-10)
             step = np.where(ok, step, 0.0)
             moved = self.advance(request, here, step)
-            result.x[:, active], result.c[:, active] = moved.x, moved.c
-            before[active] = size
-            done = ok & (size < 1e-8) & (np.max(np.abs(residual), axis=0, initial=0.0) < self.slack)
-            ok &= done | (size >= 1e-8)
+            if everyone:
+                result = moved
+            else:
+                result.x[:, active], result.c[:, active] = moved.x, moved.c
+            with np.errstate(invalid="ignore", over="ignore"):
+                following = size * (size / before) ** 2  # corrections shrink quadratically
+            last = (size < 1e-8) | ((following < 1e-13) & (size < 1e-5))
+            done = ok & last
+            if np.any(done):  # the loops must close too, not only come as near as they can
+                left = residual + np.einsum("ij...,j...->i...", gradient, step)
+                done &= np.max(np.abs(left), axis=0, initial=0.0) < self.slack
             good[active[done]] = True
-            active = active[ok & ~done]
+            going = ok & ~last
+            active, before = active[going], size[going]
             if not active.size:
                 break
         return result, good
@@ -244,11 +255,13 @@ class Solver:
         target: Array,
         local: int = 0,
         origin: tuple[Array, Array] | None = None,
+        shortest: float = 1e-3,
     ) -> tuple[Poses, NDArray[np.bool_], Array]:
         """Follow the straight line of requested coordinates from ``start`` to ``target`` (n, N).
 
         ``local`` is the number of freedoms that do not move the platform; they stay as they are. ``origin`` is what
-        :meth:`origin` says of the start, if that is known already.
+        :meth:`origin` says of the start, if that is known already. Where steps of the part ``shortest`` of the line are too
+        long still, it ends.
 
         Returns:
             The poses, whether each arrived, and how much of its way (0 … 1) each has gone.
@@ -261,7 +274,7 @@ class Solver:
             # an untilted start has no azimuth of its own: it takes that of the target
             row = request.size - len(request.angles) + request.angles.index(0)
             first[row] = state.c[0] = np.where(state.c[1] < 1e-9, target[row], state.c[0])
-        gone, stride = np.zeros(N), np.ones(N)
+        gone, stride, steady = np.zeros(N), np.ones(N), np.ones(N, dtype=bool)
         active = np.arange(N)
         while active.size:
             trial = np.minimum(gone[active] + stride[active], 1.0)
@@ -270,9 +283,10 @@ class Solver:
             arrived = active[good]
             state.x[:, arrived], state.c[:, arrived] = moved.x[:, good], moved.c[:, good]
             gone[arrived] = trial[good]
-            stride[arrived] *= 2
+            stride[arrived[steady[arrived]]] *= 2
             stride[active[~good]] /= 2
-            active = active[(gone[active] < 1) & (stride[active] > 1e-3)]
+            steady[active] = good  # after a step that was too long the next is not doubled at once
+            active = active[(gone[active] < 1) & (stride[active] > shortest)]
         return state, gone >= 1, gone
 
     def origin(self, request: Request, start: Poses) -> tuple[Array, Array]:

@@ -18,8 +18,9 @@ from kinetostatics.verification.model import build
 from kinetostatics.verification.opensees import FrameSolution, solve
 
 if TYPE_CHECKING:
+    from kinetostatics.beam_result import BeamResult
     from kinetostatics.configuration import Configuration
-    from kinetostatics.result import BeamResult, Result
+    from kinetostatics.result import Result
 
 #: Largest difference with which a robot counts as verified.
 TOLERANCE = 1e-6

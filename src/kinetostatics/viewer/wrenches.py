@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.result import LimbResult
+from kinetostatics.limb_result import LimbResult
 from kinetostatics.topology import Limb
 from kinetostatics.viewer.description import Arrow, Stations
 from kinetostatics.viewer.joints import Joint, marker_radius

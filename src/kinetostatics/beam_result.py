@@ -1,0 +1,78 @@
+"""One beam of a result as people read it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics import beams as beam_formulas
+from kinetostatics.configuration import frozen
+from kinetostatics.deformation import LoadedBeams
+from kinetostatics.description import Beam
+from kinetostatics.equilibrium import Solution
+
+Array = NDArray[np.float64]
+
+#: Stations along a beam, ends included.
+STATIONS = 21
+FRACTIONS = frozen(np.linspace(0, 1, STATIONS))
+
+
+@dataclass(frozen=True, eq=False)
+class BeamResult:
+    """One beam from its inner end (towards the base) to its outer end, at n stations.
+
+    Attributes:
+        name: of the beam.
+        description: what the file says of it.
+        stations: (n,) where the stations are, from 0 at the inner to 1 at the outer end.
+        length: (…) [m].
+        mass: (…) [kg].
+        axes: (…, 3, 3) beam axes x (along), y, z as columns, world axes.
+        points: (…, n, 3) the undeformed centre line [m].
+        section_wrenches: (…, n, 6) N, V_y, V_z, T, M_y, M_z in beam axes: what the outer part puts on the inner [N, N·m].
+        deflections: (…, n, 3) displacement of the centre line, world axes [m].
+        rotations: (…, n, 3) rotation of the sections, world axes [rad].
+        stress: (…) largest von Mises stress over the stations [Pa]; NaN for a section given by numbers alone.
+        euler_ratio: (…) largest compressive axial force over the Euler load of the beam hinged at both ends.
+        strain_energy: (…) [J].
+    """
+
+    name: str
+    description: Beam
+    stations: Array
+    length: Array
+    mass: Array
+    axes: Array
+    points: Array
+    section_wrenches: Array
+    deflections: Array
+    rotations: Array
+    stress: Array
+    euler_ratio: Array
+    strain_energy: Array
+
+
+def beam_numbers(beams: LoadedBeams, solution: Solution) -> dict[str, Array]:
+    """Return the arrays (…, g, N) of a :class:`BeamResult`, but for the stress."""
+    wrench, load = beams.wrench.sum(axis=1), beams.load.sum(axis=1)
+    s = FRACTIONS[:, None, None] * beams.length
+    sections = beam_formulas.section_wrench(beams.length, wrench[:, None], load[:, None], s)
+    total = replace(beams, wrench=wrench[:, None], load=load[:, None], inner=beams.inner.sum(axis=1, keepdims=True))
+    lines = total.lines(FRACTIONS)[:, :, 0]
+    start = solution.o[:, None] + beams.end - beams.axes[:, 0] * beams.length
+    points = start[:, None] + beams.axes[:, :1] * s
+    euler = beam_formulas.euler_load(beams.compliances[4], beams.compliances[5], beams.length)
+    return {
+        "length": beams.length,
+        "mass": beams.mass,
+        "axes": beams.axes,
+        "points": np.swapaxes(points, 0, 1),
+        "section_wrenches": np.swapaxes(sections, 0, 1),
+        "deflections": np.swapaxes(lines[:3], 0, 1),
+        "rotations": np.swapaxes(lines[3:], 0, 1),
+        "euler_ratio": np.maximum(-sections[0].min(axis=0), 0) / euler,
+        "strain_energy": beam_formulas.strain_energy(beams.compliances, beams.length, wrench, load),
+    }

@@ -1,0 +1,110 @@
+"""One limb of a result as people read it; every array is made when it is first asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import cached_property
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.batches import Batch
+from kinetostatics.equilibrium import Solution
+from kinetostatics.limbs import LimbGroup
+
+Array = NDArray[np.float64]
+
+
+class LimbResult:
+    """One limb's wrenches, compliance and sag; wrenches are what the platform puts on the limb, about o, world axes.
+
+    Attributes:
+        name: of the limb.
+        labels: what each constraint wrench is, in words.
+        attached_labels: what each attached wrench is.
+    """
+
+    def __init__(self, batch: Batch, solutions: tuple[Solution, ...], group: LimbGroup, number: int, position: int) -> None:
+        self.name = group.limbs[position].name
+        self.labels, self.attached_labels = group.labels[position], group.attached_labels[position]
+        self._batch, self._solutions, self._number, self._position = batch, solutions, number, position
+
+    def __repr__(self) -> str:
+        return f"<LimbResult {self.name!r}: {', '.join(self.labels)}>"
+
+    def _readable(self, pick: Callable[[Solution], Array]) -> Array:
+        return self._batch.public(
+            [_where_readable(s, self._number, self._position, pick(s)[..., self._position, :]) for s in self._solutions]
+        )
+
+    @cached_property
+    def constraint_wrenches(self) -> Array:
+        """(…, 6, n_c) J_ic, Eq. (2), unit wrenches."""
+        return self._readable(lambda s: s.statics[self._number].J_c)
+
+    @cached_property
+    def attached_wrenches(self) -> Array:
+        """(…, 6, n_g) J_ig, Eq. (4), unit wrenches."""
+        return self._readable(lambda s: s.statics[self._number].J_g)
+
+    @cached_property
+    def attached_intensities(self) -> Array:
+        """(…, n_g) W_ig, Eq. (3) [N or N·m]."""
+        return self._readable(lambda s: s.statics[self._number].W_g)
+
+    @cached_property
+    def compliance(self) -> Array:
+        """(…, n_c, n_c) C_ic, Eq. (1), displacement along one wrench per unit of another."""
+        return self._readable(lambda s: s.statics[self._number].C)
+
+    @cached_property
+    def sag(self) -> Array:
+        """(…, n_c) Δ_igc, displacement along each constraint wrench under the limb's own weight, Eqs. (16), (19), (21)."""
+        return self._readable(lambda s: s.statics[self._number].sag)
+
+    @cached_property
+    def _parts(self) -> list[Array]:
+        return [_intensities(s, self._number, self._position) for s in self._solutions]
+
+    @cached_property
+    def intensities(self) -> Array:
+        """(…, n_c) W_ic, Eq. (11) [N or N·m]."""
+        return self._batch.public([part.sum(axis=1) for part in self._parts])
+
+    @cached_property
+    def contributions(self) -> Mapping[str, Array]:
+        """(…, n_c) W_ic of each contribution to the twist; they sum to the intensities."""
+        sources = self._solutions[0].sources
+        return MappingProxyType(
+            {name: self._batch.public([part[:, k] for part in self._parts]) for k, name in enumerate(sources)}
+        )
+
+    @cached_property
+    def wrench(self) -> Array:
+        """(…, 6) total wrench J_ic W_ic + J_ig W_ig."""
+        return self._batch.public([_limb_wrench(s, self._number, self._position) for s in self._solutions])
+
+
+def _where_readable(solution: Solution, number: int, position: int, array: Array) -> Array:
+    return np.where(solution.statics[number].degenerate[position], np.nan, array)
+
+
+def _intensities(solution: Solution, number: int, position: int) -> Array:
+    """Return W_ic of each contribution (n_c, S, N), NaN where it is not determined or its basis not readable."""
+    unknown = solution.undetermined[number][:, None, position]
+    known = np.where(unknown, np.nan, solution.intensities[number][:, :, position])
+    return _where_readable(solution, number, position, known)
+
+
+def _limb_wrench(solution: Solution, number: int, position: int) -> Array:
+    """Return what the platform puts on a limb (6, N) about o; NaN where it is not determined."""
+    unknown = np.any(solution.undetermined[number][:, position], axis=0)
+    return np.where(unknown, np.nan, some_limb_wrench(solution, number, position))
+
+
+def some_limb_wrench(solution: Solution, number: int, position: int) -> Array:
+    """Return what the platform puts on a limb, where that is not determined one of the possible wrenches."""
+    statics = solution.statics[number]
+    intensities = solution.intensities[number][:, :, position].sum(axis=1)
+    return np.einsum("kin,in->kn", statics.J_c[:, :, position], intensities) + statics.R_g[:, position]
