@@ -14,7 +14,7 @@ import tempfile
 import time
 import traceback
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 #: Address space [bytes] that a robot file may make us use.
@@ -103,13 +103,17 @@ def _pipeline(path: str, parameters: dict | None, how: str) -> None:
     import kinetostatics as ks
     from kinetostatics.report_facts import robot_facts
     from kinetostatics.report_robot import facts_report
-    from kinetostatics.robot_file import read_robot_file
+    from kinetostatics.robot_file import parse_robot_text, read_robot_file
 
     global stage
     stage = "read"
     description = read_robot_file(path, parameters)
     for warning in description.warnings:
         _check_message(warning)
+    stage = "write"
+    again = parse_robot_text(description.urdf, path)
+    if again != description or again.urdf != description.urdf or ks.validate(replace(description)) != description:
+        raise ValueError("what is written does not read as the same robot")
     if how == "read":
         return
     stage = "build"

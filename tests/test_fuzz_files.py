@@ -429,7 +429,10 @@ ELEMENTS = (
     "<beam link='{link}' youngs_modulus='{number}' poisson_ratio='0.3' density='{number}' name='new'>"
     "<circle diameter='{number}'/></beam>",
     "<beam link='{link}' from='{joint}' to='{joint2}' youngs_modulus='2e11' poisson_ratio='0.3'><circle diameter='0.01'/></beam>",
-    *("<mimic joint='{joint}'/>", "<inertial/>", "<origin xyz='{number} {number} {number}'/>", "<axis xyz='0 0 {number}'/>"),
+    *("<mimic joint='{joint}'/>", "<mimic joint='{joint}' multiplier='{number}' offset='{number}'/>", "<inertial/>"),
+    "<joint_stiffness joint='{joint}' linear='{number} {number} {number}' angular='1e5 1e5 {number}' drive='{number}'/>",
+    *("<joint_stiffness joint='{joint}' angular='{number} inf inf'/>", "<joint_stiffness joint='{joint}' drive='{number}'/>"),
+    *("<origin xyz='{number} {number} {number}'/>", "<axis xyz='0 0 {number}'/>"),
     *("<limit lower='{number}' upper='1' effort='1' velocity='1'/>", "<cone angle='{number}'/>", "text", "<gazebo><x/></gazebo>"),
     "<inertial><mass value='{number}'/><inertia ixx='{number}' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'/></inertial>",
 )
@@ -532,6 +535,17 @@ def change(root: ElementTree.Element, pick: Pick) -> str:
     return f"{text} in {goal.tag}"
 
 
+#: Elastic joints of all kinds, and a flap that follows the drive.
+ELASTIC = with_body(
+    "<link name='flap'><inertial><mass value='1'/><inertia ixx='1' ixy='0' ixz='0' iyy='1' iyz='0' izz='1'/></inertial></link>"
+    "<joint name='hinge' type='continuous'><parent link='plate'/><child link='flap'/><axis xyz='0 1 0'/>"
+    "<mimic joint='a' multiplier='-0.5' offset='0.1'/></joint>"
+    "<joint_stiffness joint='a' linear='1e8 1e8 inf' angular='1e5 2e5 1e5' drive='3e4'/>"
+    "<joint_stiffness joint='b' angular='1e5 0 inf'/>"
+    "<joint_stiffness joint='c' linear='1e8 1e8 1e8' angular='1e5 10 1e5'/><joint_stiffness joint='hinge' angular='inf 1e3 inf'/>"
+)
+
+
 def sources() -> list[str]:
     """Return the robots that are changed: the shipped ones, expanded, the documentation's and small ones."""
     specs = (small_robots.gough(), small_robots.planar_3rrr(), small_robots.four_bar(), small_robots.stepped_beam())
@@ -543,7 +557,7 @@ def sources() -> list[str]:
             for visual in link.findall("visual"):
                 link.remove(visual)
         plain.append(ElementTree.tostring(root, encoding="unicode"))
-    return [*plain, EXAMPLE, *small]
+    return [*plain, EXAMPLE, ELASTIC, *small]
 
 
 SOURCES = sources()

@@ -89,6 +89,18 @@ def test_coordinates_that_do_not_fit() -> None:
         robot.assemble(actuators={"motor": 0.0, "belt": 0.0})
 
 
+@pytest.mark.parametrize("multiplier", [-1.0, 0.25])
+def test_the_drive_carries_its_followers(multiplier: float) -> None:
+    """The motor's force is the virtual work of the platform's weight, as if the belt were not there to be seen."""
+    rod = '<beam link="left_rod" youngs_modulus="2e11" poisson_ratio="0.3" density="0"><circle diameter="0.02"/></beam></robot>'
+    robot = ks.Robot(parse_robot_text(BELT.replace("{multiplier}", repr(multiplier)).replace("</robot>", rod)))
+    motor = 0.1
+    result = ks.analyze(robot.assemble(actuators={"motor": motor}), gravity=(0, 0, -10))
+    gap = (multiplier - 1) * motor + DISTANCE
+    rise = -gap / 4 / height(gap) * (multiplier - 1)  # of the platform per metre of the motor
+    assert result.actuator_forces == {"motor": pytest.approx(20 * rise, rel=1e-12)}
+
+
 GRIPPER = """<robot name="gripper">
   <link name="ground"/><link name="tool"/><link name="jaw_1"/><link name="jaw_2"/><link name="screw"/>
   <joint name="wrist" type="continuous">

@@ -230,7 +230,7 @@ class RobotDescription:
         weight = Link(name, mass, inertia=inertia or Inertia())
         return self.with_link(weight).with_joint(Joint(mount, "fixed", link, name, Origin(at)))
 
-    def changed(self, name: str, **values: Any) -> RobotDescription:
+    def changed(self, name: str, /, **values: Any) -> RobotDescription:
         """Return a copy in which a link, joint, loop, beam or joint stiffness has other values.
 
         ``description.changed("rod_1", section=Tube.of(0.08))`` gives a beam another diameter. A link and a beam may have the same

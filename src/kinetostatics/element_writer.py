@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from kinetostatics.description import Beam, BeamEnd, Joint, JointStiffness, Link, Loop, Origin, Place, RobotDescription
-from kinetostatics.exceptions import RobotFileError
+from kinetostatics.exceptions import ArgumentError, RobotFileError
 from kinetostatics.sections import Rectangle, RectangularTube, Section, Tube
 from kinetostatics.xml_source import Element, parse, shortened, to_elements, to_text
 
@@ -56,7 +56,8 @@ def other_children(element: Element, *children: str) -> str:
 
 def plain_transmission(joint: str, place: Place) -> Element:
     """Return the transmission that says no more than that a joint is driven."""
-    return Element("transmission", {"name": f"drive_{joint}"}, (Element("joint", {"name": joint}, (), place),), place)
+    entry = Element("joint", {"name": joint}, (), place, "the driven joints")
+    return Element("transmission", {"name": f"drive_{joint}"}, (entry,), place)
 
 
 def extra_of_robot(root: Element, known: Iterable[str]) -> str:
@@ -102,7 +103,7 @@ class _Writer:
         for name, value in given.items():
             if not isinstance(value, str):
                 raise self.error(f"{name} of {self.label or tag} is {value!r}; it must be a text")
-        return Element(tag, given, tuple(child for child in content if child is not None), self.place)
+        return Element(tag, given, tuple(child for child in content if child is not None), self.place, self.label)
 
     def number(self, name: str, value: Any) -> str:
         """Return a number with all digits that it takes to read the same again."""
@@ -146,17 +147,17 @@ class _Writer:
             return ()
         try:
             document, _ = parse(f"<extra>{text}</extra>", self.place.file, plain=True)
-            root = _at(to_elements(document), self.place)
+            root = self.placed(to_elements(document))
         except RobotFileError as error:
             raise self.error(f"extra of {owner} cannot be read: {error.reason}") from None
         if any(isinstance(item, str) and item.strip() for item in root.content):
             raise self.error(f"extra of {owner} has text outside of elements")
         return root.children
 
-
-def _at(element: Element, place: Place) -> Element:
-    content = tuple(_at(item, place) if isinstance(item, Element) else item for item in element.content)
-    return Element(element.tag, element.attributes, content, place)
+    def placed(self, element: Element) -> Element:
+        """Return an element as one of this place."""
+        content = tuple(self.placed(item) if isinstance(item, Element) else item for item in element.content)
+        return Element(element.tag, element.attributes, content, self.place, self.label)
 
 
 def _link(link: Link) -> Element:
@@ -266,7 +267,7 @@ def _section(write: _Writer, section: Section) -> Element:
     if type(section) is not Section:
         try:
             same = type(section).of(*(getattr(section, name) for name in names)) == section  # type: ignore[attr-defined]
-        except ArithmeticError:
+        except (ArithmeticError, ArgumentError):
             same = True  # sizes that the reader will refuse
         if not same:
             raise write.error(
@@ -286,7 +287,7 @@ _SECTIONS: dict[type, tuple[str, tuple[str, ...]]] = {
 
 
 def _stiffness(item: JointStiffness) -> Element:
-    write = _Writer(item.place, f"the stiffness of joint {item.joint!r}")
+    write = _Writer(item.place, f"stiffness {item.joint!r}")
     values = {
         name: None if (group := getattr(item, name)) is None else write.numbers(name, group) for name in ("linear", "angular")
     }

@@ -10,7 +10,7 @@ from dataclasses import replace
 from kinetostatics.beam_elements import read_beams
 from kinetostatics.description import Link, Origin, Place, RobotDescription
 from kinetostatics.element_writer import extra_of_robot, robot_element
-from kinetostatics.exceptions import RobotFileError
+from kinetostatics.exceptions import ArgumentError, RobotFileError
 from kinetostatics.joint_elements import check_mimics, read_driven, read_joint_stiffness
 from kinetostatics.loop_elements import read_loops
 from kinetostatics.tree_elements import ROBOT_LEVEL, read_joints, read_links, tree_root
@@ -85,7 +85,10 @@ def validate(description: RobotDescription) -> RobotDescription:
 
     Raises:
         RobotFileError: something is wrong; with the file and line to blame if it comes from a file.
+        ArgumentError: it is no description.
     """
+    if not isinstance(description, RobotDescription):
+        raise ArgumentError(f"{description!r} is no description of a robot; load_robot and read_robot_file read files")
     if description.is_valid:
         return description
     found = _describe(robot_element(description), description.path, [])

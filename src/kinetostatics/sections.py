@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics.exceptions import ArgumentError
+
 Array = NDArray[np.float64]
 
 
@@ -64,6 +66,13 @@ class Section:
         return np.full(np.shape(wrench)[1:], np.nan)
 
 
+def _check(**sizes: float) -> None:
+    """Raise an error unless all sizes are finite numbers greater than zero."""
+    for name, size in sizes.items():
+        if not isinstance(size, (int, float, np.number)) or not 0 < size < math.inf:
+            raise ArgumentError(f"{name}={size!r} of a section must be a finite number greater than zero; it is in metres")
+
+
 def _von_mises(normal: Array, shear: Array) -> Array:
     return np.asarray(np.sqrt(normal**2 + 3 * shear**2))
 
@@ -77,7 +86,14 @@ class Tube(Section):
 
     @classmethod
     def of(cls, outer_diameter: float, inner_diameter: float = 0.0) -> Tube:
-        """Make a tube from its diameters [m]."""
+        """Make a tube from its diameters [m].
+
+        Raises:
+            ArgumentError: a diameter is impossible.
+        """
+        _check(outer_diameter=outer_diameter, **({"inner_diameter": inner_diameter} if inner_diameter != 0 else {}))
+        if inner_diameter >= outer_diameter:
+            raise ArgumentError(f"inner_diameter={inner_diameter:g} must be less than outer_diameter={outer_diameter:g}")
         area = math.pi / 4 * (outer_diameter**2 - inner_diameter**2)
         second = math.pi / 64 * (outer_diameter**4 - inner_diameter**4)
         return cls(area, second, second, 2 * second, outer_diameter=outer_diameter, inner_diameter=inner_diameter)
@@ -121,7 +137,12 @@ class Rectangle(Section):
 
     @classmethod
     def of(cls, width: float, height: float) -> Rectangle:
-        """Make a rectangle from its sides [m]."""
+        """Make a rectangle from its sides [m].
+
+        Raises:
+            ArgumentError: a side is impossible.
+        """
+        _check(width=width, height=height)
         J, modulus = _rectangle_torsion(width, height)
         return cls(
             width * height,
@@ -159,7 +180,14 @@ class RectangularTube(Rectangle):
 
     @classmethod
     def of(cls, width: float, height: float, thickness: float = 0.0) -> RectangularTube:
-        """Make a rectangular tube from its outer sides and wall thickness [m]."""
+        """Make a rectangular tube from its outer sides and wall thickness [m].
+
+        Raises:
+            ArgumentError: a size is impossible.
+        """
+        _check(width=width, height=height, thickness=thickness)
+        if 2 * thickness >= min(width, height):
+            raise ArgumentError(f"thickness={thickness:g} must be less than half the smaller side, {min(width, height):g}")
         b, h, t = width, height, thickness
         inner_b, inner_h, enclosed = b - 2 * t, h - 2 * t, (b - t) * (h - t)
         return cls(

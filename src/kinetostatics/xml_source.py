@@ -34,12 +34,16 @@ _NO_ELEMENT_FOUND, _TAG_MISMATCH, _UNBOUND_PREFIX = 3, 7, 27
 
 @dataclass(frozen=True)
 class Element:
-    """An XML element of the expanded file: its ``content`` is child elements and text in order."""
+    """An XML element of the expanded file: its ``content`` is child elements and text in order.
+
+    ``owner`` is what it is a part of (``joint 'j1'``) where it has no line of its own.
+    """
 
     tag: str
     attributes: Mapping[str, str]
     content: tuple[Element | str, ...]
     place: Place
+    owner: str = ""
 
     @property
     def children(self) -> tuple[Element, ...]:
@@ -58,6 +62,8 @@ class Element:
 
     def error(self, reason: str) -> RobotFileError:
         """Return the error that says ``reason`` at this element's place."""
+        if self.owner and self.place.line is None and self.owner.partition(" ")[2] not in reason:
+            reason = f"{self.owner}: {reason}"
         return RobotFileError(shortened(reason), self.place.file, self.place.line)
 
     def named(self, tag: str) -> list[Element]:

@@ -1,0 +1,174 @@
+"""What every type of loop transmits, and that a joint is the same joint wherever the file cuts."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from loop_robots import DENSITY, E_MODULUS, FREEDOMS, GRAVITY, ONE_FREEDOM, Held, cuts, frame, joint, loop, robot, shift
+
+import kinetostatics as ks
+
+seeds = st.integers(0, 2**32 - 1)
+LOAD = np.array([120.0, -310, -450, 41, -23, 17])
+
+
+def near(found, expected, rel=1e-8):
+    """To ``rel`` of the largest entry: lengths are of the order of 1 m here, so that forces and moments compare."""
+    np.testing.assert_allclose(found, expected, rtol=0, atol=rel * np.abs(expected).max())
+
+
+@pytest.mark.parametrize("kind", FREEDOMS)
+@given(data=st.data())
+def test_a_cantilever_whose_tip_is_held_by_the_joint(kind, data):
+    """Twist, joint wrenches and forces in closed form, over the joint's range, in every cut, from either side."""
+    cut, swap = data.draw(st.sampled_from(cuts(kind))), data.draw(st.booleans())
+    drive = data.draw(st.sampled_from(("chain", "closing"))) if kind in ONE_FREEDOM else "chain"
+    seed = data.draw(seeds)
+    held = Held(kind, seed, cut, swap and cut != "weld", drive, right=data.draw(st.booleans()))
+    q = held.random_q(np.random.default_rng(seed + 1))
+    found = ks.analyze(held.robot().assemble(actuators=held.actuators(q)), LOAD, gravity=GRAVITY)
+    assert found.status == ks.Status.OK
+    expected = held.statics(q, LOAD)
+    near(found.twist, expected.twist)
+    for name, wrench in expected.wrenches.items():
+        near(found.joint_wrenches[name], wrench)
+    if drive == "chain":
+        for name, force in zip(held.names, expected.chain_forces, strict=True):
+            assert found.actuator_forces[name] == pytest.approx(force, rel=1e-9, abs=1e-7)
+    else:
+        assert found.actuator_forces["closing"] == pytest.approx(expected.loop_force, rel=1e-9, abs=1e-7)
+
+
+@pytest.mark.parametrize("kind", FREEDOMS)
+def test_only_reciprocal_wrenches_are_transmitted(kind):
+    """What the joint transmits has no power on its freedoms, and its limb has 6 − f constraint wrenches."""
+    held = Held(kind, seed=21, cut="both")
+    rng = np.random.default_rng(2)
+    one = held.robot()
+    for _ in range(3):
+        q = held.random_q(rng)
+        pose = one.assemble(actuators=held.actuators(q))
+        found = ks.analyze(pose, LOAD, gravity=GRAVITY)
+        limb = next(limb for limb in found.limbs.values() if "arm_1" in limb_links(one, limb.name))
+        assert limb.constraint_wrenches.shape == (6, 6 - FREEDOMS[kind])
+        S = held.freedoms(q)
+        np.testing.assert_allclose(S.T @ limb.constraint_wrenches, 0, atol=1e-12)
+        wrench, centre = found.joint_wrenches["closing"], held.displacement(q)[:3, :3] @ held.c + held.displacement(q)[:3, 3]
+        o = held.platform_frame(q)[:3, 3]
+        about_o = np.concatenate([wrench[:3], wrench[3:] + np.cross(centre - o, wrench[:3])])
+        np.testing.assert_allclose(S.T @ about_o, 0, atol=1e-10 * np.abs(about_o).max())
+
+
+def limb_links(one, name):
+    return next(limb.links for limb in one.topology.limbs if limb.name == name)
+
+
+@pytest.mark.parametrize("kind", FREEDOMS)
+@pytest.mark.parametrize("drive", ["chain", "closing"])
+def test_every_cut_gives_the_same_numbers(kind, drive):
+    """One joint as a loop from either side, and in the tree in either direction, as a run where URDF has no such type."""
+    if drive == "closing" and kind not in ONE_FREEDOM:
+        return
+    q = Held(kind, 33).random_q(np.random.default_rng(4))
+    results = {}
+    for cut in cuts(kind):
+        for swap in (False, True):
+            if (cut, swap) not in (("weld", True), ("root", False)):
+                held = Held(kind, 33, cut, swap, drive)
+                pose = held.robot().assemble(actuators=held.actuators(q))
+                results[cut, swap] = held, ks.analyze(pose, LOAD, gravity=GRAVITY)
+    plain, first = results["joint", False]
+    for held, other in results.values():
+        np.testing.assert_allclose(other.configuration.platform_frame, first.configuration.platform_frame, atol=1e-12)
+        near(other.twist, first.twist)
+        np.testing.assert_allclose(other.stiffness, first.stiffness, rtol=1e-8, atol=1e-9 * np.abs(first.stiffness).max())
+        near(other.joint_wrenches["weld"], first.joint_wrenches["weld"])
+        near(other.joint_wrenches["root"], first.joint_wrenches["root"])
+        for name in held.runs:
+            near(other.joint_wrenches[name], first.joint_wrenches["closing"])
+        near(other.base_wrench, first.base_wrench)
+        for name in plain.actuators(q):
+            sign = -1 if name == "closing" and held.swap else 1
+            assert other.actuator_forces[name] == pytest.approx(sign * first.actuator_forces[name], rel=1e-9, abs=1e-8)
+        for name in ("arm_1", "arm_2"):
+            assert other.beams[name].strain_energy == pytest.approx(first.beams[name].strain_energy, rel=1e-8)
+
+
+# ---- the textbook's propped beams ------------------------------------------------------------------------------------------
+
+LENGTH, DIAMETER = 0.8, 0.04
+BEAM = (
+    f'youngs_modulus="{E_MODULUS}" poisson_ratio="0.3" shear_coefficient="inf" density="{DENSITY}">'
+    f'<circle diameter="{DIAMETER}"/></beam>'
+)
+#: Axes; the reaction at the tip in w L, its moment about y in w L², the tip's deflection in w L⁴/EI, its slope in w L³/EI,
+#: for a cantilever along x that a joint to the ground holds at its tip, under its weight w per length along −z.
+PROPPED_CASES = [
+    ("spherical", {}, 3 / 8, 0, 0, -1 / 48),
+    ("universal", {"axis": (1, 0, 0), "axis2": (0, 1, 0)}, 3 / 8, 0, 0, -1 / 48),
+    ("universal", {"axis": (0, 0, 1), "axis2": (0, 1, 0)}, 3 / 8, 0, 0, -1 / 48),
+    ("universal", {"axis": (1, 0, 0), "axis2": (0, 0, 1)}, 1 / 2, 1 / 12, 0, 0),
+    ("revolute", {"axis": (0, 1, 0)}, 3 / 8, 0, 0, -1 / 48),
+    ("continuous", {"axis": (0, -1, 0)}, 3 / 8, 0, 0, -1 / 48),
+    ("revolute", {"axis": (1, 0, 0)}, 1 / 2, 1 / 12, 0, 0),
+    ("continuous", {"axis": (0, 0, 1)}, 1 / 2, 1 / 12, 0, 0),
+    ("prismatic", {"axis": (1, 0, 0)}, 1 / 2, 1 / 12, 0, 0),
+    ("prismatic", {"axis": (0, 1, 0)}, 1 / 2, 1 / 12, 0, 0),
+    ("prismatic", {"axis": (0, 0, 1)}, 0, -1 / 6, -1 / 24, 0),
+    ("cylindrical", {"axis": (1, 0, 0)}, 1 / 2, 1 / 12, 0, 0),
+    ("cylindrical", {"axis": (0, 1, 0)}, 3 / 8, 0, 0, -1 / 48),
+    ("cylindrical", {"axis": (0, 0, 1)}, 0, -1 / 6, -1 / 24, 0),
+    ("planar", {"axis": (0, 0, 1)}, 1 / 2, 1 / 12, 0, 0),
+    ("planar", {"axis": (1, 0, 0)}, 0, -1 / 6, -1 / 24, 0),
+    ("planar", {"axis": (0, 1, 0)}, 0, 0, -1 / 8, 1 / 6),
+]
+
+
+@pytest.mark.parametrize("swap", [False, True])
+@pytest.mark.parametrize(("kind", "axes", "force", "moment", "sag", "slope"), PROPPED_CASES)
+def test_propped_cantilevers(kind, axes, force, moment, sag, slope, swap):
+    tip = shift([LENGTH, 0, 0])
+    if swap and kind == "universal":
+        axes = {"axis": axes["axis2"], "axis2": axes["axis"]}
+    sides = ("platform", np.eye(4), "base", tip) if swap else ("base", tip, "platform", np.eye(4))
+    one = robot(
+        joint("root", "fixed", "base", "arm", np.eye(4)),
+        joint("tip", "fixed", "arm", "platform", tip),
+        loop(kind, *sides, **axes),
+        f'<beam link="arm" from="root" to="tip" {BEAM}',
+        links=("base", "arm", "platform"),
+    )
+    g = 9.8
+    area, bending = np.pi * DIAMETER**2 / 4, np.pi * DIAMETER**4 / 64
+    w, EI = DENSITY * area * g, E_MODULUS * bending
+    found = ks.analyze(one.assemble(), gravity=(0, 0, -g))
+    assert found.status == ks.Status.OK
+    L = LENGTH
+    reaction = np.array([0, 0, force * w * L, 0, moment * w * L**2, 0])
+    np.testing.assert_allclose(found.joint_wrenches["closing"], reaction, rtol=0, atol=1e-9 * w * L)
+    twist = np.array([0, 0, sag * w * L**4 / EI, 0, slope * w * L**3 / EI, 0])
+    np.testing.assert_allclose(found.twist, twist, rtol=0, atol=1e-10 * w * L**3 / EI)
+    # and at the wall what is left of the weight and its moment
+    root = found.joint_wrenches["root"]
+    expected = np.array([0, 0, w * L * (1 - force), 0, -w * L**2 / 2 + force * w * L**2 - moment * w * L**2, 0])
+    np.testing.assert_allclose(root, expected, rtol=0, atol=1e-9 * w * L)
+
+
+def test_a_beam_clamped_at_both_ends_by_a_fixed_loop():
+    """The platform in the middle: w (2L)⁴/384 EI, clamping moments w (2L)²/12."""
+    L, g = LENGTH, 9.8
+    area, bending = np.pi * DIAMETER**2 / 4, np.pi * DIAMETER**4 / 64
+    w, EI = DENSITY * area * g, E_MODULUS * bending
+    far = frame(np.array([[0, 1.0, 0], [0, 0, 1], [1, 0, 0]]), [2 * L, 0, 0])
+    one = robot(
+        joint("root", "fixed", "base", "near", np.eye(4)),
+        joint("left", "fixed", "near", "platform", shift([L, 0, 0])),
+        joint("right", "fixed", "platform", "far", np.eye(4)),
+        loop("fixed", "base", far, "far", shift([-L, 0, 0]) @ far),
+        f'<beam link="near" from="root" to="left" {BEAM}<beam link="far" from="closing" to="right" {BEAM}',
+        links=("base", "near", "platform", "far"),
+    )
+    found = ks.analyze(one.assemble(), gravity=(0, 0, -g))
+    assert found.twist == pytest.approx([0, 0, -w * (2 * L) ** 4 / (384 * EI), 0, 0, 0], abs=1e-10 * w * L**4 / EI)
+    clamp = found.joint_wrenches["closing"]
+    assert clamp == pytest.approx([0, 0, w * L, 0, w * (2 * L) ** 2 / 12, 0], abs=1e-9 * w * L)

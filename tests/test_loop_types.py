@@ -1,0 +1,373 @@
+"""Every type of loop closed, open and over its range, against motions and openings written out by hand."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from loop_robots import (
+    FREEDOMS,
+    ONE_FREEDOM,
+    Held,
+    cuts,
+    driven,
+    floating,
+    frame,
+    joint,
+    loop,
+    random_rotation,
+    robot,
+    shift,
+    turn,
+)
+from scipy.spatial.transform import Rotation
+
+import kinetostatics as ks
+
+MOVING = tuple(kind for kind in FREEDOMS if kind != "fixed")
+seeds = st.integers(0, 2**32 - 1)
+
+
+def skew_frames(seed):
+    """Return the loop's frames (4, 4) in base and platform, at random."""
+    rng = np.random.default_rng(seed)
+    return tuple(frame(random_rotation(rng), rng.uniform(-0.5, 0.5, 3)) for _ in range(2))
+
+
+def moved(linear, angular):
+    return frame(Rotation.from_rotvec(angular).as_matrix(), linear)
+
+
+def angle_between(a, b):
+    return float(np.arctan2(np.linalg.norm(np.cross(a, b)), a @ b))
+
+
+def opening(kind, X, axis=(1, 0, 0), axis2=(0, 1, 0)):
+    """Return how far a loop is open [m], [rad] when its successor's frame stands at ``X`` (4, 4) in its predecessor's."""
+    d, R, a, b = X[:3, 3], X[:3, :3], np.array(axis, float), np.array(axis2, float)
+    metres = {"planar": abs(a @ d)}.get(kind, np.linalg.norm(d))
+    if kind in ("prismatic", "cylindrical"):
+        metres = np.linalg.norm(np.cross(a, d))
+    if kind in ("fixed", "prismatic"):
+        radians = np.linalg.norm(Rotation.from_matrix(R).as_rotvec())
+    elif kind == "universal":
+        radians = abs(angle_between(a, R @ b) - angle_between(a, b))
+    else:
+        radians = 0.0 if kind == "spherical" else angle_between(a, R @ a)
+    return float(metres), float(radians)
+
+
+def q_of(one, D):
+    """Return Pinocchio's coordinates at which a floating platform stands at ``D`` (4, 4)."""
+    placement = one.model.jointPlacements[1].homogeneous
+    return pin.SE3ToXYZQUAT(pin.SE3(np.linalg.inv(placement) @ D))
+
+
+# ---- closed --------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", MOVING)
+def test_closed_at_zero_with_its_own_number_of_constraints(kind):
+    P, S = skew_frames(5)
+    one = floating(kind, P, S)
+    pose = one.assemble()
+    assert pose.residual < 1e-15 and pose.status == ks.Status.OK
+    np.testing.assert_allclose(pose.frame("platform"), P @ np.linalg.inv(S), atol=1e-15)
+    assert one.equations.count == 6 - FREEDOMS[kind]
+    assert (one.mobility.platform, one.mobility.local, one.mobility.redundant_constraints) == (FREEDOMS[kind], 0, 0)
+
+
+ROUNDING = pytest.mark.xfail(strict=True, reason="a loop whose gradient is nothing but rounding counts as constraints")
+
+
+@pytest.mark.parametrize(
+    ("kind", "cut"),
+    [
+        pytest.param(kind, cut, marks=ROUNDING if cut in ("joint", "upside_down") and kind != "fixed" else ())
+        for kind in FREEDOMS
+        for cut in cuts(kind)
+    ],
+)
+def test_redundant_constraints_of_two_joints_with_the_same_freedoms(kind, cut):
+    """A chain and a joint with f freedoms hold the platform side by side: f freedoms, and 6 − f constraints too many."""
+    one = Held(kind, seed=2, cut=cut).robot()
+    assert one.assemble().residual < 2e-15
+    free = FREEDOMS[kind]
+    assert (one.mobility.platform, one.mobility.local, one.mobility.redundant_constraints) == (free, 0, 6 - free)
+
+
+def test_a_fixed_loop_between_base_and_platform_is_refused():
+    P, S = skew_frames(5)
+    with pytest.raises(ks.RobotFileError, match="rigidly fixed to the base"):
+        floating("fixed", P, S)
+
+
+# ---- open ----------------------------------------------------------------------------------------------------------------
+
+
+SINE = pytest.mark.xfail(strict=True, reason="the opening of a universal loop is the sine of the angle")
+
+
+@pytest.mark.parametrize("kind", [pytest.param(kind, marks=SINE if kind == "universal" else ()) for kind in MOVING])
+@given(seed=seeds)
+def test_the_opening_is_the_known_amount(kind, seed):
+    rng = np.random.default_rng(seed)
+    P, S = skew_frames(seed)
+    X = moved(rng.uniform(-1, 1, 3), rng.uniform(-1.7, 1.7, 3))
+    one = floating(kind, P, S)
+    q = q_of(one, P @ X @ np.linalg.inv(S))
+    metres, radians = opening(kind, X)
+    pose = one.configuration(q, tolerance=10)
+    assert [float(x[0]) for x in pose.openings["closing"]] == pytest.approx([metres, radians], abs=1e-13)
+    assert pose.residual == pytest.approx(max(metres, radians), abs=1e-13)
+    with pytest.raises(ks.AssemblyError) as caught:
+        one.configuration(q)
+    assert caught.value.residuals["closing"] == pytest.approx((metres, radians), abs=1e-13)
+    words = f"loop 'closing' stays {metres:.3g} m" + (f" and {radians:.3g} rad open" if radians else " open")
+    assert words in str(caught.value)
+
+
+#: What a joint cannot give way to, in its own frame (axis x, second axis y): shift, turn.
+BLOCKED = {
+    "fixed": ((2e-3, 1e-3, -2e-3), (3e-3, 0, 4e-3)),
+    "revolute": ((3e-3, 0, 0), (0, 3e-3, 4e-3)),
+    "continuous": ((3e-3, 0, 0), (0, -3e-3, 4e-3)),
+    "prismatic": ((0, 3e-3, 0), (3e-3, 4e-3, 0)),
+    "cylindrical": ((0, 0, 3e-3), (0, 0, 5e-3)),
+    "universal": ((3e-3, 0, 0), (0, 0, 0)),  # turning the other way round brings the axes back to a right angle
+    "spherical": ((0, 3e-3, 0), (0, 0, 0)),
+    "planar": ((3e-3, 0, 0), (0, 5e-3, 0)),
+}
+
+
+TOOL = shift([0.3, -0.4, 0.5])
+
+
+def guided(kind, X, P):
+    """Return a platform guided by driven joints with the loop's own freedoms, and the loop's successor off by X (4, 4).
+
+    At zero the platform's frame stands at ``P @ TOOL``.
+    """
+    x, y, z = np.eye(3)
+    chain = {
+        "revolute": [("continuous", x)],
+        "continuous": [("continuous", x)],
+        "prismatic": [("prismatic", x)],
+        "cylindrical": [("prismatic", x), ("continuous", x)],
+        "universal": [("continuous", x), ("continuous", y)],
+        "spherical": [("continuous", x), ("continuous", y), ("continuous", z)],
+        "planar": [("prismatic", y), ("prismatic", z), ("continuous", x)],
+    }[kind]
+    names = [f"drive_{k}" for k in range(len(chain))]
+    links = ["base", *(f"link_{k}" for k in range(1, len(chain))), "body"]
+    parts = [
+        joint(name, how, links[k], links[k + 1], P if k == 0 else np.eye(4), axis)
+        for k, (name, (how, axis)) in enumerate(zip(names, chain, strict=True))
+    ]
+    parts += [joint("flange", "fixed", "body", "platform", TOOL), loop(kind, "base", P, "body", X)]
+    return robot(*parts, driven(*names), links=[*links, "platform"])
+
+
+@pytest.mark.parametrize("kind", MOVING)
+def test_a_loop_that_is_open_a_little_closes_within_a_tolerance(kind):
+    """The guide has the loop's freedoms, so that no motion makes the opening smaller."""
+    P, _ = skew_frames(8)
+    X = moved(*BLOCKED[kind])
+    one = guided(kind, X, P)
+    metres, radians = opening(kind, X)
+    assert metres > 0 or radians > 0
+    with pytest.raises(ks.AssemblyError) as caught:
+        one.assemble()
+    assert caught.value.residuals["closing"] == pytest.approx((metres, radians), rel=1e-6, abs=1e-12)
+    assert f"loop 'closing' stays {metres:.3g} m" in str(caught.value)
+    pose = one.assemble(tolerance=0.01)
+    assert pose.residual == pytest.approx(max(metres, radians), rel=1e-6)
+    np.testing.assert_allclose(pose.frame("body"), P, atol=1e-15)
+
+
+@pytest.mark.parametrize("kind", MOVING)
+def test_a_loop_that_cannot_close_is_named_with_its_opening(kind):
+    P, _ = skew_frames(9)
+    linear, angular = BLOCKED[kind]
+    X = moved(100 * np.array(linear), 60 * np.array(angular))
+    metres, radians = opening(kind, X)
+    one = guided(kind, X, P)
+    with pytest.raises(ks.AssemblyError, match="loop 'closing' stays") as caught:
+        one.assemble()
+    assert "not even with all joints free" in str(caught.value)
+    # the least squares weigh metres against radians, and may trade one for the other where the motion couples them
+    found = caught.value.residuals["closing"]
+    assert found == pytest.approx((metres, radians), rel=1e-3, abs=1e-9)
+
+
+@pytest.mark.parametrize("kind", MOVING)
+@given(seed=seeds)
+def test_a_nearly_closed_zero_is_closed(kind, seed):
+    rng = np.random.default_rng(seed)
+    P, S = skew_frames(seed)
+    off = moved(rng.uniform(-0.05, 0.05, 3), rng.uniform(-0.1, 0.1, 3))
+    zero = P @ off @ np.linalg.inv(S)
+    one = floating(kind, P, S, zero=zero)
+    pose = one.assemble()
+    assert pose.residual < 1e-10
+    X = np.linalg.inv(P) @ pose.frame("platform") @ S
+    assert opening(kind, X) == pytest.approx((0, 0), abs=2e-10)
+    # closed by a motion of the size of the opening, not by another assembly
+    assert np.abs(pose.frame("platform") - zero).max() < 0.4
+
+
+# ---- over the range ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("kind", FREEDOMS)
+@given(data=st.data())
+def test_every_cut_moves_as_the_joint_does(kind, data):
+    """Any pose over the whole range from zero in one line, wherever the loop is cut, seen from either side."""
+    cut, swap = data.draw(st.sampled_from(cuts(kind))), data.draw(st.booleans())
+    drive = data.draw(st.sampled_from(("chain", "closing"))) if kind in ONE_FREEDOM else "chain"
+    held = Held(kind, data.draw(seeds), cut, swap and cut != "weld", drive, right=data.draw(st.booleans()))
+    one = held.robot()
+    q = [data.draw(st.floats(-7, 7)) if how == "R" else data.draw(st.floats(-5, 5)) for how, _ in held.chain]
+    pose = one.assemble(actuators=held.actuators(q))
+    assert pose.status == ks.Status.OK and pose.residual < 1e-10
+    size = 1 + np.abs(np.array([*q, 0.0])).max()
+    np.testing.assert_allclose(pose.platform_frame, held.platform_frame(q), atol=1e-11 * size)
+    for name, value in held.actuators(q).items():
+        off = pose.actuators[name] - value
+        if kind != "prismatic" and not (name.startswith("chain") and held.chain[int(name[-1]) - 1][0] == "P"):
+            off -= 2 * np.pi * np.round(off / (2 * np.pi))
+        assert off == pytest.approx(0, abs=1e-11 * size)
+
+
+def upright(kind, seed, axis=None, axis2=None, **options):
+    """Return a floating platform whose loop has its axis, or the first and second axis, along world z, or x and y, at zero.
+
+    The platform's own frame has the world's axes then. Also returns the loop's centre and o (3,) at zero.
+    """
+    rng = np.random.default_rng(seed)
+    P, S = skew_frames(seed)
+    turned = P[:3, :3].T
+    if kind == "universal":
+        given = {"axis": turned[:, 0], "axis2": turned[:, 1]}
+    else:
+        given = {} if kind == "spherical" else {"axis": turned[:, 2]}
+    zero = P @ np.linalg.inv(S)
+    o = rng.uniform(-0.5, 0.5, 3)
+    mark = np.linalg.inv(zero) @ frame(p=o)
+    tool = joint("flange", "fixed", "body", "platform", mark)
+    text = loop(kind, "base", P, "body", S, **given, **options)
+    one = robot(joint("free", "floating", "base", "body", zero), tool, text, links=("base", "body", "platform"))
+    return one, P[:3, 3], o
+
+
+@pytest.mark.parametrize("kind", ["revolute", "continuous"])
+def test_full_turns_without_a_jump(kind):
+    """Each pose from the last: its coordinate is within half a turn, and the next one may lie a little beyond."""
+    one, c, o = upright(kind, 4)
+    pose = one.assemble(platform={"rz": 0.0})
+    step = np.radians(37)
+    for k in range(1, 28):
+        pose = one.assemble(platform={"rz": float(pose.platform["rz"]) + step}, near=pose)
+        np.testing.assert_allclose(pose.platform_frame, turn([0, 0, 1], k * step, c) @ shift(o), atol=1e-12)
+
+
+def test_batches_over_a_turn_and_along_strokes():
+    one, c, o = upright("cylindrical", 6)
+    stroke, angle = np.meshgrid(np.linspace(-50, 50, 7), np.linspace(-3.1, 3.1, 9))
+    poses = one.assemble(platform={"z": o[2] + stroke, "rz": angle})
+    assert poses.shape == (9, 7) and np.all(poses.status == ks.Status.OK)
+    for index in np.ndindex(poses.shape):
+        expected = shift([0, 0, stroke[index]]) @ turn([0, 0, 1], angle[index], c) @ shift(o)
+        np.testing.assert_allclose(poses.platform_frame[index], expected, atol=1e-11)
+
+
+@given(seed=seeds, value=st.floats(-50, 50))
+def test_prismatic_over_long_strokes(seed, value):
+    one, _c, o = upright("prismatic", seed % 1000)
+    pose = one.assemble(platform={"z": o[2] + value})
+    np.testing.assert_allclose(pose.platform_frame, shift([o[0], o[1], o[2] + value]), atol=1e-12 * (1 + abs(value)))
+
+
+@given(seed=seeds, x=st.floats(-20, 20), y=st.floats(-20, 20), angle=st.floats(-6, 6))
+def test_planar_over_translations_and_turns(seed, x, y, angle):
+    one, _c, o = upright("planar", seed % 1000)
+    pose = one.assemble(platform={"x": x, "y": y, "rz": angle})
+    expected = turn([0, 0, 1], angle)
+    expected[:3, 3] = [x, y, o[2]]
+    np.testing.assert_allclose(pose.platform_frame, expected, atol=1e-11)
+
+
+@given(seed=seeds, vector=st.tuples(*[st.floats(-np.pi, np.pi)] * 3))
+def test_spherical_over_all_rotations(seed, vector):
+    vector = np.array(vector) / max(1, np.linalg.norm(vector) / np.pi)
+    check_spherical(seed, vector)
+
+
+@pytest.mark.parametrize("axis", [(1, 0, 0), (0, -1, 0), (0.6, 0, 0.8), (1, 1, 1), (1, -2, 3)])
+@pytest.mark.parametrize("angle", [np.pi, np.pi - 1e-9, -np.pi, 1.2 * np.pi])
+def test_spherical_at_half_a_turn(axis, angle):
+    check_spherical(3, np.array(axis) / np.linalg.norm(axis) * angle)
+
+
+def check_spherical(seed, vector):
+    one, c, o = upright("spherical", seed % 1000)
+    pose = one.assemble(platform=dict(zip(("rx", "ry", "rz"), vector, strict=True)))
+    R = Rotation.from_rotvec(vector).as_matrix()
+    np.testing.assert_allclose(pose.platform_frame, frame(R, c + R @ (o - c)), atol=1e-12)
+
+
+@given(seed=seeds, first=st.floats(-7, 7), second=st.floats(-1.5, 1.5))
+def test_universal_over_turns_and_up_to_right_angles(seed, first, second):
+    one, c, o = upright("universal", seed % 1000)
+    pose = one.assemble(platform={"rx": first, "ry": second}, orientation="XYZ")
+    expected = turn([1, 0, 0], first, c) @ turn([0, 1, 0], second, c) @ shift(o)
+    np.testing.assert_allclose(pose.platform_frame, expected, atol=1e-9)
+
+
+def cardan(bend, swap):
+    """Return two shafts, ``input`` about z and the platform about z turned by ``bend`` about x, joined by a universal loop.
+
+    The input's pin is x at zero, across the plane of the bend. Also returns where the platform stands at an angle of the input:
+    tan(out) = tan(in) cos(bend).
+    """
+    x, z = np.array([1.0, 0, 0]), np.array([0, 0, 1.0])
+    out = turn(x, bend)
+    S = frame(random_rotation(np.random.default_rng(2)))
+    mine, theirs = (S, S[:3, :3].T @ x), (np.linalg.inv(out) @ S, S[:3, :3].T @ np.cross(out[:3, 2], x))
+    if swap:
+        text = loop("universal", "platform", theirs[0], "input", mine[0], axis=theirs[1], axis2=mine[1])
+    else:
+        text = loop("universal", "input", mine[0], "platform", theirs[0], axis=mine[1], axis2=theirs[1])
+    shafts = [joint("in", "continuous", "base", "input", frame(), z), joint("out", "continuous", "base", "platform", out, z)]
+
+    def expected(angle):
+        return out @ turn(z, np.arctan2(np.sin(angle) * np.cos(bend), np.cos(angle)))
+
+    return robot(*shafts, text, driven("in"), links=("base", "input", "platform")), expected
+
+
+@pytest.mark.xfail(strict=True, reason="a large turn of the drive in one go may end on the other branch")
+@pytest.mark.parametrize("swap", [False, True])
+@pytest.mark.parametrize("bend", [10.0, 45.0, 70.0, 80.0])
+def test_cardan_shaft_from_zero(bend, swap):
+    """Turned the other way round, the output closes the loop as well; but that is not where the line leads."""
+    shafts, expected = cardan(np.radians(bend), swap)
+    assert shafts.mobility.platform == 1 and shafts.mobility.redundant_constraints == 3
+    angles = np.linspace(-2 * np.pi, 2 * np.pi, 97)
+    poses = shafts.assemble(actuators={"in": angles})
+    assert np.all(poses.status == ks.Status.OK) and poses.residual.max() < 1e-10
+    for k, angle in enumerate(angles):
+        np.testing.assert_allclose(poses.frame("platform")[k], expected(angle), atol=1e-9)
+
+
+@pytest.mark.parametrize("swap", [False, True])
+@pytest.mark.parametrize("bend", [60.0, 89.0, 89.9])
+def test_cardan_shaft_step_by_step(bend, swap):
+    """Near a right angle the output runs through half a turn while the input hardly moves: equal steps of the output."""
+    bend = np.radians(bend)
+    shafts, expected = cardan(bend, swap)
+    pose = shafts.assemble(actuators={"in": 0.0})
+    for out in np.radians(np.arange(0, 400, 10.0)):
+        angle = np.arctan2(np.sin(out), np.cos(out) * np.cos(bend))
+        pose = shafts.assemble(actuators={"in": angle}, near=pose)
+        np.testing.assert_allclose(pose.frame("platform"), expected(angle), atol=1e-8)
