@@ -5,7 +5,6 @@ import json
 import subprocess
 import sys
 import warnings
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -92,9 +91,9 @@ def test_every_contribution_of_a_result_shows_up():
     """A source that this version does not know is drawn and listed like the others."""
     robot = ks.load_robot("robots/3rps.urdf.xacro")
     result = ks.analyze(robot.assemble(platform=POSES["3rps"]), load=LOAD)
-    idle = {k: replace(v, contributions={**v.contributions, "heat": 0 * v.intensities}) for k, v in result.limbs.items()}
+    for limb in result.limbs.values():
+        limb.__dict__["contributions"] = {**limb.contributions, "heat": 0 * limb.intensities}
     for name, value in (
-        ("limbs", idle),
         ("contributions", {**result.contributions, "heat": result.contributions["limb_1"] * 2}),
         ("link_contributions", {k: {**v, "heat": v["limb_1"] * 2} for k, v in result.link_contributions.items()}),
         ("beam_contributions", {k: {**v, "heat": v["limb_1"] * 2} for k, v in result.beam_contributions.items()}),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,8 +10,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinetostatics.closure import world_frames
 from kinetostatics.configuration import Configuration
-from kinetostatics.continuation import reach
+from kinetostatics.continuation import CHUNK, reach
 from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, near_names
+from kinetostatics.kinematics import Frames
 from kinetostatics.orientation import Orientation, orientation_named
 from kinetostatics.solver import Poses, Request
 
@@ -19,6 +20,9 @@ if TYPE_CHECKING:
     from kinetostatics.robot import Robot
 
 Array = NDArray[np.float64]
+
+#: Residual of a loop [m, rad] above which a pose gets one correction more.
+ROUGH = 1e-13
 
 
 def assemble(
@@ -61,9 +65,12 @@ def assemble(
     if raising and not np.all(arrived):
         worst = int(np.argmin(arrived))
         _say_unreachable(robot, request, names, poses.take(np.array([worst])), target[:, [worst]], float(gone[worst]))
-    return _configuration(
-        robot, poses, shape, arrived, orientation if platform is not None else None, convention, tolerance, raising
-    )
+
+    def again(which: NDArray[np.intp]) -> Poses:
+        return robot.solver.newton(request, poses.take(which), target[:, which], local)[0]
+
+    named = orientation if platform is not None else None
+    return _configuration(robot, poses, shape, arrived, named, convention, tolerance, raising, again=again)
 
 
 def configuration_at(robot: Robot, q: ArrayLike, tolerance: float, on_failure: str | None) -> Configuration:
@@ -90,11 +97,20 @@ def _configuration(
     tolerance: float,
     raising: bool,
     q: Array | None = None,
+    again: Callable[[NDArray[np.intp]], Poses] | None = None,
 ) -> Configuration:
     if q is None:
         q = robot.model_q(poses)
-    frames = world_frames(robot.mechanism, robot.mechanism.tree.forward(q))
-    residual, _ = robot.equations.evaluate(frames)
+    frames, residual = _frames(robot, q)
+    if again is not None:
+        # the last correction of some poses was not quite as small as foreseen
+        worst = np.max(np.abs(residual), axis=0, initial=0.0)
+        rough = np.flatnonzero(arrived & (worst > ROUGH + 2 * robot.length * robot.closing_error))
+        if rough.size:
+            better = again(rough)
+            poses.x[:, rough], poses.c[:, rough] = better.x, better.c
+            q[:, rough] = robot.model_q(better)
+            frames.rotation[..., rough], frames.position[..., rough], residual[:, rough] = _frames_of(robot, q[:, rough])
     openings = robot.equations.openings(residual, poses.x)
     closed = np.ones(q.shape[1], dtype=bool)
     for metres, radians in openings.values():
@@ -106,6 +122,23 @@ def _configuration(
     q = np.where(reached, q, np.nan)
     q.setflags(write=False)
     return Configuration(robot, shape, convention, poses, q, frames, openings, reached)
+
+
+def _frames(robot: Robot, q: Array) -> tuple[Frames, Array]:
+    """Return all frames at Pinocchio's coordinates, and the residuals (count, N) of the loops."""
+    N = q.shape[1]
+    bodies = robot.mechanism.tree.bodies
+    frames = Frames(np.empty((3, 3, bodies, N)), np.empty((3, bodies, N)))
+    residual = np.empty((robot.equations.count, N))
+    for first in range(0, N, CHUNK):
+        part = slice(first, min(first + CHUNK, N))
+        frames.rotation[..., part], frames.position[..., part], residual[:, part] = _frames_of(robot, q[:, part])
+    return frames, residual
+
+
+def _frames_of(robot: Robot, q: Array) -> tuple[Array, Array, Array]:
+    frames = world_frames(robot.mechanism, robot.mechanism.tree.forward(q))
+    return frames.rotation, frames.position, robot.equations.evaluate(frames)[0]
 
 
 def actuator_request(robot: Robot) -> Request:
