@@ -1,10 +1,14 @@
 """Joints that follow others: positions against closed forms and against Pinocchio."""
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pinocchio as pin
 import pytest
 
 import kinetostatics as ks
+from kinetostatics.description import Mimic
 from kinetostatics.robot_file import parse_robot_text
 
 ROD, DISTANCE = 0.5, 0.6
@@ -156,6 +160,33 @@ def test_gears_turn_on_and_on() -> None:
     poses = robot.assemble(platform={"rz": angle})
     np.testing.assert_allclose(poses.frame("tool")[:, 0, :2], np.stack([np.cos(motor), -np.sin(motor)], -1), atol=1e-12)
     assert poses.residual.max() < 1e-12
+
+
+def test_one_drive_for_two_legs() -> None:
+    """A 3-RPS whose third leg follows the first: the poses are those of three drives, and the drive carries both legs."""
+    description = ks.read_robot_file(Path(__file__).parent.parent / "robots" / "3rps.urdf.xacro")
+    multiplier, offset = -0.4, 0.01
+    description_2 = replace(
+        description.changed("prismatic_3", mimic=Mimic("prismatic_1", multiplier, offset)), driven=("prismatic_1", "prismatic_2")
+    )
+    three, two = ks.Robot(description), ks.Robot(description_2)
+    assert (two.mobility.platform, two.mobility.local, two.mobility.redundant_constraints) == (2, 0, 0)
+    first, second = np.array([0.0, 0.03, -0.02]), np.array([0.01, -0.02, 0.03])
+    poses = two.assemble(actuators={"prismatic_1": first, "prismatic_2": second})
+    expected = three.assemble(actuators={"prismatic_1": first, "prismatic_2": second, "prismatic_3": multiplier * first + offset})
+    np.testing.assert_allclose(poses.q, expected.q, atol=1e-12)
+    assert list(poses.actuators) == ["prismatic_1", "prismatic_2"]
+    wanted = {name: expected.platform[name] for name in ("z", "ry")}
+    back = two.assemble(platform=wanted)
+    np.testing.assert_allclose(back.q, expected.q, atol=1e-9)
+    found, free = ks.analyze(poses, (1, 2, 3, 4, 5, 6)), ks.analyze(expected, (1, 2, 3, 4, 5, 6))
+    np.testing.assert_allclose(found.twist, free.twist, rtol=1e-9, atol=1e-18)
+    forces = free.actuator_forces
+    assert list(found.actuator_forces) == ["prismatic_1", "prismatic_2"]
+    np.testing.assert_allclose(
+        found.actuator_forces["prismatic_1"], forces["prismatic_1"] + multiplier * forces["prismatic_3"], rtol=1e-9
+    )
+    np.testing.assert_allclose(found.actuator_forces["prismatic_2"], forces["prismatic_2"], rtol=1e-9)
 
 
 def tree(random: np.random.Generator, kinds: tuple[str, ...], serial: bool) -> str:

@@ -319,6 +319,17 @@ NAN, INF = math.nan, math.inf
         (lambda d: d.changed("a", extra="<dynamics/>"), ["damping"]),
         (whole(extra="<platfrom/>"), ["did you mean <platform>"]),
         (whole(extra="<!DOCTYPE x>"), ["extra of the description"]),
+        (whole(attributes=(("a b", "c"),)), ["'a b'", "attribute"]),
+        (whole(attributes=(("a", "\x00"),)), ["'\\x00'", "attribute"]),
+        (whole(attributes=(("version", "7"),)), ["version='7'"]),
+        (
+            lambda d: (
+                d.with_link(Link("x"))
+                .with_joint(Joint("a:child", "fixed", "left", "x"))
+                .changed("left", start=BeamEnd("a", "child"))
+            ),
+            ["child side of 'a'", "called 'a:child'"],
+        ),
     ],
 )
 def test_every_rule_of_files_holds_in_python(change: Callable[[RobotDescription], RobotDescription], words: list[str]) -> None:

@@ -6,7 +6,8 @@ The elements carry the places of what they are made from, so that the reader's c
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+import re
+from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 from kinetostatics.description import Beam, BeamEnd, Joint, JointStiffness, Link, Loop, Origin, Place, RobotDescription
@@ -14,6 +15,7 @@ from kinetostatics.exceptions import ArgumentError, RobotFileError
 from kinetostatics.sections import Rectangle, RectangularTube, Section, Tube
 from kinetostatics.xml_source import Element, parse, shortened, to_elements, to_text
 
+_ATTRIBUTE = re.compile(r"[A-Za-z_][\w:.-]*")
 _X, _Y, _Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 
 
@@ -41,12 +43,16 @@ def robot_element(description: RobotDescription) -> Element:
     platform = _Writer(description.platform_place)
     content.append(platform.element("platform", {"link": description.platform}, platform.origin(description.platform_origin)))
     content += [_loop(loop) for loop in _values(description.loops)]
-    content += [_beam(beam) for beam in _values(description.beams)]
+    known = {*description.joints, *description.loops}
+    content += [_beam(beam, known) for beam in _values(description.beams)]
     content += [_stiffness(item) for item in _values(description.joint_stiffness, "joint")]
     content += [item for item in extra if item.tag != "transmission"]
     content += _transmissions(description.driven, transmissions, writer)
-    attributes = {"name": description.name, **dict(description.attributes)}
-    return writer.element("robot", attributes, content)
+    attributes = {name: value for name, value in description.attributes if name != "name"}
+    for name, value in attributes.items():
+        if not _ATTRIBUTE.fullmatch(name) or not str(value).isprintable():
+            raise writer.error(f"{name!r} = {value!r} is no attribute for <robot>")
+    return writer.element("robot", {"name": description.name, **attributes}, content)
 
 
 def other_children(element: Element, *children: str) -> str:
@@ -233,14 +239,14 @@ def _loop(loop: Loop) -> Element:
     return write.element("loop", {"name": loop.name, "type": loop.type}, content)
 
 
-def _beam(beam: Beam) -> Element:
+def _beam(beam: Beam, joints: Collection[str]) -> Element:
     write = _Writer(beam.place, f"beam {beam.name!r}")
     material = beam.material
     attributes = {
         "name": None if beam.name == beam.link else beam.name,
         "link": beam.link,
-        "from": _end(beam.start),
-        "to": _end(beam.end),
+        "from": _end(write, beam.start, joints),
+        "to": _end(write, beam.end, joints),
         "youngs_modulus": write.number("youngs_modulus", material.youngs_modulus),
         "poisson_ratio": write.optional("poisson_ratio", material.poisson_ratio),
         "shear_modulus": write.optional("shear_modulus", material.shear_modulus),
@@ -252,10 +258,15 @@ def _beam(beam: Beam) -> Element:
     return write.element("beam", attributes, [_section(write, beam.section)])
 
 
-def _end(end: BeamEnd | None) -> str | None:
-    if end is None:
-        return None
-    return end.joint if end.side is None else f"{end.joint}:{end.side}"
+def _end(write: _Writer, end: BeamEnd | None, joints: Collection[str]) -> str | None:
+    if end is None or end.side is None:
+        return None if end is None else end.joint
+    text = f"{end.joint}:{end.side}"
+    if text in joints:
+        raise write.error(
+            f"an end of {write.label} is the {end.side} side of {end.joint!r}, but a joint is called {text!r} as well"
+        )
+    return text
 
 
 def _section(write: _Writer, section: Section) -> Element:
