@@ -11,6 +11,8 @@ import pytest
 import xacro
 import yourdfpy
 
+import kinetostatics as ks
+
 ROBOTS = Path(__file__).resolve().parents[1] / "robots"
 NAMES = ("3rps", "2pru_upr")
 
@@ -264,3 +266,27 @@ def test_platform_mass_follows_thickness_and_density(name):
     assert mass(platform_thickness=0.1, density=1000) == pytest.approx(
         {"3rps": math.pi * 0.2**2, "2pru_upr": 0.25**2}[name] * 0.1 * 1000, rel=1e-14
     )
+
+
+def test_what_is_saved_opens_as_the_same(name, tmp_path, capfd, caplog):
+    """Other tools see in a saved file what they see in the xacro: masses, inertias, limits, frames, shapes and colours."""
+    xml = expand(name)
+    ks.save_robot(ks.load_robot(ROBOTS / f"{name}.urdf.xacro"), tmp_path / "saved.urdf")
+    saved = (tmp_path / "saved.urdf").read_text(encoding="utf-8")
+    one, other = pin.buildModelFromXML(xml), pin.buildModelFromXML(saved)
+    assert list(other.names) == list(one.names) and [frame.name for frame in other.frames] == [frame.name for frame in one.frames]
+    for attribute in ("lowerPositionLimit", "upperPositionLimit", "effortLimit", "velocityLimit"):
+        np.testing.assert_array_equal(getattr(other, attribute), getattr(one, attribute))
+    for first, second in zip(one.inertias, other.inertias, strict=True):
+        np.testing.assert_array_equal(second.toDynamicParameters(), first.toDynamicParameters())
+    for first, second in zip(one.jointPlacements, other.jointPlacements, strict=True):
+        np.testing.assert_array_equal(second.homogeneous, first.homogeneous)
+    shapes = [pin.buildGeomFromUrdfString(m, x, pin.GeometryType.VISUAL).geometryObjects for m, x in ((one, xml), (other, saved))]
+    assert [(shape.name, shape.parentJoint) for shape in shapes[1]] == [(shape.name, shape.parentJoint) for shape in shapes[0]]
+    for first, second in zip(*shapes, strict=True):
+        np.testing.assert_array_equal(second.placement.homogeneous, first.placement.homogeneous)
+        np.testing.assert_array_equal(second.meshColor, first.meshColor)
+    drawn = [yourdfpy.URDF.load(io.BytesIO(text.encode())) for text in (xml, saved)]
+    assert drawn[1].validate() and len(drawn[1].scene.geometry) == len(drawn[0].scene.geometry)
+    printed = capfd.readouterr()
+    assert printed.out == printed.err == "" and not caplog.records

@@ -89,6 +89,29 @@ def test_numbers_may_be_numpys_and_axes_of_any_length() -> None:
     assert ks.validate(replace(description, joints=joints, driven=("a",))) == from_docs()
 
 
+def test_links_have_an_inertial_where_it_says_something() -> None:
+    for link, expected in [
+        (Link("a"), False),
+        (Link("a", mass=1), True),
+        (Link("a", center_of_mass=np.array([0, 0, 1])), True),  # type: ignore[arg-type]
+        (Link("a", inertia=Inertia(np.array([0, 0, 0, 0, 0, 1]))), True),  # type: ignore[arg-type]
+        (Link("a", has_inertial=True), True),
+        (replace(Link("a", mass=1), mass=2), True),
+    ]:
+        assert link.has_inertial is expected
+
+
+def test_visuals_are_drawn() -> None:
+    visuals = pytest.importorskip("kinetostatics.viewer.visuals")
+    sphere = "<visual><geometry><sphere radius='0.1'/></geometry><material name='red'/></visual>"
+    colour = "<material name='red'><color rgba='1 0 0 1'/></material>"
+    description = replace(parallelogram().changed("plate", extra=sphere), extra=colour)
+    found = visuals.link_visuals(ks.validate(description))
+    assert list(found) == ["plate"]
+    np.testing.assert_allclose(found["plate"].colours, [[1, 0, 0]] * len(found["plate"].colours), atol=0.01)
+    np.testing.assert_allclose(np.abs(found["plate"].surface.vertices).max(axis=0), 0.1, rtol=0.02)
+
+
 def test_a_description_is_never_changed_in_place() -> None:
     description = from_docs()
     for change in (

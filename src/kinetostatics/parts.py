@@ -90,7 +90,7 @@ class Link:
     place: Place = field(default=IN_PYTHON, compare=False, kw_only=True)
 
     def __post_init__(self) -> None:
-        if self.mass != 0 or any(self.center_of_mass) or self.inertia != Inertia():
+        if self.mass != 0 or any((*self.center_of_mass, *self.inertia.moments, *self.inertia.rpy)):
             object.__setattr__(self, "has_inertial", True)
 
 
