@@ -6,6 +6,7 @@ parallel manipulators using screw theory, Chinese Journal of Mechanical Engineer
 
 from __future__ import annotations
 
+import importlib
 from typing import TYPE_CHECKING, Any
 
 from kinetostatics import description, sections
@@ -30,6 +31,7 @@ from kinetostatics.robot_writer import save_robot
 from kinetostatics.tolerances import Tolerance, Tolerances, tolerances
 
 if TYPE_CHECKING:
+    from kinetostatics import indices
     from kinetostatics.foreign_loops import MissingFactsError, import_robot
     from kinetostatics.verification import verify
     from kinetostatics.viewer import save_html, show
@@ -57,6 +59,7 @@ __all__ = [
     "analyze",
     "description",
     "import_robot",
+    "indices",
     "load_robot",
     "read_robot_file",
     "save_html",
@@ -83,6 +86,8 @@ def __getattr__(name: str) -> Any:
         from kinetostatics import foreign_loops
 
         return getattr(foreign_loops, name)
+    if name == "indices":
+        return importlib.import_module("kinetostatics.indices")
     if name == "verify":
         from kinetostatics import verification
 

@@ -1,0 +1,217 @@
+"""All indices by name, and any other number of a pose; the best and the worst pose."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+import xarray as xr
+
+from kinetostatics.configuration import Status
+from kinetostatics.exceptions import ArgumentError, near_names
+from kinetostatics.indices.poses import ANGULAR, LABELS, LINEAR, finished, labelled, swept
+from kinetostatics.indices.sag import actuator_units, angular_sag, largest_actuator_force, linear_sag
+from kinetostatics.indices.stiffness import (
+    conditioning,
+    rotational_conditioning,
+    rotational_stiffness,
+    singularity_distance,
+    stiffness_along,
+    translational_conditioning,
+    translational_stiffness,
+)
+
+
+@dataclass(frozen=True)
+class Index:
+    """An index by name.
+
+    Attributes:
+        function: of the Dataset and ``beyond_limits``.
+        units: of its numbers.
+        better: "small" or "large": which of its numbers are the good ones.
+        definition: one line.
+    """
+
+    function: Callable[..., xr.DataArray]
+    units: str
+    better: str
+    definition: str
+
+
+def _stiffness_indices() -> dict[str, Index]:
+    found = {}
+    for kind, function, units, block, other in (
+        ("translational", translational_stiffness, "N/m", "dd", "rotations"),
+        ("rotational", rotational_stiffness, "N m/rad", "rr", "translations"),
+    ):
+        for extreme in ("least", "greatest"):
+            for held in (False, True):
+                name = f"{extreme}_{kind}_stiffness" + ("_held" if held else "")
+                if held:
+                    formula = f"{'smallest' if extreme == 'least' else 'largest'} eigenvalue of K_{block}, {other} held"
+                else:
+                    formula = f"1 / {'largest' if extreme == 'least' else 'smallest'} eigenvalue of C_{block}, {other} free"
+                found[name] = Index(partial(function, extreme=extreme, held=held), units, "large", formula)
+    return found
+
+
+#: Every index that needs no argument, by name.
+INDICES: Mapping[str, Index] = {
+    "linear_sag": Index(linear_sag, "m", "small", "|d|, displacement of o"),
+    "angular_sag": Index(angular_sag, "rad", "small", "|r|, rotation of the platform"),
+    **_stiffness_indices(),
+    "translational_conditioning": Index(
+        translational_conditioning, "1", "large", "smallest / largest eigenvalue of C_dd, 0 to 1"
+    ),
+    "rotational_conditioning": Index(rotational_conditioning, "1", "large", "smallest / largest eigenvalue of C_rr, 0 to 1"),
+    "conditioning": Index(
+        conditioning, "1", "large", "smallest / largest eigenvalue of C made homogeneous by the characteristic length, 0 to 1"
+    ),
+    "singularity_distance": Index(
+        singularity_distance, "N/m", "large", "1 / largest eigenvalue of C made homogeneous by the characteristic length"
+    ),
+    "largest_actuator_force": Index(largest_actuator_force, "N", "small", "largest magnitude of the drives' forces"),
+}
+
+
+def names(ds: xr.Dataset) -> list[str]:
+    """Return everything that :func:`quantity` knows of a Dataset, but for the 36 entries each of stiffness and compliance."""
+    found = [*INDICES, *(f"stiffness_along:{axis}" for axis in (*LINEAR, *ANGULAR))]
+    for name in ds.data_vars:
+        variable = ds[name]
+        labels = [dim for dim in variable.dims if dim in LABELS]
+        if not labels or "component_2" in labels or set(variable.dims) - set(labels) - set(swept(ds)):
+            continue
+        parts = [str(name)]
+        for dim in labels:
+            parts = [f"{part}:{label}" for part in parts for label in ds[dim].values]
+        found += parts
+    return found
+
+
+def quantity(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> xr.DataArray:
+    """Return an index, or one number of each pose, by its name.
+
+    Args:
+        ds: of :func:`kinetostatics.sweep`.
+        what: the name of an index ("linear_sag"), "stiffness_along:z", or a variable of the Dataset with its labels:
+            "twist:rx", "contribution:limb_1:z", "actuator_force:prismatic_1", "intensity:limb_1: force along …",
+            "compliance:x:ry".
+        beyond_limits: as in :func:`valid`.
+
+    Raises:
+        ArgumentError: there is no such thing; the message says what there is.
+    """
+    if what in INDICES:
+        return INDICES[what].function(ds, beyond_limits=beyond_limits)
+    name, _, rest = what.partition(":")
+    if name == "stiffness_along" and rest:
+        return stiffness_along(ds, rest, beyond_limits=beyond_limits)
+    if name not in ds.data_vars or name == "status":
+        raise ArgumentError(f"no quantity {what!r}: {near_names(what, names(ds))}")
+    found = ds[name]
+    labels = [str(dim) for dim in found.dims if dim in LABELS]
+    chosen = rest.rsplit(":", len(labels) - 1) if labels else ([rest] if rest else [])
+    if len(chosen) != len(labels) or not all(chosen):
+        form = ":".join([name, *(dim.upper() for dim in labels)])
+        raise ArgumentError(f"{what!r} is not of the form {form}: {near_names(what, names(ds))}")
+    for dim, label in zip(labels, chosen, strict=True):
+        found = labelled(found, dim, label)
+    units = _units_of(ds, name, dict(zip(labels, chosen, strict=True)))
+    long_name = " ".join([str(ds[name].attrs.get("long_name", name)).split(",")[0], *(str(item) for item in chosen)])
+    return finished(ds, found, beyond_limits, units, long_name)
+
+
+def _units_of(ds: xr.Dataset, name: str, labels: Mapping[str, str]) -> str:
+    """Return the unit of one number of each pose; a twist's and a compliance's differ from component to component."""
+    component, second = labels.get("component", ""), labels.get("component_2", "")
+    length = {**dict.fromkeys(LINEAR, "m"), **dict.fromkeys(ANGULAR, "rad")}
+    force = {**dict.fromkeys(LINEAR, "N"), **dict.fromkeys(ANGULAR, "N m")}
+    if name == "compliance":
+        return f"{length[component]}/({force[second]})" if second in ANGULAR else f"{length[component]}/{force[second]}"
+    if name == "stiffness":
+        return f"{force[component]}/{length[second]}"
+    if component:
+        return length[component]
+    if name == "actuator_force":
+        known = [str(item) for item in ds["actuator"].values]
+        return actuator_units(ds)[known.index(labels["actuator"])]
+    return str(ds[name].attrs.get("units", "1"))
+
+
+# ---- best and worst --------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Extreme:
+    """The pose at which a quantity is best or worst.
+
+    Attributes:
+        what: the quantity.
+        value: its value there, with its sign.
+        units: of the value.
+        coordinates: the swept coordinates of the pose [m, rad].
+        index: its place along each swept dimension.
+        status: :class:`kinetostatics.Status` of the pose.
+    """
+
+    what: str
+    value: float
+    units: str
+    coordinates: Mapping[str, float]
+    index: Mapping[str, int]
+    status: Status
+
+    def __str__(self) -> str:
+        where = ", ".join(f"{name} = {value:.6g}" for name, value in self.coordinates.items())
+        return f"{self.what} = {self.value:.6g} {self.units} at {where}"
+
+
+def best(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> Extreme:
+    """Return the best pose: smallest sag or force, by magnitude, greatest stiffness or conditioning.
+
+    Args:
+        ds: of :func:`kinetostatics.sweep`.
+        what: as in :func:`quantity`.
+        beyond_limits: as in :func:`valid`.
+
+    Raises:
+        ArgumentError: there is no such quantity, or no pose is valid.
+    """
+    return _extreme(ds, what, beyond_limits, best=True)
+
+
+def worst(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> Extreme:
+    """Return the worst pose: largest sag or force, by magnitude, least stiffness or conditioning; as :func:`best`."""
+    return _extreme(ds, what, beyond_limits, best=False)
+
+
+def _extreme(ds: xr.Dataset, what: str, beyond_limits: bool, best: bool) -> Extreme:
+    values = quantity(ds, what, beyond_limits)
+    dims = [str(dim) for dim in values.dims]
+    size = abs(values)
+    smallest = (_better(what) == "small") == best
+    # a NaN must lose; all-NaN chunks of dask would raise in nanargmin
+    size = size.fillna(np.inf) if smallest else size.fillna(-1.0)
+    place = (size.argmin(dims) if smallest else size.argmax(dims)) if dims else {}
+    index = {str(dim): int(where) for dim, where in place.items()}  # type: ignore[union-attr]
+    value = float(values.isel(index))
+    if np.isnan(value):
+        raise ArgumentError(f"{what}: no pose of the map is valid" + ("" if beyond_limits else " and within the joints' limits"))
+    return Extreme(
+        what=what,
+        value=value,
+        units=str(values.attrs["units"]),
+        coordinates={dim: ds[dim].values[k].item() for dim, k in index.items()},
+        index=index,
+        status=Status(int(ds["status"].isel(index))),
+    )
+
+
+def _better(what: str) -> str:
+    if what in INDICES:
+        return INDICES[what].better
+    return "large" if what.partition(":")[0] in ("stiffness_along", "stiffness") else "small"

@@ -1,0 +1,69 @@
+"""Which poses of a workspace map count, and what its variables are made of."""
+
+from __future__ import annotations
+
+import xarray as xr
+
+from kinetostatics.configuration import Status
+from kinetostatics.exceptions import ArgumentError, near_names
+
+#: Components of twists.
+LINEAR, ANGULAR = ("x", "y", "z"), ("rx", "ry", "rz")
+
+#: Statuses at which twist, stiffness and drives' forces are numbers of a pose within the joints' limits.
+VALID = (Status.OK, Status.INDETERMINATE, Status.BASIS_DEGENERATE)
+
+#: Dimensions of the Dataset's variables that are not swept.
+LABELS = ("component", "component_2", "source", "actuator", "wrench")
+
+
+def valid(ds: xr.Dataset, beyond_limits: bool = False) -> xr.DataArray:
+    """Return which poses count, bool over the swept dimensions.
+
+    Args:
+        ds: of :func:`kinetostatics.sweep`.
+        beyond_limits: whether poses beyond the limits of joints count too; their numbers are right, but the robot does not
+            get there.
+
+    Raises:
+        ArgumentError: the Dataset is not such a map.
+    """
+    status = variable(ds, "status")
+    wanted = [int(item) for item in (*VALID, *((Status.LIMIT_EXCEEDED,) if beyond_limits else ()))]
+    return status.isin(wanted)
+
+
+def swept(ds: xr.Dataset) -> tuple[str, ...]:
+    """Return the names of the swept dimensions."""
+    return tuple(str(name) for name in variable(ds, "status").dims)
+
+
+def variable(ds: xr.Dataset, name: str) -> xr.DataArray:
+    """Return a variable.
+
+    Raises:
+        ArgumentError: there is none, so that this is no map.
+    """
+    if not isinstance(ds, xr.Dataset) or name not in ds:
+        raise ArgumentError(f"this is not a Dataset of ks.sweep: it has no variable {name!r}")
+    return ds[name]
+
+
+def finished(ds: xr.Dataset, values: xr.DataArray, beyond_limits: bool, units: str, long_name: str) -> xr.DataArray:
+    """Return an index, NaN where the pose does not count, with nothing but its own attributes."""
+    found = values.where(valid(ds, beyond_limits))
+    found = found.drop_vars([name for name in found.coords if name in LABELS and name not in found.dims])
+    found.attrs = {"units": units, "long_name": long_name}
+    return found
+
+
+def labelled(variable: xr.DataArray, dim: str, label: str) -> xr.DataArray:
+    """Return what belongs to one label of a dimension.
+
+    Raises:
+        ArgumentError: there is no such label; the message lists those there are.
+    """
+    known = [str(item) for item in variable[dim].values]
+    if label not in known:
+        raise ArgumentError(f"no {dim} {label!r}: {near_names(label, known)}")
+    return variable.isel({dim: known.index(label)})

@@ -1,0 +1,70 @@
+"""How far the platform moves and turns, and what the drives must hold."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import xarray as xr
+
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.indices.poses import ANGULAR, LINEAR, finished, labelled, swept, valid, variable
+
+
+def linear_sag(ds: xr.Dataset, source: str | None = None, beyond_limits: bool = False) -> xr.DataArray:
+    """Return how far o moves, the length |d| of the displacement [m].
+
+    Args:
+        ds: of :func:`kinetostatics.sweep`.
+        source: "load", "platform_weight", "limb_1", …: what this contribution alone does; None: all together.
+        beyond_limits: as in :func:`valid`.
+    """
+    return _sag(ds, LINEAR, source, beyond_limits, "m", "linear sag")
+
+
+def angular_sag(ds: xr.Dataset, source: str | None = None, beyond_limits: bool = False) -> xr.DataArray:
+    """Return by how much the platform turns, the length |r| of the rotation [rad]; arguments of :func:`linear_sag`."""
+    return _sag(ds, ANGULAR, source, beyond_limits, "rad", "angular sag")
+
+
+def _sag(
+    ds: xr.Dataset, components: Sequence[str], source: str | None, beyond_limits: bool, units: str, name: str
+) -> xr.DataArray:
+    if source is None:
+        twist = variable(ds, "twist")
+    else:
+        twist = labelled(variable(ds, "contribution"), "source", source)
+        name = f"{name} by {source}"
+    part = twist.sel(component=list(components))
+    return finished(ds, (part**2).sum("component", skipna=False) ** 0.5, beyond_limits, units, name)
+
+
+def largest_actuator_force(ds: xr.Dataset, beyond_limits: bool = False) -> xr.DataArray:
+    """Return the largest magnitude of the drives' forces at each pose [N, or N·m if all drives turn].
+
+    Raises:
+        ArgumentError: some drives push and others turn; then :func:`actuator_force_maxima` tells of each.
+    """
+    force = variable(ds, "actuator_force")
+    units = set(actuator_units(ds))
+    if len(units) > 1:
+        raise ArgumentError("forces and torques of drives cannot be compared; choose one drive: actuator_force:NAME")
+    return finished(ds, abs(force).max("actuator", skipna=False), beyond_limits, units.pop(), "largest actuator force")
+
+
+def actuator_force_maxima(ds: xr.Dataset, beyond_limits: bool = False) -> xr.DataArray:
+    """Return the largest magnitude of each drive's force over all poses (actuator,) [N or N·m, coordinate ``units``]."""
+    force = variable(ds, "actuator_force")
+    found = abs(force.where(valid(ds, beyond_limits))).max(swept(ds))
+    found = found.assign_coords(units=("actuator", actuator_units(ds)))
+    found.attrs = {"long_name": "largest actuator force over all poses"}
+    return found
+
+
+def actuator_units(ds: xr.Dataset) -> list[str]:
+    """Return the unit of each drive's force."""
+    force = ds["actuator_force"]
+    for name in ("actuator_units", "actuator_unit", "actuator_force_units"):
+        if name in ds.variables:
+            return [str(item) for item in np.atleast_1d(ds[name].values)]
+    return [str(force.attrs.get("units", "N"))] * force.sizes["actuator"]
