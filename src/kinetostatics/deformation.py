@@ -97,6 +97,7 @@ class Yielding:
         kind: ``beams``, ``joints``, ``drives`` or ``misfits``.
         names: of the beams or joints.
         group, number: the limbs, and the number of their group.
+        positions: which of the group's limbs are meant.
         chords: (M,) signs of the chord wrenches that it carries.
         motion: (6, g, N) of its outboard side relative to its inboard side, all contributions together, about o.
     """
@@ -105,6 +106,7 @@ class Yielding:
     names: tuple[str, ...]
     group: LimbGroup
     number: int
+    positions: tuple[int, ...]
     chords: NDArray[np.int8]
     motion: Array
 
@@ -147,11 +149,11 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
     group, geometry = statics.group, statics.geometry
     chords, share = solution.chord_wrenches(number), solution.share(group)
     S, g, N = chords.shape[2:]
-    limb = group.limbs[0]
-    signs = group.edge_chords()
-    gives: dict[int, Array] = {}  # by edge: what its elasticity and its misfit add to everything outboard (6, S, g, N)
-    beam_of_edge = {}
-    for b, k in enumerate(k for k, edge in enumerate(limb.edges) if edge.beam):
+    elements, signs = group.elements[0], group.element_chords()
+    gives: dict[int, Array] = {}  # by element: what its elasticity and its misfit add to everything outboard (6, S, g, N)
+    beam_of: dict[int, LoadedBeams] = {}
+    everyone = tuple(range(g))
+    for b, k in enumerate(k for k, element in enumerate(elements) if element.is_beam):
         axes, end, length = geometry.beam_axes[:, :, b], geometry.beam_ends[:, b], geometry.beam_lengths[b]
         models = tuple(row[b] for row in group.beams)
         mass = np.stack([_mass(model, length[m]) for m, model in enumerate(models)])
@@ -159,12 +161,11 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
         wrench = rotate(axes, move_wrench(total, end[:, None]), back=True)
         load = share * statics.load[:, None, b]
         beams = LoadedBeams(models, group.compliances[:, b], axes, length, mass, end, wrench, load, np.zeros((6, S, g, N)))
-        beam_of_edge[k] = beams
+        beam_of[k] = beams
         gives[k] = beams.end_twist()
-        out.yielding.append(Yielding("beams", tuple(m.name for m in models), group, number, signs[k], gives[k].sum(axis=1)))
-    places = {edge.joint: k for k, edge in enumerate(limb.edges) if edge.joint}
-    for spring, model in enumerate(group.springs[0]):
-        k = places[model.joint]
+        names = tuple(model.name for model in models)
+        out.yielding.append(Yielding("beams", names, group, number, everyone, signs[k], gives[k].sum(axis=1)))
+    for spring, k in enumerate(group.spring_elements):
         axes, arm = geometry.spring_axes[:, :, spring], geometry.spring_arms[:, spring]
         total = group.carried(signs[k], chords) + share * statics.spring_beyond[:, None, spring]
         wrench = rotate(axes, move_wrench(total, arm[:, None]), back=True)
@@ -173,41 +174,53 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
         moved = move_twist(rotate(axes, local), -arm[:, None])
         gives[k] = gives.get(k, 0.0) + moved
         names = tuple(row[spring].joint for row in group.springs)
-        kind = "drives" if model.is_drive else "joints"
-        out.yielding.append(Yielding(kind, names, group, number, signs[k], moved.sum(axis=1)))
-    misfit = solution.misfits[number]
-    if misfit is not None:
-        source = solution.sources.index("misfit")
-        for k in range(len(limb.edges)):
-            names = tuple(str(item.edges[k].joint or item.edges[k].beam) for item in group.limbs)
-            if solution.off.intersection(names):
-                more = np.zeros((6, S, g, N))
-                more[:, source] = misfit[:, k]
-                gives[k] = gives.get(k, 0.0) + more
-                out.yielding.append(Yielding("misfits", names, group, number, signs[k], misfit[:, k]))
+        kind = "drives" if group.springs[0][spring].is_drive else "joints"
+        out.yielding.append(Yielding(kind, names, group, number, everyone, signs[k], moved.sum(axis=1)))
+    _add_misfits(solution, number, gives, out)
     turned = _joint_motions(solution, statics, gives, signs, S)
-    # from base to platform the motions of all edges add up
+    # from base to platform the motions of all elements add up
     root = np.zeros((6, S, g, N))
-    if limb.on_platform:
+    if group.limbs[0].on_platform:
         root += solution.twists[:, :, None]
-    own = {position: k for k, position in enumerate(unit.edge for unit in group.units[0])}
-    motions: dict[int, Array] = {}
-    for k, parent in enumerate(group.parents):
-        inner = motions[parent] if parent >= 0 else root
+    motions: list[Array] = []
+    for k, element in enumerate(elements):
+        inner = motions[element.parent] if element.parent >= 0 else root
         outer = inner
-        if k in beam_of_edge:
-            beam_of_edge[k] = replace(beam_of_edge[k], inner=inner)
+        if k in beam_of:
+            beam_of[k] = replace(beam_of[k], inner=inner)
         if k in gives:
             outer = outer + gives[k]
-        if k in own:
-            for f in np.flatnonzero(group.unit_of == own[k]):
-                outer = outer + geometry.twists[:, None, f] * turned[f]
-        motions[k] = outer
-        for position, item in enumerate(group.limbs):
-            out.motions[item.edges[k].key] = outer[:, :, position]
-    for k, beams in beam_of_edge.items():
-        edge = limb.edges[k]
-        out.beams.append(beams.turned(motions[k]) if edge.both_ways and edge.sign < 0 else beams)
+        for f in np.flatnonzero(group.unit_of == element.unit) if element.unit is not None else ():
+            outer = outer + geometry.twists[:, None, f] * turned[f]
+        motions.append(outer)
+        for position, limb in enumerate(group.limbs):
+            edges = group.elements[position][k].edges
+            out.motions.update((limb.edges[edge].key, inner[:, :, position]) for edge in edges[:-1])
+            out.motions[limb.edges[edges[-1]].key] = outer[:, :, position]
+    for k, beams in beam_of.items():
+        out.beams.append(beams.turned(motions[k]) if elements[k].turned else beams)
+
+
+def _add_misfits(solution: Solution, number: int, gives: dict[int, Array], out: Deformation) -> None:
+    """Add what is off in a group of limbs to what its elements give, and list it by name."""
+    statics, errors, misfits = solution.statics[number], solution.errors[number], solution.misfits
+    if errors is None or misfits is None:
+        return
+    group = statics.group
+    S = solution.share(group).shape[0]
+    signs, source = group.element_chords(), solution.sources.index("misfit")
+    for k in range(errors.shape[1]):
+        if np.any(errors[:, k]):
+            more = np.zeros((6, S, *errors.shape[2:]))
+            more[:, source] = errors[:, k]
+            gives[k] = gives.get(k, 0.0) + more
+    for position, limb in enumerate(group.limbs):
+        for k, element in enumerate(group.elements[position]):
+            for edge in (limb.edges[index] for index in element.edges):
+                if misfits.concerns(edge):
+                    motion = misfits.of_edge(edge, solution.frames, solution.o)[:, None]
+                    name = str(edge.joint or edge.beam)
+                    out.yielding.append(Yielding("misfits", (name,), group, number, (position,), signs[k], motion))
 
 
 def _mass(model: BeamModel, length: Array) -> Array:

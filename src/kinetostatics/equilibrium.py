@@ -42,8 +42,8 @@ class Solution:
         frames, o, gravity: the poses (3, N), and the field (3, N).
         weights: (6, W, N) the robot's weights.
         statics: the groups of limbs.
-        misfits: what joints and beams are off by, for each group (6, edges, g, N), or None.
-        off: names of the joints and beams that misfits are given for.
+        misfits: what joints and beams are off by, and ``errors`` for each group (6, elements, g, N) or None.
+        errors: see ``misfits``.
         sources: names of the twist's contributions.
         twists: (6, S, N) contributions to the twist.
         compliance, stiffness: (6, 6, N).
@@ -59,8 +59,8 @@ class Solution:
     gravity: Array
     weights: Array
     statics: tuple[LimbStatics, ...]
-    misfits: tuple[Array | None, ...]
-    off: frozenset[str]
+    misfits: Misfits | None
+    errors: tuple[Array | None, ...]
     sources: tuple[str, ...]
     twists: Array
     compliance: Array
@@ -149,8 +149,8 @@ def solve(robot: Robot, frames: Frames, load: Array, gravity: Array, misfits: Mi
         gravity,
         weights,
         statics,
+        misfits,
         errors,
-        frozenset() if misfits is None else frozenset((*misfits.joints, *misfits.beams)),
         sources,
         twists,
         balance.compliance,

@@ -92,6 +92,52 @@ def limb_units(mechanism: Mechanism, limb: Limb) -> tuple[Unit, ...]:
     return tuple(units)
 
 
+@dataclass(frozen=True)
+class Element:
+    """A beam, a joint or a run of joints that is one, as limbs that are built alike have it in the same place.
+
+    Attributes:
+        edges: positions of its edges in the limb; the last is its outboard end.
+        parent: the element on its inboard side, −1 for none.
+        chords: signs of the chord wrenches that it carries, by number.
+        unit: which of the limb's units it is, None for a beam or a fixed joint.
+        is_beam: whether it is a beam.
+        turned: whether base and platform give it no direction and it lies against the file's.
+    """
+
+    edges: tuple[int, ...]
+    parent: int
+    chords: tuple[tuple[int, int], ...]
+    unit: int | None
+    is_beam: bool
+    turned: bool
+
+    @property
+    def signature(self) -> tuple[object, ...]:
+        """What alike elements have in common."""
+        return self.parent, self.chords, self.unit, self.is_beam, self.turned and self.is_beam
+
+
+def limb_elements(limb: Limb, units: Sequence[Unit]) -> tuple[Element, ...]:
+    """Return a limb's elements, inboard ones first."""
+    unit_of = {joint: number for number, unit in enumerate(units) for joint in unit.joints}
+    found: list[Element] = []
+    ends: dict[str, int] = {}
+    pending: list[int] = []
+    for k, edge in enumerate(limb.edges):
+        pending.append(k)
+        number = unit_of.get(edge.joint) if edge.joint is not None else None
+        if number is not None and k != units[number].edge:
+            continue
+        inner = limb.edges[pending[0]].parent
+        parent = -1 if inner is None else ends[inner]
+        turned = edge.both_ways and edge.sign < 0
+        found.append(Element(tuple(pending), parent, edge.chords, number, edge.beam is not None, turned))
+        ends.update((limb.edges[j].key, len(found) - 1) for j in pending)
+        pending = []
+    return tuple(found)
+
+
 def freedoms_of(mechanism: Mechanism, connection: Connection, sign: int) -> tuple[Freedom, ...]:
     """Return the freedoms of one joint or loop, base to platform; driven and sprung ones are not passive."""
     stiffness = mechanism.description.joint_stiffness.get(connection.name)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from kinetostatics import beams as beam_formulas
 from kinetostatics import force_method
 from kinetostatics.kinematics import Frames
-from kinetostatics.limb_joints import limb_units, sides
+from kinetostatics.limb_joints import limb_elements, limb_units, sides
 from kinetostatics.linalg import Cholesky, correlation, cross, dot, least_squares, normalize
 from kinetostatics.screws import move_wrench
 from kinetostatics.springs import springs_of
@@ -81,7 +81,9 @@ class LimbGroup:
         limbs: the limbs.
         numbers: their positions among the robot's limbs.
         units: of every limb, its joints.
+        elements: of every limb, its beams and joints, alike but for how many edges of the file they are.
         beams, springs: of every limb, the beams and springs on its edges, inboard ones first.
+        spring_elements: which elements the springs belong to.
         plan: how the chord wrenches of a limb that is not serial are found.
         rigid_directions: along how many combinations of its constraint wrenches the limb is rigid.
         basis: the readable wrenches, alike for all but for their labels.
@@ -105,6 +107,9 @@ class LimbGroup:
             for limb in self.limbs
         ]
         self.springs = [[spring for _, spring in row] for row in sprung]
+        self.elements = [limb_elements(limb, units) for limb, units in zip(self.limbs, self.units, strict=True)]
+        element_of = {k: number for number, element in enumerate(self.elements[0]) for k in element.edges}
+        self.spring_elements = tuple(element_of[self.limbs[0].edges.index(edge)] for edge, _ in sprung[0])
         self.plan = plan
         self.rigid_directions = 0
         first = self.units[0]
@@ -167,33 +172,15 @@ class LimbGroup:
     def signature(self) -> tuple[object, ...]:
         """What limbs must have in common to be stacked."""
         return (
-            tuple(
-                (
-                    unit.kind,
-                    tuple((f.rotates, f.passive) for f in unit.freedoms),
-                    unit.edge,
-                    self.limbs[0].edges[unit.edge].chords,
-                )
-                for unit in self.units[0]
-            ),
-            tuple(
-                (position, edge.chords, edge.both_ways and edge.sign < 0)
-                for position, edge in enumerate(self.limbs[0].edges)
-                if edge.beam
-            ),
+            tuple((unit.kind, tuple((f.rotates, f.passive) for f in unit.freedoms)) for unit in self.units[0]),
+            tuple(element.signature for element in self.elements[0]),
             tuple(map(tuple, self.spring_chords.tolist())),
-            tuple(self.parents),
+            self.spring_elements,
             tuple(self.platform_joint.tolist()),
             self.limbs[0].to_platform,
             self.limbs[0].on_platform,
             self._y_choice,
         )
-
-    @property
-    def parents(self) -> list[int]:
-        """For each edge the position of the one on its inboard side, −1 for the base."""
-        position = {edge.key: k for k, edge in enumerate(self.limbs[0].edges)}
-        return [position[edge.parent] if edge.parent is not None else -1 for edge in self.limbs[0].edges]
 
     def _chords(self, edges: list[Edge]) -> NDArray[np.int8]:
         """Return the signs (edges, M) of the chord wrenches that edges carry."""
@@ -347,7 +334,7 @@ class LimbGroup:
             o: (3, N) reference point.
             weights: (6, W, N) wrenches of all weights about o [N, N·m].
             gravity: (3, N) [m/s²].
-            misfit: (6, edges, g, N) what each edge's outboard side is displaced by for no force, about o; None: nothing.
+            misfit: (6, elements, g, N) what each element's outboard side is displaced by for no force, about o; None: nothing.
         """
         geometry = self.geometry(frames, o)
         outboard = np.einsum("gkw,iwn->ikgn", self._outboard_of_freedom, weights)[:, self.passive]
@@ -493,19 +480,20 @@ class LimbGroup:
         )
 
     def _misfit_strains(self, columns: Array, misfit: Array | None) -> Array:
-        """Return what misfits (6, edges, g, N) do along chord wrenches (M, 6, n, g, N): (n, g, N)."""
+        """Return what misfits (6, elements, g, N) do along chord wrenches (M, 6, n, g, N): (n, g, N)."""
         error: Array = np.zeros(columns.shape[2:])
         if misfit is None or not error.size:
             return error
-        chords = self.edge_chords()
+        chords = self.element_chords()
         for k in range(misfit.shape[1]):
             if np.any(misfit[:, k]):
                 error += np.einsum("in...,i...->n...", self.carried(chords[k], columns), misfit[:, k])
         return error
 
-    def edge_chords(self) -> NDArray[np.int8]:
-        """Return the signs (edges, M) of the chord wrenches that all edges carry."""
-        return self._chords(list(self.limbs[0].edges))
+    def element_chords(self) -> NDArray[np.int8]:
+        """Return the signs (elements, M) of the chord wrenches that all elements carry."""
+        limb = self.limbs[0]
+        return self._chords([limb.edges[element.edges[-1]] for element in self.elements[0]])
 
 
 def _transposed(pairs: list[list[tuple[int, Array]]]) -> tuple[list[list[int]], list[list[Array]]]:

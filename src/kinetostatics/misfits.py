@@ -67,16 +67,25 @@ class Misfits:
             {name: BeamMisfit(change(item.length), change(item.temperature)) for name, item in self.beams.items()},
         )
 
+    @property
+    def names(self) -> frozenset[str]:
+        """Names of the joints and beams that are off."""
+        return frozenset((*self.joints, *self.beams))
+
     def of(self, group: LimbGroup, frames: Frames, o: Array) -> Array | None:
-        """Return what each edge's outboard side is displaced by (6, edges, g, N), about o; None where nothing is."""
-        edges = [limb.edges for limb in group.limbs]
-        if not any(edge.joint in self.joints or edge.beam in self.beams for row in edges for edge in row):
+        """Return what each element's outboard side is displaced by (6, elements, g, N), about o; None where nothing is."""
+        if not any(self.concerns(edge) for limb in group.limbs for edge in limb.edges):
             return None
-        result = np.zeros((6, len(edges[0]), len(edges), o.shape[1]))
-        for position, row in enumerate(edges):
-            for k, edge in enumerate(row):
-                result[:, k, position] = self.of_edge(edge, frames, o)
+        result = np.zeros((6, len(group.elements[0]), len(group.limbs), o.shape[1]))
+        for position, (limb, elements) in enumerate(zip(group.limbs, group.elements, strict=True)):
+            for k, element in enumerate(elements):
+                for edge in element.edges:
+                    result[:, k, position] += self.of_edge(limb.edges[edge], frames, o)
         return result
+
+    def concerns(self, edge: Edge) -> bool:
+        """Whether an edge is off."""
+        return edge.joint in self.joints or edge.beam in self.beams
 
     def of_edge(self, edge: Edge, frames: Frames, o: Array) -> Array:
         """Return what an edge's outboard side is displaced by relative to its inboard side (6, N), about o."""

@@ -298,11 +298,9 @@ class Result:
         for solution, deformation in zip(self.solutions, self._deformations, strict=True):
             units = unit_chords(self.robot, solution)
             for item in deformation.yielding:
-                carried = item.group.carried(item.chords, units[item.number])
+                carried = item.group.carried(item.chords, units[item.number])[:, :, list(item.positions)]
                 twists = np.einsum("iagn,ign->agn", carried, item.motion)
                 for position, name in enumerate(item.names):
-                    if item.kind == "misfits" and name not in solution.off:
-                        continue  # only a limb built alike is off there
                     parts.setdefault(item.kind, {}).setdefault(name, []).append(twists[:, position])
         kinds = {}
         for kind, named in parts.items():
