@@ -140,6 +140,7 @@ class LimbGroup:
         self.spring_chords = self._chords([edge for edge, _ in sprung[0]])
         self.platform_joint = self._platform_joint()
         self._y_choice = self._choose_y()
+        self._world_y = np.eye(3)[:, np.argmin(np.abs(self._limb_z(robot.zero_frames)[:, :, 0]), axis=0)]
         self._outboard_of_freedom = self._outboard(
             [
                 [limb.edges[unit.edge] for unit in units for _ in unit.freedoms]
@@ -241,7 +242,7 @@ class LimbGroup:
                 for f in np.flatnonzero(self.unit_of == k):
                     if unit.kind in kinds and self.passive[f] and self.rotates[f] and abs(float(axes[:, f] @ z)) < 0.999:
                         return "axis", int(f)
-        return "world", int(np.argmin(np.abs(z)))
+        return "world", -1
 
     def _limb_z(self, frames: Frames) -> Array:
         """Return the limbs' z axes (3, g, N)."""
@@ -272,8 +273,7 @@ class LimbGroup:
         if self._y_choice[0] == "axis":
             follow = axes[:, self._y_choice[1]]
         else:
-            follow = np.zeros_like(z)
-            follow[self._y_choice[1]] = 1
+            follow = np.broadcast_to(self._world_y[:, :, None], z.shape)
         y = normalize(follow - z * dot(z, follow))
         limb_axes = np.stack([cross(y, z), y, z], axis=1)
         return LimbGeometry(

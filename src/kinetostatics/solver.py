@@ -77,6 +77,7 @@ class Solver:
         self.column_scale = np.where(self.tree.column_rotates, 1.0, length)
         self._row_scale = np.where(equations.is_length, length, 1.0)[:, None]
         self._free: dict[tuple[int, ...], NDArray[np.intp]] = {}
+        self._scales: dict[tuple[int, ...], tuple[Array, Array]] = {}
 
     # ---- coordinates of a pose --------------------------------------------------------------------------------------
 
@@ -120,24 +121,32 @@ class Solver:
     def system(self, request: Request, poses: Poses, target: Array) -> tuple[Array, Array]:
         """Return scaled residuals (m, N) and gradients (m, n, N) of loops and request, n: free tree columns, unknown angles."""
         equations, tree = self.equations, self.tree
+        free, (loop_factors, platform_factors) = self.free_columns(request), self._factors(request)
+        N, f, extra = poses.x.shape[1], len(free), len(request.unknown_angles)
+        rows = equations.count + equations.couplings.count + len(request.loops) + len(request.positions)
+        residuals = np.empty((rows + (3 if request.angles else 0), N))
+        gradient = np.empty((residuals.shape[0], f + extra, N))
+        gradient[:, f:] = 0
         frames = equations.forward(poses.x)
         twists = tree.twists(frames)
+        if f < tree.nv:
+            twists = twists[:, free]
         residual, wrench = equations.evaluate(frames)
-        residuals = [residual / self._row_scale]
-        gradient = products(equations.signs, wrench, twists)
-        scale = self.column_scale[None, :, None]
-        gradients = [gradient * scale / self._row_scale[:, :, None]]
-        N, extra = poses.x.shape[1], len(request.unknown_angles)
+        at = equations.count
+        np.divide(residual, self._row_scale, out=residuals[:at])
+        np.einsum("krn,kvn->rvn", wrench, twists, out=gradient[:at, :f])
+        gradient[:at, :f] *= loop_factors
         if equations.couplings.count:
             residual, coupled = equations.couplings.equations(poses.x, self.column_scale, request.columns)
-            residuals.append(residual)
-            gradients.append(np.broadcast_to(coupled[:, :, None], (*coupled.shape, N)))
-        at = len(request.columns)
+            residuals[at : at + len(residual)] = residual
+            gradient[at : at + len(residual), :f] = coupled[:, free, None]
+            at += len(residual)
+        given = len(request.columns)
         for number in request.loops:
             loop = equations.loops[number]
             body = np.array([loop.predecessor_body])
             axis = frames.directions(body, (loop.predecessor_frame[:3, :3] @ loop.axis)[:, None])[:, 0]
-            error = self.loop_coordinate(number, frames) - target[at]
+            error = self.loop_coordinate(number, frames) - target[given]
             row = np.zeros((6, 1, N))
             if loop.kind == "prismatic":
                 point = frames.points(np.array([loop.successor_body]), loop.successor_frame[:3, 3:])[:, 0]
@@ -145,34 +154,33 @@ class Solver:
             else:
                 error, unit = error - 2 * np.pi * np.round(error / (2 * np.pi)), 1.0
                 row[3:, 0] = axis
-            signs = (tree.moves[loop.successor_body].astype(float) - tree.moves[loop.predecessor_body])[None]
-            residuals.append(error[None] / unit)
-            gradients.append(products(signs, row, twists) * scale / unit)
-            at += 1
-        extra_rows = 0
+            signs = (tree.moves[loop.successor_body].astype(float) - tree.moves[loop.predecessor_body])[None, free]
+            residuals[at] = error / unit
+            gradient[at, :f] = products(signs * self.column_scale[free] / unit, row, twists)[0]
+            at, given = at + 1, given + 1
         if request.positions or request.angles:
             R, position = self.platform_pose(frames)
-            moving = twists * self.platform_signs[None, :, None]
-        if request.positions:
-            which = list(request.positions)
-            at_o = moving[:3] + cross(moving[3:], position[:, None])
-            residuals.append((position[which] - target[at : at + len(which)]) / self.length)
-            gradients.append(at_o[which] * scale / self.length)
-            at += len(which)
+        for k in request.positions:
+            y, z = (k + 1) % 3, (k + 2) % 3
+            residuals[at] = (position[k] - target[given]) / self.length
+            at_o = twists[k] + twists[3 + y] * position[z] - twists[3 + z] * position[y]
+            np.multiply(at_o, platform_factors / self.length, out=gradient[at, :f])
+            at, given = at + 1, given + 1
         if request.angles and request.orientation is not None:
             wanted = request.orientation.matrix(poses.c)
-            residuals.append(rotations.logarithm(np.einsum("ijn,kjn->ikn", R, wanted)))
-            gradients.append(moving[3:] * scale)
-            extra_rows = 3
-        gradient = np.concatenate(gradients)
-        if request.columns:
-            gradient = gradient[:, self.free_columns(request)]
-        if extra:
-            assert request.orientation is not None
-            columns = np.zeros((gradient.shape[0], extra, N))
-            columns[-extra_rows:] = -request.orientation.rates(poses.c)[:, list(request.unknown_angles)]
-            gradient = np.concatenate([gradient, columns], axis=1)
-        return np.concatenate(residuals), gradient
+            residuals[at:] = rotations.logarithm(np.einsum("ijn,kjn->ikn", R, wanted))
+            np.multiply(twists[3:], platform_factors, out=gradient[at:, :f])
+            if extra:
+                gradient[at:, f:] = -request.orientation.rates(poses.c)[:, list(request.unknown_angles)]
+        return residuals, gradient
+
+    def _factors(self, request: Request) -> tuple[Array, Array]:
+        """Return how scaled free columns enter the loops' scaled rows (count, f, 1), and the platform's motion (f, 1)."""
+        if request.columns not in self._scales:
+            free = self.free_columns(request)
+            loops = self.equations.signs[:, free] * self.column_scale[free] / self._row_scale
+            self._scales[request.columns] = loops[:, :, None], (self.platform_signs * self.column_scale)[free, None]
+        return self._scales[request.columns]
 
     def free_columns(self, request: Request) -> NDArray[np.intp]:
         """Return the freedoms of the tree that are not given, neither by themselves nor by a joint that they follow."""
