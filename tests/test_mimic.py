@@ -171,7 +171,7 @@ def test_one_drive_for_two_legs() -> None:
     )
     three, two = ks.Robot(description), ks.Robot(description_2)
     assert (two.mobility.platform, two.mobility.local, two.mobility.redundant_constraints) == (2, 0, 0)
-    first, second = np.array([0.0, 0.03, -0.02]), np.array([0.01, -0.02, 0.03])
+    first, second = np.random.default_rng(1).uniform(-0.03, 0.03, (2, 300))
     poses = two.assemble(actuators={"prismatic_1": first, "prismatic_2": second})
     expected = three.assemble(actuators={"prismatic_1": first, "prismatic_2": second, "prismatic_3": multiplier * first + offset})
     np.testing.assert_allclose(poses.q, expected.q, atol=1e-12)

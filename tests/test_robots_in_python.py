@@ -393,3 +393,17 @@ def test_errors_name_the_line_of_what_was_read() -> None:
         ks.Robot(description.changed("left", youngs_modulus=-1))
     with pytest.raises(ks.RobotFileError, match=r"<python>: joint 'new': <parent> refers to the link 'leftt'.*'left'"):
         ks.Robot(description.with_joint(Joint("new", "fixed", "leftt", "plate")))
+
+
+def test_warnings_of_the_file_are_said_once() -> None:
+    text = (ROOT / "docs" / "robot_format.md").read_text()
+    text = text[text.index("<?xml") : text.index("</robot>") + len("</robot>")]
+    text = text.replace('<link name="left"/>', '<link name="left"><visul/></link>').replace(
+        'type="revolute"', 'type="continuous"', 1
+    )
+    description = parse_robot_text(text, "docs.urdf")
+    assert [re.sub(r":\d+: .*", "", line) for line in description.warnings] == ["docs.urdf"] * 2
+    changed = ks.validate(description.changed("plate", mass=5))
+    assert changed.warnings == description.warnings
+    made = parallelogram().changed("left", extra="<visul/>")
+    assert [line for line in ks.Robot(made).description.warnings if "<visul>" in line and line.startswith("<python>: ")]

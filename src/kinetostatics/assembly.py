@@ -125,11 +125,11 @@ def _configuration(
 
 
 def _frames(robot: Robot, q: Array) -> tuple[Frames, Array]:
-    """Return all frames at Pinocchio's coordinates, and the residuals (count, N) of the loops."""
+    """Return all frames at Pinocchio's coordinates, and the residuals (closures, N) of the loops."""
     N = q.shape[1]
     bodies = robot.mechanism.tree.bodies
     frames = Frames(np.empty((3, 3, bodies, N)), np.empty((3, bodies, N)))
-    residual = np.empty((robot.equations.count, N))
+    residual = np.empty((robot.equations.closures, N))
     for first in range(0, N, CHUNK):
         part = slice(first, min(first + CHUNK, N))
         frames.rotation[..., part], frames.position[..., part], residual[:, part] = _frames_of(robot, q[:, part])

@@ -121,9 +121,7 @@ def _check_children(element: Element, known: tuple[str, ...], warnings: list[str
             continue
         near = difflib.get_close_matches(child.tag.lower(), known, n=1, cutoff=0.75)
         if near:
-            warnings.append(
-                f"{child.place.file}:{child.place.line}: <{child.tag}> in {element.label} is ignored; did you mean <{near[0]}>?"
-            )
+            warnings.append(f"{child.place}: <{child.tag}> in {element.label} is ignored; did you mean <{near[0]}>?")
 
 
 def _link(element: Element, warnings: list[str]) -> Link:
@@ -215,7 +213,7 @@ def _tree_limits(element: Element, kind: str, warnings: list[str]) -> tuple[floa
         return lower, upper, effort, velocity
     if kind == "continuous" and math.isfinite(lower):
         warnings.append(
-            f"{limit.place.file}:{limit.place.line}: lower and upper of {element.label} are ignored, because it is "
+            f"{limit.place}: lower and upper of {element.label} are ignored, because it is "
             "continuous; make it revolute if it is limited."
         )
     return -math.inf, math.inf, effort, velocity

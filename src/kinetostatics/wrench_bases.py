@@ -1,4 +1,4 @@
-"""Readable bases of a limb's constraint wrenches J_ic and attached wrenches J_ig: candidates, choice, completion.
+"""Readable bases of a limb's constraint wrenches J_ic and attached wrenches J_ig: their choice and completion.
 
 The choice is made once per robot, at a few generic poses; at every pose the same candidates are evaluated
 (``docs/method.md``, sections 2 to 4).
@@ -16,35 +16,25 @@ from numpy.typing import NDArray
 
 from kinetostatics import force_method
 from kinetostatics.exceptions import StaticsError
-from kinetostatics.limb_joints import Unit
-from kinetostatics.linalg import Cholesky, cross, dot, normalize
-from kinetostatics.screws import wrench_of_couple, wrench_of_force
+from kinetostatics.linalg import Cholesky, dot, normalize
+from kinetostatics.wrench_candidates import (
+    Candidate,
+    attached_candidates,
+    beam_candidates,
+    central_candidates,
+    common_point,
+    constraint_candidates,
+    further_candidates,
+    wrench_of,
+)
 
 if TYPE_CHECKING:
     from kinetostatics.limbs import LimbGeometry, LimbGroup
 
 Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 #: Below this pivot of the Gram matrix (the squared sine of an angle) a readable basis counts as degenerate.
 DEGENERATE = 1e-10
-
-
-@dataclass(frozen=True)
-class Candidate:
-    """A wrench that a person can read: a unit force through a joint's centre or a unit couple, along some direction.
-
-    Attributes:
-        direction: ``("limb", k)``: the limb's axis x, y or z; ``("beam", b)``: along its b-th beam, through whose outer end a
-            force passes; ``("axis", f)``: that of its f-th freedom; ``("cross", f, h)``: across two of them;
-            ``("cross_limb", f, k)``; ``("rest", s)``: no direction but the s-th seed, see ``Basis``.
-        centre: the unit whose centre the force passes through, None for a couple.
-        label: for people.
-    """
-
-    direction: tuple[str | int, ...]
-    centre: int | None
-    label: str
 
 
 @dataclass(frozen=True)
@@ -63,24 +53,6 @@ class Basis:
     independent: tuple[int, ...]
     carried: tuple[int, ...]
     gap: float
-
-
-def wrench_of(candidate: Candidate, geometry: LimbGeometry) -> Array:
-    """Return the wrenches (6, g, N) of a candidate, about o."""
-    direction = candidate.direction
-    if direction[0] == "limb":
-        along = geometry.limb_axes[:, int(direction[1])]
-    elif direction[0] == "beam":
-        return wrench_of_force(geometry.beam_axes[:, 0, int(direction[1])], geometry.beam_ends[:, int(direction[1])])
-    elif direction[0] == "axis":
-        along = geometry.axes[:, int(direction[1])]
-    elif direction[0] == "cross":
-        along = normalize(cross(geometry.axes[:, int(direction[1])], geometry.axes[:, int(direction[2])]))
-    else:
-        along = normalize(cross(geometry.axes[:, int(direction[1])], geometry.limb_axes[:, int(direction[2])]))
-    if candidate.centre is None:
-        return wrench_of_couple(along)
-    return wrench_of_force(along, geometry.centres[:, candidate.centre])
 
 
 def evaluate_bases(group: LimbGroup, geometry: LimbGeometry, allowed: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
@@ -168,16 +140,19 @@ def choose_basis(group: LimbGroup, geometry: LimbGeometry) -> Basis:
     n_c = 6 - rank
     joints = (group.units[0], group.unit_of, group.passive, group.rotates, [f.label for f in group.freedoms[0]])
     independent = tuple(_independent(mine, range(mine.shape[1]), rank))
-    candidates = _constraint_candidates(*joints)
+    candidates = itertools.chain(constraint_candidates(*joints), further_candidates(*joints, group.is_serial))
+    meeting = common_point(group, geometry)
+    if meeting is not None:
+        candidates = itertools.chain(central_candidates(*meeting, group.freedoms[0]), candidates)
     if not group.is_serial:
-        candidates = itertools.chain(_beam_candidates([beam.name for beam in group.beams[0]]), candidates)
+        candidates = itertools.chain(beam_candidates([beam.name for beam in group.beams[0]]), candidates)
     constraint = _choose(group, geometry, candidates, n_c, mine, mine[:, list(independent)], [])
     known = _columns(group, constraint, [allowed[:, k] for k in independent], [], geometry)
     carried = tuple(_independent(twists, np.flatnonzero(group.platform_joint), carried_rank))
     attached = _choose(
         group,
         geometry,
-        _attached_candidates(*joints),
+        attached_candidates(*joints),
         6 - carried_rank - n_c,
         twists[:, group.platform_joint],
         twists[:, list(carried)],
@@ -243,84 +218,6 @@ def _smallest_singular_value(columns: list[Array]) -> float:
     """Return the smallest singular value of columns (6, P) over all poses."""
     stack = np.stack(columns)
     return min(float(np.linalg.svd(stack[:, :, p], compute_uv=False)[-1]) for p in range(stack.shape[2]))
-
-
-def _beam_candidates(names: Sequence[str]) -> Iterator[Candidate]:
-    """Yield forces along the beams of a limb with rings, outer ones first."""
-    for b in range(len(names) - 1, -1, -1):
-        yield Candidate(("beam", b), None, f"force along {names[b]}")
-
-
-def _constraint_candidates(
-    units: Sequence[Unit], unit_of: Index, passive: NDArray[np.bool_], rotates: NDArray[np.bool_], labels: list[str]
-) -> Iterator[Candidate]:
-    """Yield readable candidates of J_ic in the order of preference of ``docs/method.md``, section 3."""
-    outer = len(units)
-    at = _platform_centre(units)
-    where = [unit.label for unit in units] + ["its outer end"]
-    axes = _readable_axes(units, unit_of, passive, rotates)
-    centres = [at, *(k for k in range(len(units) - 1, -1, -1) if k != at), *([outer] if at != outer else [])]
-    yield Candidate(("limb", 2), at, f"force along limb axis at {where[at]}")
-    for centre in centres:
-        for f in axes:
-            yield Candidate(("axis", f), centre, f"force ∥ {labels[f]} at {where[centre]}")
-    for k in (1, 0):
-        yield Candidate(("limb", k), at, f"force along limb {'xyz'[k]} at {where[at]}")
-    pairs = [(f, h) for i, f in enumerate(axes) for h in axes[i + 1 :]]
-    for f, h in sorted(pairs, key=lambda pair: unit_of[pair[0]] != unit_of[pair[1]]):
-        first, second = units[unit_of[f]], units[unit_of[h]]
-        what = first.label if first is second else f"{labels[f]} and {labels[h]}"
-        yield Candidate(("cross", f, h), None, f"couple ⟂ {what}")
-    for k in (2, 0, 1):
-        yield Candidate(("limb", k), None, f"couple along limb {'xyz'[k]}")
-    for f in axes:
-        yield Candidate(("cross_limb", f, 2), None, f"couple ⟂ {labels[f]} and limb axis")
-        yield Candidate(("axis", f), None, f"couple ∥ {labels[f]}")
-    for centre in centres:
-        for f, h in pairs:
-            yield Candidate(("cross", f, h), centre, f"force ⟂ {labels[f]} and {labels[h]} at {where[centre]}")
-        for f in axes:
-            for k in range(3):
-                yield Candidate(("cross_limb", f, k), centre, f"force ⟂ {labels[f]} and limb {'xyz'[k]} at {where[centre]}")
-        for k in range(3):
-            yield Candidate(("limb", k), centre, f"force along limb {'xyz'[k]} at {where[centre]}")
-
-
-def _attached_candidates(
-    units: Sequence[Unit], unit_of: Index, passive: NDArray[np.bool_], rotates: NDArray[np.bool_], labels: list[str]
-) -> Iterator[Candidate]:
-    """Yield readable candidates of J_ig: forces through the platform joint's centre, then couples."""
-    at = _platform_centre(units)
-    where = units[at].label if at < len(units) else "its outer end"
-    for k in range(3):
-        yield Candidate(("limb", k), at, f"force along limb {'xyz'[k]} at {where}")
-    for k in range(3):
-        yield Candidate(("limb", k), None, f"couple along limb {'xyz'[k]}")
-    axes = _readable_axes(units, unit_of, passive, rotates)
-    for i, f in enumerate(axes):
-        yield Candidate(("axis", f), at, f"force ∥ {labels[f]} at {where}")
-        yield Candidate(("axis", f), None, f"couple ∥ {labels[f]}")
-        for h in axes[i + 1 :]:
-            yield Candidate(("cross", f, h), None, f"couple ⟂ {labels[f]} and {labels[h]}")
-        for k in range(3):
-            yield Candidate(("cross_limb", f, k), None, f"couple ⟂ {labels[f]} and limb {'xyz'[k]}")
-
-
-def _platform_centre(units: Sequence[Unit]) -> int:
-    """Return the unit through whose centre forces are preferred: the outermost joint that turns, if it is passive."""
-    for k in range(len(units) - 1, -1, -1):
-        if not units[k].passive:
-            break
-        if any(freedom.rotates for freedom in units[k].freedoms):
-            return k
-    return len(units)
-
-
-def _readable_axes(units: Sequence[Unit], unit_of: Index, passive: NDArray[np.bool_], rotates: NDArray[np.bool_]) -> list[int]:
-    """Return the freedoms whose axes mean something: single joints before universal ones, platform side first."""
-    free = [int(f) for f in np.flatnonzero(passive)[::-1] if units[unit_of[f]].kind not in ("spherical", "floating")]
-    single = [f for f in free if units[unit_of[f]].kind != "universal"]
-    return [f for f in single if rotates[f]] + [f for f in free if f not in single] + [f for f in single if not rotates[f]]
 
 
 def _seeds(geometry: LimbGeometry, length: float) -> Array:
