@@ -138,6 +138,12 @@ class _Group:
             turned = rotations.quaternion_product(c[3:], rotations.quaternion_exponential(d[3:]))
             q[self.q] = np.concatenate([c[:3] + shift, _unit(turned)])
 
+    def normalize(self, q: Array) -> None:
+        """Make (cos, sin) and quaternions of unit length, in place."""
+        first = {"continuous": 0, "spherical": 0, "planar": 2, "floating": 3}.get(self.kind)
+        if first is not None:
+            q[self.q[first:]] = _unit(q[self.q[first:]])
+
 
 def _unit(q: Array) -> Array:
     return np.asarray(q / np.sqrt(np.sum(q * q, axis=0)))
@@ -214,6 +220,12 @@ class Tree:
         for group in self._groups:
             group.integrate(moved, v)
         return moved
+
+    def normalized(self, q: Array) -> Array:
+        """Return coordinates (nq, N) near valid ones, whose (cos, sin) and quaternions are made of unit length, in place."""
+        for group in self._groups:
+            group.normalize(q)
+        return q
 
     def twists(self, frames: Frames) -> Array:
         """Return the unit twists (6, nv, N) of all freedoms, about the world's origin."""

@@ -123,7 +123,7 @@ class Solver:
         equations, tree = self.equations, self.tree
         free, (loop_factors, platform_factors) = self.free_columns(request), self._factors(request)
         N, f, extra = poses.x.shape[1], len(free), len(request.unknown_angles)
-        rows = equations.count + equations.couplings.count + len(request.loops) + len(request.positions)
+        rows = equations.count + len(request.loops) + len(request.positions)
         residuals = np.empty((rows + (3 if request.angles else 0), N))
         gradient = np.empty((residuals.shape[0], f + extra, N))
         gradient[:, f:] = 0
@@ -132,7 +132,7 @@ class Solver:
         if f < tree.nv:
             twists = twists[:, free]
         residual, wrench = equations.evaluate(frames)
-        at = equations.count
+        at = equations.closures
         np.divide(residual, self._row_scale, out=residuals[:at])
         np.einsum("krn,kvn->rvn", wrench, twists, out=gradient[:at, :f])
         gradient[:at, :f] *= loop_factors
