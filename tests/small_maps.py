@@ -9,14 +9,17 @@ COMPONENTS = ["x", "y", "z", "rx", "ry", "rz"]
 UNITS = {"x": "m", "y": "m", "z": "m", "rx": "rad", "ry": "rad", "rz": "rad"}
 
 
-def map_of(coordinates, *, compliance=None, twist=None, forces=None, status=None, length=1.0, pose=None, contribution=None):
+def map_of(
+    coordinates, *, compliance=None, twist=None, forces=None, turning=(), status=None, length=1.0, pose=None, contribution=None
+):
     """Return a map over coordinates ``{name: (values, units)}``; all arrays batch first.
 
     Args:
         coordinates: the swept ones.
         compliance: (…, 6, 6); the stiffness is its inverse.
         twist: (…, 6).
-        forces: {drive: (…)} [N].
+        forces: {drive: (…)}.
+        turning: the drives whose forces are torques.
         status: (…).
         length: the characteristic length.
         pose: (…, 6).
@@ -25,25 +28,36 @@ def map_of(coordinates, *, compliance=None, twist=None, forces=None, status=None
     dims = tuple(coordinates)
     shape = tuple(len(values) for values, _ in coordinates.values())
     coords = {name: (name, np.asarray(values), {"units": units}) for name, (values, units) in coordinates.items()}
-    coords |= {"component": COMPONENTS, "component_2": COMPONENTS}
+    coords |= {"component": COMPONENTS, "component_2": COMPONENTS, "component_unit": ("component", list(UNITS.values()))}
     data = {"characteristic_length": ((), length, {"units": "m"})}
     meanings = " ".join(item.name.lower() for item in ks.Status)
     status = np.zeros(shape, np.int8) if status is None else np.asarray(status, np.int8)
     data["status"] = (dims, status, {"flag_values": [int(item) for item in ks.Status], "flag_meanings": meanings})
     twist = np.zeros((*shape, 6)) if twist is None else twist
-    data["twist"] = ((*dims, "component"), np.broadcast_to(twist, (*shape, 6)), {"long_name": "twist of the platform at o"})
+    data["twist"] = ((*dims, "component"), np.broadcast_to(twist, (*shape, 6)), {"unit_coordinate": "component_unit"})
     if compliance is not None:
         compliance = np.broadcast_to(compliance, (*shape, 6, 6))
-        data["compliance"] = ((*dims, "component", "component_2"), compliance)
-        data["stiffness"] = ((*dims, "component", "component_2"), np.linalg.inv(compliance))
+        matrix = (*dims, "component", "component_2")
+        data["compliance"] = (matrix, compliance, {"unit_coordinate": "compliance_unit"})
+        data["stiffness"] = (matrix, np.linalg.inv(compliance), {"unit_coordinate": "stiffness_unit"})
+        moves, wrenches = list(UNITS.values()), ["N"] * 3 + ["N m"] * 3
+        coords["compliance_unit"] = (matrix[-2:], [[f"{m}/({w})" if " " in w else f"{m}/{w}" for w in wrenches] for m in moves])
+        coords["stiffness_unit"] = (matrix[-2:], [[f"{w}/{m}" for m in moves] for w in wrenches])
     if forces is not None:
         coords["actuator"] = list(forces)
         stacked = np.stack([np.broadcast_to(force, shape) for force in forces.values()], axis=-1)
-        data["actuator_force"] = ((*dims, "actuator"), stacked, {"units": "N"})
+        data["actuator_force"] = ((*dims, "actuator"), stacked, {"unit_coordinate": "actuator_force_unit"})
+        coords["actuator_force_unit"] = ("actuator", ["N m" if name in turning else "N" for name in forces])
     if contribution is not None:
         coords["source"] = list(contribution)
         stacked = np.stack([np.broadcast_to(part, (*shape, 6)) for part in contribution.values()], axis=-2)
-        data["contribution"] = ((*dims, "source", "component"), stacked)
+        data["contribution"] = ((*dims, "source", "component"), stacked, {"unit_coordinate": "component_unit"})
     if pose is not None:
-        data["platform_pose"] = ((*dims, "component"), np.broadcast_to(pose, (*shape, 6)))
+        data["platform_pose"] = (
+            (*dims, "platform_coordinate"),
+            np.broadcast_to(pose, (*shape, 6)),
+            {"unit_coordinate": "platform_coordinate_unit"},
+        )
+        coords["platform_coordinate"] = COMPONENTS
+        coords["platform_coordinate_unit"] = ("platform_coordinate", list(UNITS.values()))
     return xr.Dataset(data, coords=coords)

@@ -221,7 +221,13 @@ def test_largest_actuator_forces():
     np.testing.assert_array_equal(indices.largest_actuator_force(ds), [3, 7, np.nan])
     found = indices.actuator_force_maxima(ds)
     np.testing.assert_array_equal(found, [7, 4])
-    assert list(found["units"].values) == ["N", "N"]
+    assert list(found["actuator_force_unit"].values) == ["N", "N"]
+    mixed = map_of({"z": ([0.4, 0.5, 0.6], "m")}, forces=forces, turning=["p2"])
+    with pytest.raises(ks.ArgumentError, match="forces and torques of drives cannot be compared"):
+        indices.largest_actuator_force(mixed)
+    assert indices.quantity(mixed, "actuator_force:p2").attrs["units"] == "N m"
+    turning = map_of({"z": ([0.4, 0.5, 0.6], "m")}, forces=forces, turning=["p1", "p2"])
+    assert indices.largest_actuator_force(turning).attrs["units"] == "N m"
 
 
 # ---- masks -------------------------------------------------------------------------------------------------------------
@@ -348,7 +354,7 @@ def test_best_and_worst_pose():
 def test_lazy_maps_give_lazy_indices_and_the_same_numbers(chunks):
     dask = pytest.importorskip("dask")
     ds = full_map()
-    lazy = ds.chunk(chunks)
+    lazy = ds.chunk(chunks).assign_coords(ds.coords)  # a sweep's coordinates are in memory
 
     def compute(*args, **kwargs):
         raise AssertionError("computed too early")

@@ -32,6 +32,7 @@ from kinetostatics.tolerances import Tolerance, Tolerances, tolerances
 
 if TYPE_CHECKING:
     from kinetostatics import indices
+    from kinetostatics import plots as plot
     from kinetostatics.foreign_loops import MissingFactsError, import_robot
     from kinetostatics.verification import verify
     from kinetostatics.viewer import save_html, show
@@ -61,6 +62,7 @@ __all__ = [
     "import_robot",
     "indices",
     "load_robot",
+    "plot",
     "read_robot_file",
     "save_html",
     "save_robot",
@@ -86,8 +88,8 @@ def __getattr__(name: str) -> Any:
         from kinetostatics import foreign_loops
 
         return getattr(foreign_loops, name)
-    if name == "indices":
-        return importlib.import_module("kinetostatics.indices")
+    if name in ("indices", "plot"):
+        return importlib.import_module({"indices": "kinetostatics.indices", "plot": "kinetostatics.plots"}[name])
     if name == "verify":
         from kinetostatics import verification
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -11,8 +11,8 @@ import xarray as xr
 
 from kinetostatics.configuration import Status
 from kinetostatics.exceptions import ArgumentError, near_names
-from kinetostatics.indices.poses import ANGULAR, LABELS, LINEAR, finished, labelled, swept
-from kinetostatics.indices.sag import actuator_units, angular_sag, largest_actuator_force, linear_sag
+from kinetostatics.indices.poses import ANGULAR, LINEAR, finished, label_dims, labelled, units_of
+from kinetostatics.indices.sag import angular_sag, largest_actuator_force, linear_sag
 from kinetostatics.indices.stiffness import (
     conditioning,
     rotational_conditioning,
@@ -80,15 +80,13 @@ INDICES: Mapping[str, Index] = {
 def names(ds: xr.Dataset) -> list[str]:
     """Return everything that :func:`quantity` knows of a Dataset, but for the 36 entries each of stiffness and compliance."""
     found = [*INDICES, *(f"stiffness_along:{axis}" for axis in (*LINEAR, *ANGULAR))]
-    for name in ds.data_vars:
-        variable = ds[name]
-        labels = [dim for dim in variable.dims if dim in LABELS]
-        if not labels or "component_2" in labels or set(variable.dims) - set(labels) - set(swept(ds)):
-            continue
-        parts = [str(name)]
-        for dim in labels:
-            parts = [f"{part}:{label}" for part in parts for label in ds[dim].values]
-        found += parts
+    for name in (str(item) for item in ds.data_vars):
+        dims = label_dims(ds, name)
+        if dims and "component_2" not in dims:
+            parts = [name]
+            for dim in dims:
+                parts = [f"{part}:{label}" for part in parts for label in ds[dim].values]
+            found += parts
     return found
 
 
@@ -110,36 +108,29 @@ def quantity(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> xr.DataA
     name, _, rest = what.partition(":")
     if name == "stiffness_along" and rest:
         return stiffness_along(ds, rest, beyond_limits=beyond_limits)
-    if name not in ds.data_vars or name == "status":
+    if name not in ds.data_vars or name in ("status", "mode"):
         raise ArgumentError(f"no quantity {what!r}: {near_names(what, names(ds))}")
-    found = ds[name]
-    labels = [str(dim) for dim in found.dims if dim in LABELS]
-    chosen = rest.rsplit(":", len(labels) - 1) if labels else ([rest] if rest else [])
-    if len(chosen) != len(labels) or not all(chosen):
-        form = ":".join([name, *(dim.upper() for dim in labels)])
+    found, dims = ds[name], label_dims(ds, name)
+    labels = rest.rsplit(":", len(dims) - 1) if dims else ([rest] if rest else [])
+    if len(labels) != len(dims) or not all(labels):
+        form = ":".join([name, *(dim.upper() for dim in dims)])
         raise ArgumentError(f"{what!r} is not of the form {form}: {near_names(what, names(ds))}")
-    for dim, label in zip(labels, chosen, strict=True):
+    units = units_of(ds, name)
+    for dim, label in zip(dims, labels, strict=True):
         found = labelled(found, dim, label)
-    units = _units_of(ds, name, dict(zip(labels, chosen, strict=True)))
-    long_name = " ".join([str(ds[name].attrs.get("long_name", name)).split(",")[0], *(str(item) for item in chosen)])
-    return finished(ds, found, beyond_limits, units, long_name)
+        units = labelled(units, dim, label) if dim in units.dims else units
+    return finished(ds, found, beyond_limits, str(units.values), _long_name(name, labels))
 
 
-def _units_of(ds: xr.Dataset, name: str, labels: Mapping[str, str]) -> str:
-    """Return the unit of one number of each pose; a twist's and a compliance's differ from component to component."""
-    component, second = labels.get("component", ""), labels.get("component_2", "")
-    length = {**dict.fromkeys(LINEAR, "m"), **dict.fromkeys(ANGULAR, "rad")}
-    force = {**dict.fromkeys(LINEAR, "N"), **dict.fromkeys(ANGULAR, "N m")}
-    if name == "compliance":
-        return f"{length[component]}/({force[second]})" if second in ANGULAR else f"{length[component]}/{force[second]}"
-    if name == "stiffness":
-        return f"{force[component]}/{length[second]}"
-    if component:
-        return length[component]
+def _long_name(name: str, labels: Sequence[str]) -> str:
+    """Return what a number is, in few words."""
+    last = labels[-1] if labels else ""
+    if name in ("twist", "contribution"):
+        motion = f"rotation about {last[1:]}" if last in ANGULAR else f"displacement along {last}"
+        return motion + (f" by {labels[0]}" if name == "contribution" else "")
     if name == "actuator_force":
-        known = [str(item) for item in ds["actuator"].values]
-        return actuator_units(ds)[known.index(labels["actuator"])]
-    return str(ds[name].attrs.get("units", "1"))
+        return f"force of {last}"
+    return " ".join([name.replace("_", " "), *labels])
 
 
 # ---- best and worst --------------------------------------------------------------------------------------------------

@@ -13,9 +13,6 @@ LINEAR, ANGULAR = ("x", "y", "z"), ("rx", "ry", "rz")
 #: Statuses at which twist, stiffness and drives' forces are numbers of a pose within the joints' limits.
 VALID = (Status.OK, Status.INDETERMINATE, Status.BASIS_DEGENERATE)
 
-#: Dimensions of the Dataset's variables that are not swept.
-LABELS = ("component", "component_2", "source", "actuator", "wrench")
-
 
 def valid(ds: xr.Dataset, beyond_limits: bool = False) -> xr.DataArray:
     """Return which poses count, bool over the swept dimensions.
@@ -51,10 +48,25 @@ def variable(ds: xr.Dataset, name: str) -> xr.DataArray:
 
 def finished(ds: xr.Dataset, values: xr.DataArray, beyond_limits: bool, units: str, long_name: str) -> xr.DataArray:
     """Return an index, NaN where the pose does not count, with nothing but its own attributes."""
-    found = values.where(valid(ds, beyond_limits))
-    found = found.drop_vars([name for name in found.coords if name in LABELS and name not in found.dims])
+    found = values.where(valid(ds, beyond_limits)).transpose(*swept(ds))
+    kept = {*swept(ds), *(name for name in ds.coords if ds[name].dims == ())}
+    found = found.drop_vars([name for name in found.coords if name not in kept])
     found.attrs = {"units": units, "long_name": long_name}
     return found
+
+
+def label_dims(ds: xr.Dataset, name: str) -> list[str]:
+    """Return the dimensions of a variable that are not swept: components, sources, drives, wrenches, …."""
+    return [str(dim) for dim in ds[name].dims if dim not in swept(ds)]
+
+
+def units_of(ds: xr.Dataset, name: str) -> xr.DataArray:
+    """Return the units of a variable, over those of its dimensions along which they differ."""
+    attributes = ds[name].attrs
+    where = attributes.get("unit_coordinate")
+    if where is not None:
+        return ds[where].drop_vars([coord for coord in ds[where].coords if coord not in ds[where].dims])
+    return xr.DataArray(str(attributes.get("units", "1")))
 
 
 def labelled(variable: xr.DataArray, dim: str, label: str) -> xr.DataArray:

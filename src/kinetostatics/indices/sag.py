@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
 import xarray as xr
 
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.indices.poses import ANGULAR, LINEAR, finished, labelled, swept, valid, variable
+from kinetostatics.indices.poses import ANGULAR, LINEAR, finished, labelled, swept, units_of, valid, variable
 
 
 def linear_sag(ds: xr.Dataset, source: str | None = None, beyond_limits: bool = False) -> xr.DataArray:
@@ -46,25 +45,15 @@ def largest_actuator_force(ds: xr.Dataset, beyond_limits: bool = False) -> xr.Da
         ArgumentError: some drives push and others turn; then :func:`actuator_force_maxima` tells of each.
     """
     force = variable(ds, "actuator_force")
-    units = set(actuator_units(ds))
+    units = {str(item) for item in units_of(ds, "actuator_force").values.ravel()}
     if len(units) > 1:
         raise ArgumentError("forces and torques of drives cannot be compared; choose one drive: actuator_force:NAME")
     return finished(ds, abs(force).max("actuator", skipna=False), beyond_limits, units.pop(), "largest actuator force")
 
 
 def actuator_force_maxima(ds: xr.Dataset, beyond_limits: bool = False) -> xr.DataArray:
-    """Return the largest magnitude of each drive's force over all poses (actuator,) [N or N·m, coordinate ``units``]."""
+    """Return the largest magnitude of each drive's force over all poses (actuator,) [N or N·m: ``actuator_force_unit``]."""
     force = variable(ds, "actuator_force")
     found = abs(force.where(valid(ds, beyond_limits))).max(swept(ds))
-    found = found.assign_coords(units=("actuator", actuator_units(ds)))
-    found.attrs = {"long_name": "largest actuator force over all poses"}
+    found.attrs = {**force.attrs, "long_name": "largest magnitude of the drive's force over all poses"}
     return found
-
-
-def actuator_units(ds: xr.Dataset) -> list[str]:
-    """Return the unit of each drive's force."""
-    force = ds["actuator_force"]
-    for name in ("actuator_units", "actuator_unit", "actuator_force_units"):
-        if name in ds.variables:
-            return [str(item) for item in np.atleast_1d(ds[name].values)]
-    return [str(force.attrs.get("units", "N"))] * force.sizes["actuator"]

@@ -1,0 +1,24 @@
+"""Figures of workspace maps for publication, from the Dataset that :func:`kinetostatics.sweep` makes: ``ks.plot``.
+
+:func:`slice` shows a quantity over two coordinates in colour, :func:`surface` as surfaces like the paper's Figs 6, 7, 12 and
+13, :func:`workspace` on the body of the poses that are reached, and :func:`line` over one coordinate. All of them return
+Matplotlib's axes; :func:`save` writes them as PDF, SVG or PNG.
+
+Every figure names its units, reads in grey and by the colour-blind (the map is cividis, lines differ in dashes and markers), and
+shows poses without valid numbers in grey and hatched, with the reason in its legend.
+"""
+
+from kinetostatics.exceptions import KinetostaticsError
+
+try:
+    import matplotlib as _matplotlib  # noqa: F401
+except ModuleNotFoundError:
+    raise KinetostaticsError("figures need Matplotlib: pip install 'kinetostatics[plot]'") from None
+
+from kinetostatics.plots.lines import line
+from kinetostatics.plots.slices import slice
+from kinetostatics.plots.style import STYLE, save
+from kinetostatics.plots.surfaces import surface
+from kinetostatics.plots.workspaces import workspace
+
+__all__ = ["STYLE", "line", "save", "slice", "surface", "workspace"]

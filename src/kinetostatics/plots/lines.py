@@ -1,0 +1,128 @@
+"""Quantities over one coordinate."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import matplotlib as mpl
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.plots.display_units import label
+from kinetostatics.plots.masks import edges, masks_of, patches_of
+from kinetostatics.plots.selection import Selection, axis_of, chosen_names, in_figure_units, select
+from kinetostatics.plots.style import COLOURS, DASHES, MARKERS, ONE_COLUMN, figure_of, name_ticks, new_axes, styled
+
+
+def line(
+    ds: xr.Dataset,
+    what: str | Sequence[str] = "linear_sag",
+    x: str | None = None,
+    *,
+    series: str | None = None,
+    at: Mapping[str, float] | None = None,
+    unit: str | None = None,
+    beyond_limits: bool = False,
+    ax: Axes | None = None,
+    **fixed: float,
+) -> Axes:
+    """Draw quantities of one unit over one of the swept coordinates, or one quantity for several values of another.
+
+    Args:
+        ds: of :func:`kinetostatics.sweep`.
+        what: as in :func:`kinetostatics.indices.quantity`, or a list of that.
+        x: the name of the coordinate to the right; default: the first that is swept and not fixed.
+        series: the name of another coordinate: one line for each of its values, or for six of them, evenly chosen.
+        at: values of the other coordinates [m, rad]; the nearest of the map is shown, and named above the figure.
+        unit: of the quantities; default: what suits.
+        beyond_limits: show poses beyond the joints' limits like all others.
+        ax: to draw on; default: a new figure one column wide.
+        **fixed: the same as ``at``: ``z=0.5``.
+
+    Returns:
+        The axes. Lines stop where there is no number; where none of them has one, the figure is hatched.
+
+    Raises:
+        ArgumentError: a name or a value makes no sense, or no pose has a number.
+    """
+    names = [what] if isinstance(what, str) else list(what)
+    if not names or len(names) > len(DASHES) or (series is not None and len(names) > 1):
+        raise ArgumentError(f"one to {len(DASHES)} quantities go into one figure, and a series shows one")
+    at = {**(at or {}), **fixed}
+    (x,) = chosen_names(ds, (x,), (*at, series or ""), "a line")
+    if series is None:
+        parts = {name: select(ds, name, (x,), at, beyond_limits) for name in names}
+    else:
+        axis = axis_of(ds, series)
+        if series == x:
+            raise ArgumentError(f"{x} cannot be the axis and the series")
+        count = len(axis.values)
+        chosen = np.unique(np.linspace(0, count - 1, min(count, len(DASHES))).round().astype(int))
+        parts = {axis.said(k): select(ds.isel({series: [k]}), names[0], (x,), at, beyond_limits) for k in chosen}
+    if not any(np.isfinite(part.values).any() for part in parts.values()):
+        raise ArgumentError(f"{', '.join(names)}: no pose of this line has a number")
+    with styled():
+        return _draw(parts, unit, ax)
+
+
+def _draw(parts: Mapping[str, Selection], unit: str | None, ax: Axes | None) -> Axes:
+    values, unit = in_figure_units(list(parts.values()), unit)
+    first = next(iter(parts.values()))
+    across = first.axes[0]
+    ax = new_axes(ONE_COLUMN, 0.75 * ONE_COLUMN) if ax is None else ax
+    colours = mpl.colormaps[COLOURS](np.linspace(0.0, 0.8, len(parts)))
+    every = max(1, len(across.values) // 10)
+    for k, (name, numbers) in enumerate(zip(parts, values, strict=True)):
+        ax.plot(
+            across.values,
+            numbers,
+            label=name,
+            color=colours[k],
+            linestyle=DASHES[k],
+            marker=MARKERS[k],
+            # not all lines' markers at the same places
+            markevery=(k * every // len(parts), every),
+            markerfacecolor="white",
+            markeredgewidth=0.8,
+        )
+    nowhere = np.where(np.all([np.isnan(numbers) for numbers in values], axis=0), np.nan, 0.0)
+    masks = masks_of(nowhere, first.status)
+    borders = edges(across.values)
+    for mask, patch in zip(masks, patches_of(masks), strict=True):
+        height = np.append(mask.where, mask.where[-1])
+        ax.fill_between(
+            borders,
+            0,
+            1,
+            where=height,
+            step="post",
+            transform=ax.get_xaxis_transform(),
+            facecolor=mask.face,
+            edgecolor=patch.get_edgecolor(),
+            hatch=mask.hatch,
+            linewidth=0,
+            zorder=0,
+            label=mask.label,
+        )
+    names = {part.long_name for part in parts.values()}
+    text = names.pop() if len(names) == 1 else _common(list(names))
+    ax.set(xlabel=across.label, ylabel=label(text, unit), title=first.fixed, xlim=(borders[0], borders[-1]))
+    name_ticks(ax.xaxis, across)
+    if len(parts) > 1 or masks:
+        handles = ax.get_lines() if len(parts) > 1 else []
+        columns = 2 if len(parts) > 1 else 1
+        figure_of(ax).legend(handles=[*handles, *patches_of(masks)], loc="outside lower center", ncols=columns)
+    return ax
+
+
+def _common(names: list[str]) -> str:
+    """Return the words with which all names begin, or "quantity"."""
+    words = [name.split() for name in names]
+    same = []
+    for group in zip(*words, strict=False):
+        if len(set(group)) > 1:
+            break
+        same.append(group[0])
+    return " ".join(same) or "quantity"

@@ -1,0 +1,100 @@
+"""Poses without valid numbers: grey, hatched, and named in the legend."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+from numpy.typing import NDArray
+
+from kinetostatics.configuration import Status
+from kinetostatics.indices.poses import VALID
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Mask:
+    """A reason why poses have no number.
+
+    Attributes:
+        label: in the legend.
+        hatch: Matplotlib's.
+        face: grey of the cells.
+        where: bool, like the values.
+    """
+
+    label: str
+    hatch: str
+    face: str
+    where: NDArray[np.bool_]
+
+
+_LOOKS = {
+    Status.UNREACHABLE: ("unreachable", "////", "0.93"),
+    Status.LIMIT_EXCEEDED: ("beyond joint limits", "....", "0.93"),
+    Status.SINGULAR: ("singular", "xxxx", "0.85"),
+}
+#: A number that is NaN though the pose is valid, such as an intensity of a degenerate basis.
+_NOT_DETERMINED = ("not determined", "\\\\\\\\", "0.93")
+_EDGE = "0.4"
+
+
+def masks_of(values: Array, status: NDArray[np.int8]) -> list[Mask]:
+    """Return the reasons that occur, each with its poses; together they are the poses without a number."""
+    missing = np.isnan(values)
+    found: dict[tuple[str, str, str], NDArray[np.bool_]] = {}
+    for item in Status:
+        where = missing & (status == item)
+        if where.any():
+            other = _NOT_DETERMINED if item in VALID else (item.name.lower().replace("_", " "), "++++", "0.93")
+            look = _LOOKS.get(item, other)
+            found[look] = found.get(look, np.zeros_like(where)) | where
+    return [Mask(*look, where) for look, where in found.items()]
+
+
+def edges(values: Array) -> Array:
+    """Return the borders (n + 1,) of cells around sorted values (n,)."""
+    if len(values) == 1:
+        return np.array([values[0] - 0.5, values[0] + 0.5])
+    middle = (values[:-1] + values[1:]) / 2
+    return np.concatenate([[2 * values[0] - middle[0]], middle, [2 * values[-1] - middle[-1]]])
+
+
+def draw_masks(ax: Axes, x: Array, y: Array, masks: Sequence[Mask]) -> None:
+    """Hatch the cells of masks, which are over ``x`` and ``y`` in this order."""
+    for mask in masks:
+        rectangles = _runs(mask.where, edges(x), edges(y))
+        collection = PolyCollection(
+            rectangles, facecolors=mask.face, edgecolors=_EDGE, linewidths=0, hatch=mask.hatch, zorder=2, label=mask.label
+        )
+        ax.add_collection(collection, autolim=False)
+
+
+def legend_of(figure: Figure, masks: Sequence[Mask]) -> None:
+    """Name the masks below everything else; those that an earlier legend of the figure names are not repeated."""
+    named = {text.get_text() for legend in figure.legends for text in legend.get_texts()}
+    patches = [patch for patch in patches_of(masks) if patch.get_label() not in named]
+    if patches:
+        figure.legend(handles=patches, loc="outside lower center", ncols=len(patches))
+
+
+def patches_of(masks: Sequence[Mask]) -> list[Patch]:
+    """Return the patches of a legend."""
+    return [Patch(facecolor=m.face, edgecolor=_EDGE, hatch=m.hatch, linewidth=0.4, label=m.label) for m in masks]
+
+
+def _runs(where: NDArray[np.bool_], x_edges: Array, y_edges: Array) -> list[Array]:
+    """Return rectangles that cover the cells, one for each run of them along x: fewer, and without seams."""
+    found = []
+    for j in range(where.shape[1]):
+        steps = np.flatnonzero(np.diff(np.concatenate([[False], where[:, j], [False]]).astype(np.int8)))
+        for first, last in zip(steps[::2], steps[1::2], strict=True):
+            left, right, low, high = x_edges[first], x_edges[last], y_edges[j], y_edges[j + 1]
+            found.append(np.array([[left, low], [right, low], [right, high], [left, high]]))
+    return found

@@ -1,0 +1,169 @@
+"""Which part of a map a figure shows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from numpy.typing import NDArray
+
+from kinetostatics.exceptions import ArgumentError, near_names
+from kinetostatics.indices import quantity, swept
+from kinetostatics.plots.display_units import coordinate_unit, display_unit, label
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Axis:
+    """A swept coordinate as the figure shows it.
+
+    Attributes:
+        name: of the dimension.
+        values: (n,) in the figure's unit; names of cases are numbered.
+        label: with the unit.
+        unit: the figure's.
+        ticks: what stands at the values, if they are names.
+    """
+
+    name: str
+    values: Array
+    label: str
+    unit: str
+    ticks: tuple[str, ...] = ()
+
+    def said(self, place: int) -> str:
+        """Return "name = value unit" of one of the values."""
+        value = self.ticks[place] if self.ticks else f"{self.values[place]:.4g}"
+        return f"{self.name} = {value} {self.unit}".replace(" °", "°").strip()
+
+
+@dataclass(frozen=True)
+class Selection:
+    """A quantity over some of the swept coordinates, the others fixed.
+
+    Attributes:
+        what: its name.
+        axes: the coordinates that vary.
+        values: over the axes; NaN where the pose does not count.
+        status: over the axes.
+        units: of the values.
+        long_name: of the values.
+        fixed: what the other coordinates are, in words; empty if there are none.
+    """
+
+    what: str
+    axes: tuple[Axis, ...]
+    values: Array
+    status: NDArray[np.int8]
+    units: str
+    long_name: str
+    fixed: str
+
+
+def axis_of(ds: xr.Dataset, name: str) -> Axis:
+    """Return a swept coordinate as figures show it.
+
+    Raises:
+        ArgumentError: it is not swept.
+    """
+    if name not in swept(ds):
+        raise ArgumentError(f"{name!r} is not swept: {near_names(name, swept(ds))}")
+    numbers = np.asarray(ds[name].values)
+    if not np.issubdtype(numbers.dtype, np.number):
+        return Axis(name, np.arange(float(len(numbers))), name, "", tuple(str(item) for item in numbers))
+    size, unit = coordinate_unit(str(ds[name].attrs.get("units", "")), numbers)
+    return Axis(name, numbers / size, label(name, unit), unit)
+
+
+def free_names(ds: xr.Dataset, fixed: Iterable[str]) -> list[str]:
+    """Return the swept coordinates that vary and are not fixed."""
+    return [name for name in swept(ds) if name not in set(fixed) and ds.sizes[name] > 1]
+
+
+def chosen_names(ds: xr.Dataset, wanted: Sequence[str | None], fixed: Iterable[str], figure: str) -> list[str]:
+    """Return the coordinates of a figure's axes: those wanted, and in place of None the next that are free.
+
+    Raises:
+        ArgumentError: there are too few.
+    """
+    free = free_names(ds, fixed)
+    rest = [name for name in free if name not in wanted]
+    if len(rest) < sum(name is None for name in wanted):
+        number = ("no coordinate", "one coordinate", "two coordinates", "three coordinates")[len(wanted)]
+        raise ArgumentError(f"{figure} needs {number} with several values; not fixed are: {', '.join(free) or 'none'}")
+    return [rest.pop(0) if name is None else name for name in wanted]
+
+
+def select(ds: xr.Dataset, what: str, dims: Sequence[str], at: Mapping[str, float], beyond_limits: bool) -> Selection:
+    """Return a quantity over ``dims``; nothing else of a lazy map is computed.
+
+    Args:
+        ds: of :func:`kinetostatics.sweep`.
+        what: as in :func:`kinetostatics.indices.quantity`.
+        dims: the coordinates that vary.
+        at: the value of the others [m, rad]; the nearest one of the map is taken. Those with one value need none.
+        beyond_limits: whether poses beyond the joints' limits count.
+
+    Raises:
+        ArgumentError: a coordinate is not swept, or not fixed, or fixed outside the map.
+    """
+    axes = tuple(axis_of(ds, name) for name in dims)
+    if len(set(dims)) < len(dims):
+        raise ArgumentError(f"the axes {' and '.join(dims)} must be different coordinates")
+    places, said = {}, []
+    for name, value in at.items():
+        axis = axis_of(ds, name)
+        if name in dims:
+            raise ArgumentError(f"{name} is an axis of the figure, and fixed at {value} too")
+        places[name] = _place(ds[name], axis, value)
+        said.append(axis.said(places[name]))
+    for name in swept(ds):
+        if name not in dims and name not in places:
+            if ds.sizes[name] > 1:
+                first, last = (axis_of(ds, name).said(k) for k in (0, -1))
+                raise ArgumentError(f"{name} has {ds.sizes[name]} values, from {first} to {last}: say at which, {name}=…")
+            places[name] = 0
+    part = ds.isel(places)
+    found = quantity(part, what, beyond_limits=beyond_limits).transpose(*dims)
+    return Selection(
+        what=what,
+        axes=axes,
+        values=np.asarray(found.values, dtype=float),
+        status=np.asarray(part["status"].transpose(*dims).values),
+        units=str(found.attrs["units"]),
+        long_name=str(found.attrs["long_name"]),
+        fixed=", ".join(said),
+    )
+
+
+def in_figure_units(parts: Sequence[Selection], unit: str | None) -> tuple[list[Array], str]:
+    """Return the values of selections in one unit for all, and its name.
+
+    Raises:
+        ArgumentError: they have different units, or not the wanted one.
+    """
+    units = {part.units for part in parts}
+    if len(units) > 1:
+        raise ArgumentError(f"quantities in {' and '.join(sorted(units))} do not go into one figure")
+    size, name = display_unit(units.pop(), np.concatenate([part.values.ravel() for part in parts]), unit)
+    return [part.values / size for part in parts], name
+
+
+def _place(coordinate: xr.DataArray, axis: Axis, value: float) -> int:
+    if axis.ticks:
+        if str(value) not in axis.ticks:
+            raise ArgumentError(f"no {axis.name} {value!r}: {near_names(str(value), axis.ticks)}")
+        return axis.ticks.index(str(value))
+    numbers = np.asarray(coordinate.values, dtype=float)
+    place = int(np.argmin(np.abs(numbers - value)))
+    step = float(np.abs(np.diff(numbers)).max(initial=0.0))
+    if not abs(numbers[place] - value) <= step / 2 + 1e-9 * max(1.0, abs(value)):
+        units = str(coordinate.attrs.get("units", ""))
+        raise ArgumentError(
+            f"{axis.name} = {value:g} {units}".rstrip()
+            + f" is outside the map, which goes from {numbers.min():g} to {numbers.max():g} {units}".rstrip()
+        )
+    return place

@@ -1,0 +1,179 @@
+"""A quantity over two coordinates as surfaces, one for each value of a third."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import matplotlib as mpl
+import numpy as np
+import xarray as xr
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.patches import Patch
+from mpl_toolkits.mplot3d import Axes3D
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+from numpy.typing import NDArray
+
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.plots.display_units import label
+from kinetostatics.plots.masks import edges, masks_of, patches_of
+from kinetostatics.plots.selection import Selection, axis_of, chosen_names, free_names, in_figure_units, select
+from kinetostatics.plots.solids import Array, grid_quads, lit, shades
+from kinetostatics.plots.style import COLOURS, ONE_COLUMN, figure_of, make_room, new_axes, styled
+
+#: Surfaces of a figure that is not told which.
+SURFACES = 4
+
+
+def surface(
+    ds: xr.Dataset,
+    what: str = "linear_sag",
+    x: str | None = None,
+    y: str | None = None,
+    *,
+    over: str | Mapping[str, Sequence[float]] | None = None,
+    at: Mapping[str, float] | None = None,
+    unit: str | None = None,
+    beyond_limits: bool = False,
+    legend: bool = True,
+    ax: Axes3D | None = None,
+    **fixed: float,
+) -> Axes3D:
+    """Draw a quantity over two of the swept coordinates as surfaces, like the paper's Figs 6, 7, 12 and 13.
+
+    Args:
+        ds: of :func:`kinetostatics.sweep`.
+        what: as in :func:`kinetostatics.indices.quantity`.
+        x, y: the names of the coordinates below the surfaces; default: the last two that are swept and not fixed.
+        over: the name of a third coordinate, with one surface for each of its values, or for four of them, evenly chosen; or
+            ``{"z": [0.3, 0.6]}`` to choose them; default: the coordinate that is left, if one is.
+        at: values of the other coordinates [m, rad]; the nearest of the map is shown, and named above the figure.
+        unit: of the quantity; default: what suits.
+        beyond_limits: show poses beyond the joints' limits like all others.
+        legend: name the surfaces and what is grey.
+        ax: to draw on, with ``projection="3d"``; default: a new figure one column wide.
+        **fixed: the same as ``at``: ``z=0.5``.
+
+    Returns:
+        The axes; all surfaces are ``ax.collections[0]``. They have holes where there is no number; where none of them has one,
+        the floor is grey.
+
+    Raises:
+        ArgumentError: a name or a value makes no sense, or no pose has a number.
+    """
+    at = {**(at or {}), **fixed}
+    third = over if isinstance(over, str) or over is None else next(iter(over))
+    if x is None and y is None and third is None:
+        free = free_names(ds, at)
+        if len(free) == 3:
+            third = free[0]
+    x, y = chosen_names(ds, (x, y), (*at, third or ""), "a surface")
+    if third is None:
+        left = free_names(ds, (*at, x, y))
+        third = left[0] if len(left) == 1 else None
+    parts = _parts(ds, what, (x, y), third, over, at, beyond_limits)
+    if not any(np.isfinite(part.values).any() for part in parts.values()):
+        raise ArgumentError(f"{what}: no pose of these surfaces has a number")
+    with styled():
+        return _draw(parts, unit, legend, ax)
+
+
+def _parts(
+    ds: xr.Dataset,
+    what: str,
+    dims: Sequence[str],
+    third: str | None,
+    over: str | Mapping[str, Sequence[float]] | None,
+    at: Mapping[str, float],
+    beyond_limits: bool,
+) -> dict[str, Selection]:
+    if third is None:
+        return {"": select(ds, what, dims, at, beyond_limits)}
+    axis = axis_of(ds, third)
+    if third in dims or third in at:
+        raise ArgumentError(f"{third} cannot be an axis of the figure, or fixed, and tell the surfaces apart too")
+    if isinstance(over, Mapping):
+        if len(over) != 1:
+            raise ArgumentError("over= takes one coordinate")
+        found = [select(ds, what, dims, {**at, third: value}, beyond_limits) for value in over[third]]
+        names = [part.fixed.rsplit(", ", 1)[-1] for part in found]
+        fixed = select(ds.isel({third: [0]}), what, dims, at, beyond_limits).fixed
+        return {name: _fixed_as(part, fixed) for name, part in zip(names, found, strict=True)}
+    count = len(axis.values)
+    chosen = np.unique(np.linspace(0, count - 1, min(count, SURFACES)).round().astype(int))
+    return {axis.said(k): select(ds.isel({third: [k]}), what, dims, at, beyond_limits) for k in chosen}
+
+
+def _fixed_as(part: Selection, fixed: str) -> Selection:
+    from dataclasses import replace
+
+    return replace(part, fixed=fixed)
+
+
+def _draw(parts: Mapping[str, Selection], unit: str | None, legend: bool, ax: Axes3D | None) -> Axes3D:
+    values, unit = in_figure_units(list(parts.values()), unit)
+    first = next(iter(parts.values()))
+    across, up = first.axes
+    everything = np.concatenate([numbers.ravel() for numbers in values])
+    low, high = float(np.nanmin(everything)), float(np.nanmax(everything))
+    if high - low <= 1e-9 * max(abs(low), abs(high)):
+        low, high = low - 0.5 * (abs(low) or 1.0), high + 0.5 * (abs(high) or 1.0)
+    if ax is None:
+        ax = new_axes(ONE_COLUMN, 0.95 * ONE_COLUMN, three_dimensional=True)
+    if not isinstance(ax, Axes3D):
+        raise ArgumentError("surfaces need axes made with projection='3d'")
+    scale = np.array([np.ptp(across.values) or 1.0, np.ptp(up.values) or 1.0, high - low])
+    colour_of = mpl.colormaps[COLOURS]
+    steps = np.linspace(0.05, 0.95, len(parts))
+    quads, colours = [], []
+    for step, numbers in zip(steps, values, strict=True):
+        plane = np.stack(np.meshgrid(across.values, up.values, indexing="ij"), axis=-1)
+        found = grid_quads(np.concatenate([plane, numbers[..., None]], axis=-1))
+        part = (found[..., 2].mean(axis=1) - low) / (high - low) if len(parts) == 1 else np.full(len(found), step)
+        quads.append(found)
+        colours.append(lit(colour_of(part), shades(found, scale)))
+    # one collection: Matplotlib sorts faces by depth within a collection only
+    faces = Poly3DCollection(
+        list(np.concatenate(quads)),
+        facecolors=np.concatenate(colours),
+        edgecolors=(0, 0, 0, 0.35),
+        linewidths=0.2,
+        label=first.what,
+    )
+    ax.add_collection3d(faces, autolim=False)
+    nowhere = np.where(np.all([np.isnan(numbers) for numbers in values], axis=0), np.nan, 0.0)
+    masks = masks_of(nowhere, first.status)
+    floor = low - 0.08 * (high - low)
+    for mask in masks:
+        ground = _cells(edges(across.values), edges(up.values), mask.where, floor)
+        ax.add_collection3d(Poly3DCollection(ground, facecolors="0.75", edgecolors="none", label=mask.label), autolim=False)
+    ax.set(xlim=across.values[[0, -1]], ylim=up.values[[0, -1]], zlim=(floor, high), title=first.fixed)
+    make_room(ax, (across.label, up.label, ""))
+    figure = figure_of(ax)
+    text = label(first.long_name, unit)
+    if len(parts) == 1:
+        mappable = ScalarMappable(Normalize(low, high), COLOURS)
+        figure.colorbar(mappable, ax=ax, label=text, shrink=0.65, pad=0.1)
+    else:
+        ax.set_title(", ".join(item for item in (text, first.fixed) if item))
+    if legend:
+        named = [
+            Patch(facecolor=colour_of(step), edgecolor="black", linewidth=0.3, label=name)
+            for step, name in zip(steps, parts, strict=True)
+            if name
+        ]
+        patches = patches_of(masks)
+        for patch in patches:
+            patch.set(facecolor="0.75", hatch=None)
+        if named or patches:
+            figure.legend(handles=[*named, *patches], loc="outside lower center", ncols=4)
+    return ax
+
+
+def _cells(x: Array, y: Array, where: NDArray[np.bool_], height: float) -> list[Array]:
+    """Return the cells of a mask as quadrilaterals, kept within the middles of the outer cells."""
+    x, y = (np.concatenate([[(e[0] + e[1]) / 2], e[1:-1], [(e[-1] + e[-2]) / 2]]) for e in (x, y))
+    return [
+        np.array([[x[i], y[j], height], [x[i + 1], y[j], height], [x[i + 1], y[j + 1], height], [x[i], y[j + 1], height]])
+        for i, j in np.argwhere(where)
+    ]

@@ -1,0 +1,159 @@
+"""The poses that a robot reaches, in three dimensions, coloured by a quantity."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import matplotlib as mpl
+import numpy as np
+import xarray as xr
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.patches import Patch
+from mpl_toolkits.mplot3d import Axes3D
+from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
+from numpy.typing import NDArray
+
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.plots.display_units import coordinate_unit, label
+from kinetostatics.plots.masks import masks_of
+from kinetostatics.plots.selection import Selection, chosen_names, in_figure_units, select
+from kinetostatics.plots.solids import Array, cells_of, lit, outer_faces, shades
+from kinetostatics.plots.style import COLOURS, ONE_COLUMN, figure_of, make_room, new_axes, styled
+
+#: Components of ``platform_pose`` that can be axes.
+POSITIONS = ("x", "y", "z")
+#: Coordinates of the platform; a map over anything else, such as drives, is shown over the positions of o.
+_PLATFORM = (*POSITIONS, "rx", "ry", "rz", "azimuth", "tilt", "torsion")
+
+
+def workspace(
+    ds: xr.Dataset,
+    colour: str = "linear_sag",
+    axes: Sequence[str] | None = None,
+    *,
+    at: Mapping[str, float] | None = None,
+    unit: str | None = None,
+    limits: tuple[float, float] | None = None,
+    cut: bool = True,
+    beyond_limits: bool = False,
+    ax: Axes3D | None = None,
+    **fixed: float,
+) -> Axes3D:
+    """Draw the body of all valid poses of a map over three coordinates, its surface coloured by a quantity.
+
+    Args:
+        ds: of :func:`kinetostatics.sweep`.
+        colour: the quantity, as in :func:`kinetostatics.indices.quantity`.
+        axes: three names: of swept coordinates, or "x", "y", "z" for where o is; default: the swept coordinates if they are
+            the platform's, else the position of o.
+        at: values of the coordinates that are not among the three [m, rad].
+        unit: of the quantity; default: what suits.
+        limits: smallest and largest value of the colours, in the figure's unit; default: all that is there.
+        cut: take out the octant that faces the viewer, to look inside.
+        beyond_limits: poses beyond the joints' limits count like all others.
+        ax: to draw on, with ``projection="3d"``; default: a new figure one column wide.
+        **fixed: the same as ``at``.
+
+    Returns:
+        The axes; the faces are ``ax.collections[0]``. A face belongs to a cell all of whose eight corners are valid poses, and
+        has the mean of its four corners. What the sweep asked for is the wire frame.
+
+    Raises:
+        ArgumentError: a name or a value makes no sense, or there is no such cell.
+    """
+    at = {**(at or {}), **fixed}
+    named = list(axes) if axes is not None else [None] * 3
+    if len(named) != 3:
+        raise ArgumentError(f"a workspace has three axes, not {len(named)}")
+    known = all(name is None or name in ds.dims for name in named)
+    dims = chosen_names(ds, [None] * 3 if not known else named, at, "a workspace")
+    if axes is None and not set(dims) <= set(_PLATFORM):
+        known, named = False, list(POSITIONS)
+    shown = select(ds, colour, dims, at, beyond_limits)
+    if known:
+        grid = np.stack(np.meshgrid(*(axis.values for axis in shown.axes), indexing="ij"), axis=-1)
+        labels = [axis.label for axis in shown.axes]
+    else:
+        grid, labels = _positions(ds, [str(name) for name in named], dims, at)
+    good = np.isfinite(shown.values) & np.isfinite(grid).all(axis=-1)
+    cells = cells_of(good)
+    if not cells.any():
+        raise ArgumentError(f"{colour}: no cell of the map has numbers at all of its corners")
+    if cut:
+        cells = _without_octant(cells)
+    (values,), unit = in_figure_units([shown], unit)
+    text = label(shown.long_name, unit)
+    with styled():
+        return _draw(shown, values, grid, labels, outer_faces(cells), text, limits, box=known, ax=ax)
+
+
+def _positions(ds: xr.Dataset, named: Sequence[str], dims: Sequence[str], at: Mapping[str, float]) -> tuple[Array, list[str]]:
+    """Return where o is (…, 3) over ``dims``, and the axes' labels."""
+    strange = [name for name in named if name not in POSITIONS]
+    if strange:
+        raise ArgumentError(f"{strange[0]!r} is neither swept nor one of x, y, z; the axes are either three of these or of those")
+    parts = [select(ds, f"platform_pose:{name}", dims, at, True).values for name in named]
+    grid = np.stack(parts, axis=-1)
+    size, unit = coordinate_unit("m", np.nan_to_num(grid))
+    return grid / size, [label(name, unit) for name in named]
+
+
+def _without_octant(cells: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return cells without the octant of large first, small second and large third coordinate, unless nothing is left."""
+    kept = cells.copy()
+    first, second, third = (size // 2 for size in cells.shape)
+    kept[cells.shape[0] - first :, :second, cells.shape[2] - third :] = False
+    return kept if kept.any() else cells
+
+
+def _draw(
+    shown: Selection,
+    values: Array,
+    grid: Array,
+    labels: Sequence[str],
+    faces: NDArray[np.intp],
+    text: str,
+    limits: tuple[float, float] | None,
+    box: bool,
+    ax: Axes3D | None,
+) -> Axes3D:
+    places = tuple(np.moveaxis(faces, -1, 0))
+    corners, levels = grid[places], values[places].mean(axis=1)
+    low, high = limits if limits is not None else (float(levels.min()), float(levels.max()))
+    if ax is None:
+        ax = new_axes(ONE_COLUMN, ONE_COLUMN, three_dimensional=True)
+    if not isinstance(ax, Axes3D):
+        raise ArgumentError("a workspace needs axes made with projection='3d'")
+    reach = grid.reshape(-1, 3) if box else corners.reshape(-1, 3)
+    start, end = np.nanmin(reach, axis=0), np.nanmax(reach, axis=0)
+    scale = np.where(end > start, end - start, 1.0)
+    norm = Normalize(low, high if high > low else low + (abs(low) or 1.0))
+    colours = lit(mpl.colormaps[COLOURS](norm(levels)), shades(corners, scale))
+    body = Poly3DCollection(list(corners), facecolors=colours, edgecolors=(0, 0, 0, 0.25), linewidths=0.2, label=shown.what)
+    ax.add_collection3d(body, autolim=False)
+    ax.set(xlim=(start[0], end[0]), ylim=(start[1], end[1]), zlim=(start[2], end[2]), title=shown.fixed)
+    make_room(ax, labels)
+    figure = figure_of(ax)
+    figure.colorbar(ScalarMappable(norm, COLOURS), ax=ax, label=text, shrink=0.65, pad=0.12)
+    masks = masks_of(shown.values, shown.status)
+    if box:
+        ax.add_collection3d(Line3DCollection(_wires(start, end), colors="0.35", linewidths=0.6, linestyles=":"), autolim=False)
+    if masks:
+        part = [f"{mask.label} {100 * mask.where.mean():.2g} %" for mask in masks]
+        note = Patch(facecolor="white", edgecolor="0.35", linestyle=":", label="not drawn: " + ", ".join(part))
+        figure.legend(handles=[note], loc="outside lower center")
+    return ax
+
+
+def _wires(start: Array, end: Array) -> list[Array]:
+    """Return the twelve edges of a box."""
+    found = []
+    for axis in range(3):
+        others = [k for k in range(3) if k != axis]
+        for a in (start, end):
+            for b in (start, end):
+                edge = np.stack([start, end])
+                edge[:, others[0]], edge[:, others[1]] = a[others[0]], b[others[1]]
+                found.append(edge)
+    return found
