@@ -143,7 +143,6 @@ def test_crank_and_rocker_driven_at_the_loop_all_the_way_round(kind, swap):
     np.testing.assert_allclose(off, 2 * np.pi * np.round(off / (2 * np.pi)), atol=1e-11)
 
 
-@pytest.mark.xfail(strict=True, reason="lines from a pose beyond half a turn start a full turn away")
 @pytest.mark.parametrize("cut", ["drive", "coupler"])
 def test_a_turning_drive_goes_on_from_a_pose_beyond_half_a_turn(cut):
     """The crank turns through 296°, but not all the way round: from each pose to the next there is only one way."""
@@ -253,7 +252,6 @@ def test_limits_of_a_batch(kind, swap):
     np.testing.assert_allclose(item.value, values, atol=1e-12)
 
 
-@pytest.mark.xfail(strict=True, reason="the angle of a revolute loop is within half a turn of zero, whatever its limits")
 @pytest.mark.parametrize(("lower", "upper"), [(3.0, 4.0), (-4.5, -2.5), (2.0, 8.0)])
 def test_limits_beyond_half_a_turn(lower, upper):
     """A pose tells an angle only but for full turns; the one that may be within the limits is meant."""

@@ -206,9 +206,10 @@ class LoopEquations:
         if n:
             mine, theirs, cosine = self._right_angle.vectors
             a, b = frames.directions(p, mine), frames.directions(s, theirs)
-            sine = np.sqrt(1 - cosine[0] ** 2)[:, None]
-            residual[at : at + n] = (cosine[0][:, None] - dot(a, b)) / sine
-            wrench[3:, at : at + n] = cross(a, b) / sine
+            normal = cross(a, b)
+            sine = np.sqrt(dot(normal, normal))
+            residual[at : at + n] = np.arctan2(sine, dot(a, b)) - np.arccos(cosine[0])[:, None]
+            wrench[3:, at : at + n] = normal / np.maximum(sine, 1e-12)
             at += n
         n, p, s = self._turn.count, self._turn.predecessor, self._turn.successor
         if n:

@@ -79,7 +79,8 @@ def _lead(
     arrived = np.zeros(N, dtype=bool)
     # neighbours are solved together; those without a leader have to find their own way
     order = np.argsort(leader_of, kind="stable")
-    order = order[led[leader_of[order]]]
+    shifts = np.abs(target - target[:, lead_by[leader_of]]) / solver.longest_strides(request)[:, None]
+    order = order[(led[leader_of] & (np.max(shifts, axis=0, initial=0.0) < 1))[order]]
     for first in range(0, order.size, CHUNK):
         which = order[first : first + CHUNK]
         mine = leader_of[which]

@@ -60,11 +60,14 @@ def correlation(matrix: Array) -> tuple[Array, Array]:
 
 
 def null_space(matrix: Array, tolerance: float) -> tuple[Array, int, float]:
-    """Return an orthonormal basis of the null space (n, k), the rank, and the gap between kept and dropped values."""
+    """Return an orthonormal basis of the null space (n, k), the rank, and the gap between kept and dropped values.
+
+    The entries of ``matrix`` are of the order of 1 where they are not rounding: a matrix of nothing but rounding has rank 0.
+    """
     if matrix.size == 0:
         return np.eye(matrix.shape[1]), 0, np.inf
     _, values, rows = np.linalg.svd(matrix, full_matrices=True)
-    rank = int(np.sum(values > tolerance * values[0])) if values[0] > 0 else 0
+    rank = int(np.sum(values > tolerance * max(values[0], 1.0)))
     dropped = float(values[rank]) if rank < len(values) else 0.0
     gap = float(values[rank - 1]) / dropped if rank and dropped > 0 else np.inf
     return np.ascontiguousarray(rows[rank:].T), rank, gap

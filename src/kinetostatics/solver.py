@@ -15,6 +15,10 @@ from kinetostatics.orientation import Orientation
 
 Array = NDArray[np.float64]
 
+#: Largest part of a line that is tried in one go, in rad and in characteristic lengths. However steadily Newton's method
+#: converges after a larger jump, it may be on another branch: a universal joint closes just as well with one axis turned over.
+LONGEST_TURN, LONGEST_SHIFT = 0.7, 2.0
+
 
 @dataclass(frozen=True)
 class Request:
@@ -99,7 +103,10 @@ class Solver:
         u = frames.directions(one[0], (loop.predecessor_frame[:3, :3] @ side)[:, None])[:, 0]
         v = frames.directions(one[0], (loop.predecessor_frame[:3, :3] @ third)[:, None])[:, 0]
         w = frames.directions(one[1], (loop.successor_frame[:3, :3] @ side)[:, None])[:, 0]
-        return np.asarray(np.arctan2(dot(v, w), dot(u, w)))
+        angle = np.asarray(np.arctan2(dot(v, w), dot(u, w)))
+        if np.isfinite(loop.lower + loop.upper):  # of the angles that differ by full turns the one that may be within the limits
+            angle = angle + 2 * np.pi * np.round(((loop.lower + loop.upper) / 2 - angle) / (2 * np.pi))
+        return angle
 
     def values(self, request: Request, poses: Poses) -> Array:
         """Return the requested coordinates (n, N) of given poses."""
@@ -277,12 +284,17 @@ class Solver:
         N = target.shape[1]
         values, angles = self.origin(request, start) if origin is None else origin
         first = np.array(np.broadcast_to(values, (request.size, N)))
+        if origin is None:  # a pose knows the angle of what turns freely but for full turns: the shorter way
+            turning = self._turning_rows(request)
+            first[turning] += 2 * np.pi * np.round((target[turning] - first[turning]) / (2 * np.pi))
         state = Poses(np.array(np.broadcast_to(start.x, (start.x.shape[0], N))), np.array(np.broadcast_to(angles, (3, N))))
         if request.orientation is not None and request.orientation.name == "tilt_torsion" and 0 in request.angles:
             # an untilted start has no azimuth of its own: it takes that of the target
             row = request.size - len(request.angles) + request.angles.index(0)
             first[row] = state.c[0] = np.where(state.c[1] < 1e-9, target[row], state.c[0])
-        gone, stride, steady = np.zeros(N), np.ones(N), np.ones(N, dtype=bool)
+        far = np.max(np.abs(target - first) / self.longest_strides(request)[:, None], axis=0, initial=0.0)
+        longest = 1 / np.maximum(1.0, far)
+        gone, stride, steady = np.zeros(N), np.array(longest), np.ones(N, dtype=bool)
         active = np.arange(N)
         while active.size:
             trial = np.minimum(gone[active] + stride[active], 1.0)
@@ -291,11 +303,25 @@ class Solver:
             arrived = active[good]
             state.x[:, arrived], state.c[:, arrived] = moved.x[:, good], moved.c[:, good]
             gone[arrived] = trial[good]
-            stride[arrived[steady[arrived]]] *= 2
+            calm = arrived[steady[arrived]]
+            stride[calm] = np.minimum(2 * stride[calm], longest[calm])
             stride[active[~good]] /= 2
             steady[active] = good  # after a step that was too long the next is not doubled at once
-            active = active[(gone[active] < 1) & (stride[active] > shortest)]
+            active = active[(gone[active] < 1) & (stride[active] > shortest * longest[active])]
         return state, gone >= 1, gone
+
+    def _turning_rows(self, request: Request) -> NDArray[np.intp]:
+        """Return which requested coordinates are angles that a pose tells only but for full turns: of drives."""
+        rows = [circular for _, circular in request.coordinates]
+        rows += [self.equations.loops[number].kind != "prismatic" for number in request.loops]
+        return np.flatnonzero(rows)
+
+    def longest_strides(self, request: Request) -> Array:
+        """Return how far the requested coordinates (n,) may go in one go [m, rad]."""
+        turns = [bool(self.tree.column_rotates[column]) for column in request.columns]
+        turns += [self.equations.loops[number].kind != "prismatic" for number in request.loops]
+        turns += [False] * len(request.positions) + [True] * len(request.angles)
+        return np.where(turns, LONGEST_TURN, LONGEST_SHIFT * self.length)
 
     def origin(self, request: Request, start: Poses) -> tuple[Array, Array]:
         """Return where a line starts: the requested coordinates (n, N) and all orientation coordinates (3, N) of poses."""
