@@ -33,7 +33,7 @@ class Status(enum.IntEnum):
     UNREACHABLE = 2
     #: With the drives locked the platform can still move, or a limb cannot hold its own weight; all numbers are NaN.
     SINGULAR = 3
-    #: Rigid limbs overconstrain one another: the twist is valid, undetermined forces are NaN.
+    #: Rigid limbs overconstrain one another, or a rigid ring itself: the twist is valid, undetermined forces are NaN.
     INDETERMINATE = 4
     #: The readable wrench basis of a limb degenerates: twist and joint wrenches are valid, its intensities are NaN.
     BASIS_DEGENERATE = 5

@@ -99,6 +99,15 @@ class Solution:
             total[:, :, self.sources.index("misfit")] += statics.misfit_chords
         return total
 
+    def total_chord_wrenches(self, number: int) -> Array:
+        """Return the chord wrenches (M, 6, g, N) of all contributions together in a group of limbs."""
+        statics = self.statics[number]
+        total = np.einsum("mkign,ign->mkgn", statics.chords, self.intensities[number].sum(axis=1))
+        total += statics.particular
+        if "misfit" in self.sources:
+            total += statics.misfit_chords
+        return total
+
 
 def solve(robot: Robot, frames: Frames, load: Array, gravity: Array, misfits: Misfits | None = None) -> Solution:
     """Solve Eq. (12) for N poses.
@@ -139,6 +148,8 @@ def solve(robot: Robot, frames: Frames, load: Array, gravity: Array, misfits: Mi
     for item in statics:
         degenerate = np.any(item.degenerate, axis=0)
         status = np.where((status == Status.OK) & degenerate, Status.BASIS_DEGENERATE, status).astype(np.int8)
+        loose = np.any(item.loose, axis=(0, 1, 2, 3))
+        status = np.where((status == Status.OK) & loose, Status.INDETERMINATE, status).astype(np.int8)
     status = np.where(_hold(statics, balance.scale) > HELD, status, Status.SINGULAR).astype(np.int8)
     unbalanced = _unbalanced(robot, frames, o, weights, statics)
     for part in unbalanced.values():

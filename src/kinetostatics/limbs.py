@@ -60,6 +60,8 @@ class _Members:
 
     def points(self, frames: Frames) -> Array:
         """Return world positions (3, k, g, N)."""
+        if not self.count:  # which indexing would pay for
+            return np.zeros((3, 0, self.limbs, frames.position.shape[2]))
         return self._shaped(frames.points(self.bodies, self.vectors))
 
     def directions(self, frames: Frames) -> Array:
@@ -68,6 +70,8 @@ class _Members:
 
     def orientations(self, frames: Frames) -> Array:
         """Return world orientations (3, 3, k, g, N)."""
+        if not self.count:
+            return np.zeros((3, 3, 0, self.limbs, frames.position.shape[2]))
         return self._shaped(frames.orientations(self.bodies, self.vectors))
 
     def _shaped(self, array: Array) -> Array:
@@ -141,6 +145,9 @@ class LimbGroup:
         self.platform_joint = self._platform_joint()
         self._y_choice = self._choose_y()
         self._world_y = np.eye(3)[:, np.argmin(np.abs(self._limb_z(robot.zero_frames)[:, :, 0]), axis=0)]
+        own = [[robot.weights.names.index(name) for name in limb.weights] for limb in self.limbs]
+        most = max(map(len, own), default=0)
+        self._own_weights = np.array([row + [0] * (most - len(row)) for row in own], dtype=np.intp).reshape(len(own), most)
         self._outboard_of_freedom = self._outboard(
             [
                 [limb.edges[unit.edge] for unit in units for _ in unit.freedoms]
@@ -192,10 +199,14 @@ class LimbGroup:
         return table
 
     def _outboard(self, edges: list[list[Edge]]) -> Array:
-        """Return the table (limbs, edges, weights) of what is outboard of given edges."""
+        """Return the table (limbs, edges, own weights) of what is outboard of given edges."""
         names = self.robot.weights.names
-        table = [[[(name in edge.outboard) - (name in edge.excluded) for name in names] for edge in row] for row in edges]
-        return np.array(table, dtype=float).reshape(len(edges), len(edges[0]), len(names))
+        table = np.zeros((len(edges), len(edges[0]), self._own_weights.shape[1]))
+        for g, (row, limb) in enumerate(zip(edges, self.limbs, strict=True)):
+            for w in range(len(limb.weights)):
+                name = names[self._own_weights[g, w]]
+                table[g, :, w] = [(name in edge.outboard) - (name in edge.excluded) for edge in row]
+        return table
 
     def _platform_joint(self) -> NDArray[np.bool_]:
         """Mark the freedoms of the outermost run of passive joints with neither beam nor weight between them.
@@ -262,8 +273,12 @@ class LimbGroup:
         o = o[:, None, None]
         axes = self._axes.directions(frames)
         arms = self._centres.points(frames) - o
-        turns = self.rotates[:, None, None]
-        twists = np.concatenate([np.where(turns, cross(arms, axes), axes), np.where(turns, axes, 0.0)]) * self._sign
+        twists = np.empty((6, *axes.shape[1:]))
+        slides = np.flatnonzero(~self.rotates)
+        twists[:3], twists[3:] = cross(arms, axes), axes
+        twists[:3, slides], twists[3:, slides] = axes[:, slides], 0.0
+        if np.any(self._sign < 0):
+            twists *= self._sign
         last = [int(np.flatnonzero(self.unit_of == u)[-1]) for u in range(len(self.units[0]))]
         centres = np.concatenate([arms[:, last], self._outer_points.points(frames) - o], axis=1)
         beam_axes = self._beam_axes.orientations(frames)
@@ -337,12 +352,13 @@ class LimbGroup:
             misfit: (6, elements, g, N) what each element's outboard side is displaced by for no force, about o; None: nothing.
         """
         geometry = self.geometry(frames, o)
-        outboard = np.einsum("gkw,iwn->ikgn", self._outboard_of_freedom, weights)[:, self.passive]
+        own = weights[:, self._own_weights.T.ravel()].reshape(6, *self._own_weights.T.shape, weights.shape[2])
+        outboard = np.einsum("gkw,iwgn->ikgn", self._outboard_of_freedom[:, self.passive], own)
         demand = np.einsum("ik...,ik...->k...", geometry.twists[:, self.passive], outboard) / self._row_scale[:, 0]
         found = self._serial(geometry, demand) if self.is_serial else self._with_rings(geometry, demand)
         chords, particular, self_stress = found.chords, found.particular, found.self_stress
-        beyond = np.einsum("gbw,iwn->ibgn", self._outboard_of_beam, weights)
-        spring_beyond = np.einsum("gbw,iwn->ibgn", self._outboard_of_spring, weights)
+        beyond = np.einsum("gbw,iwgn->ibgn", self._outboard_of_beam, own)
+        spring_beyond = np.einsum("gbw,iwgn->ibgn", self._outboard_of_spring, own)
         load = self.beam_load(geometry, gravity)
         columns = np.concatenate([chords, self_stress], axis=2) if self_stress.shape[2] else chords
         gram, sag = self._strains(geometry, columns, particular, beyond, spring_beyond, load)

@@ -24,6 +24,8 @@ Array = NDArray[np.float64]
 
 #: Smallest pivot of the scaled stiffness, whose entries differ by orders of magnitude: mere rounding.
 SINGULAR = 1e-14
+#: Part of the loads up to which Eq. (5) may stay unbalanced by rounding.
+_BALANCED = 1e-12
 #: Relative singular value below which rigid wrenches count as dependent.
 _DEPENDENT = 1e-9
 
@@ -133,6 +135,9 @@ class PlatformEquilibrium:
         left = right
         for item, W in zip(self._statics, intensities, strict=True):
             left = left - np.einsum("kign,isgn->ksn", item.J_c, W)
+        sizes = np.max(np.abs(right), axis=(1, 2), initial=0.0)
+        if np.all(np.max(np.abs(left), axis=(1, 2), initial=0.0) <= _BALANCED * np.maximum(sizes, np.max(sizes) * self.scale)):
+            return
         step = np.einsum("ijn,jsn->isn", self.compliance, left)
         twists += step
         for item, W, factor in zip(self._statics, intensities, self._factors, strict=True):

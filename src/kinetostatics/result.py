@@ -18,7 +18,7 @@ from kinetostatics.beam_result import FRACTIONS, BeamResult, beam_numbers
 from kinetostatics.configuration import Configuration, Status, frozen
 from kinetostatics.deformation import Deformation, deform
 from kinetostatics.equilibrium import Solution, unit_chords
-from kinetostatics.joint_wrenches import drive_forces, joint_contributions, joint_wrenches
+from kinetostatics.joint_wrenches import actuator_forces, drive_forces, joint_contributions, joint_wrenches
 from kinetostatics.limb_result import LimbResult, some_limb_wrench
 from kinetostatics.screws import move_twist, move_wrench
 from kinetostatics.topology import Part
@@ -192,13 +192,14 @@ class Result:
 
         A drive that other joints mimic moves them too: their forces count with their multipliers.
         """
-        chunks = [drive_forces(self.robot, s, w) for s, w in zip(self.solutions, self._joint_wrenches, strict=True)]
+        chunks = [actuator_forces(self.robot, solution) for solution in self.solutions]
         return MappingProxyType({name: self._public([chunk[name] for chunk in chunks]) for name in chunks[0]})
 
     @cached_property
     def actuator_contributions(self) -> Mapping[str, Mapping[str, Array]]:
         """(…) what each contribution to the twist adds to each drive's force, by drive and contribution [N or N·m]."""
-        chunks = [drive_forces(self.robot, s, w) for s, w in zip(self.solutions, self._joint_contributions, strict=True)]
+        pairs = zip(self.solutions, self._joint_contributions, strict=True)
+        chunks = [drive_forces(self.robot, solution, wrenches) for solution, wrenches in pairs]
         found = {}
         for name in chunks[0]:
             found[name] = MappingProxyType(
@@ -365,8 +366,17 @@ class Result:
                 )
         if np.any(self.status == Status.INDETERMINATE):
             rigid = [limb.name for group in self.robot.limb_groups if group.rigid_directions for limb in group.limbs]
+            rings = [
+                limb.name
+                for solution in self.solutions[:1]
+                for item in solution.statics
+                if np.any(item.loose)
+                for limb in item.group.limbs
+            ]
+            what = [f"the rigid limbs {', '.join(rigid)} overconstrain one another"] if rigid else []
+            what += [f"rigid rings in {', '.join(rings)} are overconstrained in themselves"] if rings else []
             found.append(
-                f"the rigid limbs {', '.join(rigid)} overconstrain one another: how they share their forces is not determined; "
-                "undetermined forces are NaN"
+                f"{' and '.join(what) or 'rigid parts overconstrain one another'}: how they share their forces is not "
+                "determined; undetermined forces are NaN"
             )
         return tuple(found)
