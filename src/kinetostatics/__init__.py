@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from kinetostatics.foreign_loops import MissingFactsError, import_robot
     from kinetostatics.verification import verify
     from kinetostatics.viewer import save_html, show
+    from kinetostatics.workspace import sweep
 
 __version__ = "0.1.0"
 
@@ -68,6 +69,7 @@ __all__ = [
     "save_robot",
     "sections",
     "show",
+    "sweep",
     "tolerances",
     "validate",
     "verify",
@@ -79,7 +81,7 @@ def __dir__() -> list[str]:
 
 
 def __getattr__(name: str) -> Any:
-    """Import the viewer, the check by finite elements and the readers of other tools' files when they are first used."""
+    """Import the viewer, finite elements, workspace maps and the readers of other tools' files when they are first used."""
     if name in ("save_html", "show"):
         from kinetostatics import viewer
 
@@ -90,6 +92,10 @@ def __getattr__(name: str) -> Any:
         return getattr(foreign_loops, name)
     if name in ("indices", "plot"):
         return importlib.import_module({"indices": "kinetostatics.indices", "plot": "kinetostatics.plots"}[name])
+    if name == "sweep":
+        from kinetostatics import workspace
+
+        return workspace.sweep
     if name == "verify":
         from kinetostatics import verification
 

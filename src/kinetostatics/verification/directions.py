@@ -12,8 +12,8 @@ class Directions:
     """Directions of the edges of a graph with a base and a platform.
 
     Where every path from base to platform that visits no node twice passes an edge in the same direction, its inner side is the
-    one that comes first. Where paths pass it in both directions, as the bridge of a cross-brace, its own first side is. What
-    hangs on the rest by itself begins where it hangs.
+    one that comes first. Where paths pass it in both directions, as the bridge of a cross-brace, its own first side is; so it is
+    in a ring that no such path passes. Other edges that none passes point away from what they hang on.
 
     Args:
         edges: the two nodes of every edge, by key.
@@ -29,7 +29,7 @@ class Directions:
             self._at.setdefault(second, []).append((key, first))
 
     def inner_first(self, edge: str) -> bool:
-        """Whether the first node of an edge lies towards the base; on what hangs on the platform alone, towards the platform."""
+        """Whether the first node of an edge lies towards the base, or towards what the edge hangs on."""
         first, second = self._edges[edge]
         forward, backward = self._passes(edge, first, second), self._passes(edge, second, first)
         if forward or backward:

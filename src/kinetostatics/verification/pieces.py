@@ -79,10 +79,14 @@ def placed_joints(configuration: Configuration) -> dict[str, PlacedJoint]:
 
 @dataclass(frozen=True)
 class JointedPieces:
-    """A joint between the ``pieces`` of its predecessor and its successor."""
+    """A joint between the ``pieces`` of its predecessor and its successor.
+
+    ``along`` tells for a joint inside a telescopic beam the beam's name, and whether the predecessor is nearer to its start.
+    """
 
     joint: PlacedJoint
     pieces: tuple[int, int]
+    along: tuple[str, bool] | None = None
 
 
 @dataclass(frozen=True)
@@ -118,6 +122,8 @@ class Pieces:
         #: the pieces of every link with the point at which each is found, None where everything of the link is one piece
         self._of: dict[str, list[tuple[Array | None, int]]] = {}
         self._inside: list[JointedPieces] = []
+        #: where a telescopic beam begins or ends, for every piece between there and the beam
+        self._whole: dict[int, int] = {}
         spans = SpanFinder(self.robot.mechanism).spans()
         self._carriers = {span.beam.link for span in spans.values()}
         self._make(spans.values())
@@ -194,6 +200,10 @@ class Pieces:
         ends = (self._new() if before else first, self._new() if after else last)
         if 0 < carrier < len(chain):  # what else is on the carrier moves with the beam's start
             self._parent[self.of_link(links[carrier])] = ends[0]
+        for piece in (*before, ends[0]):
+            self._whole[piece] = first
+        for piece in (*after, ends[1]):
+            self._whole[piece] = last
         for row, joints, outer in (
             ([*before, ends[0]], chain[:carrier], links[1 : carrier + 1]),
             ([ends[1], *after], chain[carrier:], links[carrier + 1 :]),
@@ -201,7 +211,7 @@ class Pieces:
             for joint, inner_piece, outer_piece, link in zip(joints, row, row[1:], outer, strict=False):
                 forward = joint.links[1] == link
                 pieces = (inner_piece, outer_piece) if forward else (outer_piece, inner_piece)
-                self._inside.append(JointedPieces(joint, pieces))
+                self._inside.append(JointedPieces(joint, pieces, (span.beam.name, forward)))
         return PlacedBeam(span.beam.name, ends, np.array([start, end]))
 
     # ---- which side is inboard --------------------------------------------------------------------------------------
@@ -225,16 +235,20 @@ class Pieces:
         base, platform = self._rigid_with(self.description.base), self._rigid_with(self.description.platform)
 
         def node(piece: int) -> int:
-            piece = self.find(piece)
+            piece = self.find(self._whole.get(self.find(piece), piece))
             return self.base if piece in base else self.platform if piece in platform else piece
 
-        edges = {f"joint:{k}": item.pieces for k, item in enumerate(self.jointed)}
+        edges = {f"joint:{k}": item.pieces for k, item in enumerate(self.jointed) if item.along is None}
         edges |= {f"beam:{name}": beam.pieces for name, beam in self.beams.items()}
         return Directions({key: (node(first), node(second)) for key, (first, second) in edges.items()}, self.base, self.platform)
 
     def predecessor_is_inner(self, number: int) -> bool:
         """Whether the predecessor of the ``number``-th jointed pieces lies towards the base."""
-        return self._directions.inner_first(f"joint:{number}")
+        along = self.jointed[number].along
+        if along is None:
+            return self._directions.inner_first(f"joint:{number}")
+        beam, forward = along
+        return self.start_is_inner(beam) == forward
 
     def start_is_inner(self, beam: str) -> bool:
         """Whether a beam's start lies towards the base."""

@@ -1,0 +1,228 @@
+"""The grid of a sweep: its axes, vectors that may vary along them, and how it is cut into blocks."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.exceptions import ArgumentError
+
+if TYPE_CHECKING:
+    from kinetostatics.robot import Robot
+
+Array = NDArray[np.float64]
+#: A part of the grid: a range of indices along each axis.
+Block = tuple[slice, ...]
+
+LENGTHS = ("x", "y", "z")
+
+
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """One dimension of the grid.
+
+    Attributes:
+        name: of the dimension.
+        kind: "parameter" of the robot file, "case" (a dimension of a load or of gravity) or "coordinate" of platform or drives.
+        values: (n,) numbers in SI, or strings.
+        units: of the values; empty: not known.
+    """
+
+    name: str
+    kind: str
+    values: NDArray[Any]
+    units: str = ""
+
+    @property
+    def size(self) -> int:
+        """Number of values."""
+        return len(self.values)
+
+    @property
+    def long_name(self) -> str:
+        """What it is, in words."""
+        if self.kind == "parameter":
+            return f"parameter {self.name} of the robot file"
+        if self.kind == "case":
+            return f"{self.name} of loads"
+        if self.name in LENGTHS:
+            return f"{self.name} of the platform's reference point o"
+        return f"orientation coordinate {self.name} of the platform" if self.units == "rad" else self.name
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the axis as plain values."""
+        return {"kind": self.kind, "units": self.units, "values": self.values.tolist()}
+
+
+@dataclass(frozen=True, eq=False)
+class Field:
+    """A vector [f; m], gravity or a point, which may vary along axes of the grid.
+
+    Attributes:
+        dims: names of the axes along which it varies.
+        values: (…, k), one axis for each of ``dims``.
+    """
+
+    dims: tuple[str, ...]
+    values: Array
+
+    def of(self, axes: Sequence[Axis], block: Block) -> Array:
+        """Return the values in a block (…, k), one axis for each of ``axes``, of size 1 where the field does not vary."""
+        names = [axis.name for axis in axes]
+        values = self.values[tuple(block[names.index(name)] for name in self.dims)]
+        order = sorted(range(len(self.dims)), key=lambda k: names.index(self.dims[k]))
+        values = values.transpose(*order, len(self.dims))
+        return values.reshape(*(values.shape[order.index(self.dims.index(n))] if n in self.dims else 1 for n in names), -1)
+
+    def as_json(self) -> Any:
+        """Return the field as plain values."""
+        return self.values.tolist() if not self.dims else {"dims": list(self.dims), "values": self.values.tolist()}
+
+
+def shape_of(axes: Sequence[Axis]) -> tuple[int, ...]:
+    """Return the sizes of axes."""
+    return tuple(axis.size for axis in axes)
+
+
+# ---- what people give ------------------------------------------------------------------------------------------------
+
+
+def split_values(
+    what: str, given: Mapping[str, Any], kind: str, units: Mapping[str, str] | str = ""
+) -> tuple[list[Axis], dict[str, Any]]:
+    """Return the axes of one-dimensional arrays, and the single values that are held.
+
+    Args:
+        what: the argument's name, for messages.
+        given: numbers and arrays by name; parameters may be strings too.
+        kind: of the axes.
+        units: by name, or of all.
+
+    Raises:
+        ArgumentError: an array has more dimensions, is empty, has a value twice, or one that is not finite.
+    """
+    if not isinstance(given, Mapping):
+        raise ArgumentError(f"{what} is {given!r}; it must be a mapping from names to numbers and one-dimensional arrays")
+    axes, held = [], {}
+    for name, value in given.items():
+        array = _array(what, name, value, text=kind == "parameter")
+        if array.ndim == 0:
+            held[name] = array.item()
+            continue
+        if array.ndim > 1:
+            raise ArgumentError(
+                f"{what}: {name} has the shape {array.shape}; a sweep takes the outer product of one-dimensional arrays"
+            )
+        if not len(array):
+            raise ArgumentError(f"{what}: {name} is empty")
+        if len(set(array.tolist())) < len(array):
+            raise ArgumentError(f"{what}: {name} has a value twice; along a dimension every value stands once")
+        axes.append(Axis(name, kind, array, units if isinstance(units, str) else units.get(name, "")))
+    return axes, held
+
+
+def _array(what: str, name: str, value: Any, text: bool) -> NDArray[Any]:
+    array = np.asarray(value)
+    if text and (array.dtype.kind in "UbiO" or isinstance(value, str)):
+        if array.dtype.kind == "O" and not all(isinstance(item, (str, int, float)) for item in array.ravel()):
+            raise ArgumentError(f"{what}: {name} is {value!r}; values are numbers or strings")
+        return array if array.dtype.kind != "O" else array.astype(str)
+    try:
+        array = array.astype(np.float64)
+    except (TypeError, ValueError):
+        raise ArgumentError(f"{what}: {name} is {value!r}, not a number or an array of numbers") from None
+    if not np.all(np.isfinite(array)):
+        raise ArgumentError(f"{what}: {name} has values that are not finite")
+    return array
+
+
+def read_field(what: str, value: Any, size: int) -> tuple[Field, list[Axis]]:
+    """Return a vector, and an axis for each dimension along which it varies.
+
+    Args:
+        what: the argument's name, for messages.
+        value: a vector; or an ``xarray.DataArray`` whose dimension ``component`` is that of the vector.
+        size: of the vector.
+
+    Raises:
+        ArgumentError: it has another size, dimensions without names, or entries that are not finite.
+    """
+    dims: tuple[str, ...] = ()
+    named = hasattr(value, "dims") and hasattr(value, "transpose")
+    if named:
+        if "component" not in value.dims:
+            raise ArgumentError(f"{what} has the dimensions {value.dims}; one of them must be 'component', of size {size}")
+        value = value.transpose(..., "component")
+        dims = tuple(str(name) for name in value.dims[:-1])
+    try:
+        array = np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise ArgumentError(f"{what} is not an array of numbers: {value!r}") from None
+    if array.ndim == 0 or array.shape[-1] != size:
+        raise ArgumentError(f"{what} has the shape {array.shape}; it must have {size} entries")
+    if array.ndim > 1 and not named:
+        raise ArgumentError(
+            f"{what} has the shape {array.shape}; give it as an xarray.DataArray, whose dimensions have names, "
+            f"for example ('case', 'component')"
+        )
+    if not np.all(np.isfinite(array)):
+        raise ArgumentError(f"{what} has entries that are not finite")
+    axes = []
+    for position, name in enumerate(dims):
+        labels = np.asarray(value[name]) if name in value.coords else np.arange(array.shape[position])
+        axes.append(Axis(name, "case", labels.astype(str) if labels.dtype.kind == "O" else labels))
+    return Field(dims, array), axes
+
+
+def coordinate_units(robot: Robot, kind: str, names: Sequence[str]) -> dict[str, str]:
+    """Return the units of coordinates of the platform or of drives."""
+    if kind == "platform":
+        return {name: "m" if name in LENGTHS else "rad" for name in names}
+    connections = robot.mechanism.connections
+    return {name: "m" if name in connections and connections[name].kind == "prismatic" else "rad" for name in names}
+
+
+# ---- blocks ----------------------------------------------------------------------------------------------------------
+
+
+def block_sizes(axes: Sequence[Axis], poses: int) -> tuple[int, ...]:
+    """Return the sizes of blocks of about so many poses: whole along the last axes, one along parameters.
+
+    Blocks of one robot only, because building a robot costs as much as thousands of poses.
+    """
+    sizes = [1] * len(axes)
+    left = max(poses, 1)
+    for k in reversed(range(len(axes))):
+        if axes[k].kind == "parameter":
+            continue
+        number = max(1, min(axes[k].size, left))
+        pieces = -(-axes[k].size // number)
+        sizes[k] = -(-axes[k].size // pieces)  # equal pieces
+        left = left // sizes[k]
+    return tuple(sizes)
+
+
+def chunk_sizes(axes: Sequence[Axis], chunks: Mapping[str, Any]) -> tuple[int, ...]:
+    """Return the sizes of blocks that ``chunks={"z": 5, …}`` asks for; what is not named is whole, −1 too.
+
+    Raises:
+        ArgumentError: an unknown name or an impossible size.
+    """
+    names = [axis.name for axis in axes]
+    for name, size in chunks.items():
+        if name not in names:
+            raise ArgumentError(f"chunks: {name!r} is no dimension of the sweep; it has {', '.join(names) or 'none'}")
+        if not isinstance(size, (int, np.integer)) or isinstance(size, bool) or (size < 1 and size != -1):
+            raise ArgumentError(f"chunks: the size along {name} is {size!r}; it must be a number of values, or -1 for all")
+    return tuple(min(int(chunks[a.name]), a.size) if chunks.get(a.name, -1) != -1 else a.size for a in axes)
+
+
+def cut(shape: Sequence[int], sizes: Sequence[int]) -> Iterator[Block]:
+    """Yield the blocks of a grid in order, the last axis fastest."""
+    pieces = [[slice(start, min(start + size, n)) for start in range(0, n, size)] for n, size in zip(shape, sizes, strict=True)]
+    yield from itertools.product(*pieces)

@@ -1,0 +1,217 @@
+"""What a sweep is asked for, in a form that can be sent to other processes and compared with what was asked before."""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import json
+import os
+import threading
+from collections import OrderedDict
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.description import RobotDescription
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.robot import Robot, load_robot
+from kinetostatics.workspace.grid import Axis, Block, Field, shape_of
+
+Array = NDArray[np.float64]
+#: Which value each parameter has: an index along each parameter axis.
+Combination = tuple[int, ...]
+
+#: Robots that a thread keeps ready.
+KEPT = 4
+
+_kept = threading.local()
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """Where the robots of a sweep come from: a description, or a file to be read with each combination of parameters.
+
+    Attributes:
+        path: the file as given, or "<python>".
+        description: of the only robot; None if parameters vary.
+        files: sha256 of the robot file and of those that it includes, by path.
+        text: sha256 of the robot written as plain URDF, that of the first combination of parameters.
+    """
+
+    path: str
+    description: RobotDescription | None
+    files: Mapping[str, str]
+    text: str
+
+    def load(self, parameters: Mapping[str, object]) -> Robot:
+        """Return a robot.
+
+        Raises:
+            RobotFileError: the file is wrong.
+            ArgumentError: a file has changed since the sweep began.
+        """
+        if self.description is not None:
+            return Robot(self.description)
+        robot = load_robot(self.path, parameters)
+        for name, known in self.files.items():
+            if sha256_of(name) != known:
+                raise ArgumentError(f"{name} has changed since the sweep began; start it anew")
+        return robot
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """A sweep.
+
+    Attributes:
+        source: of its robots.
+        kind: "platform" or "actuators": what the coordinates are.
+        axes: of the grid: parameters, then cases of loads, then coordinates.
+        held: coordinates that are the same everywhere [m, rad].
+        constants: parameters of the robot file that are the same everywhere.
+        orientation: what the platform's orientation coordinates mean.
+        load, gravity, point, frame, misfits: as :func:`kinetostatics.analyze` takes them.
+        tolerance: how far loops may stay open [m, rad].
+        beams: whether stresses and deflections of beams are wanted too.
+        versions: of the packages that compute, by name.
+    """
+
+    source: Source
+    kind: str
+    axes: tuple[Axis, ...]
+    held: Mapping[str, float]
+    constants: Mapping[str, object]
+    orientation: str | None
+    load: Field
+    gravity: Field
+    point: Field | None
+    frame: str
+    misfits: Mapping[str, Any] | None
+    tolerance: float
+    beams: bool
+    versions: Mapping[str, str]
+
+    # ---- the grid ---------------------------------------------------------------------------------------------------
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Sizes of all axes."""
+        return shape_of(self.axes)
+
+    @property
+    def size(self) -> int:
+        """Number of poses, each case of loads counted."""
+        return int(np.prod(self.shape))
+
+    def axes_of(self, *kinds: str) -> tuple[Axis, ...]:
+        """Return the axes of given kinds."""
+        return tuple(axis for axis in self.axes if axis.kind in kinds)
+
+    def part(self, block: Block, *kinds: str) -> Block:
+        """Return what a block is along the axes of given kinds."""
+        return tuple(piece for piece, axis in zip(block, self.axes, strict=True) if axis.kind in kinds)
+
+    def combinations(self, block: Block | None = None) -> Iterator[Combination]:
+        """Yield the combinations of parameters, of all or of a block, the last parameter fastest."""
+        block = block or tuple(slice(0, axis.size) for axis in self.axes)
+        yield from itertools.product(*(range(piece.start, piece.stop) for piece in self.part(block, "parameter")))
+
+    def parameters(self, combination: Combination) -> dict[str, object]:
+        """Return the values of all parameters."""
+        varying = {axis.name: axis.values[k].item() for axis, k in zip(self.axes_of("parameter"), combination, strict=True)}
+        return {**self.constants, **varying}
+
+    def coordinates(self, block: Block) -> dict[str, Array]:
+        """Return the coordinates (N,) of all poses in a block of coordinate axes, held ones too."""
+        axes = self.axes_of("coordinate")
+        mesh = np.meshgrid(*(axis.values[piece] for axis, piece in zip(axes, block, strict=True)), indexing="ij")
+        count = int(np.prod([piece.stop - piece.start for piece in block])) if block else 1
+        values = {axis.name: array.ravel() for axis, array in zip(axes, mesh, strict=True)}
+        return {**values, **{name: np.full(count, value) for name, value in self.held.items()}}
+
+    # ---- robots -----------------------------------------------------------------------------------------------------
+
+    def robot(self, combination: Combination) -> Robot:
+        """Return a robot; each thread keeps the last few, because robots are costly to build and not made to be shared."""
+        kept: OrderedDict[Any, Robot] = _kept.__dict__.setdefault("robots", OrderedDict())
+        key = (self.identity, combination)
+        if key not in kept:
+            kept[key] = self.source.load(self.parameters(combination))
+        kept.move_to_end(key)
+        while len(kept) > KEPT:
+            kept.popitem(last=False)
+        return kept[key]
+
+    def keep(self, combination: Combination, robot: Robot) -> None:
+        """Let this thread use a robot that is there already."""
+        kept: OrderedDict[Any, Robot] = _kept.__dict__.setdefault("robots", OrderedDict())
+        kept[self.identity, combination] = robot
+
+    # ---- what makes it this sweep and no other ----------------------------------------------------------------------
+
+    @property
+    def arguments(self) -> dict[str, Any]:
+        """All arguments as plain values."""
+        return {
+            self.kind: {
+                **{axis.name: axis.values.tolist() for axis in self.axes_of("coordinate")},
+                **self.held,
+            },
+            "parameters": {**{axis.name: axis.values.tolist() for axis in self.axes_of("parameter")}, **self.constants},
+            "orientation": self.orientation,
+            "load": self.load.as_json(),
+            "gravity": self.gravity.as_json(),
+            "point": None if self.point is None else self.point.as_json(),
+            "frame": self.frame,
+            "misfits": plain(self.misfits),
+            "tolerance": self.tolerance,
+            "beams": self.beams,
+        }
+
+    @cached_property
+    def facts(self) -> dict[str, Any]:
+        """Everything that the numbers depend on, as plain values in one level."""
+        grid = {f"axis {axis.name}": axis.as_json() for axis in self.axes}
+        return {
+            **self.arguments,
+            **grid,
+            "robot": self.source.text,
+            "order of dimensions": [axis.name for axis in self.axes],
+            **{f"version of {name}": version for name, version in self.versions.items()},
+        }
+
+    @cached_property
+    def identity(self) -> str:
+        """Sha256 of :attr:`facts`."""
+        return hashlib.sha256(as_text(self.facts).encode()).hexdigest()
+
+
+def plain(value: Any) -> Any:
+    """Return nested mappings and arrays as plain values."""
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(item) for item in value]
+    return np.asarray(value).tolist() if isinstance(value, (np.ndarray, np.generic)) else value
+
+
+def as_text(value: Any) -> str:
+    """Return plain values as JSON, always the same for the same values."""
+    return json.dumps(plain(value), sort_keys=True, ensure_ascii=False, separators=(",", ":"))
+
+
+def sha256_of(path: str | os.PathLike[str]) -> str:
+    """Return the sha256 of a file, empty if it cannot be read."""
+    try:
+        with open(path, "rb") as file:
+            return hashlib.file_digest(file, "sha256").hexdigest() if hasattr(hashlib, "file_digest") else _digest(file.read())
+    except (OSError, ValueError):
+        return ""
+
+
+def _digest(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()

@@ -1,0 +1,79 @@
+"""Where a Dataset comes from: files, versions, arguments."""
+
+from __future__ import annotations
+
+import datetime
+import hashlib
+import os
+import shlex
+from collections.abc import Mapping, Sequence
+from importlib import metadata
+from typing import Any
+
+from kinetostatics.description import RobotDescription
+from kinetostatics.workspace.plan import Plan, as_text, sha256_of
+from kinetostatics.workspace.schema import Labels
+
+CONVENTIONS = "CF-1.11"
+#: Longer values are told by their first, last and number: what they are stands in the Dataset's coordinates.
+LONGEST = 64
+#: Packages whose versions the numbers depend on.
+PACKAGES = {"kinetostatics": "kinetostatics", "pinocchio": "pin", "numpy": "numpy"}
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of the packages that compute."""
+    found = {}
+    for name, distribution in PACKAGES.items():
+        try:
+            found[name] = metadata.version(distribution)
+        except metadata.PackageNotFoundError:
+            found[name] = "unknown"
+    return found
+
+
+def files_of(description: RobotDescription) -> dict[str, str]:
+    """Return sha256 of a robot's file and of those that its elements stand in, by path."""
+    tables = (description.links, description.joints, description.loops, description.beams, description.joint_stiffness)
+    places = [item.place.file for table in tables for item in table.values()]
+    names = dict.fromkeys([description.path, description.platform_place.file, *places])
+    return {name: digest for name in names if os.path.isfile(name) and (digest := sha256_of(name))}
+
+
+def text_digest(description: RobotDescription) -> str:
+    """Return the sha256 of the robot written as plain URDF: of everything that its files say."""
+    return hashlib.sha256(description.urdf.encode()).hexdigest()
+
+
+def attributes(plan: Plan, labels: Labels, command_line: Sequence[str] | None = None) -> dict[str, Any]:
+    """Return the attributes of the Dataset."""
+    now = datetime.datetime.now(datetime.timezone.utc).replace(microsecond=0).isoformat()
+    command = shlex.join(command_line) if command_line else ""
+    found = {
+        "Conventions": CONVENTIONS,
+        "title": f"workspace map of the parallel manipulator {labels.robot}",
+        "source": f"kinetostatics {plan.versions['kinetostatics']}",
+        "history": f"{now} {command or 'kinetostatics.sweep'}",
+        "references": "Yang, Huang, Ye, Chen, Chinese Journal of Mechanical Engineering 36 (2023)",
+        "date": now,
+        "robot_name": labels.robot,
+        "robot_path": plan.source.path,
+        "robot_files": as_text(plan.source.files),
+        "robot_sha256": plan.source.files.get(plan.source.path, ""),
+        "robot_text_sha256": plan.source.text,
+        "parameters": as_text(_short(plan.arguments["parameters"])),
+        "arguments": as_text(_short(plan.arguments)),
+        "sweep_sha256": plan.identity,
+        **{f"{name}_version": version for name, version in plan.versions.items()},
+    }
+    if command:
+        found["command_line"] = command
+    return found
+
+
+def _short(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _short(item) for key, item in value.items()}
+    if isinstance(value, list) and len(value) > LONGEST:
+        return {"first": value[0], "last": value[-1], "count": len(value)}
+    return value

@@ -1,0 +1,392 @@
+"""``sweep``: reads what is asked for, has it computed, and returns or stores the Dataset."""
+
+from __future__ import annotations
+
+import os
+import sys
+import warnings
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kinetostatics.exceptions import ArgumentError, KinetostaticsError
+from kinetostatics.robot import Robot, load_robot
+from kinetostatics.shipped import robot_path
+from kinetostatics.workspace import provenance
+from kinetostatics.workspace.compute import assemble
+from kinetostatics.workspace.crew import Crew
+from kinetostatics.workspace.finishing import Finished
+from kinetostatics.workspace.grid import (
+    Axis,
+    Block,
+    Field,
+    block_sizes,
+    coordinate_units,
+    cut,
+    read_field,
+    shape_of,
+    split_values,
+)
+from kinetostatics.workspace.plan import Combination, Plan, Source
+from kinetostatics.workspace.schema import ZERO_MODE, Labels, check_names, labels_of, template
+from kinetostatics.workspace.storage import Storage, open_map
+from kinetostatics.workspace.targets import Memory, NetCDF, Target, Zarr, patch, write_block
+from kinetostatics.workspace.tasks import BlockTask, FinishTask, Task, perform
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from kinetostatics.description import RobotDescription
+
+#: Poses of a block, at most; with beams, whose numbers are many, fewer.
+BLOCK, BLOCK_WITH_BEAMS = 8000, 2000
+#: Blocks that every worker should have, so that none waits long for the last.
+SHARE = 4
+#: A smaller sweep is done before other processes have started.
+ALONE = 50_000
+#: Poses of one robot that are looked at together a second time, whose joints' coordinates must be in memory.
+REGION = 2_000_000
+
+INSTALL = "pip install 'kinetostatics[sweep]'"
+
+
+def sweep(
+    robot: Robot | RobotDescription | str | os.PathLike[str],
+    platform: Mapping[str, ArrayLike] | None = None,
+    actuators: Mapping[str, ArrayLike] | None = None,
+    *,
+    orientation: str | None = None,
+    load: Any = (0, 0, 0, 0, 0, 0),
+    gravity: Any = (0, 0, -9.81),
+    point: Any = None,
+    frame: str = "world",
+    misfits: Mapping[str, Any] | None = None,
+    parameters: Mapping[str, Any] | None = None,
+    beams: bool = False,
+    tolerance: float = 1e-10,
+    out: str | os.PathLike[str] | None = None,
+    restart: bool = False,
+    chunks: Mapping[str, int] | str | None = None,
+    workers: int | None = None,
+    progress: bool | None = None,
+    command_line: Sequence[str] | None = None,
+) -> xr.Dataset:
+    """Analyze a robot on a grid of poses: the outer product of one-dimensional arrays.
+
+    Args:
+        robot: a robot; or its file, or the name of one that comes with the package, which ``parameters`` need.
+        platform: platform coordinates by name, as :meth:`Robot.assemble` takes them [m, rad]: an array is a dimension of the
+            grid, a number is the same at all poses.
+        actuators: instead, coordinates of all drives.
+        orientation: what the orientation coordinates mean, see :meth:`Robot.assemble`.
+        load, gravity, point, frame, misfits: see :func:`kinetostatics.analyze`. Load, gravity and point may be an
+            ``xarray.DataArray`` whose last dimension is ``component``: its other dimensions become dimensions of the grid, unless
+            they are that already.
+        parameters: values of the file's xacro arguments: an array is a dimension of the grid, a number or string is the same
+            everywhere.
+        beams: whether to add ``beam_stress``, ``beam_euler_ratio`` and ``beam_deflection``, which take most of the time then.
+        tolerance: how far loops may stay open [m, rad].
+        out: a file ``….nc`` or ``….zarr`` to write to while it is computed, in bounded memory. If the sweep is interrupted, the
+            same call goes on with it.
+        restart: begin anew, whatever ``out`` holds.
+        chunks: sizes along dimensions, ``{"z": 10}`` (others whole), or "auto": return a Dataset of dask arrays at once, whose
+            chunks are computed when they are needed, by whatever scheduler dask has.
+        workers: how many processes compute; None: as many as cores, or none but this one for a small sweep.
+        progress: whether to show a bar on standard error; None: if that is a terminal.
+        command_line: what to say of the command in the attributes.
+
+    Returns:
+        The Dataset; ``docs/workspace.md`` says what is in it. With ``out`` it is read from there when needed.
+
+    Raises:
+        ArgumentError: an argument makes no sense, or ``out`` holds something else.
+        CoordinatesError: coordinates are missing, unknown, or do not determine the pose.
+        RobotFileError: the robot's file is wrong.
+        KinetostaticsError: a package is missing; the message says how to install it.
+    """
+    _need("xarray")
+    plan, first = _plan(
+        robot, platform, actuators, orientation, load, gravity, point, frame, misfits, parameters, beams, tolerance
+    )
+    labels = labels_of(plan, first)
+    check_names(plan, labels)
+    _try(plan, first)
+    attributes = provenance.attributes(plan, labels, command_line)
+    if chunks is not None:
+        if out is not None:
+            raise ArgumentError("give out= or chunks=: a Dataset of dask arrays is saved by its own to_netcdf and to_zarr")
+        _need("dask")
+        from kinetostatics.workspace.lazy import lazy_dataset
+
+        return lazy_dataset(plan, labels, chunks).assign_attrs(attributes)
+    number = _workers(workers, plan.size)
+    poses = max(1, min(BLOCK_WITH_BEAMS if beams else BLOCK, -(-plan.size // (SHARE * number if number > 1 else 1))))
+    run = _Run(plan, labels, block_sizes(plan.axes, poses), number, attributes)
+    if out is None:
+        return run.in_memory(progress)
+    path = os.fspath(out)
+    storage = Storage(path, plan, run.sizes, attributes, restart)
+    if not storage.done:
+        run.sizes = storage.sizes
+        run.on_disk(storage, progress)
+    return open_map(path)
+
+
+# ---- reading the arguments -------------------------------------------------------------------------------------------
+
+
+def _plan(
+    robot: Any,
+    platform: Mapping[str, ArrayLike] | None,
+    actuators: Mapping[str, ArrayLike] | None,
+    orientation: str | None,
+    load: Any,
+    gravity: Any,
+    point: Any,
+    frame: str,
+    misfits: Mapping[str, Any] | None,
+    parameters: Mapping[str, Any] | None,
+    beams: bool,
+    tolerance: float,
+) -> tuple[Plan, Robot]:
+    if platform is not None and actuators is not None:
+        raise ArgumentError("give either platform= or actuators=, not both")
+    varying, constants = split_values("parameters", parameters or {}, "parameter")
+    start = {**constants, **{axis.name: axis.values[0].item() for axis in varying}}
+    first, source = _source(robot, start, bool(varying))
+    kind = "platform" if platform is not None else "actuators"
+    given = platform if platform is not None else actuators
+    if given is None:
+        given = dict.fromkeys(first.description.driven, 0.0)
+    units = coordinate_units(first, kind, list(given))
+    coordinates, held = split_values(kind, given, "coordinate", units)
+    fields, cases = _fields({"load": (load, 6), "gravity": (gravity, 3), "point": (point, 3)}, [*varying, *coordinates])
+    plan = Plan(
+        source,
+        kind,
+        (*varying, *cases, *coordinates),
+        held,
+        constants if parameters else {},
+        orientation,
+        fields["load"],
+        fields["gravity"],
+        fields.get("point"),
+        frame,
+        misfits,
+        float(tolerance),
+        bool(beams),
+        provenance.versions(),
+    )
+    plan.keep((0,) * len(varying), first)
+    return plan, first
+
+
+def _source(robot: Any, parameters: Mapping[str, Any], varying: bool) -> tuple[Robot, Source]:
+    """Return the first robot, and where the others come from."""
+    if isinstance(robot, (str, os.PathLike)):
+        path = os.fspath(robot_path(robot))
+        found = load_robot(path, parameters)
+    elif parameters:
+        raise ArgumentError(
+            "parameters belong to the robot's file: give its path instead of a robot that is loaded already, with all values "
+            "that are not the file's own in parameters="
+        )
+    else:
+        found = robot if isinstance(robot, Robot) else Robot(robot)
+        path = found.description.path
+    description = found.description
+    files = provenance.files_of(description)
+    return found, Source(path, None if varying else description, files, provenance.text_digest(description))
+
+
+def _fields(given: Mapping[str, tuple[Any, int]], known: Sequence[Axis]) -> tuple[dict[str, Field], list[Axis]]:
+    """Return load, gravity and point, and the dimensions that they add to the grid."""
+    fields: dict[str, Field] = {}
+    cases: list[Axis] = []
+    for what, (value, size) in given.items():
+        if value is None:
+            continue
+        fields[what], axes = read_field(what, value, size)
+        for axis in axes:
+            same = next((item for item in (*known, *cases) if item.name == axis.name), None)
+            if same is None:
+                cases.append(axis)
+            elif not np.array_equal(same.values, axis.values):
+                raise ArgumentError(f"{what} varies along {axis.name!r}, but with other values than the grid has there")
+    return fields, cases
+
+
+def _try(plan: Plan, first: Robot) -> None:
+    """Let coordinates and vectors be complained about before anything is computed."""
+    from kinetostatics.equilibrium import analyze
+
+    corner = plan.coordinates(tuple(slice(0, 1) for _ in plan.axes_of("coordinate")))
+    configuration = assemble(plan, first, corner)
+    analyze(configuration, frame=plan.frame, misfits=plan.misfits, on_failure="nan")
+
+
+def _workers(workers: int | None, size: int) -> int:
+    if workers is None:
+        return _cores() if size >= ALONE else 1
+    if isinstance(workers, bool) or not isinstance(workers, (int, np.integer)) or workers < 1:
+        raise ArgumentError(f"workers is {workers!r}; it must be a number of processes, at least 1, or None")
+    return int(workers)
+
+
+def _cores() -> int:
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _need(package: str) -> None:
+    import importlib.util
+
+    if importlib.util.find_spec(package) is None:
+        extra = "dask" if package == "dask" else "sweep"
+        raise KinetostaticsError(f"a sweep needs {package}: pip install 'kinetostatics[{extra}]'")
+
+
+# ---- computing -------------------------------------------------------------------------------------------------------
+
+
+class _Run:
+    """A sweep that is being computed."""
+
+    def __init__(self, plan: Plan, labels: Labels, sizes: tuple[int, ...], workers: int, attributes: Mapping[str, Any]) -> None:
+        self.plan, self.labels, self.sizes, self.workers = plan, labels, sizes, workers
+        self.attributes = dict(attributes)
+        self.template = template(plan, labels)
+
+    def in_memory(self, progress: bool | None) -> xr.Dataset:
+        """Return the whole Dataset."""
+        target = Memory(self.plan, self.labels)
+        blocks = list(cut(self.plan.shape, self.sizes))
+        with ExitStack() as stack:
+            crew = self._crew(stack, len(blocks))
+            bar = stack.enter_context(_Bar(progress, self.plan.size))
+            for number, numbers in self._perform(crew, [BlockTask(block) for block in blocks]):
+                write_block(target, self.plan, self.labels, blocks[number], numbers)
+                bar.advance(_count(blocks[number]))
+            self._finish(crew, target)
+        return target.dataset(self.template).assign_attrs(self.attributes)
+
+    def on_disk(self, storage: Storage, progress: bool | None) -> None:
+        """Compute what is not there yet, and store the whole."""
+        everything = list(storage.blocks())
+        missing = [(path, block) for path, block, finished in everything if not finished]
+        with ExitStack() as stack:
+            crew = self._crew(stack, len(missing))
+            bar = stack.enter_context(_Bar(progress, self.plan.size))
+            bar.advance(self.plan.size - sum(_count(block) for _, block in missing), before=True)
+            while True:
+                for number, _ in self._perform(crew, [BlockTask(block, path) for path, block in missing]):
+                    bar.advance(_count(missing[number][1]))
+                target, missing = storage.gather(self.template, self.labels)
+                if not missing:
+                    break
+                for path, _ in missing:
+                    os.remove(path)
+                target.close({})
+            self._finish(crew, target)
+            target.close(self.attributes)
+            storage.publish()
+
+    def _crew(self, stack: ExitStack, pieces: int) -> Crew | None:
+        workers = min(self.workers, pieces)
+        return stack.enter_context(Crew(self.plan, self.labels, workers)) if workers > 1 else None
+
+    def _perform(self, crew: Crew | None, tasks: Iterable[Task]) -> Iterator[tuple[int, Any]]:
+        if crew is not None:
+            yield from crew.perform(tasks)
+            return
+        for number, task in enumerate(tasks):
+            yield number, perform(self.plan, self.labels, task)
+
+    # ---- the second look --------------------------------------------------------------------------------------------
+
+    def _finish(self, crew: Crew | None, target: Memory | NetCDF | Zarr) -> None:
+        """Look at the grid of every robot once more, and say in the attributes what came of it."""
+        cases = tuple(slice(0, axis.size) for axis in self.plan.axes_of("case"))
+        jobs = [(combination, region) for combination in self.plan.combinations() for region in self._regions()]
+        found = {"mode_jumps": 0, "poses_of_other_modes": 0, "poses_by_neighbours": 0}
+        sizes = tuple(size for size, axis in zip(self.sizes, self.plan.axes, strict=True) if axis.kind == "coordinate")
+        for number, finished in self._look(crew, target, cases, jobs):
+            combination, region = jobs[number]
+            patch(target, self.plan, self.labels, combination, cases, region, finished, sizes)
+            found["mode_jumps"] += finished.jumps
+            found["poses_of_other_modes"] += finished.retracted
+            found["poses_by_neighbours"] += finished.gained
+        self.attributes.update(found)
+        if found["mode_jumps"]:
+            warnings.warn(
+                f"{found['mode_jumps']} pairs of neighbours on the grid are in different assembly modes; a finer grid tells "
+                "them apart",
+                UserWarning,
+                stacklevel=4,
+            )
+
+    def _look(
+        self, crew: Crew | None, target: Target, cases: Block, jobs: Sequence[tuple[Combination, Block]]
+    ) -> Iterator[tuple[int, Finished]]:
+        """Yield the number and the outcome of each look; one after the other where regions of a robot overlap."""
+
+        def task(combination: Combination, region: Block) -> FinishTask:
+            block = (*(slice(k, k + 1) for k in combination), *region)
+            q, mode = target.read("q", block), target.read("mode", block)
+            one = (0,) * len(combination)
+            return FinishTask(combination, cases, region, q[one], mode[one] == ZERO_MODE)
+
+        several = len(list(self._regions())) == 1 and len(jobs) > 1
+        if crew is not None and several:
+            yield from crew.perform(task(*job) for job in jobs)
+            return
+        for number, job in enumerate(jobs):
+            yield number, perform(self.plan, self.labels, task(*job))  # type: ignore[misc]
+
+    def _regions(self) -> Iterator[Block]:
+        """Yield regions of the coordinate axes; each begins with the last layer of the one before."""
+        axes = self.plan.axes_of("coordinate")
+        shape = shape_of(axes)
+        if not axes:
+            yield ()
+            return
+        layer = max(1, int(np.prod(shape[1:])))
+        thick = max(2, REGION // layer)
+        for start in range(0, shape[0], thick):
+            yield (slice(max(0, start - 1), min(start + thick, shape[0])), *(slice(0, n) for n in shape[1:]))
+
+
+def _count(block: Block) -> int:
+    return int(np.prod([piece.stop - piece.start for piece in block]))
+
+
+class _Bar:
+    """A progress bar on standard error, if it is wanted and there is tqdm."""
+
+    def __init__(self, progress: bool | None, total: int) -> None:
+        wanted = progress if progress is not None else bool(sys.stderr is not None and sys.stderr.isatty())
+        self._bar: Any = None
+        if wanted:
+            try:
+                from tqdm import tqdm
+            except ImportError:
+                if progress:
+                    raise KinetostaticsError(f"a progress bar needs tqdm: {INSTALL}") from None
+                return
+            self._bar = tqdm(total=total, unit=" poses", unit_scale=True, smoothing=0.1)
+
+    def __enter__(self) -> _Bar:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._bar is not None:
+            self._bar.close()
+
+    def advance(self, count: int, before: bool = False) -> None:
+        """Say that more poses are done; ``before``: they had been done before."""
+        if self._bar is not None:
+            if before:
+                self._bar.initial = count
+            self._bar.update(count)

@@ -1,0 +1,300 @@
+"""How the Dataset of a sweep is laid out: dimensions, variables, units, labels."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from kinetostatics.configuration import Status
+from kinetostatics.equilibrium import analyze
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.orientation import orientation_named
+from kinetostatics.report_dict import drive_unit, wrench_units
+from kinetostatics.workspace.plan import Plan
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from kinetostatics.robot import Robot
+
+COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
+COMPONENT_UNITS = ("m", "m", "m", "rad", "rad", "rad")
+WRENCH_UNITS = ("N", "N", "N", "N m", "N m", "N m")
+
+#: Kinds of axes along which variables vary: all, those that change the pose, or those that change the robot.
+EVERYTHING, POSES, ROBOTS = ("parameter", "case", "coordinate"), ("parameter", "coordinate"), ("parameter",)
+
+#: ``mode``: which assembly mode reaches a pose.
+ZERO_MODE, OTHER_MODE, NO_MODE = 0, 1, -1
+
+
+@dataclass(frozen=True)
+class Labels:
+    """What the entries of the Dataset's further dimensions are called; the same for all robots of a sweep.
+
+    Attributes:
+        robot: the robot's name.
+        sources: contributions to the twist.
+        actuators: drives, and ``turning``: which of them turn.
+        wrenches: (limb, label, units) of every constraint wrench, and ``attached`` of every attached one.
+        beams: names of the beams whose numbers are wanted.
+        q: (label, units) of Pinocchio's coordinates.
+        pose: names of the six coordinates of the platform.
+    """
+
+    robot: str
+    sources: tuple[str, ...]
+    actuators: tuple[str, ...]
+    turning: tuple[bool, ...]
+    wrenches: tuple[tuple[str, str, str], ...]
+    attached: tuple[tuple[str, str, str], ...]
+    beams: tuple[str, ...]
+    q: tuple[tuple[str, str], ...]
+    pose: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One variable: its dimensions beyond the grid's, attributes, kinds of axes along which it varies, type."""
+
+    labels: tuple[str, ...]
+    attributes: dict[str, Any]
+    kinds: tuple[str, ...] = EVERYTHING
+    dtype: Any = field(default=np.float64)
+
+    def dims(self, plan: Plan) -> tuple[str, ...]:
+        """Return the names of all its dimensions."""
+        return (*self.grid(plan), *self.labels)
+
+    def grid(self, plan: Plan) -> tuple[str, ...]:
+        """Return the names of the dimensions that it shares with the grid."""
+        return tuple(axis.name for axis in plan.axes if axis.kind in self.kinds)
+
+
+def numbered(labels: Iterable[str]) -> list[str]:
+    """Return labels, a second one of the same name called "… (2)"."""
+    seen: dict[str, int] = {}
+    found = []
+    for label in labels:
+        seen[label] = seen.get(label, 0) + 1
+        found.append(label if seen[label] == 1 else f"{label} ({seen[label]})")
+    return found
+
+
+def labels_of(plan: Plan, robot: Robot) -> Labels:
+    """Return the labels of a robot."""
+    generic = robot.configuration(robot.model_q(robot.generic_poses).T, tolerance=np.inf, on_failure="nan")
+    result = analyze(generic, misfits=plan.misfits, on_failure="nan")
+    wrenches: list[tuple[str, str, str]] = []
+    attached: list[tuple[str, str, str]] = []
+    for limb in result.limbs.values():
+        for found, names, columns in (
+            (wrenches, limb.labels, limb.constraint_wrenches),
+            (attached, limb.attached_labels, limb.attached_wrenches),
+        ):
+            units = [unit.replace("·", " ") for unit in wrench_units(names, columns)]
+            found += [(limb.name, name, unit) for name, unit in zip(numbered(names), units, strict=True)]
+    drives = robot.description.driven
+    return Labels(
+        robot.name,
+        tuple(result.contributions),
+        drives,
+        tuple(drive_unit(robot, name) != "N" for name in drives),
+        tuple(wrenches),
+        tuple(attached),
+        tuple(result.beams) if plan.beams else (),
+        tuple(_q_labels(robot)),
+        ("x", "y", "z", *orientation_named(plan.orientation).names),
+    )
+
+
+def _q_labels(robot: Robot) -> list[tuple[str, str]]:
+    model, connections = robot.model, robot.mechanism.connections
+    found: list[tuple[str, str]] = [("", "1")] * model.nq
+    for name, first, count in zip(list(model.names), list(model.idx_qs), list(model.nqs), strict=True):
+        if count == 1:
+            found[first] = name, "m" if name in connections and connections[name].kind == "prismatic" else "rad"
+        for k in range(count if count > 1 else 0):
+            part = ("cos", "sin")[k] if count == 2 else str(k)
+            found[first + k] = f"{name}:{part}", "1"
+    return found
+
+
+def variables(labels: Labels) -> dict[str, Variable]:
+    """Return the variables over the grid, in the Dataset's order."""
+    units = {"unit_coordinate": "component_unit"}
+    statuses = {
+        "long_name": "what became of the pose",
+        "flag_values": np.array([int(item) for item in Status], dtype=np.int8),
+        "flag_meanings": " ".join(item.name.lower() for item in Status),
+    }
+    modes = {
+        "long_name": "assembly mode that reaches the pose",
+        "flag_values": np.array([NO_MODE, ZERO_MODE, OTHER_MODE], dtype=np.int8),
+        "flag_meanings": "none_found mode_of_the_zero_pose only_another_mode",
+    }
+    force = "unit_coordinate"
+    found = {
+        "status": Variable((), statuses, dtype=np.int8),
+        "mode": Variable((), modes, kinds=POSES, dtype=np.int8),
+        "twist": Variable(("component",), {"long_name": "displacement of o and rotation of the platform, world axes", **units}),
+        "contribution": Variable(
+            ("source", "component"), {"long_name": "what load, platform weight and each limb's weight add to the twist", **units}
+        ),
+        "actuator_force": Variable(
+            ("actuator",), {"long_name": "force or torque of the drive, positive along its joint", force: "actuator_force_unit"}
+        ),
+        "intensity": Variable(("wrench",), {"long_name": "intensity of the constraint wrench", force: "wrench_unit"}),
+        "attached_intensity": Variable(
+            ("attached_wrench",),
+            {"long_name": "intensity of the gravity-attached constraint wrench", force: "attached_wrench_unit"},
+        ),
+        "stiffness": Variable(
+            ("component", "component_2"),
+            {"long_name": "tangent stiffness at o, drives locked, world axes", force: "stiffness_unit"},
+            kinds=POSES,
+        ),
+        "compliance": Variable(
+            ("component", "component_2"),
+            {"long_name": "compliance at o, drives locked, world axes", force: "compliance_unit"},
+            kinds=POSES,
+        ),
+        "actuator_position": Variable(
+            ("actuator",), {"long_name": "coordinate of the driven joint", force: "actuator_position_unit"}, kinds=POSES
+        ),
+        "platform_pose": Variable(
+            ("platform_coordinate",),
+            {"long_name": "coordinates of the platform before it deforms", force: "platform_coordinate_unit"},
+            kinds=POSES,
+        ),
+        "q": Variable(
+            ("joint_coordinate",),
+            {"long_name": "coordinates of the model, as Robot.configuration takes them", force: "joint_coordinate_unit"},
+            kinds=POSES,
+        ),
+        "characteristic_length": Variable(
+            (), {"long_name": "mean distance of the limbs' outer joints from o", "units": "m"}, kinds=ROBOTS
+        ),
+        "beam_stress": Variable(("beam",), {"long_name": "largest von Mises stress of the beam", "units": "Pa"}),
+        "beam_euler_ratio": Variable(
+            ("beam",), {"long_name": "largest compressive axial force over the Euler load of the hinged beam", "units": "1"}
+        ),
+        "beam_deflection": Variable(("beam",), {"long_name": "largest displacement of the beam's centre line", "units": "m"}),
+    }
+    sizes = {name: len(values) for name, (values, _) in _label_coordinates(labels).items()}
+    return {name: item for name, item in found.items() if all(sizes[label] for label in item.labels)}
+
+
+def _label_coordinates(labels: Labels) -> dict[str, tuple[list[str], str]]:
+    """Return the entries of the dimensions that the grid does not have, and what they are."""
+    return {
+        "component": (list(COMPONENTS), "component of twists and wrenches about o, world axes"),
+        "component_2": (list(COMPONENTS), "component of twists and wrenches about o, world axes"),
+        "source": (list(labels.sources), "what contributes to the twist"),
+        "actuator": (list(labels.actuators), "driven joint"),
+        "wrench": ([f"{limb}: {label}" for limb, label, _ in labels.wrenches], "constraint wrench of a limb"),
+        "attached_wrench": (
+            [f"{limb}: {label}" for limb, label, _ in labels.attached],
+            "gravity-attached constraint wrench of a limb",
+        ),
+        "platform_coordinate": (list(labels.pose), "coordinate of the platform"),
+        "joint_coordinate": ([name for name, _ in labels.q], "coordinate of the model"),
+        "beam": (list(labels.beams), "beam"),
+    }
+
+
+def _unit_coordinates(labels: Labels) -> dict[str, tuple[tuple[str, ...], Any]]:
+    """Return names, dimensions and values of coordinates that say units, limbs and labels."""
+    degrees = tuple("rad" if turning else "m" for turning in labels.turning)
+    stiffness = [[f"{force}/{move}" for move in COMPONENT_UNITS] for force in WRENCH_UNITS]
+    compliance = [
+        [f"{move}/({force})" if " " in force else f"{move}/{force}" for force in WRENCH_UNITS] for move in COMPONENT_UNITS
+    ]
+    found: dict[str, tuple[tuple[str, ...], Any]] = {
+        "component_unit": (("component",), COMPONENT_UNITS),
+        "stiffness_unit": (("component", "component_2"), stiffness),
+        "compliance_unit": (("component", "component_2"), compliance),
+        "actuator_force_unit": (("actuator",), ["N m" if turning else "N" for turning in labels.turning]),
+        "actuator_position_unit": (("actuator",), degrees),
+        "limb": (("wrench",), [limb for limb, _, _ in labels.wrenches]),
+        "label": (("wrench",), [label for _, label, _ in labels.wrenches]),
+        "wrench_unit": (("wrench",), [unit for _, _, unit in labels.wrenches]),
+        "attached_limb": (("attached_wrench",), [limb for limb, _, _ in labels.attached]),
+        "attached_label": (("attached_wrench",), [label for _, label, _ in labels.attached]),
+        "attached_wrench_unit": (("attached_wrench",), [unit for _, _, unit in labels.attached]),
+        "platform_coordinate_unit": (
+            ("platform_coordinate",),
+            ["m" if name in ("x", "y", "z") else "rad" for name in labels.pose],
+        ),
+        "joint_coordinate_unit": (("joint_coordinate",), [unit for _, unit in labels.q]),
+    }
+    sizes = {name: len(values) for name, (values, _) in _label_coordinates(labels).items()}
+    return {name: item for name, item in found.items() if all(sizes[dim] for dim in item[0])}
+
+
+def check_names(plan: Plan, labels: Labels) -> None:
+    """See to it that no dimension or held value is called like something else in the Dataset.
+
+    Raises:
+        ArgumentError: one is, or two are called alike.
+    """
+    taken = {*variables(labels), *_label_coordinates(labels), *_unit_coordinates(labels)}
+    for name in (*(axis.name for axis in plan.axes), *plan.held, *plan.constants):
+        if name in taken:
+            raise ArgumentError(
+                f"{name!r} cannot be the name of a dimension or coordinate here: the Dataset has that name already, "
+                "or it is given twice"
+            )
+        taken.add(name)
+
+
+def coordinates(plan: Plan, labels: Labels) -> dict[str, xr.Variable]:
+    """Return all coordinates of the Dataset."""
+    import xarray as xr
+
+    found: dict[str, xr.Variable] = {}
+    for axis in plan.axes:
+        units = {"units": axis.units} if axis.units else {}
+        found[axis.name] = xr.Variable((axis.name,), _stored(axis.values), {"long_name": axis.long_name, **units})
+    for name, value in plan.held.items():
+        units = {"units": _held_units(plan, labels, name)}
+        found[name] = xr.Variable((), value, {"long_name": f"{name}, the same at all poses", **units})
+    for name, constant in plan.constants.items():
+        attributes = {"long_name": f"parameter {name} of the robot file, the same at all poses"}
+        found[name] = xr.Variable((), _stored(np.asarray(constant)), attributes)
+    for name, (values, long_name) in _label_coordinates(labels).items():
+        if values:
+            found[name] = xr.Variable((name,), np.array(values, dtype=object), {"long_name": long_name})
+    for name, (dims, items) in _unit_coordinates(labels).items():
+        found[name] = xr.Variable(dims, np.array(items, dtype=object))
+    return found
+
+
+def _held_units(plan: Plan, labels: Labels, name: str) -> str:
+    if plan.kind == "platform":
+        return "m" if name in ("x", "y", "z") else "rad"
+    return "rad" if labels.turning[labels.actuators.index(name)] else "m"
+
+
+def _stored(values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    """Return an array as files can hold it: strings as objects, truth values as integers."""
+    if values.dtype.kind == "U":
+        return values.astype(object)
+    return values.astype(np.int8) if values.dtype.kind == "b" else values
+
+
+def template(plan: Plan, labels: Labels) -> xr.Dataset:
+    """Return a Dataset with all coordinates and variables, whose arrays over the grid take no memory and mean nothing."""
+    import xarray as xr
+
+    coords = coordinates(plan, labels)
+    sizes = {name: coordinate.shape[0] for name, coordinate in coords.items() if coordinate.dims == (name,)}
+    data: dict[str, xr.Variable] = {}
+    for name, item in variables(labels).items():
+        dims = item.dims(plan)
+        nothing = np.array(NO_MODE if item.dtype == np.int8 else np.nan, dtype=item.dtype)
+        data[name] = xr.Variable(dims, np.broadcast_to(nothing, tuple(sizes[dim] for dim in dims)), dict(item.attributes))
+    return xr.Dataset(data, coords=coords)

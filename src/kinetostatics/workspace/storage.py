@@ -1,0 +1,181 @@
+"""A sweep on disk: finished blocks beside the file that they will be, so that an interrupted sweep goes on where it was."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import zipfile
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.workspace.grid import Block, cut
+from kinetostatics.workspace.plan import Plan, plain
+from kinetostatics.workspace.schema import Labels
+from kinetostatics.workspace.targets import STORES, NetCDF, Target, Zarr, write_block
+from kinetostatics.workspace.tasks import read_part
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Of the layout of the folder of finished blocks.
+FORMAT = 1
+#: Attributes of a Dataset that say what sweep it comes from, and what messages call them.
+COMPARED = {
+    "arguments": "the arguments",
+    "robot_text_sha256": "the robot",
+    "kinetostatics_version": "the version of kinetostatics",
+    "pinocchio_version": "the version of pinocchio",
+    "numpy_version": "the version of numpy",
+}
+
+
+def store_of(path: str) -> type[NetCDF] | type[Zarr]:
+    """Return what a file's name asks for.
+
+    Raises:
+        ArgumentError: its ending is none that is known.
+    """
+    for ending, store in STORES.items():
+        if path.rstrip("/").lower().endswith(ending):
+            return store
+    raise ArgumentError(f"out is {path!r}; it must end in .nc (netCDF) or .zarr")
+
+
+def open_map(path: str) -> xr.Dataset:
+    """Open a stored map; its numbers are read when they are needed."""
+    import xarray as xr
+
+    return xr.open_dataset(path, engine=store_of(path).engine)
+
+
+class Storage:
+    """The file or folder ``out``, and beside it ``out.parts`` with the blocks that are finished.
+
+    Attributes:
+        path: of the map.
+        done: whether the whole map is there already.
+        sizes: of blocks: those of an interrupted sweep if there is one.
+    """
+
+    def __init__(self, path: str, plan: Plan, sizes: Sequence[int], attributes: Mapping[str, Any], restart: bool) -> None:
+        self.path = path.rstrip("/")
+        self.store = store_of(path)
+        self.plan = plan
+        self.folder = f"{self.path}.parts"
+        self.sizes = tuple(sizes)
+        self._notes = os.path.join(self.folder, "sweep.json")
+        self.done = self._is_done(attributes, restart)
+        if self.done:
+            return
+        parent = os.path.dirname(os.path.abspath(self.path))
+        if not os.path.isdir(parent):
+            raise ArgumentError(f"out is {path!r}, but there is no folder {parent!r}")
+        if restart:
+            shutil.rmtree(self.folder, ignore_errors=True)
+        if os.path.exists(self._notes):
+            self._resume()
+        else:
+            self._begin()
+
+    def _is_done(self, attributes: Mapping[str, Any], restart: bool) -> bool:
+        if not os.path.exists(self.path):
+            return False
+        try:
+            with open_map(self.path) as there:
+                found = dict(there.attrs)
+        except Exception:
+            found = {}
+        if "sweep_sha256" not in found:
+            raise ArgumentError(f"{self.path} is there already and is not the map of a sweep; choose another name")
+        if restart:
+            return False
+        if found["sweep_sha256"] == self.plan.identity:
+            return True
+        differ = [what for key, what in COMPARED.items() if found.get(key) != attributes.get(key)] or ["the arguments"]
+        raise ArgumentError(
+            f"{self.path} is the map of another sweep: {_differ(differ)}; choose another name, or let it be replaced "
+            "(restart=True, --restart)"
+        )
+
+    def _begin(self) -> None:
+        os.makedirs(self.folder, exist_ok=True)
+        notes = {"format": FORMAT, "sizes": list(self.sizes), "facts": plain(self.plan.facts)}
+        unfinished = f"{self._notes}.tmp"
+        with open(unfinished, "w", encoding="utf-8") as file:
+            json.dump(notes, file, ensure_ascii=False)
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(unfinished, self._notes)
+
+    def _resume(self) -> None:
+        try:
+            with open(self._notes, encoding="utf-8") as file:
+                notes = json.load(file)
+            known, sizes = notes["facts"], tuple(int(size) for size in notes["sizes"])
+            good = notes["format"] == FORMAT and len(sizes) == len(self.sizes)
+        except (OSError, ValueError, KeyError, TypeError):
+            known, sizes, good = {}, self.sizes, False
+        # through JSON, as the others have come
+        facts = json.loads(json.dumps(plain(self.plan.facts)))
+        differ = sorted(key for key in {*facts, *known} if facts.get(key) != known.get(key))
+        if differ or not good:
+            named = {"robot": "the robot (its file has changed, or it is another)"}
+            what = _differ([named.get(key, key) for key in differ] or ["its notes cannot be read"])
+            raise ArgumentError(
+                f"{self.folder} holds the unfinished blocks of another sweep: {what}; give the same arguments to go on with it, "
+                "choose another name, or begin anew (restart=True, --restart)"
+            )
+        self.sizes = sizes
+
+    # ---- blocks -----------------------------------------------------------------------------------------------------
+
+    def blocks(self) -> Iterator[tuple[str, Block, bool]]:
+        """Yield the file of each block, the block, and whether it is finished."""
+        there = set(os.listdir(self.folder))
+        for number, block in enumerate(cut(self.plan.shape, self.sizes)):
+            name = f"{number:08d}.npz"
+            yield os.path.join(self.folder, name), block, name in there
+
+    def gather(self, template: xr.Dataset, labels: Labels) -> tuple[NetCDF | Zarr, list[tuple[str, Block]]]:
+        """Write all finished blocks into one store, and return it, and the blocks whose files turn out to be damaged."""
+        unfinished = self._unfinished
+        _remove(unfinished)
+        sizes = {axis.name: size for axis, size in zip(self.plan.axes, self.sizes, strict=True)}
+        target = self.store(unfinished, template, sizes)
+        damaged = []
+        for path, block, _ in self.blocks():
+            try:
+                numbers = read_part(path)
+            except (OSError, ValueError, KeyError, zipfile.BadZipFile):
+                damaged.append((path, block))
+                continue
+            write_block(_as_target(target), self.plan, labels, block, numbers)
+        return target, damaged
+
+    @property
+    def _unfinished(self) -> str:
+        return os.path.join(self.folder, f"whole{self.store.ending}")
+
+    def publish(self) -> None:
+        """Move the whole map to its place, and remove the blocks."""
+        if os.path.isdir(self.path):
+            shutil.rmtree(self.path)
+        os.replace(self._unfinished, self.path)
+        shutil.rmtree(self.folder, ignore_errors=True)
+
+
+def _as_target(target: NetCDF | Zarr) -> Target:
+    return target
+
+
+def _differ(names: Sequence[str]) -> str:
+    return f"{', '.join(names)} {'differs' if len(names) == 1 else 'differ'}"
+
+
+def _remove(path: str) -> None:
+    if os.path.isdir(path):
+        shutil.rmtree(path)
+    elif os.path.exists(path):
+        os.remove(path)
