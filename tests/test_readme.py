@@ -54,3 +54,17 @@ def test_modules_named_in_the_readme_exist():
     for row in re.findall(r"^\| (`.*?) \|", rooms, re.MULTILINE):
         for name in re.findall(r"`([a-z_*]+)`", row):
             assert list((ROOT / "src" / "kinetostatics").glob(name.rstrip("*") + "*")), name
+
+
+def test_the_example_of_misfits_runs(monkeypatch, capsys):
+    monkeypatch.chdir(ROOT)
+    code = re.search(r"```python\n(.*?)```", between("misfits"), re.DOTALL).group(1)
+    names = {}
+    exec(compile(code, "README.md", "exec"), names)  # the README's own text
+    assert abs(names["result"].contributions["misfit"][0]) > 1e-5
+    assert "prismatic_1" in capsys.readouterr().out
+
+
+def test_the_readme_counts_the_robots():
+    words = {16: "Sixteen", 17: "Seventeen", 18: "Eighteen"}
+    assert f"{words[len(list((ROOT / 'robots').glob('*.urdf.xacro')))]} robots come with it" in README
