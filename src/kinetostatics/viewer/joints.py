@@ -45,8 +45,9 @@ def find_joints(poses: ShownPoses) -> list[Joint]:
     found: list[Joint] = []
     size = 1e-7 * (1 + float(np.abs(poses.o).max()))
     for connection in robot.mechanism.connections.values():
-        if connection.kind == "fixed":
-            continue
+        loose = connection.kind == "floating" and connection.name not in robot.description.joint_stiffness
+        if connection.kind == "fixed" or loose:
+            continue  # the one does not move, the other does not join
         centre, axis = _centre_and_axis(poses, connection)
         links = frozenset((connection.predecessor, connection.successor))
         turning = connection.kind in ROTATING and not connection.driven

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import logging
 import os
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics.packages import PackageNotFound, package_folder
 from kinetostatics.viewer.shapes import Surface, joined
 
 if TYPE_CHECKING:
@@ -21,6 +23,8 @@ if TYPE_CHECKING:
 GREY = (0.62, 0.65, 0.69)
 #: Edges sharper than this [rad] stay sharp; meshes with more faces are shaded smoothly throughout, to save time.
 SHARP, MANY_FACES = 0.6, 60_000
+#: Bytes of a mesh file above which reading and drawing it would take minutes.
+LARGE_MESH = 4_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +48,7 @@ def link_visuals(description: RobotDescription) -> dict[str, LinkVisual]:
     logger = logging.getLogger("yourdfpy.urdf")
     level = logger.level
     logger.setLevel(logging.CRITICAL)  # it complains of meshes that are not found as well, in its own words
+    missing: list[str] = []
     try:
         urdf = yourdfpy.URDF.load(
             io.BytesIO(description.urdf.encode()), build_scene_graph=False, load_meshes=False, mesh_dir=folder
@@ -53,17 +58,20 @@ def link_visuals(description: RobotDescription) -> dict[str, LinkVisual]:
         for link in urdf.robot.links:
             pieces = []
             for visual in link.visuals:
-                for surface in _surfaces(visual, folder, link.name):
+                for surface in _surfaces(visual, folder, link.name, missing):
                     pieces.append((surface, _colour(visual.material, palette)))
             if pieces:
                 colours = [np.tile(colour, (len(surface.vertices), 1)) for surface, colour in pieces]
                 result[link.name] = LinkVisual(joined([surface for surface, _ in pieces]), np.concatenate(colours))
     finally:
         logger.setLevel(level)
+    if missing:
+        more = f" (and {len(missing) - 1} more meshes)" if len(missing) > 1 else ""
+        warnings.warn(f"{missing[0]}{more}", stacklevel=2)
     return result
 
 
-def _surfaces(visual: Any, folder: str, link: str) -> list[Surface]:
+def _surfaces(visual: Any, folder: str, link: str, missing: list[str]) -> list[Surface]:
     import trimesh
 
     geometry = visual.geometry
@@ -77,7 +85,7 @@ def _surfaces(visual: Any, folder: str, link: str) -> list[Surface]:
     elif geometry.sphere is not None:
         meshes = [trimesh.creation.uv_sphere(geometry.sphere.radius, count=[16, 24])]
     elif geometry.mesh is not None:
-        meshes = _read_mesh(geometry.mesh, folder, link)
+        meshes = _read_mesh(geometry.mesh, folder, link, missing)
     else:
         return []
     surfaces = []
@@ -88,13 +96,17 @@ def _surfaces(visual: Any, folder: str, link: str) -> list[Surface]:
     return surfaces
 
 
-def _read_mesh(mesh: Any, folder: str, link: str) -> list[Any]:
+def _read_mesh(mesh: Any, folder: str, link: str, missing: list[str]) -> list[Any]:
+    """Return the triangles of a mesh file, or say in ``missing`` why there are none."""
     import trimesh
-    from yourdfpy.urdf import filename_handler_magic
 
-    path = filename_handler_magic(mesh.filename, folder)
-    if not os.path.isfile(path):
-        warnings.warn(f"mesh {mesh.filename!r} of link {link!r} was not found and is not drawn", stacklevel=2)
+    path = _mesh_path(mesh.filename, folder)
+    if path is None or not os.path.isfile(path):
+        missing.append(f"mesh {mesh.filename!r} of link {link!r} was not found and is not drawn")
+        return []
+    if os.path.getsize(path) > LARGE_MESH:
+        size = os.path.getsize(path) / 1e6
+        missing.append(f"mesh {mesh.filename!r} of link {link!r} has {size:.1f} MB, too much for a page, and is not drawn")
         return []
     try:
         scene = trimesh.load(path, force="scene", skip_materials=True)
@@ -102,12 +114,25 @@ def _read_mesh(mesh: Any, folder: str, link: str) -> list[Any]:
         if not pieces:
             raise ValueError("it holds no triangles")
     except Exception as error:  # every format has errors of its own, and a picture is not worth a crash
-        warnings.warn(f"mesh {mesh.filename!r} of link {link!r} cannot be read and is not drawn: {error}", stacklevel=2)
+        cure = ": pip install pycollada" if path.lower().endswith(".dae") and isinstance(error, ImportError | ValueError) else ""
+        missing.append(f"mesh {mesh.filename!r} of link {link!r} cannot be read and is not drawn: {error}{cure}")
         return []
     if mesh.scale is not None:
         for piece in pieces:
             piece.apply_transform(np.diag([*np.broadcast_to(mesh.scale, 3), 1.0]))
     return pieces
+
+
+def _mesh_path(filename: str, folder: str) -> str | None:
+    """Return the path of a mesh: ``package://NAME/…`` in an installed package, else as yourdfpy finds it."""
+    from yourdfpy.urdf import filename_handler_magic
+
+    name, _, rest = filename.removeprefix("package://").partition("/")
+    if filename.startswith("package://"):
+        with contextlib.suppress(PackageNotFound):
+            return str(package_folder(name) / rest)
+    found = filename_handler_magic(filename, folder)
+    return None if found is None else str(found)
 
 
 def _colour(material: Any, palette: dict[str, Any]) -> tuple[float, float, float]:
