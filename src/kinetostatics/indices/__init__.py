@@ -16,6 +16,13 @@ robotic manipulators, Journal of Mechanical Design 113 (1991). Distance of a mat
 G. Young, The approximation of one matrix by another of lower rank, Psychometrika 1 (1936).
 """
 
+from kinetostatics.exceptions import KinetostaticsError
+
+try:
+    import xarray as _xarray  # noqa: F401
+except ModuleNotFoundError:
+    raise KinetostaticsError("workspace maps need xarray: pip install 'kinetostatics[sweep]'") from None
+
 from kinetostatics.indices.named import INDICES, Extreme, Index, best, names, quantity, worst
 from kinetostatics.indices.poses import swept, valid
 from kinetostatics.indices.sag import actuator_force_maxima, angular_sag, largest_actuator_force, linear_sag

@@ -79,7 +79,7 @@ INDICES: Mapping[str, Index] = {
 
 def names(ds: xr.Dataset) -> list[str]:
     """Return everything that :func:`quantity` knows of a Dataset, but for the 36 entries each of stiffness and compliance."""
-    found = [*INDICES, *(f"stiffness_along:{axis}" for axis in (*LINEAR, *ANGULAR))]
+    found = [*(name for name in INDICES if _applies(ds, name)), *(f"stiffness_along:{axis}" for axis in (*LINEAR, *ANGULAR))]
     for name in (str(item) for item in ds.data_vars):
         dims = label_dims(ds, name)
         if dims and "component_2" not in dims:
@@ -88,6 +88,13 @@ def names(ds: xr.Dataset) -> list[str]:
                 parts = [f"{part}:{label}" for part in parts for label in ds[dim].values]
             found += parts
     return found
+
+
+def _applies(ds: xr.Dataset, index: str) -> bool:
+    """Return whether an index exists for a Dataset: robots may have no drives, or drives that push and others that turn."""
+    if index != "largest_actuator_force":
+        return True
+    return "actuator_force" in ds and len(set(units_of(ds, "actuator_force").values.ravel())) == 1
 
 
 def quantity(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> xr.DataArray:

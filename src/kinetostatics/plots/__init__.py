@@ -12,8 +12,10 @@ from kinetostatics.exceptions import KinetostaticsError
 
 try:
     import matplotlib as _matplotlib  # noqa: F401
-except ModuleNotFoundError:
-    raise KinetostaticsError("figures need Matplotlib: pip install 'kinetostatics[plot]'") from None
+    import xarray as _xarray  # noqa: F401
+except ModuleNotFoundError as error:
+    name = {"matplotlib": "Matplotlib"}.get(str(error.name), error.name)
+    raise KinetostaticsError(f"figures need {name}: pip install 'kinetostatics[plot]'") from None
 
 from kinetostatics.plots.lines import line
 from kinetostatics.plots.slices import slice

@@ -11,9 +11,9 @@ from matplotlib.axes import Axes
 
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.plots.display_units import label
-from kinetostatics.plots.masks import edges, masks_of, patches_of
+from kinetostatics.plots.masks import edges, hatched, masks_of, patches_of
 from kinetostatics.plots.selection import Selection, axis_of, chosen_names, in_figure_units, select
-from kinetostatics.plots.style import COLOURS, DASHES, MARKERS, ONE_COLUMN, figure_of, name_ticks, new_axes, styled
+from kinetostatics.plots.style import COLOURS, DASHES, MARKERS, ONE_COLUMN, figure_of, legend_below, name_ticks, new_axes, styled
 
 
 def line(
@@ -78,7 +78,7 @@ def _draw(parts: Mapping[str, Selection], unit: str | None, ax: Axes | None) -> 
         ax.plot(
             across.values,
             numbers,
-            label=name,
+            label=name if np.isfinite(numbers).any() else f"{name}: no valid pose",
             color=colours[k],
             linestyle=DASHES[k],
             marker=MARKERS[k],
@@ -90,30 +90,15 @@ def _draw(parts: Mapping[str, Selection], unit: str | None, ax: Axes | None) -> 
     nowhere = np.where(np.all([np.isnan(numbers) for numbers in values], axis=0), np.nan, 0.0)
     masks = masks_of(nowhere, first.status)
     borders = edges(across.values)
-    for mask, patch in zip(masks, patches_of(masks), strict=True):
-        height = np.append(mask.where, mask.where[-1])
-        ax.fill_between(
-            borders,
-            0,
-            1,
-            where=height,
-            step="post",
-            transform=ax.get_xaxis_transform(),
-            facecolor=mask.face,
-            edgecolor=patch.get_edgecolor(),
-            hatch=mask.hatch,
-            linewidth=0,
-            zorder=0,
-            label=mask.label,
-        )
+    for mask in masks:  # over the whole height
+        ax.add_collection(hatched(mask, borders, np.array([0.0, 1.0]), transform=ax.get_xaxis_transform()), autolim=False)
     names = {part.long_name for part in parts.values()}
     text = names.pop() if len(names) == 1 else _common(list(names))
     ax.set(xlabel=across.label, ylabel=label(text, unit), title=first.fixed, xlim=(borders[0], borders[-1]))
     name_ticks(ax.xaxis, across)
     if len(parts) > 1 or masks:
         handles = ax.get_lines() if len(parts) > 1 else []
-        columns = 2 if len(parts) > 1 else 1
-        figure_of(ax).legend(handles=[*handles, *patches_of(masks)], loc="outside lower center", ncols=columns)
+        legend_below(figure_of(ax), [*handles, *patches_of(masks)])
     return ax
 
 
@@ -125,4 +110,6 @@ def _common(names: list[str]) -> str:
         if len(set(group)) > 1:
             break
         same.append(group[0])
+    while same and same[-1] in ("along", "about", "of", "by"):
+        same.pop()
     return " ".join(same) or "quantity"

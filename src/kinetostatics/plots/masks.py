@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -13,7 +14,8 @@ from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from kinetostatics.configuration import Status
-from kinetostatics.indices.poses import VALID
+from kinetostatics.plots.selection import OTHER_MODE
+from kinetostatics.plots.style import legend_below
 
 Array = NDArray[np.float64]
 
@@ -39,9 +41,10 @@ _LOOKS = {
     Status.UNREACHABLE: ("unreachable", "////", "0.93"),
     Status.LIMIT_EXCEEDED: ("beyond joint limits", "....", "0.93"),
     Status.SINGULAR: ("singular", "xxxx", "0.85"),
+    OTHER_MODE: ("only another assembly mode", "\\\\\\\\", "0.85"),
 }
 #: A number that is NaN though the pose is valid, such as an intensity of a degenerate basis.
-_NOT_DETERMINED = ("not determined", "\\\\\\\\", "0.93")
+_NOT_DETERMINED = ("not determined", "++++", "0.93")
 _EDGE = "0.4"
 
 
@@ -49,11 +52,10 @@ def masks_of(values: Array, status: NDArray[np.int8]) -> list[Mask]:
     """Return the reasons that occur, each with its poses; together they are the poses without a number."""
     missing = np.isnan(values)
     found: dict[tuple[str, str, str], NDArray[np.bool_]] = {}
-    for item in Status:
+    for item in (*Status, OTHER_MODE):
         where = missing & (status == item)
         if where.any():
-            other = _NOT_DETERMINED if item in VALID else (item.name.lower().replace("_", " "), "++++", "0.93")
-            look = _LOOKS.get(item, other)
+            look = _LOOKS.get(item, _NOT_DETERMINED)
             found[look] = found.get(look, np.zeros_like(where)) | where
     return [Mask(*look, where) for look, where in found.items()]
 
@@ -69,19 +71,29 @@ def edges(values: Array) -> Array:
 def draw_masks(ax: Axes, x: Array, y: Array, masks: Sequence[Mask]) -> None:
     """Hatch the cells of masks, which are over ``x`` and ``y`` in this order."""
     for mask in masks:
-        rectangles = _runs(mask.where, edges(x), edges(y))
-        collection = PolyCollection(
-            rectangles, facecolors=mask.face, edgecolors=_EDGE, linewidths=0, hatch=mask.hatch, zorder=2, label=mask.label
-        )
-        ax.add_collection(collection, autolim=False)
+        ax.add_collection(hatched(mask, edges(x), edges(y)), autolim=False)
+
+
+def hatched(mask: Mask, x_edges: Array, y_edges: Array, **options: Any) -> PolyCollection:
+    """Return the cells of a mask (len x) or (len x, len y)."""
+    rectangles = _runs(mask.where.reshape(len(x_edges) - 1, -1), x_edges, y_edges)
+    return PolyCollection(
+        rectangles,
+        facecolors=mask.face,
+        edgecolors=_EDGE,
+        linewidths=0,
+        hatch=mask.hatch,
+        zorder=0.5 if mask.where.ndim == 1 else 2,
+        label=mask.label,
+        **options,
+    )
 
 
 def legend_of(figure: Figure, masks: Sequence[Mask]) -> None:
     """Name the masks below everything else; those that an earlier legend of the figure names are not repeated."""
     named = {text.get_text() for legend in figure.legends for text in legend.get_texts()}
     patches = [patch for patch in patches_of(masks) if patch.get_label() not in named]
-    if patches:
-        figure.legend(handles=patches, loc="outside lower center", ncols=len(patches))
+    legend_below(figure, patches)
 
 
 def patches_of(masks: Sequence[Mask]) -> list[Patch]:

@@ -9,11 +9,15 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from kinetostatics.configuration import Status
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.indices import quantity, swept
 from kinetostatics.plots.display_units import coordinate_unit, display_unit, label
 
 Array = NDArray[np.float64]
+
+#: In place of a status: unreachable, but for another assembly mode (the Dataset's ``mode`` is 1).
+OTHER_MODE = 100
 
 
 @dataclass(frozen=True)
@@ -48,7 +52,7 @@ class Selection:
         what: its name.
         axes: the coordinates that vary.
         values: over the axes; NaN where the pose does not count.
-        status: over the axes.
+        status: over the axes; :data:`OTHER_MODE` where only another assembly mode reaches the pose.
         units: of the values.
         long_name: of the values.
         fixed: what the other coordinates are, in words; empty if there are none.
@@ -132,7 +136,7 @@ def select(ds: xr.Dataset, what: str, dims: Sequence[str], at: Mapping[str, floa
         what=what,
         axes=axes,
         values=np.asarray(found.values, dtype=float),
-        status=np.asarray(part["status"].transpose(*dims).values),
+        status=_status(part, dims),
         units=str(found.attrs["units"]),
         long_name=str(found.attrs["long_name"]),
         fixed=", ".join(said),
@@ -150,6 +154,14 @@ def in_figure_units(parts: Sequence[Selection], unit: str | None) -> tuple[list[
         raise ArgumentError(f"quantities in {' and '.join(sorted(units))} do not go into one figure")
     size, name = display_unit(units.pop(), np.concatenate([part.values.ravel() for part in parts]), unit)
     return [part.values / size for part in parts], name
+
+
+def _status(part: xr.Dataset, dims: Sequence[str]) -> NDArray[np.int8]:
+    status = part["status"]
+    if "mode" in part:
+        other = (part["mode"] == 1) & (status == Status.UNREACHABLE)
+        status = status.where(~other, OTHER_MODE).astype(np.int8)
+    return np.asarray(status.transpose(*dims).values)
 
 
 def _place(coordinate: xr.DataArray, axis: Axis, value: float) -> int:

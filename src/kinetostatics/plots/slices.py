@@ -92,7 +92,9 @@ def _draw(
         rasterized=masked.size > VECTOR_CELLS,
         label=shown.what,
     )
-    bar = figure.colorbar(mesh, ax=ax, label=text, pad=0.02)
+    cut = "min" if masked.min() < low else "neither", "max" if masked.max() > high else "neither"
+    extend = "both" if "neither" not in cut else next((end for end in cut if end != "neither"), "neither")
+    bar = figure.colorbar(mesh, ax=ax, label=text, pad=0.02, extend=extend)
     if contours and high - low > 1e-9 * max(abs(low), abs(high)) and min(masked.shape) > 1:
         ticks = MaxNLocator(7 if contours is True else int(contours)).tick_values(low, high)
         levels = [level for level in ticks if low < level < high]

@@ -10,9 +10,11 @@ from typing import Any
 
 import matplotlib as mpl
 from matplotlib import pyplot as plt
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.axis import XAxis, YAxis
 from matplotlib.figure import Figure, SubFigure
+from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D
 
 from kinetostatics.exceptions import ArgumentError
@@ -72,11 +74,14 @@ def new_axes(width: float, height: float, three_dimensional: bool = False) -> Ax
 
 
 def make_room(ax: Axes3D, labels: Sequence[str]) -> None:
-    """Label axes in three dimensions, draw their panes in pale grey, and leave room for what stands outside."""
+    """Label axes in three dimensions, fill their rectangle, and draw what is listed later over what is listed earlier."""
+    ax.computed_zorder = False
+    ax.set_box_aspect((4, 4, 3), zoom=1.1)
     for axis, text in zip((ax.xaxis, ax.yaxis, ax.zaxis), labels, strict=True):
         axis.set_label_text(text)
-        axis.labelpad = 1
-        axis.set_tick_params(pad=0)
+        axis.labelpad = -1
+        axis.set_tick_params(pad=-1)
+        axis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
         axis.pane.set(facecolor="0.97", edgecolor="0.6")
         axis._axinfo["grid"].update(color="0.85", linewidth=0.4)
 
@@ -89,6 +94,15 @@ def figure_of(ax: Axes) -> Figure:
     if figure is None:
         raise ArgumentError("these axes are on no figure any more")
     return figure
+
+
+def legend_below(figure: Figure, handles: Sequence[Artist]) -> None:
+    """Put a legend below everything else, in as many columns as the page is wide for."""
+    longest = max((len(str(handle.get_label())) for handle in handles), default=0)
+    points = 4.2 * longest + 38  # of letters; of the patch and the gaps
+    columns = int(72 * figure.get_figwidth() / points)
+    if handles:
+        figure.legend(handles=list(handles), loc="outside lower center", ncols=max(1, min(columns, len(handles))))
 
 
 def name_ticks(axis: XAxis | YAxis, shown: Axis) -> None:

@@ -19,7 +19,7 @@ from kinetostatics.plots.display_units import label
 from kinetostatics.plots.masks import edges, masks_of, patches_of
 from kinetostatics.plots.selection import Selection, axis_of, chosen_names, free_names, in_figure_units, select
 from kinetostatics.plots.solids import Array, grid_quads, lit, shades
-from kinetostatics.plots.style import COLOURS, ONE_COLUMN, figure_of, make_room, new_axes, styled
+from kinetostatics.plots.style import COLOURS, ONE_COLUMN, figure_of, legend_below, make_room, new_axes, styled
 
 #: Surfaces of a figure that is not told which.
 SURFACES = 4
@@ -139,14 +139,16 @@ def _draw(parts: Mapping[str, Selection], unit: str | None, legend: bool, ax: Ax
         edgecolors=(0, 0, 0, 0.35),
         linewidths=0.2,
         label=first.what,
+        zorder=3,
     )
-    ax.add_collection3d(faces, autolim=False)
+    ax.add_collection3d(faces)
     nowhere = np.where(np.all([np.isnan(numbers) for numbers in values], axis=0), np.nan, 0.0)
     masks = masks_of(nowhere, first.status)
     floor = low - 0.08 * (high - low)
     for mask in masks:
         ground = _cells(edges(across.values), edges(up.values), mask.where, floor)
-        ax.add_collection3d(Poly3DCollection(ground, facecolors="0.75", edgecolors="none", label=mask.label), autolim=False)
+        cells = Poly3DCollection(ground, facecolors="0.75", edgecolors="none", label=mask.label, zorder=2)
+        ax.add_collection3d(cells)
     ax.set(xlim=across.values[[0, -1]], ylim=up.values[[0, -1]], zlim=(floor, high), title=first.fixed)
     make_room(ax, (across.label, up.label, ""))
     figure = figure_of(ax)
@@ -165,8 +167,7 @@ def _draw(parts: Mapping[str, Selection], unit: str | None, legend: bool, ax: Ax
         patches = patches_of(masks)
         for patch in patches:
             patch.set(facecolor="0.75", hatch=None)
-        if named or patches:
-            figure.legend(handles=[*named, *patches], loc="outside lower center", ncols=4)
+        legend_below(figure, [*named, *patches])
     return ax
 
 

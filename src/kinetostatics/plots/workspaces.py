@@ -19,7 +19,7 @@ from kinetostatics.plots.display_units import coordinate_unit, label
 from kinetostatics.plots.masks import masks_of
 from kinetostatics.plots.selection import Selection, chosen_names, in_figure_units, select
 from kinetostatics.plots.solids import Array, cells_of, lit, outer_faces, shades
-from kinetostatics.plots.style import COLOURS, ONE_COLUMN, figure_of, make_room, new_axes, styled
+from kinetostatics.plots.style import COLOURS, ONE_COLUMN, figure_of, legend_below, make_room, new_axes, styled
 
 #: Components of ``platform_pose`` that can be axes.
 POSITIONS = ("x", "y", "z")
@@ -68,7 +68,9 @@ def workspace(
         raise ArgumentError(f"a workspace has three axes, not {len(named)}")
     known = all(name is None or name in ds.dims for name in named)
     dims = chosen_names(ds, [None] * 3 if not known else named, at, "a workspace")
-    if axes is None and not set(dims) <= set(_PLATFORM):
+    if axes is None and set(dims) <= set(_PLATFORM):
+        dims.sort(key=lambda name: name == "z")  # upwards
+    elif axes is None:
         known, named = False, list(POSITIONS)
     shown = select(ds, colour, dims, at, beyond_limits)
     if known:
@@ -122,7 +124,7 @@ def _draw(
     corners, levels = grid[places], values[places].mean(axis=1)
     low, high = limits if limits is not None else (float(levels.min()), float(levels.max()))
     if ax is None:
-        ax = new_axes(ONE_COLUMN, ONE_COLUMN, three_dimensional=True)
+        ax = new_axes(ONE_COLUMN, 0.82 * ONE_COLUMN, three_dimensional=True)
     if not isinstance(ax, Axes3D):
         raise ArgumentError("a workspace needs axes made with projection='3d'")
     reach = grid.reshape(-1, 3) if box else corners.reshape(-1, 3)
@@ -130,19 +132,22 @@ def _draw(
     scale = np.where(end > start, end - start, 1.0)
     norm = Normalize(low, high if high > low else low + (abs(low) or 1.0))
     colours = lit(mpl.colormaps[COLOURS](norm(levels)), shades(corners, scale))
-    body = Poly3DCollection(list(corners), facecolors=colours, edgecolors=(0, 0, 0, 0.25), linewidths=0.2, label=shown.what)
-    ax.add_collection3d(body, autolim=False)
+    body = Poly3DCollection(
+        list(corners), facecolors=colours, edgecolors=(0, 0, 0, 0.25), linewidths=0.2, label=shown.what, zorder=3
+    )
+    ax.add_collection3d(body)
     ax.set(xlim=(start[0], end[0]), ylim=(start[1], end[1]), zlim=(start[2], end[2]), title=shown.fixed)
     make_room(ax, labels)
     figure = figure_of(ax)
-    figure.colorbar(ScalarMappable(norm, COLOURS), ax=ax, label=text, shrink=0.65, pad=0.12)
+    figure.colorbar(ScalarMappable(norm, COLOURS), ax=ax, label=text, shrink=0.65, pad=0.17)
     masks = masks_of(shown.values, shown.status)
     if box:
-        ax.add_collection3d(Line3DCollection(_wires(start, end), colors="0.35", linewidths=0.6, linestyles=":"), autolim=False)
+        wires = Line3DCollection(_wires(start, end), colors="0.35", linewidths=0.6, linestyles=":", zorder=2)
+        ax.add_collection3d(wires)
     if masks:
         part = [f"{mask.label} {100 * mask.where.mean():.2g} %" for mask in masks]
         note = Patch(facecolor="white", edgecolor="0.35", linestyle=":", label="not drawn: " + ", ".join(part))
-        figure.legend(handles=[note], loc="outside lower center")
+        legend_below(figure, [note])
     return ax
 
 

@@ -12,40 +12,28 @@ the workspace although the pose belongs to it. Both show only beside their neigh
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.configuration import Status
-from kinetostatics.workspace.compute import assemble, pose_numbers
-from kinetostatics.workspace.continuity import (
-    Edges,
-    JointScale,
-    connected_parts,
-    grid_edges,
-    neighbours,
-    suspect_edges,
-)
+from kinetostatics.workspace.compute import pose_numbers
+from kinetostatics.workspace.continuity import Edges, connected_parts, grid_edges, neighbours
+from kinetostatics.workspace.following import FINE, Poses
 from kinetostatics.workspace.grid import Block
 from kinetostatics.workspace.plan import Combination, Plan
 from kinetostatics.workspace.schema import NO_MODE, OTHER_MODE, ZERO_MODE, Labels
-
-if TYPE_CHECKING:
-    from kinetostatics.configuration import Configuration
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Index = NDArray[np.intp]
 
-#: Small steps along the line from the zero pose, to tell modes apart.
-STEPS = 48
+#: How often poses are taken back and reached anew.
+ROUNDS = 5
 #: Poses of a ring that are tried first; if none of them is reached, the ring is given up.
 PROBES = 48
 #: Poses that are tried in other modes, and random starts of each.
 SAMPLES, STARTS = 12, 4
-#: Two ways to one pose end alike up to so much [rad], and that part of the step between its neighbours.
-ALIKE, ALIKE_PART = 1e-5, 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +45,7 @@ class Finished:
         numbers: their variables, as :func:`pose_numbers` returns them; None if none changes.
         mode: (…region) which mode reaches each pose.
         jumps: pairs of neighbours that are in different modes, in the end.
-        retracted: how many poses had been reached in another mode.
+        retracted: how many poses the straight line had reached in another mode.
         gained: how many more poses are reached.
     """
 
@@ -84,101 +72,46 @@ def finish(
         reached: (…region).
     """
     look = _Look(plan, labels, combination, region, q, reached)
-    look.take_back()
-    look.spread(ZERO_MODE)
+    for _ in range(ROUNDS):
+        wrong = look.take_back()
+        look.spread(ZERO_MODE)
+        if not wrong:
+            break
     look.try_other_modes()
     changed = np.flatnonzero((look.mode == ZERO_MODE) != reached.ravel())
     moved = np.flatnonzero((look.mode == ZERO_MODE) & reached.ravel() & look.retracted)
     which = np.union1d(changed, moved)
     jumps = look.jumps() if which.size else 0
     gained = int(np.sum((look.mode == ZERO_MODE) & ~reached.ravel()))
+    retracted = int(np.sum(look.retracted & reached.ravel()))
     mode = look.mode.reshape(reached.shape)
-    return Finished(which, look.numbers(which, cases) if which.size else None, mode, jumps, int(look.retracted.sum()), gained)
+    return Finished(which, look.numbers(which, cases) if which.size else None, mode, jumps, retracted, gained)
 
 
-class _Look:
-    """The poses of a region, flat, and what is known of them."""
+class _Look(Poses):
+    """Poses, and what has been tried with them."""
 
     def __init__(self, plan: Plan, labels: Labels, combination: Combination, region: Block, q: Array, reached: Mask) -> None:
-        self.plan, self.labels, self.combination, self.region = plan, labels, combination, region
-        self.shape = reached.shape
-        self.q = q.reshape(reached.size, q.shape[-1]).copy()
-        self.mode = np.where(reached.ravel(), ZERO_MODE, NO_MODE).astype(np.int8)
+        super().__init__(plan, labels, combination, region, q, reached)
         self.retracted = np.zeros(reached.size, dtype=bool)
-        self._robot_units = [unit for _, unit in labels.q]
-
-    @property
-    def robot(self) -> Any:
-        return self.plan.robot(self.combination)
-
-    @property
-    def scale(self) -> JointScale:
-        return JointScale.of(self.robot, self._robot_units)
-
-    @property
-    def values(self) -> dict[str, Array]:
-        return self.plan.coordinates(self.region)
-
-    # ---- following --------------------------------------------------------------------------------------------------
-
-    def follow(self, starts: Array, targets: dict[str, Array]) -> tuple[Array, Mask]:
-        """Follow straight lines from poses ``starts`` (n, nq); return where they end, and whether they arrive."""
-        robot = self.robot
-        near = robot.configuration(starts, tolerance=np.inf, on_failure="nan")
-        return _ends(assemble(self.plan, robot, targets, near))
-
-    def at(self, which: Index) -> dict[str, Array]:
-        """Return the coordinates of poses."""
-        return {name: array[which] for name, array in self.values.items()}
+        self._source = np.full(reached.size, -1, dtype=np.intp)  # from which neighbour a pose has been reached
+        self._tried = {mode: np.zeros((2 * reached.ndim, reached.size), dtype=bool) for mode in (ZERO_MODE, OTHER_MODE)}
 
     # ---- 1: other modes ---------------------------------------------------------------------------------------------
 
-    def suspects(self) -> Edges:
-        """Return the edges whose steps are too large."""
-        reached = (self.mode == ZERO_MODE).reshape(self.shape)
-        # lengths must be comparable to angles, for which the robot's own length is not needed to such precision
-        return suspect_edges(self.q.reshape(*self.shape, -1), reached, self._rough_scale)
-
-    @property
-    def _rough_scale(self) -> JointScale:
-        """A scale that needs no robot, whose building would cost more than the look: lengths by their own spread."""
-        lengths = np.array([unit == "m" for unit in self._robot_units], dtype=bool)
-        some = self.q[self.mode == ZERO_MODE]
-        spread = np.ptp(some, axis=0) if len(some) else np.ones(len(lengths))
-        return JointScale(
-            np.where(lengths, 1 / np.maximum(spread, 1e-9), 1.0),
-            np.array([unit == "rad" for unit in self._robot_units], dtype=bool),
-        )
-
-    def examine(self, edges: Edges) -> tuple[Mask, Mask]:
-        """Follow edges; return which lead from one pose to the other, and which lead elsewhere."""
-        scale = self.scale
-        ends, arrived = self.follow(self.q[edges.first], self.at(edges.second))
-        step = scale.difference(self.q[edges.first], self.q[edges.second])
-        same = arrived & (scale.difference(ends, self.q[edges.second]) < self._alike(step))
-        return same, arrived & ~same
-
-    def _alike(self, step: Array) -> Array:
-        part = 0.25 if self.robot.mobility.local else ALIKE_PART  # a strut may spin by its own way
-        return ALIKE + part * step
-
-    def jumps(self) -> int:
-        """Return the number of edges that lead to another mode."""
-        edges = self.suspects()
-        return int(self.examine(edges)[1].sum()) if len(edges) else 0
-
-    def take_back(self) -> None:
-        """Take back poses that are not in the mode of the zero pose."""
+    def take_back(self) -> int:
+        """Take back poses that are not in the mode of the zero pose, and return how many."""
         suspects = self.suspects()
         if not len(suspects):
-            return
-        same, _ = self.examine(suspects)
+            return 0
+        same, elsewhere = self.examine(suspects)
         if np.all(same):
-            return
+            return 0
         size = self.mode.size
         everything = grid_edges((self.mode == ZERO_MODE).reshape(self.shape))
-        broken = suspects.first[~same] * size + suspects.second[~same]
-        whole = ~np.isin(everything.first * size + everything.second, broken)
+        codes = suspects.first * size + suspects.second
+        self.sound = np.concatenate([self.sound, codes[same]])
+        whole = ~np.isin(everything.first * size + everything.second, codes[~same])
         parts = connected_parts(size, Edges(everything.first[whole], everything.second[whole]))
         reached = np.flatnonzero(self.mode == ZERO_MODE)
         names, counts = np.unique(parts[reached], return_counts=True)
@@ -186,55 +119,54 @@ class _Look:
         if not np.any(good):
             good = counts == counts.max()
         wrong = reached[~np.isin(parts[reached], names[good])]
+        at_odds = elsewhere & ~np.isin(suspects.first, wrong) & ~np.isin(suspects.second, wrong)
+        wrong = np.union1d(wrong, self._at_odds(Edges(suspects.first[at_odds], suspects.second[at_odds]), everything))
         self.retracted[wrong] = True
-        self.mode[wrong] = OTHER_MODE
+        self.set(wrong, self.q[wrong], OTHER_MODE)
+        # a neighbour that stays must not mislead them again; those that go may be right the next time
+        misled = (self._source[wrong] >= 0) & ~np.isin(self._source[wrong], wrong)
+        self._tried[ZERO_MODE][:, wrong[~misled]] = False
+        self._source[wrong] = -1
+        return len(wrong)
+
+    def _at_odds(self, edges: Edges, everything: Edges) -> Index:
+        """Return which ends of edges to give up that lead elsewhere although their ends are connected by other edges.
+
+        Poses on the straight line from the zero pose must be reached in small steps. A way from neighbour to neighbour may have
+        passed a singular pose: what was reached on it goes, and of two such ends that most of whose edges lead elsewhere.
+        """
+        size = self.mode.size
+        wrong = np.zeros(size, dtype=bool)
+        by_neighbour = self._source >= 0
+        ends = np.unique([edges.first, edges.second])
+        straight = ends[~by_neighbour[ends]]
+        if straight.size:
+            wrong[straight] = ~self.is_reached_finely(straight)
+        bad, total = (np.bincount(np.concatenate([e.first, e.second]), minlength=size) for e in (edges, everything))
+        part = bad / np.maximum(total, 1)
+        for this, other in ((edges.first, edges.second), (edges.second, edges.first)):
+            undecided = by_neighbour[this] & ~wrong[other]
+            worse = ~by_neighbour[other] | (part[this] >= part[other])
+            wrong[this[undecided & worse]] = True
+        while True:  # and what was reached from there
+            more = wrong | (by_neighbour & wrong[self._source])
+            if np.array_equal(more, wrong):
+                return np.flatnonzero(wrong)
+            wrong = more
 
     def _is_zero_mode(self, parts: Index, names: Index) -> Mask:
         """Return which parts of the grid small steps from the zero pose reach, at the pose that is nearest to it."""
-        zero, distance = self._from_zero()
+        _, distance = self.from_zero()
         order = np.lexsort((distance, parts))
         order = order[self.mode[order] == ZERO_MODE]
         nearest = order[np.searchsorted(parts[order], names)]
-        targets = self.at(nearest)
-        start = {name: np.where(np.isnan(zero[name]), targets[name], zero[name]) for name in targets}
-        alive = np.arange(len(names))
-        q = np.zeros((len(names), self.q.shape[1]))
-        for step in range(1, STEPS + 1):
-            goal = {name: (start[name] + (targets[name] - start[name]) * step / STEPS)[alive] for name in targets}
-            if step == 1:
-                ends, arrived = _ends(assemble(self.plan, self.robot, goal))
-            else:
-                ends, arrived = self.follow(q[alive], goal)
-            alive = alive[arrived]
-            q[alive] = ends[arrived]
-            if not alive.size:
-                break
-        good = np.zeros(len(names), dtype=bool)
-        difference = self.scale.difference(q[alive], self.q[nearest[alive]])
-        good[alive] = difference < (0.1 if self.robot.mobility.local else ALIKE)
-        return good
-
-    def _from_zero(self) -> tuple[dict[str, float], Array]:
-        """Return the zero pose's coordinates (NaN: those of the target), and how far from it each pose is."""
-        robot = self.robot
-        zero = robot.configuration(robot.model_q(robot.zero_poses)[:, 0], tolerance=np.inf)
-        if self.plan.kind == "platform":
-            found = {name: float(value) for name, value in zero.platform_coordinates(self.plan.orientation).items()}
-            if self.plan.orientation == "tilt_torsion" and abs(found["tilt"]) < 1e-9:
-                found["azimuth"] = np.nan  # an untilted pose has none
-        else:
-            found = {name: float(value) for name, value in zero.actuators.items()}
-        distance = np.zeros(self.mode.size)
-        for name, values in self.values.items():
-            span = float(np.ptp(values)) or 1.0
-            distance += np.nan_to_num((values - found[name]) / span) ** 2
-        return found, distance
+        return self.is_reached_finely(nearest)
 
     # ---- 2: from neighbour to neighbour -----------------------------------------------------------------------------
 
     def spread(self, mode: int) -> None:
         """Reach neighbours of the poses in a mode, ring by ring, and their neighbours; each from each of them once at most."""
-        tried = np.zeros((2 * len(self.shape), self.mode.size), dtype=bool)
+        tried = self._tried[mode]
         probing = True
         while True:
             targets, starts, ways = self._ring(mode, tried)
@@ -244,12 +176,16 @@ class _Look:
                 some = np.linspace(0, targets.size - 1, PROBES).astype(np.intp)
                 targets, starts, ways = targets[some], starts[some], ways[some]
             tried[ways, targets] = True
-            ends, arrived = self.follow(self.q[starts], self.at(targets))
+            ends, arrived = np.empty((targets.size, self.q.shape[1])), np.zeros(targets.size, dtype=bool)
+            for steps, mine in ((1, ~self.retracted[targets]), (FINE, self.retracted[targets])):
+                if np.any(mine):
+                    first, goal = self.at(starts[mine]), self.at(targets[mine])
+                    ends[mine], arrived[mine] = self.follow_finely(self.q[starts[mine]], first, goal, steps)
             if not np.any(arrived):
                 return
             probing = False
-            self.q[targets[arrived]] = ends[arrived]
-            self.mode[targets[arrived]] = mode
+            self.set(targets[arrived], ends[arrived], mode)
+            self._source[targets[arrived]] = starts[arrived]
 
     def _ring(self, mode: int, tried: Mask) -> tuple[Index, Index, Index]:
         """Return poses beside those in a mode, for each a neighbour in it, and which of its neighbours that is."""
@@ -275,8 +211,7 @@ class _Look:
             some = left[np.linspace(0, left.size - 1, min(SAMPLES, left.size)).astype(np.intp)]
             targets = np.repeat(some, STARTS)
             ends, arrived = self.follow(self._random_starts(targets.size), self.at(targets))
-            self.q[targets[arrived]] = ends[arrived]
-            self.mode[targets[arrived]] = OTHER_MODE
+            self.set(targets[arrived], ends[arrived], OTHER_MODE)
         if np.any(self.mode == OTHER_MODE):
             self.spread(OTHER_MODE)
 
@@ -286,7 +221,7 @@ class _Look:
         random = np.random.default_rng(1)
         model = robot.model
         zero = robot.model_q(robot.zero_poses)[:, 0]
-        reach = np.where([unit == "m" for unit in self._robot_units], robot.length, np.pi)
+        reach = np.where([unit == "m" for unit in self.units], robot.length, np.pi)
         lower = np.maximum(np.asarray(model.lowerPositionLimit), zero - reach)
         upper = np.minimum(np.asarray(model.upperPositionLimit), zero + reach)
         q = random.uniform(np.minimum(lower, upper), np.maximum(lower, upper), (count, len(zero)))
@@ -309,7 +244,3 @@ class _Look:
             found = pose_numbers(plan, self.labels, self.combination, configuration, cases, self.region, which)
         found["mode"] = self.mode[which]
         return found
-
-
-def _ends(configuration: Configuration) -> tuple[Array, Mask]:
-    return configuration.q, np.asarray(configuration.status != Status.UNREACHABLE)

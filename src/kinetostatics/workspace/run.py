@@ -47,8 +47,8 @@ BLOCK, BLOCK_WITH_BEAMS = 8000, 2000
 SHARE = 4
 #: A smaller sweep is done before other processes have started.
 ALONE = 50_000
-#: Poses of one robot that are looked at together a second time, whose joints' coordinates must be in memory.
-REGION = 2_000_000
+#: Joint coordinates of one robot that are looked at together a second time: numbers that must be in memory, 130 MB.
+REGION = 2**24
 
 INSTALL = "pip install 'kinetostatics[sweep]'"
 
@@ -353,7 +353,7 @@ class _Run:
             yield ()
             return
         layer = max(1, int(np.prod(shape[1:])))
-        thick = max(2, REGION // layer)
+        thick = max(2, REGION // (layer * max(1, len(self.labels.q))))
         for start in range(0, shape[0], thick):
             yield (slice(max(0, start - 1), min(start + thick, shape[0])), *(slice(0, n) for n in shape[1:]))
 

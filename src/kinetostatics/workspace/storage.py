@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 
 #: Of the layout of the folder of finished blocks.
 FORMAT = 1
-#: Attributes of a Dataset that say what sweep it comes from, and what messages call them.
+#: Attributes of a Dataset that say what sweep it comes from, and what messages call other values of them.
 COMPARED = {
-    "arguments": "the arguments",
-    "robot_text_sha256": "the robot",
-    "kinetostatics_version": "the version of kinetostatics",
-    "pinocchio_version": "the version of pinocchio",
-    "numpy_version": "the version of numpy",
+    "arguments": "other arguments",
+    "robot_text_sha256": "another robot",
+    "kinetostatics_version": "another version of kinetostatics",
+    "pinocchio_version": "another version of pinocchio",
+    "numpy_version": "another version of numpy",
 }
 
 
@@ -93,9 +93,9 @@ class Storage:
             return False
         if found["sweep_sha256"] == self.plan.identity:
             return True
-        differ = [what for key, what in COMPARED.items() if found.get(key) != attributes.get(key)] or ["the arguments"]
+        differ = [what for key, what in COMPARED.items() if found.get(key) != attributes.get(key)] or ["other arguments"]
         raise ArgumentError(
-            f"{self.path} is the map of another sweep: {_differ(differ)}; choose another name, or let it be replaced "
+            f"{self.path} is the map of another sweep, with {', '.join(differ)}; choose another name, or let it be replaced "
             "(restart=True, --restart)"
         )
 
@@ -121,11 +121,11 @@ class Storage:
         facts = json.loads(json.dumps(plain(self.plan.facts)))
         differ = sorted(key for key in {*facts, *known} if facts.get(key) != known.get(key))
         if differ or not good:
-            named = {"robot": "the robot (its file has changed, or it is another)"}
-            what = _differ([named.get(key, key) for key in differ] or ["its notes cannot be read"])
+            named = {"robot": "robot, or its file has changed"}
+            what = ", with another " + ", ".join(named.get(key, key) for key in differ) if differ else ", which cannot be read"
             raise ArgumentError(
-                f"{self.folder} holds the unfinished blocks of another sweep: {what}; give the same arguments to go on with it, "
-                "choose another name, or begin anew (restart=True, --restart)"
+                f"{self.folder} holds the finished blocks of another sweep{what}; give its arguments to go on with it, choose "
+                "another name, or begin anew (restart=True, --restart)"
             )
         self.sizes = sizes
 
@@ -168,10 +168,6 @@ class Storage:
 
 def _as_target(target: NetCDF | Zarr) -> Target:
     return target
-
-
-def _differ(names: Sequence[str]) -> str:
-    return f"{', '.join(names)} {'differs' if len(names) == 1 else 'differ'}"
 
 
 def _remove(path: str) -> None:

@@ -1,0 +1,218 @@
+"""The mistakes that are answered when a robot is built, posed and analysed, in the order of the guide's tables."""
+
+from dataclasses import replace
+
+from guide_mistakes import Mistake, add, code, swap
+from guide_mistakes_of_files import B_WHOLE, CIRCLE, JOINT_B, LEFT, MOTOR, RIGHT
+
+LEFT_BEAM = f"{LEFT}\n    {CIRCLE}\n  </beam>"
+RIGHT_BEAM = f'{RIGHT}\n    <tube outer_diameter="0.03" inner_diameter="0.02"/>\n  </beam>'
+SLIDE = '<joint name="slide" type="prismatic">{}<axis xyz="0 0 1"/><limit effort="0" velocity="0"/></joint>'
+HEAVY = '<inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'
+
+
+def joint(name: str, parent: str, child: str, z: float, kind: str = "fixed", link: str = "", axis: str = "") -> str:
+    """Return a joint and its child, a link with something inside."""
+    turns = f'<axis xyz="{axis}"/>' if axis else ""
+    return (
+        f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/><origin xyz="0 0 {z:g}"/>{turns}'
+        f'</joint><link name="{child}">{link}</link>'
+    )
+
+
+def beam(link: str, ends: str, more: str = "") -> str:
+    """Return a beam."""
+    return f'<beam link="{link}" {ends} youngs_modulus="210e9" poisson_ratio="0.3" density="7850"{more}>{CIRCLE}</beam>'
+
+
+def telescope(axis: str, ends: str = 'from="a" to="b"', more: str = "") -> tuple[tuple[str, str], ...]:
+    """Return what makes the left rod slide out of a cylinder, as one beam."""
+    slide = SLIDE.format('<parent link="left"/><child link="rod"/><origin xyz="0 0 0.2"/>').replace("0 0 1", axis)
+    rest = '<parent link="rod"/><child link="plate"/><origin xyz="0 0 0.1"/><axis xyz="0 1 0"/>'
+    return ((B_WHOLE, f'{slide}<link name="rod"/>{JOINT_B}{rest}'), (LEFT_BEAM, beam("rod", ends, more)))
+
+
+def more(text: str) -> tuple[tuple[str, str], ...]:
+    """Return the swap that adds something at the end."""
+    return (("</robot>", f"{text}</robot>"),)
+
+
+BALL = '<loop name="f" type="spherical"><predecessor link="ear"/><successor link="plate"/></loop>'
+
+SPANS = (
+    Mistake("a beam without `from` and `to` on a link with three joints, as the lift's rear arm", "Name both ends.",
+            ((LEFT, LEFT.replace(' from="a" to="b"', "")), *more(joint("e", "left", "ear", 0.3) + BALL))),
+    Mistake("a beam without `from` and `to` on a post that leads nowhere", "Name both ends; its tip needs a joint, to a link of "
+            "its own.", more(joint("e", "ground", "post", 0.3) + beam("post", ""))),
+    swap(LEFT, LEFT.replace('to="b"', 'to="d"'), "A beam lies on one link: make a second beam.",
+         '`<beam link="left" … to="d" …>`'),
+    Mistake('`to="b"`, and b is a floating joint', "Its two sides move apart.",
+            ((B_WHOLE, B_WHOLE.replace("continuous", "floating")),)),
+    Mistake('`<origin xyz="0 0 0"/>` in b, so that b is at a', "The beam is as long as its joints are apart.",
+            ((B_WHOLE, B_WHOLE.replace("0 0 0.3", "0 0 0")),)),
+    swap(LEFT, LEFT[:-1] + ' y_axis="0 0 1">', "It runs along z: 1 0 0 or 0 1 0.", '`<beam … y_axis="0 0 1">`'),
+    Mistake('`<beam … y_axis="0 0 1">`, telescopic along z', "1 0 0 or 0 1 0.", telescope("0 0 1", more=' y_axis="0 0 1"')),
+    Mistake('`<axis xyz="0 1 1"/>` in the prismatic joint of a telescope along z', "Let the rod slide along itself; or make it "
+            "two beams.", telescope("0 1 1")),
+    Mistake("a lamp that hangs on the middle of the left rod", "As with the lift's rear arm, above.",
+            more(joint("e", "left", "lamp", 0.1, "continuous", HEAVY, "0 1 0"))),
+    Mistake("a beam that begins at a joint on the middle of the left rod, and lies on a link beyond", "Split the left rod there.",
+            more(joint("e", "left", "ear", 0.3) + joint("f", "left", "lug", 0.15) + joint("g", "ear", "tip", 0.1)
+                 + beam("ear", 'from="f" to="g"'))),
+    Mistake("a beam between two bolts in one rigid plate", "It cannot bend: leave it out.",
+            more(joint("e", "plate", "bar", 0.1) + joint("f", "plate", "g1", 0) + joint("g", "plate", "g2", 0.1)
+                 + beam("bar", 'from="f:parent" to="g:parent"'))),
+)  # fmt: skip
+
+SUCCESSOR = '<origin xyz="0.4 0 0"/></successor>'
+SECOND_MOTOR = '<transmission name="m2"><joint name="d"/></transmission>'
+SHIFTED = ((SUCCESSOR, SUCCESSOR.replace("0.4 0 0", "0.4 0.0001 0")),)
+
+POSES = (
+    code('robot.assemble(actuators={"a": 0.1}, platform={"x": 0.2})', "Drives, or platform."),
+    code('robot.assemble(actuators={"motor": 0.1})', "The joint's name, not the transmission's."),
+    code("robot.assemble(actuators={})", "Without `actuators=` all drives are at zero."),
+    code('robot.assemble(platform={"height": 0.3})', "x, y and z of o, and three of its orientation."),
+    code('robot.assemble(platform={"x": 0.2, "z": 0.3})', "As many as the mobility; the others follow."),
+    code('robot.assemble(platform={"ry": 0.1})', "Choose coordinates along which it moves."),
+    code('robot.assemble(platform={"z": 0.29})', "Upright rods move the plate along x alone."),
+    code('robot.assemble(platform={"x": 0.6})', "Out of reach: the rods are 0.3 m long."),
+    code('robot.assemble(actuators={"a": 2})', "At π/2 the rods are in line, and the parallelogram can fold: begin at a pose on "
+         "the other side, from `robot.configuration(q)`."),
+    Mistake('`<origin xyz="5 0 0"/>` at the loop\'s successor', "A length or a frame is wrong: draw it.",
+            ((SUCCESSOR, SUCCESSOR.replace("0.4", "5")),), code="robot.assemble()"),
+    Mistake("`<origin xyz=\"0.4 0.0001 0\"/>` at the loop's successor", "Write a size once, as a property, and compute with it.",
+            SHIFTED, code="robot.assemble()"),
+    code("robot.configuration([0.1, 1, 0, 1, 0])", "`assemble` finds coordinates that close them."),
+    Mistake("the coordinates of a pose in which a joint with `<mimic>` is not where it follows", "`assemble` heeds couplings.",
+            ((B_WHOLE, B_WHOLE.replace(JOINT_B, JOINT_B + '<mimic joint="a" multiplier="-1"/>')),),
+            code="robot.configuration([0, 1, 0.1, 1, 0])"),
+    code('robot.assemble(platform={"x": "0.25 m"})', "Numbers in m and rad; the command line has units."),
+    code('robot.assemble(platform={"x": nan})', "Look at the calculation behind it."),
+    Mistake('`robot.assemble(actuators={"a": [0, 0.1], "d": [0, 0.1, 0.2]})`', "As many of each.", more(SECOND_MOTOR),
+            code='robot.assemble(actuators={"a": [0, 0.1], "d": [0, 0.1, 0.2]})'),
+    code('robot.assemble(platform={"x": 0.25}, orientation="XYX")', "Three different letters."),
+    code('robot.assemble(on_failure="ignore")', "One of the two."),
+    code("robot.assemble(tolerance=0)", "Leave it out for 1e-10."),
+    code("robot.assemble(near=[0.1, 0, 0])", "A pose, not its coordinates."),
+    code("robot.assemble(near=ks.load_robot(file).assemble())", "Load a robot once, and keep it."),
+    code('robot.assemble(near=robot.assemble(actuators={"a": [0, 0.1]}))', "One pose, or as many as are asked for."),
+    code("robot.configuration([0, 0])", "Pinocchio's coordinates, in the order of `robot.model.names`."),
+    code('pose.frame("plat")', "A link's name."),
+)  # fmt: skip
+
+QUARTER = "1.5707963267948966"
+#: the same with level rods
+FOLDED = (
+    ('<child link="left"/>\n', f'<child link="left"/><origin rpy="0 {QUARTER} 0"/>\n'),
+    ('<origin xyz="0 0 0.3"/>\n', f'<origin xyz="0 0 0.3" rpy="0 -{QUARTER} 0"/>\n'),
+    ('<origin xyz="0.4 0 0"/>\n', f'<origin xyz="0.4 0 0" rpy="0 {QUARTER} 0"/>\n'),
+    (
+        '<predecessor link="right"><origin xyz="0 0 0.3"/>',
+        f'<predecessor link="right"><origin xyz="0 0 0.3" rpy="0 -{QUARTER} 0"/>',
+    ),
+)
+LAMP = joint("e", "plate", "lamp", 0.1, "continuous", HEAVY.replace("<mass", '<origin xyz="0.1 0 0"/><mass'), "0 1 0")
+CROOKED = (
+    joint("e1", "ground", "cross", 0, "continuous", axis="1 0 0") + joint("e2", "cross", "ring", 0, "continuous", axis="0 1 0")
+    + joint("e3", "ring", "strut", 0, "continuous", HEAVY.replace("<mass", '<origin xyz="0.1 0.1 0.1"/><mass'), "0 0 1")
+    + '<loop name="ball" type="spherical"><predecessor link="strut"><origin xyz="0 0 0.3"/></predecessor>'
+    '<successor link="plate"/></loop>'
+)  # fmt: skip
+
+STATICS = (
+    Mistake("`<transmission>` left out", "As many drives as the mobility, at least.", ((MOTOR, ""),), code="ks.analyze(pose)"),
+    Mistake("rods level at zero, by `<origin rpy=…/>` in a and d, so that all hinges are in line", "Stay away from such poses; "
+            "or drive d too.", FOLDED, code="ks.analyze(pose)"),
+    Mistake("a lamp on a hinge of the plate, its centre of mass beside the hinge", "A drive or a `<joint_stiffness>` in the "
+            "hinge; or let it hang straight down.", more(LAMP), code="ks.analyze(pose)"),
+    Mistake("a crooked strut, heavy, on a ball at either end", "A universal joint instead of one of the balls.", more(CROOKED),
+            code="ks.analyze(robot.assemble(actuators={'a': 0.2}))"),
+    code("ks.analyze(robot)", "Assemble it first."),
+    code("ks.analyze(pose, load=[0, 0, -500])", "Force and moment."),
+    code('ks.analyze(pose, load="500 N")', "Numbers in N and N·m."),
+    code("ks.analyze(pose, load=[nan] * 6)", "Look at the calculation behind it."),
+    code('ks.analyze(robot.assemble(actuators={"a": [0, 0.1]}), load=np.zeros((3, 6)))', "One load, or as many as poses."),
+    code('ks.analyze(pose, frame="tool")', "One of the two."),
+    code('ks.analyze(pose, on_failure="skip")', "One of the two."),
+    code("ks.analyze(pose, misfits=0.1)", 'Such as `{"left": {"length": 1e-4}}`.'),
+    code('ks.analyze(pose, misfits={"rod": {"length": 1e-4}})', "A joint, loop or beam."),
+    code('ks.analyze(pose, misfits={"left": 1e-4})', 'Such as `{"length": 1e-4}`.'),
+    code('ks.analyze(pose, misfits={"left": {"temperature": 10}})', "As it says."),
+    code('ks.analyze(pose, misfits={"b": [0, 0, 1e-4]})', "Displacement and rotation."),
+    code('ks.analyze(pose, misfits={"b": {"shift": [0, 0, 1e-4]}})', "All in one twist."),
+    code('ks.analyze(pose, misfits={"b": {"twist": [0] * 6, "frame": "link"}})', "One of the two."),
+    code('ks.analyze(pose, misfits={"b": "loose"})', "Numbers."),
+    code('ks.analyze(pose, misfits={"b": [nan] * 6})', "Look at the calculation behind it."),
+    code("ks.tolerances(robot)", "One pose at a time."),
+    code('ks.tolerances(pose, by="stress")', "One of the three."),
+    code("ks.tolerances(pose, length=0)", "Metres: 1e-4 is usual."),
+)  # fmt: skip
+
+IMPORTS = "from dataclasses import replace; from kinetostatics.description import *; from kinetostatics.sections import *; "
+
+
+def python(source: str, cure: str, before: str = "") -> Mistake:
+    """Return a mistake in a robot that is made in Python."""
+    return Mistake(f"`{source}`", cure, code=f"{IMPORTS}{before}{source}")
+
+
+PYTHON = (
+    python('ks.Robot("robot.urdf")', "`ks.load_robot` reads files."),
+    python('description.links["arm"] = Link("arm")', '`description.with_link(Link("arm"))`.'),
+    python('description.changed("rod", mass=1)', "A link, joint, loop, beam or elastic joint."),
+    python('description.changed("left", diameter=0.03)', "`section=Tube.of(0.03)`."),
+    python('description.changed("left")', "What, and to which value?"),
+    python('description.without_beam("rod")', "A beam's name."),
+    python('description.with_payload("plate", "left", mass=2)', "The payload is a new link."),
+    python('ks.Robot(description.with_joint_stiffness(JointStiffness("b", drive="stiff")))', "A number."),
+    python('ks.Robot(description.changed("b", origin=Origin(0.3)))', "A list or tuple."),
+    python('ks.Robot(description.changed("plate", inertia=Inertia((1, 1, 1))))', "All six."),
+    python('ks.Robot(description.changed("b", parent=3))', "A link's name."),
+    python('ks.Robot(description.changed("left", section=0.02))', "`Tube.of(0.02)`."),
+    python('ks.Robot(description.changed("right", section=replace(description.beams["right"].section, outer_diameter=0.05)))',
+           "Sections are made anew."),
+    python("Tube.of(-0.02)", "A size above zero."),
+    python('ks.Robot(replace(description, links={"arm": description.links["left"]}))', "`RobotDescription.of` takes lists."),
+    python('RobotDescription.of("r", links=[], joints=[], platform="a", joint_stiffness=[JointStiffness("b"), '
+           'JointStiffness("b")])', "One for each joint."),
+    python('ks.Robot(description.changed("plate", extra="<visual>"))', "Whole elements."),
+    python('ks.Robot(description.changed("plate", extra="blue"))', "Elements only."),
+    python('ks.Robot(replace(description, attributes=(("the name", "x"),)))', "A name as XML has them."),
+    python('ks.Robot(description.with_joint(Joint("b:child", "fixed", "left", "l2")).with_link(Link("l2"))'
+           '.changed("left", end=BeamEnd("b", "child")))', "No colons in names."),
+    python('Beam("left", Tube.of(0.02), Material(210e9)).shear_modulus', "`poisson_ratio` or `shear_modulus` of the material."),
+    python('ks.save_robot(robot, folder / "none" / "x.urdf")', "Make the folder first."),
+    replace(python('ks.save_robot(robot, "x\\0.urdf")', "The path was computed wrong."), ours="'x\\x00.urdf' cannot be written:"),
+    python('ks.save_robot(robot, folder / "lift_table.urdf.xacro")', "Another name: plain URDF is written.",
+           '(folder / "lift_table.urdf.xacro").write_text("<robot xmlns:xacro=…>"); '),
+)  # fmt: skip
+
+WARNINGS = tuple(replace(mistake, warns=True) for mistake in (
+    swap('<link name="left"/>', '<link name="left"><visuals/></link>', "Correct it, or leave it."),
+    swap(B_WHOLE, f'{B_WHOLE}<limit lower="-1" upper="1" effort="0" velocity="0"/>', "Say revolute.",
+         '`<limit lower="-1" upper="1" …/>` in a continuous joint'),
+    add('<xacro:property name="pi" value="3"/>', "Another name.", xacro=True),
+    swap(LEFT, LEFT.replace(' density="7850"', ""), "One of them; 0 for a massless beam.",
+         '`density="7850"` left out of `<beam>`'),
+    Mistake("the `<inertial>` of a rod at one of its ends, and no `density`", "Two beams: "
+            "[example_robot_data.md](example_robot_data.md) shows how.",
+            (('<link name="left"/>', f'<link name="left">{HEAVY}</link>'), (LEFT, LEFT.replace(' density="7850"', "")))),
+    swap(LEFT, LEFT.replace('from="a" to="b"', 'from="b" to="a"'), "Swap them.", '`<beam … from="b" to="a" …>`'),
+    Mistake("`<origin xyz=\"0.4 0.0001 0\"/>` at the loop's successor", "Write a size once, as a property, and compute with it.",
+            SHIFTED),
+    Mistake("rods level at zero, as above", "Begin elsewhere: poses are reached from the zero pose.", FOLDED),
+    swap(CIRCLE, '<circle diameter="0.15"/>', "A block is rigid: leave the beam out."),
+    Mistake("both `<beam>` left out", "Make beams of what is slender.", ((LEFT_BEAM, ""), (RIGHT_BEAM, ""))),
+    Mistake("all masses left out", "`<inertial>` and `density`.",
+            ((' density="7850"', ""), (' density="7850"', ""), ("<inertial>", "<!--"), ("</inertial>", "-->"))),
+    Mistake("d driven too", "A drive that follows another one is a `<mimic>`.", more(SECOND_MOTOR)),
+    Mistake("a lamp on a driven hinge of the plate", "Right, if that is meant.",
+            more(LAMP + SECOND_MOTOR.replace('"d"', '"e"'))),
+    Mistake("a load of 1 MN, or another slip in the units", "Look at moduli, diameters, masses, loads.",
+            code="result = ks.analyze(pose, load=[0, 1e6, 0, 0, 0, 0])"),
+    Mistake('`robot.assemble(actuators={"a": 1.2})`', "The numbers are right all the same.",
+            code='result = ks.analyze(robot.assemble(actuators={"a": 1.2}))'),
+    Mistake("`ks.analyze(pose, load=[0, 0, -20000, 0, 0, 0])`", "A thicker rod, or less of a load.",
+            code="result = ks.analyze(pose, load=[0, 0, -20000, 0, 0, 0])"),
+))  # fmt: skip
