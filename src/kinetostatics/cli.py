@@ -17,7 +17,7 @@ from typing import Any, NoReturn
 from kinetostatics.exceptions import KinetostaticsError
 
 #: Modules of ``kinetostatics.commands``, in the order of the help.
-COMMANDS = ("check", "analyze", "view", "verify", "tolerances", "import", "plot")
+COMMANDS = ("check", "analyze", "sweep", "view", "verify", "tolerances", "import", "plot")
 
 #: Exit code of any error; 0 is success and 1 a command's own bad news.
 ERROR = 2
@@ -92,6 +92,7 @@ def _run(arguments: list[str]) -> int:
     except SystemExit as stop:  # --help and --version
         sys.stdout.flush()
         return int(stop.code or 0)
+    args.command_line = ["kinetostatics", *arguments]
     return int(args.run(args))
 
 

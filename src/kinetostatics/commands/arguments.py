@@ -70,6 +70,49 @@ def parse_quantity(text: str, kind: str | None = None) -> float:
     return value * factor
 
 
+def parse_range(option: str, name: str, text: str, kind: str | None = None) -> tuple[float, float, int | None]:
+    """Return first, last and number of values of ``FROM:TO[:COUNT]``, the number None if it is not given.
+
+    Args:
+        option: the option's name, for messages.
+        name: of what has these values.
+        text: the range.
+        kind: as in :func:`parse_quantity`.
+
+    Raises:
+        ArgumentError: it is not of that form.
+    """
+    parts = text.split(":")
+    if len(parts) not in (2, 3):
+        raise ArgumentError(f"{option}: {name}={text} is not of the form {name}=FROM:TO or {name}=FROM:TO:COUNT")
+    try:
+        first, last = (parse_quantity(part, kind) for part in parts[:2])
+    except ArgumentError as error:
+        raise ArgumentError(f"{option}: {name}: {error}") from None
+    if len(parts) == 2:
+        return first, last, None
+    if not parts[2].strip().isdecimal() or int(parts[2]) < 2:
+        raise ArgumentError(f"{option}: {name}: {parts[2]!r} is not a number of values, which must be at least 2")
+    return first, last, int(parts[2])
+
+
+def parse_values(option: str, name: str, text: str, kind: str | None = None) -> float | list[float]:
+    """Return one value, or those of ``FROM:TO:COUNT`` or of a list ``A,B,C``.
+
+    Raises:
+        ArgumentError: it is none of these.
+    """
+    if ":" in text:
+        first, last, count = parse_range(option, name, text, kind)
+        if count is None:
+            raise ArgumentError(f"{option}: {name}={text} does not say how many values: {name}={text}:11")
+        step = (last - first) / (count - 1)
+        return [*(first + step * k for k in range(count - 1)), last]
+    if "," in text:
+        return [_coordinate(option, name, part, kind) for part in text.split(",")]
+    return _coordinate(option, name, text, kind)
+
+
 def parse_items(option: str, items: Iterable[str]) -> dict[str, str]:
     """Return items ``name=value`` as a dict.
 
@@ -106,8 +149,8 @@ def _numbers(option: str, texts: Sequence[str], kind: str) -> list[float]:
 # ---- the robot -----------------------------------------------------------------------------------------------------
 
 
-def add_robot_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add ROBOT and ``--set``."""
+def add_robot_arguments(parser: argparse.ArgumentParser, value: str = "VALUE") -> None:
+    """Add ROBOT and ``--set``; ``value`` is what help calls the values."""
     parser.add_argument(
         "robot",
         metavar="ROBOT",
@@ -116,7 +159,7 @@ def add_robot_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--set",
         dest="parameters",
-        metavar="NAME=VALUE",
+        metavar=f"NAME={value}",
         nargs="+",
         action="extend",
         default=[],
@@ -135,18 +178,30 @@ def load(args: argparse.Namespace) -> Robot:
 # ---- the pose ------------------------------------------------------------------------------------------------------
 
 
-def add_pose_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the pose: ``--platform`` or ``--actuators``, ``--orientation`` and ``--tolerance``."""
-    group = parser.add_argument_group("pose", "Default: all drives at zero, or the closed zero pose if that does not exist.")
+def add_pose_arguments(
+    parser: argparse.ArgumentParser,
+    value: str = "VALUE",
+    default: str = "Default: all drives at zero, or the closed zero pose if that does not exist.",
+) -> None:
+    """Add the pose: ``--platform`` or ``--actuators``, ``--orientation`` and ``--tolerance``.
+
+    Args:
+        parser: of the command.
+        value: what help calls the values.
+        default: what help says of the pose.
+    """
+    group = parser.add_argument_group("pose", default)
     either = group.add_mutually_exclusive_group()
     either.add_argument(
         "--platform",
-        metavar="NAME=VALUE",
+        metavar=f"NAME={value}",
         nargs="+",
         action="extend",
         help="coordinates of the platform, as many as its mobility: x y z of o, rx ry rz or azimuth tilt torsion",
     )
-    either.add_argument("--actuators", metavar="JOINT=VALUE", nargs="+", action="extend", help="coordinates of all driven joints")
+    either.add_argument(
+        "--actuators", metavar=f"JOINT={value}", nargs="+", action="extend", help="coordinates of all driven joints"
+    )
     group.add_argument(
         "--orientation",
         metavar="NAME",
@@ -163,7 +218,7 @@ def add_pose_arguments(parser: argparse.ArgumentParser) -> None:
 
 def assemble(robot: Robot, args: argparse.Namespace) -> tuple[Configuration, list[str]]:
     """Return the pose that the arguments ask for, and warnings."""
-    tolerance = _numbers("--tolerance", [args.tolerance], "length")[0]
+    tolerance = tolerance_of(args)
     if args.platform is not None:
         platform = {
             name: _coordinate("--platform", name, value, PLATFORM_KINDS.get(name))
@@ -172,7 +227,7 @@ def assemble(robot: Robot, args: argparse.Namespace) -> tuple[Configuration, lis
         return robot.assemble(platform=platform, orientation=args.orientation, tolerance=tolerance), []
     if args.actuators is not None:
         actuators = {
-            name: _coordinate("--actuators", name, value, _kind(robot, name))
+            name: _coordinate("--actuators", name, value, joint_kind(robot, name))
             for name, value in parse_items("--actuators", args.actuators).items()
         }
         return robot.assemble(actuators=actuators, orientation=args.orientation, tolerance=tolerance), []
@@ -192,7 +247,8 @@ def _coordinate(option: str, name: str, text: str, kind: str | None) -> float:
         raise ArgumentError(f"{option}: {name}: {error}") from None
 
 
-def _kind(robot: Robot, joint: str) -> str | None:
+def joint_kind(robot: Robot, joint: str) -> str | None:
+    """Return whether a joint's coordinate is a "length" or an "angle", None if there is no such joint."""
     connection = robot.mechanism.connections.get(joint)
     if connection is None:
         return None  # assemble() will list the names
@@ -226,6 +282,11 @@ def add_load_arguments(parser: argparse.ArgumentParser) -> None:
         default=["0", "0", "-9.81"],
         help="in world axes [m/s²] (default: 0 0 -9.81)",
     )
+
+
+def tolerance_of(args: argparse.Namespace) -> float:
+    """Return how far loops may stay open [m, rad]."""
+    return _numbers("--tolerance", [args.tolerance], "length")[0]
 
 
 def load_options(args: argparse.Namespace) -> dict[str, Any]:

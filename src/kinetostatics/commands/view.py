@@ -16,6 +16,7 @@ from kinetostatics.commands.arguments import (
     load_options,
     parse_items,
     parse_quantity,
+    parse_range,
     print_warnings,
 )
 from kinetostatics.exceptions import ArgumentError
@@ -136,7 +137,7 @@ def _swept(robot: Robot, args: argparse.Namespace) -> Configuration:
     drives = [name for name in swept if name in robot.description.driven]
     if drives and len(drives) < len(swept):
         raise ArgumentError("--sweep: coordinates of drives and of the platform cannot move together")
-    ranges = {name: _range(name, text) for name, text in swept.items()}
+    ranges = {name: parse_range("--sweep", name, text) for name, text in swept.items()}
     counts = {count for _, _, count in ranges.values() if count is not None}
     if len(counts) > 1:
         raise ArgumentError(f"--sweep: the coordinates move together, but have {', '.join(map(str, sorted(counts)))} poses")
@@ -159,19 +160,3 @@ def _swept(robot: Robot, args: argparse.Namespace) -> Configuration:
         orientation=args.orientation,
         tolerance=tolerance,
     )
-
-
-def _range(name: str, text: str) -> tuple[float, float, int | None]:
-    """Return first, last and number of poses of ``FROM:TO[:POSES]``."""
-    parts = text.split(":")
-    if len(parts) not in (2, 3):
-        raise ArgumentError(f"--sweep: {name}={text} is not of the form {name}=FROM:TO or {name}=FROM:TO:POSES")
-    try:
-        first, last = (parse_quantity(part) for part in parts[:2])
-    except ArgumentError as error:
-        raise ArgumentError(f"--sweep: {name}: {error}") from None
-    if len(parts) == 2:
-        return first, last, None
-    if not parts[2].strip().isdecimal() or int(parts[2]) < 2:
-        raise ArgumentError(f"--sweep: {name}: {parts[2]!r} is not a number of poses, which must be at least 2")
-    return first, last, int(parts[2])

@@ -12,27 +12,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.exceptions import ArgumentError, KinetostaticsError
-from kinetostatics.robot import Robot, load_robot
-from kinetostatics.shipped import robot_path
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.robot import Robot
 from kinetostatics.workspace import provenance
-from kinetostatics.workspace.compute import assemble
 from kinetostatics.workspace.crew import Crew
 from kinetostatics.workspace.finishing import Finished
-from kinetostatics.workspace.grid import (
-    Axis,
-    Block,
-    Field,
-    block_sizes,
-    coordinate_units,
-    cut,
-    read_field,
-    shape_of,
-    split_values,
-)
-from kinetostatics.workspace.plan import Combination, Plan, Source
+from kinetostatics.workspace.grid import Block, block_sizes, cut, shape_of
+from kinetostatics.workspace.plan import Combination, Plan
+from kinetostatics.workspace.planning import need, read_plan, try_plan
 from kinetostatics.workspace.schema import ZERO_MODE, Labels, check_names, labels_of, template
-from kinetostatics.workspace.storage import Storage, open_map
+from kinetostatics.workspace.storage import Storage, open_map, store_of
 from kinetostatics.workspace.targets import Memory, NetCDF, Target, Zarr, patch, write_block
 from kinetostatics.workspace.tasks import BlockTask, FinishTask, Task, perform
 
@@ -49,8 +38,6 @@ SHARE = 4
 ALONE = 50_000
 #: Joint coordinates of one robot that are looked at together a second time: numbers that must be in memory, 130 MB.
 REGION = 2**24
-
-INSTALL = "pip install 'kinetostatics[sweep]'"
 
 
 def sweep(
@@ -107,22 +94,27 @@ def sweep(
         RobotFileError: the robot's file is wrong.
         KinetostaticsError: a package is missing; the message says how to install it.
     """
-    _need("xarray")
-    plan, first = _plan(
+    need("xarray")
+    if chunks is not None:
+        need("dask", extra="dask")
+        if out is not None:
+            raise ArgumentError("give out= or chunks=: a Dataset of dask arrays is saved by its own to_netcdf and to_zarr")
+    if out is not None:
+        need(*store_of(os.fspath(out)).needs)
+    plan, first = read_plan(
         robot, platform, actuators, orientation, load, gravity, point, frame, misfits, parameters, beams, tolerance
     )
     labels = labels_of(plan, first)
     check_names(plan, labels)
-    _try(plan, first)
+    try_plan(plan, first)
     attributes = provenance.attributes(plan, labels, command_line)
     if chunks is not None:
-        if out is not None:
-            raise ArgumentError("give out= or chunks=: a Dataset of dask arrays is saved by its own to_netcdf and to_zarr")
-        _need("dask")
         from kinetostatics.workspace.lazy import lazy_dataset
 
         return lazy_dataset(plan, labels, chunks).assign_attrs(attributes)
     number = _workers(workers, plan.size)
+    if progress:
+        need("tqdm")
     poses = max(1, min(BLOCK_WITH_BEAMS if beams else BLOCK, -(-plan.size // (SHARE * number if number > 1 else 1))))
     run = _Run(plan, labels, block_sizes(plan.axes, poses), number, attributes)
     if out is None:
@@ -135,99 +127,6 @@ def sweep(
     return open_map(path)
 
 
-# ---- reading the arguments -------------------------------------------------------------------------------------------
-
-
-def _plan(
-    robot: Any,
-    platform: Mapping[str, ArrayLike] | None,
-    actuators: Mapping[str, ArrayLike] | None,
-    orientation: str | None,
-    load: Any,
-    gravity: Any,
-    point: Any,
-    frame: str,
-    misfits: Mapping[str, Any] | None,
-    parameters: Mapping[str, Any] | None,
-    beams: bool,
-    tolerance: float,
-) -> tuple[Plan, Robot]:
-    if platform is not None and actuators is not None:
-        raise ArgumentError("give either platform= or actuators=, not both")
-    varying, constants = split_values("parameters", parameters or {}, "parameter")
-    start = {**constants, **{axis.name: axis.values[0].item() for axis in varying}}
-    first, source = _source(robot, start, bool(varying))
-    kind = "platform" if platform is not None else "actuators"
-    given = platform if platform is not None else actuators
-    if given is None:
-        given = dict.fromkeys(first.description.driven, 0.0)
-    units = coordinate_units(first, kind, list(given))
-    coordinates, held = split_values(kind, given, "coordinate", units)
-    fields, cases = _fields({"load": (load, 6), "gravity": (gravity, 3), "point": (point, 3)}, [*varying, *coordinates])
-    plan = Plan(
-        source,
-        kind,
-        (*varying, *cases, *coordinates),
-        held,
-        constants if parameters else {},
-        orientation,
-        fields["load"],
-        fields["gravity"],
-        fields.get("point"),
-        frame,
-        misfits,
-        float(tolerance),
-        bool(beams),
-        provenance.versions(),
-    )
-    plan.keep((0,) * len(varying), first)
-    return plan, first
-
-
-def _source(robot: Any, parameters: Mapping[str, Any], varying: bool) -> tuple[Robot, Source]:
-    """Return the first robot, and where the others come from."""
-    if isinstance(robot, (str, os.PathLike)):
-        path = os.fspath(robot_path(robot))
-        found = load_robot(path, parameters)
-    elif parameters:
-        raise ArgumentError(
-            "parameters belong to the robot's file: give its path instead of a robot that is loaded already, with all values "
-            "that are not the file's own in parameters="
-        )
-    else:
-        found = robot if isinstance(robot, Robot) else Robot(robot)
-        path = found.description.path
-    description = found.description
-    files = provenance.files_of(description)
-    return found, Source(path, None if varying else description, files, provenance.text_digest(description))
-
-
-def _fields(given: Mapping[str, tuple[Any, int]], known: Sequence[Axis]) -> tuple[dict[str, Field], list[Axis]]:
-    """Return load, gravity and point, and the dimensions that they add to the grid."""
-    fields: dict[str, Field] = {}
-    cases: list[Axis] = []
-    for what, (value, size) in given.items():
-        if value is None:
-            continue
-        fields[what], axes = read_field(what, value, size)
-        for axis in axes:
-            same = next((item for item in (*known, *cases) if item.name == axis.name), None)
-            if same is None:
-                cases.append(axis)
-            elif not np.array_equal(same.values, axis.values):
-                raise ArgumentError(f"{what} varies along {axis.name!r}, but with other values than the grid has there")
-    return fields, cases
-
-
-def _try(plan: Plan, first: Robot) -> None:
-    """Let coordinates and vectors be complained about before anything is computed."""
-    from kinetostatics.equilibrium import analyze
-
-    corner = plan.coordinates(tuple(slice(0, 1) for _ in plan.axes_of("coordinate")))
-    configuration = assemble(plan, first, corner)
-    analyze(configuration, frame=plan.frame, misfits=plan.misfits, on_failure="nan")
-
-
 def _workers(workers: int | None, size: int) -> int:
     if workers is None:
         return _cores() if size >= ALONE else 1
@@ -238,14 +137,6 @@ def _workers(workers: int | None, size: int) -> int:
 
 def _cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def _need(package: str) -> None:
-    import importlib.util
-
-    if importlib.util.find_spec(package) is None:
-        extra = "dask" if package == "dask" else "sweep"
-        raise KinetostaticsError(f"a sweep needs {package}: pip install 'kinetostatics[{extra}]'")
 
 
 # ---- computing -------------------------------------------------------------------------------------------------------
@@ -372,9 +263,7 @@ class _Bar:
             try:
                 from tqdm import tqdm
             except ImportError:
-                if progress:
-                    raise KinetostaticsError(f"a progress bar needs tqdm: {INSTALL}") from None
-                return
+                return  # nobody has asked for it
             self._bar = tqdm(total=total, unit=" poses", unit_scale=True, smoothing=0.1)
 
     def __enter__(self) -> _Bar:

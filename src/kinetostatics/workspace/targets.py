@@ -134,7 +134,7 @@ def tails(labels: Labels) -> dict[str, tuple[int, ...]]:
 class NetCDF:
     """A netCDF-4 file, written with h5netcdf."""
 
-    engine, ending = "h5netcdf", ".nc"
+    engine, ending, needs = "h5netcdf", ".nc", ("h5netcdf", "h5py")
 
     def __init__(self, path: str, template: xr.Dataset, sizes: Mapping[str, int]) -> None:
         import h5netcdf
@@ -169,7 +169,7 @@ class NetCDF:
 class Zarr:
     """A zarr store, a folder of chunks; in the format 2, which all versions of zarr read."""
 
-    engine, ending = "zarr", ".zarr"
+    engine, ending, needs = "zarr", ".zarr", ("zarr",)
 
     def __init__(self, path: str, template: xr.Dataset, sizes: Mapping[str, int]) -> None:
         import zarr

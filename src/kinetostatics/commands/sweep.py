@@ -1,0 +1,146 @@
+"""``kinetostatics sweep``: a map of the workspace, written to a file."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import time
+import warnings
+from typing import TYPE_CHECKING, Any
+
+from kinetostatics.commands.arguments import (
+    NUMBER,
+    PLATFORM_KINDS,
+    UNITS,
+    VALUES_HELP,
+    add_load_arguments,
+    add_pose_arguments,
+    add_robot_arguments,
+    joint_kind,
+    load_options,
+    parse_items,
+    parse_quantity,
+    parse_values,
+    print_warnings,
+    tolerance_of,
+)
+from kinetostatics.exceptions import ArgumentError
+
+if TYPE_CHECKING:
+    from kinetostatics.robot import Robot
+
+NAME = "sweep"
+
+INTEGER = re.compile(r"[-+]?\d+")
+
+EXAMPLES = f"""\
+{VALUES_HELP}
+  FROM:TO:COUNT and A,B,C are dimensions of the grid, whose poses are all combinations of their values.
+
+files:
+  FILE.nc is netCDF, FILE.zarr a zarr store; Python opens them with xarray.open_dataset(FILE, engine="h5netcdf" or "zarr").
+  While the sweep runs, finished blocks lie in FILE.parts; if it is interrupted, the same command goes on with it.
+
+examples:
+  kinetostatics sweep 3rps --platform z=0.45:0.65:21 rx=-10deg:10deg:21 ry=-10deg:10deg:21 --out map.nc
+  kinetostatics sweep 3rps --platform z=500mm rx=-10deg:10deg:41 ry=0 --set rod_diameter=60mm:100mm:5 --out diameters.nc
+  kinetostatics sweep 2pru_upr --actuators prismatic_1=-20mm:20mm:9 prismatic_2=0,10mm prismatic_3=0 --beams --out map.zarr
+"""
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add the command to the parser."""
+    parser: argparse.ArgumentParser = subparsers.add_parser(
+        NAME,
+        usage=f"kinetostatics {NAME} ROBOT --platform NAME=FROM:TO:COUNT … --out FILE [options]",
+        help="map sag, stiffness and drive forces over the workspace",
+        description="Analyze all poses of a grid, and variants of the robot, and write one labelled file.",
+        epilog=EXAMPLES,
+    )
+    add_robot_arguments(parser, "VALUES")
+    add_pose_arguments(parser, "VALUES", "The grid. Default: all drives at zero.")
+    add_load_arguments(parser)
+    group = parser.add_argument_group("sweep")
+    group.add_argument("--out", metavar="FILE", required=True, help="the file to write, .nc or .zarr")
+    group.add_argument("--restart", action="store_true", help="begin anew, and replace a map that is there already")
+    group.add_argument("--beams", action="store_true", help="add stresses and deflections of the beams, which takes longer")
+    group.add_argument("--workers", metavar="N", help="processes (default: as many as cores, one for a small sweep)")
+    group.add_argument("--quiet", action="store_true", help="no progress bar and no summary")
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Sweep, and say what came of it."""
+    from kinetostatics.workspace import sweep
+    from kinetostatics.workspace.planning import need
+    from kinetostatics.workspace.summary import summary
+
+    need("xarray")
+    options = {**load_options(args), **_grid(args)}
+    workers = None if args.workers is None else _whole("--workers", args.workers)
+    begin = time.perf_counter()
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", UserWarning)
+        found = sweep(
+            args.robot,
+            **options,
+            tolerance=tolerance_of(args),
+            beams=args.beams,
+            out=args.out,
+            restart=args.restart,
+            workers=workers,
+            progress=False if args.quiet else None,
+            command_line=args.command_line,
+        )
+    with found:
+        if not args.quiet:
+            print(summary(found, time.perf_counter() - begin))
+            print(f"wrote {args.out}")
+    print_warnings(str(item.message) for item in caught)
+    return 0
+
+
+def _grid(args: argparse.Namespace) -> dict[str, Any]:
+    """Return coordinates and parameters as :func:`kinetostatics.sweep` takes them."""
+    parameters = {name: _parameter(name, text) for name, text in parse_items("--set", args.parameters).items()}
+    found: dict[str, Any] = {"parameters": parameters, "orientation": args.orientation}
+    if args.platform is not None:
+        items = parse_items("--platform", args.platform).items()
+        found["platform"] = {name: parse_values("--platform", name, text, PLATFORM_KINDS.get(name)) for name, text in items}
+    elif args.actuators is not None:
+        robot = _first_robot(args, parameters)
+        found["actuators"] = {
+            name: parse_values("--actuators", name, text, joint_kind(robot, name))
+            for name, text in parse_items("--actuators", args.actuators).items()
+        }
+    return found
+
+
+def _first_robot(args: argparse.Namespace, parameters: dict[str, Any]) -> Robot:
+    """Return the robot with the first values of all parameters, to know which drives turn."""
+    from kinetostatics.robot import load_robot
+    from kinetostatics.shipped import robot_path
+
+    return load_robot(
+        robot_path(args.robot), {name: value[0] if isinstance(value, list) else value for name, value in parameters.items()}
+    )
+
+
+def _parameter(name: str, text: str) -> Any:
+    """Return the values of a parameter: numbers, a grid of them, or a string as it stands."""
+    separator = ":" if ":" in text else ","
+    parts = text.split(separator)
+    if len(parts) > 1 and all(NUMBER.fullmatch(part.strip()) for part in parts):
+        if separator == "," and all(INTEGER.fullmatch(part.strip()) for part in parts):
+            return [int(part) for part in parts]
+        return parse_values("--set", name, text)
+    match = NUMBER.fullmatch(text)
+    if match is None or (match[2] is not None and match[2] not in UNITS):
+        return text
+    return int(text) if INTEGER.fullmatch(text) else parse_quantity(text)
+
+
+def _whole(option: str, text: str) -> int:
+    if not text.strip().isdecimal() or int(text) < 1:
+        raise ArgumentError(f"{option}: {text.strip()!r} is not a number of processes, which must be at least 1")
+    return int(text)

@@ -1,0 +1,130 @@
+"""From the arguments of a sweep to its plan, with all complaints about them."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kinetostatics.equilibrium import analyze
+from kinetostatics.exceptions import ArgumentError, KinetostaticsError
+from kinetostatics.robot import Robot, load_robot
+from kinetostatics.shipped import robot_path
+from kinetostatics.workspace import provenance
+from kinetostatics.workspace.compute import assemble
+from kinetostatics.workspace.grid import Axis, Field, coordinate_units, read_field, split_values
+from kinetostatics.workspace.plan import Plan, Source
+
+
+def need(package: str, *more: str, extra: str = "sweep") -> None:
+    """See to it that packages are there.
+
+    Raises:
+        KinetostaticsError: one is missing; the message says how to install it.
+    """
+    for name in (package, *more):
+        if importlib.util.find_spec(name) is None:
+            raise KinetostaticsError(f"this sweep needs {name}: pip install 'kinetostatics[{extra}]'")
+
+
+def read_plan(
+    robot: Any,
+    platform: Mapping[str, ArrayLike] | None,
+    actuators: Mapping[str, ArrayLike] | None,
+    orientation: str | None,
+    load: Any,
+    gravity: Any,
+    point: Any,
+    frame: str,
+    misfits: Mapping[str, Any] | None,
+    parameters: Mapping[str, Any] | None,
+    beams: bool,
+    tolerance: float,
+) -> tuple[Plan, Robot]:
+    """Return the plan of a sweep, and its first robot; the arguments are those of :func:`kinetostatics.sweep`.
+
+    Raises:
+        ArgumentError: one makes no sense.
+        RobotFileError: the robot's file is wrong.
+    """
+    if platform is not None and actuators is not None:
+        raise ArgumentError("give either platform= or actuators=, not both")
+    varying, constants = split_values("parameters", parameters or {}, "parameter")
+    start = {**constants, **{axis.name: axis.values[0].item() for axis in varying}}
+    first, source = _source(robot, start, bool(varying))
+    kind = "platform" if platform is not None else "actuators"
+    given = platform if platform is not None else actuators
+    if given is None:
+        given = dict.fromkeys(first.description.driven, 0.0)
+    units = coordinate_units(first, kind, list(given))
+    coordinates, held = split_values(kind, given, "coordinate", units)
+    fields, cases = _fields({"load": (load, 6), "gravity": (gravity, 3), "point": (point, 3)}, [*varying, *coordinates])
+    plan = Plan(
+        source,
+        kind,
+        (*varying, *cases, *coordinates),
+        held,
+        constants if parameters else {},
+        orientation,
+        fields["load"],
+        fields["gravity"],
+        fields.get("point"),
+        frame,
+        misfits,
+        float(tolerance),
+        bool(beams),
+        provenance.versions(),
+    )
+    plan.keep((0,) * len(varying), first)
+    return plan, first
+
+
+def _source(robot: Any, parameters: Mapping[str, Any], varying: bool) -> tuple[Robot, Source]:
+    """Return the first robot, and where the others come from."""
+    if isinstance(robot, (str, os.PathLike)):
+        path = os.fspath(robot_path(robot))
+        found = load_robot(path, parameters)
+    elif parameters:
+        raise ArgumentError(
+            "parameters belong to the robot's file: give its path instead of a robot that is loaded already, with all values "
+            "that are not the file's own in parameters="
+        )
+    else:
+        found = robot if isinstance(robot, Robot) else Robot(robot)
+        path = found.description.path
+    description = found.description
+    files = provenance.files_of(description)
+    return found, Source(path, None if varying else description, files, provenance.text_digest(description))
+
+
+def _fields(given: Mapping[str, tuple[Any, int]], known: Sequence[Axis]) -> tuple[dict[str, Field], list[Axis]]:
+    """Return load, gravity and point, and the dimensions that they add to the grid."""
+    fields: dict[str, Field] = {}
+    cases: list[Axis] = []
+    for what, (value, size) in given.items():
+        if value is None:
+            continue
+        fields[what], axes = read_field(what, value, size)
+        for axis in axes:
+            same = next((item for item in (*known, *cases) if item.name == axis.name), None)
+            if same is None:
+                cases.append(axis)
+            elif not np.array_equal(same.values, axis.values):
+                raise ArgumentError(f"{what} varies along {axis.name!r}, but with other values than the grid has there")
+    return fields, cases
+
+
+def try_plan(plan: Plan, first: Robot) -> None:
+    """Let coordinates and vectors be complained about before anything is computed.
+
+    Raises:
+        CoordinatesError: coordinates are missing, unknown, or do not determine the pose.
+        ArgumentError: another argument makes no sense.
+    """
+    corner = plan.coordinates(tuple(slice(0, 1) for _ in plan.axes_of("coordinate")))
+    configuration = assemble(plan, first, corner)
+    analyze(configuration, frame=plan.frame, misfits=plan.misfits, on_failure="nan")
