@@ -23,7 +23,7 @@ from kinetostatics.report_facts import robot_facts
 ROBOT = ROOT / "examples" / "guide_robot" / FILE
 TEXT = PAGE.read_text(encoding="utf-8")
 
-#: Modules whose errors are not about robots, and where they are described.
+#: Modules whose errors are not about robots, and what they are about; those in folders are not either.
 ELSEWHERE = {
     "__init__.py": "Python's own error for a name that the package does not have",
     "__main__.py": "the command line",
@@ -46,7 +46,7 @@ WARNINGS_UNREACHABLE = {
 
 @cache
 def provoked() -> dict[str, list[tuple[Mistake, list[str], set[tuple[str, int]]]]]:
-    """Make all mistakes once."""
+    """Make all mistakes once, some two hundred, which takes several seconds."""
     result: dict[str, list[tuple[Mistake, list[str], set[tuple[str, int]]]]] = {}
     for name, mistakes in TABLES.items():
         result[name] = []
