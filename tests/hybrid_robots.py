@@ -253,6 +253,23 @@ def _loose(mechanism, rng):
     return answer.free or answer.unbalanced > 1e-6
 
 
+def welded(mechanism):
+    """Return the links that rigid fixed joints join to the base, and those that they join to the platform."""
+    carriers = {beam.link for beam in mechanism.beams}
+    groups = []
+    for root in ("base", "platform"):
+        group, queue = {root}, [root]
+        while queue:
+            here = queue.pop()
+            for edge in mechanism.edges:
+                rigid = edge.joint.kind == "F" and not {edge.inner, edge.outer} & carriers and edge.joint.stiffness is None
+                if rigid and here in (edge.inner, edge.outer) and edge.other(here) not in group:
+                    group.add(edge.other(here))
+                    queue.append(edge.other(here))
+        groups.append(group)
+    return groups
+
+
 class AtZero:
     """Stands for the configuration of a written robot with all joints at zero; robots that cannot be analyzed have one too."""
 

@@ -1,7 +1,8 @@
-"""Whole random mechanisms, written as files, against finite elements in OpenSees.
+"""Whole random mechanisms with serial limbs, written as files, against finite elements in OpenSees.
 
 Joint types and axes, points, sections, masses, rigid links, loads, cuts and the spelling of universal and spherical joints are
-random (``small_robots.random_spec`` and ``write``). As many as a minute allows by default;
+random (``small_robots.random_spec`` and ``write``); those with other limbs are in ``test_random_hybrids.py``. As many as half a
+minute allows by default;
 
     KINETOSTATICS_RANDOM_ROBOTS=5000 python -m pytest -q tests/test_random_robots.py
 
@@ -25,7 +26,7 @@ pytestmark = pytest.mark.skipif(
     reason="needs OpenSeesPy: pip install 'kinetostatics[verify]'",
 )
 
-COUNT = int(os.environ.get("KINETOSTATICS_RANDOM_ROBOTS", "120"))
+COUNT = int(os.environ.get("KINETOSTATICS_RANDOM_ROBOTS", "90"))
 
 #: Serial limbs as machines have them, base to platform; a small letter is a driven joint.
 LIMBS = ["RpS", "UpS", "pUS", "rUS", "pRS", "rRS", "pUU", "rUU", "UpU", "SpU", "pRU", "UpR", "SpR", "pRRR", "rRRR", "CrS", "pCS",

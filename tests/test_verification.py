@@ -8,18 +8,23 @@ import json
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
+import finite_elements
 import numpy as np
 import pytest
 import small_robots as sr
+from hybrid_robots import as_arguments
+from mechanisms import Beam, Edge, Joint, Link, Mechanism, Stiffness, random_cuts, write_mechanism
 
 import kinetostatics as ks
 from kinetostatics import beams, cli, verification
 from kinetostatics.robot_file import parse_robot_text
 from kinetostatics.verification import OpenSeesError
 from kinetostatics.verification import opensees as runner
+from kinetostatics.verification.directions import Directions
 from kinetostatics.verification.model import build
 from kinetostatics.weights import Weights
 
@@ -235,6 +240,146 @@ def test_finite_elements_against_a_formula():
         solution.joint_wrenches["root"], [0, 0, q * L + 20, 0, -(q * L**2 / 2 + 20 * L), 0], rtol=1e-12, atol=1e-11
     )
     assert solution.compliance[0, 0] == pytest.approx(L / (E * A), rel=1e-12)
+
+
+# ---- elastic joints and misfits, by formulas -----------------------------------------------------------------------------------
+
+
+def solved(mechanism, load=(0, 0, 0, 0, 0, 0), gravity=(0, 0, 0), misfits=None, drop=()):
+    """Return what OpenSees and what the tests' own finite elements say, after both agree with the analysis."""
+    file = write_mechanism(mechanism, cuts=random_cuts(mechanism, np.random.default_rng(0)), twirl=5)
+    pose = file.robot().assemble()
+    options = {} if misfits is None else {"misfits": as_arguments(misfits, file)}
+    own = finite_elements.solve(mechanism, file, pose, load, gravity, misfits)
+    theirs, _ = runner.solve(build(pose, np.array(load, dtype=float), np.array(gravity, dtype=float), **options))
+    assert_agrees(pose, load=load, gravity=gravity, **options)
+    np.testing.assert_allclose(theirs.twist, own.twist, rtol=0, atol=1e-8 * np.abs(own.twist).max() + 1e-14)
+    return theirs
+
+
+def column(name, inner, outer, start, end, **more):
+    """A link with a beam, and its edges."""
+    edges = [Edge(Joint(f"{name}_1", "F", start), inner, name), Edge(Joint(f"{name}_2", "F", end), name, outer)]
+    return edges, Beam(name, name, f"{name}_1", f"{name}_2", sr.circle(0.04), kappa=np.inf, thermal_expansion=ALPHA, **more)
+
+
+def frame_of(*parts, edges=(), o=(0.0, 0.0, 0.0), mass=0.0):
+    """Robots of some columns and further edges."""
+    found = [*(edge for part in parts for edge in part[0]), *edges]
+    links = dict.fromkeys(name for edge in found for name in (edge.inner, edge.outer) if name not in ("base", "platform"))
+    return Mechanism(tuple(found), tuple(map(Link, links)), tuple(part[1] for part in parts), o=o, mass=mass, com=o)
+
+
+ALPHA, L = 1.2e-5, 0.7
+AREA, INERTIA = np.pi * 0.04**2 / 4, np.pi * 0.04**4 / 64
+
+
+def test_heated_beam_between_two_walls():
+    """N = −E A α ΔT; the platform in the middle does not move."""
+    mechanism = frame_of(
+        column("left", "base", "platform", (0, 0, 0), (L, 0, 0)), column("right", "platform", "base", (L, 0, 0), (2 * L, 0, 0)),
+        o=(L, 0, 0),
+    )  # fmt: skip
+    found = solved(mechanism, misfits={"left": ("temperature", 10.0), "right": ("temperature", 10.0)})
+    push = sr.E * AREA * ALPHA * 10.0
+    np.testing.assert_allclose(found.twist, 0, atol=1e-12)
+    np.testing.assert_allclose(found.joint_wrenches["left_1"], [push, 0, 0, 0, 0, 0], rtol=1e-9, atol=1e-7 * push)
+    np.testing.assert_allclose(found.beam_wrenches["left"][:, 0], -push, rtol=1e-9)
+    # one side warmer: the platform moves by half of α ΔT L, and half the force remains
+    found = solved(mechanism, misfits={"left": ("length", 2e-4)})
+    np.testing.assert_allclose(found.twist[0], 1e-4, rtol=1e-9)
+    np.testing.assert_allclose(found.joint_wrenches["left_1"][0], sr.E * AREA / L * 1e-4, rtol=1e-8)
+
+
+def test_portal_whose_foot_settles():
+    """A rigid beam on two clamped columns: sway and rotation by the slope-deflection method."""
+    h, b, settling = 0.9, 0.6, 1e-3
+    feet = ((-b / 2, 0, 0), (b / 2, 0, 0))
+    columns = [column(f"c{k}", "base", "platform", foot, (foot[0], 0, h)) for k, foot in enumerate(feet)]
+    found = solved(frame_of(*columns, o=(0, 0, h)), misfits={"c0_1": np.array([0, 0, -settling, 0, 0, 0])})
+    EI, EA = sr.E * INERTIA, sr.E * AREA
+    # for sway u along x and rotation r about y; a column's top feels 12EI/h³ u − 6EI/h² r and −6EI/h² u + 4EI/h r
+    K = np.array([[24 * EI / h**3, -12 * EI / h**2], [-12 * EI / h**2, 8 * EI / h + EA / h * b**2 / 2]])
+    u, r = np.linalg.solve(K, [0.0, -EA / h * settling * b / 2])
+    np.testing.assert_allclose(found.twist, [u, 0, -settling / 2, 0, r, 0], rtol=1e-8, atol=1e-12)
+    np.testing.assert_allclose(found.joint_wrenches["c1_2"][2], EA / h * (settling / 2 + r * b / 2), rtol=1e-7)
+
+
+@pytest.mark.parametrize("driven", [False, True])
+def test_cantilever_on_an_elastic_clamp(driven):
+    """Deflection and slope of a clamped beam, and what the clamp gives way."""
+    linear, angular, drive = (1e6, 2e6, 3e6), (2e4, 3e4, 5e4), 4e4
+    stiffness = Stiffness(linear=linear, angular=angular, drive=drive if driven else None)
+    arm = column("arm", "base", "platform", (0, 0, 0), (L, 0, 0), density=0.0)
+    clamp = Joint("arm_1", "R" if driven else "F", (0, 0, 0), axis=(0, 1, 0), driven=driven, stiffness=stiffness)
+    mechanism = frame_of(([Edge(clamp, "base", "arm"), arm[0][1]], arm[1]), o=(L, 0, 0))
+    F = -30.0
+    found = solved(mechanism, load=(7.0, 0, F, 0, 0, 0))
+    EI, moment = sr.E * INERTIA, -F * L  # about y
+    slope = moment / angular[1] + (moment / drive if driven else 0.0)
+    sag = F * L**3 / (3 * EI) + F / linear[2] - slope * L
+    expected = [7 * L / (sr.E * AREA) + 7 / linear[0], 0, sag, 0, -F * L**2 / (2 * EI) + slope, 0]
+    np.testing.assert_allclose(found.twist, expected, rtol=1e-9, atol=1e-15)
+
+
+def test_gough_platform_on_elastic_joints():
+    """K = Σ k $ $ᵀ, a strut being as soft as its rod, its drive and the bearings at both ends together."""
+    bearing, drive = 5e7, 2e7
+    spec = sr.gough("U", section=sr.circle(0.03), density=0.0)
+    mechanism = sr.mechanism_of(spec)
+    edges = []
+    for edge in mechanism.edges:
+        own = Stiffness(drive=drive) if edge.joint.driven else Stiffness(linear=(bearing,) * 3)
+        edges.append(replace(edge, joint=replace(edge.joint, stiffness=own)))
+    found = solved(replace(mechanism, edges=tuple(edges)), load=LOAD)
+    feet, heads, o = sr.gough_points()
+    K = np.zeros((6, 6))
+    for foot, head in zip(feet, heads, strict=True):
+        length = np.linalg.norm(head - foot)
+        line = (head - foot) / length
+        screw = np.append(line, np.cross(head - o, line))
+        K += np.outer(screw, screw) / (length / (sr.E * np.pi * 0.03**2 / 4) + 2 / bearing + 1 / drive)
+    np.testing.assert_allclose(found.stiffness, K, rtol=0, atol=1e-8 * np.abs(K).max())
+    np.testing.assert_allclose(found.twist, np.linalg.solve(K, LOAD), rtol=1e-7)
+
+
+def test_platform_on_six_springs():
+    """A floating joint between base and platform is a mount: its stiffness is that of its springs."""
+    k = np.array([1e5, 2e5, 3e5, 400.0, 500.0, 600.0])
+    mount = Joint("mount", "X", (0.1, 0.2, 0.3), stiffness=Stiffness(linear=tuple(k[:3]), angular=tuple(k[3:])))
+    found = solved(
+        frame_of(edges=[Edge(mount, "base", "platform")], o=(0.1, 0.2, 0.3), mass=5.0), gravity=(1.0, 2.0, -9.0), load=LOAD
+    )
+    np.testing.assert_allclose(found.twist, (np.array(LOAD) + 5.0 * np.array([1, 2, -9, 0, 0, 0])) / k, rtol=1e-9)
+
+
+# ---- directions ----------------------------------------------------------------------------------------------------------------
+
+
+@without_opensees
+def test_directions():
+    """Base 0, platform 9."""
+    brace = Directions({"a": (0, 1), "b": (2, 0), "c": (1, 9), "d": (2, 9), "bridge": (2, 1), "other": (1, 2)}, 0, 9)
+    assert [brace.inner_first(edge) for edge in ("a", "b", "c", "d")] == [True, False, True, True]
+    assert brace.inner_first("bridge") and brace.inner_first("other")  # passed both ways: as written
+    ring = Directions({"a": (0, 1), "b": (9, 1), "out": (3, 1), "one": (3, 4), "two": (4, 3), "end": (4, 5)}, 0, 9)
+    assert [ring.inner_first(edge) for edge in ("a", "b", "out", "end")] == [True, False, False, True]
+    assert ring.inner_first("one") and ring.inner_first("two")
+    pendulum = Directions({"a": (0, 9), "hinge": (1, 9), "arm": (1, 2)}, 0, 9)
+    assert [pendulum.inner_first(edge) for edge in ("hinge", "arm")] == [False, True]
+
+
+@without_opensees
+def test_a_ladder_with_many_ways_is_directed_in_time():
+    rungs = 12
+    edges = {"in_1": (0, 10), "in_2": (0, 11), "out_1": (10 + 2 * rungs - 2, 9), "out_2": (11 + 2 * rungs - 2, 9)}
+    for k in range(rungs):
+        edges[f"rung_{k}"] = (10 + 2 * k, 11 + 2 * k)
+    for k in range(rungs - 1):
+        edges[f"left_{k}"], edges[f"right_{k}"] = (10 + 2 * k, 12 + 2 * k), (13 + 2 * k, 11 + 2 * k)
+        edges[f"cross_{k}"] = (10 + 2 * k, 13 + 2 * k)
+    found = Directions(edges, 0, 9)
+    assert found.inner_first("in_1") and found.inner_first("out_2") and all(map(found.inner_first, edges)) is not None
 
 
 @without_opensees
