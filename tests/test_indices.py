@@ -1,6 +1,7 @@
 """Indices of workspace maps against closed forms, their units and masks, and that lazy maps stay lazy."""
 
 import inspect
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,6 +10,8 @@ from small_maps import COMPONENTS, map_of
 
 import kinetostatics as ks
 from kinetostatics import indices
+
+ROBOTS = Path(__file__).parent.parent / "robots"
 
 E, NU = 210e9, 0.3
 G = E / (2 * (1 + NU))
@@ -375,10 +378,60 @@ def test_best_of_a_lazy_map_with_whole_chunks_unreachable():
     assert indices.best(ds.chunk({"z": 2}), "linear_sag").index == {"z": 2}
 
 
-# ---- a robot -----------------------------------------------------------------------------------------------------------
+# ---- robots ------------------------------------------------------------------------------------------------------------
 
 
-def test_functions_are_documented_with_their_units():
+@pytest.fixture(scope="module")
+def swept():
+    """The 3RPS over two coordinates, two loads and two parameters."""
+    loads = xr.DataArray([[0, 0, 0, 0, 0, 0], [300, 0, -500, 0, 20, 0]], dims=("case", "component"), coords={"case": [1, 2]})
+    return ks.sweep(
+        "3rps",
+        platform={"z": [0.4, 0.6], "rx": 0.1, "ry": [-0.3, 0.0, 0.2]},
+        orientation="XYZ",
+        load=loads,
+        parameters={"rod_diameter": [0.08, 0.1]},
+        progress=False,
+    )
+
+
+def test_indices_of_a_sweep_are_over_all_that_was_swept(swept):
+    dims = indices.swept(swept)
+    assert set(dims) == {"rod_diameter", "case", "z", "ry"}
+    for name in indices.names(swept):
+        found = indices.quantity(swept, name)
+        assert found.dims == dims and np.isfinite(found).all(), name
+        assert set(found.coords) == {*dims, "rx"}, name  # and what was held
+    worst = indices.worst(swept, "linear_sag")
+    assert worst.coordinates["case"] == 2 and worst.coordinates["rod_diameter"] == 0.08
+
+
+def test_indices_of_a_sweep_are_those_of_the_poses_one_by_one(swept):
+    """Against the wrenches and compliances of the limbs, by another way than the Dataset's compliance."""
+    rng = np.random.default_rng(11)
+    for z, ry, diameter in ((0.4, -0.3, 0.08), (0.6, 0.2, 0.1)):
+        robot = ks.load_robot(ROBOTS / "3rps.urdf.xacro", parameters={"rod_diameter": diameter})
+        pose = robot.assemble(platform={"z": z, "rx": 0.1, "ry": ry}, orientation="XYZ")
+        result = ks.analyze(pose, load=[300, 0, -500, 0, 20, 0])
+        here = swept.sel(z=z, ry=ry, rod_diameter=diameter, case=2)
+        close(indices.linear_sag(here), np.linalg.norm(result.twist[:3]), 1e-9)
+        close(indices.largest_actuator_force(here), max(abs(force) for force in result.actuator_forces.values()), 1e-9)
+        L = robot.length
+        scale = np.array([1, 1, 1, 1 / L, 1 / L, 1 / L])
+        K = np.zeros((6, 6))
+        for limb in result.limbs.values():
+            J = scale[:, None] * limb.constraint_wrenches
+            K += J @ np.linalg.inv(limb.compliance) @ J.T
+        low, *_, high = np.linalg.eigvalsh(K)
+        close(indices.singularity_distance(here), low, 1e-8)
+        close(indices.conditioning(here), low / high, 1e-8)
+        # a small force more, and the platform moves by as much as the stiffness along it says
+        u = rng.standard_normal(3)
+        more = ks.analyze(pose, load=result.load + np.array([*(10 * u), 0, 0, 0])).twist - result.twist
+        close(indices.stiffness_along(here, u), 10 * (u @ u) / (u @ more[:3]), 1e-6)
+
+
+def test_functions_are_documented():
     for name in indices.__all__:
         item = getattr(indices, name)
         if inspect.isfunction(item):

@@ -75,7 +75,7 @@ def _draw(parts: Mapping[str, Selection], unit: str | None, ax: Axes | None) -> 
     first = next(iter(parts.values()))
     across = first.axes[0]
     ax = new_axes(ONE_COLUMN, 0.75 * ONE_COLUMN) if ax is None else ax
-    colours = mpl.colormaps[COLOURS](np.linspace(0.0, 0.8, len(parts)))
+    colours = mpl.colormaps[COLOURS](np.linspace(0.0, 0.72, len(parts)))
     every = max(1, len(across.values) // 10)
     for k, (name, numbers) in enumerate(zip(parts, values, strict=True)):
         ax.plot(
