@@ -138,6 +138,12 @@ def test_slice_takes_the_nearest_pose_and_says_which(ds):
     assert (ax.get_xlabel(), ax.get_ylabel(), ax.get_title()) == ("z [m]", "ry [°]", "rx = 0°")
 
 
+def test_what_the_sweep_held_stands_above_the_figure(ds):
+    held = ds.isel(z=1, drop=True).assign_coords(z=((), 0.45, {"units": "m"}), rod_diameter=((), 0.08))
+    assert ks.plot.slice(held, x="rx", y="ry").get_title() == "z = 0.45 m"
+    assert ks.plot.line(held, "twist:x", x="rx", ry=0.0).get_title() == "ry = 0°, z = 0.45 m"
+
+
 def test_slice_in_other_units_with_limits_of_colours(ds):
     ax = ks.plot.slice(ds, "twist:ry", x="rx", y="ry", z=0.5, unit="deg", limits=(2e-5, 3e-5))
     np.testing.assert_allclose(
@@ -215,7 +221,12 @@ def test_lines_show_the_maps_numbers(ds):
         np.testing.assert_allclose(line.get_ydata(), expected, rtol=1e-14)
     assert np.isnan(ax.get_lines()[0].get_ydata()[0])  # beyond a limit
     assert (ax.get_xlabel(), ax.get_ylabel(), ax.get_title()) == ("rx [°]", "displacement [µm]", "z = 0.5 m, ry = 0°")
-    assert texts_of(ax.figure) == ["twist:x", "twist:y", "twist:z", "beyond joint limits"]
+    assert texts_of(ax.figure) == [
+        "displacement along x",
+        "displacement along y",
+        "displacement along z",
+        "beyond joint limits",
+    ]
     assert not overlaps(ax.figure)
 
 
@@ -373,6 +384,8 @@ def test_workspace_is_the_body_of_valid_poses(ds):
 def test_workspace_cut_open(ds):
     whole, cut = (ks.plot.workspace(ds, "linear_sag", cut=cut) for cut in (False, True))
     corner = np.array([np.degrees(RX[-2]), np.degrees(RY[1]), 0.6])  # towards the viewer
+    shown = ks.plot.workspace(ds, "linear_sag", limits=(0, 1e-9))
+    assert shown.figure.axes[1].get_ylim() == (0, 1e-9)
     gap = [np.abs(faces(ax) - corner).max(axis=-1).min() for ax in (whole, cut)]
     assert gap[0] < 1e-9 < gap[1]
 

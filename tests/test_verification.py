@@ -193,6 +193,23 @@ def test_telescope_of_three_stages(carrier, masses):
     assert_agrees(configuration, load=LOAD, gravity=SIDEWAYS)
 
 
+def test_a_drive_that_other_joints_follow():
+    """Its force moves them too."""
+    right = joint("follower", "prismatic", "base", "right", "0.8 0 0", "0 0 1")
+    right = right.replace("</joint>", '<mimic joint="motor" multiplier="-0.5"/></joint>')
+    found = assert_agrees(
+        made_of(
+            link("left", 1.0), link("right", 2.0), link("rod"), PLATFORM,
+            joint("motor", "prismatic", "base", "left", axis="0 0 1"), right,
+            joint("foot", "revolute", "left", "rod", axis="0 1 0"), joint("head", "fixed", "rod", "platform", "0 0 0.5"),
+            '<loop name="ball" type="spherical"><predecessor link="right"/><successor link="platform"><origin xyz="0.8 0 -0.5"/>'
+            "</successor></loop>", beam("rod", "foot", "head"), drives=("motor",),
+        ), load=LOAD, gravity=SIDEWAYS,
+    )  # fmt: skip
+    wrenches = found.finite_elements.joint_wrenches
+    assert found.finite_elements.actuator_forces["motor"] == pytest.approx(wrenches["motor"][2] - 0.5 * wrenches["follower"][2])
+
+
 def test_dead_weight():
     """A pendulum at rest and a driven arm hang on the platform."""
     pendulum = link("pendulum", 2.0, "0 0 -0.3") + joint("hinge", "continuous", "platform", "pendulum", axis="0 1 0")

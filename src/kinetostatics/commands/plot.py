@@ -147,9 +147,10 @@ def open_map(path: str) -> xr.Dataset:
         ArgumentError: the file is not a map, or what reads it is not installed.
         OSError: there is no such file.
     """
-    import xarray as xr
-
     import kinetostatics.indices  # noqa: F401  # says what to install where xarray is missing
+
+    # isort: split
+    import xarray as xr
 
     file = Path(path)
     if not file.exists():
@@ -173,7 +174,8 @@ def _print_list(ds: xr.Dataset) -> None:
     print("coordinates")
     for dim in ds["status"].dims:
         numbers, units = ds[dim].values, ds[dim].attrs.get("units", "")
-        print(f"  {dim}: {len(numbers)} values, {numbers[0]} to {numbers[-1]} {units}".rstrip())
+        first, last = (f"{n:.6g}" if ds[dim].dtype.kind in "iuf" else str(n) for n in (numbers[0], numbers[-1]))
+        print(f"  {dim}: {len(numbers)} values, {first} to {last} {units}".rstrip())
     print("quantities")
     one = ds.isel({dim: [0] for dim in ds["status"].dims})
     for name in names(ds):

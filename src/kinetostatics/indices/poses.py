@@ -64,7 +64,7 @@ def units_of(ds: xr.Dataset, name: str) -> xr.DataArray:
     """Return the units of a variable, over those of its dimensions along which they differ."""
     attributes = ds[name].attrs
     where = attributes.get("unit_coordinate")
-    if where is not None:
+    if where is not None and set(ds[where].dims) <= set(ds[name].dims):
         return ds[where].drop_vars([coord for coord in ds[where].coords if coord not in ds[where].dims])
     return xr.DataArray(str(attributes.get("units", "1")))
 

@@ -14,14 +14,23 @@ _DEGREE = math.pi / 180
 #: For every unit of a map the units it may be shown in, and their size. A figure chooses from those with SI prefixes.
 UNITS: dict[str, dict[str, float]] = {
     "m": {"m": 1.0, "mm": 1e-3, "µm": 1e-6, "nm": 1e-9, "um": 1e-6},
-    "rad": {"rad": 1.0, "mrad": 1e-3, "µrad": 1e-6, "nrad": 1e-9, "urad": 1e-6, "deg": _DEGREE, "°": _DEGREE},
+    "rad": {
+        "rad": 1.0,
+        "mrad": 1e-3,
+        "µrad": 1e-6,
+        "nrad": 1e-9,
+        "urad": 1e-6,
+        "deg": _DEGREE,
+        "°": _DEGREE,
+        "mdeg": 1e-3 * _DEGREE,
+    },
     "N": {"N": 1.0, "kN": 1e3, "MN": 1e6, "mN": 1e-3},
     "N m": {"N·m": 1.0, "kN·m": 1e3, "MN·m": 1e6, "mN·m": 1e-3},
     "N/m": {"N/m": 1.0, "kN/m": 1e3, "MN/m": 1e6, "GN/m": 1e9, "N/mm": 1e3, "N/µm": 1e6, "N/um": 1e6},
     "N m/rad": {"N·m/rad": 1.0, "kN·m/rad": 1e3, "MN·m/rad": 1e6, "GN·m/rad": 1e9},
 }
-_SHOWN_AS = {"um": "µm", "urad": "µrad", "deg": "°", "N/um": "N/µm"}
-_NOT_CHOSEN = ("um", "urad", "deg", "°", "N/mm", "N/µm", "N/um")
+_SHOWN_AS = {"um": "µm", "urad": "µrad", "deg": "°", "mdeg": "10⁻³ °", "N/um": "N/µm"}
+_NOT_CHOSEN = ("um", "urad", "deg", "°", "mdeg", "N/mm", "N/µm", "N/um")
 
 
 def display_unit(units: str, values: ArrayLike, wanted: str | None = None) -> tuple[float, str]:

@@ -53,7 +53,10 @@ def line(
     at = {**(at or {}), **fixed}
     (x,) = chosen_names(ds, (x,), (*at, series or ""), "a line")
     if series is None:
-        parts = {name: select(ds, name, (x,), at, beyond_limits) for name in names}
+        found = [select(ds, name, (x,), at, beyond_limits) for name in names]
+        parts = {part.long_name: part for part in found}
+        if len(parts) < len(found):
+            parts = {part.what: part for part in found}
     else:
         axis = axis_of(ds, series)
         if series == x:

@@ -40,8 +40,7 @@ class Axis:
 
     def said(self, place: int) -> str:
         """Return "name = value unit" of one of the values."""
-        value = self.ticks[place] if self.ticks else f"{self.values[place]:.4g}"
-        return f"{self.name} = {value} {self.unit}".replace(" °", "°").strip()
+        return _said(self.name, self.ticks[place] if self.ticks else f"{self.values[place]:.4g}", self.unit)
 
 
 @dataclass(frozen=True)
@@ -139,7 +138,7 @@ def select(ds: xr.Dataset, what: str, dims: Sequence[str], at: Mapping[str, floa
         status=_status(part, dims),
         units=str(found.attrs["units"]),
         long_name=str(found.attrs["long_name"]),
-        fixed=", ".join(said),
+        fixed=", ".join([*said, *_held(ds)]),
     )
 
 
@@ -154,6 +153,21 @@ def in_figure_units(parts: Sequence[Selection], unit: str | None) -> tuple[list[
         raise ArgumentError(f"quantities in {' and '.join(sorted(units))} do not go into one figure")
     size, name = display_unit(units.pop(), np.concatenate([part.values.ravel() for part in parts]), unit)
     return [part.values / size for part in parts], name
+
+
+def _held(ds: xr.Dataset) -> list[str]:
+    """Return what coordinates are that the sweep held at one value: those without a unit are parameters of the file."""
+    found = []
+    for name in (str(item) for item in ds.coords):
+        value, units = ds[name], str(ds[name].attrs.get("units", ""))
+        if value.dims == () and units in ("m", "rad"):
+            size, unit = coordinate_unit(units, value.values)
+            found.append(_said(name, f"{float(value) / size:.4g}", unit))
+    return found
+
+
+def _said(name: str, value: str, unit: str) -> str:
+    return f"{name} = {value} {unit}".replace(" °", "°").strip()
 
 
 def _status(part: xr.Dataset, dims: Sequence[str]) -> NDArray[np.int8]:

@@ -15,7 +15,7 @@ from kinetostatics.exceptions import ArgumentError
 from kinetostatics.plots.display_units import label
 from kinetostatics.plots.masks import draw_masks, edges, legend_of, masks_of
 from kinetostatics.plots.selection import Selection, chosen_names, in_figure_units, select
-from kinetostatics.plots.style import COLOURS, ONE_COLUMN, figure_of, name_ticks, new_axes, styled
+from kinetostatics.plots.style import COLOURS, ONE_COLUMN, extend_of, figure_of, name_ticks, new_axes, styled
 
 #: With more cells a PDF or SVG holds them as pixels; letters, lines and hatches stay what they are.
 VECTOR_CELLS = 10_000
@@ -92,9 +92,7 @@ def _draw(
         rasterized=masked.size > VECTOR_CELLS,
         label=shown.what,
     )
-    cut = "min" if masked.min() < low else "neither", "max" if masked.max() > high else "neither"
-    extend = "both" if "neither" not in cut else next((end for end in cut if end != "neither"), "neither")
-    bar = figure.colorbar(mesh, ax=ax, label=text, pad=0.02, extend=extend)
+    bar = figure.colorbar(mesh, ax=ax, label=text, pad=0.02, extend=extend_of(masked.compressed(), low, high))
     if contours and high - low > 1e-9 * max(abs(low), abs(high)) and min(masked.shape) > 1:
         ticks = MaxNLocator(7 if contours is True else int(contours)).tick_values(low, high)
         levels = [level for level in ticks if low < level < high]

@@ -6,9 +6,10 @@ import os
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import matplotlib as mpl
+import numpy as np
 from matplotlib import pyplot as plt
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
@@ -16,6 +17,7 @@ from matplotlib.axis import XAxis, YAxis
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D
+from numpy.typing import NDArray
 
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.plots.selection import Axis
@@ -80,7 +82,7 @@ def make_room(ax: Axes3D, labels: Sequence[str]) -> None:
     for axis, text in zip((ax.xaxis, ax.yaxis, ax.zaxis), labels, strict=True):
         axis.set_label_text(text)
         axis.labelpad = -1
-        axis.set_tick_params(pad=-1)
+        axis.set_tick_params(pad=1 if axis is ax.zaxis else -1)
         axis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
         axis.pane.set(facecolor="0.97", edgecolor="0.6")
         axis._axinfo["grid"].update(color="0.85", linewidth=0.4)
@@ -103,6 +105,12 @@ def legend_below(figure: Figure, handles: Sequence[Artist]) -> None:
     columns = int(72 * figure.get_figwidth() / points)
     if handles:
         figure.legend(handles=list(handles), loc="outside lower center", ncols=max(1, min(columns, len(handles))))
+
+
+def extend_of(values: NDArray[np.float64], low: float, high: float) -> Literal["neither", "both", "min", "max"]:
+    """Return at which ends of a colour bar values lie beyond."""
+    below, above = bool(np.any(values < low)), bool(np.any(values > high))
+    return "both" if below and above else "min" if below else "max" if above else "neither"
 
 
 def name_ticks(axis: XAxis | YAxis, shown: Axis) -> None:

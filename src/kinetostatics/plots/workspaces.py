@@ -19,7 +19,7 @@ from kinetostatics.plots.display_units import coordinate_unit, label
 from kinetostatics.plots.masks import masks_of
 from kinetostatics.plots.selection import Selection, chosen_names, in_figure_units, select
 from kinetostatics.plots.solids import Array, cells_of, lit, outer_faces, shades
-from kinetostatics.plots.style import COLOURS, ONE_COLUMN, figure_of, legend_below, make_room, new_axes, styled
+from kinetostatics.plots.style import COLOURS, ONE_COLUMN, extend_of, figure_of, legend_below, make_room, new_axes, styled
 
 #: Components of ``platform_pose`` that can be axes.
 POSITIONS = ("x", "y", "z")
@@ -139,7 +139,8 @@ def _draw(
     ax.set(xlim=(start[0], end[0]), ylim=(start[1], end[1]), zlim=(start[2], end[2]), title=shown.fixed)
     make_room(ax, labels)
     figure = figure_of(ax)
-    figure.colorbar(ScalarMappable(norm, COLOURS), ax=ax, label=text, shrink=0.65, pad=0.17)
+    bar = ScalarMappable(norm, COLOURS)
+    figure.colorbar(bar, ax=ax, label=text, shrink=0.65, pad=0.17, extend=extend_of(levels, low, high))
     masks = masks_of(shown.values, shown.status)
     if box:
         wires = Line3DCollection(_wires(start, end), colors="0.35", linewidths=0.6, linestyles=":", zorder=2)

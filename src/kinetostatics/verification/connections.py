@@ -105,7 +105,7 @@ def joint_misfit(misfit: Any, joint: PlacedJoint, centre: Array) -> Array:
         joint: the joint.
         centre: (3,) the joint's centre [m].
     """
-    if misfit is None:
+    if misfit is None or (isinstance(misfit, Mapping) and "twist" not in misfit):  # that of a beam with the joint's name
         return np.zeros(6)
     own = isinstance(misfit, Mapping) and misfit.get("frame", "world") == "joint"
     twist = np.asarray(misfit["twist"] if isinstance(misfit, Mapping) else misfit, dtype=float)

@@ -70,12 +70,25 @@ class FrameJoint:
 
 
 @dataclass(frozen=True)
-class Drive:
-    """A driven joint: world ``axis`` (3,) of the coordinate of the outer side relative to the inner, and whether it turns."""
+class Coordinate:
+    """A joint's coordinate: world ``axis`` (3,) along or, if it ``rotates``, about which its outer side moves."""
 
-    name: str
+    joint: str
     axis: Array
     rotates: bool
+
+
+@dataclass(frozen=True)
+class Drive:
+    """A driven joint: the coordinates that it moves, its own first, and how much of each per unit of its own."""
+
+    name: str
+    moves: tuple[tuple[float, Coordinate], ...]
+
+    @property
+    def rotates(self) -> bool:
+        """Whether the joint itself turns."""
+        return self.moves[0][1].rotates
 
 
 @dataclass(frozen=True)

@@ -6,13 +6,13 @@ in SI units and world axes.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from kinetostatics.verification.connections import joint_misfit, joint_springs, releases
-from kinetostatics.verification.frame import Drive, FrameBeam, FrameJoint, FrameModel
+from kinetostatics.verification.frame import Coordinate, Drive, FrameBeam, FrameJoint, FrameModel
 from kinetostatics.verification.pieces import Array, JointedPieces, Pieces, PlacedBeam
 
 if TYPE_CHECKING:
@@ -56,15 +56,15 @@ class _Builder:
 
     def build(self, load: Array, gravity: Array, point: Array | None, frame: str) -> FrameModel:
         base, platform = self.number(self.pieces.base), self.number(self.pieces.platform)
-        joints, drives = [], {}
+        joints, coordinates = [], {}
         for number, item in enumerate(self.pieces.jointed):
             if self.pieces.find(item.pieces[0]) == self.pieces.find(item.pieces[1]):
                 continue
             outward = self.pieces.predecessor_is_inner(number)
             joints.append(self._joint(item, outward))
-            if item.joint.name in self.description.driven:
+            if item.joint.locked:
                 sign = 1.0 if outward else -1.0
-                drives[item.joint.name] = Drive(item.joint.name, sign * item.joint.axis, item.joint.kind != "prismatic")
+                coordinates[item.joint.name] = Coordinate(item.joint.name, sign * item.joint.axis, item.joint.kind != "prismatic")
         beams = [self._beam(placed, gravity) for placed in self.pieces.beams.values()]
         weights = [
             (self.number(self.pieces.of_link(link.name)), self._weight(link.name, gravity))
@@ -86,9 +86,20 @@ class _Builder:
             loads,
             tuple(beams),
             tuple(joints),
-            tuple(drives[name] for name in self.description.driven if name in drives),
+            tuple(self._drives(coordinates)),
             *_sizes(o, platform, references, beams, joints),
         )
+
+    def _drives(self, coordinates: Mapping[str, Coordinate]) -> Iterator[Drive]:
+        """Yield the drives; one that other joints follow moves them too."""
+        for name in self.description.driven:
+            if name in coordinates:
+                followers = [
+                    (joint.mimic.multiplier, coordinates[joint.name])
+                    for joint in self.description.joints.values()
+                    if joint.mimic is not None and joint.mimic.joint == name and joint.name in coordinates
+                ]
+                yield Drive(name, ((1.0, coordinates[name]), *followers))
 
     # ---- joints and beams -------------------------------------------------------------------------------------------
 

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from kinetostatics.exceptions import KinetostaticsError
-from kinetostatics.verification.frame import Array, FrameJoint, FrameModel
+from kinetostatics.verification.frame import Array, Coordinate, FrameJoint, FrameModel
 
 #: Smallest penalty, as a multiple of the largest stiffness of a beam or spring; each level doubles it.
 PENALTY = 30.0
@@ -233,10 +233,7 @@ def _answer(model: FrameModel, scale: _Scale, raw: Mapping[str, Array]) -> Frame
         wrenches[joint.name] = wrenches.get(joint.name, np.zeros(6)) + raw["springs"][row] * scale.wrench
         row += len(_series(joint))
     sections = {beam.name: raw["beams"][k] * scale.wrench * np.array([[-1.0], [1.0]]) for k, beam in enumerate(model.beams)}
-    forces = {
-        drive.name: float(drive.axis @ (wrenches[drive.name][3:] if drive.rotates else wrenches[drive.name][:3]))
-        for drive in model.drives
-    }
+    forces = {drive.name: sum(factor * _along(part, wrenches) for factor, part in drive.moves) for drive in model.drives}
     C = raw["compliance"] * scale.twist[:, None] / scale.wrench
     C = (C + C.T) / 2
     unit = np.repeat([1.0, model.length], 3)
@@ -246,6 +243,12 @@ def _answer(model: FrameModel, scale: _Scale, raw: Mapping[str, Array]) -> Frame
         stiffness = np.full((6, 6), np.nan)
     torques = frozenset(drive.name for drive in model.drives if drive.rotates)
     return FrameSolution(raw["twist"] * scale.twist, C, stiffness, wrenches, sections, forces, torques)
+
+
+def _along(part: Coordinate, wrenches: Mapping[str, Array]) -> float:
+    """Return the force or torque of a joint's wrench along its coordinate."""
+    wrench = wrenches[part.joint]
+    return float(part.axis @ (wrench[3:] if part.rotates else wrench[:3]))
 
 
 # ---- the process that does the work --------------------------------------------------------------------------------------

@@ -1,0 +1,289 @@
+"""Reproduce Figs 6, 7, 12 and 13 of the paper, and compare the maxima that its text reads from them with ours.
+
+    python examples/paper_workspace.py                    print the table
+    python examples/paper_workspace.py --figures FOLDER   draw the figures, as PNG, SVG and PDF
+    python examples/paper_workspace.py --search           look for limits of the 3RPS's workspace that give the paper's maxima
+    python examples/paper_workspace.py --write-docs       put table and pictures into docs/
+
+Needs pip install 'kinetostatics[plot]'.
+
+C. Yang, F. Huang, W. Ye, Q. Chen, Gravity-Based Kinetostatic Modeling of Parallel Manipulators Using Screw Theory,
+Chinese Journal of Mechanical Engineering 36 (2023).
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+import kinetostatics as ks
+
+ROOT = Path(__file__).resolve().parent.parent
+PAGE = ROOT / "docs" / "workspace_figures.md"
+
+#: What the text says: linear sag [µm], angular sag [°], force [N].
+PAPER = {"2pru_upr": (26.0, 0.0075, 496.0), "3rps": (16.0, 0.002, 600.0)}
+TITLES = {"2pru_upr": "2PRU-UPR", "3rps": "3RPS"}
+
+
+@dataclass(frozen=True)
+class Workspace:
+    """A region, and how many steps it is cut into.
+
+    Attributes:
+        robot: its name.
+        what: in words.
+        z: heights [m].
+        angles: the largest tilt, or the largest of both angles [°].
+        tilted: whether the angles are azimuth and tilt (a cylinder) or θ_X and θ_y (a box).
+        beyond_limits: whether poses beyond the joints' limits count.
+        left_out: J_3g2 W_3g2 is left out of Eq. (12), as the paper's analytical forces seem to be computed.
+    """
+
+    robot: str
+    what: str
+    z: tuple[float, float]
+    angles: float
+    tilted: bool = False
+    beyond_limits: bool = False
+    left_out: bool = False
+
+
+WORKSPACES = (
+    Workspace("2pru_upr", "the text's: \\|θ_X\\|, \\|θ_y\\| ≤ 10°, 0.3 ≤ z ≤ 0.6 m", (0.3, 0.6), 10),
+    Workspace("2pru_upr", "the same, without J_3g2 W_3g2 in Eq. (12)", (0.3, 0.6), 10, left_out=True),
+    Workspace("3rps", "tilt ≤ 47°, 0.2 ≤ z ≤ 0.85 m, less what is beyond the joints' limits", (0.2, 0.85), 47, tilted=True),
+    Workspace("3rps", "tilt ≤ 47°, 0.65 ≤ z ≤ 0.775 m, limits ignored", (0.65, 0.775), 47, tilted=True, beyond_limits=True),
+    Workspace("3rps", "\\|rx\\|, \\|ry\\| ≤ 36°, 0.75 ≤ z ≤ 0.8 m, limits ignored", (0.75, 0.8), 36, beyond_limits=True),
+    Workspace("3rps", "tilt ≤ 44°, 0.8 ≤ z ≤ 0.825 m, all within limits", (0.8, 0.825), 44, tilted=True),
+    Workspace("3rps", "tilt ≤ 30°, 0.35 ≤ z ≤ 0.8 m, all within limits", (0.35, 0.8), 30, tilted=True),
+)
+
+
+# ---- maps ----------------------------------------------------------------------------------------------------------------
+
+
+def sweep(robot: str, z: np.ndarray, angles: np.ndarray, tilted: bool = False) -> xr.Dataset:
+    """Return the map of one of the robots under its own weight, in the paper's conditions; angles in degrees."""
+    if tilted:
+        around = np.arange(-180.0, 180.0, 5.0 if len(angles) > 10 else 15.0)
+        platform = {"azimuth": np.radians(around), "tilt": np.radians(angles)}
+    else:
+        platform = {"rx": np.radians(angles), "ry": np.radians(angles)}
+    gravity = (0, 0, 9.8 if robot == "2pru_upr" else -9.8)  # the paper's Table 3 has it along +Z
+    orientation = "tilt_torsion" if tilted else "XYZ"
+    path = ROOT / "robots" / f"{robot}.urdf.xacro"
+    ds = ks.sweep(path, platform={"z": z, **platform}, orientation=orientation, gravity=gravity, progress=False)
+    return with_rod_forces(ds) if robot == "2pru_upr" else ds
+
+
+def with_rod_forces(ds: xr.Dataset) -> xr.Dataset:
+    """Return the 2PRU-UPR's map with the paper's f_ia, Eq. (17): the axial force at the rod's base end.
+
+    For a PRU limb that is not the force of its drive, which stands on the rail. The force along the rod is the intensity of the
+    first constraint wrench, and the rod's weight adds to it towards the base.
+    """
+    z, a, b = ds["z"], ds["rx"], ds["ry"]
+    # how high A_i is above B_i: all that counts of a rod's direction
+    rise = [z + 0.25 * np.sin(a), z - 0.25 * np.sin(a), z - 0.25 * np.cos(a) * np.sin(b)]
+    force = []
+    for k, joint in enumerate(("universal_1", "universal_2", "revolute_3")):
+        tip = ds["intensity"].sel(wrench=f"limb_{k + 1}: force along limb axis at {joint}", drop=True)
+        force.append(abs(tip + 7850 * 9.8 * np.pi * 0.06**2 / 4 * rise[k]))
+    found = xr.concat(force, xr.Variable("rod", ["f_1a", "f_2a", "f_3a"])).transpose(*ds["status"].dims, "rod")
+    found.attrs = {"units": "N", "long_name": "axial force at the rod's base end"}
+    return ds.assign(rod_base_force=found)
+
+
+def left_out(ds: xr.Dataset) -> tuple[xr.DataArray, xr.DataArray]:
+    """Return twist and f_ia of the 2PRU-UPR as Eq. (12) gives them without J_3g2 W_3g2."""
+    robot = ks.load_robot(ROOT / "robots" / "2pru_upr.urdf.xacro")
+    z, a, b = np.meshgrid(*(ds[name].values for name in ("z", "rx", "ry")), indexing="ij")
+    result = ks.analyze(robot.assemble(platform={"z": z, "rx": a, "ry": b}, orientation="XYZ"), gravity=(0, 0, 9.8))
+    limb = result.limbs["limb_3"]
+    assert limb.attached_labels[1].startswith("force along limb y")
+    missing = limb.attached_wrenches[..., 1] * limb.attached_intensities[..., 1, None]
+    change = np.einsum("...ij,...j->...i", result.compliance, missing)
+    forces = ds["rod_base_force"].copy(deep=True)
+    signed = {k: result.limbs[f"limb_{k}"].intensities[..., 0] for k in (1, 2, 3)}
+    for k, limb in enumerate(result.limbs.values()):
+        more = np.einsum("...ij,...kj,...k->...i", np.linalg.inv(limb.compliance), limb.constraint_wrenches, change)[..., 0]
+        forces[..., k] = forces[..., k] + np.sign(signed[k + 1]) * more
+    return ds["twist"] + change, forces
+
+
+@cache
+def map_of(robot: str, z: tuple[float, float], angles: float, tilted: bool, coarse: bool) -> xr.Dataset:
+    """Return the map over a workspace. The coarse grid is part of the fine one."""
+    heights, degrees = (4, 7 if tilted else 5) if coarse else (13, 25 if tilted else 21)
+    start = 0.0 if tilted else -angles
+    return sweep(robot, np.linspace(*z, heights), np.linspace(start, angles, degrees), tilted)
+
+
+# ---- maxima --------------------------------------------------------------------------------------------------------------
+
+
+def maxima(workspace: Workspace, coarse: bool = False) -> tuple[float, float, float, float]:
+    """Return the largest linear sag [µm], angular sag [°], force [N], and which part of the poses counts."""
+    ds = map_of(workspace.robot, workspace.z, workspace.angles, workspace.tilted, coarse)
+    if workspace.left_out:
+        twist, force = left_out(ds)
+        ds = ds.assign(twist=twist.assign_attrs(ds["twist"].attrs), rod_base_force=force)
+    options = {"beyond_limits": workspace.beyond_limits}
+    linear = float(ks.indices.linear_sag(ds, **options).max())
+    angular = float(ks.indices.angular_sag(ds, **options).max())
+    name = "rod_base_force" if "rod_base_force" in ds else "actuator_force"
+    counts = ks.indices.valid(ds, **options)
+    force = float(abs(ds[name].where(counts)).max())
+    return 1e6 * linear, float(np.degrees(angular)), force, float(counts.mean())
+
+
+def rows() -> Iterator[str]:
+    """Yield the rows of the table."""
+    robot = ""
+    for workspace in WORKSPACES:
+        if workspace.robot != robot:
+            robot = workspace.robot
+            linear, angular, force = PAPER[robot]
+            limits = "stated" if robot == "2pru_upr" else "not stated"
+            yield f"| **{TITLES[robot]}**, the paper (limits {limits}) | **{linear:g}** | **{angular:g}** | **{force:g}** | |"
+        linear, angular, force, part = maxima(workspace)
+        yield f"| {workspace.what} | {linear:.2f} | {angular:.5f} | {force:.1f} | {100 * part:.0f} % |"
+
+
+def table() -> str:
+    """Return the table as Markdown."""
+    head = ["| workspace | linear sag [µm] | angular sag [°] | f_ia [N] | poses counted |", "|---|---:|---:|---:|---:|"]
+    return "\n".join([*head, *rows()])
+
+
+# ---- which limits of the 3RPS's workspace? ---------------------------------------------------------------------------
+
+
+def search() -> str:
+    """Return the workspaces of the 3RPS whose maxima come nearest to the paper's, by kind and by what the limits do."""
+    lines = []
+    heights = np.arange(0.2, 0.951, 0.025)
+    for tilted in (True, False):
+        degrees = np.arange(0.0, 50.0) if tilted else np.arange(-46.0, 47.0, 2.0)
+        ds = sweep("3rps", heights, degrees, tilted)
+        size = ds["tilt"] if tilted else np.maximum(abs(ds["rx"]), abs(ds["ry"]))
+        largest = {
+            (limits, name): function(ds, beyond_limits=limits == "ignored")
+            for limits in ("left out", "ignored")
+            for name, function in (
+                ("µm", ks.indices.linear_sag),
+                ("°", ks.indices.angular_sag),
+                ("N", ks.indices.largest_actuator_force),
+            )
+        }
+        for limits in ("left out", "ignored", "all within"):
+            found = []
+            for angle in degrees[degrees > 0]:
+                inside = size <= np.radians(angle) + 1e-9
+                kind = "left out" if limits == "all within" else limits
+                over = [dim for dim in ds["status"].dims if dim != "z"]
+                linear, angular, force = (largest[kind, name].where(inside).max(over).values for name in ("µm", "°", "N"))
+                whole = (ks.indices.valid(ds) | ~inside).all(over).values
+                for first in range(len(heights)):
+                    for last in range(first, len(heights)):
+                        part = slice(first, last + 1)
+                        if limits == "all within" and not whole[part].all():
+                            continue
+                        numbers = 1e6 * linear[part].max(), np.degrees(angular[part].max()), force[part].max()
+                        off = max(abs(numbers[0] / 16 - 1), abs(numbers[2] / 600 - 1), abs(numbers[1] / 0.002 - 1) - 0.25)
+                        found.append((off, angle, heights[first], heights[last], *numbers))
+            found.sort()
+            for off, angle, low, high, *numbers in found[:3]:
+                shape = "tilt" if tilted else "|rx|, |ry|"
+                lines.append(
+                    f"limits {limits:10} {shape} ≤ {angle:.0f}°, {low:.3f} ≤ z ≤ {high:.3f} m: "
+                    f"{numbers[0]:.2f} µm, {numbers[1]:.5f}°, {numbers[2]:.1f} N (off by {100 * off:.0f} %)"
+                )
+    return "\n".join(lines)
+
+
+# ---- figures -------------------------------------------------------------------------------------------------------------
+
+
+def figures(coarse: bool = False) -> Iterator[tuple[str, object]]:
+    """Yield names and figures."""
+    from matplotlib import pyplot as plt
+
+    twist = [f"twist:{component}" for component in ("x", "y", "z", "rx", "ry", "rz")]
+    steps = 9 if coarse else 33
+    rps = sweep("3rps", np.array([0.5, 0.65, 0.8]), np.linspace(-45, 45, steps))
+    pru = sweep("2pru_upr", np.linspace(0.3, 0.6, 4), np.linspace(-10, 10, (steps + 1) // 2 + 4))
+    drives = [f"actuator_force:prismatic_{k}" for k in (1, 2, 3)]
+    rods = [f"rod_base_force:f_{k}a" for k in (1, 2, 3)]
+    for number, ds, quantities in ((6, rps, twist), (7, rps, drives), (12, pru, twist), (13, pru, rods)):
+        down = len(quantities) // 3
+        with plt.rc_context(ks.plot.STYLE):
+            figure, panels = plt.subplots(
+                down, 3, figsize=(7.09, 2.6 * down + 0.4), subplot_kw={"projection": "3d"}, layout="constrained", squeeze=False
+            )
+        for k, (ax, what) in enumerate(zip(panels.ravel(), quantities, strict=True)):
+            unit = "mdeg" if what in twist[3:] else None
+            ks.plot.surface(ds, what, x="rx", y="ry", over="z", unit=unit, ax=ax, legend=k == 0)
+        yield f"figure_{number}", figure
+    yield "slice_3rps", ks.plot.slice(rps, "linear_sag", x="rx", y="ry", z=0.65)
+    yield "lines_3rps", ks.plot.line(rps, drives, x="rx", at={"z": 0.65, "ry": np.radians(20)})
+    body = sweep("3rps", np.linspace(0.2, 0.95, 8 if coarse else 31), np.linspace(-60, 60, 9 if coarse else 33))
+    yield "workspace_3rps", ks.plot.workspace(body, "linear_sag", limits=(0, 10))
+
+
+def draw(folder: Path, endings: tuple[str, ...], dpi: float) -> None:
+    """Draw all figures."""
+    import matplotlib
+    from matplotlib import pyplot as plt
+
+    matplotlib.use("agg")
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, figure in figures():
+        for ending in endings:
+            path = folder / f"{name}.{ending}"
+            ks.plot.save(figure, path, dpi=dpi)
+            print(f"{path}: {path.stat().st_size / 1e3:.0f} kB")
+        plt.close("all")
+
+
+def write_docs() -> None:
+    """Put the tables between the markers of the page, and the pictures beside it."""
+    page = PAGE.read_text(encoding="utf-8")
+    for name, text in (("indices", index_table()), ("maxima", table())):
+        begin, end = f"<!-- {name}: begin -->", f"<!-- {name}: end -->"
+        before, rest = page.split(begin)
+        page = f"{before}{begin}\n\n{text}\n\n{end}{rest.split(end)[1]}"
+    PAGE.write_text(page, encoding="utf-8")
+    draw(PAGE.parent / "pictures", ("png",), 110)
+
+
+def index_table() -> str:
+    """Return the indices that need no argument as Markdown."""
+    lines = ["| index | unit | definition |", "|---|---|---|"]
+    for name, index in ks.indices.INDICES.items():
+        units = {"1": "–"}.get(index.units, index.units.replace("N m", "N·m"))
+        lines.append(f"| `{name}` | {units} | {index.definition.replace('|', chr(92) + '|')} |")
+    return "\n".join(lines)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--figures", type=Path, metavar="FOLDER")
+    parser.add_argument("--search", action="store_true")
+    parser.add_argument("--write-docs", action="store_true")
+    arguments = parser.parse_args()
+    if arguments.figures:
+        draw(arguments.figures, ("png", "svg", "pdf"), 300)
+    elif arguments.search:
+        print(search())
+    elif arguments.write_docs:
+        write_docs()
+    else:
+        print(table())
