@@ -137,7 +137,7 @@ def rods_of(configuration: ks.Configuration) -> list[Rod]:
     lines = ks.analyze(configuration, gravity=(0, 0, 0)).beams
     rods = []
     for limb in robot.topology.limbs:
-        names = [edge.beam for edge in limb.path if edge.beam is not None]
+        names = [edge.beam for edge in limb.edges if edge.beam is not None]
         if len(names) != 1:
             raise NotSolidError(f"{limb.name} has {len(names)} beams; each limb must be a single rod")
         name, line = names[0], lines[names[0]]
@@ -151,7 +151,7 @@ def rods_of(configuration: ks.Configuration) -> list[Rod]:
         driven = set(robot.description.driven)
         if any(item.kind != "fixed" and item.name not in driven for item in (*span.inward, *span.outward)):
             raise NotSolidError(f"rod {name!r} telescopes freely: a joint inside it is not driven, so it is not one piece")
-        at = [edge.beam for edge in limb.path].index(name)
+        at = [edge.beam for edge in limb.edges].index(name)
         start, end = line.points[0], line.points[-1]
 
         def freedoms(edges: Sequence[Any], point: Array, skip: set[str] = inside | driven) -> Array:
@@ -171,8 +171,8 @@ def rods_of(configuration: ks.Configuration) -> list[Rod]:
                 E,
                 E / (2 * G) - 1,
                 float(line.mass / (section.area * line.length)),
-                freedoms(limb.path[:at], start),
-                freedoms(limb.path[at + 1 :], end),
+                freedoms(limb.edges[:at], start),
+                freedoms(limb.edges[at + 1 :], end),
             )
         )
     return rods
@@ -657,7 +657,7 @@ def quantities(result: ks.Result, solid: SolidResult | None) -> dict[str, float]
     for number, limb in enumerate(result.robot.topology.limbs, 1):
         for k, (label, value) in enumerate(zip(result.limbs[limb.name].labels, forces[limb.name], strict=True), 1):
             found[f"f_{number}{k} {'[N·m]' if label.startswith('couple') else '[N]'}"] = abs(float(value))
-        (rod,) = [edge.beam for edge in limb.path if edge.beam is not None]
+        (rod,) = [edge.beam for edge in limb.edges if edge.beam is not None]
         line = result.beams[rod]
         axial = line.section_wrenches[0, 0] if solid is None else line.axes[:, 0] @ solid.base_wrenches[rod][:3]
         found[f"f_{number}a [N]"] = abs(float(axial))
@@ -702,9 +702,7 @@ def make_case(
     robot = ks.load_robot(path, parameters)
     beams = {}
     for name, beam in robot.description.beams.items():
-        kappa = beam.section.shear_coefficients(beam.youngs_modulus / (2 * beam.shear_modulus) - 1) or (1.0, 1.0)
-        area = beam.section.area
-        beams[name] = replace(beam, shear_areas=(kappa[0] * area, kappa[1] * area))
+        beams[name] = replace(beam, shear_coefficient=None)
     both = (robot, ks.Robot(replace(robot.description, beams=beams)))
     result, cowper = (ks.analyze(each.assemble(**pose), gravity=gravity) for each in both)
     return Case(title, result, cowper, printed or {})

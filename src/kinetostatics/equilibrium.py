@@ -142,7 +142,7 @@ def solve(robot: Robot, frames: Frames, load: Array, gravity: Array, misfits: Mi
         if misfits is not None:
             strain[:, -1] = item.misfit
         strains.append(strain)
-    balance = PlatformEquilibrium(robot, statics)
+    balance = PlatformEquilibrium(robot, statics, N)
     twists, intensities = balance.solve(right, strains)
     status = balance.status
     for item in statics:
@@ -150,7 +150,7 @@ def solve(robot: Robot, frames: Frames, load: Array, gravity: Array, misfits: Mi
         status = np.where((status == Status.OK) & degenerate, Status.BASIS_DEGENERATE, status).astype(np.int8)
         loose = np.any(item.loose, axis=(0, 1, 2, 3))
         status = np.where((status == Status.OK) & loose, Status.INDETERMINATE, status).astype(np.int8)
-    status = np.where(_hold(statics, balance.scale) > HELD, status, Status.SINGULAR).astype(np.int8)
+    status = np.where(_hold(statics, balance.scale, N) > HELD, status, Status.SINGULAR).astype(np.int8)
     unbalanced = _unbalanced(robot, frames, o, weights, statics)
     for part in unbalanced.values():
         status = np.where(part > UNBALANCED, Status.SINGULAR, status).astype(np.int8)
@@ -178,15 +178,15 @@ def solve(robot: Robot, frames: Frames, load: Array, gravity: Array, misfits: Mi
 def unit_chords(robot: Robot, solution: Solution) -> list[Array]:
     """Return for each group the chord wrenches (M, 6, 6, g, N) under unit loads at o, world axes."""
     N = solution.o.shape[1]
-    balance = PlatformEquilibrium(robot, solution.statics)
+    balance = PlatformEquilibrium(robot, solution.statics, N)
     none = [np.zeros((item.J_c.shape[1], 6, *item.J_c.shape[2:])) for item in solution.statics]
     _, intensities = balance.solve(np.broadcast_to(np.eye(6)[:, :, None], (6, 6, N)), none)
     return [np.einsum("mkign,isgn->mksgn", item.chords, W) for item, W in zip(solution.statics, intensities, strict=True)]
 
 
-def _hold(statics: tuple[LimbStatics, ...], scale: Array) -> Array:
+def _hold(statics: tuple[LimbStatics, ...], scale: Array, N: int) -> Array:
     """Return how well the limbs' wrenches hold the platform (N,): the smallest eigenvalue of their Gram matrix."""
-    gram = np.zeros((6, 6, statics[0].J_c.shape[3] if statics else 1))
+    gram = np.zeros((6, 6, N))
     for item in statics:
         unit = normalize(item.J_c * scale[:, None, None, None])
         gram += np.einsum("ikgn,jkgn->ijn", unit, unit)
@@ -350,7 +350,7 @@ def _complain(robot: Robot, result: Result) -> None:
 def free_twists(robot: Robot, solution: Solution, pose: int) -> Array:
     """Return the twists (6, k) at o that no constraint wrench of any limb resists."""
     scale = np.array([1.0] * 3 + [1 / robot.length] * 3)[:, None]
-    columns = [item.J_c[..., pose].reshape(6, -1) for item in solution.statics]
+    columns = [np.zeros((6, 0)), *(item.J_c[..., pose].reshape(6, -1) for item in solution.statics)]
     wrenches = np.concatenate(columns, axis=1) * scale
     sizes = np.linalg.norm(wrenches, axis=0)
     U, values, _ = np.linalg.svd(wrenches / np.where(sizes > 0, sizes, 1), full_matrices=True)

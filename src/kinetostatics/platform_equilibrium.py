@@ -50,9 +50,8 @@ class PlatformEquilibrium:
         undetermined: for each group (n_c, g, N) whether an intensity cannot be determined.
     """
 
-    def __init__(self, robot: Robot, statics: tuple[LimbStatics, ...]) -> None:
+    def __init__(self, robot: Robot, statics: tuple[LimbStatics, ...], N: int) -> None:
         self._statics = statics
-        N = statics[0].J_c.shape[3] if statics else 1
         self.scale = np.array([1.0] * 3 + [1 / robot.length] * 3)
         K = np.zeros((6, 6, N))
         self._factors: list[Cholesky | _Split | None] = []
