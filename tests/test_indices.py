@@ -228,9 +228,10 @@ def test_largest_actuator_forces():
     mixed = map_of({"z": ([0.4, 0.5, 0.6], "m")}, forces=forces, turning=["p2"])
     with pytest.raises(ks.ArgumentError, match="forces and torques of drives cannot be compared"):
         indices.largest_actuator_force(mixed)
-    assert indices.quantity(mixed, "actuator_force:p2").attrs["units"] == "N m"
+    assert indices.quantity(mixed, "actuator_force:p2").attrs == {"units": "N m", "long_name": "torque of p2"}
+    assert indices.quantity(mixed, "actuator_force:p1").attrs == {"units": "N", "long_name": "force of p1"}
     turning = map_of({"z": ([0.4, 0.5, 0.6], "m")}, forces=forces, turning=["p1", "p2"])
-    assert indices.largest_actuator_force(turning).attrs["units"] == "N m"
+    assert indices.largest_actuator_force(turning).attrs == {"units": "N m", "long_name": "largest actuator torque"}
 
 
 # ---- masks -------------------------------------------------------------------------------------------------------------

@@ -126,17 +126,17 @@ def quantity(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> xr.DataA
     for dim, label in zip(dims, labels, strict=True):
         found = labelled(found, dim, label)
         units = labelled(units, dim, label) if dim in units.dims else units
-    return finished(ds, found, beyond_limits, str(units.values), _long_name(name, labels))
+    return finished(ds, found, beyond_limits, str(units.values), _long_name(name, labels, str(units.values)))
 
 
-def _long_name(name: str, labels: Sequence[str]) -> str:
+def _long_name(name: str, labels: Sequence[str], units: str) -> str:
     """Return what a number is, in few words."""
     last = labels[-1] if labels else ""
     if name in ("twist", "contribution"):
         motion = f"rotation about {last[1:]}" if last in ANGULAR else f"displacement along {last}"
         return motion + (f" by {labels[0]}" if name == "contribution" else "")
     if name == "actuator_force":
-        return f"force of {last}"
+        return f"{'force' if units == 'N' else 'torque'} of {last}"
     return " ".join([name.replace("_", " "), *labels])
 
 

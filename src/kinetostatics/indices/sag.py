@@ -48,7 +48,9 @@ def largest_actuator_force(ds: xr.Dataset, beyond_limits: bool = False) -> xr.Da
     units = {str(item) for item in units_of(ds, "actuator_force").values.ravel()}
     if len(units) > 1:
         raise ArgumentError("forces and torques of drives cannot be compared; choose one drive: actuator_force:NAME")
-    return finished(ds, abs(force).max("actuator", skipna=False), beyond_limits, units.pop(), "largest actuator force")
+    unit = units.pop()
+    kind = "force" if unit == "N" else "torque"
+    return finished(ds, abs(force).max("actuator", skipna=False), beyond_limits, unit, f"largest actuator {kind}")
 
 
 def actuator_force_maxima(ds: xr.Dataset, beyond_limits: bool = False) -> xr.DataArray:
