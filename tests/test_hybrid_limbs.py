@@ -239,6 +239,21 @@ def test_rigid_rings_leave_their_inner_forces_open():
     assert found.twist[2] == pytest.approx(-(20 + 40) / (E * np.pi * 0.1**2 / 4), rel=1e-10)
 
 
+@pytest.mark.parametrize("q", [0.0, 0.4, -0.9])
+def test_drives_of_rigid_overconstrained_robots_are_known(q):
+    """What virtual work determines is told, however the rigid parts share their bearings' forces."""
+    parts = [link("base"), link("platform", 2.0)]
+    for k, x in enumerate((0.0, 0.5)):
+        parts += [link(f"crank_{k}", 1.0, "0 0 0.5"), joint(f"foot_{k}", "continuous", "base", f"crank_{k}", f"{x} 0 0")]
+    parts += [joint("head_0", "continuous", "crank_0", "platform", "0 0 1")]
+    parts += [loop("head_1", "revolute", "crank_1", "platform", "0 0 1", "0.5 0 0", "0 1 0")]
+    machine = robot(*parts, '<transmission name="t"><joint name="foot_0"/></transmission>')
+    found = ks.analyze(machine.assemble(actuators={"foot_0": q}), load=(3, 0, 0, 0, 0, 0), gravity=(0, 0, -G))
+    assert found.status == ks.Status.INDETERMINATE and np.all(np.isnan(found.joint_wrenches["head_0"]))
+    torque = -(3 * np.cos(q) + (2 * G + 2 * 1.0 * G / 2) * np.sin(q))
+    assert found.actuator_forces["foot_0"] == pytest.approx(torque, rel=1e-9)
+
+
 def test_batches_of_hybrid_limbs_equal_single_poses():
     machine = parallelogram()
     q = np.linspace(-1.0, 1.0, 7)

@@ -51,6 +51,7 @@ class Solution:
         load, platform_weight: (6, N) external load and weight of the platform.
         status: (N,) of the statics alone.
         undetermined: for each group (n_c, g, N) whether an intensity cannot be determined.
+        open: for each group (n_c, k, g, N) how intensities may change together without the platform feeling it.
         unbalanced: for each limb or dead weight, how much of its weight its passive joints cannot carry (N,).
     """
 
@@ -70,6 +71,7 @@ class Solution:
     platform_weight: Array
     status: NDArray[np.int8]
     undetermined: tuple[NDArray[np.bool_], ...]
+    open: tuple[Array, ...]
     unbalanced: Mapping[str, Array]
 
     def share(self, group: LimbGroup) -> Array:
@@ -171,6 +173,7 @@ def solve(robot: Robot, frames: Frames, load: Array, gravity: Array, misfits: Mi
         platform_weight,
         status,
         tuple(balance.undetermined),
+        tuple(balance.open),
         unbalanced,
     )
 

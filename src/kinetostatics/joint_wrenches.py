@@ -16,15 +16,31 @@ from kinetostatics.screws import move_wrench
 
 Array = NDArray[np.float64]
 
+#: Part of a way in which forces are open below which one of them is not: mere rounding.
+_NOTHING = 1e-9
 
-def joint_wrenches(robot: Robot, solution: Solution, joints: Sequence[int] | None = None) -> Array:
-    """Return the wrenches (6, J, N) of the joints of the robot's joint table, NaN where rigid parts leave them open.
 
-    Args:
-        robot: the robot.
-        solution: the chunk of poses.
-        joints: places of some joints in the table; None: all.
-    """
+def joint_wrenches(robot: Robot, solution: Solution) -> Array:
+    """Return the wrenches (6, J, N) of all joints of the robot's joint table, NaN where rigid parts leave them open."""
+    return _masked(_carried(robot, solution), _open_wrenches(robot, solution))
+
+
+def actuator_forces(robot: Robot, solution: Solution) -> dict[str, Array]:
+    """Return the force or torque (N,) of each drive, positive along its coordinate, NaN where rigid parts leave it open."""
+    table = robot.joint_table
+    followers = [joint.name for joint in robot.mechanism.connections.values() if joint.mimic is not None]
+    names = [name for name in (*robot.description.driven, *followers) if name in table.names]
+    which = [table.names.index(name) for name in names]
+    forces = drive_forces(robot, solution, _carried(robot, solution, which), names)
+    leeway = _open_wrenches(robot, solution, which)
+    if leeway is None:
+        return forces
+    changes = drive_forces(robot, solution, leeway, names)
+    return {name: np.where(np.max(np.abs(changes[name]), axis=0) > _NOTHING, np.nan, force) for name, force in forces.items()}
+
+
+def _carried(robot: Robot, solution: Solution, joints: Sequence[int] | None = None) -> Array:
+    """Return the wrenches (6, J, N) of some joints of the table; None: of all. What is open has one of its possible values."""
     table = robot.joint_table
     which = slice(None) if joints is None else list(joints)
     chords = np.zeros((6, table.chords.shape[1], solution.o.shape[1]))
@@ -34,19 +50,7 @@ def joint_wrenches(robot: Robot, solution: Solution, joints: Sequence[int] | Non
             chords[:, table.chords_of(limb)] = total[:, :, position].swapaxes(0, 1)
     carried = np.einsum("jq,iqn->ijn", table.chords[which], chords)
     carried += np.einsum("jw,iwn->ijn", table.outboard[which], solution.weights)
-    arms = solution.frames.points(table.centre_body[which], table.centre[:, which]) - solution.o[:, None]
-    wrenches = table.reported[which][:, None] * move_wrench(carried, arms)
-    unknown = _undetermined(robot, solution)
-    return np.where(unknown[which], np.nan, wrenches) if np.any(unknown) else wrenches
-
-
-def actuator_forces(robot: Robot, solution: Solution) -> dict[str, Array]:
-    """Return the force or torque (N,) of each drive, positive along its coordinate."""
-    table = robot.joint_table
-    followers = [joint.name for joint in robot.mechanism.connections.values() if joint.mimic is not None]
-    names = [name for name in (*robot.description.driven, *followers) if name in table.names]
-    wrenches = joint_wrenches(robot, solution, [table.names.index(name) for name in names])
-    return drive_forces(robot, solution, wrenches, names)
+    return table.reported[which][:, None] * move_wrench(carried, _arms(robot, solution, which))
 
 
 def joint_contributions(robot: Robot, solution: Solution) -> Array:
@@ -62,7 +66,7 @@ def joint_contributions(robot: Robot, solution: Solution) -> Array:
     own = np.array([place[owner] for owner in table.owners], dtype=np.intp)
     carried[:, np.arange(len(own)), own] += np.einsum("jw,iwn->ijn", table.outboard, solution.weights)
     wrenches = table.reported[:, None, None] * move_wrench(carried[:, :, :S], _arms(robot, solution)[:, :, None])
-    return np.where(_undetermined(robot, solution)[:, None], np.nan, wrenches)
+    return _masked(wrenches, _open_wrenches(robot, solution))
 
 
 def drive_forces(robot: Robot, solution: Solution, wrenches: Array, names: Sequence[str] | None = None) -> dict[str, Array]:
@@ -90,25 +94,35 @@ def drive_forces(robot: Robot, solution: Solution, wrenches: Array, names: Seque
     return forces
 
 
-def _arms(robot: Robot, solution: Solution) -> Array:
+def _arms(robot: Robot, solution: Solution, which: slice | list[int] = slice(None)) -> Array:
     table = robot.joint_table
-    return solution.frames.points(table.centre_body, table.centre) - solution.o[:, None]
+    return solution.frames.points(table.centre_body[which], table.centre[:, which]) - solution.o[:, None]
 
 
-def _undetermined(robot: Robot, solution: Solution) -> NDArray[np.bool_]:
-    """Return which joints' wrenches (J, N) rigid parts leave open: all of a limb of whose intensities one is, and rigid rings."""
-    table = robot.joint_table
-    unknown = np.zeros((len(table.names), solution.o.shape[1]), dtype=bool)
+def _masked(wrenches: Array, leeway: Array | None) -> Array:
+    """Return joint wrenches (6, J, …, N), NaN where one may change by something."""
+    if leeway is None:
+        return wrenches
+    unknown = np.max(np.abs(leeway), axis=(0, 2)) > _NOTHING
+    return np.where(unknown.reshape(unknown.shape[0], *(1,) * (wrenches.ndim - 3), unknown.shape[1]), np.nan, wrenches)
+
+
+def _open_wrenches(robot: Robot, solution: Solution, joints: Sequence[int] | None = None) -> Array | None:
+    """Return the ways (6, J, K, N) in which rigid parts leave joint wrenches open, each of the size 1; None if there are none."""
+    table, N = robot.joint_table, solution.o.shape[1]
+    ways: list[Array] = []
     for number, statics in enumerate(solution.statics):
-        any_open = np.any(solution.undetermined[number], axis=0)
-        loose = statics.loose.shape[2] > 0
-        if not (loose or np.any(any_open)):
-            continue
-        for position, limb in enumerate(statics.group.numbers):
-            mine = table.chords[:, table.chords_of(limb)]
-            unknown |= np.any(mine, axis=1)[:, None] & any_open[position]
-            if loose:
-                carried = np.abs(np.einsum("jm,misn->jisn", mine, statics.loose[:, :, :, position]))
-                largest = np.max(np.abs(statics.loose[:, :, :, position]), axis=(0, 1), initial=0.0)
-                unknown |= np.any(carried > 1e-9 * np.where(largest > 0, largest, 1.0), axis=(1, 2))
-    return unknown
+        by_platform = np.einsum("mkign,iagn->mkagn", statics.chords, solution.open[number])
+        for directions in (by_platform, statics.loose):
+            if np.any(directions):
+                chords = np.zeros((6, table.chords.shape[1], directions.shape[2], N))
+                for position, limb in enumerate(statics.group.numbers):
+                    chords[:, table.chords_of(limb)] = directions[:, :, :, position].swapaxes(0, 1)
+                ways.append(chords)
+    if not ways:
+        return None
+    carried = np.einsum("jq,iqan->ijan", table.chords, np.concatenate(ways, axis=2))
+    moved = move_wrench(carried, _arms(robot, solution)[:, :, None])
+    sizes = np.maximum(np.abs(moved[:3]), np.abs(moved[3:]) / robot.length).max(axis=(0, 1))
+    moved = moved / np.where(sizes > 0, sizes, 1.0)
+    return moved if joints is None else moved[:, list(joints)]

@@ -48,6 +48,7 @@ class PlatformEquilibrium:
         compliance, stiffness: (6, 6, N) at o; the stiffness is NaN where rigid limbs make it infinite.
         status: (N,) OK, SINGULAR or INDETERMINATE.
         undetermined: for each group (n_c, g, N) whether an intensity cannot be determined.
+        open: for each group (n_c, k, g, N) how intensities may change together without the platform feeling it.
     """
 
     def __init__(self, robot: Robot, statics: tuple[LimbStatics, ...], N: int) -> None:
@@ -75,12 +76,17 @@ class PlatformEquilibrium:
         splits = [factor for factor in self._factors if isinstance(factor, _Split)]
         self._rigid = _RigidPart(K, splits, self.scale) if splits else None
         self.undetermined = [np.zeros((*item.J_c.shape[1:],), dtype=bool) for item in statics]
+        self.open = [np.zeros((item.J_c.shape[1], 0, *item.J_c.shape[2:])) for item in statics]
         if self._rigid is not None:
             self.compliance, self.status = self._rigid.compliance, self._rigid.status
             self.stiffness = np.full_like(K, np.nan)
             places = [k for k, factor in enumerate(self._factors) if isinstance(factor, _Split)]
-            for k, unknown in zip(places, self._rigid.undetermined(splits), strict=True):
-                self.undetermined[k] = unknown
+            for k, directions, split in zip(places, self._rigid.open(splits), splits, strict=True):
+                size = np.moveaxis(np.sqrt(np.sum(split.rigid**2, axis=-1)), -1, 0)
+                self.undetermined[k] = np.max(np.abs(directions), axis=1, initial=0.0) > _DEPENDENT * np.where(
+                    size > 0, size, 1.0
+                )
+                self.open[k] = directions
         else:
             self.compliance, self.status = _invert(K, self.scale)
             self.stiffness = K
@@ -204,15 +210,13 @@ class _RigidPart:
         self.status = np.where((self.status == Status.OK) & loose, Status.INDETERMINATE, self.status).astype(np.int8)
         self.compliance = np.moveaxis(self.inverse * np.outer(scale, scale), 0, 2)
 
-    def undetermined(self, splits: list[_Split]) -> list[NDArray[np.bool_]]:
-        """Return for each partly rigid group (n_c, g, N) which intensities the rigid wrenches leave open."""
+    def open(self, splits: list[_Split]) -> list[Array]:
+        """Return for each partly rigid group (n_c, k, g, N) the changes of intensities that the rigid wrenches leave open."""
         result, at = [], 0
         for split in splits:
             g, N, _, r = split.rigid.shape
             part = self.unknown[:, at : at + g * r].reshape(N, g, r, -1)
-            moved = np.einsum("gnir,ngrk->igkn", split.rigid, part)
-            size = np.sqrt(np.einsum("gnir,gnir->ign", split.rigid, split.rigid))
-            result.append(np.max(np.abs(moved), axis=2, initial=0.0) > _DEPENDENT * np.where(size > 0, size, 1.0))
+            result.append(np.einsum("gnir,ngrk->ikgn", split.rigid, part))
             at += g * r
         return result
 
