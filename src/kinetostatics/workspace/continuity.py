@@ -21,9 +21,9 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Index = NDArray[np.intp]
 
-#: A step is suspect if it is so many times the smaller of its neighbours and that part of the usual step.
-TIMES, USUAL = 3.0, 0.5
-#: A step so much larger than usual is suspect whatever its neighbours are.
+#: A step is suspect if it differs from those before and behind it by that part of the smaller of these and of the usual step.
+BESIDE, USUAL = 0.5, 0.2
+#: A step so much larger than usual is suspect where there are none beside it.
 LARGE = 4.0
 #: Scaled difference [rad] up to which two poses are the same.
 SAME = 1e-6
@@ -42,15 +42,22 @@ class JointScale:
         lengths = np.array([unit == "m" for unit in units], dtype=bool)
         return cls(np.where(lengths, 1 / robot.length, 1.0), np.array([unit == "rad" for unit in units], dtype=bool))
 
-    def difference(self, first: Array, second: Array) -> Array:
-        """Return the largest scaled difference (…) of two poses (…, nq) [rad]; NaN where there is none."""
+    def gap(self, first: Array, second: Array) -> Array:
+        """Return the scaled differences (…, nq) of two poses (…, nq) [rad]; NaN where there is none."""
         gap = second - first
         gap *= self.weights
-        np.abs(gap, out=gap)
-        far = np.any(self.angles) and np.any(gap[..., self.angles] > np.pi)
-        if far:
-            gap = np.where(self.angles, np.abs(gap - 2 * np.pi * np.round(gap / (2 * np.pi))), gap)
-        return np.asarray(gap.max(axis=-1)) if gap.shape[-1] else np.zeros(gap.shape[:-1])
+        if np.any(self.angles) and np.any(np.abs(gap[..., self.angles]) > np.pi):
+            gap = np.where(self.angles, gap - 2 * np.pi * np.round(gap / (2 * np.pi)), gap)
+        return gap
+
+    def difference(self, first: Array, second: Array) -> Array:
+        """Return the largest scaled difference (…) of two poses (…, nq) [rad]; NaN where there is none."""
+        return largest(self.gap(first, second))
+
+
+def largest(gap: Array) -> Array:
+    """Return the largest magnitude (…) of differences (…, nq)."""
+    return np.asarray(np.abs(gap).max(axis=-1)) if gap.shape[-1] else np.zeros(gap.shape[:-1])
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,25 +92,33 @@ def suspect_edges(q: Array, reached: Mask, scale: JointScale) -> Edges:
     numbers = np.arange(reached.size).reshape(reached.shape)
     firsts, seconds = [], []
     for axis, lower, upper in neighbours(reached.shape):
-        both = reached[lower] & reached[upper]
-        step = np.where(both, scale.difference(q[lower], q[upper]), np.inf)
-        found = np.moveaxis(_suspect(np.moveaxis(step, axis, 0), np.moveaxis(both, axis, 0)), 0, axis)
+        both = np.moveaxis(reached[lower] & reached[upper], axis, 0)
+        if not np.any(both):
+            continue
+        gap = np.moveaxis(scale.gap(q[lower], q[upper]), axis, 0)
+        found = np.moveaxis(_suspect(gap, both), 0, axis)
         firsts.append(numbers[lower][found])
         seconds.append(numbers[upper][found])
     none = np.zeros(0, dtype=np.intp)
     return Edges(np.concatenate([none, *firsts]), np.concatenate([none, *seconds]))
 
 
-def _suspect(step: Array, both: Mask) -> Mask:
-    """Return which steps along the first axis are suspect; ``step`` is inf where there is none."""
-    if not np.any(both):
-        return both
+def _suspect(gap: Array, both: Mask) -> Mask:
+    """Return which steps (n, …, nq) along the first axis are suspect; ``both`` (n, …) tells where there are any."""
+    step = largest(gap)
     usual = float(np.median(step[both]))
-    beside = np.full(step.shape, np.inf)
-    beside[1:] = step[:-1]
-    beside[:-1] = np.minimum(beside[:-1], step[1:])
-    beside = np.where(np.isfinite(beside), beside, usual)  # alone
-    return np.asarray(both & (step > SAME) & ((step > TIMES * beside + USUAL * usual) | (step > LARGE * usual)))
+    # how much a step differs from the next, and the smaller of the two
+    turn = largest(gap[1:] - gap[:-1])
+    pair = both[1:] & both[:-1]
+    allowed = BESIDE * np.minimum(step[1:], step[:-1]) + USUAL * usual
+    odd = np.where(pair, turn > allowed, True)
+    suspect = both & (step > SAME)
+    suspect[1:] &= odd
+    suspect[:-1] &= odd
+    alone = both.copy()  # without a neighbour on its line
+    alone[1:] &= ~pair
+    alone[:-1] &= ~pair
+    return np.asarray(suspect & ~(alone & (step <= LARGE * usual)))
 
 
 def connected_parts(count: int, edges: Edges) -> Index:

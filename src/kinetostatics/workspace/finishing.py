@@ -21,6 +21,7 @@ from kinetostatics.workspace.compute import pose_numbers
 from kinetostatics.workspace.continuity import Edges, connected_parts, grid_edges, neighbours
 from kinetostatics.workspace.following import FINE, Poses
 from kinetostatics.workspace.grid import Block
+from kinetostatics.workspace.other_modes import closed_starts, open_starts
 from kinetostatics.workspace.plan import Combination, Plan
 from kinetostatics.workspace.schema import NO_MODE, OTHER_MODE, ZERO_MODE, Labels
 
@@ -30,10 +31,12 @@ Index = NDArray[np.intp]
 
 #: How often poses are taken back and reached anew.
 ROUNDS = 5
-#: Poses of a ring that are tried first; if none of them is reached, the ring is given up.
+#: Poses beside reached ones that are tried first; if none of them is reached, the others are not tried.
 PROBES = 48
-#: Poses that are tried in other modes, and random starts of each.
-SAMPLES, STARTS = 12, 4
+#: Poses that are tried from random starts: one in so many of all, at least and at most so many.
+ONE_IN, LEAST, MOST = 200, 48, 500
+#: Where a larger part than this is left, as many more are tried as are left, at most so many.
+MUCH, SEARCH = 0.05, 1000
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,9 +75,11 @@ def finish(
         reached: (…region).
     """
     look = _Look(plan, labels, combination, region, q, reached)
+    promising = look.glance()
     for _ in range(ROUNDS):
         wrong = look.take_back()
-        look.spread(ZERO_MODE)
+        if promising or wrong:
+            look.spread(ZERO_MODE)
         if not wrong:
             break
     look.try_other_modes()
@@ -95,7 +100,34 @@ class _Look(Poses):
         super().__init__(plan, labels, combination, region, q, reached)
         self.retracted = np.zeros(reached.size, dtype=bool)
         self._source = np.full(reached.size, -1, dtype=np.intp)  # from which neighbour a pose has been reached
+        self._seeds, self._seed_q = np.zeros(0, dtype=np.intp), np.zeros((0, q.shape[-1]))  # reached from random starts
         self._tried = {mode: np.zeros((2 * reached.ndim, reached.size), dtype=bool) for mode in (ZERO_MODE, OTHER_MODE)}
+
+    def glance(self) -> bool:
+        """Try a few poses from their neighbours and a few from random starts, together, because a call that fails is costly.
+
+        Returns:
+            Whether there is something to reach from neighbours.
+        """
+        left = np.flatnonzero(self.mode == NO_MODE)
+        if not left.size:
+            return False
+        targets, starts, ways = self._ring(ZERO_MODE, self._tried[ZERO_MODE])
+        if targets.size > PROBES:
+            some = np.linspace(0, targets.size - 1, PROBES).astype(np.intp)
+            targets, starts, ways = targets[some], starts[some], ways[some]
+        tries = np.random.default_rng(3).choice(left, int(np.clip(self.mode.size // ONE_IN, LEAST, MOST)))
+        at = np.concatenate([targets, tries])
+        ends, arrived = self.follow(
+            np.concatenate([self.q[starts], open_starts(self.robot, self.units, tries.size)]), self.at(at)
+        )
+        by_chance = arrived.copy()
+        by_chance[: targets.size], arrived[targets.size :] = False, False
+        self._seeds, self._seed_q = at[by_chance], ends[by_chance]
+        self._tried[ZERO_MODE][ways, targets] = True
+        self.set(at[arrived], ends[arrived], ZERO_MODE)
+        self._source[targets] = np.where(arrived[: targets.size], starts, -1)
+        return bool(np.any(arrived))
 
     # ---- 1: other modes ---------------------------------------------------------------------------------------------
 
@@ -167,14 +199,10 @@ class _Look(Poses):
     def spread(self, mode: int) -> None:
         """Reach neighbours of the poses in a mode, ring by ring, and their neighbours; each from each of them once at most."""
         tried = self._tried[mode]
-        probing = True
         while True:
             targets, starts, ways = self._ring(mode, tried)
             if not targets.size:
                 return
-            if probing and targets.size > PROBES:
-                some = np.linspace(0, targets.size - 1, PROBES).astype(np.intp)
-                targets, starts, ways = targets[some], starts[some], ways[some]
             tried[ways, targets] = True
             ends, arrived = np.empty((targets.size, self.q.shape[1])), np.zeros(targets.size, dtype=bool)
             for steps, mine in ((1, ~self.retracted[targets]), (FINE, self.retracted[targets])):
@@ -183,7 +211,6 @@ class _Look(Poses):
                     ends[mine], arrived[mine] = self.follow_finely(self.q[starts[mine]], first, goal, steps)
             if not np.any(arrived):
                 return
-            probing = False
             self.set(targets[arrived], ends[arrived], mode)
             self._source[targets[arrived]] = starts[arrived]
 
@@ -205,33 +232,21 @@ class _Look(Poses):
     # ---- 3: what only other modes reach -----------------------------------------------------------------------------
 
     def try_other_modes(self) -> None:
-        """Mark poses that are reached from random starts, and their neighbours; their numbers stay NaN."""
+        """Mark poses that other modes reach, and their neighbours; their numbers stay NaN."""
         left = np.flatnonzero(self.mode == NO_MODE)
-        if left.size and not np.any(self.mode == OTHER_MODE):
-            some = left[np.linspace(0, left.size - 1, min(SAMPLES, left.size)).astype(np.intp)]
-            targets = np.repeat(some, STARTS)
-            ends, arrived = self.follow(self._random_starts(targets.size), self.at(targets))
+        mine = self.mode[self._seeds] == NO_MODE
+        self.set(self._seeds[mine], self._seed_q[mine], OTHER_MODE)
+        if left.size > MUCH * self.mode.size and not np.any(self.mode == OTHER_MODE):
+            count = min(left.size, SEARCH)
+            random = np.random.default_rng(4)
+            starts = open_starts(self.robot, self.units, count, seed=5)
+            if self.plan.kind == "platform":
+                starts = np.concatenate([starts, closed_starts(self.robot, count)])
+            targets = random.choice(left, len(starts))
+            ends, arrived = self.follow(starts, self.at(targets))
             self.set(targets[arrived], ends[arrived], OTHER_MODE)
         if np.any(self.mode == OTHER_MODE):
             self.spread(OTHER_MODE)
-
-    def _random_starts(self, count: int) -> Array:
-        """Return random model coordinates (n, nq) within limits, loops open, always the same ones."""
-        robot = self.robot
-        random = np.random.default_rng(1)
-        model = robot.model
-        zero = robot.model_q(robot.zero_poses)[:, 0]
-        reach = np.where([unit == "m" for unit in self.units], robot.length, np.pi)
-        lower = np.maximum(np.asarray(model.lowerPositionLimit), zero - reach)
-        upper = np.minimum(np.asarray(model.upperPositionLimit), zero + reach)
-        q = random.uniform(np.minimum(lower, upper), np.maximum(lower, upper), (count, len(zero)))
-        for first, size in zip(list(model.idx_qs), list(model.nqs), strict=True):
-            if size == 2:
-                angle = random.uniform(-np.pi, np.pi, count)
-                q[:, first], q[:, first + 1] = np.cos(angle), np.sin(angle)
-            elif size > 2:
-                q[:, first : first + size] = zero[first : first + size]
-        return np.asarray(q)
 
     # ---- what comes of it -------------------------------------------------------------------------------------------
 

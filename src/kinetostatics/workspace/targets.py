@@ -142,6 +142,7 @@ class NetCDF:
         large = [str(name) for name in template.data_vars]
         template.drop_vars(large).to_netcdf(path, engine="h5netcdf", mode="w")
         self._file = h5netcdf.File(path, "a")
+        self._variables: dict[str, Any] = {}
         for name in large:
             variable = template[name]
             chunks = tuple(min(sizes.get(str(dim), n), n) for dim, n in variable.sizes.items())
@@ -150,14 +151,15 @@ class NetCDF:
             created = self._file.create_variable(name, variable.dims, variable.dtype, fillvalue=fill, **options)
             for key, value in variable.attrs.items():
                 created.attrs[key] = value
+            self._variables[name] = created
 
     def write(self, name: str, where: Block, values: Array) -> None:
         """See :class:`Target`."""
-        self._file.variables[name][where if where else ...] = values
+        self._variables[name][where if where else ...] = values
 
     def read(self, name: str, where: Block) -> Array:
         """See :class:`Target`."""
-        return np.asarray(self._file.variables[name][where if where else ...])
+        return np.asarray(self._variables[name][where if where else ...])
 
     def close(self, attributes: Mapping[str, Any]) -> None:
         """Write the attributes of the Dataset, and end."""

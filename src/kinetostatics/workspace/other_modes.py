@@ -1,0 +1,62 @@
+"""Poses of other assembly modes, from which poses can be tried that the zero pose's mode does not reach."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.configuration import Status
+from kinetostatics.exceptions import KinetostaticsError
+
+if TYPE_CHECKING:
+    from kinetostatics.robot import Robot
+
+Array = NDArray[np.float64]
+
+
+def open_starts(robot: Robot, units: Sequence[str], count: int, seed: int = 1) -> Array:
+    """Return random model coordinates (n, nq), loops open, always the same ones.
+
+    Args:
+        robot: the robot.
+        units: of its model coordinates.
+        count: how many.
+        seed: which ones.
+    """
+    random = np.random.default_rng(seed)
+    zero = robot.model_q(robot.zero_poses)[:, 0]
+    reach = np.where([unit == "m" for unit in units], robot.length, np.pi)
+    q = zero + random.uniform(-1, 1, (count, len(zero))) * reach
+    for first, size in zip(list(robot.model.idx_qs), list(robot.model.nqs), strict=True):
+        if size == 2:
+            angle = random.uniform(-np.pi, np.pi, count)
+            q[:, first], q[:, first + 1] = np.cos(angle), np.sin(angle)
+        elif size > 2:
+            q[:, first : first + size] = zero[first : first + size]
+    return np.asarray(q)
+
+
+def closed_starts(robot: Robot, count: int) -> Array:
+    """Return model coordinates (n, nq) of poses at random drive coordinates, those that exist: n may be 0.
+
+    Moving the drives leads through poses at which a limb is stretched or folded, and so to poses that straight lines of the
+    platform do not reach.
+    """
+    random = np.random.default_rng(2)
+    zero = robot.configuration(robot.model_q(robot.zero_poses)[:, 0], tolerance=np.inf).actuators
+    connections = robot.mechanism.connections
+    values = {}
+    for name, value in zero.items():
+        reach = robot.length if connections[name].kind == "prismatic" else np.pi
+        values[name] = float(value) + random.uniform(-reach, reach, count)
+    none = np.zeros((0, robot.model.nq))
+    if not values:
+        return none
+    try:
+        found = robot.assemble(actuators=values, on_failure="nan")
+    except KinetostaticsError:  # the drives do not determine the pose
+        return none
+    return found.q[found.status != Status.UNREACHABLE]

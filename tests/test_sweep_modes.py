@@ -1,0 +1,220 @@
+"""Assembly modes along a grid: the five-bar, whose modes a formula tells, and grids that are spoilt on purpose."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import kinetostatics as ks
+from kinetostatics.shipped import robot_path
+from kinetostatics.workspace import finishing
+from kinetostatics.workspace.continuity import Edges, JointScale, connected_parts, suspect_edges
+from kinetostatics.workspace.planning import read_plan
+from kinetostatics.workspace.schema import NO_MODE, OTHER_MODE, ZERO_MODE, labels_of
+
+
+def cross(a, b):
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+
+
+def bends(robot, q):
+    """Return on which side each elbow of a five-bar is bent, and the wrist: twice the areas of triangles [m²]."""
+    pose = robot.configuration(q, tolerance=np.inf, on_failure="nan")
+    points = (pose.frame(link)[..., :2, 3] for link in ("proximal_1", "distal_1", "proximal_2", "distal_2", "tool"))
+    A1, B1, A2, B2, C = points
+    return cross(B1 - A1, C - B1), cross(B2 - A2, C - B2), cross(C - B1, C - B2)
+
+
+def five_bar(**parameters):
+    return ks.load_robot(robot_path("five_bar"), parameters)
+
+
+@pytest.mark.parametrize("fine", [1, 2])
+def test_a_five_bar_keeps_its_elbows_and_reaches_all_that_its_arms_reach(fine):
+    """Gosselin's workspace: both arms reach a disc; with the elbows as at zero each point of both discs is one pose."""
+    robot = five_bar()
+    x, y = np.linspace(-0.6, 0.6, 60 * fine + 1), np.linspace(-0.3, 0.6, 45 * fine + 1)
+    ds = ks.sweep(robot, {"x": x, "y": y})
+    assert ds.attrs["mode_jumps"] == 0
+    X, Y = np.meshgrid(x, y, indexing="ij")
+    within = np.maximum(np.hypot(X + 0.1375, Y), np.hypot(X - 0.1375, Y)) < 0.46
+    reached = ds["mode"].values == ZERO_MODE
+    np.testing.assert_array_equal(reached, within)
+    np.testing.assert_array_equal(ds["status"].values == ks.Status.UNREACHABLE, ~within)
+    zero, found = bends(robot, robot.assemble().q), bends(robot, ds["q"].values[reached])
+    for k in (0, 1):
+        assert np.all(np.sign(found[k]) == np.sign(zero[k])), f"{np.sum(np.sign(found[k]) != np.sign(zero[k]))} elbows of arm {k}"
+    # and the numbers are those of these poses
+    near = robot.configuration(ds["q"].values[30 * fine, 35 * fine])
+    result = ks.analyze(near)
+    np.testing.assert_allclose(ds["twist"].values[30 * fine, 35 * fine], result.twist, rtol=1e-9, atol=1e-18)
+
+
+def test_a_five_bar_by_its_drives_keeps_its_wrist():
+    robot = five_bar()
+    angles = np.linspace(-3, 3, 41)
+    ds = ks.sweep(robot, actuators={"shoulder_1": angles, "shoulder_2": angles})
+    assert ds.attrs["mode_jumps"] == 0
+    reached = ds["mode"].values == ZERO_MODE
+    assert reached.sum() > 1000
+    wrist = bends(robot, ds["q"].values[reached])[2]
+    assert np.all(np.sign(wrist) == np.sign(bends(robot, robot.assemble().q)[2]))
+
+
+def test_where_only_another_mode_gets_is_marked():
+    """Arms too unequal to reach the line between the motors: what lies below it is beyond no way from above."""
+    robot = five_bar(proximal_length=0.28, distal_length=0.12)
+    x, y = np.linspace(-0.3, 0.3, 31), np.linspace(-0.4, 0.4, 41)
+    ds = ks.sweep(robot, {"x": x, "y": y})
+    X, Y = np.meshgrid(x, y, indexing="ij")
+    radii = np.array([np.hypot(X + 0.1375, Y), np.hypot(X - 0.1375, Y)])
+    # an arm may stretch and fold, but not on a circle itself
+    within = np.all((radii > 0.16 + 1e-9) & (radii < 0.40 - 1e-9), axis=0)
+    mode = ds["mode"].values
+    np.testing.assert_array_equal(mode == ZERO_MODE, within & (Y > 0))
+    np.testing.assert_array_equal(mode == OTHER_MODE, within & (Y < 0))
+    assert np.all(ds["status"].values[mode != ZERO_MODE] == ks.Status.UNREACHABLE)
+    assert np.all(np.isnan(ds["twist"].values[mode != ZERO_MODE]))
+
+
+def test_a_planar_3rrr_keeps_its_elbows():
+    robot = ks.load_robot(robot_path("planar_3rrr"))
+    grid = {"x": np.linspace(-0.3, 0.3, 13), "y": np.linspace(-0.3, 0.3, 13), "rz": np.linspace(-1.5, 1.5, 7)}
+    ds = ks.sweep(robot, grid)
+    assert ds.attrs["mode_jumps"] == 0
+    elbows = [k for k, name in enumerate(ds["joint_coordinate"].values) if name.startswith("elbow")]
+    q = ds["q"].values[ds["mode"].values == ZERO_MODE][:, elbows]
+    # from stretched to folded, at the ends of the range that the file describes less its margin
+    limits = [robot.description.joints[str(ds["joint_coordinate"].values[k])] for k in elbows]
+    margin = np.radians(10)
+    for column, joint in zip(q.T, limits, strict=True):
+        assert column.min() > joint.lower - margin and column.max() < joint.upper + margin
+
+
+# ---- grids that are spoilt on purpose ----------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def looked_at():
+    """Return a five-bar's plan, labels and map in the middle of its workspace, where all is well."""
+    robot = five_bar()
+    grid = {"x": np.linspace(-0.1, 0.1, 15), "y": np.linspace(0.2, 0.35, 12)}
+    ds = ks.sweep(robot, grid)
+    assert np.all(ds["mode"] == ZERO_MODE)
+    zero6, zero3 = np.zeros(6), np.array([0, 0, -9.81])
+    plan, _ = read_plan(robot, grid, None, None, zero6, zero3, None, "world", None, None, False, 1e-10)
+    return robot, plan, labels_of(plan, robot), ds
+
+
+def look(looked_at, q, reached):
+    _, plan, labels, _ = looked_at
+    region = tuple(slice(0, axis.size) for axis in plan.axes)
+    return finishing.finish(plan, labels, (), (), region, q, reached)
+
+
+def other_elbow(robot, ds, which):
+    """Return the same poses with the first elbow bent the other way, by reflecting it in the line from motor to tool."""
+    q = ds["q"].values[which].copy()
+    values = {name: ds["platform_pose"].sel(platform_coordinate=name).values[which] for name in ("x", "y")}
+    names = list(ds["joint_coordinate"].values)
+    start = q.copy()
+    a, b = bends(robot, q)[0], 1
+    pose = robot.configuration(q)
+    A, C = pose.frame("proximal_1")[..., :2, 3], pose.frame("tool")[..., :2, 3]
+    B = pose.frame("distal_1")[..., :2, 3]
+    to_tool, to_elbow = C - A, B - A
+    turn = np.arctan2(cross(to_elbow, to_tool), np.sum(to_elbow * to_tool, axis=-1))  # from crank to line
+    start[:, names.index("shoulder_1")] += 2 * turn
+    bend = np.arctan2(cross(B - A, C - B), np.sum((B - A) * (C - B), axis=-1))
+    start[:, names.index("elbow_1")] -= 2 * bend
+    near = robot.configuration(start, tolerance=np.inf, on_failure="nan")
+    found = robot.assemble(platform=values, near=near)
+    assert np.all(np.sign(bends(robot, found.q)[0]) == -np.sign(a)) and b
+    return found.q
+
+
+@pytest.mark.parametrize("kind", ["one", "corner", "half", "checkered"])
+def test_poses_in_another_mode_are_found_and_put_right(looked_at, kind):
+    robot, _, _, ds = looked_at
+    which = np.zeros(ds["mode"].shape, dtype=bool)
+    if kind == "one":
+        which[7, 6] = True
+    elif kind == "corner":
+        which[:6, :5] = True
+    elif kind == "half":
+        which[:, :7] = True  # the part that lies farther from the zero pose
+    else:
+        which[3:9:2, 3:9:2] = which[4:9:2, 4:9:2] = True
+    q = ds["q"].values.copy()
+    q[which] = other_elbow(robot, ds, which)
+    found = look(looked_at, q, np.ones(which.shape, dtype=bool))
+    assert found.jumps == 0 and found.retracted >= which.sum() and np.all(found.mode == ZERO_MODE)
+    np.testing.assert_allclose(found.numbers["q"], ds["q"].values.reshape(-1, q.shape[-1])[found.which], atol=1e-9)
+    assert set(np.flatnonzero(which)) <= set(found.which)
+    twist = ds["twist"].values.reshape(-1, 6)[found.which]
+    np.testing.assert_allclose(found.numbers["twist"], twist, rtol=1e-6, atol=1e-9 * np.abs(twist).max())
+
+
+def test_what_is_not_reached_on_the_line_is_reached_from_its_neighbours(looked_at):
+    _, _, _, ds = looked_at
+    reached = np.ones(ds["mode"].shape, dtype=bool)
+    reached[5:, 4:11] = False
+    q = np.where(reached[..., None], ds["q"].values, np.nan)
+    found = look(looked_at, q, reached)
+    assert found.gained == np.sum(~reached) and np.all(found.mode == ZERO_MODE)
+    np.testing.assert_array_equal(found.which, np.flatnonzero(~reached))
+    for name in ("q", "twist", "stiffness", "actuator_force", "status"):
+        wanted = ds[name].values.reshape(reached.size, *ds[name].shape[2:])[found.which]
+        np.testing.assert_allclose(found.numbers[name], wanted, rtol=1e-6, atol=1e-9 * np.abs(wanted).max())
+
+
+def test_the_second_look_is_written_into_files_too(looked_at, monkeypatch, tmp_path):
+    """Part of the grid is not reached at first; the map in a file is the same as that in memory, and as the unspoilt one."""
+    from kinetostatics.workspace import compute
+
+    robot, _, _, ds = looked_at
+    original = compute.assemble
+
+    def blind(plan, robot, values, near=None):
+        if near is None:  # the straight line does not get to the left
+            values = {**values, "x": np.where((values["x"] < -0.04) & (values["y"] > 0.3), 9.0, values["x"])}
+        return original(plan, robot, values, near)
+
+    monkeypatch.setattr(compute, "assemble", blind)
+    monkeypatch.setattr("kinetostatics.workspace.run.BLOCK", 40)
+    grid = {name: ds[name].values for name in ("x", "y")}
+    load = xr.DataArray(np.diag([1.0, 1, 1, 0, 0, 0])[:2] * 100, dims=("case", "component"))
+    maps = [ks.sweep(robot, grid, load=load, out=tmp_path / name) for name in ("m.nc", "m.zarr")]
+    maps += [ks.sweep(robot, grid, load=load), ks.sweep(robot, grid, load=load, chunks={"x": 15}).compute()]
+    monkeypatch.undo()
+    whole = ks.sweep(robot, grid, load=load)
+    for found in maps:
+        assert found.attrs.get("poses_by_neighbours", 20) == 20
+        for name in whole.data_vars:
+            values = whole[name].values
+            np.testing.assert_allclose(found[name].values, values, rtol=1e-6, atol=1e-9 * np.abs(values).max(), err_msg=name)
+        found.close()
+
+
+def test_modes_that_cannot_be_told_apart_by_continuity_are_not_invented():
+    """Smooth joints, however fast, are no jump; a jump is one at both of its ends."""
+    t = np.linspace(0, 1, 40)
+    scale = JointScale(np.ones(1), np.ones(1, dtype=bool))
+    for q, count in ((t, 0), (np.exp(3 * t), 0), (np.sin(9 * t), 5), (np.sqrt(t), 1), (t * 0, 0)):  # at turns and at the end
+        assert len(suspect_edges(q[:, None], np.ones(40, dtype=bool), scale)) <= count
+    jump = np.where(t > 0.5, 0.3, -0.3) + 0.5 * t
+    edges = suspect_edges(jump[:, None], np.ones(40, dtype=bool), scale)
+    assert list(zip(edges.first, edges.second, strict=True)) == [(19, 20)]
+    wrapped = suspect_edges(np.mod(jump * 0 + 6 * t, 2 * np.pi)[:, None] * 1.0, np.ones(40, dtype=bool), scale)
+    assert len(wrapped) == 0
+
+
+def test_connected_parts():
+    edges = Edges(np.array([0, 1, 5, 7, 6]), np.array([1, 2, 6, 8, 9]))
+    assert connected_parts(10, edges).tolist() == [0, 0, 0, 3, 4, 5, 5, 7, 7, 5]
+    chain = np.random.default_rng(0).permutation(1000)
+    assert np.all(connected_parts(1000, Edges(chain[:-1], chain[1:])) == 0)
+
+
+def test_nothing_is_reached_where_nothing_can_be():
+    ds = ks.sweep("five_bar", {"x": np.linspace(2, 3, 5), "y": np.linspace(0, 1, 4)})
+    assert np.all(ds["mode"] == NO_MODE) and np.all(ds["status"] == ks.Status.UNREACHABLE) and np.all(np.isnan(ds["twist"]))
