@@ -127,6 +127,7 @@ class Case:
 @example(608)
 @example(191)  # bridges through which much flows one way, and little the other
 @example(835)
+@example(1304)  # hinges with parallel axes, which rounding lets meet far away
 @example(826)  # a rigid limb with elastic links, whose compliance is nothing but rounding
 def test_random_hybrids_agree_with_finite_elements(seed):
     case = Case.random(seed)
