@@ -1,0 +1,136 @@
+"""Lazy maps: chunks are computed when they are needed, wherever, and a worker that dies costs nothing but time."""
+
+import os
+import pickle
+import signal
+import time
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import kinetostatics as ks
+from kinetostatics.workspace import lazy
+
+GRID = {"z": np.linspace(0.45, 0.65, 8), "rx": np.linspace(-0.15, 0.15, 5), "ry": np.array([-0.1, 0.0, 0.12])}
+
+
+def near(found, wanted):
+    """Assert that two maps are the same but for rounding, which depends on how poses are bundled."""
+    assert set(found.variables) == set(wanted.variables)
+    for name in found.variables:
+        assert found[name].dims == wanted[name].dims
+        if found[name].dtype.kind == "f":
+            assert found[name].dtype == wanted[name].dtype
+            scale = float(np.nanmax(np.abs(wanted[name].values), initial=1e-300))
+            np.testing.assert_allclose(found[name].values, wanted[name].values, rtol=1e-9, atol=1e-12 * scale, err_msg=name)
+        else:
+            np.testing.assert_array_equal(found[name].values, wanted[name].values)
+
+
+@pytest.fixture
+def computed(monkeypatch):
+    """Return the list of blocks that are computed."""
+    blocks = []
+    compute = lazy.compute_block
+
+    def counted(plan, labels, block):
+        blocks.append(block)
+        return compute(plan, labels, block)
+
+    monkeypatch.setattr(lazy, "compute_block", counted)
+    return blocks
+
+
+def test_only_the_chunks_that_are_needed_are_computed(computed):
+    ds = ks.sweep("3rps", GRID, chunks={"z": 3, "ry": 2})
+    assert (
+        not computed
+        and ds["twist"].chunks == ((3, 3, 2), (5,), (2, 1), (6,))
+        and ds["status"].chunks == ((3, 3, 2), (5,), (2, 1))
+    )
+    assert ds["z"].values.tolist() == GRID["z"].tolist() and ds.attrs["robot_name"] == "3rps"
+    piece = ds["twist"].isel(z=[0, 7], ry=0).compute(scheduler="synchronous")
+    assert {block[0].start for block in computed} == {0, 6} and len(computed) == 2
+    near(ds.compute(scheduler="synchronous"), ks.sweep("3rps", GRID))
+    assert len(computed) == 2 + 6  # once each for all variables
+    np.testing.assert_allclose(piece.isel(z=1), ks.sweep("3rps", GRID)["twist"].isel(z=7, ry=0), rtol=1e-9, atol=1e-18)
+
+
+def test_threads_do_not_disturb_one_another():
+    """Several blocks, and several robots, at the same time in one process."""
+    load = xr.DataArray(np.eye(6)[:2] * 100, dims=("case", "component"))
+    arguments = {"load": load, "parameters": {"rod_diameter": [0.05, 0.1]}, "beams": True}
+    ds = ks.sweep("3rps", GRID, **arguments, chunks={"z": 2, "rod_diameter": 1, "case": 1})
+    assert ds["characteristic_length"].chunks == ((1, 1),) and ds["stiffness"].chunks == (
+        (1, 1),
+        (2,) * 4,
+        (5,),
+        (3,),
+        (6,),
+        (6,),
+    )
+    near(ds.compute(scheduler="threads", num_workers=4), ks.sweep("3rps", GRID, **arguments))
+
+
+def test_chunks_are_chosen_if_they_may_be():
+    grid = {"z": np.linspace(0.45, 0.65, 100), "rx": np.linspace(-0.1, 0.1, 100), "ry": np.linspace(-0.1, 0.1, 100)}
+    ds = ks.sweep("3rps", grid, chunks="auto")  # a million poses, of which none is computed
+    sizes = [len(pieces) for pieces in ds["status"].chunks]
+    assert np.prod(sizes) == 50
+    assert ds["status"].isel(z=5, rx=3, ry=7).compute() == 0
+
+
+@pytest.mark.parametrize(
+    "chunks, message",
+    [({"x": 2}, "'x' is no dimension"), ({"z": 0}, "must be a number"), ({"z": 2.5}, "must be a number"), ("all", "'auto'")],
+)
+def test_chunks_that_make_no_sense_are_refused(chunks, message):
+    with pytest.raises(ks.ArgumentError, match=message):
+        ks.sweep("3rps", GRID, chunks=chunks)
+
+
+def test_a_lazy_map_is_saved_chunk_by_chunk(tmp_path):
+    ds = ks.sweep("3rps", GRID, chunks={"z": 4})
+    ds.to_zarr(tmp_path / "map.zarr", zarr_format=2)
+    with xr.open_zarr(tmp_path / "map.zarr") as found:
+        near(found.load(), ks.sweep("3rps", GRID))
+        assert found.attrs == ds.attrs
+
+
+def test_jobs_travel():
+    """What workers get is small, and makes the same block elsewhere."""
+    ds = ks.sweep("3rps", GRID, chunks={"z": 4})
+    layers = ds.__dask_graph__().layers
+    job = next(layer[name] for name, layer in layers.items() if name.startswith("sweep-plan"))
+    job = getattr(job, "value", job)
+    data = pickle.dumps(job)
+    assert len(data) < 100_000
+    block = lazy.lazy_block(pickle.loads(data), ((4, 8), (0, 5), (0, 3)))
+    np.testing.assert_array_equal(block["twist"], ds["twist"].isel(z=slice(4, 8)).compute(scheduler="synchronous"))
+
+
+def test_a_cluster_loses_a_worker_and_nothing_else():
+    """Two processes, of which one is killed in mid-sweep."""
+    distributed = pytest.importorskip("distributed")
+    grid = {"z": np.linspace(0.45, 0.65, 24), "rx": np.linspace(-0.15, 0.15, 40), "ry": np.linspace(-0.1, 0.1, 30)}
+    ds = ks.sweep("3rps", grid, chunks={"z": 1})
+    wanted = ds.compute(scheduler="synchronous")
+    with (
+        distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None) as cluster,
+        distributed.Client(cluster) as client,
+    ):
+        future = client.compute(ds)
+        killed = None
+        while killed is None:
+            done = {address: keys for address, keys in client.has_what().items() if len(keys) > 3}
+            assert not future.done(), "too fast to be killed in mid-sweep"
+            if len(done) == 2:
+                address = next(iter(done))
+                killed = client.run(os.getpid, workers=[address])[address]
+                os.kill(killed, signal.SIGKILL)
+            time.sleep(0.01)
+        found = future.result(timeout=60)
+        assert killed not in client.run(os.getpid).values()
+    near(found, wanted)
+    assert found.attrs == wanted.attrs
