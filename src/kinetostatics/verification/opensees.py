@@ -37,6 +37,10 @@ class OpenSeesError(KinetostaticsError):
     """OpenSeesPy is missing, cannot be loaded, or failed."""
 
 
+class _SingularFrame(OpenSeesError):
+    """OpenSees found no solution."""
+
+
 @dataclass(frozen=True, eq=False)
 class FrameSolution:
     """What the frame gives, SI units and world axes, in the conventions of :class:`kinetostatics.Result`.
@@ -74,15 +78,21 @@ def solve(model: FrameModel) -> tuple[FrameSolution, FrameSolution]:
     frame = _frame(model, scale)
     h = np.array([0.5**level for level in range(LEVELS)])
     best: tuple[float, dict[str, Array], dict[str, Array]] | None = None
+    failure: OpenSeesError | None = None
     for ground in GROUNDS:
-        levels = [_arrays(level) for level in _run(frame | {"springs_at_level": [[PENALTY / x, ground * x] for x in h]})]
+        try:
+            levels = [_arrays(level) for level in _run(frame | {"springs_at_level": [[PENALTY / x, ground * x] for x in h]})]
+        except _SingularFrame as error:  # so little stiffness of the free directions is none
+            failure = error
+            continue
         all_levels, one_less = _extrapolated(levels, h), _extrapolated(levels[:-1], h[:-1])
         scatter = _scatter(all_levels, one_less)
         if best is None or scatter < best[0]:
             best = scatter, all_levels, one_less
         if scatter < SURE:
             break
-    assert best is not None
+    if best is None:
+        raise failure or OpenSeesError("OpenSees was not run")
     return _answer(model, scale, best[1]), _answer(model, scale, best[2])
 
 
@@ -272,6 +282,8 @@ def _run(frame: dict[str, Any]) -> list[dict[str, Any]]:
             f"OpenSeesPy is installed but cannot be loaded ({answer['missing']}); on Debian and Ubuntu the packages libblas3, "
             "liblapack3 and libgfortran5 may be missing"
         )
+    if "singular" in answer:
+        raise _SingularFrame(f"OpenSees failed: {answer['singular']}")
     if "error" in answer:
         raise OpenSeesError(f"OpenSees failed: {answer['error']}")
     levels: list[dict[str, Any]] = answer["levels"]

@@ -166,10 +166,14 @@ def start(ops: Any, loads: list[Any]) -> None:
         ops.load(tag, *load)
 
 
+class SingularFrameError(Exception):
+    """The frame's equations have no solution."""
+
+
 def analyze(ops: Any, steps: int) -> None:
     """Solve."""
     if ops.analyze(steps) != 0:
-        raise RuntimeError("OpenSees could not solve the frame")
+        raise SingularFrameError("the frame has no solution")
 
 
 def main() -> None:
@@ -188,6 +192,8 @@ def main() -> None:
     else:
         try:
             answer = {"levels": [solve(ops, frame, penalty, ground) for penalty, ground in frame["springs_at_level"]]}
+        except SingularFrameError as error:
+            answer = {"singular": str(error)}
         except Exception as error:
             answer = {"error": f"{type(error).__name__}: {error}"}
     with os.fdopen(output, "w") as stream:
