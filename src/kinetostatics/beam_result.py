@@ -60,7 +60,8 @@ def beam_numbers(beams: LoadedBeams, solution: Solution) -> dict[str, Array]:
     wrench, load = beams.wrench.sum(axis=1), beams.load.sum(axis=1)
     s = FRACTIONS[:, None, None] * beams.length
     sections = beam_formulas.section_wrench(beams.length, wrench[:, None], load[:, None], s)
-    total = replace(beams, wrench=wrench[:, None], load=load[:, None], inner=beams.inner.sum(axis=1, keepdims=True))
+    sums = {"inner": beams.inner.sum(axis=1, keepdims=True), "stretch": beams.stretch.sum(axis=0, keepdims=True)}
+    total = replace(beams, wrench=wrench[:, None], load=load[:, None], **sums)
     lines = total.lines(FRACTIONS)[:, :, 0]
     start = solution.o[:, None] + beams.end - beams.axes[:, 0] * beams.length
     points = start[:, None] + beams.axes[:, :1] * s

@@ -39,6 +39,7 @@ class LoadedBeams:
         wrench: (6, S, g, N) wrench at the outer end.
         load: (3, S, g, N) own weight [N/m].
         inner: (6, S, g, N) motion of the inner end as a rigid body, about o, world axes.
+        stretch: (S, g, N) how much longer it is by itself, by error or warmth [m].
     """
 
     models: tuple[BeamModel, ...]
@@ -50,6 +51,7 @@ class LoadedBeams:
     wrench: Array
     load: Array
     inner: Array
+    stretch: Array
 
     def end_twist(self) -> Array:
         """Return what their own deformation adds to everything outboard (6, S, g, N), about o, world axes."""
@@ -78,7 +80,9 @@ class LoadedBeams:
         c = self.compliances[:, None, None]
         local = beam_formulas.bent_line(c, self.length, self.wrench[:, None], self.load[:, None], s)
         arm = self.end[:, None, None] - self.axes[:, 0, None, None] * (self.length - s)
-        return rotate(self.axes, local) + move_twist(self.inner[:, None], arm)
+        moved = rotate(self.axes, local) + move_twist(self.inner[:, None], arm)
+        moved[:3] += self.axes[:, 0, None, None] * (fractions[:, None, None, None] * self.stretch)
+        return moved
 
 
 def rotate(axes: Array, screws: Array, back: bool = False) -> Array:
@@ -160,7 +164,7 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
         total = group.carried(signs[k], chords) + share * statics.beyond[:, None, b]
         wrench = rotate(axes, move_wrench(total, end[:, None]), back=True)
         load = share * statics.load[:, None, b]
-        beams = LoadedBeams(models, group.compliances[:, b], axes, length, mass, end, wrench, load, np.zeros((6, S, g, N)))
+        beams = LoadedBeams(models, group.compliances[:, b], axes, length, mass, end, wrench, load, *_unmoved(S, g, N))
         beam_of[k] = beams
         gives[k] = beams.end_twist()
         names = tuple(model.name for model in models)
@@ -176,7 +180,7 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
         names = tuple(row[spring].joint for row in group.springs)
         kind = "drives" if group.springs[0][spring].is_drive else "joints"
         out.yielding.append(Yielding(kind, names, group, number, everyone, signs[k], moved.sum(axis=1)))
-    _add_misfits(solution, number, gives, out)
+    _add_misfits(solution, number, gives, beam_of, out)
     turned = _joint_motions(solution, statics, gives, signs, S)
     # from base to platform the motions of all elements add up
     root = np.zeros((6, S, g, N))
@@ -201,7 +205,14 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
         out.beams.append(beams.turned(motions[k]) if elements[k].turned else beams)
 
 
-def _add_misfits(solution: Solution, number: int, gives: dict[int, Array], out: Deformation) -> None:
+def _unmoved(S: int, g: int, N: int) -> tuple[Array, Array]:
+    """Return motions and stretches of beams that are not known yet."""
+    return np.zeros((6, S, g, N)), np.zeros((S, g, N))
+
+
+def _add_misfits(
+    solution: Solution, number: int, gives: dict[int, Array], beam_of: dict[int, LoadedBeams], out: Deformation
+) -> None:
     """Add what is off in a group of limbs to what its elements give, and list it by name."""
     statics, errors, misfits = solution.statics[number], solution.errors[number], solution.misfits
     if errors is None or misfits is None:
@@ -214,6 +225,10 @@ def _add_misfits(solution: Solution, number: int, gives: dict[int, Array], out: 
             more = np.zeros((6, S, *errors.shape[2:]))
             more[:, source] = errors[:, k]
             gives[k] = gives.get(k, 0.0) + more
+            if k in beam_of:
+                stretch = np.zeros((S, *errors.shape[2:]))
+                stretch[source] = np.einsum("ign,ign->gn", beam_of[k].axes[:, 0], errors[:3, k])
+                beam_of[k] = replace(beam_of[k], stretch=stretch)
     for position, limb in enumerate(group.limbs):
         for k, element in enumerate(group.elements[position]):
             for edge in (limb.edges[index] for index in element.edges):
@@ -275,7 +290,7 @@ def _deform_branches(
         root: motion of what they hang on where an edge has no parent; None: it stands still.
         out: where the motions are put.
     """
-    frames = solution.frames
+    frames, misfits = solution.frames, solution.misfits
     share = np.zeros((max(len(solution.sources), own + 1), 1, 1))
     share[own] = 1
     still = np.zeros((6, len(share), solution.o.shape[1]))
@@ -284,6 +299,9 @@ def _deform_branches(
             motion = still if root is None else root
         else:
             motion = out.motions[edge.parent]
+        off = np.zeros((6, len(share), solution.o.shape[1]))
+        if misfits is not None and misfits.concerns(edge):
+            off[:, solution.sources.index("misfit")] = misfits.of_edge(edge, frames, solution.o)
         if edge.beam is not None:
             model = robot.beams[edge.beam]
             axes = frames.orientations(np.array([model.span.carrier]), model.axes[:, :, None])
@@ -303,12 +321,13 @@ def _deform_branches(
                 local[:, None] * share,
                 load[:, None] * share,
                 motion[:, :, None],
+                np.einsum("ign,isn->sgn", axes[:, 0], off[:3]),
             )
             out.beams.append(beams)
             motion = motion + beams.end_twist()[:, :, 0]
         for spring in springs_of(robot.mechanism, edge.joint) if edge.joint else ():
             motion = motion + _spring_motion(robot, solution, edge, spring)[:, None] * share[:, 0]
-        out.motions[edge.key] = motion
+        out.motions[edge.key] = motion + off
 
 
 def _spring_motion(robot: Robot, solution: Solution, edge: Edge, spring: Spring) -> Array:

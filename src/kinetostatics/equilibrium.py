@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinetostatics.configuration import Configuration, Status
 from kinetostatics.continuation import CHUNK
-from kinetostatics.exceptions import ArgumentError, LimbEquilibriumError, SingularPoseError
+from kinetostatics.exceptions import ArgumentError, LimbEquilibriumError, SingularPoseError, StaticsError
 from kinetostatics.kinematics import Frames
 from kinetostatics.limbs import LimbGroup, LimbStatics
 from kinetostatics.linalg import Cholesky, cross, normalize
@@ -336,6 +336,12 @@ def _complain(robot: Robot, result: Result) -> None:
                     name,
                     joints,
                 )
+        if "misfit" in solution.sources and np.any(np.isnan(solution.twists[:, -1])):
+            names = ", ".join(sorted(solution.misfits.names)) if solution.misfits is not None else ""
+            raise StaticsError(
+                f"the misfits of {names} contradict one another in rigid parts, which cannot give way: give those parts some "
+                "elasticity (<beam>, <joint_stiffness>)"
+            )
         for p in np.flatnonzero(solution.status == Status.SINGULAR):
             free = free_twists(robot, solution, int(p))
             words = "; ".join(describe_twist(twist, robot.length) for twist in free.T) or "an unknown motion"

@@ -309,7 +309,7 @@ class LimbGroup:
         """Return the passive joints' equations (k, 6 M, g, N) for scaled chord wrenches: no power on any freedom [1]."""
         scaled = geometry.twists[:, self.passive] * self.twist_scale
         rows = self.freedom_chords[self.passive].T[:, None, :, None, None] * scaled
-        rows = rows.reshape(-1, *scaled.shape[1:]).swapaxes(0, 1)
+        rows = rows.reshape(rows.shape[0] * rows.shape[1], *scaled.shape[1:]).swapaxes(0, 1)
         return np.ascontiguousarray(rows / self._row_scale)
 
     @property
@@ -367,14 +367,16 @@ class LimbGroup:
         misfit_chords = np.zeros_like(particular)
         n = found.J_c.shape[1]
         if self_stress.shape[2]:
-            gain, loose = self._relax(gram[n:, n:], self_stress)
+            gain, loose = self._relax(gram, self_stress)
             mixed = np.einsum("ab...,bj...->aj...", gain, gram[n:, :n])
             chords = chords - np.einsum("mia...,aj...->mij...", self_stress, mixed)
             particular = particular - np.einsum("mia...,ab...,b...->mi...", self_stress, gain, sag[n:])
             misfit_chords = -np.einsum("mia...,ab...,b...->mi...", self_stress, gain, error[n:])
-            sag = sag[:n] - np.einsum("aj...,a...->j...", mixed, sag[n:])
-            error = error[:n] - np.einsum("aj...,a...->j...", mixed, error[n:])
-            gram = gram[:n, :n] - np.einsum("ai...,aj...->ij...", gram[n:, :n], mixed)
+            before = np.einsum("ii...->i...", gram[:n, :n]).max(axis=0, initial=0.0)
+            gram, sag = self._strains(geometry, chords, particular, beyond, spring_beyond, load)
+            rounding = np.einsum("ii...->i...", gram) <= 1e-20 * before
+            gram = np.where(rounding[:, None] | rounding[None], 0.0, gram)
+            error = np.where(self._contradict(loose, misfit), np.nan, self._misfit_strains(chords, misfit))
         return LimbStatics(
             self,
             geometry,
@@ -439,7 +441,9 @@ class LimbGroup:
 
     def _relax(self, gram: Array, self_stress: Array) -> tuple[Array, Array]:
         """Return the inverse (s, s, g, N) of the compliance along self-stresses, and the chord wrenches of rigid ones."""
+        n = len(gram) - self_stress.shape[2]
         scaled, unit = correlation(np.moveaxis(gram, (0, 1), (-2, -1)))
+        scaled, unit = scaled[..., n:, n:], unit[..., n:]
         values, vectors = np.linalg.eigh(scaled)
         soft = values > RIGID
         inverse = np.where(soft, 1 / np.where(soft, values, 1.0), 0.0)
@@ -505,6 +509,15 @@ class LimbGroup:
             if np.any(misfit[:, k]):
                 error += np.einsum("in...,i...->n...", self.carried(chords[k], columns), misfit[:, k])
         return error
+
+    def _contradict(self, loose: Array, misfit: Array | None) -> NDArray[np.bool_]:
+        """Return where (g, N) misfits do something along self-stresses without compliance: rigid rings cannot follow them."""
+        if misfit is None:
+            return np.zeros(loose.shape[3:], dtype=bool)
+        length = self.robot.length
+        forces = np.max(np.maximum(np.abs(loose[:, :3]), np.abs(loose[:, 3:]) / length), axis=(0, 1))
+        shifts = np.max(np.maximum(np.abs(misfit[:3]), np.abs(misfit[3:]) * length), axis=(0, 1))
+        return np.asarray(np.any(np.abs(self._misfit_strains(loose, misfit)) > 1e-7 * forces * shifts, axis=0))
 
     def element_chords(self) -> NDArray[np.int8]:
         """Return the signs (elements, M) of the chord wrenches that all elements carry."""
@@ -602,6 +615,7 @@ def make_limb_groups(robot: Robot, frames: Frames) -> tuple[LimbGroup, ...]:
             basis.independent,
             basis.carried,
             plan,
+            _rigid_directions(LimbGroup(robot, [number], [basis], plan), frames, o),
         )
         members.setdefault(key, []).append((number, basis))
         plan_of[key] = plan

@@ -142,6 +142,11 @@ def parse_misfits(robot: Robot, misfits: Mapping[str, Any]) -> Misfits:
                 )
             beams[name] = BeamMisfit(length[..., None], rise[..., None])
         elif name in known_joints:
+            if name not in robot.joint_table.names:
+                raise ArgumentError(
+                    f"joint {name!r} lies within the rigid base or platform, or holds nothing: a misfit of it has no effect; "
+                    "give the misfit to the joints that hold the limbs there"
+                )
             frame = "world"
             if isinstance(value, Mapping):
                 if "twist" not in value or set(value) - set(JOINT_KEYS):

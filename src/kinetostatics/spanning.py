@@ -15,7 +15,9 @@ import numpy as np
 from kinetostatics.rigid_pieces import Piece, PieceEdge
 
 #: Networks with random resistances that are compared.
-_SAMPLES = 16
+_SAMPLES = 40
+#: Steps of the search for a way that passes an edge back.
+_STEPS = 400
 #: Part of the whole current below which an edge leads nowhere: mere rounding.
 _NO_CURRENT = 1e-9
 
@@ -64,6 +66,7 @@ def steps_out(pieces: list[Piece], edges: list[PieceEdge], base: Piece, platform
                 live.update((edge.inner.find(), edge.outer.find()))
                 if np.any(flowing > 0) and np.any(flowing < 0):
                     both_ways.add(edge)
+        both_ways.update(_passed_back(inner, both_ways, base, platform))
     reached_by: dict[Piece, PieceEdge] = {}
     for edge in sorted(inner, key=lambda edge: edge.beam is None):  # the tree prefers beams
         outer = edge.other(inner[edge])
@@ -82,12 +85,72 @@ def steps_out(pieces: list[Piece], edges: list[PieceEdge], base: Piece, platform
                 inner[edge] = piece
                 if other in seen:  # it closes a ring that hangs
                     inner[edge] = edge.inner.find()
+                if _in_ring(edge, at, live):
                     both_ways.add(edge)
             if other not in seen:
                 seen.add(other)
                 reached_by[other] = edge
                 queue.append(other)
     return _depth_first(root, edges, inner, reached_by, both_ways)
+
+
+def _in_ring(edge: PieceEdge, at: dict[Piece, list[PieceEdge]], live: set[Piece]) -> bool:
+    """Whether both ends of an edge that hangs are still reached without it."""
+    seen, queue = set(live), deque(live)
+    while queue:
+        piece = queue.popleft()
+        for item in at.get(piece, []):
+            other = item.other(piece)
+            if item is not edge and other not in seen:
+                seen.add(other)
+                queue.append(other)
+    return edge.inner.find() in seen and edge.outer.find() in seen
+
+
+def _passed_back(inner: dict[PieceEdge, Piece], known: set[PieceEdge], base: Piece, platform: Piece) -> set[PieceEdge]:
+    """Return further edges that a way from base to platform passes against their direction, found by search.
+
+    The random networks miss few of them, in which only odd resistances turn the current. The search for one edge ends after a
+    number of steps that only large networks need.
+    """
+    at: dict[Piece, list[PieceEdge]] = {}
+    for edge, start in inner.items():
+        for end in (start, edge.other(start)):
+            at.setdefault(end, []).append(edge)
+
+    def reaches(start: Piece, used: set[Piece]) -> bool:
+        seen, queue = {start} | used, deque([start])
+        while queue:
+            piece = queue.popleft()
+            if piece is platform:
+                return True
+            for item in at.get(piece, []):
+                other = item.other(piece)
+                if other not in seen:
+                    seen.add(other)
+                    queue.append(other)
+        return False
+
+    def passes(edge: PieceEdge) -> bool:
+        goal, after = edge.other(inner[edge]), inner[edge]
+        if base in (goal, after) or platform in (goal, after):
+            return False  # at an end of all ways there is one direction only
+        steps = 0
+        stack: list[tuple[Piece, frozenset[Piece]]] = [(base, frozenset([base, after]))]
+        while stack and steps < _STEPS:
+            steps += 1
+            piece, used = stack.pop()
+            if piece is goal:
+                if reaches(after, set(used) - {after}):
+                    return True
+                continue
+            for item in at.get(piece, []):
+                other = item.other(piece)
+                if item is not edge and other not in used and other is not platform:
+                    stack.append((other, used | {other}))
+        return False
+
+    return {edge for edge in inner if edge not in known and passes(edge)}
 
 
 def _depth_first(
@@ -155,7 +218,7 @@ def _currents(pieces: list[Piece], edges: list[PieceEdge], base: Piece, platform
     result = np.empty((_SAMPLES, len(edges)))
     n = len(pieces)
     for sample in range(_SAMPLES):
-        conductance = 10 ** random.uniform(-1, 1, len(edges))
+        conductance = 10 ** random.uniform(-2.5, 2.5, len(edges))
         laplacian = np.zeros((n + 2, n + 2))
         np.add.at(laplacian, (start, start), conductance)
         np.add.at(laplacian, (end, end), conductance)

@@ -268,7 +268,7 @@ class _Builder:
             tuple(branches),
             tuple(weights),
             tuple(ends),
-            tuple(step.outer is graph.platform for step in chords),
+            tuple(step.outer is graph.platform and not on_platform for step in chords),
             on_platform,
             self._parts([step for step in steps if step.edge in leading], keys),
         )

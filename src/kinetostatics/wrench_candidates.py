@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from kinetostatics.limbs import LimbGeometry, LimbGroup
 
 Array = NDArray[np.float64]
+
+#: Squared sine of the angle between axes that count as parallel: they meet nowhere.
+_PARALLEL = 1e-6
 Index = NDArray[np.intp]
 
 
@@ -85,8 +88,9 @@ def _meeting_point(f: int, h: int, geometry: LimbGeometry) -> Array:
     """Return the point (3, g, N) of one turning freedom's axis that is nearest to another's; NaN where they are parallel."""
     a, b = geometry.axes[:, f], geometry.axes[:, h]
     start, normal = _foot(f, geometry), cross(a, b)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return np.asarray(start + a * dot(cross(_foot(h, geometry) - start, b), normal) / dot(normal, normal))
+    square = dot(normal, normal)
+    square = np.where(square > _PARALLEL, square, np.nan)
+    return np.asarray(start + a * dot(cross(_foot(h, geometry) - start, b), normal) / square)
 
 
 def beam_candidates(names: Sequence[str]) -> Iterator[Candidate]:
