@@ -305,12 +305,12 @@ def test_a_killed_sweep_goes_on_where_it_was(tmp_path, name, workers):
     robot.write_bytes(robot_path("3rps").read_bytes())
     path, parts = tmp_path / name, tmp_path / f"{name}.parts"
     process = subprocess.Popen([sys.executable, "-c", SCRIPT, str(robot), str(path), str(workers)])
-    while process.poll() is None and len(list(parts.glob("*.npz"))) < 2:
+    while process.poll() is None and len(list(parts.glob("*.block"))) < 2:
         time.sleep(0.002)
     process.send_signal(signal.SIGKILL)
     process.wait()
     time.sleep(0.3)  # its workers see that it is gone
-    finished = sorted(parts.glob("*.npz"))
+    finished = sorted(parts.glob("*.block"))
     assert finished and not path.exists()
     # a mark in a finished block shows whether it is computed once more; a damaged block must be
     marked = read_part(str(finished[0]))
