@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -499,3 +500,20 @@ def test_the_command_refuses_in_one_line(tmp_path, monkeypatch, capsys, line, me
     said = capsys.readouterr().err
     assert message in said and said.count("\n") == 1
     assert not list(tmp_path.iterdir())
+
+
+# ---- the page ----------------------------------------------------------------------------------------------------------
+
+
+def test_the_page_is_true(tmp_path, monkeypatch, capsys):
+    """Every block of Python in docs/workspace.md runs, and what it prints is there."""
+    page = Path(__file__).parent.parent / "docs" / "workspace.md"
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    for block in re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL):
+        exec(compile(block, str(page), "exec"), names)
+    said = capsys.readouterr().out
+    assert "('rod_diameter', 'push', 'z', 'rx', 'component')" in said and "(21, 21, 6)" in said
+    assert (tmp_path / "map.nc").exists()
+    described = set(re.findall(r"`(\w+)`", "".join(re.findall(r"^\| (.*?) \|", page.read_text(encoding="utf-8"), re.MULTILINE))))
+    assert set(names["ds"].data_vars) | {"beam_stress", "beam_euler_ratio", "beam_deflection"} == described

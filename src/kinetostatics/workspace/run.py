@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from kinetostatics.description import RobotDescription
 
 #: Poses of a block, at most; with beams, whose numbers are many, fewer.
-BLOCK, BLOCK_WITH_BEAMS = 16_000, 2000
+BLOCK, BLOCK_WITH_BEAMS = 32_000, 2000
 #: Blocks that every worker should have, so that none waits long for the last.
 SHARE = 4
 #: A smaller sweep is done before other processes have started.
