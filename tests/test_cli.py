@@ -189,7 +189,7 @@ def test_check_json(capsys):
     code, out, err = run(capsys, "check", "2pru_upr", "--json")
     found = json.loads(out)
     assert code == 0 and err == ""
-    assert found["mobility"] == "3" and found["redundant_constraints"] == 3
+    assert (found["mobility"]["platform"], found["mobility"]["redundant_constraints"]) == (3, 3)
 
 
 def test_check_of_a_robot_that_cannot_be_analysed(capsys, tmp_path):

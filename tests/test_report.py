@@ -12,7 +12,8 @@ import small_robots as small
 
 import kinetostatics as ks
 from kinetostatics.report import result_report, result_to_dict, robot_report, robot_to_dict
-from kinetostatics.report_facts import robot_facts, section_words
+from kinetostatics.report_facts import robot_facts
+from kinetostatics.report_parts import section_words
 from kinetostatics.report_text import ANGLES, FORCES, LENGTHS, Magnitudes, Scale, quantity, table, wide_table
 from kinetostatics.robot_file import parse_robot_text
 from kinetostatics.sections import Rectangle, RectangularTube, Section, Tube
@@ -357,7 +358,8 @@ def test_batch_as_plain_numbers():
 
 
 def summary(text):
-    lines = text.split("\n\n")[0].splitlines()[1:]
+    """Return the rows of a report's first part, the lines of each joined."""
+    lines = re.sub(r"\n {10,}", " ", text.split("\n\n")[0]).splitlines()[1:]
     return dict(re.split(r"\s{2,}", line.strip(), maxsplit=1) for line in lines)
 
 
@@ -365,29 +367,37 @@ def test_robot_report_of_the_3rps():
     text = robot_report(robot("3rps"))
     assert text == str(robot("3rps"))
     found = summary(text)
-    assert found["mobility"] == "3"
+    assert found["mobility"] == "3; z, rx, ry place the platform"
     assert found["redundant constraints"] == "0 (not overconstrained)"
     assert found["drives"] == "3: prismatic_1, prismatic_2, prismatic_3"
     assert found["mass"] == "120.99 kg at the zero pose, telescopic beams' masses follow the pose"
     assert found["file"].endswith("3rps.urdf.xacro")
     limbs = part(text, "Limbs")
-    assert [line for line in limbs if line.startswith("limb_")] == [f"limb_{k}: R P(driven) S" for k in (1, 2, 3)]
-    assert "joints     revolute_1, prismatic_1, spherical_1 (spherical_1_x spherical_1_y spherical_1_z)" in limbs
-    assert "constraint force along limb axis at spherical_2" in limbs
-    assert "force ∥ revolute_2 at spherical_2" in limbs
-    assert "attached   force along limb x at spherical_2" in limbs
-    beam = row(text, "Beams", "rod_2")
-    assert beam == "rod_2 circle ⌀100 mm 550.00 telescopic 200 76.923 7820 33.780".split()
+    first = [line for line in limbs if line.startswith("limb_")]
+    assert first == ["limb_1: R P(driven) S", *(f"limb_{k}: R P(driven) S, like limb_1" for k in (2, 3))]
+    assert "base —revolute_1→ cylinder_1 —prismatic_1 (driven)→ rod_1 —spherical_1_{x,y,z}→ platform" in limbs
+    assert "base —revolute_3→ cylinder_3 —prismatic_3 (driven)→ rod_3 —spherical_3→ platform" in limbs
+    assert "beams      rod_1 from revolute_1 to spherical_1" in limbs
+    assert "constraint force along limb axis at spherical_1" in limbs
+    assert "force ∥ revolute_1 at spherical_1" in limbs
+    assert "attached   force along limb x at spherical_1" in limbs
+    beam = " ".join(part(text, "Beams")[1].split())
+    assert beam == "rod_1, rod_2 and rod_3 circle ⌀100 mm 550.00 telescopic 200 76.923 7820 33.780"
     assert "mass    19.654 kg" in part(text, "On the platform")
     assert part(text, "Warnings") == ["none"]
 
 
 def test_overconstraint_and_local_freedoms():
     text = robot_report(robot("2pru_upr"))
-    assert summary(text)["redundant constraints"] == "3 (overconstrained)"
+    assert summary(text)["redundant constraints"] == (
+        "3 (overconstrained) 3 between limb_1, limb_2 and limb_3: they brace by a force along x and a couple about z "
+        "errors of lengths, angles and temperature lock in forces: see kinetostatics tolerances"
+    )
     words = [line.split(": ")[1] for line in part(text, "Limbs") if line.startswith("limb_")]
-    assert words == ["P(driven) R U", "P(driven) R U", "U P(driven) R"]
-    assert summary(robot_report(small.robot_of(small.gough("S"))))["mobility"] == "6 (+6 local)"
+    assert words == ["P(driven) R U", "P(driven) R U, like limb_1", "U P(driven) R"]
+    found = summary(robot_report(small.robot_of(small.gough("S"))))
+    assert found["mobility"].startswith("6 (+6 local)")
+    assert found["local freedoms"] == "rod_1, rod_2, rod_3, rod_4, rod_5 and rod_6 spin about their own axes"
 
 
 def test_too_few_and_too_many_drives():
@@ -397,13 +407,13 @@ def test_too_few_and_too_many_drives():
     assert "with the drives locked the platform of 'small' can still move: a rotation" in problems
     assert "only 0 drives for a mobility of 1" in problems
     text = robot_report(small.robot_of(driven(small.four_bar(), lambda name: name.startswith("foot"))))
-    assert "2 drives for a mobility of 1: the actuation is redundant" in " ".join(part(text, "Warnings"))
+    assert "2 drives for 1 freedom: the actuation is redundant" in " ".join(part(text, "Warnings"))
 
 
 def test_rigid_limbs_and_stubby_beams_are_warned_of():
     spec = small.puu3()
     text = robot_report(small.robot_of(replace(spec, beams=spec.beams[:1])))
-    assert "the limbs limb_2, limb_3 have no beam between base and platform and count as rigid" in " ".join(
+    assert "the limbs limb_2 and limb_3 have nothing elastic between base and platform and count as rigid" in " ".join(
         part(text, "Warnings")
     )
     assert "beams      none: rigid" in part(text, "Limbs")
@@ -428,14 +438,16 @@ def test_rounded_angles_are_warned_of():
     text = small.write(small.pru2_upr(), twirl=1).text
     rounded = re.sub(r"\d\.\d{6,}", lambda number: f"{float(number[0]):.5f}", text)
     facts = robot_facts(ks.Robot(parse_robot_text(rounded)))
-    assert 1e-12 < facts.closing_error < 1e-4
+    assert 1e-12 < facts.zero.closing_error < 1e-4
     assert any("the loops stay open by" in warning and "rounded" in warning for warning in facts.warnings)
 
 
 def test_robot_whose_loops_cannot_close_still_gets_a_report():
     broken = ks.Robot(parse_robot_text(OPEN))
     text = robot_report(broken)
-    assert summary(text)["zero pose"] == "the loops do not close"
+    assert (
+        summary(text)["zero pose"] == "the loops do not close; where all joints are at zero they are open by up to 4.800 m at far"
+    )
     assert summary(text)["mobility"] == "not known"
     assert "limb_1: R(driven) R" in part(text, "Limbs")
     assert "tube ⌀50/40 mm" in " ".join(part(text, "Beams"))
@@ -446,11 +458,29 @@ def test_robot_whose_loops_cannot_close_still_gets_a_report():
 
 def test_robot_as_plain_values():
     found = json.loads(json.dumps(robot_to_dict(robot("2pru_upr")), allow_nan=False))
-    assert (found["platform_freedoms"], found["local_freedoms"], found["redundant_constraints"]) == (3, 0, 3)
+    mobility = found["mobility"]
+    assert (mobility["platform"], mobility["local"], mobility["redundant_constraints"]) == (3, 0, 3)
+    assert mobility["coordinates"] == ["z", "rx", "ry"] and mobility["redundant_drives"] == mobility["unheld"] == 0
+    assert mobility["redundancies"] == [
+        {
+            "count": 3,
+            "limbs": ["limb_1", "limb_2", "limb_3"],
+            "joints": [],
+            "beams": [],
+            "wrenches": ["a force along x", "a couple about z"],
+        }
+    ]
     assert found["drives"] == ["prismatic_1", "prismatic_2", "prismatic_3"]
     weights = robot("2pru_upr").weights.masses(robot("2pru_upr").zero_frames)
     assert found["mass"] == pytest.approx(float(weights.sum()), rel=1e-14)
     assert [limb["word"] for limb in found["limbs"]] == ["P(driven) R U", "P(driven) R U", "U P(driven) R"]
+    assert [limb["like"] for limb in found["limbs"]] == [None, "limb_1", None]
+    chain = found["limbs"][2]["graph"]["chain"]
+    assert [item["type"] for item in chain] == ["joint", "body", "joint", "body", "joint"]
+    assert chain[0]["joints"] == ["universal_3_x", "universal_3_y"] and chain[1]["names"] == ["cylinder_3"]
+    assert (chain[2]["name"], chain[2]["kind"], chain[2]["driven"]) == ("prismatic_3", "prismatic", True)
+    assert found["zero"]["drives"] == {"prismatic_1": 0.0, "prismatic_2": 0.0, "prismatic_3": 0.0}
+    assert (found["beams"][2]["start"], found["beams"][2]["end"]) == ("universal_3", "revolute_3")
     assert found["limbs"][2]["constraint_wrenches"][2] == "couple ⟂ universal_3"
     assert found["beams"][2]["telescopic"] is True and found["beams"][0]["length"] == pytest.approx(0.7)
     assert found["problems"] == [] and found["warnings"] == []

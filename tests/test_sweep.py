@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -305,12 +306,12 @@ def test_a_killed_sweep_goes_on_where_it_was(tmp_path, name, workers):
     robot.write_bytes(robot_path("3rps").read_bytes())
     path, parts = tmp_path / name, tmp_path / f"{name}.parts"
     process = subprocess.Popen([sys.executable, "-c", SCRIPT, str(robot), str(path), str(workers)])
-    while process.poll() is None and len(list(parts.glob("*.npz"))) < 2:
+    while process.poll() is None and len(list(parts.glob("*.block"))) < 2:
         time.sleep(0.002)
     process.send_signal(signal.SIGKILL)
     process.wait()
     time.sleep(0.3)  # its workers see that it is gone
-    finished = sorted(parts.glob("*.npz"))
+    finished = sorted(parts.glob("*.block"))
     assert finished and not path.exists()
     # a mark in a finished block shows whether it is computed once more; a damaged block must be
     marked = read_part(str(finished[0]))
@@ -499,3 +500,20 @@ def test_the_command_refuses_in_one_line(tmp_path, monkeypatch, capsys, line, me
     said = capsys.readouterr().err
     assert message in said and said.count("\n") == 1
     assert not list(tmp_path.iterdir())
+
+
+# ---- the page ----------------------------------------------------------------------------------------------------------
+
+
+def test_the_page_is_true(tmp_path, monkeypatch, capsys):
+    """Every block of Python in docs/workspace.md runs, and what it prints is there."""
+    page = Path(__file__).parent.parent / "docs" / "workspace.md"
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    for block in re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL):
+        exec(compile(block, str(page), "exec"), names)
+    said = capsys.readouterr().out
+    assert "('rod_diameter', 'push', 'z', 'rx', 'component')" in said and "(21, 21, 6)" in said
+    assert (tmp_path / "map.nc").exists()
+    described = set(re.findall(r"`(\w+)`", "".join(re.findall(r"^\| (.*?) \|", page.read_text(encoding="utf-8"), re.MULTILINE))))
+    assert set(names["ds"].data_vars) | {"beam_stress", "beam_euler_ratio", "beam_deflection"} == described

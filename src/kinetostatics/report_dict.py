@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from kinetostatics.configuration import Configuration, Status
+from kinetostatics.report_chains import Body, Chain, Graph, JointStep, Ways
 from kinetostatics.report_facts import RobotFacts, robot_facts
 
 if TYPE_CHECKING:
@@ -42,10 +43,15 @@ RESULT_UNITS = {
 
 ROBOT_UNITS = {
     "general": "SI: m, rad, kg, Pa; null: infinite, not known or not given",
-    "closing_error": "m or rad, scaled, at the zero pose",
+    "mobility": "numbers of freedoms and constraints at generic poses; redundancies: where the redundant constraints are",
+    "zero": "openings where all joints are at zero; drives [m, rad] and closing_error [scaled m or rad] at the closed zero pose",
     "mass": "kg at the zero pose",
+    "graph": "chain from base to platform: bodies, joints, parallel ways, networks; hanging: what hangs on a body",
     "depth": "m, the section's larger side or diameter",
     "shear_areas": "m², null: no shear deformation",
+    "thermal_expansion": "1/K",
+    "elastic_joints": "linear [N/m] along, angular [N·m/rad] about the axes of the joint's frame; drive: its own; null: rigid",
+    "followers": "multiplier times the leader's coordinate plus offset [m, rad]",
 }
 
 RESULT_ARRAYS = ("twist", "stiffness", "compliance", "platform_wrench", "base_wrench", "strain_energy")
@@ -107,7 +113,35 @@ def robot_to_dict(robot: Robot) -> dict[str, Any]:
 
 def facts_to_dict(facts: RobotFacts) -> dict[str, Any]:
     """Return the facts about a robot as plain values."""
-    return {**plain(facts), "units": dict(ROBOT_UNITS)}
+    found: dict[str, Any] = plain(facts)
+    for entry, limb in zip(found["limbs"], facts.limbs, strict=True):
+        entry["graph"] = _graph(limb.graph)
+    for role, weight in (("on_base", facts.on_base), ("on_platform", facts.on_platform)):
+        if weight is not None:
+            found[role]["graph"] = _graph(weight.graph)
+    return {**found, "units": dict(ROBOT_UNITS)}
+
+
+def _graph(graph: Graph) -> dict[str, Any]:
+    hanging = [{"at": item.at, "is_ring": item.is_ring, "chain": _chain(item.chain)} for item in graph.hanging]
+    return {"chain": _chain(graph.chain), "hanging": hanging, "rings": graph.rings}
+
+
+def _chain(chain: Chain) -> list[dict[str, Any]]:
+    """Return a chain as a list of what its ``type`` says."""
+    found: list[dict[str, Any]] = []
+    for item in chain:
+        if isinstance(item, Body):
+            found.append({"type": "body", "names": list(item.names)})
+        elif isinstance(item, JointStep):
+            found.append({"type": "joint", **plain(item)})
+        elif isinstance(item, Ways):
+            ways = [_chain(way) for way in item.ways]
+            found.append({"type": "ways", "start": item.start, "end": item.end, "ways": ways})
+        else:
+            parts = [{"start": part.start, "end": part.end, "chain": _chain(part.chain)} for part in item.stretches]
+            found.append({"type": "network", "start": item.start, "end": item.end, "stretches": parts})
+    return found
 
 
 def result_to_dict(result: Result) -> dict[str, Any]:

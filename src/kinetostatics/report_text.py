@@ -183,3 +183,10 @@ def warning_lines(warnings: Iterable[str]) -> list[str]:
     """Return the closing part of a report: its warnings, or that there are none."""
     lines = [line for warning in warnings for line in wrapped(warning, "! ", WIDTH - 2)]
     return section("Warnings", lines or ["none"])
+
+
+def listing(names: Sequence[str], limit: int = 6) -> str:
+    """Return names in words, ``a, b and c``; of more than ``limit`` the first and the last ones, and how many they are."""
+    if len(names) > limit:
+        return f"{', '.join(names[: limit - 2])}, … {names[-1]} ({len(names)})"
+    return " and ".join(filter(None, (", ".join(names[:-1]), *names[-1:])))

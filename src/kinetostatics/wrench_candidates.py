@@ -150,11 +150,12 @@ def common_point(group: LimbGroup, geometry: LimbGeometry) -> tuple[int, int] | 
 
 
 def central_candidates(f: int, h: int, freedoms: Sequence[Freedom]) -> Iterator[Candidate]:
-    """Yield forces through the point in which all passive axes meet, along two of them and across."""
+    """Yield forces through the point in which all passive axes meet, along two of them and across, and the couple across."""
     names = [freedoms[k].label for k in (f, h)]
     yield Candidate(("axis", f), (f, h), f"force along the axis of {names[0]}")
     yield Candidate(("axis", h), (f, h), f"force along the axis of {names[1]}")
     yield Candidate(("cross", f, h), (f, h), f"force ⟂ {names[0]} and {names[1]} where they meet")
+    yield Candidate(("cross", f, h), None, f"couple ⟂ {names[0]} and {names[1]}")
 
 
 def further_candidates(

@@ -24,7 +24,8 @@ def add_parser(subparsers: Any) -> None:
         NAME,
         usage=f"kinetostatics {NAME} ROBOT [options]",
         help="say what a robot file describes: mobility, limbs, wrenches, beams, warnings",
-        description="Say what a robot file describes: mobility, limbs, constraint wrenches, beams, masses and warnings.",
+        description="Say what a robot file describes: what can move and what is held more than once, every limb from base to "
+        "platform with its constraint wrenches in words, beams, elastic joints, masses, and what looks like a mistake.",
         epilog=EXAMPLES,
     )
     add_robot_arguments(parser)

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from kinetostatics.robot import Robot
 
 Array = NDArray[np.float64]
+Single = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 Index = NDArray[np.intp]
 
@@ -42,22 +43,11 @@ class JointScale:
         lengths = np.array([unit == "m" for unit in units], dtype=bool)
         return cls(np.where(lengths, 1 / robot.length, 1.0), np.array([unit == "rad" for unit in units], dtype=bool))
 
-    def gap(self, first: Array, second: Array) -> Array:
-        """Return the scaled differences (…, nq) of two poses (…, nq) [rad]; NaN where there is none."""
-        gap = second - first
-        gap *= self.weights
-        if np.any(self.angles) and np.any(np.abs(gap[..., self.angles]) > np.pi):
-            gap = np.where(self.angles, gap - 2 * np.pi * np.round(gap / (2 * np.pi)), gap)
-        return gap
-
     def difference(self, first: Array, second: Array) -> Array:
         """Return the largest scaled difference (…) of two poses (…, nq) [rad]; NaN where there is none."""
-        return largest(self.gap(first, second))
-
-
-def largest(gap: Array) -> Array:
-    """Return the largest magnitude (…) of differences (…, nq)."""
-    return np.asarray(np.abs(gap).max(axis=-1)) if gap.shape[-1] else np.zeros(gap.shape[:-1])
+        gap = (second - first) * self.weights
+        gap = np.abs(np.where(self.angles, gap - 2 * np.pi * np.round(gap / (2 * np.pi)), gap))
+        return np.asarray(gap.max(axis=-1)) if gap.shape[-1] else np.zeros(gap.shape[:-1])
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,29 +79,33 @@ def suspect_edges(q: Array, reached: Mask, scale: JointScale) -> Edges:
         reached: (…grid).
         scale: of differences.
     """
+    # joints first, because a maximum over the last axis is slow; in single precision, which is enough to suspect
+    joints = np.ascontiguousarray(np.moveaxis(q, -1, 0), dtype=np.float32)
     numbers = np.arange(reached.size).reshape(reached.shape)
-    firsts, seconds = [], []
+    firsts, seconds = [np.zeros(0, dtype=np.intp)], [np.zeros(0, dtype=np.intp)]
     for axis, lower, upper in neighbours(reached.shape):
         both = np.moveaxis(reached[lower] & reached[upper], axis, 0)
-        if not np.any(both):
-            continue
-        gap = np.moveaxis(scale.gap(q[lower], q[upper]), axis, 0)
-        found = np.moveaxis(_suspect(gap, both), 0, axis)
-        firsts.append(numbers[lower][found])
-        seconds.append(numbers[upper][found])
-    none = np.zeros(0, dtype=np.intp)
-    return Edges(np.concatenate([none, *firsts]), np.concatenate([none, *seconds]))
+        if np.any(both):
+            found = np.moveaxis(_suspect(np.moveaxis(joints, axis + 1, 1), both, scale), 0, axis)
+            firsts.append(numbers[lower][found])
+            seconds.append(numbers[upper][found])
+    return Edges(np.concatenate(firsts), np.concatenate(seconds))
 
 
-def _suspect(gap: Array, both: Mask) -> Mask:
-    """Return which steps (n, …, nq) along the first axis are suspect; ``both`` (n, …) tells where there are any."""
-    step = largest(gap)
+def _suspect(joints: Single, both: Mask, scale: JointScale) -> Mask:
+    """Return which steps (n − 1, …) of joints (nq, n, …) along the first axis are suspect; ``both`` tells where there are any."""
+    step = np.zeros(both.shape, dtype=np.float32)
+    turn = np.zeros((both.shape[0] - 1, *both.shape[1:]), dtype=np.float32)  # how much a step differs from the next
+    for row, weight, circular in zip(joints, scale.weights, scale.angles, strict=True):
+        gap = (row[1:] - row[:-1]) * np.float32(weight)
+        if circular:
+            gap[gap > np.pi] -= 2 * np.pi
+            gap[gap < -np.pi] += 2 * np.pi
+        np.fmax(step, np.abs(gap), out=step)
+        np.fmax(turn, np.abs(gap[1:] - gap[:-1]), out=turn)
     usual = float(np.median(step[both]))
-    # how much a step differs from the next, and the smaller of the two
-    turn = largest(gap[1:] - gap[:-1])
     pair = both[1:] & both[:-1]
-    allowed = BESIDE * np.minimum(step[1:], step[:-1]) + USUAL * usual
-    odd = np.where(pair, turn > allowed, True)
+    odd = ~pair | (turn > BESIDE * np.minimum(step[1:], step[:-1]) + USUAL * usual)
     suspect = both & (step > SAME)
     suspect[1:] &= odd
     suspect[:-1] &= odd

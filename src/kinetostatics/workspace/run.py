@@ -23,7 +23,7 @@ from kinetostatics.workspace.planning import need, read_plan, try_plan
 from kinetostatics.workspace.schema import ZERO_MODE, Labels, check_names, labels_of, template
 from kinetostatics.workspace.storage import Storage, open_map, store_of
 from kinetostatics.workspace.targets import Memory, NetCDF, Target, Zarr, patch, write_block
-from kinetostatics.workspace.tasks import BlockTask, FinishTask, Task, perform
+from kinetostatics.workspace.tasks import BlockTask, FinishTask, Task, perform, read_part
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from kinetostatics.description import RobotDescription
 
 #: Poses of a block, at most; with beams, whose numbers are many, fewer.
-BLOCK, BLOCK_WITH_BEAMS = 8000, 2000
+BLOCK, BLOCK_WITH_BEAMS = 32_000, 2000
 #: Blocks that every worker should have, so that none waits long for the last.
 SHARE = 4
 #: A smaller sweep is done before other processes have started.
@@ -165,21 +165,22 @@ class _Run:
 
     def on_disk(self, storage: Storage, progress: bool | None) -> None:
         """Compute what is not there yet, and store the whole."""
-        everything = list(storage.blocks())
-        missing = [(path, block) for path, block, finished in everything if not finished]
         with ExitStack() as stack:
-            crew = self._crew(stack, len(missing))
             bar = stack.enter_context(_Bar(progress, self.plan.size))
-            bar.advance(self.plan.size - sum(_count(block) for _, block in missing), before=True)
-            while True:
-                for number, _ in self._perform(crew, [BlockTask(block, path) for path, block in missing]):
-                    bar.advance(_count(missing[number][1]))
-                target, missing = storage.gather(self.template, self.labels)
-                if not missing:
-                    break
-                for path, _ in missing:
-                    os.remove(path)
-                target.close({})
+            target = storage.open(self.template)
+            missing = []
+            for path, block, finished in storage.blocks():
+                numbers = read_part(path) if finished else None
+                if numbers is None:
+                    missing.append((path, block))
+                    continue
+                write_block(target, self.plan, self.labels, block, numbers)
+                bar.advance(_count(block), before=True)
+            crew = self._crew(stack, len(missing))
+            for number, numbers in self._perform(crew, [BlockTask(block, path) for path, block in missing]):
+                path, block = missing[number]
+                write_block(target, self.plan, self.labels, block, numbers or read_part(path) or {})
+                bar.advance(_count(block))
             self._finish(crew, target)
             target.close(self.attributes)
             storage.publish()
@@ -276,6 +277,6 @@ class _Bar:
     def advance(self, count: int, before: bool = False) -> None:
         """Say that more poses are done; ``before``: they had been done before."""
         if self._bar is not None:
-            if before:
-                self._bar.initial = count
+            if before:  # does not count for the speed
+                self._bar.initial += count
             self._bar.update(count)

@@ -5,16 +5,13 @@ from __future__ import annotations
 import json
 import os
 import shutil
-import zipfile
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.workspace.grid import Block, cut
 from kinetostatics.workspace.plan import Plan, plain
-from kinetostatics.workspace.schema import Labels
-from kinetostatics.workspace.targets import STORES, NetCDF, Target, Zarr, write_block
-from kinetostatics.workspace.tasks import read_part
+from kinetostatics.workspace.targets import STORES, NetCDF, Zarr
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -135,24 +132,14 @@ class Storage:
         """Yield the file of each block, the block, and whether it is finished."""
         there = set(os.listdir(self.folder))
         for number, block in enumerate(cut(self.plan.shape, self.sizes)):
-            name = f"{number:08d}.npz"
+            name = f"{number:08d}.block"
             yield os.path.join(self.folder, name), block, name in there
 
-    def gather(self, template: xr.Dataset, labels: Labels) -> tuple[NetCDF | Zarr, list[tuple[str, Block]]]:
-        """Write all finished blocks into one store, and return it, and the blocks whose files turn out to be damaged."""
-        unfinished = self._unfinished
-        _remove(unfinished)
+    def open(self, template: xr.Dataset) -> NetCDF | Zarr:
+        """Return an empty store for the whole map, which :meth:`publish` moves to its place."""
+        _remove(self._unfinished)
         sizes = {axis.name: size for axis, size in zip(self.plan.axes, self.sizes, strict=True)}
-        target = self.store(unfinished, template, sizes)
-        damaged = []
-        for path, block, _ in self.blocks():
-            try:
-                numbers = read_part(path)
-            except (OSError, ValueError, KeyError, zipfile.BadZipFile):
-                damaged.append((path, block))
-                continue
-            write_block(_as_target(target), self.plan, labels, block, numbers)
-        return target, damaged
+        return self.store(self._unfinished, template, sizes)
 
     @property
     def _unfinished(self) -> str:
@@ -164,10 +151,6 @@ class Storage:
             shutil.rmtree(self.path)
         os.replace(self._unfinished, self.path)
         shutil.rmtree(self.folder, ignore_errors=True)
-
-
-def _as_target(target: NetCDF | Zarr) -> Target:
-    return target
 
 
 def _remove(path: str) -> None:

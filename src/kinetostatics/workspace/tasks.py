@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,7 +19,7 @@ from kinetostatics.workspace.schema import Labels
 
 @dataclass(frozen=True)
 class BlockTask:
-    """Compute a block; ``path``: write it to a file instead of returning it."""
+    """Compute a block; ``path``: and write it to a file."""
 
     block: Block
     path: str | None = None
@@ -38,28 +39,42 @@ class FinishTask:
 Task = BlockTask | FinishTask
 
 
-def perform(plan: Plan, labels: Labels, task: Task) -> dict[str, NDArray[Any]] | Finished | None:
+def perform(plan: Plan, labels: Labels, task: Task) -> dict[str, NDArray[Any]] | Finished:
     """Do a piece of work and return what comes of it."""
     if isinstance(task, FinishTask):
         return finish(plan, labels, task.combination, task.cases, task.region, task.q, task.reached)
     numbers = compute_block(plan, labels, task.block)
-    if task.path is None:
-        return numbers
-    write_part(task.path, numbers)
-    return None
+    if task.path is not None:
+        write_part(task.path, numbers)
+    return numbers
 
 
-def write_part(path: str, numbers: dict[str, NDArray[Any]]) -> None:
-    """Write a block to a file that is there as a whole or not at all, whatever happens meanwhile."""
+def write_part(path: str, numbers: Mapping[str, NDArray[Any]]) -> None:
+    """Write a block to a file that is there as a whole or not at all, whatever happens to this process."""
     unfinished = f"{path}.{os.getpid()}.tmp"
+    arrays = [np.asarray(array, order="C") for array in numbers.values()]
     with open(unfinished, "wb") as file:
-        np.savez(file, **numbers)  # type: ignore[arg-type]
-        file.flush()
-        os.fsync(file.fileno())
+        for array in (np.array(list(numbers)), *arrays, _checksum(arrays)):
+            np.save(file, array, allow_pickle=False)
     os.replace(unfinished, path)
 
 
-def read_part(path: str) -> dict[str, NDArray[Any]]:
-    """Return the block of a file."""
-    with np.load(path, allow_pickle=False) as stored:
-        return {name: stored[name] for name in stored.files}
+def read_part(path: str) -> dict[str, NDArray[Any]] | None:
+    """Return the block of a file, None if it is not whole: after a power failure, say."""
+    try:
+        with open(path, "rb") as file:
+            names = np.load(file, allow_pickle=False)
+            arrays = [np.load(file, allow_pickle=False) for _ in names]
+            if np.load(file, allow_pickle=False) != _checksum(arrays):
+                return None
+    except (OSError, ValueError, EOFError):
+        return None
+    return dict(zip(names.tolist(), arrays, strict=True))
+
+
+def _checksum(arrays: Sequence[NDArray[Any]]) -> NDArray[np.uint64]:
+    """Return the sum of all numbers, taken as integers."""
+    total = np.zeros((), dtype=np.uint64)
+    for array in arrays:
+        total += array.reshape(-1).view(f"u{array.itemsize}").sum(dtype=np.uint64)
+    return total

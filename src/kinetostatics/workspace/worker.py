@@ -25,7 +25,8 @@ def main() -> None:
             task = receive(stdin)
             reply: tuple[str, Any]
             try:
-                reply = "done", perform(plan, labels, task)
+                found = perform(plan, labels, task)
+                reply = "done", None if getattr(task, "path", None) is not None else found
             except KinetostaticsError as error:
                 reply = "failed", (type(error).__name__, str(error))
             except OSError as error:
