@@ -201,7 +201,6 @@ PENDULUM = (
 )
 
 
-@pytest.mark.xfail(reason="equilibrium.free_twists and report_facts.robot_facts want a limb", strict=True)
 @pytest.mark.parametrize("more", ["", PENDULUM])
 def test_check_explains_robots_without_limbs(more, tmp_path):
     file = tmp_path / "drone.urdf"
