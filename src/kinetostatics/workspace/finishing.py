@@ -248,7 +248,7 @@ class _Look(Poses):
             random = np.random.default_rng(4)
             starts = open_starts(self.robot, self.units, count, seed=5)
             if self.plan.kind == "platform":
-                starts = np.concatenate([starts, closed_starts(self.robot, count)])
+                starts = np.concatenate([starts, closed_starts(self.robot, count, self.plan.tolerance)])
             targets = random.choice(left, len(starts))
             ends, arrived = self.follow(starts, self.at(targets))
             self.set(targets[arrived], ends[arrived], OTHER_MODE)
