@@ -9,11 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 import small_robots as small
+from hybrid_robots import random_hybrid
+from mechanisms import random_cuts, write_mechanism
 
 import kinetostatics as ks
 from kinetostatics.report import result_report, result_to_dict, robot_report, robot_to_dict
+from kinetostatics.report_chains import bodies_of, joints_of
 from kinetostatics.report_facts import robot_facts
 from kinetostatics.report_parts import section_words
+from kinetostatics.report_robot import facts_report
 from kinetostatics.report_text import ANGLES, FORCES, LENGTHS, Magnitudes, Scale, quantity, table, wide_table
 from kinetostatics.robot_file import parse_robot_text
 from kinetostatics.sections import Rectangle, RectangularTube, Section, Tube
@@ -494,3 +498,31 @@ def test_reports_of_random_robots_can_be_written(seed):
     result = ks.analyze(robot.assemble(), on_failure="nan")
     assert result_report(result)
     json.dumps(result.to_dict(), allow_nan=False)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 9, 13, 22])
+def test_hybrid_limbs_of_any_shape_are_explained(seed):
+    """Frames, rings, braces and what hangs: every joint stands in a chain once, and all that is redundant has a place."""
+    mechanism = random_hybrid(seed)
+    one = write_mechanism(mechanism, cuts=random_cuts(mechanism, np.random.default_rng(seed))).robot()
+    facts = robot_facts(one)
+    assert facts_report(facts)
+    assert sum(item.count for item in facts.mobility.redundancies) == one.mobility.redundant_constraints
+    assert sum(item.count for item in facts.mobility.local_freedoms) == one.mobility.local
+    assert len(facts.mobility.coordinates) == one.mobility.platform
+    for found, limb in zip(facts.limbs, one.topology.limbs, strict=True):
+        chains = [found.graph.chain, *(item.chain for item in found.graph.hanging)]
+        shown = [joint for chain in chains for step in joints_of(chain) for joint in step.joints]
+        moving = {edge.joint for edge in (*limb.edges, *limb.branches) if edge.joint and _moves(one, edge.joint)}
+        assert len(shown) == len(set(shown)) and moving <= set(shown)
+        assert {edge.beam for edge in limb.edges if edge.beam} <= {name for chain in chains for name in bodies_of(chain)}
+        assert found.graph.rings == len(limb.to_platform) - 1
+        assert len(set(found.constraint_wrenches)) == len(found.constraint_wrenches)
+    for item in facts.mobility.redundancies:
+        inside = [limb for limb in one.all_limbs if item.limbs == (limb.name,)]
+        for limb in inside:
+            assert set(item.joints) <= {edge.joint for edge in limb.edges}
+
+
+def _moves(one, joint):
+    return one.mechanism.connections[joint].kind != "fixed"

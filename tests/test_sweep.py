@@ -336,6 +336,13 @@ def test_a_killed_sweep_goes_on_where_it_was(tmp_path, name, workers):
     assert not parts.exists()
 
 
+def test_the_bar_counts_poses(robot, tmp_path, capsys):
+    ks.sweep(robot, GRID, progress=True)
+    assert "60.0/60.0" in capsys.readouterr().err
+    ks.sweep(robot, GRID)
+    assert capsys.readouterr().err == ""
+
+
 # ---- other processes ---------------------------------------------------------------------------------------------------
 
 

@@ -218,3 +218,36 @@ def test_connected_parts():
 def test_nothing_is_reached_where_nothing_can_be():
     ds = ks.sweep("five_bar", {"x": np.linspace(2, 3, 5), "y": np.linspace(0, 1, 4)})
     assert np.all(ds["mode"] == NO_MODE) and np.all(ds["status"] == ks.Status.UNREACHABLE) and np.all(np.isnan(ds["twist"]))
+
+
+def within_reach(x, y, arm=0.46):
+    X, Y = np.meshgrid(x, y, indexing="ij")
+    return np.maximum(np.hypot(X + 0.1375, Y), np.hypot(X - 0.1375, Y)) < arm
+
+
+def test_robots_are_looked_at_one_by_one_in_other_processes_too(monkeypatch):
+    monkeypatch.setattr("kinetostatics.workspace.run.BLOCK", 300)
+    x, y = np.linspace(-0.6, 0.6, 25), np.linspace(-0.3, 0.6, 19)
+    lengths = [0.20, 0.23]
+    ds = ks.sweep("five_bar", {"x": x, "y": y}, parameters={"proximal_length": lengths, "distal_length": 0.23}, workers=2)
+    assert ds.attrs["mode_jumps"] == 0
+    for length in lengths:
+        mode = ds["mode"].sel(proximal_length=length).values
+        hole = 0.23 - length + 1e-9  # an arm of unequal parts cannot fold to nothing
+        X, Y = np.meshgrid(x, y, indexing="ij")
+        open_ = np.minimum(np.hypot(X + 0.1375, Y), np.hypot(X - 0.1375, Y)) > hole
+        np.testing.assert_array_equal(mode == ZERO_MODE, within_reach(x, y, 0.23 + length) & open_)
+
+
+def test_a_large_map_is_looked_at_in_pieces(monkeypatch):
+    """A piece knows less, so that a pose beside a singular one may be given up; none is in the wrong mode."""
+    robot = five_bar()
+    x, y = np.linspace(-0.6, 0.6, 41), np.linspace(-0.3, 0.6, 31)
+    monkeypatch.setattr("kinetostatics.workspace.run.REGION", 7 * len(y) * 4)
+    ds = ks.sweep(robot, {"x": x, "y": y})
+    assert ds.attrs["mode_jumps"] == 0
+    reached, within = ds["mode"].values == ZERO_MODE, within_reach(x, y)
+    assert not np.any(reached & ~within) and np.sum(within & ~reached) <= 4
+    zero, found = bends(robot, robot.assemble().q), bends(robot, ds["q"].values[reached])
+    for k in (0, 1):
+        assert np.all(np.sign(found[k]) == np.sign(zero[k]))

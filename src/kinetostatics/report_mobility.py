@@ -210,22 +210,28 @@ def _kind(motions: Motions, links: tuple[str, ...], moving: list[int], table: Ar
     if abs(float(axis @ linear)) > 1e-6 * robot.length * rate:
         return "move", None
     foot = motions.o + np.cross(angular, linear) / rate**2
+    hinge = _joint_along(motions, links, axis, foot)
+    if hinge is not None:
+        return "turn", hinge
     along = []
     for link, (body, _) in robot.mechanism.body_of.items():
         for connection in robot.mechanism.at_link[link] if body in alike else ():
             point = motions.frames.points(np.array([body]), connection.centre_on(link)[:, None])[:, 0, 0]
             if float(np.linalg.norm(np.cross(point - foot, axis))) < 1e-6 * robot.length:
                 along.append(float(axis @ (point - foot)))
-    if along and max(along) - min(along) > 1e-6 * robot.length:
-        return "spin", None
-    return "turn", _joint_along(motions, links, axis, foot)
+    return "spin" if along and max(along) - min(along) > 1e-6 * robot.length else "turn", None
 
 
 def _joint_along(motions: Motions, links: tuple[str, ...], axis: Array, foot: Array | None) -> str | None:
-    """Return the joint of some links that slides along ``axis``, or that turns about it through ``foot``."""
+    """Return the joint of some links that slides along ``axis``, or that turns about it through ``foot``.
+
+    A hinge inside a universal or spherical joint is none.
+    """
     robot = motions.robot
+    units = [unit for group in robot.limb_groups for row in group.units for unit in row]
+    inside = {name for unit in units if len(unit.joints) > 1 for name in unit.joints}
     for connection in robot.mechanism.connections.values():
-        if not {connection.predecessor, connection.successor} & set(links):
+        if not {connection.predecessor, connection.successor} & set(links) or connection.name in inside:
             continue
         if connection.kind not in (ROTATING if foot is not None else ("prismatic",)):
             continue

@@ -141,6 +141,8 @@ class _SelfStress:
     def between(self) -> list[tuple[int, list[int]]]:
         """Return how many self-stresses there are between which limbs."""
         felt = self.felt
+        if not len(felt):
+            return []
         flat = felt.reshape(-1, felt.shape[2])
         reduced = (flat @ eliminated(flat)).reshape(*felt.shape[:2], -1)
         loaded = np.max(np.abs(reduced), axis=1, initial=0.0) > NOTHING

@@ -14,10 +14,7 @@ from kinetostatics.report_redundancy import Redundancy
 from kinetostatics.report_text import (
     MASSES,
     MISSING,
-    STIFFNESSES,
-    TURNING_STIFFNESSES,
     Scale,
-    Units,
     listing,
     quantity,
     section,
@@ -126,7 +123,8 @@ def _redundancy(facts: RobotFacts, mobility: MobilityFacts) -> list[str]:
     if mobility.redundant_drives:
         drives, more = len(facts.drives), "more " * bool(count)
         held = drives - mobility.redundant_drives
-        lines.append(f"{mobility.redundant_drives} {more}with the drives locked: {drives} drives hold {held} freedoms")
+        freedoms = f"{held} freedom{'s' * (held != 1)}"
+        lines.append(f"{mobility.redundant_drives} {more}with the drives locked: {drives} drives hold {freedoms}")
     if count or mobility.redundant_drives:
         lines.append("errors of lengths, angles and temperature lock in forces: see kinetostatics tolerances")
     return lines
@@ -241,7 +239,7 @@ def _legend(limbs: list[LimbFacts]) -> list[str]:
             "(else a world axis) made square to z, x = y × z"
         )
     if "complementary" in labels:
-        lines += wrapped("complementary wrenches: forces with a moment about themselves, where nothing plainer fits")
+        lines += wrapped("complementary wrenches: what is left where nothing plainer fits")
     return lines
 
 
@@ -284,32 +282,24 @@ def _beams(facts: RobotFacts) -> list[str]:
 
 
 def _elastic_joints(joints: Sequence[ElasticJointFacts]) -> list[str]:
-    sliding = _scale([v for item in joints for v in item.linear] + _drive_values(joints, True), STIFFNESSES)
-    turning = _scale([v for item in joints for v in item.angular] + _drive_values(joints, False), TURNING_STIFFNESSES)
     has_linear = not all(isinf(v) for item in joints for v in item.linear)
     has_angular = not all(isinf(v) for item in joints for v in item.angular)
     header = ["joint"]
-    header += [f"x [{sliding.unit}]", "y", "z"] if has_linear else []
-    header += [f"rx [{turning.unit}]", "ry", "rz"] if has_angular else []
+    header += ["x [N/µm]", "y", "z"] if has_linear else []
+    header += ["rx [N·m/mrad]", "ry", "rz"] if has_angular else []
     rows: dict[tuple[str, ...], list[str]] = {}
     for item in joints:
-        drive = sliding if item.kind == "prismatic" else turning
-        row = [*(_three(item.linear, sliding) if has_linear else ()), *(_three(item.angular, turning) if has_angular else ())]
-        row.append("" if item.drive is None else drive.with_unit(item.drive))
+        row = [_stiffness(value, 1e6) for value in item.linear] if has_linear else []
+        row += [_stiffness(value, 1e3) for value in item.angular] if has_angular else []
+        slides = item.kind == "prismatic"
+        unit = "N/µm" if slides else "N·m/mrad"
+        row.append("" if item.drive is None else f"{_stiffness(item.drive, 1e6 if slides else 1e3)} {unit}")
         rows.setdefault(tuple(row), []).append(item.joint)
     return table([*header, "drive"], [(listing(names, 4), *row) for row, names in rows.items()])
 
 
-def _drive_values(joints: Sequence[ElasticJointFacts], slides: bool) -> list[float]:
-    return [item.drive for item in joints if item.drive is not None and (item.kind == "prismatic") == slides]
-
-
-def _scale(values: Sequence[float], units: Units) -> Scale:
-    return Scale.of([value for value in values if not isinf(value)], units, digits=4)
-
-
-def _three(values: Sequence[float], scale: Scale) -> tuple[str, ...]:
-    return tuple("rigid" if isinf(value) else scale(value) for value in values)
+def _stiffness(value: float, unit: float) -> str:
+    return "rigid" if isinf(value) else f"{value / unit:.4g}"
 
 
 def _follower(item: FollowerFacts) -> str:

@@ -66,7 +66,7 @@ def _closing(robot: Robot, facts: RobotFacts) -> Iterable[str]:
             "probably rounded; write them with full precision, as ${pi/2} in xacro, or assemble with a larger tolerance"
         )
     metres, radians = zero.widest("m"), zero.widest("rad")
-    moved = [f"{name} at {value:.4g}" for name, value in (zero.drives or {}).items() if abs(value) > 1e-9]
+    moved = [f"{name} at {_coordinate(robot, name, v)}" for name, v in (zero.drives or {}).items() if abs(v) > 1e-9]
     if metres[0] > FAR * robot.length or radians[0] > FAR:
         yield (
             f"where all joints are at zero the loops are far from closed: {zero_openings(facts)}. They are closed from there, "
@@ -75,20 +75,25 @@ def _closing(robot: Robot, facts: RobotFacts) -> Iterable[str]:
         )
     if moved:
         yield (
-            f"the loops do not close with the drives at zero: the zero pose, from which all others are reached, has "
-            f"{listing(moved)} (m or rad)"
+            "the loops do not close with the drives at zero: the zero pose, from which all others are reached, has "
+            f"{listing(moved)}"
         )
+
+
+def _coordinate(robot: Robot, joint: str, value: float) -> str:
+    """Write a joint's coordinate [m, rad] in mm or degrees."""
+    slides = robot.mechanism.connections[joint].kind == "prismatic"
+    return f"{1e3 * value:.4g} mm" if slides else f"{np.degrees(value):.4g}°"
 
 
 def zero_openings(facts: RobotFacts) -> str:
     """Say how far the loops are open where all joints are at zero."""
     (metres, where), (radians, turned) = facts.zero.widest("m"), facts.zero.widest("rad")
-    parts = []
-    if metres > 1e-9 or radians <= 1e-9:
-        parts.append(f"{quantity(metres, LENGTHS, digits=4)} at {where}")
-    if radians > 1e-9:
-        parts.append(f"{np.degrees(radians):.4g}° at {turned}")
-    return "open by up to " + " and ".join(parts)
+    length, angle = quantity(metres, LENGTHS, digits=4), f"{np.degrees(radians):.4g}°"
+    if metres > 1e-9 and radians > 1e-9:
+        between = "" if where == turned else f" at {where}"
+        return f"open by up to {length}{between} and {angle} at {turned}"
+    return f"open by up to {angle} at {turned}" if radians > 1e-9 else f"open by up to {length} at {where}"
 
 
 def _limits(robot: Robot, facts: RobotFacts) -> Iterable[str]:
@@ -98,7 +103,7 @@ def _limits(robot: Robot, facts: RobotFacts) -> Iterable[str]:
         pose = robot.configuration(robot.model_q(robot.zero_poses)[:, 0], tolerance=1e-9 + 1e3 * robot.closing_error)
     except KinetostaticsError:  # said elsewhere
         return
-    beyond = [f"{name} ({float(item.value):.4g})" for name, item in pose.limits_exceeded.items()]
+    beyond = [f"{name} ({_coordinate(robot, name, float(item.value))})" for name, item in pose.limits_exceeded.items()]
     if beyond:
         yield f"at the zero pose {listing(beyond)} {'are beyond their' if beyond[1:] else 'is beyond its'} limits"
 
@@ -258,13 +263,13 @@ def _elastic_joints(robot: Robot, facts: RobotFacts) -> Iterable[str]:
         for words, value, unit, turns in _held(robot, joint):
             force = weight * robot.length if turns else weight
             if value > RIGID:
-                yield f"the stiffness of {joint.joint} {words} is {value:.3g} {unit}, more than anything is; write inf for rigid"
+                yield f"{words} is {value:.3g} {unit}, more than anything is; write inf for rigid"
             elif force / value > GIVES[turns]:
                 gives = f"{np.degrees(force / value):.3g}°" if turns else quantity(force / value, LENGTHS, digits=3)
                 lever = f" at a distance of {quantity(robot.length, LENGTHS, digits=3)}" if turns else ""
                 yield (
-                    f"the stiffness of {joint.joint} {words} is {value:.3g} {unit}: the robot's own weight of {weight:.4g} N"
-                    f"{lever} would move it by {gives}; stiffnesses are in {unit}"
+                    f"{words} is {value:.3g} {unit}: the robot's own weight of {weight:.4g} N{lever} would move it by {gives}; "
+                    f"stiffnesses are in {unit}"
                 )
 
 
@@ -275,10 +280,10 @@ def _held(robot: Robot, joint: ElasticJointFacts) -> Iterable[tuple[str, float, 
     for turns, (values, unit) in enumerate(((joint.linear, "N/m"), (joint.angular, "N·m/rad"))):
         for axis, value in zip("xyz", values, strict=True):
             if not isinf(value) and (turns, axis) not in free:
-                yield f"{'about' if turns else 'along'} {axis}", value, unit, turns
+                yield f"the stiffness of {joint.joint} {'about' if turns else 'along'} {axis}", value, unit, turns
     if joint.drive is not None:
         slides = joint.kind == "prismatic"
-        yield "of its drive", joint.drive, "N/m" if slides else "N·m/rad", int(not slides)
+        yield f"the stiffness of the drive of {joint.joint}", joint.drive, "N/m" if slides else "N·m/rad", int(not slides)
 
 
 def _free_axes(joint: Connection) -> set[tuple[int, str]]:

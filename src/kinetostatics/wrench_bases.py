@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -202,11 +202,17 @@ def _choose(
             power = np.einsum("kin,kn->in", reciprocal_to, column)
             reciprocal = np.all(np.isfinite(column)) and float(np.abs(power).max(initial=0.0)) < allowed
             if reciprocal and _smallest_singular_value([*taken, column]) > 1e-3:
-                chosen.append(candidate)
+                chosen.append(_told_apart(candidate, chosen))
                 taken.append(column)
     seeds = (_seeds(geometry, group.robot.length) * scale[:, None])[:, :, 0]
     spanned = [independent[:, k] for k in range(independent.shape[1])]
     return (*chosen, *_rest(spanned + taken, seeds, count - len(chosen)))
+
+
+def _told_apart(candidate: Candidate, others: list[Candidate]) -> Candidate:
+    """Return a candidate with a label that none of the others has."""
+    same = sum(other.label == candidate.label or other.label.startswith(f"{candidate.label} (") for other in others)
+    return replace(candidate, label=f"{candidate.label} ({same + 1})") if same else candidate
 
 
 def _scale(group: LimbGroup) -> Array:

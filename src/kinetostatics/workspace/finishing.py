@@ -137,12 +137,12 @@ class _Look(Poses):
         if not len(suspects):
             return 0
         same, elsewhere = self.examine(suspects)
+        codes = suspects.first * self.mode.size + suspects.second
+        self.sound = np.concatenate([self.sound, codes[same]])
         if np.all(same):
             return 0
         size = self.mode.size
         everything = grid_edges((self.mode == ZERO_MODE).reshape(self.shape))
-        codes = suspects.first * size + suspects.second
-        self.sound = np.concatenate([self.sound, codes[same]])
         whole = ~np.isin(everything.first * size + everything.second, codes[~same])
         parts = connected_parts(size, Edges(everything.first[whole], everything.second[whole]))
         reached = np.flatnonzero(self.mode == ZERO_MODE)
@@ -215,16 +215,23 @@ class _Look(Poses):
             self._source[targets[arrived]] = starts[arrived]
 
     def _ring(self, mode: int, tried: Mask) -> tuple[Index, Index, Index]:
-        """Return poses beside those in a mode, for each a neighbour in it, and which of its neighbours that is."""
+        """Return poses beside those in a mode, for each a neighbour in it, and which of its neighbours that is.
+
+        A pose that could not be reached from one of its neighbours is tried again only from those that have been reached since.
+        """
         numbers = np.arange(self.mode.size).reshape(self.shape)
         start = np.full(self.mode.size, -1, dtype=np.intp)
         way = np.zeros(self.mode.size, dtype=np.intp)
         # poses in another mode are tried for the zero mode too
         wanted = self.mode == NO_MODE if mode == OTHER_MODE else self.mode != ZERO_MODE
+        again = np.any(tried, axis=0)
+        again &= ~self.retracted
+        new = self._source >= 0
         for axis, lower, upper in neighbours(self.shape):
             for side, (to, by) in enumerate(((upper, lower), (lower, upper))):
                 target, source, k = numbers[to].ravel(), numbers[by].ravel(), 2 * axis + side
                 fit = wanted[target] & (self.mode[source] == mode) & ~tried[k, target] & (start[target] < 0)
+                fit &= new[source] | ~again[target]
                 start[target[fit]], way[target[fit]] = source[fit], k
         targets = np.flatnonzero(start >= 0)
         return targets, start[targets], way[targets]
@@ -241,7 +248,7 @@ class _Look(Poses):
             random = np.random.default_rng(4)
             starts = open_starts(self.robot, self.units, count, seed=5)
             if self.plan.kind == "platform":
-                starts = np.concatenate([starts, closed_starts(self.robot, count)])
+                starts = np.concatenate([starts, closed_starts(self.robot, count, self.plan.tolerance)])
             targets = random.choice(left, len(starts))
             ends, arrived = self.follow(starts, self.at(targets))
             self.set(targets[arrived], ends[arrived], OTHER_MODE)

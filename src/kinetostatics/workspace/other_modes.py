@@ -39,11 +39,16 @@ def open_starts(robot: Robot, units: Sequence[str], count: int, seed: int = 1) -
     return np.asarray(q)
 
 
-def closed_starts(robot: Robot, count: int) -> Array:
+def closed_starts(robot: Robot, count: int, tolerance: float) -> Array:
     """Return model coordinates (n, nq) of poses at random drive coordinates, those that exist: n may be 0.
 
     Moving the drives leads through poses at which a limb is stretched or folded, and so to poses that straight lines of the
     platform do not reach.
+
+    Args:
+        robot: the robot.
+        count: how many are tried.
+        tolerance: how far loops may stay open [m, rad].
     """
     random = np.random.default_rng(2)
     zero = robot.configuration(robot.model_q(robot.zero_poses)[:, 0], tolerance=np.inf).actuators
@@ -56,7 +61,7 @@ def closed_starts(robot: Robot, count: int) -> Array:
     if not values:
         return none
     try:
-        found = robot.assemble(actuators=values, on_failure="nan")
+        found = robot.assemble(actuators=values, tolerance=tolerance, on_failure="nan")
     except KinetostaticsError:  # the drives do not determine the pose
         return none
     return found.q[found.status != Status.UNREACHABLE]

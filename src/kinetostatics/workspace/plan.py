@@ -180,6 +180,8 @@ class Plan:
             **self.arguments,
             **grid,
             "robot": self.source.text,
+            # robots with other parameters than the first may need what it does not
+            "robot's files": {} if self.source.description is not None else dict(self.source.files),
             "order of dimensions": [axis.name for axis in self.axes],
             **{f"version of {name}": version for name, version in self.versions.items()},
         }

@@ -118,8 +118,9 @@ class Storage:
         facts = json.loads(json.dumps(plain(self.plan.facts)))
         differ = sorted(key for key in {*facts, *known} if facts.get(key) != known.get(key))
         if differ or not good:
-            named = {"robot": "robot, or its file has changed"}
-            what = ", with another " + ", ".join(named.get(key, key) for key in differ) if differ else ", which cannot be read"
+            robot = "robot, or its file has changed"
+            named = dict.fromkeys(robot if key in ("robot", "robot's files") else key for key in differ)
+            what = ", with another " + ", ".join(named) if differ else ", which cannot be read"
             raise ArgumentError(
                 f"{self.folder} holds the finished blocks of another sweep{what}; give its arguments to go on with it, choose "
                 "another name, or begin anew (restart=True, --restart)"
