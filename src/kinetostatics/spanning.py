@@ -16,8 +16,8 @@ from kinetostatics.rigid_pieces import Piece, PieceEdge
 
 #: Networks with random resistances that are compared.
 _SAMPLES = 40
-#: Steps of the search for a way that passes an edge back.
-_STEPS = 400
+#: Steps of the search for a way that passes an edge back, and edges of the largest limb that is searched.
+_STEPS, _SEARCHED = 400, 120
 #: Part of the whole current below which an edge leads nowhere: mere rounding.
 _NO_CURRENT = 1e-9
 
@@ -114,6 +114,8 @@ def _passed_back(inner: dict[PieceEdge, Piece], known: set[PieceEdge], base: Pie
     number of steps that only large networks need.
     """
     at: dict[Piece, list[PieceEdge]] = {}
+    if len(inner) > _SEARCHED:
+        return set()
     for edge, start in inner.items():
         for end in (start, edge.other(start)):
             at.setdefault(end, []).append(edge)
