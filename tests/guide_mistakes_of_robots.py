@@ -8,6 +8,7 @@ from guide_mistakes_of_files import B_WHOLE, CIRCLE, JOINT_B, LEFT, MOTOR, RIGHT
 LEFT_BEAM = f"{LEFT}\n    {CIRCLE}\n  </beam>"
 RIGHT_BEAM = f'{RIGHT}\n    <tube outer_diameter="0.03" inner_diameter="0.02"/>\n  </beam>'
 SLIDE = '<joint name="slide" type="prismatic">{}<axis xyz="0 0 1"/><limit effort="0" velocity="0"/></joint>'
+SUCCESSOR = '<successor link="plate"><origin xyz="0.4 0 0"/>'
 HEAVY = '<inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'
 
 
@@ -203,6 +204,27 @@ WARNINGS = tuple(replace(mistake, warns=True) for mistake in (
             SHIFTED),
     Mistake("rods level at zero, as above", "Begin elsewhere: poses are reached from the zero pose.", FOLDED),
     swap(CIRCLE, '<circle diameter="0.15"/>', "A block is rigid: leave the beam out."),
+    swap(CIRCLE, '<circle diameter="20"/>', "0.02."),
+    swap(CIRCLE, '<circle diameter="2e-5"/>', "0.02."),
+    swap(LEFT, LEFT.replace("210e9", "210"), "210e9.", '`<beam … youngs_modulus="210" …>`'),
+    swap(LEFT, LEFT.replace('poisson_ratio="0.3"', 'shear_modulus="807e9" shear_coefficient="0.9"'), "80.7e9.",
+         '`<beam … youngs_modulus="210e9" shear_modulus="807e9" …>`'),
+    swap(LEFT, LEFT.replace("7850", "7.85"), "7850.", '`<beam … density="7.85">`'),
+    swap(LEFT, LEFT[:-1] + ' thermal_expansion="12">', "12e-6.", '`<beam … thermal_expansion="12">`'),
+    Mistake("5 kg in the `<inertial>` of a rod whose beam has a density", "Motors and fittings get links of their own.",
+            (('<link name="left"/>', f'<link name="left">{HEAVY.replace("1", "5", 1)}</link>'),)),
+    Mistake("1 kg in the `<inertial>` of a rod whose beam has `density=\"0\"`", "Leave the density out.",
+            (('<link name="left"/>', f'<link name="left">{HEAVY}</link>'), (LEFT, LEFT.replace("7850", "0")))),
+    Mistake("all origins in mm", "Millimetres in xacro: `${300 * mm}`, with a property `mm`.",
+            (("0 0 0.3", "0 0 300"), ("0.4 0 0", "400 0 0"), ("0 0 0.3", "0 0 300"), ("0.4 0 0", "400 0 0"))),
+    Mistake('`<origin xyz="0.4 0 0.1"/>` at the loop\'s successor', "Where it is wrong is in the message; what closes it, in the "
+            "picture.", ((SUCCESSOR, SUCCESSOR.replace("0.4 0 0", "0.4 0 0.1")),)),
+    Mistake('`<origin xyz="0.9 0 0"/>` there', "Turn the frames so that zero is within reach.",
+            ((SUCCESSOR, SUCCESSOR.replace("0.4 0 0", "0.9 0 0")),)),
+    Mistake('`<limit lower="0.2" upper="1" …/>` in a', "Turn its frame, or widen the limits.",
+            (('lower="-1"', 'lower="0.2"'),)),
+    add('<joint_stiffness joint="a" drive="20"/>', "20e3, if it was meant in N·m/mrad."),
+    add('<joint_stiffness joint="a" drive="1e15"/>', "inf, or leave it out."),
     Mistake("both `<beam>` left out", "Make beams of what is slender.", ((LEFT_BEAM, ""), (RIGHT_BEAM, ""))),
     Mistake("all masses left out", "`<inertial>` and `density`.",
             ((' density="7850"', ""), (' density="7850"', ""), ("<inertial>", "<!--"), ("</inertial>", "-->"))),

@@ -210,7 +210,7 @@ def _directions(kind: str, basis: Array, how: str) -> str:
     if basis.shape[1] == 3:
         return f"{kind}s in all directions"
     one = basis[:, 0] if basis.shape[1] == 1 else np.cross(basis[:, 0], basis[:, 1])
-    one = one * np.sign(one[int(np.argmax(np.abs(one)))])
+    one = one * np.sign(one[int(np.argmax(np.abs(one) > 1e-6))])  # of the two senses the one that begins positively
     names = [axis for axis, part in zip("xyz", one, strict=True) if part > 1 - 1e-8]
     words = names[0] if names else _vector(one)
     return f"a {kind} {how} {words}" if basis.shape[1] == 1 else f"{kind}s across {words}"

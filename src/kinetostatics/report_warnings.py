@@ -70,7 +70,7 @@ def _closing(robot: Robot, facts: RobotFacts) -> Iterable[str]:
     if metres[0] > FAR * robot.length or radians[0] > FAR:
         yield (
             f"where all joints are at zero the loops are far from closed: {zero_openings(facts)}. They are closed from there, "
-            "perhaps in another assembly mode than is meant: look at the pose with `kinetostatics view`, or move the zero of the "
+            "perhaps in another assembly mode than is meant: look at the pose with kinetostatics view, or move the zero of the "
             "joints so that it nearly closes the loops"
         )
     if moved:
