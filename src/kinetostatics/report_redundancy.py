@@ -28,6 +28,10 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
+#: Equations above which nobody could read where they are redundant, and finding it out would take minutes.
+_MANY = 400
+
+
 @dataclass(frozen=True)
 class Redundancy:
     """Redundant constraints in one place.
@@ -51,7 +55,7 @@ def redundancies(motions: Motions) -> list[Redundancy]:
     """Return where the redundant constraints are: inside limbs first, then between limbs, then the rest."""
     robot = motions.robot
     total = robot.mobility.redundant_constraints
-    if not total:
+    if not total or robot.equations.count > _MANY:
         return []
     states = _SelfStress(robot, motions.pose)
     found = [item for number in range(len(robot.all_limbs)) for item in states.inside(number)]
