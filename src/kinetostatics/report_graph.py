@@ -246,18 +246,18 @@ class _Reducer:
 
     def _side_by_side(self) -> bool:
         """Merge all edges between the same two nodes."""
+        between: dict[frozenset[Piece], list[_Line]] = {}
         for line in self.lines:
-            ends = {line.start, line.end}
-            same = [other for other in self.lines if {other.start, other.end} == ends]
-            if len(same) > 1:
-                ways: list[Chain] = []
-                for other in same:
-                    chain = other.leaving(line.start).chain
-                    ways += chain[0].ways if len(chain) == 1 and isinstance(chain[0], Ways) else [chain]
-                merged = Ways(self.name(line.start), self.name(line.end), tuple(ways))
-                self._replace(same, _Line(line.start, line.end, (merged,)))
-                return True
-        return False
+            between.setdefault(frozenset((line.start, line.end)), []).append(line)
+        several = [same for same in between.values() if len(same) > 1]
+        for same in several:
+            start, end = same[0].start, same[0].end
+            ways: list[Chain] = []
+            for line in same:
+                chain = line.leaving(start).chain
+                ways += chain[0].ways if len(chain) == 1 and isinstance(chain[0], Ways) else [chain]
+            self._replace(same, _Line(start, end, (Ways(self.name(start), self.name(end), tuple(ways)),)))
+        return bool(several)
 
     def _dead_ends(self, terminals: set[Piece]) -> bool:
         """Take an edge off that leads nowhere."""

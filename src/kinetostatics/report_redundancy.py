@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-
 #: Equations above which nobody could read where they are redundant, and finding it out would take minutes.
 _MANY = 400
 
@@ -123,6 +122,8 @@ class _SelfStress:
     def inside(self, number: int) -> list[Redundancy]:
         """Return the self-stresses inside a limb, those that have nothing to do with one another apart."""
         limb = self.robot.all_limbs[number]
+        if limb.is_serial:
+            return []
         mine = np.zeros(len(self.states), dtype=bool)
         mine[self.first[number] : self.first[number + 1]] = True
         alone = _null(self.states[~mine])
@@ -161,7 +162,7 @@ class _SelfStress:
         felt = self.felt
         others = [k for k in range(len(felt)) if k not in limbs]
         mine = felt[limbs] @ _null(felt[others].reshape(-1, felt.shape[2]))
-        U, values, _ = np.linalg.svd(np.concatenate(list(mine), axis=1))
+        U, values, _ = np.linalg.svd(np.concatenate(list(mine), axis=1), full_matrices=False)
         return np.asarray(U[:, : int(np.sum(values > NOTHING))])
 
 
@@ -174,7 +175,7 @@ def _null(matrix: Array) -> Array:
     """Return an orthonormal basis (n, k) of what a matrix of self-stresses of unit size does not see."""
     if not matrix.size:
         return np.eye(matrix.shape[1])
-    _, values, rows = np.linalg.svd(matrix, full_matrices=True)
+    _, values, rows = np.linalg.svd(matrix, full_matrices=matrix.shape[0] < matrix.shape[1])
     return np.asarray(rows[int(np.sum(values > NOTHING)) :].T)
 
 
