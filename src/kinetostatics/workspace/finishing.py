@@ -32,9 +32,9 @@ Index = NDArray[np.intp]
 #: How often poses are taken back and reached anew.
 ROUNDS = 5
 #: Poses beside reached ones that are tried first; if none of them is reached, the others are not tried.
-PROBES = 48
+PROBES = 200
 #: Poses that are tried from random starts: one in so many of all, at least and at most so many.
-ONE_IN, LEAST, MOST = 200, 48, 500
+ONE_IN, LEAST, MOST = 1000, 32, 500
 #: Where a larger part than this is left, as many more are tried as are left, at most so many.
 MUCH, SEARCH = 0.05, 1000
 
@@ -75,10 +75,10 @@ def finish(
         reached: (…region).
     """
     look = _Look(plan, labels, combination, region, q, reached)
-    promising = look.glance()
-    for _ in range(ROUNDS):
+    seen = look.glance()
+    for _ in range(ROUNDS if seen != "nothing" else 0):
         wrong = look.take_back()
-        if promising or wrong:
+        if wrong or seen == "gained":
             look.spread(ZERO_MODE)
         if not wrong:
             break
@@ -103,31 +103,35 @@ class _Look(Poses):
         self._seeds, self._seed_q = np.zeros(0, dtype=np.intp), np.zeros((0, q.shape[-1]))  # reached from random starts
         self._tried = {mode: np.zeros((2 * reached.ndim, reached.size), dtype=bool) for mode in (ZERO_MODE, OTHER_MODE)}
 
-    def glance(self) -> bool:
-        """Try a few poses from their neighbours and a few from random starts, together, because a call that fails is costly.
+    def glance(self) -> str:
+        """Follow suspect edges, and try poses from neighbours and from random starts: all at once, because a call is costly.
 
         Returns:
-            Whether there is something to reach from neighbours.
+            "nothing" to look at, "something", or "gained": poses are reached from neighbours.
         """
+        suspects = self.suspects()
         left = np.flatnonzero(self.mode == NO_MODE)
-        if not left.size:
-            return False
+        if not left.size and not len(suspects):
+            return "nothing"
         targets, starts, ways = self._ring(ZERO_MODE, self._tried[ZERO_MODE])
         if targets.size > PROBES:
             some = np.linspace(0, targets.size - 1, PROBES).astype(np.intp)
             targets, starts, ways = targets[some], starts[some], ways[some]
-        tries = np.random.default_rng(3).choice(left, int(np.clip(self.mode.size // ONE_IN, LEAST, MOST)))
-        at = np.concatenate([targets, tries])
-        ends, arrived = self.follow(
-            np.concatenate([self.q[starts], open_starts(self.robot, self.units, tries.size)]), self.at(at)
-        )
-        by_chance = arrived.copy()
-        by_chance[: targets.size], arrived[targets.size :] = False, False
-        self._seeds, self._seed_q = at[by_chance], ends[by_chance]
+        count = int(np.clip(self.mode.size // ONE_IN, LEAST, MOST)) if left.size else 0
+        tries = np.random.default_rng(3).choice(left, count) if count else left
+        at = np.concatenate([suspects.second, targets, tries])
+        by_chance = open_starts(self.robot, self.units, count)
+        ends, arrived = self.follow(np.concatenate([self.q[suspects.first], self.q[starts], by_chance]), self.at(at))
+        edges, ring, chance = np.split(np.arange(at.size), [len(suspects), len(suspects) + targets.size])
+        same = self.is_there(suspects, ends[edges], arrived[edges])
+        self.sound = suspects.first[same] * self.mode.size + suspects.second[same]
+        hit = chance[arrived[chance]]
+        self._seeds, self._seed_q = at[hit], ends[hit]
         self._tried[ZERO_MODE][ways, targets] = True
-        self.set(at[arrived], ends[arrived], ZERO_MODE)
-        self._source[targets] = np.where(arrived[: targets.size], starts, -1)
-        return bool(np.any(arrived))
+        hit = ring[arrived[ring]]
+        self.set(at[hit], ends[hit], ZERO_MODE)
+        self._source[at[hit]] = starts[arrived[ring]]
+        return "gained" if hit.size else "something"
 
     # ---- 1: other modes ---------------------------------------------------------------------------------------------
 
@@ -224,14 +228,13 @@ class _Look(Poses):
         way = np.zeros(self.mode.size, dtype=np.intp)
         # poses in another mode are tried for the zero mode too
         wanted = self.mode == NO_MODE if mode == OTHER_MODE else self.mode != ZERO_MODE
-        again = np.any(tried, axis=0)
-        again &= ~self.retracted
         new = self._source >= 0
+        first = self.retracted | ~np.any(tried, axis=0)
         for axis, lower, upper in neighbours(self.shape):
             for side, (to, by) in enumerate(((upper, lower), (lower, upper))):
                 target, source, k = numbers[to].ravel(), numbers[by].ravel(), 2 * axis + side
                 fit = wanted[target] & (self.mode[source] == mode) & ~tried[k, target] & (start[target] < 0)
-                fit &= new[source] | ~again[target]
+                fit &= new[source] | first[target]
                 start[target[fit]], way[target[fit]] = source[fit], k
         targets = np.flatnonzero(start >= 0)
         return targets, start[targets], way[targets]

@@ -125,21 +125,21 @@ class Poses:
 
     def examine(self, edges: Edges) -> tuple[Mask, Mask]:
         """Follow edges; return which lead from one pose to the other, and which lead elsewhere."""
-        scale = self.scale
         same, elsewhere = np.zeros(len(edges), dtype=bool), np.zeros(len(edges), dtype=bool)
         for steps in (1, FINE):  # what one step does not lead to, small ones may
             left = np.flatnonzero(~same)
             if left.size:
                 first, second = edges.first[left], edges.second[left]
                 ends, arrived = self.follow_finely(self.q[first], self.at(first), self.at(second), steps)
-                alike = self._alike(scale.difference(self.q[first], self.q[second]))
-                same[left] = arrived & (scale.difference(ends, self.q[second]) < alike)
+                same[left] = self.is_there(Edges(first, second), ends, arrived)
                 elsewhere[left] = arrived & ~same[left]
         return same, elsewhere
 
-    def _alike(self, step: Array) -> Array:
+    def is_there(self, edges: Edges, ends: Array, arrived: Mask) -> Mask:
+        """Return which ways along edges, ending at ``ends`` (n, nq), end at their second pose."""
+        step = self.scale.difference(self.q[edges.first], self.q[edges.second])
         part = LOOSE_PART if self.robot.mobility.local else ALIKE_PART
-        return ALIKE + part * step
+        return np.asarray(arrived & (self.scale.difference(ends, self.q[edges.second]) < ALIKE + part * step))
 
     def jumps(self) -> int:
         """Return the number of edges that lead to another mode."""
