@@ -40,7 +40,10 @@ class Case:
         at_zero = hr.AtZero(file)
         rings = finite_elements.solve(mechanism, file, at_zero).rings
         # which side of a joint of a ring that hangs is the platform's is not for the finite elements to say
-        self.misfits = {name: misfit for name, misfit in misfits.items() if name not in rings}
+        # and those of fixed joints within base or platform are refused
+        groups = hr.welded(mechanism)
+        within = {edge.joint.name for edge in mechanism.edges if any({edge.inner, edge.outer} <= group for group in groups)}
+        self.misfits = {name: misfit for name, misfit in misfits.items() if name not in rings and name not in within}
         self.answer = finite_elements.solve(mechanism, file, at_zero, load, gravity, self.misfits)
         self.options = {"misfits": hr.as_arguments(self.misfits, file)} if self.misfits else {}
 

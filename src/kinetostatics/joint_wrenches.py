@@ -110,15 +110,18 @@ def _masked(wrenches: Array, leeway: Array | None) -> Array:
 def _open_wrenches(robot: Robot, solution: Solution, joints: Sequence[int] | None = None) -> Array | None:
     """Return the ways (6, J, K, N) in which rigid parts leave joint wrenches open, each of the size 1; None if there are none."""
     table, N = robot.joint_table, solution.o.shape[1]
-    ways: list[Array] = []
+    # what rigid limbs leave open between them changes the forces of several limbs together
+    shared = np.zeros((6, table.chords.shape[1], max((item.shape[1] for item in solution.open), default=0), N))
+    ways = [shared]
     for number, statics in enumerate(solution.statics):
-        by_platform = np.einsum("mkign,iagn->mkagn", statics.chords, solution.open[number])
-        for directions in (by_platform, statics.loose):
-            if np.any(directions):
-                chords = np.zeros((6, table.chords.shape[1], directions.shape[2], N))
-                for position, limb in enumerate(statics.group.numbers):
-                    chords[:, table.chords_of(limb)] = directions[:, :, :, position].swapaxes(0, 1)
-                ways.append(chords)
+        together = np.einsum("mkign,iagn->mkagn", statics.chords, solution.open[number])
+        loose = np.zeros((6, table.chords.shape[1], statics.loose.shape[2], N))
+        for position, limb in enumerate(statics.group.numbers):
+            which = table.chords_of(limb)
+            shared[:, which, : together.shape[2]] = together[:, :, :, position].swapaxes(0, 1)
+            loose[:, which] = statics.loose[:, :, :, position].swapaxes(0, 1)
+        ways.append(loose)
+    ways = [way for way in ways if np.any(way)]
     if not ways:
         return None
     carried = np.einsum("jq,iqan->ijan", table.chords, np.concatenate(ways, axis=2))
