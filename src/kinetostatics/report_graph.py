@@ -172,7 +172,8 @@ class _Reducer:
         for joints, parts in runs.items():
             ends = [self._node(piece) for edge in parts for piece in (edge.inner, edge.outer)]
             outer = [node for node in ends if ends.count(node) == 1]
-            found.append(_Line(outer[0], outer[1], (self.reader.joint(unit_of[joints[0]]),)))
+            if len(outer) == 2:  # else a run whose ends are one piece: it lies within the base or a ring of its own
+                found.append(_Line(outer[0], outer[1], (self.reader.joint(unit_of[joints[0]]),)))
         return found
 
     def _along_beam(self, edge: PieceEdge) -> Chain:
