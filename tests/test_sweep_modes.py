@@ -11,6 +11,9 @@ from kinetostatics.workspace.continuity import Edges, JointScale, connected_part
 from kinetostatics.workspace.planning import read_plan
 from kinetostatics.workspace.schema import NO_MODE, OTHER_MODE, ZERO_MODE, labels_of
 
+#: orientation, load, gravity, point, frame, misfits, parameters and beams of a sweep that asks for nothing more
+NOTHING = (None, np.zeros(6), np.array([0, 0, -9.81]), None, "world", None, None, False)
+
 
 def cross(a, b):
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
@@ -100,8 +103,7 @@ def looked_at():
     grid = {"x": np.linspace(-0.1, 0.1, 15), "y": np.linspace(0.2, 0.35, 12)}
     ds = ks.sweep(robot, grid)
     assert np.all(ds["mode"] == ZERO_MODE)
-    zero6, zero3 = np.zeros(6), np.array([0, 0, -9.81])
-    plan, _ = read_plan(robot, grid, None, None, zero6, zero3, None, "world", None, None, False, 1e-10)
+    plan, _ = read_plan(robot, grid, None, *NOTHING, 1e-10)
     return robot, plan, labels_of(plan, robot), ds
 
 
@@ -193,6 +195,47 @@ def test_the_second_look_is_written_into_files_too(looked_at, monkeypatch, tmp_p
             values = whole[name].values
             np.testing.assert_allclose(found[name].values, values, rtol=1e-6, atol=1e-9 * np.abs(values).max(), err_msg=name)
         found.close()
+
+
+@pytest.mark.parametrize(("count", "z"), [(23, -0.5), (45, -0.5), (46, -0.55)])
+def test_rods_that_spin_are_no_modes(count, z):
+    """The Delta's rods spin as their paths leave them; its workspace is where Clavel's inverse kinematics has solutions.
+
+    At a height of −0.5 m each arm folds back upon its rods in one point of the map, where the elbow's two ways meet.
+    """
+    robot = ks.load_robot(robot_path("delta"))
+    x, y = np.linspace(-1.1, 1.1, count), np.linspace(-1.1, 1.1, count - 1)
+    ds = ks.sweep(robot, {"x": x, "y": y, "z": z})
+    assert ds.attrs["mode_jumps"] == 0
+    X, Y = np.meshgrid(x, y, indexing="ij")
+    angles = []
+    for azimuth in np.radians([0, 120, 240]):
+        u, along, w = np.cos(azimuth) * X + np.sin(azimuth) * Y - 0.1, np.cos(azimuth) * Y - np.sin(azimuth) * X, z
+        cosine = (u**2 + along**2 + w**2 + 0.3**2 - 0.8**2) / (2 * 0.3 * np.hypot(u, w))
+        with np.errstate(invalid="ignore"):
+            angles.append(np.arctan2(-w, u) - np.arccos(cosine))
+    expected = np.stack(angles, axis=-1)
+    reached = ds["mode"].values == ZERO_MODE
+    np.testing.assert_array_equal(reached, np.all(np.isfinite(expected), axis=-1))
+    assert 0.3 < np.mean(reached) < 0.5
+    motors = [list(ds["joint_coordinate"].values).index(f"motor_{i}") for i in (1, 2, 3)]
+    np.testing.assert_allclose(ds["q"].values[reached][:, motors], expected[reached], atol=1e-9)
+
+
+def test_which_coordinates_are_loose():
+    loose = {}
+    for name in ("delta", "five_bar", "gough_stewart"):
+        robot = ks.load_robot(robot_path(name))
+        plan, _ = read_plan(robot, None, {joint: 0.0 for joint in robot.description.driven}, *NOTHING, 1e-10)
+        labels = labels_of(plan, robot)
+        loose[name] = {label for (label, _), one in zip(labels.q, labels.loose, strict=True) if one}
+    assert loose["five_bar"] == loose["gough_stewart"] == set()
+    kept = {f"{part}_{i}" for part in ("motor", "elbow") for i in (1, 2, 3)}
+    spins = {
+        f"{end}_{i}{side}_z:{part}" for end in ("upper", "lower") for i in (1, 2, 3) for side in "ab" for part in ("cos", "sin")
+    }
+    assert not loose["delta"] & kept
+    assert loose["delta"] & spins == spins & set(ks.sweep("delta", {"x": [0.0], "y": 0.0, "z": -0.6})["joint_coordinate"].values)
 
 
 def test_modes_that_cannot_be_told_apart_by_continuity_are_not_invented():

@@ -18,6 +18,8 @@ Array = NDArray[np.float64]
 #: Largest part of a line that is tried in one go, in rad and in characteristic lengths. However steadily Newton's method
 #: converges after a larger jump, it may be on another branch: a universal joint closes just as well with one axis turned over.
 LONGEST_TURN, LONGEST_SHIFT = 0.7, 2.0
+#: Corrections become smaller by the first at least, and each time by more than the time before, unless by the second.
+_SHRINKING, _QUADRATIC = 0.4, 0.25
 
 
 @dataclass(frozen=True)
@@ -226,8 +228,9 @@ class Solver:
         ``local`` is the number of freedoms that do not move the platform; they stay as they are. ``before`` (N,) are the sizes of
         the scaled steps that predicted the starting poses, if they were predicted.
 
-        A pose counts as converged only if the corrections shrink at once and keep shrinking (P. Deuflhard, Newton Methods for
-        Nonlinear Problems, section 5.1): then the solution belongs to the branch of the starting pose.
+        A pose counts as converged only if the corrections shrink at once and never less than before, as they do when Newton's
+        method converges quadratically (P. Deuflhard, Newton Methods for Nonlinear Problems, section 5.1): then the solution
+        belongs to the branch of the starting pose.
         """
         N = poses.x.shape[1]
         result = Poses(np.array(poses.x), np.array(poses.c))
@@ -235,6 +238,7 @@ class Solver:
         good = np.zeros(N, dtype=bool)
         active = np.arange(N)
         before = np.full(N, np.inf) if before is None else before
+        shrunk = np.full(N, _SHRINKING)  # by how much the last correction was smaller than that before
         for _ in range(12):
             everyone = active.size == N
             here = result if everyone else result.take(active)
@@ -242,7 +246,9 @@ class Solver:
             step = -least_squares(gradient, residual[:, None], local)[:, 0]
             size = np.sqrt(np.max(step * step, axis=0, initial=0.0))
             ok = np.isfinite(size) & (size < 1.2)
-            ok &= (size < 0.4 * before) | (size < 1e-10)
+            with np.errstate(invalid="ignore"):
+                ratio = size / before
+            ok &= (ratio < np.minimum(_SHRINKING, np.maximum(shrunk, _QUADRATIC))) | (size < 1e-10)
             step = np.where(ok, step, 0.0)
             moved = self.advance(request, here, step)
             if everyone:
@@ -250,7 +256,7 @@ class Solver:
             else:
                 result.x[:, active], result.c[:, active] = moved.x, moved.c
             with np.errstate(invalid="ignore", over="ignore"):
-                following = size * (size / before) ** 2  # corrections shrink quadratically
+                following = size * ratio**2  # corrections shrink quadratically
             last = (size < 1e-8) | ((following < 1e-13) & (size < 1e-5))
             done = ok & last
             if np.any(done):  # the loops must close too, not only come as near as they can
@@ -258,6 +264,7 @@ class Solver:
                 done &= np.max(np.abs(left), axis=0, initial=0.0) < self.slack
             good[active[done]] = True
             going = ok & ~last
+            shrunk = np.where(np.isfinite(before), ratio, _SHRINKING)[going]
             active, before = active[going], size[going]
             if not active.size:
                 break

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from kinetostatics.configuration import Status
 from kinetostatics.equilibrium import analyze
 from kinetostatics.exceptions import ArgumentError
+from kinetostatics.workspace.assembling import assemble
 from kinetostatics.workspace.grid import Block
 from kinetostatics.workspace.plan import Combination, Plan
 from kinetostatics.workspace.schema import NO_MODE, POSES, ROBOTS, ZERO_MODE, Labels, numbered, variables
@@ -18,7 +19,6 @@ from kinetostatics.workspace.schema import NO_MODE, POSES, ROBOTS, ZERO_MODE, La
 if TYPE_CHECKING:
     from kinetostatics.configuration import Configuration
     from kinetostatics.result import Result
-    from kinetostatics.robot import Robot
 
 Array = NDArray[Any]
 
@@ -46,14 +46,6 @@ def compute_block(plan: Plan, labels: Labels, block: Block) -> dict[str, Array]:
         tail = stacked.shape[stacked.ndim - len(item.labels) :]
         found[name] = stacked.reshape((*lengths, *tail))
     return found
-
-
-def assemble(plan: Plan, robot: Robot, values: Mapping[str, Array], near: Configuration | None = None) -> Configuration:
-    """Return the poses (N,) at coordinates, along a line from the zero pose or from ``near``."""
-    given: dict[str, Any] = {plan.kind: values}
-    if plan.kind == "platform":
-        given["orientation"] = plan.orientation
-    return robot.assemble(**given, near=near, tolerance=plan.tolerance, on_failure="nan")
 
 
 def pose_numbers(

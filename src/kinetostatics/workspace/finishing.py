@@ -71,7 +71,7 @@ def finish(
         combination: the robot.
         cases: which cases of loads are wanted.
         region: of the coordinate axes.
-        q: (…region, nq) model coordinates, NaN where not reached.
+        q: (…region, nq) model coordinates as :func:`joint_state` returns them, NaN where not reached.
         reached: (…region).
     """
     look = _Look(plan, labels, combination, region, q, reached)
@@ -120,8 +120,9 @@ class _Look(Poses):
         count = int(np.clip(self.mode.size // ONE_IN, LEAST, MOST)) if left.size else 0
         tries = np.random.default_rng(3).choice(left, count) if count else left
         at = np.concatenate([suspects.second, targets, tries])
-        by_chance = open_starts(self.robot, self.units, count)
-        ends, arrived = self.follow(np.concatenate([self.q[suspects.first], self.q[starts], by_chance]), self.at(at))
+        by_chance = open_starts(self.robot, self.units[: self.nq], count)
+        near = self.q[np.concatenate([suspects.first, starts]), : self.nq]
+        ends, arrived = self.follow(np.concatenate([near, by_chance]), self.at(at))
         edges, ring, chance = np.split(np.arange(at.size), [len(suspects), len(suspects) + targets.size])
         same = self.is_there(suspects, ends[edges], arrived[edges])
         self.sound = suspects.first[same] * self.mode.size + suspects.second[same]
@@ -249,7 +250,7 @@ class _Look(Poses):
         if left.size > MUCH * self.mode.size and not np.any(self.mode == OTHER_MODE):
             count = min(left.size, SEARCH)
             random = np.random.default_rng(4)
-            starts = open_starts(self.robot, self.units, count, seed=5)
+            starts = open_starts(self.robot, self.units[: self.nq], count, seed=5)
             if self.plan.kind == "platform":
                 starts = np.concatenate([starts, closed_starts(self.robot, count, self.plan.tolerance)])
             targets = random.choice(left, len(starts))
@@ -263,7 +264,7 @@ class _Look(Poses):
     def numbers(self, which: Index, cases: Block) -> dict[str, NDArray[Any]]:
         """Return the variables of poses, as they are now."""
         plan = self.plan
-        q = np.where((self.mode[which] == ZERO_MODE)[:, None], self.q[which], np.nan)
+        q = np.where((self.mode[which] == ZERO_MODE)[:, None], self.q[which, : self.nq], np.nan)
         with np.errstate(invalid="ignore"):
             configuration = self.robot.configuration(q, tolerance=plan.tolerance, on_failure="nan")
             found = pose_numbers(plan, self.labels, self.combination, configuration, cases, self.region, which)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.configuration import Status
-from kinetostatics.workspace.compute import assemble
+from kinetostatics.workspace.assembling import assemble
 from kinetostatics.workspace.continuity import Edges, JointScale, suspect_edges
 from kinetostatics.workspace.grid import Block
 from kinetostatics.workspace.plan import Combination, Plan
@@ -27,8 +27,6 @@ Index = NDArray[np.intp]
 STEPS, FINE = 48, 8
 #: Two ways to one pose end alike up to so much [rad], and that part of the step between its neighbours.
 ALIKE, ALIKE_PART = 1e-5, 0.02
-#: The same where something may move by itself: a strut that spins by its own way.
-LOOSE, LOOSE_PART = 0.1, 0.25
 
 
 class Poses:
@@ -36,7 +34,8 @@ class Poses:
 
     Attributes:
         shape: of the region.
-        q: (N, nq) model coordinates: where the pose is reached, in whichever mode.
+        q: (N, nq) model coordinates: where the pose is reached, in whichever mode; and if some of them are loose, x, y, z of o
+            behind them, which are not.
         mode: (N,) the mode that reaches it.
     """
 
@@ -45,7 +44,9 @@ class Poses:
         self.shape = reached.shape
         self.q = q.reshape(reached.size, q.shape[-1]).copy()
         self.mode = np.where(reached.ravel(), ZERO_MODE, NO_MODE).astype(np.int8)
-        self.units = [unit for _, unit in labels.q]
+        self.nq = len(labels.q)
+        self.units = [unit for _, unit in labels.q] + (["m"] * 3 if any(labels.loose) else [])
+        self.told = np.array([not loose for loose in labels.loose] + [True] * (len(self.units) - self.nq), dtype=bool)
         self.sound = np.zeros(0, dtype=np.intp)  # edges that have been followed and are as they should be
 
     @property
@@ -56,7 +57,8 @@ class Poses:
     @cached_property
     def scale(self) -> JointScale:
         """How its joints' differences are measured."""
-        return JointScale.of(self.robot, self.units)
+        scale = JointScale.of(self.robot, self.units)
+        return JointScale(np.where(self.told, scale.weights, 0.0), scale.angles & self.told)
 
     @cached_property
     def values(self) -> dict[str, Array]:
@@ -78,8 +80,15 @@ class Poses:
     def follow(self, starts: Array, targets: dict[str, Array]) -> tuple[Array, Mask]:
         """Follow straight lines from poses ``starts`` (n, nq); return where they end, and whether they arrive."""
         robot = self.robot
-        near = robot.configuration(starts, tolerance=np.inf, on_failure="nan")
-        return _ends(assemble(self.plan, robot, targets, near))
+        near = robot.configuration(starts[:, : self.nq], tolerance=np.inf, on_failure="nan")
+        return self._ends(assemble(self.plan, robot, targets, near))
+
+    def _ends(self, configuration: Configuration) -> tuple[Array, Mask]:
+        q = configuration.q
+        if len(self.units) > self.nq:
+            place = configuration.platform_coordinates(self.plan.orientation)
+            q = np.concatenate([q, np.stack([place[name] for name in "xyz"], axis=-1)], axis=-1)
+        return q, np.asarray(configuration.status != Status.UNREACHABLE)
 
     def follow_finely(
         self, starts: Array | None, first: dict[str, Array], targets: dict[str, Array], steps: int
@@ -91,7 +100,7 @@ class Poses:
         for step in range(1, steps + 1):
             goal = {name: (first[name] + (targets[name] - first[name]) * step / steps)[alive] for name in targets}
             if starts is None and step == 1:
-                ends, arrived = _ends(assemble(self.plan, self.robot, goal))
+                ends, arrived = self._ends(assemble(self.plan, self.robot, goal))
             else:
                 ends, arrived = self.follow(q[alive], goal)
             alive = alive[arrived]
@@ -107,21 +116,18 @@ class Poses:
     def suspects(self) -> Edges:
         """Return the edges whose steps are too large."""
         reached = (self.mode == ZERO_MODE).reshape(self.shape)
-        # lengths must be comparable to angles, for which the robot's own length is not needed to such precision
-        found = suspect_edges(self.q.reshape(*self.shape, -1), reached, self._rough_scale)
+        told = self.q if np.all(self.told) else self.q[:, self.told]
+        found = suspect_edges(told.reshape(*self.shape, -1), reached, self._rough_scale(told))
         new = ~np.isin(found.first * self.mode.size + found.second, self.sound)
         return Edges(found.first[new], found.second[new])
 
-    @property
-    def _rough_scale(self) -> JointScale:
-        """A scale that needs no robot, whose building would cost more than the look: lengths by their own spread."""
-        lengths = np.array([unit == "m" for unit in self.units], dtype=bool)
-        some = self.q[self.mode == ZERO_MODE]
-        spread = np.ptp(some, axis=0) if len(some) else np.ones(len(lengths))
-        return JointScale(
-            np.where(lengths, 1 / np.maximum(spread, 1e-9), 1.0),
-            np.array([unit == "rad" for unit in self.units], dtype=bool),
-        )
+    def _rough_scale(self, told: Array) -> JointScale:
+        """Return a scale that needs no robot, whose building would cost more than the look: lengths by their own spread."""
+        units = [unit for unit, mine in zip(self.units, self.told, strict=True) if mine]
+        some = told[self.mode == ZERO_MODE]
+        spread = np.ptp(some, axis=0) if len(some) else np.ones(len(units))
+        weights = np.where([unit == "m" for unit in units], 1 / np.maximum(spread, 1e-9), 1.0)
+        return JointScale(weights, np.array([unit == "rad" for unit in units], dtype=bool))
 
     def examine(self, edges: Edges) -> tuple[Mask, Mask]:
         """Follow edges; return which lead from one pose to the other, and which lead elsewhere."""
@@ -138,8 +144,7 @@ class Poses:
     def is_there(self, edges: Edges, ends: Array, arrived: Mask) -> Mask:
         """Return which ways along edges, ending at ``ends`` (n, nq), end at their second pose."""
         step = self.scale.difference(self.q[edges.first], self.q[edges.second])
-        part = LOOSE_PART if self.robot.mobility.local else ALIKE_PART
-        return np.asarray(arrived & (self.scale.difference(ends, self.q[edges.second]) < ALIKE + part * step))
+        return np.asarray(arrived & (self.scale.difference(ends, self.q[edges.second]) < ALIKE + ALIKE_PART * step))
 
     def jumps(self) -> int:
         """Return the number of edges that lead to another mode."""
@@ -155,7 +160,7 @@ class Poses:
         start = {name: np.where(np.isnan(zero[name]), targets[name], zero[name]) for name in targets}
         q, arrived = self.follow_finely(None, start, targets, STEPS)
         difference = self.scale.difference(q, self.q[which])
-        return arrived & (difference < (LOOSE if self.robot.mobility.local else ALIKE))
+        return arrived & (difference < ALIKE)
 
     def from_zero(self) -> tuple[dict[str, float], Array]:
         """Return the zero pose's coordinates (NaN: those of the target), and how far from it each pose is."""
@@ -172,7 +177,3 @@ class Poses:
             span = float(np.ptp(values)) or 1.0
             distance += np.nan_to_num((values - found[name]) / span) ** 2
         return found, distance
-
-
-def _ends(configuration: Configuration) -> tuple[Array, Mask]:
-    return configuration.q, np.asarray(configuration.status != Status.UNREACHABLE)

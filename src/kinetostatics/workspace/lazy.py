@@ -16,7 +16,7 @@ from kinetostatics.workspace.finishing import finish
 from kinetostatics.workspace.grid import Block, block_sizes, chunk_sizes, cut
 from kinetostatics.workspace.plan import Plan
 from kinetostatics.workspace.schema import ZERO_MODE, Labels, template, variables
-from kinetostatics.workspace.targets import Memory, patch, tails, write_block
+from kinetostatics.workspace.targets import Memory, joint_state, patch, tails, write_block
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -44,7 +44,7 @@ def lazy_block(job: Job, bounds: tuple[tuple[int, int], ...]) -> dict[str, NDArr
     for combination in plan.combinations(block):
         here = (*(slice(k, k + 1) for k in combination), *region)
         one = (0,) * len(combination)
-        q, mode = memory.read("q", here)[one], memory.read("mode", here)[one]
+        q, mode = joint_state(memory, labels, here)[one], memory.read("mode", here)[one]
         finished = finish(plan, labels, combination, cases, region, q, mode == ZERO_MODE)
         patch(memory, plan, labels, combination, cases, region, finished, sizes)
     return memory.arrays

@@ -15,7 +15,7 @@ from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.robot import Robot, load_robot
 from kinetostatics.shipped import robot_path
 from kinetostatics.workspace import provenance
-from kinetostatics.workspace.compute import assemble
+from kinetostatics.workspace.assembling import assemble
 from kinetostatics.workspace.grid import Axis, Field, coordinate_units, read_field, split_values
 from kinetostatics.workspace.plan import Plan, Source
 

@@ -22,7 +22,7 @@ from kinetostatics.workspace.plan import Combination, Plan
 from kinetostatics.workspace.planning import need, read_plan, try_plan
 from kinetostatics.workspace.schema import ZERO_MODE, Labels, check_names, labels_of, template
 from kinetostatics.workspace.storage import Storage, open_map, store_of
-from kinetostatics.workspace.targets import Memory, NetCDF, Target, Zarr, patch, write_block
+from kinetostatics.workspace.targets import Memory, NetCDF, Target, Zarr, joint_state, patch, write_block
 from kinetostatics.workspace.tasks import BlockTask, FinishTask, Task, perform, read_part
 
 if TYPE_CHECKING:
@@ -226,7 +226,7 @@ class _Run:
 
         def task(combination: Combination, region: Block) -> FinishTask:
             block = (*(slice(k, k + 1) for k in combination), *region)
-            q, mode = target.read("q", block), target.read("mode", block)
+            q, mode = joint_state(target, self.labels, block), target.read("mode", block)
             one = (0,) * len(combination)
             return FinishTask(combination, cases, region, q[one], mode[one] == ZERO_MODE)
 

@@ -13,6 +13,7 @@ from kinetostatics.equilibrium import analyze
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.orientation import orientation_named
 from kinetostatics.report_dict import drive_unit, wrench_units
+from kinetostatics.workspace.other_modes import loose_coordinates
 from kinetostatics.workspace.plan import Plan
 
 if TYPE_CHECKING:
@@ -42,6 +43,7 @@ class Labels:
         wrenches: (limb, label, units) of every constraint wrench, and ``attached`` of every attached one.
         beams: names of the beams whose numbers are wanted.
         q: (label, units) of Pinocchio's coordinates.
+        loose: which of them local freedoms change, so that they say nothing of the assembly mode.
         pose: names of the six coordinates of the platform.
     """
 
@@ -53,6 +55,7 @@ class Labels:
     attached: tuple[tuple[str, str, str], ...]
     beams: tuple[str, ...]
     q: tuple[tuple[str, str], ...]
+    loose: tuple[bool, ...]
     pose: tuple[str, ...]
 
 
@@ -107,6 +110,7 @@ def labels_of(plan: Plan, robot: Robot) -> Labels:
         tuple(attached),
         tuple(result.beams) if plan.beams else (),
         tuple(_q_labels(robot)),
+        loose_coordinates(plan, robot),
         ("x", "y", "z", *orientation_named(plan.orientation).names),
     )
 

@@ -40,6 +40,14 @@ def write_block(target: Target, plan: Plan, labels: Labels, block: Block, number
         target.write(name, part_of(plan, item, block), numbers[name])
 
 
+def joint_state(target: Target, labels: Labels, where: Block) -> Array:
+    """Return the model coordinates of poses; behind them x, y, z of o where some of them are loose and tell nothing."""
+    q = target.read("q", where)
+    if not any(labels.loose):
+        return q
+    return np.concatenate([q, target.read("platform_pose", where)[..., :3]], axis=-1)
+
+
 def patch(
     target: Target,
     plan: Plan,
