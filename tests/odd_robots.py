@@ -11,6 +11,7 @@ import small_robots as small
 from mechanisms import Beam, Edge, Joint, Link, Mechanism, Stiffness, circle, write_mechanism
 
 import kinetostatics as ks
+from kinetostatics.description import Loop
 from kinetostatics.robot_file import parse_robot_text
 
 ROBOTS = Path(__file__).parent.parent / "robots"
@@ -264,8 +265,14 @@ def loose_parts():
     )
 
 
+def welded_fork():
+    """A Tricept whose passive limb's fork is welded to the base beside its joint: that cannot move, five constraints too many."""
+    description = ks.load_robot(ROBOTS / "tricept.urdf.xacro").description
+    return ks.Robot(description.with_loop(Loop("weld", "fixed", "base", "cross_4")))
+
+
 ODD = (
     units_of_sections, units_of_lengths, stubby_and_wiry, masses, rounded_angles, far_from_closed, drive_out_of_reach,
     beyond_limits, open_loops, soft_and_hard_joints, no_drives, two_drives, rigid_limbs, followers, braced_frame, seven_axes,
-    loose_parts,
+    loose_parts, welded_fork,
 )  # fmt: skip

@@ -146,7 +146,7 @@ class _SelfStress:
     def between(self) -> list[tuple[int, list[int]]]:
         """Return how many self-stresses there are between which limbs."""
         felt = self.felt
-        if not len(felt):
+        if not felt.size:
             return []
         flat = felt.reshape(-1, felt.shape[2])
         reduced = (flat @ eliminated(flat)).reshape(*felt.shape[:2], -1)
