@@ -459,7 +459,8 @@ class LimbGroup:
             .T[..., None]
         )
         whole = np.array([[m.mass for m in row] for row in self.beams]).reshape(len(self.limbs), -1).T[..., None]
-        spread = np.where(np.isnan(per_length), whole / geometry.beam_lengths, per_length)
+        with np.errstate(divide="ignore", invalid="ignore"):  # a telescope may be pushed together to nothing
+            spread = np.where(np.isnan(per_length), whole / geometry.beam_lengths, per_length)
         return (
             np.einsum("ik...,i...->k...", geometry.beam_axes, np.broadcast_to(gravity[:, None, None], (3, *spread.shape)))
             * spread
