@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,3 +35,7 @@ class Batch:
         if not np.all(self.valid):
             result[~self.valid] = np.nan
         return frozen(result.reshape(self.shape + inner))
+
+    def by_source(self, sources: Sequence[str], chunks: Sequence[Array]) -> Mapping[str, Array]:
+        """Join chunks (…, S, n) of what S contributions to the twist do, by contribution; see :meth:`public`."""
+        return MappingProxyType({name: self.public([chunk[..., k, :] for chunk in chunks]) for k, name in enumerate(sources)})

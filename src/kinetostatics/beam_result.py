@@ -1,17 +1,21 @@
-"""One beam of a result as people read it."""
+"""The beams of a result as people read them."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics import beams as beam_formulas
+from kinetostatics.batches import Batch
 from kinetostatics.configuration import frozen
-from kinetostatics.deformation import LoadedBeams
+from kinetostatics.deformation import Deformation, LoadedBeams
 from kinetostatics.description import Beam
-from kinetostatics.equilibrium import Solution
+from kinetostatics.robot import Robot
+from kinetostatics.solution import Solution
 
 Array = NDArray[np.float64]
 
@@ -55,7 +59,23 @@ class BeamResult:
     strain_energy: Array
 
 
-def beam_numbers(beams: LoadedBeams, solution: Solution) -> dict[str, Array]:
+def beam_results(
+    robot: Robot, batch: Batch, solutions: Sequence[Solution], deformations: Sequence[Deformation]
+) -> Mapping[str, BeamResult]:
+    """Return the results of all beams by name, in the order of the file."""
+    found: dict[str, BeamResult] = {}
+    for number, stack in enumerate(deformations[0].beams):
+        pieces = [_numbers(d.beams[number], solution) for d, solution in zip(deformations, solutions, strict=True)]
+        for position, model in enumerate(stack.models):
+            mine = {key: [piece[key][..., position, :] for piece in pieces] for key in pieces[0]}
+            section = model.span.beam.section
+            mine["stress"] = [section.stress(np.swapaxes(w, 0, 1)).max(axis=0) for w in mine["section_wrenches"]]
+            arrays = {key: batch.public(chunks) for key, chunks in mine.items()}
+            found[model.name] = BeamResult(model.name, model.span.beam, FRACTIONS, **arrays)
+    return MappingProxyType({name: found[name] for name in robot.description.beams})
+
+
+def _numbers(beams: LoadedBeams, solution: Solution) -> dict[str, Array]:
     """Return the arrays (…, g, N) of a :class:`BeamResult`, but for the stress."""
     wrench, load = beams.wrench.sum(axis=1), beams.load.sum(axis=1)
     s = FRACTIONS[:, None, None] * beams.length

@@ -14,11 +14,13 @@ from numpy.typing import NDArray
 
 from kinetostatics import beams as beam_formulas
 from kinetostatics.beam_models import BeamModel
-from kinetostatics.equilibrium import Solution
-from kinetostatics.limbs import LimbGroup, LimbStatics
+from kinetostatics.limb_compliance import spring_twist
+from kinetostatics.limb_group import LimbGroup, chord_sum
+from kinetostatics.limbs import LimbStatics
 from kinetostatics.linalg import least_squares
 from kinetostatics.robot import Robot
 from kinetostatics.screws import move_twist, move_wrench
+from kinetostatics.solution import Solution
 from kinetostatics.springs import Spring, springs_of
 from kinetostatics.topology import Edge
 
@@ -153,7 +155,7 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
     group, geometry = statics.group, statics.geometry
     chords, share = solution.chord_wrenches(number), solution.share(group)
     S, g, N = chords.shape[2:]
-    elements, signs = group.elements[0], group.element_chords()
+    elements, signs = group.elements[0], group.element_chords
     gives: dict[int, Array] = {}  # by element: what its elasticity and its misfit add to everything outboard (6, S, g, N)
     beam_of: dict[int, LoadedBeams] = {}
     everyone = tuple(range(g))
@@ -161,9 +163,9 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
         axes, end, length = geometry.beam_axes[:, :, b], geometry.beam_ends[:, b], geometry.beam_lengths[b]
         models = tuple(row[b] for row in group.beams)
         mass = np.stack([_mass(model, length[m]) for m, model in enumerate(models)])
-        total = group.carried(signs[k], chords) + share * statics.beyond[:, None, b]
+        total = chord_sum(signs[k], chords) + share * statics.loads.beyond[:, None, b]
         wrench = rotate(axes, move_wrench(total, end[:, None]), back=True)
-        load = share * statics.load[:, None, b]
+        load = share * statics.loads.own[:, None, b]
         beams = LoadedBeams(models, group.compliances[:, b], axes, length, mass, end, wrench, load, *_unmoved(S, g, N))
         beam_of[k] = beams
         gives[k] = beams.end_twist()
@@ -171,9 +173,9 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
         out.yielding.append(Yielding("beams", names, group, number, everyone, signs[k], gives[k].sum(axis=1)))
     for spring, k in enumerate(group.spring_elements):
         axes, arm = geometry.spring_axes[:, :, spring], geometry.spring_arms[:, spring]
-        total = group.carried(signs[k], chords) + share * statics.spring_beyond[:, None, spring]
+        total = chord_sum(signs[k], chords) + share * statics.loads.spring_beyond[:, None, spring]
         wrench = rotate(axes, move_wrench(total, arm[:, None]), back=True)
-        local = group.spring_twist(spring, wrench)
+        local = spring_twist(group, spring, wrench)
         out.spring_energy[:] += np.einsum("ign,ign->n", wrench.sum(axis=1), local.sum(axis=1)) / 2
         moved = move_twist(rotate(axes, local), -arm[:, None])
         gives[k] = gives.get(k, 0.0) + moved
@@ -219,7 +221,7 @@ def _add_misfits(
         return
     group = statics.group
     S = solution.share(group).shape[0]
-    signs, source = group.element_chords(), solution.sources.index("misfit")
+    signs, source = group.element_chords, solution.sources.index("misfit")
     for k in range(errors.shape[1]):
         if np.any(errors[:, k]):
             more = np.zeros((6, S, *errors.shape[2:]))

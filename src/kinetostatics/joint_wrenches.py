@@ -10,9 +10,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.equilibrium import Solution
 from kinetostatics.robot import Robot
 from kinetostatics.screws import move_wrench
+from kinetostatics.solution import Solution
 
 Array = NDArray[np.float64]
 

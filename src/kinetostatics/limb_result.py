@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import cached_property
-from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.batches import Batch
-from kinetostatics.equilibrium import Solution
-from kinetostatics.limbs import LimbGroup
+from kinetostatics.limb_group import LimbGroup
+from kinetostatics.solution import Solution
 
 Array = NDArray[np.float64]
 
@@ -75,10 +74,7 @@ class LimbResult:
     @cached_property
     def contributions(self) -> Mapping[str, Array]:
         """(…, n_c) W_ic of each contribution to the twist; they sum to the intensities."""
-        sources = self._solutions[0].sources
-        return MappingProxyType(
-            {name: self._batch.public([part[:, k] for part in self._parts]) for k, name in enumerate(sources)}
-        )
+        return self._batch.by_source(self._solutions[0].sources, self._parts)
 
     @cached_property
     def wrench(self) -> Array:

@@ -20,7 +20,7 @@ from kinetostatics.screws import move_twist
 from kinetostatics.topology import Edge
 
 if TYPE_CHECKING:
-    from kinetostatics.limbs import LimbGroup
+    from kinetostatics.limb_group import LimbGroup
     from kinetostatics.robot import Robot
 
 Array = NDArray[np.float64]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinetostatics.configuration import Configuration, Status
-from kinetostatics.equilibrium import UNBALANCED, free_twists
+from kinetostatics.equilibrium import free_twists
 from kinetostatics.report_batch import batch_report, magnitudes
 from kinetostatics.report_dict import drive_unit, wrench_units
 from kinetostatics.report_text import (
@@ -35,6 +35,7 @@ from kinetostatics.report_text import (
     wrapped,
 )
 from kinetostatics.screws import describe_twist
+from kinetostatics.solution import UNBALANCED
 
 if TYPE_CHECKING:
     from kinetostatics.result import Result

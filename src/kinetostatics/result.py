@@ -14,19 +14,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.batches import Batch
-from kinetostatics.beam_result import FRACTIONS, BeamResult, beam_numbers
+from kinetostatics.beam_result import BeamResult, beam_results
 from kinetostatics.configuration import Configuration, Status, frozen
+from kinetostatics.contributions import (
+    beam_contributions,
+    link_contributions,
+    part_contributions,
+    source_contributions,
+)
 from kinetostatics.deformation import Deformation, deform
-from kinetostatics.equilibrium import Solution, unit_chords
 from kinetostatics.joint_wrenches import actuator_forces, drive_forces, joint_contributions, joint_wrenches
 from kinetostatics.limb_result import LimbResult, some_limb_wrench
-from kinetostatics.screws import move_twist, move_wrench
-from kinetostatics.topology import Part
+from kinetostatics.result_warnings import result_warnings
+from kinetostatics.robot import Robot
+from kinetostatics.screws import move_wrench
+from kinetostatics.solution import Solution
 
 Array = NDArray[np.float64]
-
-#: Part of the Euler load above which the linear theory is doubtful.
-EULER_WARNING = 0.05
 
 
 class Result:
@@ -105,8 +109,7 @@ class Result:
     @cached_property
     def contributions(self) -> Mapping[str, Array]:
         """What load, platform weight and each limb's own weight contribute to the twist (…, 6); they sum to it."""
-        sources = self.solutions[0].sources if self.solutions else ()
-        return MappingProxyType({name: self._gather(lambda s, k=k: s.twists[:, k]) for k, name in enumerate(sources)})  # type: ignore[misc]
+        return self._batch.by_source(self.solutions[0].sources, [s.twists for s in self.solutions])
 
     @cached_property
     def stiffness(self) -> Array:
@@ -175,10 +178,7 @@ class Result:
         chunks = self._joint_contributions
         sources = self.solutions[0].sources
         return MappingProxyType(
-            {
-                name: MappingProxyType({source: self._public([w[:, k, s] for w in chunks]) for s, source in enumerate(sources)})
-                for name, k in self._joints_in_order()
-            }
+            {name: self._batch.by_source(sources, [w[:, k] for w in chunks]) for name, k in self._joints_in_order()}
         )
 
     def _joints_in_order(self) -> list[tuple[str, int]]:
@@ -200,12 +200,8 @@ class Result:
         """(…) what each contribution to the twist adds to each drive's force, by drive and contribution [N or N·m]."""
         pairs = zip(self.solutions, self._joint_contributions, strict=True)
         chunks = [drive_forces(self.robot, solution, wrenches) for solution, wrenches in pairs]
-        found = {}
-        for name in chunks[0]:
-            found[name] = MappingProxyType(
-                {source: self._public([chunk[name][k] for chunk in chunks]) for k, source in enumerate(self.solutions[0].sources)}
-            )
-        return MappingProxyType(found)
+        sources = self.solutions[0].sources
+        return MappingProxyType({name: self._batch.by_source(sources, [chunk[name] for chunk in chunks]) for name in chunks[0]})
 
     @cached_property
     def base_wrench(self) -> Array:
@@ -231,22 +227,14 @@ class Result:
     def _deformations(self) -> tuple[Deformation, ...]:
         return tuple(deform(self.robot, solution) for solution in self.solutions)
 
+    @property
+    def _motions(self) -> tuple[Robot, Batch, tuple[Solution, ...], tuple[Deformation, ...]]:
+        return self.robot, self._batch, self.solutions, self._deformations
+
     @cached_property
     def beams(self) -> Mapping[str, BeamResult]:
         """The beams by name: section wrenches, bent lines, stresses."""
-        found: dict[str, BeamResult] = {}
-        for number, stack in enumerate(self._deformations[0].beams):
-            pieces = [
-                beam_numbers(deformation.beams[number], solution)
-                for deformation, solution in zip(self._deformations, self.solutions, strict=True)
-            ]
-            for position, model in enumerate(stack.models):
-                mine = {key: [piece[key][..., position, :] for piece in pieces] for key in pieces[0]}
-                section = model.span.beam.section
-                mine["stress"] = [section.stress(np.swapaxes(w, 0, 1)).max(axis=0) for w in mine["section_wrenches"]]
-                arrays = {key: self._public(chunks) for key, chunks in mine.items()}
-                found[model.name] = BeamResult(model.name, model.span.beam, FRACTIONS, **arrays)
-        return MappingProxyType({name: found[name] for name in self.robot.description.beams})
+        return beam_results(*self._motions)
 
     @cached_property
     def beam_contributions(self) -> Mapping[str, Mapping[str, Array]]:
@@ -254,38 +242,12 @@ class Result:
 
         They sum to the deflections of :attr:`beams`, but for beams that hang on the base alone: no contribution is theirs.
         """
-        found: dict[str, Mapping[str, Array]] = {}
-        sources = self.solutions[0].sources
-        for number, stack in enumerate(self._deformations[0].beams):
-            lines = [np.swapaxes(d.beams[number].lines(FRACTIONS), 0, 1) for d in self._deformations]
-            for position, model in enumerate(stack.models):
-                found[model.name] = MappingProxyType(
-                    {source: self._public([line[:, :, k, position] for line in lines]) for k, source in enumerate(sources)}
-                )
-        return MappingProxyType({name: found[name] for name in self.robot.description.beams})
+        return beam_contributions(*self._motions)
 
     @cached_property
     def link_contributions(self) -> Mapping[str, Mapping[str, Array]]:
         """What each contribution does to each rigid link: (…, 6) twist of the link about its own origin, world axes."""
-        topology, mechanism = self.robot.topology, self.robot.mechanism
-        result: dict[str, Mapping[str, Array]] = {}
-        sources = self.solutions[0].sources
-        for link in self.robot.description.links:
-            if link in topology.carried_by:
-                twists = [d.motions[topology.carried_by[link]][:, : len(sources)] for d in self._deformations]
-            elif link in topology.platform.links:
-                twists = [s.twists for s in self.solutions]
-            elif link in topology.base.links:
-                twists = [np.zeros_like(s.twists) for s in self.solutions]
-            else:
-                continue
-            body, placement = mechanism.body_of[link]
-            moved = [
-                move_twist(t, (s.frames.points(np.array([body]), placement[:3, 3:])[:, 0] - s.o)[:, None])
-                for t, s in zip(twists, self.solutions, strict=True)
-            ]
-            result[link] = MappingProxyType({name: self._public([m[:, k] for m in moved]) for k, name in enumerate(sources)})
-        return MappingProxyType(result)
+        return link_contributions(*self._motions)
 
     @cached_property
     def source_contributions(self) -> Mapping[str, Mapping[str, Array]]:
@@ -295,34 +257,12 @@ class Result:
         P_s its wrenches under unit loads of the platform; together they are the twist (``docs/method.md``, section 6). Making
         one of them rigid does not remove exactly that amount, because the forces redistribute.
         """
-        parts: dict[str, dict[str, list[Array]]] = {}
-        for solution, deformation in zip(self.solutions, self._deformations, strict=True):
-            units = unit_chords(self.robot, solution)
-            for item in deformation.yielding:
-                carried = item.group.carried(item.chords, units[item.number])[:, :, list(item.positions)]
-                twists = np.einsum("iagn,ign->agn", carried, item.motion)
-                for position, name in enumerate(item.names):
-                    parts.setdefault(item.kind, {}).setdefault(name, []).append(twists[:, position])
-        kinds = {}
-        for kind, named in parts.items():
-            kinds[kind] = MappingProxyType({name: self._public(chunks) for name, chunks in named.items()})
-        return MappingProxyType(kinds)
+        return source_contributions(*self._motions)
 
     @cached_property
     def part_contributions(self) -> Mapping[str, tuple[Array, ...]]:
         """What gives way in the parts of each limb that is split by pieces through which everything passes (…, 6)."""
-        beams = self.robot.description.beams
-        twists = [
-            (f"beam:{name}" if kind == "beams" or (kind == "misfits" and name in beams) else name, twist)
-            for kind, named in self.source_contributions.items()
-            for name, twist in named.items()
-        ]
-
-        def of_part(part: Part) -> Array:
-            return frozen(sum((twist for key, twist in twists if key in part.keys), np.zeros((*self.shape, 6))))
-
-        limbs = [limb for limb in self.robot.topology.limbs if len(limb.parts) > 1]
-        return MappingProxyType({limb.name: tuple(of_part(part) for part in limb.parts) for limb in limbs})
+        return part_contributions(self.robot, self.shape, self.source_contributions)
 
     # ---- energies and warnings --------------------------------------------------------------------------------------
 
@@ -332,51 +272,7 @@ class Result:
         springs = self._public([deformation.spring_energy for deformation in self._deformations])
         return frozen(sum((beam.strain_energy for beam in self.beams.values()), springs))
 
-    def _large_motions(self) -> list[str]:
-        """Say where the platform moves more than small displacements allow."""
-        twist = np.nan_to_num(self.twist)
-        shift = float(np.linalg.norm(twist[..., :3], axis=-1).max(initial=0.0))
-        turn = float(np.linalg.norm(twist[..., 3:], axis=-1).max(initial=0.0))
-        if shift < 0.1 * self.robot.length and turn < 0.1:
-            return []
-        return [
-            f"the platform moves by {shift:.3g} m and {turn:.3g} rad, which linear theory does not cover: look for wrong units "
-            "in moduli, diameters and masses"
-        ]
-
     @cached_property
     def warnings(self) -> tuple[str, ...]:
         """What to be careful about, in full sentences."""
-        found = [*self.robot.description.warnings, *self.robot.topology.warnings]
-        open_by = float(np.nanmax(self.configuration.residual, initial=0.0))
-        if open_by > 1e-9:
-            found.append(f"the loops stay open by up to {open_by:.2g} m or rad: angles or lengths of the file are rounded")
-        found += self._large_motions()
-        for item in self.configuration.limits_exceeded.values():
-            found.append(
-                f"{item.joint} is beyond its limits [{item.lower:.6g}, {item.upper:.6g}]"
-                + (f": {float(item.value):.6g}" if item.value.shape == () else f" in {int(item.where.sum())} poses")
-            )
-        for name, beam in self.beams.items():
-            worst = float(np.max(np.nan_to_num(beam.euler_ratio), initial=0.0))
-            if worst > EULER_WARNING:
-                found.append(
-                    f"the axial force of beam {name} reaches {100 * worst:.3g} % of its Euler load; linear theory underestimates "
-                    "its deflection"
-                )
-        if np.any(self.status == Status.INDETERMINATE):
-            rigid = [limb.name for group in self.robot.limb_groups if group.rigid_directions for limb in group.limbs]
-            rings = [
-                limb.name
-                for solution in self.solutions[:1]
-                for item in solution.statics
-                if np.any(item.loose)
-                for limb in item.group.limbs
-            ]
-            what = [f"the rigid limbs {', '.join(rigid)} overconstrain one another"] if rigid else []
-            what += [f"rigid rings in {', '.join(rings)} are overconstrained in themselves"] if rings else []
-            found.append(
-                f"{' and '.join(what) or 'rigid parts overconstrain one another'}: how they share their forces is not "
-                "determined; undetermined forces are NaN"
-            )
-        return tuple(found)
+        return result_warnings(self)

@@ -18,8 +18,9 @@ from kinetostatics.configuration import Configuration
 from kinetostatics.description import RobotDescription
 from kinetostatics.exceptions import AssemblyError
 from kinetostatics.kinematics import Frames
+from kinetostatics.limb_group import LimbGroup
+from kinetostatics.limb_grouping import make_limb_groups
 from kinetostatics.limb_joints import Branch, JointTable, dead_joints, freedoms_of
-from kinetostatics.limbs import LimbGroup, make_limb_groups
 from kinetostatics.linalg import dot, null_space
 from kinetostatics.mechanism import Mechanism
 from kinetostatics.robot_file import read_robot_file

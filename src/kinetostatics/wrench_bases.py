@@ -9,13 +9,14 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics import force_method
 from kinetostatics.exceptions import StaticsError
+from kinetostatics.limb_geometry import LimbGeometry
+from kinetostatics.limb_group import LimbGroup
 from kinetostatics.linalg import Cholesky, dot, normalize
 from kinetostatics.wrench_candidates import (
     Candidate,
@@ -27,9 +28,6 @@ from kinetostatics.wrench_candidates import (
     further_candidates,
     wrench_of,
 )
-
-if TYPE_CHECKING:
-    from kinetostatics.limbs import LimbGeometry, LimbGroup
 
 Array = NDArray[np.float64]
 

@@ -13,12 +13,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics.limb_geometry import LimbGeometry
 from kinetostatics.limb_joints import Freedom, Unit
 from kinetostatics.linalg import cross, dot, normalize
 from kinetostatics.screws import wrench_of_couple, wrench_of_force
 
 if TYPE_CHECKING:
-    from kinetostatics.limbs import LimbGeometry, LimbGroup
+    from kinetostatics.limb_group import LimbGroup
 
 Array = NDArray[np.float64]
 

@@ -1,0 +1,73 @@
+"""Which limbs of a robot are built alike, how each is solved, and along how many of its wrenches it is rigid: decided once."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics import force_method
+from kinetostatics.kinematics import Frames
+from kinetostatics.limb_compliance import count_rigid
+from kinetostatics.limb_geometry import LimbGeometry
+from kinetostatics.limb_group import LimbGroup
+from kinetostatics.limbs import limb_statics
+from kinetostatics.wrench_bases import Basis, choose_basis
+
+if TYPE_CHECKING:
+    from kinetostatics.robot import Robot
+
+Array = NDArray[np.float64]
+
+
+def make_limb_groups(robot: Robot, frames: Frames) -> tuple[LimbGroup, ...]:
+    """Choose every limb's basis at generic ``frames`` and stack limbs that are built alike.
+
+    Raises:
+        StaticsError: a limb's wrenches cannot be completed to a basis.
+    """
+    o = robot.solver.platform_pose(frames)[1]
+    alike: dict[tuple[object, ...], list[tuple[LimbGroup, Basis]]] = {}
+    plans: dict[tuple[object, ...], list[force_method.Plan]] = {}
+    for number in range(len(robot.all_limbs)):
+        limb = LimbGroup(robot, [number])
+        geometry = limb.geometry(frames, o)
+        plan = None if limb.is_serial else _plan(limb, geometry, plans.setdefault(limb.signature, []))
+        basis = choose_basis(limb.decided(plan), geometry)
+        limb = limb.decided(plan, [basis], _rigid_directions(limb.decided(plan, [basis]), frames, o))
+        key = (
+            limb.signature,
+            tuple((c.direction, c.centre) for c in (*basis.constraint, *basis.attached)),
+            len(basis.constraint),
+            basis.independent,
+            basis.carried,
+            plan,
+            limb.rigid_directions,
+        )
+        alike.setdefault(key, []).append((limb, basis))
+    return tuple(_stacked(robot, members) for members in alike.values())
+
+
+def _stacked(robot: Robot, members: list[tuple[LimbGroup, Basis]]) -> LimbGroup:
+    """Return limbs that are built alike, each a group of its own with its basis, as one group."""
+    first = members[0][0]
+    numbers, bases = [limb.numbers[0] for limb, _ in members], [basis for _, basis in members]
+    return LimbGroup(robot, numbers).decided(first.plan, bases, first.rigid_directions)
+
+
+def _rigid_directions(limb: LimbGroup, frames: Frames, o: Array) -> int:
+    """Return along how many combinations of its constraint wrenches a limb is rigid, at generic poses."""
+    N = o.shape[1]
+    weightless = np.zeros((6, len(limb.robot.weights.names), N))
+    return count_rigid(limb_statics(limb, frames, o, weightless, np.zeros((3, N))).C)
+
+
+def _plan(limb: LimbGroup, geometry: LimbGeometry, known: list[force_method.Plan]) -> force_method.Plan:
+    """Return a plan that another limb built alike has already, if it suits, else a new one, which is then ``known`` too."""
+    A, P, tolerance = limb.joint_equations(geometry)[:, :, 0], limb.platform_sum, limb.robot.rank_tolerance
+    for plan in known:
+        if force_method.suits(plan, A, P, tolerance):
+            return plan
+    known.append(force_method.make_plan(A, P, tolerance))
+    return known[-1]

@@ -1,0 +1,79 @@
+"""What to be careful about in a result, in full sentences."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kinetostatics.configuration import Status
+
+if TYPE_CHECKING:
+    from kinetostatics.result import Result
+
+#: Part of the Euler load above which the linear theory is doubtful.
+EULER_WARNING = 0.05
+#: Displacement, relative to the characteristic length, and rotation [rad] of the platform above which it is doubtful, too.
+LARGE_MOTION = 0.1
+#: Gap of the loops [m, rad] above which it is worth mentioning.
+OPEN_LOOPS = 1e-9
+
+
+def result_warnings(result: Result) -> tuple[str, ...]:
+    """Return the warnings of the robot and of its poses under their loads."""
+    robot = result.robot
+    found = [*robot.description.warnings, *robot.topology.warnings]
+    found += _open_loops(result) + _large_motions(result)
+    for item in result.configuration.limits_exceeded.values():
+        found.append(
+            f"{item.joint} is beyond its limits [{item.lower:.6g}, {item.upper:.6g}]"
+            + (f": {float(item.value):.6g}" if item.value.shape == () else f" in {int(item.where.sum())} poses")
+        )
+    for name, beam in result.beams.items():
+        worst = float(np.max(np.nan_to_num(beam.euler_ratio), initial=0.0))
+        if worst > EULER_WARNING:
+            found.append(
+                f"the axial force of beam {name} reaches {100 * worst:.3g} % of its Euler load; linear theory underestimates "
+                "its deflection"
+            )
+    if np.any(result.status == Status.INDETERMINATE):
+        found.append(_indeterminate(result))
+    return tuple(found)
+
+
+def _open_loops(result: Result) -> list[str]:
+    open_by = float(np.nanmax(result.configuration.residual, initial=0.0))
+    if open_by <= OPEN_LOOPS:
+        return []
+    return [f"the loops stay open by up to {open_by:.2g} m or rad: angles or lengths of the file are rounded"]
+
+
+def _large_motions(result: Result) -> list[str]:
+    """Say where the platform moves more than small displacements allow."""
+    twist = np.nan_to_num(result.twist)
+    shift = float(np.linalg.norm(twist[..., :3], axis=-1).max(initial=0.0))
+    turn = float(np.linalg.norm(twist[..., 3:], axis=-1).max(initial=0.0))
+    if shift < LARGE_MOTION * result.robot.length and turn < LARGE_MOTION:
+        return []
+    return [
+        f"the platform moves by {shift:.3g} m and {turn:.3g} rad, which linear theory does not cover: look for wrong units "
+        "in moduli, diameters and masses"
+    ]
+
+
+def _indeterminate(result: Result) -> str:
+    """Say which rigid parts share forces that statics cannot tell."""
+    rigid = [limb.name for group in result.robot.limb_groups if group.rigid_directions for limb in group.limbs]
+    rings = [
+        limb.name
+        for solution in result.solutions[:1]
+        for item in solution.statics
+        if np.any(item.loose)
+        for limb in item.group.limbs
+    ]
+    what = [f"the rigid limbs {', '.join(rigid)} overconstrain one another"] if rigid else []
+    what += [f"rigid rings in {', '.join(rings)} are overconstrained in themselves"] if rings else []
+    return (
+        f"{' and '.join(what) or 'rigid parts overconstrain one another'}: how they share their forces is not "
+        "determined; undetermined forces are NaN"
+    )
