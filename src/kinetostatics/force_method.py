@@ -81,12 +81,13 @@ def suits(plan: Plan, A: Array, P: Array, tolerance: float) -> bool:
     return float(np.min(_eliminate(M, (*plan.joints, *plan.platform)), initial=1.0)) > _GOOD_PIVOT
 
 
-def distribute(plan: Plan, A: Array, P: Array, demand: Array) -> Distribution:
+def distribute(plan: Plan, A: Array, filled: NDArray[np.bool_], P: Array, demand: Array) -> Distribution:
     """Solve A X = −demand, P X = w for every wrench w that the limb can carry.
 
     Args:
         plan: the pivots.
         A: (k, n, g, N) the joints' equations.
+        filled: (k, n) which of their coefficients are not zero everywhere.
         P: (6, n) sums over the platform's chords.
         demand: (k, g, N) what the weights put on the passive freedoms.
     """
@@ -96,9 +97,12 @@ def distribute(plan: Plan, A: Array, P: Array, demand: Array) -> Distribution:
     M[:k, :n], M[:k, n] = A, -demand
     M[k:, :n] = P.reshape(6, n, *(1,) * len(batch))
     M[range(k, k + 6), range(n + 1, n + 7)] = 1
-    smallest = _eliminate(M, plan.joints)
-    M[k:, n] = 0  # the particular solution leaves the free columns alone
-    smallest = np.minimum(smallest, _eliminate(M, plan.platform))
+    pattern = np.zeros((k + 6, n + 7), dtype=bool)
+    pattern[:k, :n], pattern[:k, n], pattern[k:, :n] = filled, True, P != 0
+    pattern[range(k, k + 6), range(n + 1, n + 7)] = True
+    smallest = _eliminate(M, plan.joints, pattern)
+    M[k:, n], pattern[k:, n] = 0, False  # the particular solution leaves the free columns alone
+    smallest = np.minimum(smallest, _eliminate(M, plan.platform, pattern))
     pivots = (*plan.joints, *plan.platform)
     rows, columns = [row for row, _ in pivots], [column for _, column in pivots]
     solved = np.zeros((n, 7, *batch))
@@ -117,20 +121,36 @@ def distribute(plan: Plan, A: Array, P: Array, demand: Array) -> Distribution:
     return result
 
 
-def _eliminate(M: Array, pivots: tuple[tuple[int, int], ...]) -> Array:
-    """Eliminate columns in place (Gauss–Jordan) and return the smallest absolute pivot (…)."""
+def _eliminate(M: Array, pivots: tuple[tuple[int, int], ...], filled: NDArray[np.bool_] | None = None) -> Array:
+    """Eliminate columns in place (Gauss–Jordan) and return the smallest absolute pivot (…); the pivots' own columns stay behind.
+
+    Args:
+        M: (rows, columns, …) the equations.
+        pivots: rows and columns.
+        filled: (rows, columns) where M is not zero throughout, kept up to date; None: everywhere.
+    """
+    filled = np.ones(M.shape[:2], dtype=bool) if filled is None else filled
     smallest = np.full(M.shape[2:], np.inf)
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
         for row, column in pivots:
             pivot = M[row, column]
             smallest = np.minimum(smallest, np.abs(pivot))
-            M[row] /= np.array(pivot)
-            for other in range(M.shape[0]):
-                if other != row:
-                    factor = M[other, column]
-                    if np.any(factor):
-                        M[other] -= np.array(factor) * M[row]
+            others = [int(other) for other in np.flatnonzero(filled[:, column]) if other != row]
+            filled[:, column] = False
+            runs = _runs(filled[row])
+            for run in runs:
+                M[row, run] /= pivot
+            for other in others:
+                for run in runs:
+                    M[other, run] -= M[other, column] * M[row, run]
+            filled[others] |= filled[row]
     return smallest
+
+
+def _runs(mask: NDArray[np.bool_]) -> list[slice]:
+    """Return where a mask is true, as slices."""
+    ends = np.flatnonzero(np.diff(mask, prepend=False, append=False))
+    return [slice(first, last) for first, last in ends.reshape(-1, 2).tolist()]
 
 
 def _pivots(M: Array, rows: range, count: int, used: list[int]) -> list[tuple[int, int]]:

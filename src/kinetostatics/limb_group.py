@@ -42,6 +42,7 @@ class LimbGroup:
         unit_of: (k,) the unit that each freedom belongs to.
         platform_joint: (k,) which freedoms belong to the platform joint.
         compliances: (6, beams, g, 1) section compliances.
+        beam_masses, beam_masses_per_length: (beams, g, 1) [kg], or [kg/m] where those are what is fixed, else NaN.
         spring_linear, spring_angular: (3, 3, springs, g) [m/N], [rad/(N·m)].
         freedom_chords, beam_chords, spring_chords, element_chords: (…, M) signs of the chord wrenches that each of them carries.
         to_platform: (M,) which chords end at the platform.
@@ -82,6 +83,10 @@ class LimbGroup:
             for limb, units in zip(self.limbs, self.units, strict=True)
         ]
         self.compliances = _members_last([[m.compliances for m in row] for row in self.beams], (6,))[..., None]
+        self.beam_masses = _members_last([[np.array(m.mass) for m in row] for row in self.beams], ())[..., None]
+        self.beam_masses_per_length = _members_last(
+            [[np.array(np.nan if m.mass_per_length is None else m.mass_per_length) for m in row] for row in self.beams], ()
+        )[..., None]
         self.spring_linear = _members_last([[spring.linear for spring in row] for row in self.springs], (3, 3))
         self.spring_angular = _members_last([[spring.angular for spring in row] for row in self.springs], (3, 3))
         limb, elements = self.limbs[0], self.elements[0]
@@ -96,7 +101,7 @@ class LimbGroup:
         own = [[robot.weights.names.index(name) for name in limb.weights] for limb in self.limbs]
         most = max(map(len, own), default=0)
         self._own_weights = np.array([row + [0] * (most - len(row)) for row in own], dtype=np.intp).reshape(len(own), most).T
-        self._outboard_of_freedoms = self._outboard(freedom_edges)[:, self.passive]
+        self._outboard_of_passive = self._outboard(freedom_edges)[:, self.passive]
         self._outboard_of_beams, self._outboard_of_springs = self._outboard(beam_edges), self._outboard(spring_edges)
 
     def decided(self, plan: Plan | None, bases: Sequence[Basis] = (), rigid_directions: int = 0) -> LimbGroup:
@@ -185,7 +190,7 @@ class LimbGroup:
         """
         own = weights[:, self._own_weights.ravel()].reshape(6, *self._own_weights.shape, weights.shape[2])
         return (
-            np.einsum("gkw,iwgn->ikgn", self._outboard_of_freedoms, own),
+            np.einsum("gkw,iwgn->ikgn", self._outboard_of_passive, own),
             np.einsum("gkw,iwgn->ikgn", self._outboard_of_beams, own),
             np.einsum("gkw,iwgn->ikgn", self._outboard_of_springs, own),
         )
@@ -202,10 +207,17 @@ class LimbGroup:
 
     def joint_equations(self, geometry: LimbGeometry) -> Array:
         """Return the passive joints' equations (k, 6 M, g, N) for scaled chord wrenches: no power on any freedom [1], Eq. (2)."""
-        scaled = geometry.twists[:, self.passive] * self.twist_scale
-        rows = self.freedom_chords[self.passive].T[:, None, :, None, None] * scaled
-        rows = rows.reshape(rows.shape[0] * rows.shape[1], *scaled.shape[1:]).swapaxes(0, 1)
-        return np.ascontiguousarray(rows / self.power_scale)
+        scaled = (geometry.twists[:, self.passive] * self.twist_scale).swapaxes(0, 1) / self.power_scale
+        signs = self.freedom_chords[self.passive]
+        rows = np.zeros((*signs.shape, *scaled.shape[1:]))
+        for freedom, chord in np.argwhere(signs).tolist():
+            rows[freedom, chord] = signs[freedom, chord] * scaled[freedom]
+        return rows.reshape(len(signs), 6 * signs.shape[1], *scaled.shape[2:])
+
+    @property
+    def joint_pattern(self) -> NDArray[np.bool_]:
+        """Which coefficients (k, 6 M) of these equations are not zero everywhere: those of the chords that a freedom carries."""
+        return np.repeat(self.freedom_chords[self.passive] != 0, 6, axis=1)
 
     @property
     def platform_sum(self) -> Array:

@@ -45,16 +45,19 @@ class LimbWrenches:
 
 def limb_wrenches(group: LimbGroup, geometry: LimbGeometry, outboard: Array) -> LimbWrenches:
     """Find the wrenches of limbs; ``outboard`` (6, passive freedoms, g, N) are the weights outboard of each passive freedom."""
-    demand = np.einsum("ik...,ik...->k...", geometry.twists[:, group.passive], outboard) / group.power_scale[:, 0]
-    return _of_serial(group, geometry, demand) if group.is_serial else _of_rings(group, geometry, demand)
+    T = geometry.twists[:, group.passive]
+    demand = np.einsum("ik...,ik...->k...", T, outboard) / group.power_scale[:, 0]
+    return _of_serial(group, geometry, T, demand) if group.is_serial else _of_rings(group, geometry, demand)
 
 
-def _of_serial(group: LimbGroup, geometry: LimbGeometry, demand: Array) -> LimbWrenches:
+def _of_serial(group: LimbGroup, geometry: LimbGeometry, T: Array, demand: Array) -> LimbWrenches:
     """Return the wrenches of serial limbs: their one chord carries just what the platform puts on them.
 
-    ``demand`` (k, g, N) is the power of the weights on the passive freedoms: Eq. (3) is T_iᵀ J_ig W_ig = −demand [N].
+    Args:
+        group, geometry: the limbs and where they are.
+        T: (6, k, g, N) unit twists of the passive freedoms.
+        demand: (k, g, N) power of the weights on them: Eq. (3) is Tᵀ J_ig W_ig = −demand [N].
     """
-    T = geometry.twists[:, group.passive]
     J_c, J_g, degenerate = evaluate_bases(group, geometry, T)
     W_g = np.zeros((J_g.shape[1], *demand.shape[1:]))
     left = demand
@@ -75,7 +78,7 @@ def _of_rings(group: LimbGroup, geometry: LimbGeometry, demand: Array) -> LimbWr
     assert group.plan is not None
     A = group.joint_equations(geometry)
     M, batch = len(group.to_platform), demand.shape[1:]
-    found = force_method.distribute(group.plan, A, group.platform_sum, demand)
+    found = force_method.distribute(group.plan, A, group.joint_pattern, group.platform_sum, demand)
     left = demand + np.einsum("kn...,n...->k...", A, found.particular)
     scale = group.twist_scale
     J_c, J_g, degenerate = evaluate_bases(group, geometry, found.allowed / scale)

@@ -87,13 +87,10 @@ def _columns(
 
 
 def _degenerate(group: LimbGroup, J: Array, count: int, scale: Array, allowed: Array) -> NDArray[np.bool_]:
-    """Return where (g, N) the constraint wrenches are dependent, or not reciprocal to the passive joints any more."""
-    bad = ~np.all(np.isfinite(J), axis=(0, 1))
-    unit = normalize(np.where(bad, 1.0, J) * scale)
-    for first, last in ((0, count), (0, J.shape[1])):
-        if last > first:
-            part = unit[:, first:last]
-            bad |= ~(Cholesky(np.einsum("ki...,kj...->ij...", part, part)).smallest_pivot > DEGENERATE)
+    """Return where (g, N) wrenches are dependent, not finite, or the first ``count`` not reciprocal to ``allowed`` any more."""
+    unit = normalize(J * scale)
+    # the factor of all columns begins with that of the constraint wrenches alone; what is not finite leaves no pivot
+    bad = ~(Cholesky(np.einsum("ki...,kj...->ij...", unit, unit)).smallest_pivot > DEGENERATE)
     if count and allowed.shape[1]:
         power = np.einsum("ki...,kj...->ij...", allowed / scale, unit[:, :count])
         bad |= np.max(np.abs(power), axis=(0, 1)) > 1e-6 + 100 * group.robot.closing_error
@@ -165,7 +162,7 @@ def allowed_twists(group: LimbGroup, geometry: LimbGeometry) -> Array:
         return geometry.twists[:, group.passive]
     assert group.plan is not None
     A = group.joint_equations(geometry)
-    found = force_method.distribute(group.plan, A, group.platform_sum, np.zeros((A.shape[0], *A.shape[2:])))
+    found = force_method.distribute(group.plan, A, group.joint_pattern, group.platform_sum, np.zeros((A.shape[0], *A.shape[2:])))
     return found.allowed / group.twist_scale
 
 
