@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from kinetostatics import beams as beam_formulas
 from kinetostatics.beam_models import BeamModel
 from kinetostatics.limb_compliance import spring_twist
+from kinetostatics.limb_geometry import LimbGeometry
 from kinetostatics.limb_group import LimbGroup, chord_sum
 from kinetostatics.limbs import LimbStatics
 from kinetostatics.linalg import least_squares
@@ -152,7 +153,8 @@ def deform(robot: Robot, solution: Solution) -> Deformation:
 
 def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
     statics = solution.statics[number]
-    group, geometry = statics.group, statics.geometry
+    group = statics.group
+    geometry = group.geometry(solution.frames, solution.o)
     chords, share = solution.chord_wrenches(number), solution.share(group)
     S, g, N = chords.shape[2:]
     elements, signs = group.elements[0], group.element_chords
@@ -183,7 +185,7 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
         kind = "drives" if group.springs[0][spring].is_drive else "joints"
         out.yielding.append(Yielding(kind, names, group, number, everyone, signs[k], moved.sum(axis=1)))
     _add_misfits(solution, number, gives, beam_of, out)
-    turned = _joint_motions(solution, statics, gives, signs, S)
+    turned = _joint_motions(solution, statics, geometry, gives, signs, S)
     # from base to platform the motions of all elements add up
     root = np.zeros((6, S, g, N))
     if group.limbs[0].on_platform:
@@ -244,12 +246,14 @@ def _mass(model: BeamModel, length: Array) -> Array:
     return np.full_like(length, model.mass) if model.mass_per_length is None else model.mass_per_length * length
 
 
-def _joint_motions(solution: Solution, statics: LimbStatics, gives: dict[int, Array], signs: NDArray[np.int8], S: int) -> Array:
+def _joint_motions(
+    solution: Solution, statics: LimbStatics, geometry: LimbGeometry, gives: dict[int, Array], signs: NDArray[np.int8], S: int
+) -> Array:
     """Return how far all freedoms move (k, S, g, N) so that the limbs stay together; local freedoms stay.
 
     Along every chord the motions of all edges that carry it sum to that of the platform, or to none in a ring.
     """
-    group, geometry = statics.group, statics.geometry
+    group = statics.group
     M, (g, N) = len(group.to_platform), geometry.limb_axes.shape[2:]
     turned = np.zeros((len(group.passive), S, g, N))
     passive = np.flatnonzero(group.passive)

@@ -39,11 +39,9 @@ class LimbLoads:
 
 def own_weights_of_beams(group: LimbGroup, geometry: LimbGeometry, gravity: Array) -> Array:
     """Return the even loads (3, beams, g, N) [N/m], in beam axes, of the beams' weights under ``gravity`` (3, N) [m/s²]."""
-    per_length = [[np.nan if m.mass_per_length is None else m.mass_per_length for m in row] for row in group.beams]
-    whole = [[m.mass for m in row] for row in group.beams]
-    given, mass = (np.array(table).reshape(len(group.limbs), -1).T[..., None] for table in (per_length, whole))
     with np.errstate(divide="ignore", invalid="ignore"):  # a telescope may be pushed together to nothing
-        spread = np.where(np.isnan(given), mass / geometry.beam_lengths, given)
+        given = group.beam_masses_per_length
+        spread = np.where(np.isnan(given), group.beam_masses / geometry.beam_lengths, given)
     field = np.broadcast_to(gravity[:, None, None], (3, *spread.shape))
     return np.einsum("ik...,i...->k...", geometry.beam_axes, field) * spread
 
@@ -91,11 +89,11 @@ def spring_twist(group: LimbGroup, spring: int, wrench: Array) -> Array:
 
 def misfit_strains(group: LimbGroup, columns: Array, misfit: Array | None) -> Array:
     """Return what misfits (6, elements, g, N) about o do along chord wrenches (M, 6, n, g, N): (n, g, N) [m or rad]."""
+    if misfit is None:
+        return np.broadcast_to(0.0, columns.shape[2:])
     error: Array = np.zeros(columns.shape[2:])
-    if misfit is None or not error.size:
-        return error
     for k in range(misfit.shape[1]):
-        if np.any(misfit[:, k]):
+        if error.size and np.any(misfit[:, k]):
             error += np.einsum("in...,i...->n...", chord_sum(group.element_chords[k], columns), misfit[:, k])
     return error
 

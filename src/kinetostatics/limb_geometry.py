@@ -5,7 +5,7 @@ All of them are fixed in bodies of the robot. Arrays are ``(component, member, l
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from kinetostatics.robot import Robot
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 
 @dataclass(frozen=True)
@@ -76,69 +77,66 @@ class LimbSkeleton:
         self.rotates = np.array([freedom.rotates for freedom in rows[0]], dtype=bool)
         self.passive = np.array([freedom.passive for freedom in rows[0]], dtype=bool)
         self.unit_of = np.array([k for k, unit in enumerate(units[0]) for _ in unit.freedoms], dtype=np.intp)
-        self._axes = _Members([[f.body for f in row] for row in rows], [[f.axis for f in row] for row in rows])
-        self._centres = _Members([[f.centre_body for f in row] for row in rows], [[f.centre for f in row] for row in rows])
-        self._sign = np.array([[f.sign for f in row] for row in rows], dtype=float).reshape(len(rows), -1).T[..., None]
-        outer = [_outer_point(robot, limb) for limb in limbs]
-        self._outer_points = _Members([[body] for body, _ in outer], [[point] for _, point in outer])
+        signs = np.array([[f.sign for f in row] for row in rows], dtype=float).reshape(len(rows), -1).T[..., None]
+        self._signs = signs if np.any(signs < 0) else None
         spans = [[beam.span for beam in row] for row in beams]
-        self._beam_starts = _Members([[s.start_body for s in row] for row in spans], [[s.start for s in row] for row in spans])
-        self._beam_ends = _Members([[s.end_body for s in row] for row in spans], [[s.end for s in row] for row in spans])
-        self._beam_axes = _Members([[s.carrier for s in row] for row in spans], [[m.axes for m in row] for row in beams], (3, 3))
-        bodies = [[spring.body for spring in row] for row in springs]
-        self._spring_axes = _Members(bodies, [[spring.frame[:3, :3] for spring in row] for row in springs], (3, 3))
-        self._spring_points = _Members(bodies, [[spring.frame[:3, 3] for spring in row] for row in springs])
+        self._axes = _Vectors([[(f.body, f.axis) for f in row] for row in rows])
+        self._beam_axes = _Vectors([[(beam.span.carrier, beam.axes) for beam in row] for row in beams], (3, 3))
+        self._spring_axes = _Vectors([[(spring.body, spring.frame[:3, :3]) for spring in row] for row in springs], (3, 3))
+        self._centres = _Vectors([[(f.centre_body, f.centre) for f in row] for row in rows])
+        self._outer_ends = _Vectors([[_outer_point(robot, limb)] for limb in limbs])
+        self._beam_starts = _Vectors([[(s.start_body, s.start) for s in row] for row in spans])
+        self._beam_ends = _Vectors([[(s.end_body, s.end) for s in row] for row in spans])
+        self._spring_points = _Vectors([[(spring.body, spring.frame[:3, 3]) for spring in row] for row in springs])
         self._last_freedoms = [int(np.flatnonzero(self.unit_of == u)[-1]) for u in range(len(self._units))]
-        z = self._limb_z(robot.zero_frames)[:, :, 0]
-        self.y_choice = self._choose_y(robot.zero_frames, z[:, 0])
+        zero = robot.zero_frames
+        z = self._limb_z(self._beam_axes.at(zero), self._centres.points(zero), self._outer_ends.points(zero))[:, :, 0]
+        self.y_choice = self._choose_y(self._axes.at(zero)[:, :, 0, 0], z[:, 0])
         self._world_y = np.eye(3)[:, np.argmin(np.abs(z), axis=0)]
 
     def geometry(self, frames: Frames, o: Array) -> LimbGeometry:
         """Evaluate the limbs at given frames; ``o`` (3, N) is the reference point [m]."""
+        axes, beam_axes, spring_axes = self._axes.at(frames), self._beam_axes.at(frames), self._spring_axes.at(frames)
+        centres, outer_ends = self._centres.points(frames), self._outer_ends.points(frames)
         o = o[:, None, None]
-        axes = self._axes.directions(frames)
-        arms = self._centres.points(frames) - o
+        arms = centres - o
         twists = np.empty((6, *axes.shape[1:]))
         slides = np.flatnonzero(~self.rotates)
         twists[:3], twists[3:] = cross(arms, axes), axes
         twists[:3, slides], twists[3:, slides] = axes[:, slides], 0.0
-        if np.any(self._sign < 0):
-            twists *= self._sign
-        centres = np.concatenate([arms[:, self._last_freedoms], self._outer_points.points(frames) - o], axis=1)
-        beam_axes = self._beam_axes.orientations(frames)
-        end = self._beam_ends.points(frames)
-        lengths = dot(beam_axes[:, 0], end - self._beam_starts.points(frames))
-        z = self._limb_z(frames)
+        if self._signs is not None:
+            twists *= self._signs
+        beam_ends = self._beam_ends.points(frames)
+        z = self._limb_z(beam_axes, centres, outer_ends)
         follow = axes[:, self.y_choice[1]] if self.y_choice[0] == "axis" else self._world_y[:, :, None]
         y = normalize(follow - z * dot(z, follow))
         return LimbGeometry(
             axes=axes,
             twists=twists,
-            centres=centres,
+            centres=np.concatenate([arms[:, self._last_freedoms], outer_ends - o], axis=1),
             limb_axes=np.stack([cross(y, z), y, z], axis=1),
             beam_axes=beam_axes,
-            beam_lengths=lengths,
-            beam_ends=end - o,
-            spring_axes=self._spring_axes.orientations(frames),
+            beam_lengths=dot(beam_axes[:, 0], beam_ends - self._beam_starts.points(frames)),
+            beam_ends=beam_ends - o,
+            spring_axes=spring_axes,
             spring_arms=self._spring_points.points(frames) - o,
         )
 
-    def _limb_z(self, frames: Frames) -> Array:
+    def _limb_z(self, beam_axes: Array, centres: Array, outer_ends: Array) -> Array:
         """Return the limbs' z axes (3, g, N): along the last beam, else from the first joint to the outer end, else up."""
-        if self._beam_axes.count:
-            return self._beam_axes.orientations(frames)[:, 0, -1]
-        outer = self._outer_points.points(frames)[:, 0]
-        if len(self.passive):
-            axis = outer - self._centres.points(frames)[:, 0]
+        if beam_axes.shape[2]:
+            return beam_axes[:, 0, -1]
+        outer = outer_ends[:, 0]
+        if centres.shape[1]:
+            axis = outer - centres[:, 0]
             if float(np.min(np.sqrt(dot(axis, axis)), initial=1.0)) > 1e-9:
                 return normalize(axis)
         up = np.zeros_like(outer)
         up[2] = 1
         return up
 
-    def _choose_y(self, frames: Frames, z: Array) -> tuple[str, int]:
+    def _choose_y(self, axes: Array, z: Array) -> tuple[str, int]:
         """Choose what the y axis across ``z`` (3,) follows: a passive revolute, else a universal's axis, else a world axis."""
-        axes = self._axes.directions(frames)[:, :, 0, 0]
         for kinds in (("revolute", "continuous", "cylindrical"), ("universal",)):
             for k, unit in enumerate(self._units):
                 for f in np.flatnonzero(self.unit_of == k):
@@ -147,34 +145,29 @@ class LimbSkeleton:
         return "world", -1
 
 
-class _Members:
-    """Bodies and local vectors of the k-th member of g limbs, as the frames want them: member by member, limb by limb."""
+class _Vectors:
+    """Points or directions (3,), or axes (3, 3), fixed in bodies: those of the k members of each of g limbs, limb by limb."""
 
-    def __init__(self, bodies: list[list[int]], vectors: list[list[Array]], shape: tuple[int, ...] = (3,)) -> None:
-        g, k = len(bodies), len(bodies[0])
-        self.count, self.limbs = k, g
-        self.bodies = np.array(bodies, dtype=np.intp).reshape(g, k).T.ravel()
-        stacked = np.array(vectors, dtype=float).reshape(g, k, *shape)
-        self.vectors = np.moveaxis(stacked, (0, 1), (-1, -2)).reshape(*shape, k * g)
+    def __init__(self, rows: list[list[tuple[int, Array]]], shape: tuple[int, ...] = (3,)) -> None:
+        g, k = len(rows), len(rows[0])
+        self._shape = (*shape, k, g)
+        self._bodies = np.array([body for row in rows for body, _ in row], dtype=np.intp).reshape(g, k).T.ravel()
+        vectors = np.array([vector for row in rows for _, vector in row], dtype=float).reshape(g, k, *shape)
+        self._vectors = np.moveaxis(vectors, (0, 1), (-1, -2)).reshape(*shape, k * g)
 
     def points(self, frames: Frames) -> Array:
-        """Return world positions (3, k, g, N)."""
-        if not self.count:  # which indexing would pay for
-            return np.zeros((3, 0, self.limbs, frames.position.shape[2]))
-        return self._shaped(frames.points(self.bodies, self.vectors))
+        """Return points in the world (3, k, g, N) [m]."""
+        return self._shaped(frames.points, frames)
 
-    def directions(self, frames: Frames) -> Array:
-        """Return world directions (3, k, g, N)."""
-        return self._shaped(frames.directions(self.bodies, self.vectors))
+    def at(self, frames: Frames) -> Array:
+        """Return directions (3, k, g, N) or axes (3, 3, k, g, N) in the world."""
+        return self._shaped(frames.directions if self._vectors.ndim == 2 else frames.orientations, frames)
 
-    def orientations(self, frames: Frames) -> Array:
-        """Return world orientations (3, 3, k, g, N)."""
-        if not self.count:
-            return np.zeros((3, 3, 0, self.limbs, frames.position.shape[2]))
-        return self._shaped(frames.orientations(self.bodies, self.vectors))
-
-    def _shaped(self, array: Array) -> Array:
-        return array.reshape(*array.shape[:-2], self.count, self.limbs, array.shape[-1])
+    def _shaped(self, evaluate: Callable[[Index, Array], Array], frames: Frames) -> Array:
+        N = frames.position.shape[2]
+        if not self._bodies.size:  # which indexing would pay for
+            return np.zeros((*self._shape, N))
+        return evaluate(self._bodies, self._vectors).reshape(*self._shape, N)
 
 
 def _outer_point(robot: Robot, limb: Limb) -> tuple[int, Array]:

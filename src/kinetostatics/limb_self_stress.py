@@ -54,9 +54,9 @@ def relaxed_limbs(
         misfit: (6, elements, g, N) what each element's outboard side is displaced by for no force, about o; None: nothing.
     """
     chords, particular, self_stress = found.chords, found.particular, found.self_stress
-    no_stress = np.zeros_like(particular)
     if not self_stress.shape[2]:
         C, sag = strains(group, geometry, chords, particular, loads)
+        no_stress = np.broadcast_to(0.0, particular.shape)
         return RelaxedLimbs(chords, particular, no_stress, self_stress, C, sag, misfit_strains(group, chords, misfit))
     n = chords.shape[2]
     columns = np.concatenate([chords, self_stress], axis=2)

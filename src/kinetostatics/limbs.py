@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from kinetostatics.kinematics import Frames
 from kinetostatics.limb_compliance import LimbLoads, own_weights_of_beams
-from kinetostatics.limb_geometry import LimbGeometry
 from kinetostatics.limb_group import LimbGroup
 from kinetostatics.limb_self_stress import relaxed_limbs
 from kinetostatics.limb_wrenches import limb_wrenches
@@ -26,7 +25,7 @@ class LimbStatics:
     """A group of limbs at many poses; arrays (…, limb, pose), wrenches about o, world axes.
 
     Attributes:
-        group, geometry: the limbs and where they are.
+        group: the limbs.
         J_c, J_g: (6, n_c, g, N), (6, n_g, g, N) constraint and attached wrenches, Eqs. (2), (4).
         W_g: (n_g, g, N) attached intensities, Eq. (3) [N or N·m].
         R_g: (6, g, N) their sum J_ig W_ig [N, N·m].
@@ -43,7 +42,6 @@ class LimbStatics:
     """
 
     group: LimbGroup
-    geometry: LimbGeometry
     J_c: Array
     J_g: Array
     W_g: Array
@@ -80,7 +78,6 @@ def limb_statics(
     relaxed = relaxed_limbs(group, geometry, found, loads, misfit)
     return LimbStatics(
         group=group,
-        geometry=geometry,
         J_c=found.J_c,
         J_g=found.J_g,
         W_g=found.W_g,
