@@ -121,6 +121,8 @@ def _vector(name: str, value: ArrayLike, size: int) -> Array:
 
 def _load_at_o(robot: Robot, frames: Frames, load: Array, point: Array | None, frame: str) -> Array:
     """Return the external load about o in world axes (6, N)."""
+    if frame == "world" and point is None:
+        return load
     R, o = robot.solver.platform_pose(frames)
     if frame == "platform":
         load = np.concatenate([np.einsum("ijn,jn->in", R, load[:3]), np.einsum("ijn,jn->in", R, load[3:])])
@@ -147,7 +149,8 @@ def _complain(robot: Robot, solution: Solution) -> None:
                 name,
                 joints,
             )
-    if solution.misfits is not None and np.any(np.isnan(solution.twists[:, -1])):
+    contradictory = np.any(np.isnan(solution.twists[:, -1]), axis=0) & (solution.status != Status.SINGULAR)
+    if solution.misfits is not None and np.any(contradictory):
         names = ", ".join(sorted(solution.misfits.names))
         raise StaticsError(
             f"the misfits of {names} contradict one another in rigid parts, which cannot give way: give those parts some "

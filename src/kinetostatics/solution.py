@@ -194,19 +194,25 @@ def _status(statics: Iterable[LimbStatics], balance: PlatformEquilibrium, unbala
     for item in statics:
         status[(status == Status.OK) & np.any(item.degenerate, axis=0)] = Status.BASIS_DEGENERATE
         status[(status == Status.OK) & np.any(item.loose, axis=(0, 1, 2, 3))] = Status.INDETERMINATE
-    status[~(_hold(statics, balance.scale, len(status)) > HELD)] = Status.SINGULAR
+    status[~_held(statics, balance.scale, len(status))] = Status.SINGULAR
     for part in unbalanced.values():
         status[part > UNBALANCED] = Status.SINGULAR
     return status
 
 
-def _hold(statics: Iterable[LimbStatics], scale: Array, N: int) -> Array:
-    """Return how well the limbs' wrenches hold the platform (N,): the smallest eigenvalue of their Gram matrix."""
+def _held(statics: Iterable[LimbStatics], scale: Array, N: int) -> NDArray[np.bool_]:
+    """Return where (N,) the limbs' wrenches hold the platform: the smallest eigenvalue of their Gram matrix tells."""
     gram = np.zeros((6, 6, N))
     for item in statics:
         unit = normalize(item.J_c * scale[:, None, None, None])
         gram += np.einsum("ikgn,jkgn->ijn", unit, unit)
-    return Cholesky(gram).smallest_eigenvalue()
+    # the other five cannot be larger together than equal ones of the same sum: what is left of the determinant is the smallest's
+    determinant = np.prod(np.einsum("iin->in", Cholesky(gram).factor) ** 2, axis=0)
+    held = np.asarray(determinant > 10 * HELD * (np.einsum("iin->n", gram) / 5) ** 5)
+    doubtful = np.flatnonzero(~held)
+    if doubtful.size:
+        held[doubtful] = Cholesky(gram[:, :, doubtful]).smallest_eigenvalue() > HELD
+    return held
 
 
 def _unbalanced(robot: Robot, frames: Frames, o: Array, weights: Array, statics: Iterable[LimbStatics]) -> dict[str, Array]:
