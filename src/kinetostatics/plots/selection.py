@@ -13,6 +13,7 @@ from kinetostatics.configuration import Status
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.indices import quantity, swept
 from kinetostatics.plots.display_units import coordinate_unit, display_unit, label
+from kinetostatics.plots.ranges import main_range
 
 Array = NDArray[np.float64]
 
@@ -101,7 +102,7 @@ def chosen_names(ds: xr.Dataset, wanted: Sequence[str | None], fixed: Iterable[s
 
 
 def select(ds: xr.Dataset, what: str, dims: Sequence[str], at: Mapping[str, float], beyond_limits: bool) -> Selection:
-    """Return a quantity over ``dims``; nothing else of a lazy map is computed.
+    """Return a quantity over ``dims``, numbers rising along them; nothing else of a lazy map is computed.
 
     Args:
         ds: of :func:`kinetostatics.sweep`.
@@ -113,7 +114,8 @@ def select(ds: xr.Dataset, what: str, dims: Sequence[str], at: Mapping[str, floa
     Raises:
         ArgumentError: a coordinate is not swept, or not fixed, or fixed outside the map.
     """
-    axes = tuple(axis_of(ds, name) for name in dims)
+    for name in dims:
+        axis_of(ds, name)
     if len(set(dims)) < len(dims):
         raise ArgumentError(f"the axes {' and '.join(dims)} must be different coordinates")
     places, said = {}, []
@@ -130,6 +132,11 @@ def select(ds: xr.Dataset, what: str, dims: Sequence[str], at: Mapping[str, floa
                 raise ArgumentError(f"{name} has {ds.sizes[name]} values, from {first} to {last}: say at which, {name}=…")
             places[name] = 0
     part = ds.isel(places)
+    for name in dims:  # grids may be given in any order
+        numbers = np.asarray(part[name].values)
+        if numbers.dtype.kind not in "OUS" and np.any(np.diff(numbers) < 0):
+            part = part.isel({name: np.argsort(numbers)})
+    axes = tuple(axis_of(part, name) for name in dims)
     found = quantity(part, what, beyond_limits=beyond_limits).transpose(*dims)
     return Selection(
         what=what,
@@ -151,7 +158,11 @@ def in_figure_units(parts: Sequence[Selection], unit: str | None) -> tuple[list[
     units = {part.units for part in parts}
     if len(units) > 1:
         raise ArgumentError(f"quantities in {' and '.join(sorted(units))} do not go into one figure")
-    size, name = display_unit(units.pop(), np.concatenate([part.values.ravel() for part in parts]), unit)
+    everything = np.concatenate([part.values.ravel() for part in parts])
+    everything = everything[np.isfinite(everything)]
+    if everything.size:  # what suits most of them
+        everything = np.clip(everything, *main_range(everything))
+    size, name = display_unit(units.pop(), everything, unit)
     return [part.values / size for part in parts], name
 
 
