@@ -31,11 +31,15 @@ if TYPE_CHECKING:
 
 NAME = "sweep"
 
+#: Values along one dimension, at most.
+MOST = 1_000_000
+
 INTEGER = re.compile(r"[-+]?\d+")
 
 EXAMPLES = f"""\
 {VALUES_HELP}
-  FROM:TO:COUNT and A,B,C are dimensions of the grid, whose poses are all combinations of their values.
+  FROM:TO:COUNT and A,B,C are dimensions of the grid, whose poses are all combinations of their values. Parameters of the file
+  may be words too: material=steel,brass.
 
 files:
   FILE.nc is netCDF, FILE.zarr a zarr store; Python opens them with xarray.open_dataset(FILE, engine="h5netcdf" or "zarr").
@@ -96,7 +100,7 @@ def run(args: argparse.Namespace) -> int:
         if not args.quiet:
             print(summary(found, time.perf_counter() - begin))
             print(f"wrote {args.out}")
-    print_warnings(str(item.message) for item in caught)
+        print_warnings([*str(found.attrs.get("warnings", "")).splitlines(), *(str(item.message) for item in caught)])
     return 0
 
 
@@ -106,11 +110,11 @@ def _grid(args: argparse.Namespace) -> dict[str, Any]:
     found: dict[str, Any] = {"parameters": parameters, "orientation": args.orientation}
     if args.platform is not None:
         items = parse_items("--platform", args.platform).items()
-        found["platform"] = {name: parse_values("--platform", name, text, PLATFORM_KINDS.get(name)) for name, text in items}
+        found["platform"] = {name: _values("--platform", name, text, PLATFORM_KINDS.get(name)) for name, text in items}
     elif args.actuators is not None:
         robot = _first_robot(args, parameters)
         found["actuators"] = {
-            name: parse_values("--actuators", name, text, joint_kind(robot, name))
+            name: _values("--actuators", name, text, joint_kind(robot, name))
             for name, text in parse_items("--actuators", args.actuators).items()
         }
     return found
@@ -126,14 +130,26 @@ def _first_robot(args: argparse.Namespace, parameters: dict[str, Any]) -> Robot:
     )
 
 
+def _values(option: str, name: str, text: str, kind: str | None = None) -> float | list[float]:
+    """Return one value or several, as :func:`parse_values`, unless they are too many."""
+    count = text.rpartition(":")[2].strip()
+    if text.count(":") == 2 and count.isdecimal() and int(count) > MOST:
+        raise ArgumentError(f"{option}: {name}: {count} values are too many; at most {MOST:,} go along a dimension")
+    return parse_values(option, name, text, kind)
+
+
 def _parameter(name: str, text: str) -> Any:
-    """Return the values of a parameter: numbers, a grid of them, or a string as it stands."""
+    """Return the values of a parameter: numbers, a grid of them, several strings, or one."""
     separator = ":" if ":" in text else ","
-    parts = text.split(separator)
-    if len(parts) > 1 and all(NUMBER.fullmatch(part.strip()) for part in parts):
-        if separator == "," and all(INTEGER.fullmatch(part.strip()) for part in parts):
+    parts = [part.strip() for part in text.split(separator)]
+    if len(parts) > 1 and all(NUMBER.fullmatch(part) for part in parts):
+        if separator == "," and all(INTEGER.fullmatch(part) for part in parts):
             return [int(part) for part in parts]
-        return parse_values("--set", name, text)
+        return _values("--set", name, text)
+    if len(parts) > 1 and separator == ",":
+        if not all(parts):
+            raise ArgumentError(f"--set: {name}={text} has an empty value between its commas")
+        return parts
     match = NUMBER.fullmatch(text)
     if match is None or (match[2] is not None and match[2] not in UNITS):
         return text
