@@ -17,6 +17,7 @@ import xarray as xr
 import kinetostatics as ks
 from kinetostatics.shipped import robot_path
 from kinetostatics.workspace.crew import Crew
+from kinetostatics.workspace.planning import TRIED
 from kinetostatics.workspace.tasks import read_part, write_part
 
 GRID = {"z": np.linspace(0.45, 0.65, 5), "rx": np.linspace(-0.15, 0.15, 4), "ry": np.array([-0.1, 0.0, 0.12])}
@@ -475,6 +476,9 @@ def test_the_size_of_a_map_is_known_before(small, robot):
 
     plan, first = read_plan(robot, GRID, None, None, LOAD, (0, 0, -9.81), None, "world", None, None, True, 1e-10)
     assert size_of(plan, labels_of(plan, first)) == sum(small[name].nbytes for name in small.data_vars)
+    # what docs/workspace.md says
+    plan, first = read_plan(robot, GRID, None, None, LOAD, (0, 0, -9.81), None, "world", None, None, False, 1e-10)
+    assert size_of(plan, labels_of(plan, first)) / plan.size == pytest.approx(1.1e3, rel=0.05)
 
 
 def test_warnings_of_the_file_go_with_the_map(tmp_path):
@@ -615,5 +619,7 @@ def test_the_page_is_true(tmp_path, monkeypatch, capsys):
     said = capsys.readouterr().out
     assert "('rod_diameter', 'push', 'z', 'rx', 'component')" in said and "(21, 21, 6)" in said
     assert (tmp_path / "map.nc").exists()
+    assert (tmp_path / "sag.svg").exists()
+    assert f"up to {TRIED} of them" in page.read_text(encoding="utf-8").replace("\n", " ")
     described = set(re.findall(r"`(\w+)`", "".join(re.findall(r"^\| (.*?) \|", page.read_text(encoding="utf-8"), re.MULTILINE))))
     assert set(names["ds"].data_vars) | {"beam_stress", "beam_euler_ratio", "beam_deflection"} == described

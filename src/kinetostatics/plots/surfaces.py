@@ -54,7 +54,7 @@ def surface(
         at: values of the other coordinates [m, rad]; the nearest of the map is shown, and named above the figure.
         unit: of the quantity; default: what suits.
         limits: smallest and largest height, in the figure's unit, at which surfaces are cut off flat; default: all that is there,
-            or without the few outermost where these lie far beyond all others; the legend says how far they go.
+            or without the few outermost where these lie far beyond all others; then the figure says how far they go.
         beyond_limits: show poses beyond the joints' limits like all others.
         legend: name the surfaces and what is grey.
         ax: to draw on, with ``projection="3d"``; default: a new figure one column wide.
@@ -127,7 +127,8 @@ def _draw(
     everything = np.concatenate([numbers.ravel() for numbers in values])
     everything = everything[np.isfinite(everything)]
     low, high = limits or main_range(everything)
-    cut = f"cut off flat, values go{beyond(everything, low, high).lstrip(',')} {unit}".rstrip(" 1")
+    extend = extend_of(everything, low, high)
+    further = beyond(everything, low, high) if limits is None else ""
     values = [np.clip(numbers, low, high) for numbers in values]
     if high - low <= 1e-9 * max(abs(low), abs(high)):
         low, high = low - 0.5 * (abs(low) or 1.0), high + 0.5 * (abs(high) or 1.0)
@@ -167,10 +168,10 @@ def _draw(
     ax.set(xlim=across.values[[0, -1]], ylim=up.values[[0, -1]], zlim=(floor, high), title=typeset(first.fixed))
     make_room(ax, (across.label, up.label, ""))
     figure = figure_of(ax)
-    text = label(first.long_name, unit)
+    text = label(first.long_name, unit) + further
     if len(parts) == 1:
         mappable = ScalarMappable(Normalize(low, high), COLOURS)
-        figure.colorbar(mappable, ax=ax, label=text, shrink=0.65, pad=0.1)
+        figure.colorbar(mappable, ax=ax, label=text, shrink=0.65, pad=0.1, extend=extend)
     else:
         ax.set_title(", ".join(item for item in (text, typeset(first.fixed)) if item))
     if legend:
@@ -179,8 +180,6 @@ def _draw(
             for step, name in zip(steps, parts, strict=True)
             if name
         ]
-        if extend_of(everything, low, high) != "neither":
-            patches.append(Patch(facecolor="none", edgecolor="none", label=cut))
         legend_below(figure, [*named, *patches])
     return ax
 
