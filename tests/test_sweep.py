@@ -572,6 +572,35 @@ def test_words_and_warnings_of_the_command(tmp_path, monkeypatch, capsys):
         assert list(found["material"].values) == ["steel", "brass"]
 
 
+def test_the_command_says_when_it_is_interrupted_and_when_there_is_nothing_to_do(tmp_path, monkeypatch, capsys):
+    from kinetostatics.workspace import run
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(run, "BLOCK", 2)
+    line = "3rps --platform z=0.45:0.65:5 rx=0 ry=0 --out m.nc".split()
+    perform = run.perform
+
+    def interrupted(plan, labels, task):
+        if getattr(task, "block", (slice(0, 0),))[0].start >= 2:
+            raise KeyboardInterrupt
+        return perform(plan, labels, task)
+
+    monkeypatch.setattr(run, "perform", interrupted)
+    command(*line, code=130)
+    said = capsys.readouterr()
+    assert (
+        said.out == ""
+        and said.err == "kinetostatics: interrupted; the same command goes on with what is finished, in m.nc.parts\n"
+    )
+    assert len(list(Path("m.nc.parts").glob("*.block"))) == 1
+    monkeypatch.setattr(run, "perform", perform)
+    command(*line)
+    assert capsys.readouterr().out.splitlines()[-2].endswith("µs a pose")
+    command(*line)
+    said = capsys.readouterr().out
+    assert said.endswith("m.nc was there already\n") and "a pose" not in said
+
+
 def test_lists_and_ranges_of_the_command(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     command(*"3rps --actuators prismatic_1=-10mm,0.01 prismatic_2=0:20mm:3 prismatic_3=0 --quiet --out m.zarr".split())
