@@ -616,6 +616,27 @@ def test_numbers_of_lines_stay_on_the_axes():
         assert ax.bbox.x0 <= box.x0 and box.x1 <= ax.bbox.x1 and ax.bbox.y0 <= box.y0 and box.y1 <= ax.bbox.y1
 
 
+@pytest.mark.parametrize("names, height, same", [("xy", 0.5, True), ("zx", 2.0, True), ("xy", 9.0, False), ("xq", 0.5, False)])
+def test_positions_in_space_are_drawn_as_they_are(names, height, same):
+    grid = {names[0]: (np.linspace(0, 1, 11), "m"), names[1]: (np.linspace(0, height, 11), "m")}
+    twist = 1e-6 * np.arange(121.0).reshape(11, 11, 1)
+    ax = ks.plot.slice(map_of(grid, twist=twist, compliance=np.eye(6)), "twist:x")
+    ax.figure.draw_without_rendering()
+    (x0, y0), (x1, y1) = ax.transData.transform([(0, 0), (1, height)])
+    assert ((y1 - y0) / (x1 - x0) == pytest.approx(height, rel=1e-6)) == same
+    assert x1 - x0 > 0.35 * ax.figure.bbox.width  # and fill the page
+    assert not overlaps(ax.figure)
+
+
+def test_a_body_in_space_is_drawn_as_it_is(ds):
+    driven = ds.rename(z="p_1", rx="p_2", ry="p_3")
+    ax = ks.plot.workspace(driven, "linear_sag", cut=False)
+    size = np.ptp(faces(ax).reshape(-1, 3), axis=0)
+    np.testing.assert_allclose(ax._box_aspect / max(ax._box_aspect), size / size.max(), rtol=1e-9)
+    body = ks.plot.workspace(ds, "linear_sag")  # z over rx and ry: as the page likes it
+    assert not np.allclose(body._box_aspect, ax._box_aspect)
+
+
 def test_a_long_legend_does_not_squeeze_the_figure(ds):
     heights = []
     for what in ("twist:x", [f"twist:{c}" for c in "xyz"]):

@@ -25,6 +25,8 @@ Array = NDArray[np.float64]
 ROUND, OUTWARDS = "azimuth", "tilt"
 #: Widest piece of a cell [°]: Matplotlib draws the sides of cells straight.
 PIECE = 2.0
+#: Figures more slender than this do not show lengths as they are.
+SLENDER = 4.0
 #: Steps between the names of azimuths [°], of which the smallest is taken that leaves no more than nine.
 STEPS = (1, 2, 5, 10, 15, 30, 45)
 
@@ -39,6 +41,7 @@ class Plane:
         cells: which of the values along x each column of cells shows; round a pole there are several for each.
         x, y: where the values lie between which lines of equal value are drawn.
         lines: which of the values along x belong to ``x``; a full circle begins again where it ends.
+        ratio: height by width, if that should be seen as it is, as of two positions of o in space.
     """
 
     polar: bool
@@ -48,6 +51,7 @@ class Plane:
     x: Array
     y: Array
     lines: NDArray[np.intp]
+    ratio: float | None = None
 
     @property
     def full(self) -> bool:
@@ -80,7 +84,10 @@ def goes_round(ds: xr.Dataset, dims: Sequence[str], polar: bool | None, ax: Axes
 def rectangle(across: Axis, up: Axis) -> Plane:
     """Return cells on a rectangle."""
     every = np.arange(len(across.values))
-    return Plane(False, edges(across.values), edges(up.values), every, across.values, up.values, every)
+    x, y = edges(across.values), edges(up.values)
+    ratio = float(np.ptp(y) / np.ptp(x))
+    in_space = {across.name, up.name} <= {"x", "y", "z"} and across.unit == up.unit and 1 / SLENDER < ratio < SLENDER
+    return Plane(False, x, y, every, across.values, up.values, every, ratio if in_space else None)
 
 
 def round_a_pole(across: Axis, up: Axis) -> Plane:

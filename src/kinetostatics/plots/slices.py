@@ -83,7 +83,10 @@ def slice(
     with styled():
         plane = (round_a_pole if goes else rectangle)(*shown.axes)
         if ax is None:
-            ax = new_axes(ONE_COLUMN, 0.86 * ONE_COLUMN, projection="polar" if goes else None)
+            height = 0.86 if plane.ratio is None else float(np.clip(0.64 * plane.ratio + 0.22, 0.5, 1.6))
+            ax = new_axes(ONE_COLUMN, height * ONE_COLUMN, projection="polar" if goes else None)
+            if plane.ratio is not None:
+                ax.set_aspect("equal")
         return _draw(shown, values, plane, label(shown.long_name, unit), contours, limits, ax)
 
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.plots.display_units import coordinate_unit, label, typeset
 from kinetostatics.plots.masks import masks_of
+from kinetostatics.plots.planes import SLENDER
 from kinetostatics.plots.ranges import beyond, check_limits, extend_of, main_range
 from kinetostatics.plots.selection import Selection, chosen_names, in_figure_units, select
 from kinetostatics.plots.solids import Array, cells_of, lit, outer_faces, shades
@@ -90,7 +91,8 @@ def workspace(
     (values,), unit = in_figure_units([shown], unit)
     text = label(shown.long_name, unit)
     with styled():
-        return _draw(shown, values, grid, labels, outer_faces(cells), text, limits, box=known, ax=ax)
+        names = dims if known else named
+        return _draw(shown, values, grid, labels, outer_faces(cells), text, limits, known, set(names) == set(POSITIONS), ax)
 
 
 def _positions(ds: xr.Dataset, named: Sequence[str], dims: Sequence[str], at: Mapping[str, float]) -> tuple[Array, list[str]]:
@@ -121,6 +123,7 @@ def _draw(
     text: str,
     limits: tuple[float, float] | None,
     box: bool,
+    in_space: bool,
     ax: Axes3D | None,
 ) -> Axes3D:
     places = tuple(np.moveaxis(faces, -1, 0))
@@ -143,6 +146,8 @@ def _draw(
     ax.add_collection3d(body)
     ax.set(xlim=(start[0], end[0]), ylim=(start[1], end[1]), zlim=(start[2], end[2]), title=typeset(shown.fixed))
     make_room(ax, labels)
+    if in_space and scale.max() < SLENDER * scale.min():
+        ax.set_box_aspect(4 * scale / scale.max(), zoom=1.1)  # lengths as they are
     figure = figure_of(ax)
     bar = ScalarMappable(norm, COLOURS)
     figure.colorbar(bar, ax=ax, label=text, shrink=0.65, pad=0.17, extend=extend_of(levels, low, high))

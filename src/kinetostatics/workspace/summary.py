@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 Found = tuple[float, str, str]
 #: Values that are read at once.
 AT_ONCE = 2**22
+#: From how many poses on their cost is told.
+MANY = 1000
 WORDS = {
     Status.OK: "reached",
     Status.LIMIT_EXCEEDED: "beyond a joint's limit",
@@ -62,7 +64,8 @@ def summary(ds: xr.Dataset, seconds: float | None = None) -> str:
     elif outside.sag is not None:
         lines += ["no pose is within the joints' limits; beyond them:", *outside.lines()]
     if seconds is not None:
-        lines.append(f"{seconds:.1f} s, {1e6 * seconds / max(size, 1):.3g} µs a pose")
+        # of fewer poses it says how long Python takes to start
+        lines.append(f"{seconds:.1f} s" + (f", {1e6 * seconds / size:.3g} µs a pose" if size >= MANY else ""))
     return "\n".join(lines)
 
 
