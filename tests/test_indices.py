@@ -342,7 +342,10 @@ def test_best_and_worst_pose():
     )
     good = indices.best(ds, "linear_sag")
     assert (good.value, good.units, good.coordinates, good.index) == (1e-6, "m", {"z": 0.4, "rx": 0.0}, {"z": 0, "rx": 1})
-    assert str(good) == "linear_sag = 1e-06 m at z = 0.4, rx = 0"
+    assert str(good) == "linear_sag = 1e-06 m at z = 0.4 m, rx = 0 rad"
+    words = ds.isel(z=0, drop=True).rename(rx="material").assign_coords(material=["steel", "oak", "ash"])
+    assert str(indices.worst(words, "linear_sag")) == "linear_sag = 3e-06 m at material = steel"
+    assert str(indices.best(words.isel(material=0), "conditioning")) == "conditioning = 1 at the only pose"
     bad = indices.worst(ds, "twist:z")
     assert (bad.value, bad.coordinates, bad.status) == (4e-6, {"z": 0.5, "rx": -0.1}, ks.Status.OK)
     beyond = indices.worst(ds, "twist:z", beyond_limits=True)

@@ -34,9 +34,9 @@ def add_parser(subparsers: Any) -> None:
         NAME,
         usage=f"kinetostatics {NAME} MAP [options]",
         help="draw figures of a workspace map",
-        description="Draw a figure of a workspace map that kinetostatics sweep wrote: a slice in colour, surfaces, the body of "
-        "the poses that are reached, or lines. Poses without valid numbers are grey and hatched. Slices over azimuth and "
-        "tilt are round.",
+        description="Draw a figure of a workspace map that kinetostatics sweep wrote: a slice in colour, surfaces, the body\n"
+        "of the poses that are reached, or lines. Poses without valid numbers are grey and hatched. Slices over\n"
+        "azimuth and tilt are round.",
         epilog=EXAMPLES,
     )
     parser.add_argument("map", metavar="MAP", help="netCDF file (.nc) or zarr folder")

@@ -172,6 +172,7 @@ class Extreme:
         coordinates: the swept coordinates of the pose [m, rad].
         index: its place along each swept dimension.
         status: :class:`kinetostatics.Status` of the pose.
+        coordinate_units: of the coordinates; empty where none is known.
     """
 
     what: str
@@ -180,10 +181,18 @@ class Extreme:
     coordinates: Mapping[str, float]
     index: Mapping[str, int]
     status: Status
+    coordinate_units: Mapping[str, str]
 
     def __str__(self) -> str:
-        where = ", ".join(f"{name} = {value:.6g}" for name, value in self.coordinates.items())
-        return f"{self.what} = {self.value:.6g} {self.units} at {where}"
+        where = [_said(name, value, self.coordinate_units.get(name, "")) for name, value in self.coordinates.items()]
+        return (
+            _said(self.what, self.value, "" if self.units == "1" else self.units) + f" at {', '.join(where) or 'the only pose'}"
+        )
+
+
+def _said(name: str, value: object, units: str) -> str:
+    number = f"{value:.6g}" if isinstance(value, float) else str(value)
+    return f"{name} = {number} {units}".rstrip()
 
 
 def best(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> Extreme:
@@ -224,6 +233,7 @@ def _extreme(ds: xr.Dataset, what: str, beyond_limits: bool, best: bool) -> Extr
         coordinates={dim: ds[dim].values[k].item() for dim, k in index.items()},
         index=index,
         status=Status(int(ds["status"].isel(index))),
+        coordinate_units={dim: str(ds[dim].attrs.get("units", "")) for dim in index},
     )
 
 
