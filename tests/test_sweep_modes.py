@@ -201,25 +201,29 @@ def test_the_second_look_is_written_into_files_too(looked_at, monkeypatch, tmp_p
 def test_rods_that_spin_are_no_modes(count, z):
     """The Delta's rods spin as their paths leave them; its workspace is where Clavel's inverse kinematics has solutions.
 
-    At a height of −0.5 m each arm folds back upon its rods in one point of the map, where the elbow's two ways meet.
+    At a height of −0.5 m each arm folds back upon its rods in one point of the map, where the elbow's two ways meet: so near to
+    it that they differ by less than 0.15 rad a grid of 50 mm does not tell them apart.
     """
     robot = ks.load_robot(robot_path("delta"))
     x, y = np.linspace(-1.1, 1.1, count), np.linspace(-1.1, 1.1, count - 1)
     ds = ks.sweep(robot, {"x": x, "y": y, "z": z})
     assert ds.attrs["mode_jumps"] == 0
     X, Y = np.meshgrid(x, y, indexing="ij")
-    angles = []
+    angles, apart = [], np.inf
     for azimuth in np.radians([0, 120, 240]):
         u, along, w = np.cos(azimuth) * X + np.sin(azimuth) * Y - 0.1, np.cos(azimuth) * Y - np.sin(azimuth) * X, z
         cosine = (u**2 + along**2 + w**2 + 0.3**2 - 0.8**2) / (2 * 0.3 * np.hypot(u, w))
         with np.errstate(invalid="ignore"):
             angles.append(np.arctan2(-w, u) - np.arccos(cosine))
+            apart = np.minimum(apart, np.pi - np.abs(2 * np.arccos(cosine) - np.pi))
     expected = np.stack(angles, axis=-1)
     reached = ds["mode"].values == ZERO_MODE
-    np.testing.assert_array_equal(reached, np.all(np.isfinite(expected), axis=-1))
+    told = ~(apart < 0.15)
+    assert np.sum(~told) < 8
+    np.testing.assert_array_equal(reached[told], np.all(np.isfinite(expected), axis=-1)[told])
     assert 0.3 < np.mean(reached) < 0.5
     motors = [list(ds["joint_coordinate"].values).index(f"motor_{i}") for i in (1, 2, 3)]
-    np.testing.assert_allclose(ds["q"].values[reached][:, motors], expected[reached], atol=1e-9)
+    np.testing.assert_allclose(ds["q"].values[reached & told][:, motors], expected[reached & told], atol=1e-9)
 
 
 def test_which_coordinates_are_loose():
