@@ -684,6 +684,14 @@ def test_units_that_people_read(units, largest, expected):
     assert display_unit(units, [-largest, np.nan, largest / 3]) == expected
 
 
+def test_coordinates_are_in_degrees_and_metres(ds):
+    ax = ks.plot.line(ds, "platform_pose:rx", x="rx", z=0.5, ry=0.0)
+    assert ax.get_ylabel() == "platform pose rx [°]"
+    np.testing.assert_allclose(ax.get_lines()[0].get_ydata()[1:-1], np.degrees(RX)[1:-1], atol=1e-12)
+    assert ks.plot.line(ds, "platform_pose:z", x="z", rx=0.0, ry=0.0).get_ylabel() == "platform pose z [m]"
+    assert ks.plot.line(ds, "platform_pose:rx", x="rx", z=0.5, ry=0.0, unit="mrad").get_ylabel() == "platform pose rx [mrad]"
+
+
 def test_units_that_are_asked_for():
     assert display_unit("rad", [1e-5], "deg") == (pytest.approx(np.pi / 180), "°")
     assert display_unit("N/m", [1e7], "N/um") == (1e6, "N/µm")

@@ -19,6 +19,8 @@ Array = NDArray[np.float64]
 
 #: In place of a status: unreachable, but for another assembly mode (the Dataset's ``mode`` is 1).
 OTHER_MODE = 100
+#: Variables that are coordinates, not small motions: they are shown as coordinates are.
+COORDINATES = ("platform_pose", "actuator_position", "q")
 
 
 @dataclass(frozen=True)
@@ -162,7 +164,10 @@ def in_figure_units(parts: Sequence[Selection], unit: str | None) -> tuple[list[
     everything = everything[np.isfinite(everything)]
     if everything.size:  # what suits most of them
         everything = np.clip(everything, *main_range(everything))
-    size, name = display_unit(units.pop(), everything, unit)
+    if unit is None and all(part.what.partition(":")[0] in COORDINATES for part in parts):
+        size, name = coordinate_unit(units.pop(), everything)
+    else:
+        size, name = display_unit(units.pop(), everything, unit)
     return [part.values / size for part in parts], name
 
 
