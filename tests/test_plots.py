@@ -430,6 +430,18 @@ def test_surfaces_have_the_maps_numbers_at_their_corners(ds):
     assert {"unreachable", "beyond joint limits"} <= set(texts_of(ax.figure))
 
 
+def test_surfaces_are_named_by_what_tells_them_apart(ds):
+    """And not by what is the same for all of them."""
+    held = ds.assign_coords(x=((), 0.25, {"units": "m"})).expand_dims(y=[0.1])
+    held["y"].attrs["units"] = "m"
+    ax = ks.plot.surface(held.transpose("y", ...), "twist:x", x="rx", y="ry", over={"z": [0.3, 0.58]})
+    assert texts_of(ax.figure)[:2] == ["z = 0.3 m", "z = 0.6 m"]
+    assert ax.get_title() == "displacement along x [µm], y = 0.1 m, x = 0.25 m"
+    ax = ks.plot.line(held, "twist:x", x="rx", series="z", ry=0.0)
+    assert texts_of(ax.figure)[:4] == ["z = 0.3 m", "z = 0.4 m", "z = 0.5 m", "z = 0.6 m"]
+    assert ax.get_title() == "ry = 0°, y = 0.1 m, x = 0.25 m"
+
+
 def test_surfaces_over_the_coordinate_that_is_left(ds):
     ax = ks.plot.surface(ds, "actuator_force:p1")
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("rx [°]", "ry [°]")
@@ -539,6 +551,50 @@ def test_workspaces_that_make_no_sense(ds, options, message):
         ks.plot.workspace(ds, **options)
     with pytest.raises(ks.ArgumentError, match="no cell of the map"):
         ks.plot.workspace(ds.assign(status=ds.status * 0 + 2))
+
+
+# ---- little to show ----------------------------------------------------------------------------------------------------
+
+
+def test_one_row_has_one_name(ds, tilts):
+    row = ds.isel(z=[2], ry=[1])
+    ax = ks.plot.slice(row, "twist:x", x="rx", y="z")
+    assert [text.get_text() for text in ax.get_yticklabels()] == ["0.5"] and ax.get_title() == "ry = −10°"
+    ax = ks.plot.line(row, "twist:x")
+    assert ax.get_title() == "z = 0.5 m, ry = −10°"
+    with pytest.raises(ks.ArgumentError, match="ry has one value, and a surface needs several along both"):
+        ks.plot.surface(row, "twist:x", x="rx", y="ry")
+    ax = ks.plot.slice(tilts.isel(tilt=[2]), "twist:x", z=0.5, x="azimuth", y="tilt")
+    assert [text.get_text() for text in ax.get_yticklabels()] == ["20°"]
+
+
+def test_one_pose_is_a_number(ds):
+    ax = ks.plot.slice(ds.isel(z=[2], rx=[4], ry=[3]), "twist:x", x="rx", y="z")
+    bar = ax.figure.axes[1]
+    assert bar.get_yticks() == pytest.approx([500.0]) and bar.get_ylabel() == "displacement along x [nm]"
+
+
+def test_what_rounding_leaves_of_0_is_0(ds):
+    noise = ds.twist.copy(deep=True)
+    noise[..., 5] = 1e-22 * np.random.default_rng(2).normal(size=noise.shape[:-1])
+    noise[..., 1] *= 1e-9
+    noisy = ds.assign(twist=noise.where(ds.twist.notnull()))
+    shown = ks.plot.slice(noisy, "twist:rz", x="rx", y="ry", z=0.5).collections[0].get_array()
+    assert np.all(shown.compressed() == 0) and shown.mask.any()
+    small = ks.plot.slice(noisy, "twist:y", x="rx", y="ry", z=0.5).collections[0].get_array()  # small, but there
+    assert np.ptp(small.compressed()) > 0
+    assert np.all(ks.plot.line(noisy, ["twist:rx", "twist:rz"], x="rx", z=0.5, ry=0.0).get_lines()[1].get_ydata()[2:-2] == 0)
+
+
+def test_a_flat_body_is_drawn(ds, recwarn):
+    flat = ds.assign(platform_pose=ds.platform_pose * xr_one(ds)).rename(z="p_1", rx="p_2", ry="p_3")
+    ax = ks.plot.workspace(flat, "linear_sag", cut=False)
+    assert np.ptp(faces(ax)[..., 0]) == 0 and np.ptp(ax.get_xlim()) > 0 and not recwarn.list
+
+
+def xr_one(ds):
+    """Return factors that leave all positions but x."""
+    return (ds.platform_coordinate != "x").astype(float)
 
 
 # ---- values far beyond all others --------------------------------------------------------------------------------------

@@ -63,7 +63,7 @@ def line(
             raise ArgumentError(f"{x} cannot be the axis and the series")
         count = len(axis.values)
         chosen = np.unique(np.linspace(0, count - 1, min(count, len(DASHES))).round().astype(int))
-        parts = {axis.said(k): select(ds.isel({series: [k]}), names[0], (x,), at, beyond_limits) for k in chosen}
+        parts = {axis.said(k): select(ds.isel({series: k}, drop=True), names[0], (x,), at, beyond_limits) for k in chosen}
     if not any(np.isfinite(part.values).any() for part in parts.values()):
         why = reasons(*(np.stack([getattr(part, name) for part in parts.values()]) for name in ("values", "status")))
         raise ArgumentError(

@@ -11,7 +11,7 @@ import xarray as xr
 from matplotlib import patheffects
 from matplotlib.axes import Axes
 from matplotlib.projections.polar import PolarAxes
-from matplotlib.ticker import FuncFormatter, MaxNLocator
+from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator
 from numpy.typing import NDArray
 
 from kinetostatics.exceptions import ArgumentError
@@ -116,14 +116,14 @@ def round_a_pole(across: Axis, up: Axis) -> Plane:
 def label_axes(ax: Axes, plane: Plane, across: Axis, up: Axis) -> None:
     """Write names and numbers at the axes, and show all cells."""
     if isinstance(ax, PolarAxes):
-        _label_round(ax, plane, across)
+        _label_round(ax, plane, across, up)
         return
     ax.set(xlabel=across.label, ylabel=up.label, xlim=plane.x_edges[[0, -1]], ylim=plane.y_edges[[0, -1]])
     name_ticks(ax.xaxis, across)
     name_ticks(ax.yaxis, up)
 
 
-def _label_round(ax: PolarAxes, plane: Plane, across: Axis) -> None:
+def _label_round(ax: PolarAxes, plane: Plane, across: Axis, up: Axis) -> None:
     first, last = np.degrees(plane.x_edges[[0, -1]])
     step = next((step for step in STEPS if (last - first) / step < 9), STEPS[-1])
     ticks = [k * step for k in range(math.ceil(first / step - 1e-9), math.floor(last / step + 1e-9) + 1)]
@@ -135,8 +135,9 @@ def _label_round(ax: PolarAxes, plane: Plane, across: Axis) -> None:
     ax.set_xticks(np.radians(ticks), names)
     ax.set_thetalim(*((0.0, 2 * math.pi) if plane.full else plane.x_edges[[0, -1]]))
     ax.set_ylim(0.0, plane.y_edges[-1])
-    ax.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10], prune="lower"))
-    ax.yaxis.set_major_formatter(FuncFormatter(lambda tilt, _: _degrees(tilt)))
+    one = len(up.values) == 1
+    ax.yaxis.set_major_locator(FixedLocator(up.values.tolist()) if one else MaxNLocator(5, steps=[1, 2, 5, 10], prune="lower"))
+    ax.yaxis.set_major_formatter(FuncFormatter(lambda tilt, _: _degrees(round(tilt, 2))))
     ax.set_axisbelow(False)
     ax.grid(color="white", linewidth=0.4, alpha=0.5)
     ax.tick_params(axis="x", pad=0)

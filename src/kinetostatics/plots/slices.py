@@ -123,7 +123,9 @@ def _draw(
     draw_masks(ax, plane.x_edges, plane.y_edges, masks, curved=plane.polar)
     ax.set_title(typeset(shown.fixed))
     label_axes(ax, plane, *shown.axes)
-    if contours and high - low > 1e-9 * max(abs(low), abs(high)) and min(masked.shape) > 1:
+    if high - low <= 1e-9 * max(abs(low), abs(high)):  # one number
+        bar.set_ticks([low])
+    elif contours and min(masked.shape) > 1:
         ticks = MaxNLocator(7 if contours is True else int(contours)).tick_values(low, high)
         levels = [level for level in ticks if low < level < high]
         lines = ax.contour(plane.x, plane.y, masked[:, plane.lines], levels=levels, colors="black", linewidths=0.6, zorder=3)

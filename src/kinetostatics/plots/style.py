@@ -123,6 +123,8 @@ def name_ticks(axis: XAxis | YAxis, shown: Axis) -> None:
     """Put ticks at round values of a coordinate, or names at the values of one that has names."""
     if shown.ticks:
         axis.set_ticks(shown.values, shown.ticks)
+    elif len(shown.values) == 1:  # its cell has some width, which means nothing
+        axis.set_ticks(shown.values, [f"{shown.values[0]:.4g}".replace("-", "−")])
     else:
         wide = shown.unit == "°" and max(shown.values) - min(shown.values) > 90
         axis.set_major_locator(MaxNLocator(7, steps=[1, 1.5, 3, 4.5, 6, 9, 10] if wide else [1, 2, 5, 10]))

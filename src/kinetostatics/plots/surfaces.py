@@ -18,7 +18,7 @@ from kinetostatics.exceptions import ArgumentError
 from kinetostatics.plots.display_units import label, typeset
 from kinetostatics.plots.masks import edges, masks_of, reasons
 from kinetostatics.plots.ranges import beyond, check_limits, extend_of, main_range
-from kinetostatics.plots.selection import Selection, axis_of, chosen_names, free_names, in_figure_units, select
+from kinetostatics.plots.selection import Selection, axis_of, chosen_names, free_names, in_figure_units, place_of, select
 from kinetostatics.plots.solids import Array, grid_quads, lit, shades
 from kinetostatics.plots.style import COLOURS, ONE_COLUMN, figure_of, legend_below, make_room, new_axes, styled
 
@@ -79,6 +79,9 @@ def surface(
         left = free_names(ds, (*at, x, y))
         third = left[0] if len(left) == 1 else None
     parts = _parts(ds, what, (x, y), third, over, at, beyond_limits)
+    for axis in next(iter(parts.values())).axes:
+        if len(axis.values) == 1:
+            raise ArgumentError(f"{axis.name} has one value, and a surface needs several along both of its axes")
     if not any(np.isfinite(part.values).any() for part in parts.values()):
         why = reasons(*(np.stack([getattr(part, name) for part in parts.values()]) for name in ("values", "status")))
         raise ArgumentError(f"{what}: no pose of these surfaces has a number ({why})")
@@ -103,19 +106,11 @@ def _parts(
     if isinstance(over, Mapping):
         if len(over) != 1:
             raise ArgumentError("over= takes one coordinate")
-        found = [select(ds, what, dims, {**at, third: value}, beyond_limits) for value in over[third]]
-        names = [part.fixed.rsplit(", ", 1)[-1] for part in found]
-        fixed = select(ds.isel({third: [0]}), what, dims, at, beyond_limits).fixed
-        return {name: _fixed_as(part, fixed) for name, part in zip(names, found, strict=True)}
-    count = len(axis.values)
-    chosen = np.unique(np.linspace(0, count - 1, min(count, SURFACES)).round().astype(int))
-    return {axis.said(k): select(ds.isel({third: [k]}), what, dims, at, beyond_limits) for k in chosen}
-
-
-def _fixed_as(part: Selection, fixed: str) -> Selection:
-    from dataclasses import replace
-
-    return replace(part, fixed=fixed)
+        chosen = [place_of(ds[third], axis, value) for value in over[third]]
+    else:
+        count = len(axis.values)
+        chosen = list(np.unique(np.linspace(0, count - 1, min(count, SURFACES)).round().astype(int)))
+    return {axis.said(k): select(ds.isel({third: k}, drop=True), what, dims, at, beyond_limits) for k in chosen}
 
 
 def _draw(

@@ -137,6 +137,8 @@ def _draw(
         raise ArgumentError("a workspace needs axes made with projection='3d'")
     reach = grid.reshape(-1, 3) if box else corners.reshape(-1, 3)
     start, end = np.nanmin(reach, axis=0), np.nanmax(reach, axis=0)
+    flat = 0.05 * (end - start).max() * (end <= start)  # the body of a planar robot
+    start, end = start - flat, end + flat
     scale = np.where(end > start, end - start, 1.0)
     norm = Normalize(low, high if high > low else low + (abs(low) or 1.0))
     colours = lit(mpl.colormaps[COLOURS](norm(levels)), shades(corners, scale))
