@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,6 +11,8 @@ from numpy.typing import ArrayLike
 from kinetostatics.exceptions import ArgumentError
 
 _DEGREE = math.pi / 180
+#: Letters along a colour bar.
+BAR = 38
 
 #: For every unit of a map the units it may be shown in, and their size. A figure chooses from those with SI prefixes.
 UNITS: dict[str, dict[str, float]] = {
@@ -88,3 +91,8 @@ def label(name: str, unit: str) -> str:
 def typeset(text: str) -> str:
     """Return words with numbers in them with the minus signs that axes have."""
     return text.replace("= -", "= −")
+
+
+def wrapped(text: str) -> str:
+    """Return the name of a colour bar in lines that are not longer than the bar of a figure in three dimensions."""
+    return textwrap.fill(text, BAR)

@@ -112,7 +112,7 @@ def _draw(
         vmax=high,
         edgecolors="face",
         linewidth=0.2,
-        rasterized=masked.size > VECTOR_CELLS,
+        rasterized=len(plane.cells) * len(plane.y) > VECTOR_CELLS,
         label=shown.what,
     )
     if limits is None:

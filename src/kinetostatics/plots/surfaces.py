@@ -15,7 +15,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import NDArray
 
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.plots.display_units import label, typeset
+from kinetostatics.plots.display_units import label, typeset, wrapped
 from kinetostatics.plots.masks import edges, masks_of, reasons
 from kinetostatics.plots.ranges import beyond, check_limits, extend_of, main_range
 from kinetostatics.plots.selection import Selection, axis_of, chosen_names, free_names, in_figure_units, place_of, select
@@ -166,7 +166,7 @@ def _draw(
     text = label(first.long_name, unit) + further
     if len(parts) == 1:
         mappable = ScalarMappable(Normalize(low, high), COLOURS)
-        figure.colorbar(mappable, ax=ax, label=text, shrink=0.65, pad=0.1, extend=extend)
+        figure.colorbar(mappable, ax=ax, label=wrapped(text), shrink=0.65, pad=0.1, extend=extend)
     else:
         ax.set_title(", ".join(item for item in (text, typeset(first.fixed)) if item))
     if legend:

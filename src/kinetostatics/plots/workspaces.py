@@ -15,7 +15,7 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 from numpy.typing import NDArray
 
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.plots.display_units import coordinate_unit, label, typeset
+from kinetostatics.plots.display_units import coordinate_unit, label, typeset, wrapped
 from kinetostatics.plots.masks import masks_of
 from kinetostatics.plots.planes import SLENDER
 from kinetostatics.plots.ranges import beyond, check_limits, extend_of, main_range
@@ -152,7 +152,7 @@ def _draw(
         ax.set_box_aspect(4 * scale / scale.max(), zoom=1.1)  # lengths as they are
     figure = figure_of(ax)
     bar = ScalarMappable(norm, COLOURS)
-    figure.colorbar(bar, ax=ax, label=text, shrink=0.65, pad=0.17, extend=extend_of(levels, low, high))
+    figure.colorbar(bar, ax=ax, label=wrapped(text), shrink=0.65, pad=0.17, extend=extend_of(levels, low, high))
     masks = masks_of(shown.values, shown.status)
     if box:
         wires = Line3DCollection(_wires(start, end), colors="0.35", linewidths=0.6, linestyles=":", zorder=2)
