@@ -1,6 +1,7 @@
 """Figures of workspace maps: they show the numbers of the map, name units, say what is missing, and read in grey."""
 
 import itertools
+import shlex
 import subprocess
 import sys
 import textwrap
@@ -915,6 +916,22 @@ def test_command_refuses_other_files(capsys, tmp_path):
     ):
         code, _, err = run(capsys, path, "--out", "a.svg")
         assert code == 2 and message in err and err.count("\n") == 1
+
+
+def test_the_examples_of_sweep_and_plot_run_as_they_are_printed(capsys, tmp_path, monkeypatch):
+    for package in ("h5netcdf", "zarr"):
+        pytest.importorskip(package)
+    monkeypatch.chdir(tmp_path)
+    commands = []
+    for name in ("sweep", "plot"):
+        assert main([name, "--help"]) == 0
+        said = capsys.readouterr().out.partition("examples:")[2]
+        commands += [shlex.split(line)[1:] for line in said.splitlines() if line.strip()]
+    assert [command[0] for command in commands] == ["sweep"] * 4 + ["plot"] * 6
+    for command in commands:
+        assert main(command) == 0, capsys.readouterr().err
+        assert "--list" in command or (tmp_path / command[command.index("--out") + 1]).exists()
+    assert capsys.readouterr().err == ""
 
 
 def test_pictures_of_the_documentation_exist():

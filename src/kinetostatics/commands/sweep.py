@@ -40,8 +40,8 @@ INTEGER = re.compile(r"[-+]?\d+")
 
 EXAMPLES = f"""\
 {VALUES_HELP}
-  FROM:TO:COUNT and A,B,C are dimensions of the grid, whose poses are all combinations of their values. Parameters of the file
-  may be words too: material=steel,brass.
+  FROM:TO:COUNT and A,B,C are dimensions of the grid, whose poses are all combinations of their values.
+  Parameters of the file may be words too: material=steel,brass.
 
 files:
   FILE.nc is netCDF, FILE.zarr a zarr store; Python opens them with xarray.open_dataset(FILE, engine="h5netcdf" or "zarr").
@@ -50,6 +50,7 @@ files:
 examples:
   kinetostatics sweep 3rps --platform z=0.45:0.65:21 rx=-10deg:10deg:21 ry=-10deg:10deg:21 --out map.nc
   kinetostatics sweep 3rps --platform z=500mm rx=-10deg:10deg:41 ry=0 --set rod_diameter=60mm:100mm:5 --out diameters.nc
+  kinetostatics sweep 3rps --platform z=0.5 azimuth=-180deg:175deg:72 tilt=0:50deg:26 --orientation tilt_torsion --out tilts.nc
   kinetostatics sweep 2pru_upr --actuators prismatic_1=-20mm:20mm:9 prismatic_2=0,10mm prismatic_3=0 --beams --out map.zarr
 """
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.plots.display_units import coordinate_unit, label, typeset, wrapped
-from kinetostatics.plots.masks import masks_of
+from kinetostatics.plots.masks import masks_of, reasons
 from kinetostatics.plots.planes import SLENDER
 from kinetostatics.plots.ranges import beyond, check_limits, extend_of, main_range
 from kinetostatics.plots.selection import Selection, chosen_names, in_figure_units, select
@@ -85,7 +85,8 @@ def workspace(
     good = np.isfinite(shown.values) & np.isfinite(grid).all(axis=-1)
     cells = cells_of(good)
     if not cells.any():
-        raise ArgumentError(f"{colour}: no cell of the map has numbers at all of its corners")
+        why = reasons(shown.values, shown.status)
+        raise ArgumentError(f"{colour}: no cell of the map has numbers at all of its corners ({why}); a finer grid may have")
     if cut:
         cells = _without_octant(cells)
     (values,), unit = in_figure_units([shown], unit)

@@ -222,9 +222,10 @@ class _Run:
             found["poses_by_neighbours"] += finished.gained
         self.attributes.update(found)
         if found["mode_jumps"]:
+            jumps = found["mode_jumps"]
+            pairs = "1 pair of neighbours on the grid is" if jumps == 1 else f"{jumps} pairs of neighbours on the grid are"
             warnings.warn(
-                f"{found['mode_jumps']} pairs of neighbours on the grid are in different assembly modes; a finer grid tells "
-                "them apart",
+                f"{pairs} in different assembly modes; a finer grid tells them apart",
                 UserWarning,
                 stacklevel=4,
             )
