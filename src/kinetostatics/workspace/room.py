@@ -36,7 +36,7 @@ def check_memory(plan: Plan, labels: Labels) -> None:
     needed = size_of(plan, labels)
     if needed > memory:
         raise ArgumentError(
-            f"a map of {_poses(plan)} poses takes {_said(needed)}, and this machine has {_said(memory)} of memory: write it to a "
+            f"a map of {_poses(plan)} takes {_said(needed)}, and this machine has {_said(memory)} of memory: write it to a "
             "file with out=, make it lazy with chunks=, or take a coarser grid"
         )
 
@@ -52,18 +52,20 @@ def check_disk(plan: Plan, labels: Labels, path: str, parts: str) -> None:
     Raises:
         ArgumentError: it does not.
     """
-    free = shutil.disk_usage(os.path.dirname(os.path.abspath(path))).free
+    disk = shutil.disk_usage(os.path.dirname(os.path.abspath(path)))
+    if disk.total == 0:  # not a disk; what it is will say why it cannot be written to
+        return
     there = sum(item.stat().st_size for item in os.scandir(parts) if item.is_file()) if os.path.isdir(parts) else 0
     needed = size_of(plan, labels)
-    if 2 * needed > free + there:
+    if 2 * needed > disk.free + there:
         raise ArgumentError(
-            f"a map of {_poses(plan)} poses takes {_said(needed)}, twice that while it is written, and the disk of {path!r} has "
-            f"{_said(free)} free: take a coarser grid or another disk"
+            f"a map of {_poses(plan)} takes {_said(needed)}, twice that while it is written, and the disk of {path!r} has "
+            f"{_said(disk.free)} free: take a coarser grid or another disk"
         )
 
 
 def _poses(plan: Plan) -> str:
-    return f"{math.prod(plan.shape):,}"
+    return "1 pose" if plan.size == 1 else f"{plan.size:,} poses"
 
 
 def _said(size: float) -> str:

@@ -54,7 +54,9 @@ def summary(ds: xr.Dataset, seconds: float | None = None) -> str:
         for extremes, where in zip(found, (status != Status.LIMIT_EXCEEDED, status == Status.LIMIT_EXCEEDED), strict=True):
             extremes.look_at(part, where, units)
     sizes = " × ".join(f"{name} {ds.sizes[name]}" for name in dims)
-    lines = [f"{ds.attrs.get('robot_name', 'robot')}: {size} poses" + (f" ({sizes})" if dims else "")]
+    lines = [
+        f"{ds.attrs.get('robot_name', 'robot')}: {size} {'pose' if size == 1 else 'poses'}" + (f" ({sizes})" if dims else "")
+    ]
     lines += [f"  {counts[status]:>10d} {word}" for status, word in WORDS.items() if counts[status]]
     if others:
         lines.append(f"  {others:>10d} of the unreachable ones in another assembly mode only")
