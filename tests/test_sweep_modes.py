@@ -169,6 +169,29 @@ def test_what_is_not_reached_on_the_line_is_reached_from_its_neighbours(looked_a
         np.testing.assert_allclose(found.numbers[name], wanted, rtol=1e-6, atol=1e-9 * np.abs(wanted).max())
 
 
+@pytest.mark.parametrize("side", [(1, 0), (-1, 0), (0, 1), (0, -1)])
+def test_a_pose_between_reached_ones_is_tried_from_all_of_them(looked_at, monkeypatch, side):
+    """It is reached from one of its neighbours only, whichever that is, and one of its failures does not settle it."""
+    _, _, _, ds = looked_at
+    reached = np.ones(ds["mode"].shape, dtype=bool)
+    reached[6, 5] = False
+    q = np.where(reached[..., None], ds["q"].values, np.nan)
+    only = q[6 + side[0], 5 + side[1]]
+    place = {name: ds[name].values[k] for name, k in (("x", 6), ("y", 5))}
+    original = finishing._Look.follow
+
+    def follow(self, starts, targets):
+        ends, arrived = original(self, starts, targets)
+        here = np.all([targets[name] == value for name, value in place.items()], axis=0)
+        from_there = np.all(np.abs(starts[:, : len(only)] - only) < 1e-12, axis=1)
+        return ends, arrived & (~here | from_there)
+
+    monkeypatch.setattr(finishing._Look, "follow", follow)
+    found = look(looked_at, q, reached)
+    assert found.gained == 1 and np.all(found.mode == ZERO_MODE)
+    np.testing.assert_allclose(found.numbers["q"][0], ds["q"].values[6, 5], atol=1e-9)
+
+
 def test_the_second_look_is_written_into_files_too(looked_at, monkeypatch, tmp_path):
     """Part of the grid is not reached at first; the map in a file is the same as that in memory, and as the unspoilt one."""
     from kinetostatics.workspace import compute
