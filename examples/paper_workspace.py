@@ -233,6 +233,8 @@ def figures(coarse: bool = False) -> Iterator[tuple[str, object]]:
             ks.plot.surface(ds, what, x="rx", y="ry", over="z", unit=unit, ax=ax, legend=k == 0)
         yield f"figure_{number}", figure
     yield "slice_3rps", ks.plot.slice(rps, "linear_sag", x="rx", y="ry", z=0.65)
+    tilts = sweep("3rps", np.array([0.65]), np.linspace(0, 50, 11 if coarse else 26), tilted=True)
+    yield "round_3rps", ks.plot.slice(tilts, "linear_sag", x="azimuth", y="tilt", z=0.65)
     yield "lines_3rps", ks.plot.line(rps, drives, x="rx", at={"z": 0.65, "ry": np.radians(20)})
     body = sweep("3rps", np.linspace(0.2, 0.95, 8 if coarse else 31), np.linspace(-60, 60, 9 if coarse else 33))
     yield "workspace_3rps", ks.plot.workspace(body, "linear_sag", limits=(0, 10))

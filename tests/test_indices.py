@@ -313,7 +313,10 @@ def test_every_name_is_a_number_per_pose_with_a_unit():
         ("contribution:limb_9:x", "no source 'limb_9': did you mean 'limb_1'"),
         ("actuator_force:p3", "no actuator 'p3'"),
         ("stiffness_along:w", "no direction 'w'"),
-        ("status", "no quantity 'status'"),
+        ("status", "no quantity 'status': there are the indices linear_sag, angular_sag, .*, and numbers of twist, "),
+        ("sag", "no quantity 'sag': did you mean 'linear_sag' or 'angular_sag'?"),
+        ("beam_stress:rod", r"the map has no numbers of beams; sweep with beams=True \(--beams\)"),
+        ("compliance:x", "form compliance:COMPONENT:COMPONENT_2, where components are x, y, z, rx, ry, rz$"),
         ("characteristic_length:x", "not of the form characteristic_length"),
     ],
 )
@@ -339,7 +342,10 @@ def test_best_and_worst_pose():
     )
     good = indices.best(ds, "linear_sag")
     assert (good.value, good.units, good.coordinates, good.index) == (1e-6, "m", {"z": 0.4, "rx": 0.0}, {"z": 0, "rx": 1})
-    assert str(good) == "linear_sag = 1e-06 m at z = 0.4, rx = 0"
+    assert str(good) == "linear_sag = 1e-06 m at z = 0.4 m, rx = 0 rad"
+    words = ds.isel(z=0, drop=True).rename(rx="material").assign_coords(material=["steel", "oak", "ash"])
+    assert str(indices.worst(words, "linear_sag")) == "linear_sag = 3e-06 m at material = steel"
+    assert str(indices.best(words.isel(material=0), "conditioning")) == "conditioning = 1 at the only pose"
     bad = indices.worst(ds, "twist:z")
     assert (bad.value, bad.coordinates, bad.status) == (4e-6, {"z": 0.5, "rx": -0.1}, ks.Status.OK)
     beyond = indices.worst(ds, "twist:z", beyond_limits=True)

@@ -1,6 +1,7 @@
 """Figures of workspace maps: they show the numbers of the map, name units, say what is missing, and read in grey."""
 
 import itertools
+import shlex
 import subprocess
 import sys
 import textwrap
@@ -24,6 +25,7 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # noqa: E402
 
 from kinetostatics.plots.display_units import coordinate_unit, display_unit  # noqa: E402
 from kinetostatics.plots.masks import edges  # noqa: E402
+from kinetostatics.plots.ranges import main_range  # noqa: E402
 from kinetostatics.plots.solids import cells_of, outer_faces  # noqa: E402
 from kinetostatics.plots.style import COLOURS, DASHES, MARKERS, figure_of  # noqa: E402
 
@@ -210,6 +212,129 @@ def test_a_lazy_map_is_computed_only_where_it_is_shown(ds):
     np.testing.assert_allclose(*(item.collections[0].get_array().filled(0) for item in (ax, reference)), rtol=1e-14)
 
 
+# ---- azimuth and tilt --------------------------------------------------------------------------------------------------
+
+AZIMUTH = np.radians(np.arange(-180, 180, 30))
+TILT = np.radians(np.arange(0, 50, 10))
+
+
+@pytest.fixture(scope="module")
+def tilts():
+    """A map over azimuth and tilt, all numbers different, a few poses out of reach at the rim."""
+    turn, tilt, z = np.meshgrid(AZIMUTH, TILT, [0.4, 0.5], indexing="ij")
+    status = np.zeros(turn.shape, np.int8)
+    status[(tilt > 0.6) & (np.cos(3 * turn) > 0.5)] = ks.Status.UNREACHABLE
+    twist = 1e-6 * np.stack([turn + 10 * tilt + z] * 6, axis=-1)
+    twist[status > 0] = np.nan
+    return map_of(
+        {"azimuth": (AZIMUTH, "rad"), "tilt": (TILT, "rad"), "z": ([0.4, 0.5], "m")},
+        twist=twist,
+        compliance=np.eye(6) * 1e-7,
+        status=status,
+    )
+
+
+def cell_at(ax, azimuth, tilt):
+    """Return what a polar slice shows at a place [°], and whether it is hatched there."""
+    mesh = ax.collections[0]
+    x, y = mesh.get_coordinates()[0, :, 0], mesh.get_coordinates()[:, 0, 1]
+    column = np.searchsorted(x, np.radians(azimuth)) - 1
+    if column < 0:
+        column = np.searchsorted(x, np.radians(azimuth + 360)) - 1
+    value = mesh.get_array().filled(np.nan)[np.searchsorted(y, tilt) - 1, column % (len(x) - 1)]
+    # what lies over one another on the page, wherever the turn is cut
+    page = ax.transData.transform((np.radians(azimuth), tilt))
+    areas = [item for item in ax.collections if isinstance(item, PolyCollection) and item.get_hatch()]
+    return value, any(
+        item.get_transform().transform_path(path).contains_point(page) for item in areas for path in item.get_paths()
+    )
+
+
+@pytest.mark.parametrize("names", [("azimuth", "tilt"), ("tilt", "azimuth"), (None, None)])
+def test_azimuth_goes_round_and_tilt_outwards(tilts, names):
+    ax = ks.plot.slice(tilts, "twist:x", *names, z=0.5)
+    assert ax.name == "polar"
+    expected = ks.indices.quantity(tilts, "twist:x").sel(z=0.5).values * 1e6
+    ax.figure.draw_without_rendering()
+    for i, j in np.ndindex(*expected.shape):
+        # near all four borders of the cell: it is where its pose is, and as wide as half the way to its neighbours
+        for across, out in itertools.product((-14.9, 0.0, 14.9), (-4.9, 4.9) if j else (0.1, 4.9)):
+            value, hatched = cell_at(ax, np.degrees(AZIMUTH[i]) + across, np.degrees(TILT[j]) + out)
+            np.testing.assert_allclose(value, expected[i, j], rtol=1e-14)
+            assert hatched == np.isnan(expected[i, j])
+    assert ax.get_thetamin() == 0 and ax.get_thetamax() == 360 and ax.get_rmax() == pytest.approx(45)
+    # 0° to the right, 90° upwards
+    (right, middle), (over, top) = ax.transData.transform([(0.0, 40.0), (np.pi / 2, 40.0)])
+    assert right > over and top > middle
+    assert ax.get_xlabel() == "azimuth round, tilt outwards [°]" and ax.get_title() == "z = 0.5 m"
+    assert ax.figure.axes[1].get_ylabel() == "displacement along x [µm]"
+    assert [text.get_text() for text in ax.get_xticklabels()] == ["0°", "45°", "90°", "135°", "180°", "−135°", "−90°", "−45°"]
+    names = [text.get_text() for tick, text in zip(ax.get_yticks(), ax.get_yticklabels(), strict=True) if tick <= 45]
+    assert names == ["10°", "20°", "30°", "40°"]
+    assert "unreachable" in texts_of(ax.figure)
+
+
+def test_round_slices_have_round_cells(tilts):
+    ax = ks.plot.slice(tilts, "twist:x", z=0.5)
+    corners = ax.collections[0].get_coordinates()
+    assert np.degrees(np.diff(corners[0, :, 0])).max() <= 2 + 1e-9  # Matplotlib draws sides straight
+    assert corners[:, 0, 1].min() == 0
+    (area,) = (item for item in ax.collections if item.get_hatch())
+    for path in area.get_paths():
+        assert np.degrees(np.abs(np.diff(path.vertices[: len(path.vertices) // 2, 0]))).max() <= 2 + 1e-9
+
+
+def test_lines_of_equal_value_go_all_the_way_round(tilts):
+    level = tilts.assign(twist=tilts.twist * 0 + 1e-6 * tilts.tilt).where(tilts.tilt < 0.6)
+    ax = ks.plot.slice(level.assign(status=tilts.status), "twist:x", z=0.5, contours=3)
+    (lines,) = (item for item in ax.collections if type(item).__name__ == "QuadContourSet")
+    for path in lines.get_paths():
+        assert np.ptp(path.vertices[:, 0]) == pytest.approx(2 * np.pi)
+
+
+def test_a_sector_is_a_sector_and_a_turn_that_ends_where_it_begins_is_one(tilts):
+    part = tilts.isel(azimuth=slice(6, 10))  # 0 to 90°
+    ax = ks.plot.slice(part, "twist:x", z=0.5)
+    assert (ax.get_thetamin(), ax.get_thetamax()) == pytest.approx((-15, 105))
+    assert [text.get_text() for text in ax.get_xticklabels()] == ["−15°", *(f"{k}°" for k in range(0, 106, 15))]
+    closed = np.append(AZIMUTH, np.pi)
+    both = tilts.sel(azimuth=np.append(AZIMUTH, AZIMUTH[0])).assign_coords(azimuth=("azimuth", closed, {"units": "rad"}))
+    ax = ks.plot.slice(both, "twist:x", z=0.5)
+    x = ax.collections[0].get_coordinates()[0, :, 0]
+    np.testing.assert_allclose(x[[0, -1]], [-np.pi, np.pi])  # the pose at ±180° has half a cell on either side
+    uneven = tilts.isel(azimuth=[0, 4, 8, 11])  # -180°, -60°, 60°, 150°
+    x = ks.plot.slice(uneven, "twist:x", z=0.5).collections[0].get_coordinates()[0, :, 0]
+    np.testing.assert_allclose(np.degrees(x[[0, -1]]), [-195, 165])
+
+
+def test_what_does_not_go_round_is_rectangular(tilts):
+    for other in (
+        tilts.assign_coords(tilt=("tilt", TILT - 0.2, {"units": "rad"})),
+        tilts.assign_coords(azimuth=("azimuth", AZIMUTH * 1.5, {"units": "rad"})),
+    ):
+        assert ks.plot.slice(other, "twist:x", z=0.5).name == "rectilinear"
+        with pytest.raises(ks.ArgumentError, match="the tilts 0 or more and the azimuths within one turn"):
+            ks.plot.slice(other, "twist:x", z=0.5, polar=True)
+    ax = ks.plot.slice(tilts, "twist:x", z=0.5, polar=False)
+    assert (ax.name, ax.get_xlabel(), ax.get_ylabel()) == ("rectilinear", "azimuth [°]", "tilt [°]")
+    assert ks.plot.slice(tilts, "twist:x", x="azimuth", y="z", tilt=0.2).name == "rectilinear"
+    with pytest.raises(ks.ArgumentError, match="this one is of azimuth and z"):
+        ks.plot.slice(tilts, "twist:x", x="azimuth", y="z", tilt=0.2, polar=True)
+
+
+def test_the_axes_that_are_given_decide(tilts):
+    figure = plt.figure(layout="constrained")
+    flat, round_ = figure.add_subplot(1, 2, 1), figure.add_subplot(1, 2, 2, projection="polar")
+    for ax in (flat, round_):
+        assert ks.plot.slice(tilts, "twist:x", z=0.5, ax=ax) is ax
+    assert flat.get_xlabel() == "azimuth [°]" and round_.get_xlabel() == "azimuth round, tilt outwards [°]"
+    with pytest.raises(ks.ArgumentError, match="axes made with projection='polar'"):
+        ks.plot.slice(tilts, "twist:x", z=0.5, polar=True, ax=flat)
+    for options in ({"polar": False, "z": 0.5}, {"x": "azimuth", "y": "z", "tilt": 0.2}):
+        with pytest.raises(ks.ArgumentError, match="axes without projection='polar'"):
+            ks.plot.slice(tilts, "twist:x", ax=round_, **options)
+
+
 # ---- lines -------------------------------------------------------------------------------------------------------------
 
 
@@ -306,12 +431,24 @@ def test_surfaces_have_the_maps_numbers_at_their_corners(ds):
     assert {"unreachable", "beyond joint limits"} <= set(texts_of(ax.figure))
 
 
+def test_surfaces_are_named_by_what_tells_them_apart(ds):
+    """And not by what is the same for all of them."""
+    held = ds.assign_coords(x=((), 0.25, {"units": "m"})).expand_dims(y=[0.1])
+    held["y"].attrs["units"] = "m"
+    ax = ks.plot.surface(held.transpose("y", ...), "twist:x", x="rx", y="ry", over={"z": [0.3, 0.58]})
+    assert texts_of(ax.figure)[:2] == ["z = 0.3 m", "z = 0.6 m"]
+    assert ax.get_title() == "displacement along x [µm], y = 0.1 m, x = 0.25 m"
+    ax = ks.plot.line(held, "twist:x", x="rx", series="z", ry=0.0)
+    assert texts_of(ax.figure)[:4] == ["z = 0.3 m", "z = 0.4 m", "z = 0.5 m", "z = 0.6 m"]
+    assert ax.get_title() == "ry = 0°, y = 0.1 m, x = 0.25 m"
+
+
 def test_surfaces_over_the_coordinate_that_is_left(ds):
     ax = ks.plot.surface(ds, "actuator_force:p1")
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("rx [°]", "ry [°]")
     assert texts_of(ax.figure)[:4] == ["z = 0.3 m", "z = 0.4 m", "z = 0.5 m", "z = 0.6 m"]
     other = ks.plot.surface(ds, "actuator_force:p1", x="z", y="ry", over="rx")
-    assert [text for text in texts_of(other.figure) if text.startswith("rx")] == ["rx = -20°", "rx = -5°", "rx = 5°", "rx = 20°"]
+    assert [text for text in texts_of(other.figure) if text.startswith("rx")] == ["rx = −20°", "rx = −5°", "rx = 5°", "rx = 20°"]
 
 
 def test_one_surface_has_a_colour_bar(ds):
@@ -417,6 +554,162 @@ def test_workspaces_that_make_no_sense(ds, options, message):
         ks.plot.workspace(ds.assign(status=ds.status * 0 + 2))
 
 
+# ---- little to show ----------------------------------------------------------------------------------------------------
+
+
+def test_one_row_has_one_name(ds, tilts):
+    row = ds.isel(z=[2], ry=[1])
+    ax = ks.plot.slice(row, "twist:x", x="rx", y="z")
+    assert [text.get_text() for text in ax.get_yticklabels()] == ["0.5"] and ax.get_title() == "ry = −10°"
+    ax = ks.plot.line(row, "twist:x")
+    assert ax.get_title() == "z = 0.5 m, ry = −10°"
+    with pytest.raises(ks.ArgumentError, match="ry has one value, and a surface needs several along both"):
+        ks.plot.surface(row, "twist:x", x="rx", y="ry")
+    ax = ks.plot.slice(tilts.isel(tilt=[2]), "twist:x", z=0.5, x="azimuth", y="tilt")
+    assert [text.get_text() for text in ax.get_yticklabels()] == ["20°"]
+
+
+def test_one_pose_is_a_number(ds):
+    ax = ks.plot.slice(ds.isel(z=[2], rx=[4], ry=[3]), "twist:x", x="rx", y="z")
+    bar = ax.figure.axes[1]
+    assert bar.get_yticks() == pytest.approx([500.0]) and bar.get_ylabel() == "displacement along x [nm]"
+
+
+def test_what_rounding_leaves_of_0_is_0(ds):
+    noise = ds.twist.copy(deep=True)
+    noise[..., 5] = 1e-22 * np.random.default_rng(2).normal(size=noise.shape[:-1])
+    noise[..., 1] *= 1e-9
+    noisy = ds.assign(twist=noise.where(ds.twist.notnull()))
+    shown = ks.plot.slice(noisy, "twist:rz", x="rx", y="ry", z=0.5).collections[0].get_array()
+    assert np.all(shown.compressed() == 0) and shown.mask.any()
+    small = ks.plot.slice(noisy, "twist:y", x="rx", y="ry", z=0.5).collections[0].get_array()  # small, but there
+    assert np.ptp(small.compressed()) > 0
+    assert np.all(ks.plot.line(noisy, ["twist:rx", "twist:rz"], x="rx", z=0.5, ry=0.0).get_lines()[1].get_ydata()[2:-2] == 0)
+
+
+def test_a_flat_body_is_drawn(ds, recwarn):
+    flat = ds.assign(platform_pose=ds.platform_pose * xr_one(ds)).rename(z="p_1", rx="p_2", ry="p_3")
+    ax = ks.plot.workspace(flat, "linear_sag", cut=False)
+    assert np.ptp(faces(ax)[..., 0]) == 0 and np.ptp(ax.get_xlim()) > 0 and not recwarn.list
+
+
+def xr_one(ds):
+    """Return factors that leave all positions but x."""
+    return (ds.platform_coordinate != "x").astype(float)
+
+
+# ---- values far beyond all others --------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def spike(ds):
+    """The map with one pose beside a singularity."""
+    twist = ds.twist.copy(deep=True)
+    twist[2, 4, 3] = 0.5
+    return ds.assign(twist=twist)
+
+
+def test_one_pose_beside_a_singularity_does_not_take_all_colours(ds, spike):
+    ax = ks.plot.slice(spike, "twist:x", x="rx", y="ry", z=0.5)
+    others = ks.indices.quantity(ds, "twist:x").sel(z=0.5).values * 1e6
+    low, high = ax.collections[0].get_clim()
+    assert low == pytest.approx(np.nanmin(others)) and np.nanquantile(others, 0.9) < high < 1.2 * np.nanmax(others)
+    assert ax.collections[0].colorbar.extend == "max"
+    assert ax.figure.axes[1].get_ylabel() == "displacement along x [µm], up to 5e+05"  # and it says so
+    assert ax.collections[0].get_array().max() == pytest.approx(5e5)
+    ax = ks.plot.slice(spike, "twist:x", x="rx", y="ry", z=0.5, limits=(0, 500), unit="mm")
+    assert ax.collections[0].get_clim() == (0, 500) and ax.figure.axes[1].get_ylabel() == "displacement along x [mm]"
+
+
+def test_one_pose_beside_a_singularity_does_not_flatten_surfaces(ds, spike):
+    ax = ks.plot.surface(spike, "twist:x", x="rx", y="ry", z=0.5)
+    most = np.nanmax(ks.indices.quantity(ds, "twist:x").sel(z=0.5).values) * 1e6
+    assert faces(ax)[..., 2].max() < 1.2 * most
+    bar = ax.figure.axes[1]
+    assert bar.get_ylabel() == "displacement along x [µm], up to 5e+05"
+    ax = ks.plot.surface(spike, "twist:x", x="rx", y="ry", over={"z": [0.3, 0.5]}, limits=None)
+    assert ax.get_title() == "displacement along x [µm], up to 5e+05" and faces(ax)[..., 2].max() < 1.2 * most
+    ax = ks.plot.surface(ds, "twist:x", x="rx", y="ry", z=0.5, limits=(0, 1))
+    assert faces(ax)[..., 2].min() == 0 and faces(ax)[..., 2].max() == 1
+    assert "up to" not in ax.figure.axes[1].get_ylabel()
+
+
+def test_ranges():
+    rng = np.random.default_rng(1)
+    smooth = rng.normal(size=1000)
+    assert main_range(smooth) == (smooth.min(), smooth.max())
+    low, high = main_range(np.append(smooth, [1e3, -1e4]))
+    assert -3 < low < -1 and 1 < high < 3
+    few = np.array([0.0, 1.0, 1e6])
+    assert main_range(few) == (0, 1e6)
+    assert main_range(np.append(np.zeros(999), 1.0)) == (0, 1)
+
+
+@pytest.mark.parametrize("limits", [(2, 1), (1, 1), (0, np.inf), (1,), "ab"])
+@pytest.mark.parametrize("kind", ["slice", "surface", "workspace"])
+def test_limits_that_are_no_range(ds, kind, limits):
+    with pytest.raises(ks.ArgumentError, match="must be two numbers, the smaller one first"):
+        getattr(ks.plot, kind)(ds, "twist:x", limits=limits)
+
+
+def test_grids_in_any_order_are_drawn_sorted(ds):
+    mixed = ds.isel(rx=[3, 0, 8, 1, 2, 7, 6, 5, 4], ry=slice(None, None, -1))
+    one, two = (ks.plot.slice(item, "twist:x", x="rx", y="ry", z=0.5).collections[0] for item in (ds, mixed))
+    np.testing.assert_array_equal(one.get_array().filled(-1), two.get_array().filled(-1))
+    np.testing.assert_array_equal(one.get_coordinates(), two.get_coordinates())
+    one, two = (ks.plot.line(item, "twist:x", x="rx", z=0.5, ry=0.0).get_lines()[0] for item in (ds, mixed))
+    np.testing.assert_array_equal(one.get_xydata(), two.get_xydata())
+
+
+def test_numbers_of_lines_stay_on_the_axes():
+    grid = {"x": (np.linspace(-0.5, 0.5, 21), "m"), "y": (np.linspace(-0.5, 0.5, 31), "m")}
+    twist = np.zeros((21, 31, 6))
+    twist[..., 0] = 1e-6 * np.linspace(0, 300, 31)
+    ax = ks.plot.slice(map_of(grid, twist=twist, compliance=np.eye(6)), "twist:x")
+    ax.figure.draw_without_rendering()
+    boxes = [text.get_window_extent() for text in ax.texts]
+    assert len(boxes) >= 4
+    for box in boxes:
+        assert ax.bbox.x0 <= box.x0 and box.x1 <= ax.bbox.x1 and ax.bbox.y0 <= box.y0 and box.y1 <= ax.bbox.y1
+
+
+@pytest.mark.parametrize("names, height, same", [("xy", 0.5, True), ("zx", 2.0, True), ("xy", 9.0, False), ("xq", 0.5, False)])
+def test_positions_in_space_are_drawn_as_they_are(names, height, same):
+    grid = {names[0]: (np.linspace(0, 1, 11), "m"), names[1]: (np.linspace(0, height, 11), "m")}
+    twist = 1e-6 * np.arange(121.0).reshape(11, 11, 1)
+    ax = ks.plot.slice(map_of(grid, twist=twist, compliance=np.eye(6)), "twist:x")
+    ax.figure.draw_without_rendering()
+    (x0, y0), (x1, y1) = ax.transData.transform([(0, 0), (1, height)])
+    assert ((y1 - y0) / (x1 - x0) == pytest.approx(height, rel=1e-6)) == same
+    assert x1 - x0 > 0.35 * ax.figure.bbox.width  # and fill the page
+    assert not overlaps(ax.figure)
+
+
+def test_a_body_in_space_is_drawn_as_it_is(ds):
+    driven = ds.rename(z="p_1", rx="p_2", ry="p_3")
+    ax = ks.plot.workspace(driven, "linear_sag", cut=False)
+    size = np.ptp(faces(ax).reshape(-1, 3), axis=0)
+    np.testing.assert_allclose(ax._box_aspect / max(ax._box_aspect), size / size.max(), rtol=1e-9)
+    body = ks.plot.workspace(ds, "linear_sag")  # z over rx and ry: as the page likes it
+    assert not np.allclose(body._box_aspect, ax._box_aspect)
+
+
+def test_a_long_legend_does_not_squeeze_the_figure(ds):
+    heights = []
+    for what in ("twist:x", [f"twist:{c}" for c in "xyz"]):
+        ax = ks.plot.line(ds, what, x="rx", z=0.5, ry=RY[0])
+        ax.figure.draw_without_rendering()
+        heights.append(ax.bbox.height)
+    assert heights[1] > 0.8 * heights[0]
+
+
+def test_reasons_on_the_floor_are_told_apart(ds):
+    (legend,) = ks.plot.surface(ds, "twist:x", x="rx", y="ry", over={"z": [0.4]}).figure.legends
+    greys = {text.get_text(): patch.get_facecolor() for text, patch in zip(legend.get_texts(), legend.get_patches(), strict=True)}
+    floor = [greys[name] for name in ("unreachable", "beyond joint limits", "singular", "only another assembly mode")]
+    assert len(set(floor)) == 4
+
+
 # ---- units and looks ---------------------------------------------------------------------------------------------------
 
 
@@ -436,12 +729,24 @@ def test_workspaces_that_make_no_sense(ds, options, message):
         ("N/m", 3e7, (1e6, "MN/m")),
         ("N m/rad", 3e4, (1e3, "kN·m/rad")),
         ("1", 0.01, (1.0, "1")),
+        ("Pa", 1.03e6, (1e6, "MPa")),
+        ("m/N", 3e-8, (1e-9, "nm/N")),
+        ("rad/(N m)", 3e-5, (1e-6, "µrad/(N·m)")),
+        ("N/rad", 3e5, (1e3, "kN/rad")),
         ("furlong", 7.0, (1.0, "furlong")),
         ("m", 0.0, (1.0, "m")),
     ],
 )
 def test_units_that_people_read(units, largest, expected):
     assert display_unit(units, [-largest, np.nan, largest / 3]) == expected
+
+
+def test_coordinates_are_in_degrees_and_metres(ds):
+    ax = ks.plot.line(ds, "platform_pose:rx", x="rx", z=0.5, ry=0.0)
+    assert ax.get_ylabel() == "platform pose rx [°]"
+    np.testing.assert_allclose(ax.get_lines()[0].get_ydata()[1:-1], np.degrees(RX)[1:-1], atol=1e-12)
+    assert ks.plot.line(ds, "platform_pose:z", x="z", rx=0.0, ry=0.0).get_ylabel() == "platform pose z [m]"
+    assert ks.plot.line(ds, "platform_pose:rx", x="rx", z=0.5, ry=0.0, unit="mrad").get_ylabel() == "platform pose rx [mrad]"
 
 
 def test_units_that_are_asked_for():
@@ -543,6 +848,7 @@ def run(capsys, *arguments):
         "--kind line --what twist:x twist:y --x z --at rx=5deg ry=0",
         "--kind line --what actuator_force:p1 --x z --series rx --at ry=0 --beyond-limits",
         "--what linear_sag --x rx --y ry --at z=0.5 --limits 0 6 --unit µm",
+        "--kind surface --what linear_sag --x rx --y ry --at z=0.5 --limits 0 6 --unit µm",
     ],
 )
 def test_command_writes_figures(capsys, stored, tmp_path, options):
@@ -576,7 +882,16 @@ def test_command_lists_what_there_is(capsys, stored):
         ("--at z=5deg --out a.svg", "--at: z: '5deg' is an angle, but a length is needed"),
         ("--x rx --y ry --at z=0.5 --out a.doc", "figures are written as .pdf, .svg, .png"),
         ("--kind line --y ry --out a.svg", "--y is not an option of a line"),
-        ("--kind surface --limits 0 1 --out a.svg", "--limits is not an option of a surface"),
+        ("--kind line --limits 0 1 --out a.svg", "--limits is not an option of a line"),
+        ("--kind surface --whole --out a.svg", "--whole is not an option of a surface"),
+        ("--kind line --rectangular --out a.svg", "--rectangular is not an option of a line"),
+        (
+            "--limits 2 1 --x rx --y ry --at z=0.5 --out a.svg",
+            "limits are 2 and 1; they must be two numbers, the smaller one first",
+        ),
+        ("--limits 1 low --out a.svg", "--limits: 'low' is not a number"),
+        ("--dpi 0 --x rx --y ry --at z=0.5 --out a.png", "--dpi: 0 is not between 10 and 2400 dots per inch"),
+        ("--dpi many --out a.png", "--dpi: 'many' is not a number"),
         ("--what twist:x twist:y --out a.svg", "a slice shows one quantity, not 2"),
         ("--kind pie --out a.svg", "invalid choice"),
     ],
@@ -601,6 +916,22 @@ def test_command_refuses_other_files(capsys, tmp_path):
     ):
         code, _, err = run(capsys, path, "--out", "a.svg")
         assert code == 2 and message in err and err.count("\n") == 1
+
+
+def test_the_examples_of_sweep_and_plot_run_as_they_are_printed(capsys, tmp_path, monkeypatch):
+    for package in ("h5netcdf", "zarr"):
+        pytest.importorskip(package)
+    monkeypatch.chdir(tmp_path)
+    commands = []
+    for name in ("sweep", "plot"):
+        assert main([name, "--help"]) == 0
+        said = capsys.readouterr().out.partition("examples:")[2]
+        commands += [shlex.split(line)[1:] for line in said.splitlines() if line.strip()]
+    assert [command[0] for command in commands] == ["sweep"] * 4 + ["plot"] * 6
+    for command in commands:
+        assert main(command) == 0, capsys.readouterr().err
+        assert "--list" in command or (tmp_path / command[command.index("--out") + 1]).exists()
+    assert capsys.readouterr().err == ""
 
 
 def test_pictures_of_the_documentation_exist():

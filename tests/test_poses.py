@@ -239,6 +239,46 @@ def test_unreachable_poses_of_a_batch_are_nan():
         one.assemble(platform={"z": [0.6, 0.9], "rx": 0.05, "ry": 0.0}, orientation="XYZ", on_failure="raise")
 
 
+@pytest.mark.parametrize("seed", [0, 1])
+def test_large_batches_reach_what_poses_alone_reach(seed):
+    """Scattered over and beyond both discs that a five-bar's arms reach, in whatever order, some of them far away."""
+    robot, rng = ks.load_robot(ROBOTS / "five_bar.urdf.xacro"), np.random.default_rng(seed)
+    x, y = rng.uniform(-0.45, 0.45, 4000), rng.uniform(0.03, 0.5, 4000)
+    x[::101], y[::101] = rng.uniform(3, 9, x[::101].size), -40.0
+    found = robot.assemble(platform={"x": x, "y": y}, on_failure="nan")
+    reach = np.maximum(np.hypot(x + 0.1375, y), np.hypot(x - 0.1375, y))
+    reached = found.status != ks.Status.UNREACHABLE
+    assert not np.any(reached & (reach > 0.46))
+    assert np.all(reached[reach < 0.4595]), "a batch takes larger steps, but for half a millimetre it is the same"
+    # each element of the batch is the pose alone
+    for k in rng.choice(np.flatnonzero(reached), 20):
+        alone = robot.assemble(platform={"x": x[k], "y": y[k]})
+        np.testing.assert_allclose(found.q[k], alone.q, atol=1e-9)
+
+
+def test_far_poses_do_not_spoil_a_batch():
+    robot = ks.load_robot(ROBOTS / "2pru_upr.urdf.xacro")
+    z, rx, ry = (
+        a.ravel() for a in np.meshgrid(np.linspace(0.3, 0.6, 12), np.linspace(-0.2, 0.2, 12), np.linspace(-0.2, 0.2, 12))
+    )
+    near = robot.assemble(platform={"z": z, "rx": rx, "ry": ry}, orientation="XYZ", on_failure="nan")
+    assert np.all(near.status == ks.Status.OK)
+    far = np.arange(5, z.size, 100)
+    z[far] = 7.0
+    both = robot.assemble(platform={"z": z, "rx": rx, "ry": ry}, orientation="XYZ", on_failure="nan")
+    others = np.setdiff1d(np.arange(z.size), far)
+    assert np.all(both.status[far] == ks.Status.UNREACHABLE) and np.all(both.status[others] == ks.Status.OK)
+    np.testing.assert_allclose(both.q[others], near.q[others], atol=1e-10)
+    with pytest.raises(ks.AssemblyError, match=r"cannot reach z = 7"):
+        robot.assemble(platform={"z": z, "rx": rx, "ry": ry}, orientation="XYZ", on_failure="raise")
+
+
+def test_a_batch_of_nothing_but_far_poses():
+    robot = ks.load_robot(ROBOTS / "five_bar.urdf.xacro")
+    found = robot.assemble(platform={"x": np.linspace(5, 6, 500), "y": np.linspace(7, 3, 500)}, on_failure="nan")
+    assert np.all(found.status == ks.Status.UNREACHABLE) and np.all(np.isnan(found.q))
+
+
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [

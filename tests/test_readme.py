@@ -1,11 +1,14 @@
 """What the README says is what the code does."""
 
 import re
+import shlex
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+
+from kinetostatics.cli import main
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -63,6 +66,43 @@ def test_the_example_of_misfits_runs(monkeypatch, capsys):
     exec(compile(code, "README.md", "exec"), names)  # the README's own text
     assert abs(names["result"].contributions["misfit"][0]) > 1e-5
     assert "prismatic_1" in capsys.readouterr().out
+
+
+def test_the_commands_for_maps_write_what_they_say(monkeypatch, tmp_path, capsys):
+    pytest.importorskip("matplotlib").use("Agg")
+    pytest.importorskip("h5netcdf")
+    monkeypatch.chdir(tmp_path)
+    commands = [shlex.split(line) for line in between("maps").splitlines() if line.startswith("kinetostatics ")]
+    assert [command[1] for command in commands] == ["sweep", "plot", "plot"]
+    for command in commands:
+        if command[1] == "sweep":  # a coarser grid
+            command = [word.replace(":72", ":12").replace(":26", ":6") for word in command]
+        assert main(command[1:]) == 0, capsys.readouterr().err
+        assert (tmp_path / command[command.index("--out") + 1]).exists()
+    assert "648 poses (z 9 × azimuth 12 × tilt 6)" in capsys.readouterr().out
+
+
+def test_the_picture_of_a_map_is_what_its_command_draws(monkeypatch, tmp_path, capsys):
+    """The same quantity, axes and height as in the command, drawn by the example that draws the picture."""
+    plots = pytest.importorskip("matplotlib")
+    plots.use("Agg")
+    example = pytest.importorskip("paper_workspace")
+    command = next(line for line in between("maps").splitlines() if " plot " in line)
+    figure = dict(example.figures(coarse=True))["round_3rps"]
+    assert "--x azimuth --y tilt --at z=0.65 --out" in command and figure.get_title() == "z = 0.65 m"
+    assert (figure.name, figure.figure.axes[1].get_ylabel()) == ("polar", "linear sag [µm]")
+    assert (figure.get_thetamin(), figure.get_thetamax()) == (0, 360) and 50 <= figure.get_rmax() <= 52.5
+    assert "docs/pictures/round_3rps.png" in README.split("## Workspace maps")[1].split("##")[0]
+    plots.pyplot.close("all")
+
+
+def test_the_section_on_maps_leads_to_its_pages():
+    section = README.split("## Workspace maps")[1].split("\n## ")[0]
+    assert {"docs/workspace.md", "docs/workspace_figures.md", "docs/benchmarks.md"} <= set(re.findall(r"\]\(([^)]+)\)", section))
+    figures = (ROOT / "docs" / "workspace_figures.md").read_text(encoding="utf-8")
+    assert all(f"figure_{number}.png" in figures for number in (6, 7, 12, 13)) and "maxima: begin" in figures
+    measured = (ROOT / "docs" / "benchmarks.md").read_text(encoding="utf-8")
+    assert all(word in measured for word in ("Beside OpenSeesPy", "Beside Pinocchio", "wanted", "**no**"))
 
 
 def test_the_readme_counts_the_robots():

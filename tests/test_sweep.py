@@ -17,6 +17,7 @@ import xarray as xr
 import kinetostatics as ks
 from kinetostatics.shipped import robot_path
 from kinetostatics.workspace.crew import Crew
+from kinetostatics.workspace.planning import TRIED
 from kinetostatics.workspace.tasks import read_part, write_part
 
 GRID = {"z": np.linspace(0.45, 0.65, 5), "rx": np.linspace(-0.15, 0.15, 4), "ry": np.array([-0.1, 0.0, 0.12])}
@@ -432,6 +433,63 @@ def test_parameters_that_make_another_robot_are_refused(tmp_path):
         ks.sweep(path, {"z": [0.5], "rx": 0.0, "ry": 0.0}, parameters={"drive": ["prismatic", "motor"]})
 
 
+def test_a_file_that_is_wrong_with_later_parameters_is_refused_at_once(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ks.RobotFileError, match=r"must be greater than zero \(with rod_diameter = -0.1\)"):
+        ks.sweep("3rps", GRID, parameters={"rod_diameter": [0.1, 0.08, -0.1], "density": 7850}, out="map.nc")
+    assert not list(tmp_path.iterdir())  # nothing has been computed
+
+
+@pytest.mark.parametrize(
+    "arguments, free, message",
+    [
+        (
+            {},
+            10**12,
+            "takes .* PB, and this machine has .* GB of memory: write it to a file with out=, make it lazy with chunks=",
+        ),
+        (
+            {"out": "map.nc"},
+            10**12,
+            "takes 1.1. PB, twice that while it is written, and the disk of 'map.nc' has 1 TB free",
+        ),
+        ({"out": "map.zarr"}, 10**3, "has 1 kB free: take a coarser grid or another disk"),
+    ],
+)
+def test_maps_for_which_there_is_no_room(robot, tmp_path, monkeypatch, arguments, free, message):
+    from collections import namedtuple
+
+    from kinetostatics.workspace import room
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(room.shutil, "disk_usage", lambda path: namedtuple("usage", "total used free")(10**13, 0, free))
+    many = np.linspace(-0.1, 0.1, 10_000)
+    with pytest.raises(ks.ArgumentError, match=f"a map of 1,000,000,000,000 poses .*{message}"):
+        ks.sweep(robot, {"z": np.linspace(0.4, 0.6, 10_000), "rx": many, "ry": many}, **arguments)
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_size_of_a_map_is_known_before(small, robot):
+    from kinetostatics.workspace.planning import read_plan
+    from kinetostatics.workspace.room import size_of
+    from kinetostatics.workspace.schema import labels_of
+
+    plan, first = read_plan(robot, GRID, None, None, LOAD, (0, 0, -9.81), None, "world", None, None, True, 1e-10)
+    assert size_of(plan, labels_of(plan, first)) == sum(small[name].nbytes for name in small.data_vars)
+    # what docs/workspace.md says
+    plan, first = read_plan(robot, GRID, None, None, LOAD, (0, 0, -9.81), None, "world", None, None, False, 1e-10)
+    assert size_of(plan, labels_of(plan, first)) / plan.size == pytest.approx(1.1e3, rel=0.05)
+
+
+def test_warnings_of_the_file_go_with_the_map(tmp_path):
+    path = tmp_path / "thick.urdf.xacro"
+    path.write_text(robot_path("3rps").read_text().replace("<visual>", "<visuals/><visual>", 1))
+    robot = ks.load_robot(path)
+    assert robot.description.warnings
+    found = ks.sweep(robot, {"z": [0.5], "rx": 0.0, "ry": 0.0}).attrs["warnings"].splitlines()
+    assert found == [*robot.description.warnings, *robot.topology.warnings]
+
+
 def test_the_extra_is_named_when_it_is_missing(robot, monkeypatch):
     import importlib.util
 
@@ -479,6 +537,70 @@ def test_the_command_writes_what_the_function_returns(tmp_path, capsys, monkeypa
     assert f"largest drive force {float(abs(wanted['actuator_force']).max()):.4g} N, prismatic_" in said
 
 
+def test_the_summary_counts_what_is_within_limits():
+    """Beyond the limits there may be singular poses, at which numbers are as large as one likes."""
+    from kinetostatics.workspace.summary import summary
+
+    grid = {"z": [0.4], "azimuth": np.radians([-120.0, 0.0]), "tilt": np.radians([0.0, 20.0, 50.0])}
+    ds = ks.sweep("3rps", grid, orientation="tilt_torsion")
+    assert (ds["status"] == ks.Status.LIMIT_EXCEEDED).any()
+    words = summary(ds)
+    worst = ks.indices.worst(ds, "linear_sag")
+    assert f"worst sag {1e6 * worst.value:.4g} µm at z = 0.4 m, azimuth = -120 deg, tilt = 20 deg" in words
+    assert np.degrees([worst.coordinates["azimuth"], worst.coordinates["tilt"]]) == pytest.approx([-120, 20])
+    assert f"largest drive force {float(ks.indices.actuator_force_maxima(ds).max()):.4g} N, prismatic_" in words
+    assert "linear theory" not in words
+    outside = summary(ds.isel(azimuth=[0], tilt=[2]))
+    assert "no pose is within the joints' limits; beyond them:\nworst sag " in outside
+    assert "linear theory does not cover that: the pose is nearly singular" in outside
+
+
+def test_words_and_warnings_of_the_command(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    text = robot_path("3rps").read_text()
+    text = text.replace(
+        '<xacro:arg name="base_radius"', '<xacro:arg name="material" default="steel"/>\n  <xacro:arg name="base_radius"'
+    )
+    text = re.sub(r'youngs_modulus="[^"]*"', """youngs_modulus="${dict(steel=210e9, brass=100e9)['$(arg material)']}\"""", text)
+    Path("mixed.urdf.xacro").write_text(text.replace("<visual>", "<visuals/><visual>", 1))
+    command(*"mixed.urdf.xacro --platform z=0.5 rx=0 ry=0 --set material=steel,brass --out m.nc".split())
+    said = capsys.readouterr()
+    assert "2 poses (material 2)" in said.out and "worst sag" in said.out and "at material = brass" in said.out
+    lines = said.err.splitlines()
+    assert all(line.startswith("kinetostatics: warning: mixed.urdf.xacro:") and "<visuals>" in line for line in lines) and lines
+    with xr.open_dataset("m.nc") as found:
+        assert list(found["material"].values) == ["steel", "brass"]
+
+
+def test_the_command_says_when_it_is_interrupted_and_when_there_is_nothing_to_do(tmp_path, monkeypatch, capsys):
+    from kinetostatics.workspace import run
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(run, "BLOCK", 2)
+    line = "3rps --platform z=0.45:0.65:5 rx=0 ry=0 --out m.nc".split()
+    perform = run.perform
+
+    def interrupted(plan, labels, task):
+        if getattr(task, "block", (slice(0, 0),))[0].start >= 2:
+            raise KeyboardInterrupt
+        return perform(plan, labels, task)
+
+    monkeypatch.setattr(run, "perform", interrupted)
+    command(*line, code=130)
+    said = capsys.readouterr()
+    assert (
+        said.out == ""
+        and said.err == "kinetostatics: interrupted; the same command goes on with what is finished, in m.nc.parts\n"
+    )
+    assert len(list(Path("m.nc.parts").glob("*.block"))) == 1
+    monkeypatch.setattr(run, "perform", perform)
+    command(*line)
+    assert re.fullmatch(r"\d+\.\d s", capsys.readouterr().out.splitlines()[-2])
+    command(*line)
+    said = capsys.readouterr().out
+    assert said.endswith("m.nc was there already\n") and not re.search(r"\d s$", said, re.MULTILINE)
+
+
 def test_lists_and_ranges_of_the_command(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     command(*"3rps --actuators prismatic_1=-10mm,0.01 prismatic_2=0:20mm:3 prismatic_3=0 --quiet --out m.zarr".split())
@@ -499,6 +621,10 @@ def test_lists_and_ranges_of_the_command(tmp_path, monkeypatch, capsys):
         ("3rps --platform z=1,x rx=0 ry=0 --out m.nc", "'x' is not a number"),
         ("3rps --platform z=0.5 rx=0 ry=0 --workers none --out m.nc", "not a number of processes"),
         ("3rps --platform z=0.5 rx=0 ry=0", "--out"),
+        ("3rps --platform z=0.4:0.6:100000000000 rx=0 ry=0 --out m.nc", "z: 100000000000 values are too many; at most 1,000,000"),
+        ("3rps --platform q=0.4:0.6:3 rx=0 ry=0 --out m.nc", "no platform coordinate 'q'"),
+        ("3rps --platform z=0.5 rx=0 ry=0 --set rod_diameter=0.1,,0.2 --out m.nc", "an empty value between its commas"),
+        ("3rps --platform z=0.5 rx=0 ry=0 --set rod_diameter=0.1,0 --out m.nc", "greater than zero (with rod_diameter = 0"),
     ],
 )
 def test_the_command_refuses_in_one_line(tmp_path, monkeypatch, capsys, line, message):
@@ -522,5 +648,7 @@ def test_the_page_is_true(tmp_path, monkeypatch, capsys):
     said = capsys.readouterr().out
     assert "('rod_diameter', 'push', 'z', 'rx', 'component')" in said and "(21, 21, 6)" in said
     assert (tmp_path / "map.nc").exists()
+    assert (tmp_path / "sag.svg").exists()
+    assert f"up to {TRIED} of them" in page.read_text(encoding="utf-8").replace("\n", " ")
     described = set(re.findall(r"`(\w+)`", "".join(re.findall(r"^\| (.*?) \|", page.read_text(encoding="utf-8"), re.MULTILINE))))
     assert set(names["ds"].data_vars) | {"beam_stress", "beam_euler_ratio", "beam_deflection"} == described

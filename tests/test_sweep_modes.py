@@ -169,6 +169,29 @@ def test_what_is_not_reached_on_the_line_is_reached_from_its_neighbours(looked_a
         np.testing.assert_allclose(found.numbers[name], wanted, rtol=1e-6, atol=1e-9 * np.abs(wanted).max())
 
 
+@pytest.mark.parametrize("side", [(1, 0), (-1, 0), (0, 1), (0, -1)])
+def test_a_pose_between_reached_ones_is_tried_from_all_of_them(looked_at, monkeypatch, side):
+    """It is reached from one of its neighbours only, whichever that is, and one of its failures does not settle it."""
+    _, _, _, ds = looked_at
+    reached = np.ones(ds["mode"].shape, dtype=bool)
+    reached[6, 5] = False
+    q = np.where(reached[..., None], ds["q"].values, np.nan)
+    only = q[6 + side[0], 5 + side[1]]
+    place = {name: ds[name].values[k] for name, k in (("x", 6), ("y", 5))}
+    original = finishing._Look.follow
+
+    def follow(self, starts, targets):
+        ends, arrived = original(self, starts, targets)
+        here = np.all([targets[name] == value for name, value in place.items()], axis=0)
+        from_there = np.all(np.abs(starts[:, : len(only)] - only) < 1e-12, axis=1)
+        return ends, arrived & (~here | from_there)
+
+    monkeypatch.setattr(finishing._Look, "follow", follow)
+    found = look(looked_at, q, reached)
+    assert found.gained == 1 and np.all(found.mode == ZERO_MODE)
+    np.testing.assert_allclose(found.numbers["q"][0], ds["q"].values[6, 5], atol=1e-9)
+
+
 def test_the_second_look_is_written_into_files_too(looked_at, monkeypatch, tmp_path):
     """Part of the grid is not reached at first; the map in a file is the same as that in memory, and as the unspoilt one."""
     from kinetostatics.workspace import compute
@@ -201,25 +224,29 @@ def test_the_second_look_is_written_into_files_too(looked_at, monkeypatch, tmp_p
 def test_rods_that_spin_are_no_modes(count, z):
     """The Delta's rods spin as their paths leave them; its workspace is where Clavel's inverse kinematics has solutions.
 
-    At a height of −0.5 m each arm folds back upon its rods in one point of the map, where the elbow's two ways meet.
+    At a height of −0.5 m each arm folds back upon its rods in one point of the map, where the elbow's two ways meet: so near to
+    it that they differ by less than 0.15 rad a grid of 50 mm does not tell them apart.
     """
     robot = ks.load_robot(robot_path("delta"))
     x, y = np.linspace(-1.1, 1.1, count), np.linspace(-1.1, 1.1, count - 1)
     ds = ks.sweep(robot, {"x": x, "y": y, "z": z})
     assert ds.attrs["mode_jumps"] == 0
     X, Y = np.meshgrid(x, y, indexing="ij")
-    angles = []
+    angles, apart = [], np.inf
     for azimuth in np.radians([0, 120, 240]):
         u, along, w = np.cos(azimuth) * X + np.sin(azimuth) * Y - 0.1, np.cos(azimuth) * Y - np.sin(azimuth) * X, z
         cosine = (u**2 + along**2 + w**2 + 0.3**2 - 0.8**2) / (2 * 0.3 * np.hypot(u, w))
         with np.errstate(invalid="ignore"):
             angles.append(np.arctan2(-w, u) - np.arccos(cosine))
+            apart = np.minimum(apart, np.pi - np.abs(2 * np.arccos(cosine) - np.pi))
     expected = np.stack(angles, axis=-1)
     reached = ds["mode"].values == ZERO_MODE
-    np.testing.assert_array_equal(reached, np.all(np.isfinite(expected), axis=-1))
+    told = ~(apart < 0.15)
+    assert np.sum(~told) < 8
+    np.testing.assert_array_equal(reached[told], np.all(np.isfinite(expected), axis=-1)[told])
     assert 0.3 < np.mean(reached) < 0.5
     motors = [list(ds["joint_coordinate"].values).index(f"motor_{i}") for i in (1, 2, 3)]
-    np.testing.assert_allclose(ds["q"].values[reached][:, motors], expected[reached], atol=1e-9)
+    np.testing.assert_allclose(ds["q"].values[reached & told][:, motors], expected[reached & told], atol=1e-9)
 
 
 def test_which_coordinates_are_loose():

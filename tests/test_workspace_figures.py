@@ -75,6 +75,14 @@ def test_pictures_and_links_exist():
         assert (ROOT / "docs" / target).exists(), target
 
 
+def test_what_is_far_beyond_all_others_is_what_the_page_says():
+    from kinetostatics.plots.ranges import FAR, PART
+    from kinetostatics.plots.selection import ROUNDING
+
+    assert (PART, FAR) == (0.02, 3.0) and f"less than {ROUNDING:.0e} of the motion" in PAGE
+    assert "the outermost 2 % of the values reach more than three times as far as all the rest" in PAGE.replace("\n", " ")
+
+
 # ---- maxima ------------------------------------------------------------------------------------------------------------
 
 
@@ -132,7 +140,9 @@ def test_rod_forces_are_those_of_the_papers_table_4(number):
 
 def test_figures_show_the_maps():
     figures = dict(paper_workspace.figures(coarse=True))
-    assert list(figures) == ["figure_6", "figure_7", "figure_12", "figure_13", "slice_3rps", "lines_3rps", "workspace_3rps"]
+    panels = ["slice_3rps", "round_3rps", "lines_3rps", "workspace_3rps"]
+    assert list(figures) == ["figure_6", "figure_7", "figure_12", "figure_13", *panels]
+    assert [getattr(figures[name], "name", "") for name in panels] == ["rectilinear", "polar", "rectilinear", "3d"]
     for name, panels in (("figure_6", 6), ("figure_7", 3), ("figure_12", 6), ("figure_13", 3)):
         axes = figures[name].axes
         assert len(axes) == panels and len({ax.get_title() for ax in axes}) == panels

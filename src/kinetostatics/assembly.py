@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinetostatics.closure import world_frames
 from kinetostatics.configuration import Configuration
-from kinetostatics.continuation import CHUNK, reach
+from kinetostatics.continuation import CHUNK, follow, reach
 from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, near_names
 from kinetostatics.kinematics import Frames
 from kinetostatics.orientation import Orientation, orientation_named
@@ -61,10 +61,15 @@ def assemble(
         start = near.poses
     origin = robot.zero_origin(request) if near is None else None
     local = robot.local_freedoms(request)
-    poses, arrived, gone = reach(robot.solver, request, start, target, local, origin)
-    if raising and not np.all(arrived):
-        worst = int(np.argmin(arrived))
-        _say_unreachable(robot, request, names, poses.take(np.array([worst])), target[:, [worst]], float(gone[worst]))
+    poses, arrived = reach(robot.solver, request, start, target, local, origin)
+    if raising and not np.all(arrived):  # nothing is complained of that is reached alone
+        left = np.flatnonzero(~arrived)
+        begin = start if start.x.shape[1] == 1 else start.take(left)
+        found, arrived[left], gone = follow(robot.solver, request, begin, target[:, left], local, origin)
+        poses.x[:, left], poses.c[:, left] = found.x, found.c
+        if not np.all(arrived):
+            worst = int(np.argmin(arrived[left]))
+            _say_unreachable(robot, request, names, found.take(np.array([worst])), target[:, left[[worst]]], float(gone[worst]))
 
     def again(which: NDArray[np.intp]) -> Poses:
         return robot.solver.newton(request, poses.take(which), target[:, which], local)[0]

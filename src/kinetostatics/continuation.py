@@ -3,7 +3,8 @@
 The requested coordinates are divided into cells. Where a cell has many poses, nodes of its own are reached first, and a
 polynomial through them predicts all poses so well that hardly more than one correction is left to do. Where it has few, one pose
 of each cell, its leader, is reached first (leaders again by leaders of their own); the others start from it with a linear
-predictor. What that does not reach follows its own straight line.
+predictor. Nodes and leaders that are not reached like that follow their own straight lines; other poses the line from the nearest
+pose that has been reached.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics.cells import Cells
 from kinetostatics.linalg import least_squares
 from kinetostatics.solver import Poses, Request, Solver
 
@@ -22,12 +24,18 @@ Array = NDArray[np.float64]
 CHUNK = 2000
 #: Poses that share a leader, on average.
 _FOLLOWERS = 24
-#: Nodes along each of 1, 2, … varying coordinates of a cell, and poses of a cell per node that make them pay.
-_NODES, _POSES_PER_NODE = {1: 10, 2: 8, 3: 6, 4: 4}, 6
 #: Batches with fewer poses have no leaders.
 _FEW = 200
 #: A pose counts as unreachable when the line to it cannot be followed in steps of this part of it; in a batch sooner.
 _SHORTEST, _SHORTEST_IN_BATCH = 1e-3, 1 / 64
+#: The same on the line from the nearest pose of a batch that has been reached, at its beginning and later.
+_FIRST_STEP, _SHORTEST_FROM_NEAREST = 1 / 4, 1 / 16
+#: The same on the own lines of leaders and nodes: of those that stay out of reach others tell nearly as much.
+_SHORTEST_OF_LEADERS = 1 / 16
+#: How many of the reached poses are compared.
+_COMPARED = 1000
+#: First corrections of polynomials' poses must be smaller than a part of this; with local freedoms they are not as smooth.
+_FORESEEN, _FORESEEN_LOOSELY = 8e-4, 1e-2
 
 
 def reach(
@@ -37,7 +45,7 @@ def reach(
     target: Array,
     local: int = 0,
     origin: tuple[Array, Array] | None = None,
-) -> tuple[Poses, NDArray[np.bool_], Array]:
+) -> tuple[Poses, NDArray[np.bool_]]:
     """Reach the requested coordinates from ``start``.
 
     Args:
@@ -49,186 +57,216 @@ def reach(
         origin: what :meth:`Solver.origin` says of the start, if that is known already.
 
     Returns:
-        The poses, whether each arrived, and how much of its way (0 … 1) each has gone.
+        The poses, and whether each arrived.
     """
-    N = target.shape[1]
-    if N < _FEW or start.x.shape[1] != 1:
-        return _follow(solver, request, start, target, local, origin, _SHORTEST)
-    grid = _Cells.of(target)
-    if grid is not None:
-        return _interpolate(solver, request, start, target, local, origin, grid)
-    return _lead(solver, request, start, target, local, origin)
+    if target.shape[1] < _FEW or start.x.shape[1] != 1:
+        return follow(solver, request, start, target, local, origin)[:2]
+    way = _Way(solver, request, start, local, origin)
+    usual = _usual(target)
+    poses, arrived = way.reach(target[:, usual])
+    if usual.size < target.shape[1]:
+        poses, arrived = _spread(poses, arrived, usual, target.shape[1])
+    way.from_nearest(poses, arrived, target)
+    return poses, arrived
 
 
-def _lead(
+def follow(
     solver: Solver,
     request: Request,
     start: Poses,
     target: Array,
-    local: int,
-    origin: tuple[Array, Array] | None,
+    local: int = 0,
+    origin: tuple[Array, Array] | None = None,
+    shortest: float = _SHORTEST,
+    first_step: float = 0.0,
 ) -> tuple[Poses, NDArray[np.bool_], Array]:
-    """Reach poses by way of one leader of each cell."""
-    N = target.shape[1]
-    lead_by, leader_of = _leaders(target)
-    if lead_by.size > N / 4:
-        return _follow(solver, request, start, target, local, origin, _SHORTEST_IN_BATCH)
-    leaders, led, _ = reach(solver, request, start, target[:, lead_by], local, origin)
-    per_target = _predictors(solver, request, leaders, target[:, lead_by], local)
-    poses = Poses(np.empty((start.x.shape[0], N)), np.empty((3, N)))
-    arrived = np.zeros(N, dtype=bool)
-    # neighbours are solved together; those without a leader have to find their own way
-    order = np.argsort(leader_of, kind="stable")
-    shifts = np.abs(target - target[:, lead_by[leader_of]]) / solver.longest_strides(request)[:, None]
-    order = order[(led[leader_of] & (np.max(shifts, axis=0, initial=0.0) < 1))[order]]
-    for first in range(0, order.size, CHUNK):
-        which = order[first : first + CHUNK]
-        mine = leader_of[which]
-        shift = target[:, which] - target[:, lead_by[mine]]
-        step = np.einsum("ijn,jn->in", per_target[:, :, mine], shift)
-        guess = solver.advance(request, leaders.take(mine), step)
-        size = np.sqrt(np.max(step * step, axis=0, initial=0.0))
-        found, good = solver.newton(request, guess, target[:, which], local, before=np.maximum(size, 1e-3))
-        poses.x[:, which], poses.c[:, which], arrived[which] = found.x, found.c, good
-    gone = np.where(arrived, 1.0, 0.0)
-    rest = np.flatnonzero(~arrived)
-    if rest.size:
-        found, arrived[rest], gone[rest] = _follow(solver, request, start, target[:, rest], local, origin, _SHORTEST_IN_BATCH)
-        poses.x[:, rest], poses.c[:, rest] = found.x, found.c
-    return poses, arrived, gone
-
-
-@dataclass(frozen=True)
-class _Cells:
-    """A partition of the requested coordinates into boxes, with nodes for a polynomial in each.
-
-    Attributes:
-        varying: the coordinates that vary.
-        low, size: (d,) corner of the first box and size of each.
-        count: (d,) numbers of boxes.
-        nodes: (m,) places of the nodes in a box along each coordinate, in −1 … 1 (Chebyshev).
-    """
-
-    varying: NDArray[np.intp]
-    low: Array
-    size: Array
-    count: NDArray[np.intp]
-    nodes: Array
-
-    @classmethod
-    def of(cls, target: Array) -> _Cells | None:
-        """Return a partition that pays: with far more poses than nodes."""
-        N = target.shape[1]
-        if not np.all(np.isfinite(target)):
-            return None
-        low, high = target.min(axis=1), target.max(axis=1)
-        varying = np.flatnonzero(high > low)
-        d = varying.size
-        if d == 0 or d > 4:
-            return None
-        nodes = _NODES[d]
-        boxes = N / (_POSES_PER_NODE * nodes**d)
-        if boxes < 1:
-            return None
-        each = max(int(boxes ** (1 / d)), 1)
-        places = np.cos(np.pi * (np.arange(nodes) + 0.5) / nodes)[::-1]
-        span = (high - low)[varying]
-        return cls(varying, low[varying], span / each, np.full(d, each), places)
-
-    def number(self, target: Array) -> NDArray[np.intp]:
-        """Return the box (N,) of each target."""
-        place = ((target[self.varying] - self.low[:, None]) / self.size[:, None]).astype(np.intp)
-        return np.asarray(np.ravel_multi_index(tuple(np.minimum(place, self.count[:, None] - 1)), tuple(self.count)))
-
-    def local(self, box: int, target: Array) -> Array:
-        """Return where in a box (d, n), in −1 … 1, targets (…, n) lie."""
-        corner = np.array(np.unravel_index(box, tuple(self.count)))[:, None]
-        return 2 * ((target[self.varying] - self.low[:, None]) / self.size[:, None] - corner) - 1
-
-    def node_targets(self, box: int, example: Array) -> Array:
-        """Return the coordinates (n, M) of all nodes of a box; those that do not vary are as in ``example`` (n,)."""
-        corner = np.array(np.unravel_index(box, tuple(self.count)))
-        axes = [self.low[k] + self.size[k] * (corner[k] + (self.nodes + 1) / 2) for k in range(self.varying.size)]
-        grid = np.stack([axis.ravel() for axis in np.meshgrid(*axes, indexing="ij")])
-        result = np.repeat(example[:, None], grid.shape[1], axis=1)
-        result[self.varying] = grid
-        return result
-
-    def weights(self, places: Array) -> Array:
-        """Return the weights (M, n) of a box's nodes in the polynomial's value at places (d, n)."""
-        result = np.ones((1, places.shape[1]))
-        for row in places:
-            one = np.ones((self.nodes.size, row.size))
-            for k, node in enumerate(self.nodes):
-                for other in self.nodes[np.arange(self.nodes.size) != k]:
-                    one[k] *= (row - other) / (node - other)
-            result = (result[:, None] * one[None]).reshape(-1, row.size)
-        return result
-
-
-def _interpolate(
-    solver: Solver,
-    request: Request,
-    start: Poses,
-    target: Array,
-    local: int,
-    origin: tuple[Array, Array] | None,
-    cells: _Cells,
-) -> tuple[Poses, NDArray[np.bool_], Array]:
-    """Reach poses from polynomials through nodes of their cells."""
-    N = target.shape[1]
-    number = cells.number(target)
-    order = np.argsort(number, kind="stable")
-    boxes, firsts = np.unique(number[order], return_index=True)
-    members = np.split(order, firsts[1:])
-    pairs = list(zip(boxes.tolist(), members, strict=True))
-    wanted = np.concatenate([cells.node_targets(box, target[:, mine[0]]) for box, mine in pairs], axis=1)
-    nodes, led, _ = _lead(solver, request, start, wanted, local, origin)
-    M = wanted.shape[1] // len(boxes)
-    poses = Poses(np.empty((start.x.shape[0], N)), np.empty((3, N)))
-    arrived = np.zeros(N, dtype=bool)
-    usable = [led[k * M : (k + 1) * M].all() for k in range(len(boxes))]
-    guess = Poses(np.empty((start.x.shape[0], N)), np.zeros((3, N)))
-    for k, (box, mine) in enumerate(pairs):
-        if usable[k]:
-            part = slice(k * M, (k + 1) * M)
-            weights = cells.weights(cells.local(box, target[:, mine]))
-            guess.x[:, mine] = nodes.x[:, part] @ weights
-            guess.c[:, mine] = nodes.c[:, part] @ weights
-    ready = np.concatenate([mine for mine, good in zip(members, usable, strict=True) if good] or [np.zeros(0, dtype=np.intp)])
-    for first in range(0, ready.size, CHUNK):
-        which = ready[first : first + CHUNK]
-        state = Poses(solver.tree.normalized(guess.x[:, which]), guess.c[:, which])
-        near = np.full(which.size, 8e-4)
-        found, arrived[which] = solver.newton(request, state, target[:, which], local, before=near)
-        poses.x[:, which], poses.c[:, which] = found.x, found.c
-    gone = np.where(arrived, 1.0, 0.0)
-    rest = np.flatnonzero(~arrived)
-    if rest.size:
-        found, arrived[rest], gone[rest] = _lead(solver, request, start, target[:, rest], local, origin)
-        poses.x[:, rest], poses.c[:, rest] = found.x, found.c
-    return poses, arrived, gone
-
-
-def _follow(
-    solver: Solver,
-    request: Request,
-    start: Poses,
-    target: Array,
-    local: int,
-    origin: tuple[Array, Array] | None,
-    shortest: float,
-) -> tuple[Poses, NDArray[np.bool_], Array]:
-    """Follow every pose's own straight line, in chunks."""
+    """Follow every pose's own straight line, in chunks; also return how much of its way (0 … 1) each has gone."""
     N = target.shape[1]
     poses = Poses(np.empty((start.x.shape[0], N)), np.empty((3, N)))
     arrived, gone = np.empty(N, dtype=bool), np.empty(N)
     for first in range(0, N, CHUNK):
         part = slice(first, min(first + CHUNK, N))
-        mine = start if start.x.shape[1] == 1 else Poses(start.x[:, part], start.c[:, part])
-        found, arrived[part], gone[part] = solver.follow(request, mine, target[:, part], local, origin, shortest)
+        alone = start.x.shape[1] == 1
+        mine = start if alone else Poses(start.x[:, part], start.c[:, part])
+        known = origin if alone or origin is None else (origin[0][:, part], origin[1][:, part])
+        found, arrived[part], gone[part] = solver.follow(request, mine, target[:, part], local, known, shortest, first_step)
         poses.x[:, part], poses.c[:, part] = found.x, found.c
     return poses, arrived, gone
+
+
+@dataclass(frozen=True)
+class _Way:
+    """From one start to many poses: the arguments of :func:`reach`."""
+
+    solver: Solver
+    request: Request
+    start: Poses
+    local: int
+    origin: tuple[Array, Array] | None
+
+    def reach(self, target: Array) -> tuple[Poses, NDArray[np.bool_]]:
+        """Reach what polynomials, leaders or, where there are but few poses, straight lines lead to."""
+        cells = Cells.of(target) if target.shape[1] >= _FEW else None
+        return self._lead(target) if cells is None else self._interpolate(target, cells)
+
+    def _lead(self, target: Array) -> tuple[Poses, NDArray[np.bool_]]:
+        """Reach poses by way of one leader of each cell."""
+        N = target.shape[1]
+        lead_by, leader_of = _leaders(target)
+        if N < _FEW or lead_by.size > N / 4:
+            return follow(
+                self.solver,
+                self.request,
+                self.start,
+                target,
+                self.local,
+                self.origin,
+                _SHORTEST_IN_BATCH,
+            )[:2]
+        leaders, led = self.reach(target[:, lead_by])
+        self._on_own_lines(leaders, led, target[:, lead_by])
+        poses = Poses(np.empty((leaders.x.shape[0], N)), np.empty((3, N)))
+        arrived = np.zeros(N, dtype=bool)
+        follower_of = np.where(led, np.cumsum(led) - 1, -1)[leader_of]
+        # neighbours are solved together; those without a leader are not reached
+        order = np.argsort(follower_of, kind="stable")
+        order = order[np.searchsorted(follower_of[order], 0) :]
+        self._led(leaders.take(led), target[:, lead_by[led]], follower_of[order], poses, arrived, target, order)
+        return poses, arrived
+
+    def _led(
+        self,
+        leaders: Poses,
+        places: Array,
+        leader_of: NDArray[np.intp],
+        poses: Poses,
+        arrived: NDArray[np.bool_],
+        target: Array,
+        which: NDArray[np.intp],
+    ) -> None:
+        """Reach some of the targets, in place, from the leaders (len(which),) at places (n, M) with linear predictors."""
+        solver, request = self.solver, self.request
+        per_target = _predictors(solver, request, leaders, places, self.local)
+        shifts = np.abs(target[:, which] - places[:, leader_of]) / solver.longest_strides(request)[:, None]
+        near = np.max(shifts, axis=0, initial=0.0) < 1
+        which, leader_of = which[near], leader_of[near]
+        for first in range(0, which.size, CHUNK):
+            some, mine = which[first : first + CHUNK], leader_of[first : first + CHUNK]
+            step = np.einsum("ijn,jn->in", per_target[:, :, mine], target[:, some] - places[:, mine])
+            guess = solver.advance(request, leaders.take(mine), step)
+            size = np.sqrt(np.max(step * step, axis=0, initial=0.0))
+            found, arrived[some] = solver.newton(request, guess, target[:, some], self.local, np.maximum(size, 1e-3))
+            poses.x[:, some], poses.c[:, some] = found.x, found.c
+
+    def _interpolate(self, target: Array, cells: Cells) -> tuple[Poses, NDArray[np.bool_]]:
+        """Reach poses from polynomials through nodes of their cells; what these do not reach, from the nodes themselves."""
+        solver, N = self.solver, target.shape[1]
+        number = cells.number(target)
+        order = np.argsort(number, kind="stable")
+        boxes, firsts = np.unique(number[order], return_index=True)
+        members = np.split(order, firsts[1:])
+        wanted = np.concatenate(
+            [cells.node_targets(box, target[:, mine[0]]) for box, mine in zip(boxes.tolist(), members, strict=True)], axis=1
+        )
+        nodes, led = self._lead(wanted)
+        self._on_own_lines(nodes, led, wanted)
+        nodes_of = np.arange(wanted.shape[1]).reshape(len(boxes), -1)
+        usable = np.all(led[nodes_of], axis=1)
+        poses = Poses(np.empty((nodes.x.shape[0], N)), np.zeros((3, N)))
+        arrived = np.zeros(N, dtype=bool)
+        for box, mine, ours, good in zip(boxes.tolist(), members, nodes_of, usable, strict=True):
+            if good:
+                weights = cells.weights(cells.local(box, target[:, mine]))
+                poses.x[:, mine] = nodes.x[:, ours] @ weights
+                poses.c[:, mine] = nodes.c[:, ours] @ weights
+        ready = order[np.repeat(usable, [mine.size for mine in members])]
+        for first in range(0, ready.size, CHUNK):
+            which = ready[first : first + CHUNK]
+            guess = Poses(solver.tree.normalized(poses.x[:, which]), poses.c[:, which])
+            near = np.full(which.size, _FORESEEN_LOOSELY if self.local else _FORESEEN)
+            found, arrived[which] = solver.newton(self.request, guess, target[:, which], self.local, before=near)
+            poses.x[:, which], poses.c[:, which] = found.x, found.c
+        rest, leader_of = [], []
+        for mine, ours, good in zip(members, nodes_of, usable, strict=True):
+            left, reached = mine[~arrived[mine]], ours[led[ours]]
+            if left.size and reached.size and not good:
+                rest.append(left)
+                leader_of.append(reached[_nearest(target[:, left], wanted[:, reached])[0]])
+        if rest:
+            left, lead_by = np.concatenate(rest), np.concatenate(leader_of)
+            leaders, follower_of = np.unique(lead_by, return_inverse=True)
+            self._led(nodes.take(leaders), wanted[:, leaders], follower_of, poses, arrived, target, left)
+        doubtful = ready[~arrived[ready]]  # nodes that no polynomial goes through may be of several assembly modes
+        if doubtful.size:
+            found, arrived[doubtful] = self._lead(target[:, doubtful])
+            poses.x[:, doubtful], poses.c[:, doubtful] = found.x, found.c
+        return poses, arrived
+
+    def _on_own_lines(self, poses: Poses, arrived: NDArray[np.bool_], target: Array) -> None:
+        """Reach the rest of the targets, which lead others, on their own lines from the start, in place."""
+        rest = np.flatnonzero(~arrived)
+        if rest.size:
+            goal = target[:, rest]
+            found, arrived[rest], _ = follow(
+                self.solver, self.request, self.start, goal, self.local, self.origin, _SHORTEST_OF_LEADERS
+            )
+            poses.x[:, rest], poses.c[:, rest] = found.x, found.c
+
+    def from_nearest(self, poses: Poses, arrived: NDArray[np.bool_], target: Array) -> None:
+        """Reach the rest of the targets from the nearest of the poses that have arrived, in place; without any, from the start.
+
+        What has been reached that way may lead to more.
+        """
+        pool, rest = np.flatnonzero(arrived), np.flatnonzero(~arrived)
+        if pool.size > _COMPARED:
+            pool = np.random.default_rng(0).choice(pool, _COMPARED, replace=False)
+        scaled = target / self.solver.longest_strides(self.request)[:, None]
+        distance = np.full(target.shape[1], np.inf)
+        while rest.size:
+            if pool.size:
+                nearest, new = _nearest(scaled[:, rest], scaled[:, pool])
+                closer = new < distance[rest]
+                rest, nearest = rest[closer], pool[nearest[closer]]
+                distance[rest] = new[closer]
+                near = poses.take(nearest)
+                origin: tuple[Array, Array] | None = (target[:, nearest], near.c)
+                steps = _SHORTEST_FROM_NEAREST, _FIRST_STEP
+            else:
+                near, origin, steps = self.start, self.origin, (_SHORTEST_IN_BATCH, 0.0)
+            found, good, _ = follow(self.solver, self.request, near, target[:, rest], self.local, origin, *steps)
+            poses.x[:, rest], poses.c[:, rest], arrived[rest] = found.x, found.c, good
+            pool, rest = rest[good], rest[~good]
+            if not pool.size:
+                return
+
+
+def _usual(target: Array) -> NDArray[np.intp]:
+    """Return the targets that are not far from where nearly all are: cells made for far ones would hardly divide the others."""
+    ends = np.quantile(target, (0.02, 0.98), axis=1)
+    margin = (ends[1] - ends[0]) / 4
+    within = (target >= (ends[0] - margin)[:, None]) & (target <= (ends[1] + margin)[:, None])
+    return np.flatnonzero(np.all(within, axis=0))
+
+
+def _spread(poses: Poses, arrived: NDArray[np.bool_], which: NDArray[np.intp], N: int) -> tuple[Poses, NDArray[np.bool_]]:
+    """Return N poses of which some are given, and which of them have arrived."""
+    everyone = Poses(np.empty((poses.x.shape[0], N)), np.empty((3, N)))
+    everyone.x[:, which], everyone.c[:, which] = poses.x, poses.c
+    all_arrived = np.zeros(N, dtype=bool)
+    all_arrived[which] = arrived
+    return everyone, all_arrived
+
+
+def _nearest(points: Array, places: Array) -> tuple[NDArray[np.intp], Array]:
+    """Return which of places (n, M) is nearest to each point (n, N), and how far it is."""
+    nearest, distance = np.empty(points.shape[1], dtype=np.intp), np.empty(points.shape[1])
+    square = np.einsum("im,im->m", places, places)
+    for first in range(0, nearest.size, CHUNK):
+        part = slice(first, first + CHUNK)
+        found = np.argmin(square - 2 * points[:, part].T @ places, axis=1)
+        nearest[part] = found
+        distance[part] = np.sqrt(np.sum((points[:, part] - places[:, found]) ** 2, axis=0))
+    return nearest, distance
 
 
 def _leaders(target: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

@@ -71,7 +71,11 @@ class Frames:
 
     def directions(self, bodies: Index, local: Array) -> Array:
         """Return world components (3, M, N) of vectors ``local`` (3, M) fixed in ``bodies`` (M,)."""
-        return np.einsum("ijmn,jm->imn", self.rotation[:, :, bodies], local)
+        used = [j for j in range(3) if local[j].any()] or [0]
+        result = self.rotation[:, used[0], bodies] * local[used[0]][:, None]
+        for j in used[1:]:
+            result += self.rotation[:, j, bodies] * local[j][:, None]
+        return result
 
     def orientations(self, bodies: Index, local: Array) -> Array:
         """Return the rotations (3, 3, M, N) of frames with orientations ``local`` (3, 3, M) in ``bodies`` (M,)."""
@@ -108,9 +112,9 @@ class _Group:
         """Return rotations (3, 3, k, N) and positions (3, k, N) of the bodies relative to their parents."""
         c = q[self.q]
         if self.kind == "revolute":
-            return self.R_fixed + self.R_sin * np.sin(c[0]) + self.R_cos * np.cos(c[0]), self.p0
+            return self._turned(np.sin(c[0]), np.cos(c[0])), self.p0
         if self.kind == "continuous":
-            return self.R_fixed + self.R_sin * c[1] + self.R_cos * c[0], self.p0
+            return self._turned(c[1], c[0]), self.p0
         if self.kind == "prismatic":
             return self.R0, self.p0 + self.slide * c[0]
         if self.kind == "spherical":
@@ -120,6 +124,12 @@ class _Group:
             turn = np.stack([np.stack([c[2], -c[3], zero]), np.stack([c[3], c[2], zero]), np.stack([zero, zero, one])])
             return matmul(self.R0, turn), self.p0 + apply(self.R0, np.stack([c[0], c[1], zero]))
         return matmul(self.R0, rotations.matrix_of_quaternion(c[3:])), self.p0 + apply(self.R0, c[:3])
+
+    def _turned(self, sine: Array, cosine: Array) -> Array:
+        result = self.R_sin * sine
+        result += self.R_cos * cosine
+        result += self.R_fixed
+        return result
 
     def integrate(self, q: Array, v: Array) -> None:
         """Move the coordinates ``q`` (nq, N) in place by the displacement ``v`` (nv, N)."""

@@ -74,7 +74,7 @@ def null_space(matrix: Array, tolerance: float) -> tuple[Array, int, float]:
 
 
 class Cholesky:
-    """Cholesky factor of symmetric positive (semi)definite matrices ``(n, n, …)``.
+    """Cholesky factor of symmetric positive (semi)definite matrices ``(n, n, …)``, of which the lower triangles are read.
 
     The smallest pivot is 1 for orthogonal columns, and at rounding level for a singular matrix.
     """
@@ -84,10 +84,9 @@ class Cholesky:
         factor = np.array(a)
         with np.errstate(invalid="ignore", divide="ignore"):
             for j in range(n):
+                if j:
+                    factor[j:, j] -= np.einsum("ik...,k...->i...", factor[j:, :j], factor[j, :j])
                 factor[j:, j] /= np.sqrt(factor[j, j])
-                if j + 1 < n:
-                    column = factor[j + 1 :, j]
-                    factor[j + 1 :, j + 1 :] -= column[:, None] * column[None]
         self.factor, self._diagonal = factor, np.einsum("ii...->i...", a)
 
     @property
@@ -146,7 +145,9 @@ def least_squares(a: Array, b: Array, nullity: int = 0) -> Array:
     n = a.shape[1]
     if n == 0:
         return np.zeros((0, *b.shape[1:]))
-    normal = np.einsum("ri...,rj...->ij...", a, a)
+    normal = np.empty((n, n, *a.shape[2:]))
+    for i in range(n):  # the lower triangle
+        np.einsum("r...,rj...->j...", a[:, i], a[:, : i + 1], out=normal[i, : i + 1])
     diagonal = np.arange(n)
     normal[diagonal, diagonal] += 1e-12 * (normal[diagonal, diagonal] + 1e-3)
     factor = Cholesky(normal)

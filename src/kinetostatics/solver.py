@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 #: Largest part of a line that is tried in one go, in rad and in characteristic lengths. However steadily Newton's method
 #: converges after a larger jump, it may be on another branch: a universal joint closes just as well with one axis turned over.
 LONGEST_TURN, LONGEST_SHIFT = 0.7, 2.0
-#: Corrections become smaller by the first at least, and each time by more than the time before, unless by the second.
+#: Corrections become smaller by this factor at least, and each time by more than the time before unless by the second.
 _SHRINKING, _QUADRATIC = 0.4, 0.25
 
 
@@ -278,12 +278,13 @@ class Solver:
         local: int = 0,
         origin: tuple[Array, Array] | None = None,
         shortest: float = 1e-3,
+        first_step: float = 0.0,
     ) -> tuple[Poses, NDArray[np.bool_], Array]:
         """Follow the straight line of requested coordinates from ``start`` to ``target`` (n, N).
 
         ``local`` is the number of freedoms that do not move the platform; they stay as they are. ``origin`` is what
         :meth:`origin` says of the start, if that is known already. Where steps of the part ``shortest`` of the line are too
-        long still, it ends.
+        long still, it ends; at its beginning, where steps of the part ``first_step`` are.
 
         Returns:
             The poses, whether each arrived, and how much of its way (0 … 1) each has gone.
@@ -314,7 +315,8 @@ class Solver:
             stride[calm] = np.minimum(2 * stride[calm], longest[calm])
             stride[active[~good]] /= 2
             steady[active] = good  # after a step that was too long the next is not doubled at once
-            active = active[(gone[active] < 1) & (stride[active] > shortest * longest[active])]
+            least = np.where(gone[active] > 0, shortest, max(shortest, first_step))
+            active = active[(gone[active] < 1) & (stride[active] > least * longest[active])]
         return state, gone >= 1, gone
 
     def _turning_rows(self, request: Request) -> NDArray[np.intp]:

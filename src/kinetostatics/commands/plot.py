@@ -22,6 +22,7 @@ examples:
   kinetostatics plot map.nc --list
   kinetostatics plot map.nc --what linear_sag --x rx --y ry --at z=0.5 --out sag.svg
   kinetostatics plot map.nc --kind surface --what twist:x --x rx --y ry --over z --unit µm --out twist.pdf
+  kinetostatics plot tilts.nc --x azimuth --y tilt --out round.pdf
   kinetostatics plot map.nc --kind workspace --what least_translational_stiffness --unit N/µm --out stiffness.png
   kinetostatics plot map.nc --kind line --what actuator_force:prismatic_1 --x z --series rx --at ry=0deg --out force.pdf
 """
@@ -33,8 +34,9 @@ def add_parser(subparsers: Any) -> None:
         NAME,
         usage=f"kinetostatics {NAME} MAP [options]",
         help="draw figures of a workspace map",
-        description="Draw a figure of a workspace map that kinetostatics sweep wrote: a slice in colour, surfaces, the body of "
-        "the poses that are reached, or lines. Poses without valid numbers are grey and hatched.",
+        description="Draw a figure of a workspace map that kinetostatics sweep wrote: a slice in colour, surfaces, the body\n"
+        "of the poses that are reached, or lines. Poses without valid numbers are grey and hatched. Slices over\n"
+        "azimuth and tilt are round.",
         epilog=EXAMPLES,
     )
     parser.add_argument("map", metavar="MAP", help="netCDF file (.nc) or zarr folder")
@@ -65,8 +67,9 @@ def add_parser(subparsers: Any) -> None:
     )
     parser.add_argument("--unit", help="of the quantity, such as µm, deg, kN, N/µm (default: what suits)")
     parser.add_argument(
-        "--limits", metavar=("LOW", "HIGH"), nargs=2, help="of the colours of slices and workspaces, in the figure's unit"
+        "--limits", metavar=("LOW", "HIGH"), nargs=2, help="of colours, or of a surface's heights, in the figure's unit"
     )
+    parser.add_argument("--rectangular", action="store_true", help="a slice over azimuth and tilt is not to be round")
     parser.add_argument("--whole", action="store_true", help="do not cut a workspace open")
     parser.add_argument("--beyond-limits", action="store_true", help="poses beyond the joints' limits count like all others")
     parser.add_argument("--dpi", metavar="N", default="300", help="dots per inch of a PNG (default: %(default)s)")
@@ -95,34 +98,46 @@ def _draw(ds: xr.Dataset, args: argparse.Namespace) -> None:
     from kinetostatics.plots.style import figure_of
 
     plt.switch_backend("agg")
-    options: dict[str, Any] = {"at": _at(ds, args.at), "unit": args.unit, "beyond_limits": args.beyond_limits}
-    for name in ("x", "y", "axes", "over", "series", "limits"):
-        if getattr(args, name) is not None and name not in _TAKES[args.kind]:
+    for name in ("x", "y", "axes", "over", "series", "limits", "whole", "rectangular"):
+        if getattr(args, name) not in (None, False) and name not in _TAKES[args.kind]:
             raise ArgumentError(f"--{name} is not an option of a {args.kind}")
+    options: dict[str, Any] = {"at": _at(ds, args.at), "unit": args.unit, "beyond_limits": args.beyond_limits}
+    dpi = _number("--dpi", args.dpi)
+    if not DPI[0] <= dpi <= DPI[1]:
+        raise ArgumentError(f"--dpi: {dpi:g} is not between {DPI[0]} and {DPI[1]} dots per inch")
     if len(args.what) > 1 and args.kind != "line":
         raise ArgumentError(f"a {args.kind} shows one quantity, not {len(args.what)}")
     if args.limits is not None:
-        options["limits"] = tuple(parse_quantity(text, "number") for text in args.limits)
+        options["limits"] = tuple(_number("--limits", text) for text in args.limits)
     what = args.what[0]
     if args.kind == "slice":
-        axes = plot.slice(ds, what, args.x, args.y, **options)
+        axes = plot.slice(ds, what, args.x, args.y, polar=False if args.rectangular else None, **options)
     elif args.kind == "surface":
         axes = plot.surface(ds, what, args.x, args.y, over=args.over, **options)
     elif args.kind == "workspace":
         axes = plot.workspace(ds, what, args.axes, cut=not args.whole, **options)
     else:
         axes = plot.line(ds, args.what, args.x, series=args.series, **options)
-    plot.save(axes, args.out, dpi=parse_quantity(args.dpi, "number"))
+    plot.save(axes, args.out, dpi=dpi)
     plt.close(figure_of(axes))
 
 
 #: Options of the kinds of figures that not all have.
 _TAKES = {
-    "slice": ("x", "y", "limits"),
-    "surface": ("x", "y", "over"),
-    "workspace": ("axes", "limits"),
+    "slice": ("x", "y", "limits", "rectangular"),
+    "surface": ("x", "y", "over", "limits"),
+    "workspace": ("axes", "limits", "whole"),
     "line": ("x", "series"),
 }
+#: Dots per inch that make sense of a page as large as a column.
+DPI = (10, 2400)
+
+
+def _number(option: str, text: str) -> float:
+    try:
+        return parse_quantity(text, "number")
+    except ArgumentError as error:
+        raise ArgumentError(f"{option}: {error}") from None
 
 
 def _at(ds: xr.Dataset, items: list[str]) -> dict[str, Any]:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import os
 import re
+import sys
 import time
 import warnings
 from typing import TYPE_CHECKING, Any
@@ -31,11 +33,15 @@ if TYPE_CHECKING:
 
 NAME = "sweep"
 
+#: Values along one dimension, at most.
+MOST = 1_000_000
+
 INTEGER = re.compile(r"[-+]?\d+")
 
 EXAMPLES = f"""\
 {VALUES_HELP}
   FROM:TO:COUNT and A,B,C are dimensions of the grid, whose poses are all combinations of their values.
+  Parameters of the file may be words too: material=steel,brass.
 
 files:
   FILE.nc is netCDF, FILE.zarr a zarr store; Python opens them with xarray.open_dataset(FILE, engine="h5netcdf" or "zarr").
@@ -44,6 +50,7 @@ files:
 examples:
   kinetostatics sweep 3rps --platform z=0.45:0.65:21 rx=-10deg:10deg:21 ry=-10deg:10deg:21 --out map.nc
   kinetostatics sweep 3rps --platform z=500mm rx=-10deg:10deg:41 ry=0 --set rod_diameter=60mm:100mm:5 --out diameters.nc
+  kinetostatics sweep 3rps --platform z=0.5 azimuth=-180deg:175deg:72 tilt=0:50deg:26 --orientation tilt_torsion --out tilts.nc
   kinetostatics sweep 2pru_upr --actuators prismatic_1=-20mm:20mm:9 prismatic_2=0,10mm prismatic_3=0 --beams --out map.zarr
 """
 
@@ -78,25 +85,32 @@ def run(args: argparse.Namespace) -> int:
     need("xarray")
     options = {**load_options(args), **_grid(args)}
     workers = None if args.workers is None else _whole("--workers", args.workers)
+    there = os.path.exists(args.out) and not args.restart
     begin = time.perf_counter()
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", UserWarning)
-        found = sweep(
-            args.robot,
-            **options,
-            tolerance=tolerance_of(args),
-            beams=args.beams,
-            out=args.out,
-            restart=args.restart,
-            workers=workers,
-            progress=False if args.quiet else None,
-            command_line=args.command_line,
-        )
+        try:
+            found = sweep(
+                args.robot,
+                **options,
+                tolerance=tolerance_of(args),
+                beams=args.beams,
+                out=args.out,
+                restart=args.restart,
+                workers=workers,
+                progress=False if args.quiet else None,
+                command_line=args.command_line,
+            )
+        except KeyboardInterrupt:
+            parts = f"{args.out.rstrip('/')}.parts"
+            if os.path.isdir(parts):
+                print(f"kinetostatics: interrupted; the same command goes on with what is finished, in {parts}", file=sys.stderr)
+            raise
     with found:
         if not args.quiet:
-            print(summary(found, time.perf_counter() - begin))
-            print(f"wrote {args.out}")
-    print_warnings(str(item.message) for item in caught)
+            print(summary(found, None if there else time.perf_counter() - begin))
+            print(f"{args.out} was there already" if there else f"wrote {args.out}")
+        print_warnings([*str(found.attrs.get("warnings", "")).splitlines(), *(str(item.message) for item in caught)])
     return 0
 
 
@@ -106,11 +120,11 @@ def _grid(args: argparse.Namespace) -> dict[str, Any]:
     found: dict[str, Any] = {"parameters": parameters, "orientation": args.orientation}
     if args.platform is not None:
         items = parse_items("--platform", args.platform).items()
-        found["platform"] = {name: parse_values("--platform", name, text, PLATFORM_KINDS.get(name)) for name, text in items}
+        found["platform"] = {name: _values("--platform", name, text, PLATFORM_KINDS.get(name)) for name, text in items}
     elif args.actuators is not None:
         robot = _first_robot(args, parameters)
         found["actuators"] = {
-            name: parse_values("--actuators", name, text, joint_kind(robot, name))
+            name: _values("--actuators", name, text, joint_kind(robot, name))
             for name, text in parse_items("--actuators", args.actuators).items()
         }
     return found
@@ -126,14 +140,26 @@ def _first_robot(args: argparse.Namespace, parameters: dict[str, Any]) -> Robot:
     )
 
 
+def _values(option: str, name: str, text: str, kind: str | None = None) -> float | list[float]:
+    """Return one value or several, as :func:`parse_values`, unless they are too many."""
+    count = text.rpartition(":")[2].strip()
+    if text.count(":") == 2 and count.isdecimal() and int(count) > MOST:
+        raise ArgumentError(f"{option}: {name}: {count} values are too many; at most {MOST:,} go along a dimension")
+    return parse_values(option, name, text, kind)
+
+
 def _parameter(name: str, text: str) -> Any:
-    """Return the values of a parameter: numbers, a grid of them, or a string as it stands."""
+    """Return the values of a parameter: numbers, a grid of them, several strings, or one."""
     separator = ":" if ":" in text else ","
-    parts = text.split(separator)
-    if len(parts) > 1 and all(NUMBER.fullmatch(part.strip()) for part in parts):
-        if separator == "," and all(INTEGER.fullmatch(part.strip()) for part in parts):
+    parts = [part.strip() for part in text.split(separator)]
+    if len(parts) > 1 and all(NUMBER.fullmatch(part) for part in parts):
+        if separator == "," and all(INTEGER.fullmatch(part) for part in parts):
             return [int(part) for part in parts]
-        return parse_values("--set", name, text)
+        return _values("--set", name, text)
+    if len(parts) > 1 and separator == ",":
+        if not all(parts):
+            raise ArgumentError(f"--set: {name}={text} has an empty value between its commas")
+        return parts
     match = NUMBER.fullmatch(text)
     if match is None or (match[2] is not None and match[2] not in UNITS):
         return text

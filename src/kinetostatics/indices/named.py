@@ -116,17 +116,35 @@ def quantity(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> xr.DataA
     if name == "stiffness_along" and rest:
         return stiffness_along(ds, rest, beyond_limits=beyond_limits)
     if name not in ds.data_vars or name in ("status", "mode"):
-        raise ArgumentError(f"no quantity {what!r}: {near_names(what, names(ds))}")
+        raise ArgumentError(f"no quantity {what!r}{_hint(ds, what)}")
     found, dims = ds[name], label_dims(ds, name)
     labels = rest.rsplit(":", len(dims) - 1) if dims else ([rest] if rest else [])
     if len(labels) != len(dims) or not all(labels):
         form = ":".join([name, *(dim.upper() for dim in dims)])
-        raise ArgumentError(f"{what!r} is not of the form {form}: {near_names(what, names(ds))}")
+        known = "; ".join(f"{dim}s are {', '.join(str(item) for item in ds[dim].values)}" for dim in dims if dim != "component_2")
+        raise ArgumentError(f"{what!r} is not of the form {form}" + (f", where {known}" if known else ""))
     units = units_of(ds, name)
     for dim, label in zip(dims, labels, strict=True):
         found = labelled(found, dim, label)
         units = labelled(units, dim, label) if dim in units.dims else units
     return finished(ds, found, beyond_limits, str(units.values), _long_name(name, labels, str(units.values)))
+
+
+def _hint(ds: xr.Dataset, what: str) -> str:
+    """Return what may have been meant instead of a quantity that there is not."""
+    name = what.partition(":")[0]
+    if name.startswith("beam_"):
+        return ": the map has no numbers of beams; sweep with beams=True (--beams)"
+    known = names(ds)
+    within = [item for item in known if what.lower() in item.lower()][:3]
+    if within:
+        return ": did you mean " + " or ".join(repr(item) for item in within) + "?"
+    close = near_names(what, known)
+    if close.startswith("did you mean"):
+        return f": {close}"
+    indices = ", ".join(item for item in INDICES if _applies(ds, item))
+    variables = ", ".join(str(item) for item in ds.data_vars if label_dims(ds, str(item)))
+    return f": there are the indices {indices}, and numbers of {variables}"
 
 
 def _long_name(name: str, labels: Sequence[str], units: str) -> str:
@@ -154,6 +172,7 @@ class Extreme:
         coordinates: the swept coordinates of the pose [m, rad].
         index: its place along each swept dimension.
         status: :class:`kinetostatics.Status` of the pose.
+        coordinate_units: of the coordinates; empty where none is known.
     """
 
     what: str
@@ -162,10 +181,18 @@ class Extreme:
     coordinates: Mapping[str, float]
     index: Mapping[str, int]
     status: Status
+    coordinate_units: Mapping[str, str]
 
     def __str__(self) -> str:
-        where = ", ".join(f"{name} = {value:.6g}" for name, value in self.coordinates.items())
-        return f"{self.what} = {self.value:.6g} {self.units} at {where}"
+        where = [_said(name, value, self.coordinate_units.get(name, "")) for name, value in self.coordinates.items()]
+        return (
+            _said(self.what, self.value, "" if self.units == "1" else self.units) + f" at {', '.join(where) or 'the only pose'}"
+        )
+
+
+def _said(name: str, value: object, units: str) -> str:
+    number = f"{value:.6g}" if isinstance(value, float) else str(value)
+    return f"{name} = {number} {units}".rstrip()
 
 
 def best(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> Extreme:
@@ -206,6 +233,7 @@ def _extreme(ds: xr.Dataset, what: str, beyond_limits: bool, best: bool) -> Extr
         coordinates={dim: ds[dim].values[k].item() for dim, k in index.items()},
         index=index,
         status=Status(int(ds["status"].isel(index))),
+        coordinate_units={dim: str(ds[dim].attrs.get("units", "")) for dim in index},
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,6 +11,8 @@ from numpy.typing import ArrayLike
 from kinetostatics.exceptions import ArgumentError
 
 _DEGREE = math.pi / 180
+#: Letters along a colour bar.
+BAR = 38
 
 #: For every unit of a map the units it may be shown in, and their size. A figure chooses from those with SI prefixes.
 UNITS: dict[str, dict[str, float]] = {
@@ -28,6 +31,17 @@ UNITS: dict[str, dict[str, float]] = {
     "N m": {"N·m": 1.0, "kN·m": 1e3, "MN·m": 1e6, "mN·m": 1e-3},
     "N/m": {"N/m": 1.0, "kN/m": 1e3, "MN/m": 1e6, "GN/m": 1e9, "N/mm": 1e3, "N/µm": 1e6, "N/um": 1e6},
     "N m/rad": {"N·m/rad": 1.0, "kN·m/rad": 1e3, "MN·m/rad": 1e6, "GN·m/rad": 1e9},
+    "N/rad": {"N/rad": 1.0, "kN/rad": 1e3, "MN/rad": 1e6, "GN/rad": 1e9},
+    "N m/m": {"N·m/m": 1.0, "kN·m/m": 1e3, "MN·m/m": 1e6, "GN·m/m": 1e9},
+    **{
+        f"{motion}/{load if ' ' not in load else f'({load})'}": {
+            f"{prefix}{motion}/{load if ' ' not in load else '(N·m)'}": size
+            for prefix, size in (("", 1.0), ("m", 1e-3), ("µ", 1e-6), ("n", 1e-9), ("p", 1e-12))
+        }
+        for motion in ("m", "rad")
+        for load in ("N", "N m")
+    },
+    "Pa": {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9},
 }
 _SHOWN_AS = {"um": "µm", "urad": "µrad", "deg": "°", "mdeg": "10⁻³ °", "N/um": "N/µm"}
 _NOT_CHOSEN = ("um", "urad", "deg", "°", "mdeg", "N/mm", "N/µm", "N/um")
@@ -72,3 +86,13 @@ def coordinate_unit(units: str, values: ArrayLike) -> tuple[float, str]:
 def label(name: str, unit: str) -> str:
     """Return the text of an axis."""
     return name if unit in ("", "1") else f"{name} [{unit}]"
+
+
+def typeset(text: str) -> str:
+    """Return words with numbers in them with the minus signs that axes have."""
+    return text.replace("= -", "= −")
+
+
+def wrapped(text: str) -> str:
+    """Return the name of a colour bar in lines that are not longer than the bar of a figure in three dimensions."""
+    return textwrap.fill(text, BAR)

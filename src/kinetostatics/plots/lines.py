@@ -10,8 +10,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.plots.display_units import label
-from kinetostatics.plots.masks import edges, hatched, masks_of, patches_of
+from kinetostatics.plots.display_units import label, typeset
+from kinetostatics.plots.masks import edges, hatched, masks_of, patches_of, reasons
 from kinetostatics.plots.selection import Selection, axis_of, chosen_names, in_figure_units, select
 from kinetostatics.plots.style import COLOURS, DASHES, MARKERS, ONE_COLUMN, figure_of, legend_below, name_ticks, new_axes, styled
 
@@ -63,9 +63,12 @@ def line(
             raise ArgumentError(f"{x} cannot be the axis and the series")
         count = len(axis.values)
         chosen = np.unique(np.linspace(0, count - 1, min(count, len(DASHES))).round().astype(int))
-        parts = {axis.said(k): select(ds.isel({series: [k]}), names[0], (x,), at, beyond_limits) for k in chosen}
+        parts = {axis.said(k): select(ds.isel({series: k}, drop=True), names[0], (x,), at, beyond_limits) for k in chosen}
     if not any(np.isfinite(part.values).any() for part in parts.values()):
-        raise ArgumentError(f"{', '.join(names)}: no pose of this line has a number")
+        why = reasons(*(np.stack([getattr(part, name) for part in parts.values()]) for name in ("values", "status")))
+        raise ArgumentError(
+            f"{', '.join(names)}: no pose of {'this line' if len(parts) == 1 else 'these lines'} has a number ({why})"
+        )
     with styled():
         return _draw(parts, unit, ax)
 
@@ -81,7 +84,7 @@ def _draw(parts: Mapping[str, Selection], unit: str | None, ax: Axes | None) -> 
         ax.plot(
             across.values,
             numbers,
-            label=name if np.isfinite(numbers).any() else f"{name}: no valid pose",
+            label=typeset(name if np.isfinite(numbers).any() else f"{name}: no valid pose"),
             color=colours[k],
             linestyle=DASHES[k],
             marker=MARKERS[k],
@@ -97,7 +100,7 @@ def _draw(parts: Mapping[str, Selection], unit: str | None, ax: Axes | None) -> 
         ax.add_collection(hatched(mask, borders, np.array([0.0, 1.0]), transform=ax.get_xaxis_transform()), autolim=False)
     names = {part.long_name for part in parts.values()}
     text = names.pop() if len(names) == 1 else _common(list(names))
-    ax.set(xlabel=across.label, ylabel=label(text, unit), title=first.fixed, xlim=(borders[0], borders[-1]))
+    ax.set(xlabel=across.label, ylabel=label(text, unit), title=typeset(first.fixed), xlim=(borders[0], borders[-1]))
     name_ticks(ax.xaxis, across)
     if len(parts) > 1 or masks:
         handles = ax.get_lines() if len(parts) > 1 else []

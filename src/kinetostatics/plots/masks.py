@@ -68,15 +68,20 @@ def edges(values: Array) -> Array:
     return np.concatenate([[2 * values[0] - middle[0]], middle, [2 * values[-1] - middle[-1]]])
 
 
-def draw_masks(ax: Axes, x: Array, y: Array, masks: Sequence[Mask]) -> None:
-    """Hatch the cells of masks, which are over ``x`` and ``y`` in this order."""
+def reasons(values: Array, status: NDArray[np.int8]) -> str:
+    """Return why poses have no number, in words."""
+    return ", ".join(mask.label for mask in masks_of(values, status))
+
+
+def draw_masks(ax: Axes, x_edges: Array, y_edges: Array, masks: Sequence[Mask], curved: bool = False) -> None:
+    """Hatch the cells of masks, whose borders are given; ``curved``: their sides along x are arcs."""
     for mask in masks:
-        ax.add_collection(hatched(mask, edges(x), edges(y)), autolim=False)
+        ax.add_collection(hatched(mask, x_edges, y_edges, curved), autolim=False)
 
 
-def hatched(mask: Mask, x_edges: Array, y_edges: Array, **options: Any) -> PolyCollection:
+def hatched(mask: Mask, x_edges: Array, y_edges: Array, curved: bool = False, **options: Any) -> PolyCollection:
     """Return the cells of a mask (len x) or (len x, len y)."""
-    rectangles = _runs(mask.where.reshape(len(x_edges) - 1, -1), x_edges, y_edges)
+    rectangles = _runs(mask.where.reshape(len(x_edges) - 1, -1), x_edges, y_edges, curved)
     return PolyCollection(
         rectangles,
         facecolors=mask.face,
@@ -101,12 +106,16 @@ def patches_of(masks: Sequence[Mask]) -> list[Patch]:
     return [Patch(facecolor=m.face, edgecolor=_EDGE, hatch=m.hatch, linewidth=0.4, label=m.label) for m in masks]
 
 
-def _runs(where: NDArray[np.bool_], x_edges: Array, y_edges: Array) -> list[Array]:
-    """Return rectangles that cover the cells, one for each run of them along x: fewer, and without seams."""
+def _runs(where: NDArray[np.bool_], x_edges: Array, y_edges: Array, curved: bool) -> list[Array]:
+    """Return rectangles that cover the cells, one for each run of them along x: fewer, and without seams.
+
+    Those that are curved have corners at all borders on their way.
+    """
     found = []
     for j in range(where.shape[1]):
         steps = np.flatnonzero(np.diff(np.concatenate([[False], where[:, j], [False]]).astype(np.int8)))
         for first, last in zip(steps[::2], steps[1::2], strict=True):
-            left, right, low, high = x_edges[first], x_edges[last], y_edges[j], y_edges[j + 1]
-            found.append(np.array([[left, low], [right, low], [right, high], [left, high]]))
+            along = x_edges[first : last + 1] if curved else x_edges[[first, last]]
+            low, high = (np.column_stack([along, np.full(len(along), level)]) for level in y_edges[j : j + 2])
+            found.append(np.concatenate([low, high[::-1]]))
     return found

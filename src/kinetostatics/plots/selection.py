@@ -12,12 +12,18 @@ from numpy.typing import NDArray
 from kinetostatics.configuration import Status
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.indices import quantity, swept
+from kinetostatics.indices.poses import ANGULAR, LINEAR
 from kinetostatics.plots.display_units import coordinate_unit, display_unit, label
+from kinetostatics.plots.ranges import main_range
 
 Array = NDArray[np.float64]
 
 #: In place of a status: unreachable, but for another assembly mode (the Dataset's ``mode`` is 1).
 OTHER_MODE = 100
+#: Components of a motion whose largest is this small beside the motion are rounding.
+ROUNDING = 1e-11
+#: Variables that are coordinates, not small motions: they are shown as coordinates are.
+COORDINATES = ("platform_pose", "actuator_position", "q")
 
 
 @dataclass(frozen=True)
@@ -101,7 +107,7 @@ def chosen_names(ds: xr.Dataset, wanted: Sequence[str | None], fixed: Iterable[s
 
 
 def select(ds: xr.Dataset, what: str, dims: Sequence[str], at: Mapping[str, float], beyond_limits: bool) -> Selection:
-    """Return a quantity over ``dims``; nothing else of a lazy map is computed.
+    """Return a quantity over ``dims``, numbers rising along them; nothing else of a lazy map is computed.
 
     Args:
         ds: of :func:`kinetostatics.sweep`.
@@ -113,7 +119,8 @@ def select(ds: xr.Dataset, what: str, dims: Sequence[str], at: Mapping[str, floa
     Raises:
         ArgumentError: a coordinate is not swept, or not fixed, or fixed outside the map.
     """
-    axes = tuple(axis_of(ds, name) for name in dims)
+    for name in dims:
+        axis_of(ds, name)
     if len(set(dims)) < len(dims):
         raise ArgumentError(f"the axes {' and '.join(dims)} must be different coordinates")
     places, said = {}, []
@@ -121,7 +128,7 @@ def select(ds: xr.Dataset, what: str, dims: Sequence[str], at: Mapping[str, floa
         axis = axis_of(ds, name)
         if name in dims:
             raise ArgumentError(f"{name} is an axis of the figure, and fixed at {value} too")
-        places[name] = _place(ds[name], axis, value)
+        places[name] = place_of(ds[name], axis, value)
         said.append(axis.said(places[name]))
     for name in swept(ds):
         if name not in dims and name not in places:
@@ -129,8 +136,14 @@ def select(ds: xr.Dataset, what: str, dims: Sequence[str], at: Mapping[str, floa
                 first, last = (axis_of(ds, name).said(k) for k in (0, -1))
                 raise ArgumentError(f"{name} has {ds.sizes[name]} values, from {first} to {last}: say at which, {name}=…")
             places[name] = 0
+            said.append(axis_of(ds, name).said(0))
     part = ds.isel(places)
-    found = quantity(part, what, beyond_limits=beyond_limits).transpose(*dims)
+    for name in dims:  # grids may be given in any order
+        numbers = np.asarray(part[name].values)
+        if numbers.dtype.kind not in "OUS" and np.any(np.diff(numbers) < 0):
+            part = part.isel({name: np.argsort(numbers)})
+    axes = tuple(axis_of(part, name) for name in dims)
+    found = _without_rounding(part, what, quantity(part, what, beyond_limits=beyond_limits).transpose(*dims))
     return Selection(
         what=what,
         axes=axes,
@@ -142,6 +155,16 @@ def select(ds: xr.Dataset, what: str, dims: Sequence[str], at: Mapping[str, floa
     )
 
 
+def _without_rounding(part: xr.Dataset, what: str, found: xr.DataArray) -> xr.DataArray:
+    """Return a component of small motions, 0 where all that is drawn is what rounding has left of 0."""
+    if what.partition(":")[0] not in ("twist", "contribution"):
+        return found
+    components = LINEAR if found.attrs["units"] == "m" else ANGULAR
+    motion = float(abs(part["twist"].sel(component=list(components))).max())
+    size = float(abs(found).max())
+    return (found * 0).assign_attrs(found.attrs) if size < ROUNDING * motion else found
+
+
 def in_figure_units(parts: Sequence[Selection], unit: str | None) -> tuple[list[Array], str]:
     """Return the values of selections in one unit for all, and its name.
 
@@ -151,7 +174,14 @@ def in_figure_units(parts: Sequence[Selection], unit: str | None) -> tuple[list[
     units = {part.units for part in parts}
     if len(units) > 1:
         raise ArgumentError(f"quantities in {' and '.join(sorted(units))} do not go into one figure")
-    size, name = display_unit(units.pop(), np.concatenate([part.values.ravel() for part in parts]), unit)
+    everything = np.concatenate([part.values.ravel() for part in parts])
+    everything = everything[np.isfinite(everything)]
+    if everything.size:  # what suits most of them
+        everything = np.clip(everything, *main_range(everything))
+    if unit is None and all(part.what.partition(":")[0] in COORDINATES for part in parts):
+        size, name = coordinate_unit(units.pop(), everything)
+    else:
+        size, name = display_unit(units.pop(), everything, unit)
     return [part.values / size for part in parts], name
 
 
@@ -178,7 +208,12 @@ def _status(part: xr.Dataset, dims: Sequence[str]) -> NDArray[np.int8]:
     return np.asarray(status.transpose(*dims).values)
 
 
-def _place(coordinate: xr.DataArray, axis: Axis, value: float) -> int:
+def place_of(coordinate: xr.DataArray, axis: Axis, value: float) -> int:
+    """Return the place of the value of a coordinate that is nearest to a given one, or has a given name.
+
+    Raises:
+        ArgumentError: there is none.
+    """
     if axis.ticks:
         if str(value) not in axis.ticks:
             raise ArgumentError(f"no {axis.name} {value!r}: {near_names(str(value), axis.ticks)}")

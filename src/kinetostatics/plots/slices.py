@@ -8,17 +8,24 @@ import numpy as np
 import xarray as xr
 from matplotlib import patheffects
 from matplotlib.axes import Axes
+from matplotlib.contour import ContourSet
+from matplotlib.path import Path
+from matplotlib.text import Text
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.plots.display_units import label
-from kinetostatics.plots.masks import draw_masks, edges, legend_of, masks_of
-from kinetostatics.plots.selection import Selection, chosen_names, in_figure_units, select
-from kinetostatics.plots.style import COLOURS, ONE_COLUMN, extend_of, figure_of, name_ticks, new_axes, styled
+from kinetostatics.plots.display_units import label, typeset
+from kinetostatics.plots.masks import draw_masks, legend_of, masks_of, reasons
+from kinetostatics.plots.planes import OUTWARDS, ROUND, Plane, goes_round, label_axes, rectangle, round_a_pole
+from kinetostatics.plots.ranges import beyond, check_limits, extend_of, main_range
+from kinetostatics.plots.selection import Selection, axis_of, chosen_names, in_figure_units, select
+from kinetostatics.plots.style import COLOURS, ONE_COLUMN, figure_of, new_axes, styled
 
 #: With more cells a PDF or SVG holds them as pixels; letters, lines and hatches stay what they are.
 VECTOR_CELLS = 10_000
+#: Size of the numbers at lines of equal value [pt].
+NUMBERS = 6
 
 
 def slice(
@@ -31,11 +38,15 @@ def slice(
     unit: str | None = None,
     contours: bool | int = True,
     limits: tuple[float, float] | None = None,
+    polar: bool | None = None,
     beyond_limits: bool = False,
     ax: Axes | None = None,
     **fixed: float,
 ) -> Axes:
     """Draw a quantity over two of the swept coordinates, one cell of colour for each pose.
+
+    Over azimuth and tilt the figure is polar: azimuth goes round from the right, tilt outwards from the middle, so that it is
+    the view from above on where the platform leans.
 
     Args:
         ds: of :func:`kinetostatics.sweep`.
@@ -45,9 +56,12 @@ def slice(
         at: values of the other coordinates [m, rad]; the nearest of the map is shown, and named above the figure.
         unit: of the quantity, such as "µm", "deg", "N/µm"; default: what suits.
         contours: lines of equal value: True, False, or about how many.
-        limits: smallest and largest value of the colours, in the figure's unit; default: all that is there.
+        limits: smallest and largest value of the colours, in the figure's unit; default: all that is there, or without the few
+            outermost where these lie far beyond all others; then the bar has an arrow, and says how far they go.
+        polar: True or False to insist on polar axes or on rectangular ones; default: polar for azimuth and tilt, if the tilts
+            are 0 or more and the azimuths within one turn.
         beyond_limits: show poses beyond the joints' limits like all others.
-        ax: to draw on; default: a new figure one column wide.
+        ax: to draw on, made with ``projection="polar"`` for a polar figure; default: a new figure one column wide.
         **fixed: the same as ``at``: ``z=0.5``. (Coordinates called x and y are fixed by ``at``.)
 
     Returns:
@@ -57,56 +71,111 @@ def slice(
         ArgumentError: a name or a value makes no sense, or no pose of the slice has a number.
     """
     at = {**(at or {}), **fixed}
+    check_limits(limits)
     dims = chosen_names(ds, (x, y), at, "a slice")
-    shown = select(ds, what, dims, at, beyond_limits)
+    for name in dims:
+        axis_of(ds, name)  # complains about names before anything else does
+    goes = goes_round(ds, dims, polar, ax)
+    shown = select(ds, what, (ROUND, OUTWARDS) if goes else dims, at, beyond_limits)
     if not np.isfinite(shown.values).any():
-        reasons = ", ".join(mask.label for mask in masks_of(shown.values, shown.status))
-        raise ArgumentError(f"{what}: no pose of this slice has a number ({reasons})")
+        raise ArgumentError(f"{what}: no pose of this slice has a number ({reasons(shown.values, shown.status)})")
     (values,), unit = in_figure_units([shown], unit)
     with styled():
-        return _draw(shown, values, label(shown.long_name, unit), contours, limits, ax)
+        plane = (round_a_pole if goes else rectangle)(*shown.axes)
+        if ax is None:
+            height = 0.86 if plane.ratio is None else float(np.clip(0.64 * plane.ratio + 0.22, 0.5, 1.6))
+            ax = new_axes(ONE_COLUMN, height * ONE_COLUMN, projection="polar" if goes else None)
+            if plane.ratio is not None:
+                ax.set_aspect("equal")
+        return _draw(shown, values, plane, label(shown.long_name, unit), contours, limits, ax)
 
 
 def _draw(
     shown: Selection,
     values: NDArray[np.float64],
+    plane: Plane,
     text: str,
     contours: bool | int,
     limits: tuple[float, float] | None,
-    ax: Axes | None,
+    ax: Axes,
 ) -> Axes:
-    across, up = shown.axes
     masked = np.ma.masked_invalid(values.T)
-    ax = new_axes(ONE_COLUMN, 0.86 * ONE_COLUMN) if ax is None else ax
     figure = figure_of(ax)
-    low, high = limits if limits is not None else (float(masked.min()), float(masked.max()))
+    low, high = limits or main_range(masked.compressed())
+    ax.grid(False)
     mesh = ax.pcolormesh(
-        edges(across.values),
-        edges(up.values),
-        masked,
+        plane.x_edges,
+        plane.y_edges,
+        masked[:, plane.cells],
         cmap=COLOURS,
         vmin=low,
         vmax=high,
         edgecolors="face",
         linewidth=0.2,
-        rasterized=masked.size > VECTOR_CELLS,
+        rasterized=len(plane.cells) * len(plane.y) > VECTOR_CELLS,
         label=shown.what,
     )
-    bar = figure.colorbar(mesh, ax=ax, label=text, pad=0.02, extend=extend_of(masked.compressed(), low, high))
-    if contours and high - low > 1e-9 * max(abs(low), abs(high)) and min(masked.shape) > 1:
+    if limits is None:
+        text += beyond(masked.compressed(), low, high)
+    pad = 0.11 if plane.polar else 0.02
+    bar = figure.colorbar(mesh, ax=ax, label=text, pad=pad, extend=extend_of(masked.compressed(), low, high))
+    masks = masks_of(shown.values[plane.cells], shown.status[plane.cells])
+    draw_masks(ax, plane.x_edges, plane.y_edges, masks, curved=plane.polar)
+    ax.set_title(typeset(shown.fixed))
+    label_axes(ax, plane, *shown.axes)
+    if high - low <= 1e-9 * max(abs(low), abs(high)):  # one number
+        bar.set_ticks([low])
+    elif contours and min(masked.shape) > 1:
         ticks = MaxNLocator(7 if contours is True else int(contours)).tick_values(low, high)
         levels = [level for level in ticks if low < level < high]
-        lines = ax.contour(across.values, up.values, masked, levels=levels, colors="black", linewidths=0.6, zorder=3)
+        lines = ax.contour(plane.x, plane.y, masked[:, plane.lines], levels=levels, colors="black", linewidths=0.6, zorder=3)
         lines.set_path_effects([patheffects.withStroke(linewidth=1.4, foreground="white", alpha=0.7)])
         bar.set_ticks(levels)
         bar.ax.hlines(levels, 0, 1, colors="white", linewidth=0.6, transform=bar.ax.get_yaxis_transform())
-        for number in ax.clabel(lines, fontsize=6, inline_spacing=2, fmt=lambda level: f"{level:g}"):
+        for number in (_number_round if plane.polar else _number)(ax, lines):
             number.set_path_effects([patheffects.withStroke(linewidth=1.4, foreground="white")])
-    masks = masks_of(shown.values, shown.status)
-    draw_masks(ax, across.values, up.values, masks)
-    ax.set(xlabel=across.label, ylabel=up.label, title=shown.fixed)
-    ax.set(xlim=edges(across.values)[[0, -1]], ylim=edges(up.values)[[0, -1]])
-    name_ticks(ax.xaxis, across)
-    name_ticks(ax.yaxis, up)
     legend_of(figure, masks)
     return ax
+
+
+def _number(ax: Axes, lines: ContourSet) -> list[Text]:
+    """Write values at lines of equal value, with gaps for them, where they do not reach beyond the axes."""
+    # where Matplotlib would write them; lines get their gaps only afterwards
+    tried = list(ax.clabel(lines, inline=False, fontsize=NUMBERS, fmt=_short))
+    low, high = np.array(ax.bbox.min), np.array(ax.bbox.max)
+    places, levels = [], list(lines.levels)
+    for text in tried:
+        box = text.get_window_extent()
+        middle = np.array([box.x0 + box.x1, box.y0 + box.y1]) / 2
+        half = np.array([box.width, box.height]) / 2 + 1
+        inside = np.clip(middle, low + half, high - half)
+        if not np.allclose(inside, middle):  # along its line, if that goes there
+            level, _, _, x, y, _ = lines.find_nearest_contour(float(inside[0]), float(inside[1]), pixel=True)
+            stays = _short(levels[level]) == text.get_text() and np.hypot(*(inside - (x, y))) < half.max()
+            inside = np.array([x, y]) if stays else middle
+        places.append(tuple(ax.transData.inverted().transform(inside)))
+        text.remove()
+    return list(ax.clabel(lines, manual=places, inline_spacing=2, fontsize=NUMBERS, fmt=_short)) if places else []
+
+
+def _number_round(ax: Axes, lines: ContourSet) -> list[Text]:
+    """Write values in the middle of lines of equal value on polar axes, where Matplotlib's own way tears lines apart."""
+    found = []
+    rim = 0.95 * ax.get_ylim()[1]
+    for level, path in zip(lines.levels, lines.get_paths(), strict=True):
+        for piece in np.split(path.vertices, np.flatnonzero(path.codes == Path.MOVETO)[1:]):
+            steps = np.diff(ax.transData.transform(piece), axis=0)
+            length = np.cumsum(np.hypot(*steps.T)) * 72 / figure_of(ax).dpi
+            if len(steps) == 0 or length[-1] < 5 * NUMBERS:
+                continue
+            k = int(np.searchsorted(length, length[-1] / 2))
+            if piece[k, 1] < rim:
+                angle = (np.degrees(np.arctan2(*steps[k, ::-1])) + 90) % 180 - 90
+                found.append(
+                    ax.text(piece[k, 0], piece[k, 1], _short(level), fontsize=NUMBERS, ha="center", va="center", rotation=angle)
+                )
+    return found
+
+
+def _short(level: float) -> str:
+    return f"{level:g}".replace("-", "−")

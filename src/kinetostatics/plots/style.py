@@ -6,10 +6,9 @@ import os
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import matplotlib as mpl
-import numpy as np
 from matplotlib import pyplot as plt
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
@@ -17,7 +16,6 @@ from matplotlib.axis import XAxis, YAxis
 from matplotlib.figure import Figure, SubFigure
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D
-from numpy.typing import NDArray
 
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.plots.selection import Axis
@@ -51,6 +49,9 @@ STYLE: dict[str, Any] = {
     "svg.hashsalt": "kinetostatics",  # the same figure is the same file
 }
 
+#: Label of figures that are made here, of which nobody else has chosen the size.
+OWN_PAGE = "kinetostatics"
+
 #: Dashes and markers of lines, which must differ without colour.
 DASHES = ("-", "--", "-.", ":", (0, (5, 1, 1, 1, 1, 1)), (0, (8, 2)))
 MARKERS = ("o", "s", "^", "D", "v", "x")
@@ -69,10 +70,10 @@ def styled() -> AbstractContextManager[None]:
     return mpl.rc_context(settings)
 
 
-def new_axes(width: float, height: float, three_dimensional: bool = False) -> Axes:
-    """Return axes on a figure of their own; to be called in :func:`styled`."""
-    figure = plt.figure(figsize=(width, height), layout="constrained")
-    return figure.add_subplot(projection="3d" if three_dimensional else None)  # type: ignore[no-any-return, call-overload]
+def new_axes(width: float, height: float, projection: str | None = None) -> Axes:
+    """Return axes on a figure of their own, with one of Matplotlib's projections; to be called in :func:`styled`."""
+    figure = plt.figure(figsize=(width, height), layout="constrained", label=OWN_PAGE)
+    return figure.add_subplot(projection=projection)  # type: ignore[no-any-return, call-overload]
 
 
 def make_room(ax: Axes3D, labels: Sequence[str]) -> None:
@@ -84,6 +85,9 @@ def make_room(ax: Axes3D, labels: Sequence[str]) -> None:
         axis.labelpad = -1
         axis.set_tick_params(pad=1 if axis is ax.zaxis else -1)
         axis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
+        if axis is not ax.zaxis:  # the last number of x is beside the first of y
+            for name in axis.get_ticklabels():
+                name.set_horizontalalignment("right" if axis is ax.xaxis else "left")
         axis.pane.set(facecolor="0.97", edgecolor="0.6")
         axis._axinfo["grid"].update(color="0.85", linewidth=0.4)
 
@@ -99,24 +103,31 @@ def figure_of(ax: Axes) -> Figure:
 
 
 def legend_below(figure: Figure, handles: Sequence[Artist]) -> None:
-    """Put a legend below everything else, in as many columns as the page is wide for."""
-    longest = max((len(str(handle.get_label())) for handle in handles), default=0)
+    """Put a legend below everything else, in columns of equal height, as many as the page is wide for.
+
+    A figure of one of our own pages (:func:`new_axes`) grows by what the legend needs beyond two rows.
+    """
+    if not handles:
+        return
+    longest = max(len(str(handle.get_label())) for handle in handles)
     points = 4.2 * longest + 38  # of letters; of the patch and the gaps
-    columns = int(72 * figure.get_figwidth() / points)
-    if handles:
-        figure.legend(handles=list(handles), loc="outside lower center", ncols=max(1, min(columns, len(handles))))
-
-
-def extend_of(values: NDArray[np.float64], low: float, high: float) -> Literal["neither", "both", "min", "max"]:
-    """Return at which ends of a colour bar values lie beyond."""
-    below, above = bool(np.any(values < low)), bool(np.any(values > high))
-    return "both" if below and above else "min" if below else "max" if above else "neither"
+    rows = -(-len(handles) // max(1, int(72 * figure.get_figwidth() / points)))
+    # an empty line above: labels of axes in three dimensions reach below what Matplotlib makes room for
+    empty: dict[str, Any] = {"title": " "} if any(isinstance(ax, Axes3D) for ax in figure.axes) else {}
+    figure.legend(handles=list(handles), loc="outside lower center", ncols=-(-len(handles) // rows), **empty)
+    if figure.get_label() == OWN_PAGE and rows > 2:
+        figure.set_figheight(figure.get_figheight() + (rows - 2) * 11 / 72)
 
 
 def name_ticks(axis: XAxis | YAxis, shown: Axis) -> None:
-    """Write names at the ticks of a coordinate that has names for values."""
+    """Put ticks at round values of a coordinate, or names at the values of one that has names."""
     if shown.ticks:
         axis.set_ticks(shown.values, shown.ticks)
+    elif len(shown.values) == 1:  # its cell has some width, which means nothing
+        axis.set_ticks(shown.values, [f"{shown.values[0]:.4g}".replace("-", "−")])
+    else:
+        wide = shown.unit == "°" and max(shown.values) - min(shown.values) > 90
+        axis.set_major_locator(MaxNLocator(7, steps=[1, 1.5, 3, 4.5, 6, 9, 10] if wide else [1, 2, 5, 10]))
 
 
 def save(figure: Figure | Axes, path: str | os.PathLike[str], dpi: float = 300) -> None:

@@ -15,14 +15,17 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import NDArray
 
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.plots.display_units import label
-from kinetostatics.plots.masks import edges, masks_of, patches_of
-from kinetostatics.plots.selection import Selection, axis_of, chosen_names, free_names, in_figure_units, select
+from kinetostatics.plots.display_units import label, typeset, wrapped
+from kinetostatics.plots.masks import edges, masks_of, reasons
+from kinetostatics.plots.ranges import beyond, check_limits, extend_of, main_range
+from kinetostatics.plots.selection import Selection, axis_of, chosen_names, free_names, in_figure_units, place_of, select
 from kinetostatics.plots.solids import Array, grid_quads, lit, shades
 from kinetostatics.plots.style import COLOURS, ONE_COLUMN, figure_of, legend_below, make_room, new_axes, styled
 
 #: Surfaces of a figure that is not told which.
 SURFACES = 4
+#: Greys of the floor, one for each reason why there is no number.
+GREYS = ("0.85", "0.7", "0.55", "0.4", "0.25")
 
 
 def surface(
@@ -34,6 +37,7 @@ def surface(
     over: str | Mapping[str, Sequence[float]] | None = None,
     at: Mapping[str, float] | None = None,
     unit: str | None = None,
+    limits: tuple[float, float] | None = None,
     beyond_limits: bool = False,
     legend: bool = True,
     ax: Axes3D | None = None,
@@ -49,6 +53,8 @@ def surface(
             ``{"z": [0.3, 0.6]}`` to choose them; default: the coordinate that is left, if one is.
         at: values of the other coordinates [m, rad]; the nearest of the map is shown, and named above the figure.
         unit: of the quantity; default: what suits.
+        limits: smallest and largest height, in the figure's unit, at which surfaces are cut off flat; default: all that is there,
+            or without the few outermost where these lie far beyond all others; then the figure says how far they go.
         beyond_limits: show poses beyond the joints' limits like all others.
         legend: name the surfaces and what is grey.
         ax: to draw on, with ``projection="3d"``; default: a new figure one column wide.
@@ -62,6 +68,7 @@ def surface(
         ArgumentError: a name or a value makes no sense, or no pose has a number.
     """
     at = {**(at or {}), **fixed}
+    check_limits(limits)
     third = over if isinstance(over, str) or over is None else next(iter(over))
     if x is None and y is None and third is None:
         free = free_names(ds, at)
@@ -72,10 +79,14 @@ def surface(
         left = free_names(ds, (*at, x, y))
         third = left[0] if len(left) == 1 else None
     parts = _parts(ds, what, (x, y), third, over, at, beyond_limits)
+    for axis in next(iter(parts.values())).axes:
+        if len(axis.values) == 1:
+            raise ArgumentError(f"{axis.name} has one value, and a surface needs several along both of its axes")
     if not any(np.isfinite(part.values).any() for part in parts.values()):
-        raise ArgumentError(f"{what}: no pose of these surfaces has a number")
+        why = reasons(*(np.stack([getattr(part, name) for part in parts.values()]) for name in ("values", "status")))
+        raise ArgumentError(f"{what}: no pose of these surfaces has a number ({why})")
     with styled():
-        return _draw(parts, unit, legend, ax)
+        return _draw(parts, unit, limits, legend, ax)
 
 
 def _parts(
@@ -95,31 +106,29 @@ def _parts(
     if isinstance(over, Mapping):
         if len(over) != 1:
             raise ArgumentError("over= takes one coordinate")
-        found = [select(ds, what, dims, {**at, third: value}, beyond_limits) for value in over[third]]
-        names = [part.fixed.rsplit(", ", 1)[-1] for part in found]
-        fixed = select(ds.isel({third: [0]}), what, dims, at, beyond_limits).fixed
-        return {name: _fixed_as(part, fixed) for name, part in zip(names, found, strict=True)}
-    count = len(axis.values)
-    chosen = np.unique(np.linspace(0, count - 1, min(count, SURFACES)).round().astype(int))
-    return {axis.said(k): select(ds.isel({third: [k]}), what, dims, at, beyond_limits) for k in chosen}
+        chosen = [place_of(ds[third], axis, value) for value in over[third]]
+    else:
+        count = len(axis.values)
+        chosen = list(np.unique(np.linspace(0, count - 1, min(count, SURFACES)).round().astype(int)))
+    return {axis.said(k): select(ds.isel({third: k}, drop=True), what, dims, at, beyond_limits) for k in chosen}
 
 
-def _fixed_as(part: Selection, fixed: str) -> Selection:
-    from dataclasses import replace
-
-    return replace(part, fixed=fixed)
-
-
-def _draw(parts: Mapping[str, Selection], unit: str | None, legend: bool, ax: Axes3D | None) -> Axes3D:
+def _draw(
+    parts: Mapping[str, Selection], unit: str | None, limits: tuple[float, float] | None, legend: bool, ax: Axes3D | None
+) -> Axes3D:
     values, unit = in_figure_units(list(parts.values()), unit)
     first = next(iter(parts.values()))
     across, up = first.axes
     everything = np.concatenate([numbers.ravel() for numbers in values])
-    low, high = float(np.nanmin(everything)), float(np.nanmax(everything))
+    everything = everything[np.isfinite(everything)]
+    low, high = limits or main_range(everything)
+    extend = extend_of(everything, low, high)
+    further = beyond(everything, low, high) if limits is None else ""
+    values = [np.clip(numbers, low, high) for numbers in values]
     if high - low <= 1e-9 * max(abs(low), abs(high)):
         low, high = low - 0.5 * (abs(low) or 1.0), high + 0.5 * (abs(high) or 1.0)
     if ax is None:
-        ax = new_axes(ONE_COLUMN, 0.95 * ONE_COLUMN, three_dimensional=True)
+        ax = new_axes(ONE_COLUMN, 0.95 * ONE_COLUMN, projection="3d")
     if not isinstance(ax, Axes3D):
         raise ArgumentError("surfaces need axes made with projection='3d'")
     scale = np.array([np.ptp(across.values) or 1.0, np.ptp(up.values) or 1.0, high - low])
@@ -145,28 +154,27 @@ def _draw(parts: Mapping[str, Selection], unit: str | None, legend: bool, ax: Ax
     nowhere = np.where(np.all([np.isnan(numbers) for numbers in values], axis=0), np.nan, 0.0)
     masks = masks_of(nowhere, first.status)
     floor = low - 0.08 * (high - low)
-    for mask in masks:
+    patches = []
+    for mask, grey in zip(masks, GREYS, strict=False):
         ground = _cells(edges(across.values), edges(up.values), mask.where, floor)
-        cells = Poly3DCollection(ground, facecolors="0.75", edgecolors="none", label=mask.label, zorder=2)
+        cells = Poly3DCollection(ground, facecolors=grey, edgecolors="none", label=mask.label, zorder=2)
         ax.add_collection3d(cells)
-    ax.set(xlim=across.values[[0, -1]], ylim=up.values[[0, -1]], zlim=(floor, high), title=first.fixed)
+        patches.append(Patch(facecolor=grey, edgecolor="0.4", linewidth=0.4, label=mask.label))
+    ax.set(xlim=across.values[[0, -1]], ylim=up.values[[0, -1]], zlim=(floor, high), title=typeset(first.fixed))
     make_room(ax, (across.label, up.label, ""))
     figure = figure_of(ax)
-    text = label(first.long_name, unit)
+    text = label(first.long_name, unit) + further
     if len(parts) == 1:
         mappable = ScalarMappable(Normalize(low, high), COLOURS)
-        figure.colorbar(mappable, ax=ax, label=text, shrink=0.65, pad=0.1)
+        figure.colorbar(mappable, ax=ax, label=wrapped(text), shrink=0.65, pad=0.1, extend=extend)
     else:
-        ax.set_title(", ".join(item for item in (text, first.fixed) if item))
+        ax.set_title(", ".join(item for item in (text, typeset(first.fixed)) if item))
     if legend:
         named = [
-            Patch(facecolor=colour_of(step), edgecolor="black", linewidth=0.3, label=name)
+            Patch(facecolor=colour_of(step), edgecolor="black", linewidth=0.3, label=typeset(name))
             for step, name in zip(steps, parts, strict=True)
             if name
         ]
-        patches = patches_of(masks)
-        for patch in patches:
-            patch.set(facecolor="0.75", hatch=None)
         legend_below(figure, [*named, *patches])
     return ax
 

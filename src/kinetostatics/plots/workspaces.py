@@ -15,11 +15,13 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 from numpy.typing import NDArray
 
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.plots.display_units import coordinate_unit, label
-from kinetostatics.plots.masks import masks_of
+from kinetostatics.plots.display_units import coordinate_unit, label, typeset, wrapped
+from kinetostatics.plots.masks import masks_of, reasons
+from kinetostatics.plots.planes import SLENDER
+from kinetostatics.plots.ranges import beyond, check_limits, extend_of, main_range
 from kinetostatics.plots.selection import Selection, chosen_names, in_figure_units, select
 from kinetostatics.plots.solids import Array, cells_of, lit, outer_faces, shades
-from kinetostatics.plots.style import COLOURS, ONE_COLUMN, extend_of, figure_of, legend_below, make_room, new_axes, styled
+from kinetostatics.plots.style import COLOURS, ONE_COLUMN, figure_of, legend_below, make_room, new_axes, styled
 
 #: Components of ``platform_pose`` that can be axes.
 POSITIONS = ("x", "y", "z")
@@ -49,7 +51,8 @@ def workspace(
             the platform's, else the position of o.
         at: values of the coordinates that are not among the three [m, rad].
         unit: of the quantity; default: what suits.
-        limits: smallest and largest value of the colours, in the figure's unit; default: all that is there.
+        limits: smallest and largest value of the colours, in the figure's unit; default: all that is there, or without the few
+            outermost where these lie far beyond all others; then the bar has an arrow, and says how far they go.
         cut: take out the octant that faces the viewer, to look inside.
         beyond_limits: poses beyond the joints' limits count like all others.
         ax: to draw on, with ``projection="3d"``; default: a new figure one column wide.
@@ -63,6 +66,7 @@ def workspace(
         ArgumentError: a name or a value makes no sense, or there is no such cell.
     """
     at = {**(at or {}), **fixed}
+    check_limits(limits)
     named = list(axes) if axes is not None else [None] * 3
     if len(named) != 3:
         raise ArgumentError(f"a workspace has three axes, not {len(named)}")
@@ -81,13 +85,15 @@ def workspace(
     good = np.isfinite(shown.values) & np.isfinite(grid).all(axis=-1)
     cells = cells_of(good)
     if not cells.any():
-        raise ArgumentError(f"{colour}: no cell of the map has numbers at all of its corners")
+        why = reasons(shown.values, shown.status)
+        raise ArgumentError(f"{colour}: no cell of the map has numbers at all of its corners ({why}); a finer grid may have")
     if cut:
         cells = _without_octant(cells)
     (values,), unit = in_figure_units([shown], unit)
     text = label(shown.long_name, unit)
     with styled():
-        return _draw(shown, values, grid, labels, outer_faces(cells), text, limits, box=known, ax=ax)
+        names = dims if known else named
+        return _draw(shown, values, grid, labels, outer_faces(cells), text, limits, known, set(names) == set(POSITIONS), ax)
 
 
 def _positions(ds: xr.Dataset, named: Sequence[str], dims: Sequence[str], at: Mapping[str, float]) -> tuple[Array, list[str]]:
@@ -118,17 +124,22 @@ def _draw(
     text: str,
     limits: tuple[float, float] | None,
     box: bool,
+    in_space: bool,
     ax: Axes3D | None,
 ) -> Axes3D:
     places = tuple(np.moveaxis(faces, -1, 0))
     corners, levels = grid[places], values[places].mean(axis=1)
-    low, high = limits if limits is not None else (float(levels.min()), float(levels.max()))
+    low, high = limits or main_range(levels)
+    if limits is None:
+        text += beyond(levels, low, high)
     if ax is None:
-        ax = new_axes(ONE_COLUMN, 0.82 * ONE_COLUMN, three_dimensional=True)
+        ax = new_axes(ONE_COLUMN, 0.82 * ONE_COLUMN, projection="3d")
     if not isinstance(ax, Axes3D):
         raise ArgumentError("a workspace needs axes made with projection='3d'")
     reach = grid.reshape(-1, 3) if box else corners.reshape(-1, 3)
     start, end = np.nanmin(reach, axis=0), np.nanmax(reach, axis=0)
+    flat = 0.05 * (end - start).max() * (end <= start)  # the body of a planar robot
+    start, end = start - flat, end + flat
     scale = np.where(end > start, end - start, 1.0)
     norm = Normalize(low, high if high > low else low + (abs(low) or 1.0))
     colours = lit(mpl.colormaps[COLOURS](norm(levels)), shades(corners, scale))
@@ -136,11 +147,13 @@ def _draw(
         list(corners), facecolors=colours, edgecolors=(0, 0, 0, 0.25), linewidths=0.2, label=shown.what, zorder=3
     )
     ax.add_collection3d(body)
-    ax.set(xlim=(start[0], end[0]), ylim=(start[1], end[1]), zlim=(start[2], end[2]), title=shown.fixed)
+    ax.set(xlim=(start[0], end[0]), ylim=(start[1], end[1]), zlim=(start[2], end[2]), title=typeset(shown.fixed))
     make_room(ax, labels)
+    if in_space and scale.max() < SLENDER * scale.min():
+        ax.set_box_aspect(4 * scale / scale.max(), zoom=1.1)  # lengths as they are
     figure = figure_of(ax)
     bar = ScalarMappable(norm, COLOURS)
-    figure.colorbar(bar, ax=ax, label=text, shrink=0.65, pad=0.17, extend=extend_of(levels, low, high))
+    figure.colorbar(bar, ax=ax, label=wrapped(text), shrink=0.65, pad=0.17, extend=extend_of(levels, low, high))
     masks = masks_of(shown.values, shown.status)
     if box:
         wires = Line3DCollection(_wires(start, end), colors="0.35", linewidths=0.6, linestyles=":", zorder=2)

@@ -80,7 +80,7 @@ def finish(
         wrong = look.take_back()
         if wrong or seen == "gained":
             look.spread(ZERO_MODE)
-        if not wrong:
+        if not look.fill() and not wrong:
             break
     look.try_other_modes()
     changed = np.flatnonzero((look.mode == ZERO_MODE) != reached.ravel())
@@ -219,10 +219,27 @@ class _Look(Poses):
             self.set(targets[arrived], ends[arrived], mode)
             self._source[targets[arrived]] = starts[arrived]
 
-    def _ring(self, mode: int, tried: Mask) -> tuple[Index, Index, Index]:
+    def fill(self) -> int:
+        """Reach poses between two that are reached, from any of their neighbours, and return how many.
+
+        That such a pose is out of reach is so unlikely that one failure does not prove it.
+        """
+        before = int(np.sum(self.mode == ZERO_MODE))
+        tried = self._tried[ZERO_MODE]
+        while True:
+            targets, starts, ways = self._ring(ZERO_MODE, tried, between=True)
+            if not targets.size:
+                return int(np.sum(self.mode == ZERO_MODE)) - before
+            tried[ways, targets] = True
+            ends, arrived = self.follow_finely(self.q[starts], self.at(starts), self.at(targets), 1)
+            self.set(targets[arrived], ends[arrived], ZERO_MODE)
+            self._source[targets[arrived]] = starts[arrived]
+
+    def _ring(self, mode: int, tried: Mask, between: bool = False) -> tuple[Index, Index, Index]:
         """Return poses beside those in a mode, for each a neighbour in it, and which of its neighbours that is.
 
-        A pose that could not be reached from one of its neighbours is tried again only from those that have been reached since.
+        A pose that could not be reached from one of its neighbours is tried again only from those that have been reached since;
+        ``between``: only those between two that are in the mode, from all their neighbours.
         """
         numbers = np.arange(self.mode.size).reshape(self.shape)
         start = np.full(self.mode.size, -1, dtype=np.intp)
@@ -231,6 +248,9 @@ class _Look(Poses):
         wanted = self.mode == NO_MODE if mode == OTHER_MODE else self.mode != ZERO_MODE
         new = self._source >= 0
         first = self.retracted | ~np.any(tried, axis=0)
+        if between:
+            first = self._between(mode)
+            wanted &= first & ~self.retracted
         for axis, lower, upper in neighbours(self.shape):
             for side, (to, by) in enumerate(((upper, lower), (lower, upper))):
                 target, source, k = numbers[to].ravel(), numbers[by].ravel(), 2 * axis + side
@@ -239,6 +259,16 @@ class _Look(Poses):
                 start[target[fit]], way[target[fit]] = source[fit], k
         targets = np.flatnonzero(start >= 0)
         return targets, start[targets], way[targets]
+
+    def _between(self, mode: int) -> Mask:
+        """Return which poses have a neighbour in a mode on both sides, along one of the axes."""
+        there = (self.mode == mode).reshape(self.shape)
+        found = np.zeros(self.shape, dtype=bool)
+        for _, lower, upper in neighbours(self.shape):
+            before, after = np.zeros((2, *self.shape), dtype=bool)
+            before[upper], after[lower] = there[lower], there[upper]
+            found |= before & after
+        return found.ravel()
 
     # ---- 3: what only other modes reach -----------------------------------------------------------------------------
 

@@ -5,10 +5,12 @@ from __future__ import annotations
 import hashlib
 import itertools
 import json
+import math
 import os
 import threading
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -17,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.description import RobotDescription
-from kinetostatics.exceptions import ArgumentError
+from kinetostatics.exceptions import ArgumentError, RobotFileError
 from kinetostatics.robot import Robot, load_robot
 from kinetostatics.workspace.grid import Axis, Block, Field, shape_of
 
@@ -105,7 +107,7 @@ class Plan:
     @property
     def size(self) -> int:
         """Number of poses, each case of loads counted."""
-        return int(np.prod(self.shape))
+        return math.prod(self.shape)
 
     def axes_of(self, *kinds: str) -> tuple[Axis, ...]:
         """Return the axes of given kinds."""
@@ -140,7 +142,10 @@ class Plan:
         kept: OrderedDict[Any, Robot] = _kept.__dict__.setdefault("robots", OrderedDict())
         key = (self.identity, combination)
         if key not in kept:
-            kept[key] = self.source.load(self.parameters(combination))
+            varying = [axis.name for axis in self.axes_of("parameter")]
+            values = self.parameters(combination)
+            with saying({name: values[name] for name in varying}):
+                kept[key] = self.source.load(values)
         kept.move_to_end(key)
         while len(kept) > KEPT:
             kept.popitem(last=False)
@@ -190,6 +195,18 @@ class Plan:
     def identity(self) -> str:
         """Sha256 of :attr:`facts`."""
         return hashlib.sha256(as_text(self.facts).encode()).hexdigest()
+
+
+@contextmanager
+def saying(parameters: Mapping[str, object]) -> Iterator[None]:
+    """Let complaints about a robot's file say with which parameters it was read."""
+    try:
+        yield
+    except RobotFileError as error:
+        if not parameters:
+            raise
+        said = ", ".join(f"{name} = {value}" for name, value in parameters.items())
+        raise RobotFileError(f"{error.reason} (with {said})", error.file, error.line) from None
 
 
 def plain(value: Any) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import itertools
 import os
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -17,7 +18,10 @@ from kinetostatics.shipped import robot_path
 from kinetostatics.workspace import provenance
 from kinetostatics.workspace.assembling import assemble
 from kinetostatics.workspace.grid import Axis, Field, coordinate_units, read_field, split_values
-from kinetostatics.workspace.plan import Plan, Source
+from kinetostatics.workspace.plan import Plan, Source, saying
+
+#: Robots that are built before anything is computed, at most.
+TRIED = 50
 
 
 def need(package: str, *more: str, extra: str = "sweep") -> None:
@@ -55,7 +59,8 @@ def read_plan(
         raise ArgumentError("give either platform= or actuators=, not both")
     varying, constants = split_values("parameters", parameters or {}, "parameter")
     start = {**constants, **{axis.name: axis.values[0].item() for axis in varying}}
-    first, source = _source(robot, start, bool(varying))
+    with saying({axis.name: start[axis.name] for axis in varying}):
+        first, source = _source(robot, start, bool(varying))
     kind = "platform" if platform is not None else "actuators"
     given = platform if platform is not None else actuators
     if given is None:
@@ -128,3 +133,15 @@ def try_plan(plan: Plan, first: Robot) -> None:
     corner = plan.coordinates(tuple(slice(0, 1) for _ in plan.axes_of("coordinate")))
     configuration = assemble(plan, first, corner)
     analyze(configuration, frame=plan.frame, misfits=plan.misfits, on_failure="nan")
+
+
+def try_robots(plan: Plan) -> None:
+    """Let the robot's file be complained about with other parameters too, unless they are many.
+
+    Raises:
+        RobotFileError: the file is wrong with some of them.
+    """
+    combinations = list(itertools.islice(plan.combinations(), TRIED + 1))
+    if len(combinations) <= TRIED:
+        for combination in combinations:
+            plan.robot(combination)

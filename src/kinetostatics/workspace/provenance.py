@@ -11,6 +11,7 @@ from importlib import metadata
 from typing import Any
 
 from kinetostatics.description import RobotDescription
+from kinetostatics.robot import Robot
 from kinetostatics.workspace.plan import Plan, as_text, sha256_of
 from kinetostatics.workspace.schema import Labels
 
@@ -45,8 +46,8 @@ def text_digest(description: RobotDescription) -> str:
     return hashlib.sha256(description.urdf.encode()).hexdigest()
 
 
-def attributes(plan: Plan, labels: Labels, command_line: Sequence[str] | None = None) -> dict[str, Any]:
-    """Return the attributes of the Dataset."""
+def attributes(plan: Plan, labels: Labels, robot: Robot, command_line: Sequence[str] | None = None) -> dict[str, Any]:
+    """Return the attributes of the Dataset; ``robot`` is the first one."""
     now = datetime.datetime.now(datetime.timezone.utc).replace(microsecond=0).isoformat()
     command = shlex.join(command_line) if command_line else ""
     found = {
@@ -66,6 +67,9 @@ def attributes(plan: Plan, labels: Labels, command_line: Sequence[str] | None = 
         "sweep_sha256": plan.identity,
         **{f"{name}_version": version for name, version in plan.versions.items()},
     }
+    warnings = [*robot.description.warnings, *robot.topology.warnings]
+    if warnings:
+        found["warnings"] = "\n".join(warnings)
     if command:
         found["command_line"] = command
     return found

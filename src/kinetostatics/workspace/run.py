@@ -7,6 +7,7 @@ import sys
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,7 +20,8 @@ from kinetostatics.workspace.crew import Crew
 from kinetostatics.workspace.finishing import Finished
 from kinetostatics.workspace.grid import Block, block_sizes, cut, shape_of
 from kinetostatics.workspace.plan import Combination, Plan
-from kinetostatics.workspace.planning import need, read_plan, try_plan
+from kinetostatics.workspace.planning import need, read_plan, try_plan, try_robots
+from kinetostatics.workspace.room import check_disk, check_memory
 from kinetostatics.workspace.schema import ZERO_MODE, Labels, check_names, labels_of, template
 from kinetostatics.workspace.storage import Storage, open_map, store_of
 from kinetostatics.workspace.targets import Memory, NetCDF, Target, Zarr, joint_state, patch, write_block
@@ -105,23 +107,27 @@ def sweep(
         robot, platform, actuators, orientation, load, gravity, point, frame, misfits, parameters, beams, tolerance
     )
     labels = labels_of(plan, first)
-    check_names(plan, labels)
     try_plan(plan, first)
-    attributes = provenance.attributes(plan, labels, command_line)
+    check_names(plan, labels)
+    attributes = provenance.attributes(plan, labels, first, command_line)
     if chunks is not None:
         from kinetostatics.workspace.lazy import lazy_dataset
 
         return lazy_dataset(plan, labels, chunks).assign_attrs(attributes)
     number = _workers(workers, plan.size)
+    try_robots(plan)
     if progress:
         need("tqdm")
     poses = max(1, min(BLOCK_WITH_BEAMS if beams else BLOCK, -(-plan.size // (SHARE * number if number > 1 else 1))))
     run = _Run(plan, labels, block_sizes(plan.axes, poses), number, attributes)
     if out is None:
+        check_memory(plan, labels)
         return run.in_memory(progress)
     path = os.fspath(out)
     storage = Storage(path, plan, run.sizes, attributes, restart)
     if not storage.done:
+        check_disk(plan, labels, storage.path, storage.folder)
+        storage.begin()
         run.sizes = storage.sizes
         run.on_disk(storage, progress)
     return open_map(path)
@@ -148,7 +154,11 @@ class _Run:
     def __init__(self, plan: Plan, labels: Labels, sizes: tuple[int, ...], workers: int, attributes: Mapping[str, Any]) -> None:
         self.plan, self.labels, self.sizes, self.workers = plan, labels, sizes, workers
         self.attributes = dict(attributes)
-        self.template = template(plan, labels)
+
+    @cached_property
+    def template(self) -> xr.Dataset:
+        """Everything but the numbers."""
+        return template(self.plan, self.labels)
 
     def in_memory(self, progress: bool | None) -> xr.Dataset:
         """Return the whole Dataset."""
@@ -212,9 +222,10 @@ class _Run:
             found["poses_by_neighbours"] += finished.gained
         self.attributes.update(found)
         if found["mode_jumps"]:
+            jumps = found["mode_jumps"]
+            pairs = "1 pair of neighbours on the grid is" if jumps == 1 else f"{jumps} pairs of neighbours on the grid are"
             warnings.warn(
-                f"{found['mode_jumps']} pairs of neighbours on the grid are in different assembly modes; a finer grid tells "
-                "them apart",
+                f"{pairs} in different assembly modes; a finer grid tells them apart",
                 UserWarning,
                 stacklevel=4,
             )

@@ -71,10 +71,9 @@ class Storage:
             raise ArgumentError(f"out is {path!r}, but there is no folder {parent!r}")
         if restart:
             shutil.rmtree(self.folder, ignore_errors=True)
-        if os.path.exists(self._notes):
+        self._resumed = os.path.exists(self._notes)
+        if self._resumed:
             self._resume()
-        else:
-            self._begin()
 
     def _is_done(self, attributes: Mapping[str, Any], restart: bool) -> bool:
         if not os.path.exists(self.path):
@@ -96,7 +95,10 @@ class Storage:
             "(restart=True, --restart)"
         )
 
-    def _begin(self) -> None:
+    def begin(self) -> None:
+        """Make the folder of finished blocks, if no interrupted sweep has left it; nothing is written before."""
+        if self._resumed:
+            return
         os.makedirs(self.folder, exist_ok=True)
         notes = {"format": FORMAT, "sizes": list(self.sizes), "facts": plain(self.plan.facts)}
         unfinished = f"{self._notes}.tmp"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,8 +14,12 @@ from kinetostatics.workspace.schema import OTHER_MODE
 if TYPE_CHECKING:
     import xarray as xr
 
+#: A value, where it is, and of which drive.
+Found = tuple[float, str, str]
 #: Values that are read at once.
 AT_ONCE = 2**22
+#: From how many poses on their cost is told.
+MANY = 1000
 WORDS = {
     Status.OK: "reached",
     Status.LIMIT_EXCEEDED: "beyond a joint's limit",
@@ -29,6 +33,8 @@ WORDS = {
 def summary(ds: xr.Dataset, seconds: float | None = None) -> str:
     """Return what a map says: how many poses are reached, the worst sag and the largest drive force and where, in words.
 
+    Poses beyond the joints' limits count only where no other has numbers.
+
     Args:
         ds: of :func:`kinetostatics.sweep`; it is read piece by piece.
         seconds: how long it took, if that is to be said.
@@ -37,53 +43,92 @@ def summary(ds: xr.Dataset, seconds: float | None = None) -> str:
     size = int(ds["status"].size)
     counts = np.zeros(len(Status), dtype=int)
     others = 0
-    # largest value, where, and of which drive
-    sag: tuple[float, str, str] = (-1.0, "", "")
-    turn, force = sag, dict.fromkeys(("N", "N m"), sag)
     units = [str(unit) for unit in ds["actuator_force_unit"].values] if "actuator_force" in ds else []
+    # within the limits, and beyond them
+    found = _Extremes(), _Extremes()
     for piece in _pieces(ds):
         part = ds.isel(piece)
-        counts += np.bincount(np.ravel(part["status"].values), minlength=len(Status))
+        status = part["status"].values
+        counts += np.bincount(np.ravel(status), minlength=len(Status))
         others += int((part["mode"].values == OTHER_MODE).sum())
-        twist = part["twist"].values
-        sag = max(sag, _largest(part, np.sqrt((twist[..., :3] ** 2).sum(-1))), key=_first)
-        turn = max(turn, _largest(part, np.sqrt((twist[..., 3:] ** 2).sum(-1))), key=_first)
-        for k, unit in enumerate(units):
-            found = _largest(part, np.abs(part["actuator_force"].values[..., k]), str(ds["actuator"].values[k]))
-            force[unit] = max(force[unit], found, key=_first)
+        for extremes, where in zip(found, (status != Status.LIMIT_EXCEEDED, status == Status.LIMIT_EXCEEDED), strict=True):
+            extremes.look_at(part, where, units)
     sizes = " × ".join(f"{name} {ds.sizes[name]}" for name in dims)
-    lines = [f"{ds.attrs.get('robot_name', 'robot')}: {size} poses" + (f" ({sizes})" if dims else "")]
+    lines = [
+        f"{ds.attrs.get('robot_name', 'robot')}: {size} {'pose' if size == 1 else 'poses'}" + (f" ({sizes})" if dims else "")
+    ]
     lines += [f"  {counts[status]:>10d} {word}" for status, word in WORDS.items() if counts[status]]
     if others:
         lines.append(f"  {others:>10d} of the unreachable ones in another assembly mode only")
-    if sag[0] >= 0:
-        lines.append(f"worst sag {1e6 * sag[0]:.4g} µm at {sag[1]}")
-        lines.append(f"worst turn {np.degrees(turn[0]) * 1e3:.4g} millidegrees at {turn[1]}")
-    lines += [
-        f"largest drive {'force' if unit == 'N' else 'torque'} {value:.4g} {unit}, {drive}, at {where}"
-        for unit, (value, where, drive) in force.items()
-        if value >= 0
-    ]
+    within, outside = found
+    if within.sag is not None:
+        lines += within.lines()
+    elif outside.sag is not None:
+        lines += ["no pose is within the joints' limits; beyond them:", *outside.lines()]
     if seconds is not None:
-        lines.append(f"{seconds:.1f} s, {1e6 * seconds / max(size, 1):.3g} µs a pose")
+        # of fewer poses it says how long Python takes to start
+        lines.append(f"{seconds:.1f} s" + (f", {1e6 * seconds / size:.3g} µs a pose" if size >= MANY else ""))
     return "\n".join(lines)
 
 
-def _first(found: tuple[float, str, str]) -> float:
-    return found[0]
+class _Extremes:
+    """The worst poses so far: largest value, where it is, and of which drive."""
+
+    def __init__(self) -> None:
+        self.sag: Found | None = None
+        self.turn: Found | None = None
+        self.forces: dict[str, Found] = {}
+        self.far = False
+
+    def look_at(self, part: xr.Dataset, where: NDArray[np.bool_], units: Sequence[str]) -> None:
+        """Look at the poses of a part of the map that are chosen by ``where``."""
+        if not where.any():
+            return
+        twist = np.where(where[..., None], part["twist"].values, np.nan)
+        self.sag = _larger(self.sag, part, np.sqrt((twist[..., :3] ** 2).sum(-1)))
+        self.turn = _larger(self.turn, part, np.sqrt((twist[..., 3:] ** 2).sum(-1)))
+        for k, unit in enumerate(units):
+            force = np.where(where, np.abs(part["actuator_force"].values[..., k]), np.nan)
+            largest = _larger(self.forces.get(unit), part, force, str(part["actuator"].values[k]))
+            if largest is not None:
+                self.forces[unit] = largest
+        if self.sag is not None and self.turn is not None:
+            self.far = self.sag[0] >= 0.1 * float(part["characteristic_length"].max()) or self.turn[0] >= 0.1
+
+    def lines(self) -> list[str]:
+        """Return what was found, in words."""
+        found = []
+        if self.sag is not None and self.turn is not None:
+            found.append(f"worst sag {1e6 * self.sag[0]:.4g} µm at {self.sag[1]}")
+            found.append(f"worst turn {np.degrees(self.turn[0]) * 1e3:.4g} millidegrees at {self.turn[1]}")
+        if self.far:
+            found.append("  linear theory does not cover that: the pose is nearly singular, or units in the file are wrong")
+        return found + [
+            f"largest drive {'force' if unit == 'N' else 'torque'} {value:.4g} {unit.replace(' ', '·')}, {drive}, at {where}"
+            for unit, (value, where, drive) in self.forces.items()
+        ]
 
 
-def _largest(part: xr.Dataset, values: NDArray[Any], what: str = "") -> tuple[float, str, str]:
-    """Return the largest of some values, and at which coordinates it is."""
+def _larger(known: Found | None, part: xr.Dataset, values: NDArray[Any], what: str = "") -> Found | None:
+    """Return the largest of some values and of what is known, and at which coordinates it is."""
     if not np.any(np.isfinite(values)):
-        return -1.0, "", ""
+        return known
     place = np.unravel_index(int(np.nanargmax(values)), values.shape)
-    words = []
-    for name, k in zip(part["status"].dims, place, strict=True):
-        value = part[name].values[k]
-        number = f"{value:.6g}" if isinstance(value, (float, np.floating)) else str(value)
-        words.append(f"{name} = {number}")
-    return float(values[place]), ", ".join(words) or "the only pose", what
+    value = float(values[place])
+    if known is not None and known[0] >= value:
+        return known
+    words = [_said(part[name], part[name].values[k]) for name, k in zip(part["status"].dims, place, strict=True)]
+    return value, ", ".join(words) or "the only pose", what
+
+
+def _said(coordinate: xr.DataArray, value: Any) -> str:
+    """Return "name = value unit", angles in degrees."""
+    if not isinstance(value, (float, np.floating)):
+        return f"{coordinate.name} = {value}"
+    unit = str(coordinate.attrs.get("units", ""))
+    if unit == "rad":
+        value, unit = np.degrees(value), "deg"
+    return f"{coordinate.name} = {value:.6g} {unit}".rstrip()
 
 
 def _pieces(ds: xr.Dataset) -> Iterator[dict[Any, slice]]:

@@ -1,0 +1,150 @@
+"""Where the cells and the lines of a slice lie: on a rectangle, or round a pole where the coordinates are azimuth and tilt."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from matplotlib import patheffects
+from matplotlib.axes import Axes
+from matplotlib.projections.polar import PolarAxes
+from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator
+from numpy.typing import NDArray
+
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.plots.masks import edges
+from kinetostatics.plots.selection import Axis
+from kinetostatics.plots.style import name_ticks
+
+Array = NDArray[np.float64]
+
+#: Coordinates of polar figures: the one that goes round, and the one that goes outwards.
+ROUND, OUTWARDS = "azimuth", "tilt"
+#: Widest piece of a cell [°]: Matplotlib draws the sides of cells straight.
+PIECE = 2.0
+#: Figures more slender than this do not show lengths as they are.
+SLENDER = 4.0
+#: Steps between the names of azimuths [°], of which the smallest is taken that leaves no more than nine.
+STEPS = (1, 2, 5, 10, 15, 30, 45)
+
+
+@dataclass(frozen=True, eq=False)
+class Plane:
+    """Cells and lines of a slice.
+
+    Attributes:
+        polar: whether the first coordinate goes round, in radians, and the second outwards.
+        x_edges, y_edges: borders of the cells.
+        cells: which of the values along x each column of cells shows; round a pole there are several for each.
+        x, y: where the values lie between which lines of equal value are drawn.
+        lines: which of the values along x belong to ``x``; a full circle begins again where it ends.
+        ratio: height by width, if that should be seen as it is, as of two positions of o in space.
+    """
+
+    polar: bool
+    x_edges: Array
+    y_edges: Array
+    cells: NDArray[np.intp]
+    x: Array
+    y: Array
+    lines: NDArray[np.intp]
+    ratio: float | None = None
+
+    @property
+    def full(self) -> bool:
+        """Whether the cells go all the way round."""
+        return self.polar and bool(self.x_edges[-1] - self.x_edges[0] > 2 * math.pi - 1e-6)
+
+
+def goes_round(ds: xr.Dataset, dims: Sequence[str], polar: bool | None, ax: Axes | None) -> bool:
+    """Return whether a slice is drawn round a pole: azimuth and tilt are, unless something else is asked for.
+
+    Raises:
+        ArgumentError: it is asked for and cannot be, or the axes given are of the other kind.
+    """
+    suits = set(dims) == {ROUND, OUTWARDS} and not any(ds[name].dtype.kind in "OUS" for name in dims)
+    if suits:
+        turn, tilt = np.asarray(ds[ROUND].values), np.asarray(ds[OUTWARDS].values)
+        suits = bool(np.ptp(turn) <= 2 * math.pi * (1 + 1e-9) and tilt.min() > -1e-9)
+    if polar and not suits:
+        raise ArgumentError(
+            "polar figures are of azimuth and tilt, the tilts 0 or more and the azimuths within one turn; "
+            f"this one is of {' and '.join(dims)}"
+        )
+    given = None if ax is None else isinstance(ax, PolarAxes)
+    if (given is not None and polar is not None and given != polar) or (given and not suits):
+        wanted = "axes made with projection='polar'" if polar else "axes without projection='polar'"
+        raise ArgumentError(f"this slice needs {wanted}")
+    return suits if polar is None and given is None else bool(polar or given)
+
+
+def rectangle(across: Axis, up: Axis) -> Plane:
+    """Return cells on a rectangle."""
+    every = np.arange(len(across.values))
+    x, y = edges(across.values), edges(up.values)
+    ratio = float(np.ptp(y) / np.ptp(x))
+    in_space = {across.name, up.name} <= {"x", "y", "z"} and across.unit == up.unit and 1 / SLENDER < ratio < SLENDER
+    return Plane(False, x, y, every, across.values, up.values, every, ratio if in_space else None)
+
+
+def round_a_pole(across: Axis, up: Axis) -> Plane:
+    """Return cells round a pole: ``across`` are azimuths, ``up`` are tilts, both sorted and in degrees."""
+    turn, every = across.values, np.arange(len(across.values))
+    borders, gap = edges(turn), turn[0] + 360.0 - turn[-1]
+    # neighbours across the cut meet in the middle, as all others
+    borders[0], borders[-1] = max(borders[0], turn[0] - gap / 2), min(borders[-1], turn[-1] + gap / 2)
+    pieces = np.maximum(1, np.ceil(np.diff(borders) / PIECE - 1e-9)).astype(int)
+    fine = [np.linspace(a, b, count, endpoint=False) for a, b, count in zip(borders[:-1], borders[1:], pieces, strict=True)]
+    outwards = edges(up.values)
+    outwards[0] = max(outwards[0], 0.0)
+    closes = 1e-9 < gap <= 1.5 * np.diff(turn).max(initial=0.0)
+    lines = np.append(every, 0) if closes else every
+    return Plane(
+        polar=True,
+        x_edges=np.radians(np.append(np.concatenate(fine), borders[-1])),
+        y_edges=outwards,
+        cells=np.repeat(every, pieces),
+        x=np.radians(np.append(turn, turn[0] + 360.0) if closes else turn),
+        y=up.values,
+        lines=lines,
+    )
+
+
+def label_axes(ax: Axes, plane: Plane, across: Axis, up: Axis) -> None:
+    """Write names and numbers at the axes, and show all cells."""
+    if isinstance(ax, PolarAxes):
+        _label_round(ax, plane, across, up)
+        return
+    ax.set(xlabel=across.label, ylabel=up.label, xlim=plane.x_edges[[0, -1]], ylim=plane.y_edges[[0, -1]])
+    name_ticks(ax.xaxis, across)
+    name_ticks(ax.yaxis, up)
+
+
+def _label_round(ax: PolarAxes, plane: Plane, across: Axis, up: Axis) -> None:
+    first, last = np.degrees(plane.x_edges[[0, -1]])
+    step = next((step for step in STEPS if (last - first) / step < 9), STEPS[-1])
+    ticks = [k * step for k in range(math.ceil(first / step - 1e-9), math.floor(last / step + 1e-9) + 1)]
+    if plane.full:
+        ticks = list(range(0, 360, step))
+        names = [_degrees(tick - 360 if tick > 180 and across.values.min() < 0 else tick) for tick in ticks]
+    else:
+        names = [_degrees(tick) for tick in ticks]
+    ax.set_xticks(np.radians(ticks), names)
+    ax.set_thetalim(*((0.0, 2 * math.pi) if plane.full else plane.x_edges[[0, -1]]))
+    ax.set_ylim(0.0, plane.y_edges[-1])
+    one = len(up.values) == 1
+    ax.yaxis.set_major_locator(FixedLocator(up.values.tolist()) if one else MaxNLocator(5, steps=[1, 2, 5, 10], prune="lower"))
+    ax.yaxis.set_major_formatter(FuncFormatter(lambda tilt, _: _degrees(round(tilt, 2))))
+    ax.set_axisbelow(False)
+    ax.grid(color="white", linewidth=0.4, alpha=0.5)
+    ax.tick_params(axis="x", pad=0)
+    for name in ax.get_yticklabels():
+        name.set_path_effects([patheffects.withStroke(linewidth=1.4, foreground="white")])
+    ax.set_xlabel(f"{ROUND} round, {OUTWARDS} outwards [°]", labelpad=4)
+
+
+def _degrees(value: float) -> str:
+    return f"{value:g}°".replace("-", "−")

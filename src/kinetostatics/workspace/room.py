@@ -1,0 +1,74 @@
+"""Whether there is room for a map, asked before anything is computed."""
+
+from __future__ import annotations
+
+import math
+import os
+import shutil
+
+import numpy as np
+
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.workspace.plan import Plan
+from kinetostatics.workspace.schema import Labels, variables
+from kinetostatics.workspace.targets import tails
+
+
+def size_of(plan: Plan, labels: Labels) -> int:
+    """Return how many bytes the arrays of a map are."""
+    found = 0
+    for (_, item), tail in zip(variables(labels).items(), tails(labels).values(), strict=True):
+        sizes = (axis.size for axis in plan.axes if axis.kind in item.kinds)
+        found += math.prod((*sizes, *tail)) * np.dtype(item.dtype).itemsize
+    return found
+
+
+def check_memory(plan: Plan, labels: Labels) -> None:
+    """See to it that a map fits into the machine's memory.
+
+    Raises:
+        ArgumentError: it does not.
+    """
+    try:
+        memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    except (AttributeError, OSError, ValueError):  # no such machine
+        return
+    needed = size_of(plan, labels)
+    if needed > memory:
+        raise ArgumentError(
+            f"a map of {_poses(plan)} takes {_said(needed)}, and this machine has {_said(memory)} of memory: write it to a "
+            "file with out=, make it lazy with chunks=, or take a coarser grid"
+        )
+
+
+def check_disk(plan: Plan, labels: Labels, path: str, parts: str) -> None:
+    """See to it that a map fits beside its finished blocks, which stay until it is whole.
+
+    Args:
+        plan, labels: of the map.
+        path: of the file.
+        parts: folder of the blocks, those of an interrupted sweep among them.
+
+    Raises:
+        ArgumentError: it does not.
+    """
+    disk = shutil.disk_usage(os.path.dirname(os.path.abspath(path)))
+    if disk.total == 0:  # not a disk; what it is will say why it cannot be written to
+        return
+    there = sum(item.stat().st_size for item in os.scandir(parts) if item.is_file()) if os.path.isdir(parts) else 0
+    needed = size_of(plan, labels)
+    if 2 * needed > disk.free + there:
+        raise ArgumentError(
+            f"a map of {_poses(plan)} takes {_said(needed)}, twice that while it is written, and the disk of {path!r} has "
+            f"{_said(disk.free)} free: take a coarser grid or another disk"
+        )
+
+
+def _poses(plan: Plan) -> str:
+    return "1 pose" if plan.size == 1 else f"{plan.size:,} poses"
+
+
+def _said(size: float) -> str:
+    """Return a number of bytes in words."""
+    power = min(int(math.log10(max(size, 1)) / 3), 5)
+    return f"{size / 1000**power:.3g} {('B', 'kB', 'MB', 'GB', 'TB', 'PB')[power]}"
