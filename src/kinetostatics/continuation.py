@@ -31,7 +31,7 @@ _SHORTEST, _SHORTEST_IN_BATCH = 1e-3, 1 / 64
 #: The same on the line from the nearest pose of a batch that has been reached, at its beginning and later.
 _FIRST_STEP, _SHORTEST_FROM_NEAREST = 1 / 4, 1 / 16
 #: The same on the own lines of leaders and nodes: of those that stay out of reach others tell nearly as much.
-_SHORTEST_OF_LEADERS = 1 / 16
+_SHORTEST_OF_LEADERS = 1 / 4
 #: How many of the reached poses are compared.
 _COMPARED = 1000
 #: First corrections of polynomials' poses must be smaller than a part of this; with local freedoms they are not as smooth.
@@ -59,8 +59,9 @@ def reach(
     Returns:
         The poses, and whether each arrived.
     """
-    if target.shape[1] < _FEW or start.x.shape[1] != 1:
-        return follow(solver, request, start, target, local, origin)[:2]
+    few = target.shape[1] < _FEW
+    if few or start.x.shape[1] != 1:
+        return follow(solver, request, start, target, local, origin, _SHORTEST if few else _SHORTEST_IN_BATCH)[:2]
     way = _Way(solver, request, start, local, origin)
     usual = _usual(target)
     poses, arrived = way.reach(target[:, usual])

@@ -86,8 +86,8 @@ def make_room(ax: Axes3D, labels: Sequence[str]) -> None:
         axis.set_tick_params(pad=1 if axis is ax.zaxis else -1)
         axis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
         if axis is not ax.zaxis:  # the last number of x is beside the first of y
-            for name in axis.get_ticklabels():
-                name.set_horizontalalignment("right" if axis is ax.xaxis else "left")
+            for tick in axis.get_major_ticks(len(axis.get_majorticklocs())):
+                tick.label1.set_horizontalalignment("right" if axis is ax.xaxis else "left")
         axis.pane.set(facecolor="0.97", edgecolor="0.6")
         axis._axinfo["grid"].update(color="0.85", linewidth=0.4)
 
