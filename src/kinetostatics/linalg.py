@@ -149,7 +149,9 @@ def least_squares(a: Array, b: Array, nullity: int = 0) -> Array:
     for i in range(n):  # the lower triangle
         np.einsum("r...,rj...->j...", a[:, i], a[:, : i + 1], out=normal[i, : i + 1])
     diagonal = np.arange(n)
-    normal[diagonal, diagonal] += 1e-12 * (normal[diagonal, diagonal] + 1e-3)
+    sizes = normal[diagonal, diagonal]
+    # more than what rounding of the largest columns may take from the others
+    normal[diagonal, diagonal] += 1e-12 * (sizes + 1e-3) + 1e-14 * np.sum(sizes, axis=0)
     factor = Cholesky(normal)
     x = factor.solve(np.einsum("ri...,rk...->ik...", a, b))
     if nullity:
