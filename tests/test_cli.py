@@ -307,6 +307,8 @@ def test_orientation_changes_what_is_printed(capsys):
         ("analyze 3rps --platform z=0.5 rx=0 ry=two", "--platform: ry: 'two' is not a number"),
         ("analyze 3rps --platform z=5deg rx=0 ry=0", "--platform: z: '5deg' is an angle, but a length is needed"),
         ("analyze 3rps --platform z=0.5 rx=0 yaw=0", "no platform coordinate 'yaw'"),
+        ("analyze 3rps --platform z=0.5 azimuth=0 tilt=0", "it needs orientation 'tilt_torsion'"),
+        ("analyze 3rps --platform z=0.5 rx=0 tilt=0 --orientation tilt_torsion", "it needs orientation 'rotation_vector' or"),
         ("analyze 2pru_upr --platform z=0.6 x=0 rx=0", "do not determine the pose"),
         ("analyze 3rps --platform z=0.5 rx=0 ry=0 --actuators prismatic_1=0", "not allowed with argument"),
         ("analyze 2pru_upr --platform z=3 rx=0 ry=0", "cannot reach"),

@@ -13,7 +13,7 @@ from kinetostatics.configuration import Configuration
 from kinetostatics.continuation import CHUNK, follow, reach
 from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, near_names
 from kinetostatics.kinematics import Frames
-from kinetostatics.orientation import Orientation, orientation_named
+from kinetostatics.orientation import Orientation, orientation_named, orientations_with
 from kinetostatics.solver import Poses, Request
 
 if TYPE_CHECKING:
@@ -185,7 +185,8 @@ def _platform_request(robot: Robot, platform: Mapping[str, ArrayLike], orientati
     for name in platform:
         if name not in known:
             raise CoordinatesError(
-                f"no platform coordinate {name!r} with orientation {convention.name!r}: {near_names(name, known)}",
+                f"no platform coordinate {name!r} with orientation {convention.name!r}: "
+                + (f"it needs orientation {needed}" if (needed := orientations_with(name)) else near_names(name, known)),
                 robot.mobility.platform,
             )
     mobility = robot.mobility.platform

@@ -99,3 +99,10 @@ def orientation_named(name: str | None) -> Orientation:
     if name == letters:  # turning about fixed axes is turning about moving axes in the opposite order
         axes.reverse()
     return Orientation(name, ("rx", "ry", "rz"), (axes[0], axes[1], axes[2]))
+
+
+def orientations_with(coordinate: str) -> str:
+    """Return in words which conventions have a coordinate; nothing if none has."""
+    if coordinate in orientation_named("tilt_torsion").names:
+        return "'tilt_torsion'"
+    return "'rotation_vector' or three letters such as 'XYZ'" if coordinate in orientation_named(None).names else ""
