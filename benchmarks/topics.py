@@ -180,8 +180,9 @@ def reach(page: Page, effort: Effort) -> None:
     text = """\
 Processor time in µs per pose. *Corners*: two grids of equally many poses, one that ends shortly before the reach of
 the robot does, and one whose corners are beyond it; more of its poses lie near the rim, where steps are smaller.
-*Scattered*: the first of them in random order, without and with 1 % of its poses far outside. `ks.sweep` has more to do: what the line from the zero pose does not reach it tries from
-neighbours, and it marks what another assembly mode reaches."""
+*Scattered*: the first of them in random order, without and with 1 % of its poses far outside. `ks.sweep` has more to
+do: what the line from the zero pose does not reach it tries from neighbours, and it marks what another assembly mode
+reaches."""
     page.add("Poses out of reach", text, table(("", "out of reach", "none", "some", "more"), rows))
 
 
