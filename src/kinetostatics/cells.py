@@ -11,6 +11,8 @@ Array = NDArray[np.float64]
 
 #: Nodes along each of 1, 2, … varying coordinates of a cell, and poses of a cell per node that make them pay.
 _NODES, _POSES_PER_NODE = {1: 10, 2: 8, 3: 6, 4: 4}, 6
+#: So many nodes more where there is one cell only.
+_MORE_NODES = 2
 
 
 @dataclass(frozen=True)
@@ -46,6 +48,8 @@ class Cells:
         if boxes < 1:
             return None
         each = max(int(boxes ** (1 / d)), 1)
+        if each == 1:  # nothing is to be gained by dividing, but by a higher degree
+            nodes = min(nodes + _MORE_NODES, int((N / _POSES_PER_NODE) ** (1 / d) + 1e-9))
         places = np.cos(np.pi * (np.arange(nodes) + 0.5) / nodes)[::-1]
         span = (high - low)[varying]
         return cls(varying, low[varying], span / each, np.full(d, each), places)

@@ -150,8 +150,9 @@ def least_squares(a: Array, b: Array, nullity: int = 0) -> Array:
         np.einsum("r...,rj...->j...", a[:, i], a[:, : i + 1], out=normal[i, : i + 1])
     diagonal = np.arange(n)
     sizes = normal[diagonal, diagonal]
-    # more than what rounding of the largest columns may take from the others
-    normal[diagonal, diagonal] += 1e-12 * (sizes + 1e-3) + 1e-14 * np.sum(sizes, axis=0)
+    normal[diagonal, diagonal] += 1e-12 * (sizes + 1e-3)
+    if nullity:  # more than what rounding of the largest columns may take from those that hardly move anything
+        normal[diagonal, diagonal] += 1e-14 * np.sum(sizes, axis=0)
     factor = Cholesky(normal)
     x = factor.solve(np.einsum("ri...,rk...->ik...", a, b))
     if nullity:
