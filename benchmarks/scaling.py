@@ -155,8 +155,15 @@ def _spin(_: str, axes: dict[str, Any]) -> int:
     return total
 
 
+#: How many times more poses the larger maps of ``ks.sweep`` have, beside which starting processes is little.
+MORE = 10
+
+
 def measure_cores(name: str, poses: int, repeats: int) -> Cores:
-    """Measure one and two threads, processes, workers of ``ks.sweep`` and of Dask, and a loop that only counts."""
+    """Measure one and two threads, processes, workers of ``ks.sweep`` and of Dask, and a loop that only counts.
+
+    Times of larger maps are for as many poses as the others have.
+    """
     workspace = grids.WORKSPACES[name]
     axes = workspace.axes(poses)
     first = next(iter(axes))
@@ -180,15 +187,19 @@ def measure_cores(name: str, poses: int, repeats: int) -> Cores:
     with ThreadPoolExecutor(1) as single, ThreadPoolExecutor(2) as double:
         wall["threads, numbers dropped"] = pair(spread(single, _slab), spread(double, _slab))
     robot = grids.load(name)
-    wall["`ks.sweep(workers=…)`, in memory"] = pair(
-        lambda: grids.sweep(robot, workspace, axes), lambda: grids.sweep(robot, workspace, axes, workers=2)
-    )
     with tempfile.TemporaryDirectory(dir=HERE.parent) as folder:
+        for grid in (axes, workspace.axes(MORE * poses)):
+            count = int(np.prod([len(values) for values in grid.values()]))
 
-        def stored(workers: int) -> None:
-            grids.sweep(robot, workspace, axes, workers=workers, out=f"{folder}/{workers}.nc", restart=True).close()
+            def swept(workers: int, grid: dict[str, Any] = grid, **out: Any) -> None:
+                grids.sweep(robot, workspace, grid, workers=workers, **out).close()
 
-        wall["`ks.sweep(workers=…, out=…)`, on disk"] = pair(lambda: stored(1), lambda: stored(2))
+            def stored(workers: int, swept: Callable[..., None] = swept) -> None:
+                swept(workers, out=f"{folder}/{workers}.nc", restart=True)
+
+            for way, run in (("`ks.sweep(workers=…)`, in memory", swept), ("`ks.sweep(workers=…, out=…)`, on disk", stored)):
+                one_worker, two_workers = pair(lambda run=run: run(1), lambda run=run: run(2))  # type: ignore[misc]
+                wall[f"{way}, {count:,} poses"] = one_worker * size / count, two_workers * size / count
     with _dask(1) as alone, _dask(2) as both:
         lazy = grids.sweep(robot, workspace, axes, workers=None, chunks={first: step})
         largest = abs(lazy["twist"]).max()

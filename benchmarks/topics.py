@@ -200,9 +200,10 @@ def cores(page: Page, effort: Effort) -> None:
     enough = 3600 * hours / scheduling
     whole = found.bytes_per_pose * 1e9 / 1e12
     text = f"""\
-Time by the clock in µs per pose, {found.poses:,} poses of the 3RPS. The first row is a loop that needs nothing but a
-core: what it gains by the second core is what there was to be gained while this ran, because others use the machine
-too."""
+Time by the clock in µs per pose, {found.poses:,} poses of the 3RPS where nothing else is said. The first row is a
+loop that needs nothing but a core: what it gains by the second core is what there was to be gained while this ran,
+because others use the machine too. Each call of `ks.sweep` starts its processes anew, which small maps do not pay
+for; without `workers=` it starts none for them."""
     paper = f"""\
 **1e9 poses, on paper.** A pose has {found.bytes_per_pose:,.0f} bytes in a map, all of them {whole:.1f} TB: not to be
 stored, but to be reduced to indices where they are computed, as in the last row. With its {micro(each)} µs a pose and
