@@ -1,10 +1,13 @@
 """Limbs that branch or contain rings, and rings that hang, against closed forms and against the same robot written otherwise."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import kinetostatics as ks
 from kinetostatics.robot_file import parse_robot_text
+from kinetostatics.shipped import robot_path
 
 E, RHO, G = 2.0e11, 7850.0, 10.0
 AREA = 1e-4
@@ -261,3 +264,11 @@ def test_batches_of_hybrid_limbs_equal_single_poses():
     for k, value in enumerate(q):
         one = ks.analyze(machine.assemble(actuators={"foot_0": value}), load=(1, 2, 3, 4, 5, 6))
         np.testing.assert_allclose(batch.twist[k], one.twist, rtol=1e-12, atol=1e-18)
+
+
+def test_a_beam_between_welded_points_is_refused():
+    """A later piece of a polyline that starts at its first joint leaves those between without anything to bend against."""
+    description = ks.load_robot(robot_path("spherical_3rrr")).description
+    last = description.beams["proximal_2_3"]
+    with pytest.raises(ks.RobotFileError, match=r"proximal_2_2.*fixed to the same rigid piece"):
+        ks.Robot(description.with_beam(replace(last, start=description.beams["proximal_2_1"].start)))

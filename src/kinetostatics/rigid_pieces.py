@@ -77,6 +77,9 @@ class PieceGraph:
         edges = self._make_edges()
         self.base, self.platform = self._merge(self.base_links), self._merge(self.platform_links)
         self.edges = [edge for edge in edges if edge.inner.find() is not edge.outer.find()]
+        for edge in edges:
+            if edge.beam is not None and edge.inner.find() is edge.outer.find():
+                raise beam_error(edge.beam.beam, "its two ends are fixed to the same rigid piece")
         self._links_of: dict[Piece, list[str]] = {}
         self._weights_of: dict[Piece, list[str]] = {}
         self._rigid_links_of: dict[Piece, list[str]] = {}
@@ -144,8 +147,6 @@ class PieceGraph:
             start, end = self._piece_at(span.start_link, span.start), self._piece_at(span.end_link, span.end)
             if start is None or end is None:
                 raise beam_error(beam, "it ends in the middle of another beam; split that beam with a fixed joint")
-            if start is end:
-                raise beam_error(beam, "its two ends are fixed to the same rigid piece")
             inside.update(item.name for item in (*span.inward, *span.outward))
             for path, piece in ((span.inward, start), (span.outward, end)):
                 link = beam.link
