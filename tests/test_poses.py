@@ -1,6 +1,7 @@
 """Closing loops, reaching poses, and what is said about poses and robots that make no sense."""
 
 import re
+import warnings
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -271,6 +272,19 @@ def test_far_poses_do_not_spoil_a_batch():
     np.testing.assert_allclose(both.q[others], near.q[others], atol=1e-10)
     with pytest.raises(ks.AssemblyError, match=r"cannot reach z = 7"):
         robot.assemble(platform={"z": z, "rx": rx, "ry": ry}, orientation="XYZ", on_failure="raise")
+
+
+@pytest.mark.parametrize("odd", [np.nan, np.inf, 1e300])
+@pytest.mark.parametrize("count", [20, 500])
+def test_numbers_that_are_no_place_do_not_spoil_a_batch(odd, count):
+    robot = ks.load_robot(ROBOTS / "five_bar.urdf.xacro")
+    x, y = np.linspace(-0.1, 0.1, count), np.full(count, 0.3)
+    x[7] = odd
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = robot.assemble(platform={"x": x, "y": y}, on_failure="nan")
+    assert found.status[7] == ks.Status.UNREACHABLE and np.all(np.isnan(found.q[7]))
+    assert np.all(np.delete(found.status, 7) == ks.Status.OK)
 
 
 def test_a_batch_of_nothing_but_far_poses():

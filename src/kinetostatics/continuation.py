@@ -63,10 +63,12 @@ def reach(
     if few or start.x.shape[1] != 1:
         return follow(solver, request, start, target, local, origin, _SHORTEST if few else _SHORTEST_IN_BATCH)[:2]
     way = _Way(solver, request, start, local, origin)
-    usual = _usual(target)
-    poses, arrived = way.reach(target[:, usual])
-    if usual.size < target.shape[1]:
-        poses, arrived = _spread(poses, arrived, usual, target.shape[1])
+    N, usual = target.shape[1], _usual(target)
+    # what is neither usual nor at a distance that can be told stays at the start
+    poses, arrived = start.take(np.zeros(N, dtype=np.intp)), np.zeros(N, dtype=bool)
+    if usual.size:
+        found, arrived[usual] = way.reach(target[:, usual])
+        poses.x[:, usual], poses.c[:, usual] = found.x, found.c
     way.from_nearest(poses, arrived, target)
     return poses, arrived
 
@@ -243,19 +245,13 @@ class _Way:
 
 def _usual(target: Array) -> NDArray[np.intp]:
     """Return the targets that are not far from where nearly all are: cells made for far ones would hardly divide the others."""
-    ends = np.quantile(target, (0.02, 0.98), axis=1)
+    finite = np.all(np.isfinite(target), axis=0)
+    if not np.any(finite):
+        return np.zeros(0, dtype=np.intp)
+    ends = np.quantile(target[:, finite], (0.02, 0.98), axis=1)
     margin = (ends[1] - ends[0]) / 4
     within = (target >= (ends[0] - margin)[:, None]) & (target <= (ends[1] + margin)[:, None])
     return np.flatnonzero(np.all(within, axis=0))
-
-
-def _spread(poses: Poses, arrived: NDArray[np.bool_], which: NDArray[np.intp], N: int) -> tuple[Poses, NDArray[np.bool_]]:
-    """Return N poses of which some are given, and which of them have arrived."""
-    everyone = Poses(np.empty((poses.x.shape[0], N)), np.empty((3, N)))
-    everyone.x[:, which], everyone.c[:, which] = poses.x, poses.c
-    all_arrived = np.zeros(N, dtype=bool)
-    all_arrived[which] = arrived
-    return everyone, all_arrived
 
 
 def _nearest(points: Array, places: Array) -> tuple[NDArray[np.intp], Array]:
@@ -264,9 +260,10 @@ def _nearest(points: Array, places: Array) -> tuple[NDArray[np.intp], Array]:
     square = np.einsum("im,im->m", places, places)
     for first in range(0, nearest.size, CHUNK):
         part = slice(first, first + CHUNK)
-        found = np.argmin(square - 2 * points[:, part].T @ places, axis=1)
+        with np.errstate(over="ignore", invalid="ignore"):
+            found = np.argmin(square - 2 * points[:, part].T @ places, axis=1)
+            distance[part] = np.sqrt(np.sum((points[:, part] - places[:, found]) ** 2, axis=0))
         nearest[part] = found
-        distance[part] = np.sqrt(np.sum((points[:, part] - places[:, found]) ** 2, axis=0))
     return nearest, distance
 
 

@@ -306,7 +306,8 @@ class Solver:
         active = np.arange(N)
         while active.size:
             trial = np.minimum(gone[active] + stride[active], 1.0)
-            goal = first[:, active] + trial * (target[:, active] - first[:, active])
+            with np.errstate(invalid="ignore"):  # towards infinity, which nothing reaches
+                goal = first[:, active] + trial * (target[:, active] - first[:, active])
             moved, good = self.newton(request, state.take(active), goal, local)
             arrived = active[good]
             state.x[:, arrived], state.c[:, arrived] = moved.x[:, good], moved.c[:, good]
