@@ -59,6 +59,7 @@ def assemble(
         if near.shape not in ((), shape):
             raise ArgumentError(f"near= has the batch shape {near.shape}; it must be () or {shape}")
         start = near.poses
+    request = robot.holding_idle(request)
     origin = robot.zero_origin(request) if near is None else None
     local = robot.local_freedoms(request)
     poses, arrived = reach(robot.solver, request, start, target, local, origin)

@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.cells import Cells
-from kinetostatics.linalg import least_squares
 from kinetostatics.solver import Poses, Request, Solver
 
 Array = NDArray[np.float64]
@@ -288,20 +287,9 @@ def _leaders(target: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 
 
 def _predictors(solver: Solver, request: Request, poses: Poses, target: Array, local: int) -> Array:
-    """Return the scaled steps (free, n, N) per change of each requested coordinate at solved poses."""
-    n, N = target.shape
-    result = np.empty((len(solver.free_columns(request)) + len(request.unknown_angles), n, N))
-    change = 1e-6
-    for first in range(0, N, CHUNK):
-        part = slice(first, min(first + CHUNK, N))
-        here = Poses(poses.x[:, part], poses.c[:, part])
-        residual, gradient = solver.system(request, here, target[:, part])
-        rates = np.empty((residual.shape[0], n, residual.shape[1]))
-        for k in range(n):
-            moved = np.array(target[:, part])
-            moved[k] += change
-            there = Poses(np.array(here.x), np.array(here.c))
-            solver.impose(request, there, moved)
-            rates[:, k] = (solver.system(request, there, moved)[0] - residual) / change
-        result[:, :, part] = -least_squares(gradient, rates, local)
-    return np.nan_to_num(result)
+    """Return :meth:`Solver.predictors` (free, n, N) at many solved poses."""
+    result = np.empty((len(solver.free_columns(request)) + len(request.unknown_angles), *target.shape))
+    for first in range(0, target.shape[1], CHUNK):
+        part = slice(first, first + CHUNK)
+        result[:, :, part] = solver.predictors(request, Poses(poses.x[:, part], poses.c[:, part]), target[:, part], local)
+    return result

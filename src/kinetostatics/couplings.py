@@ -80,6 +80,11 @@ class Couplings:
         pairs = zip(self._followers, self._leaders, strict=True)
         return np.array([follower.first_v for follower, leader in pairs if leader.first_v in columns], dtype=np.intp)
 
+    def following(self, column: int) -> list[tuple[int, float]]:
+        """Return the freedoms of the followers of a freedom, and how fast each moves with it."""
+        rows = zip(self._followers, self._leaders, self._relations, strict=True)
+        return [(follower.first_v, multiplier) for follower, leader, (multiplier, _) in rows if leader.first_v == column]
+
     def impose(self, columns: tuple[int, ...], values: Array, x: Array) -> None:
         """Write the coordinates of the followers of given freedoms into ``x`` (nq', N), in place.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -32,6 +32,8 @@ Array = NDArray[np.float64]
 
 #: Relative singular value below which a direction counts as dependent. Angles rounded to 1.5708 leave 4e-6.
 RANK_TOLERANCE = 1e-5
+#: Scaled motions of freedoms below this are rounding.
+IDLE = 1e-13
 
 
 @dataclass(frozen=True)
@@ -84,6 +86,7 @@ class Robot:
         self.equations = LoopEquations(self.mechanism)
         self._determined: dict[Request, bool] = {}
         self._local: dict[Request, int] = {}
+        self._holding_idle: dict[Request, Request] = {}
         self._origins: dict[Request, tuple[Array, Array]] = {}
 
     @property
@@ -322,6 +325,15 @@ class Robot:
             self._local[request] = min(self._free_motions(request, pose).shape[1] for pose in self._each_generic_pose())
         return self._local[request]
 
+    def holding_idle(self, request: Request) -> Request:
+        """Return a request that holds the freedoms that change neither loops nor what is requested: the spins of most rods."""
+        if request not in self._holding_idle:
+            gradients = [np.abs(self._gradient(request, pose)) for pose in self._each_generic_pose()]
+            columns = self.solver.free_columns(request)
+            idle = columns[np.max(gradients, axis=(0, 1), initial=0.0)[: columns.size] < IDLE]
+            self._holding_idle[request] = replace(request, held=tuple(idle.tolist()))
+        return self._holding_idle[request]
+
     def zero_origin(self, request: Request) -> tuple[Array, Array]:
         """Return where lines from the zero pose start, see :meth:`Solver.origin`."""
         if request not in self._origins:
@@ -334,11 +346,14 @@ class Robot:
 
     def _free_motions(self, request: Request, pose: Poses) -> Array:
         """Return a basis (n, k) of the scaled motions of free columns and unknown angles that a request allows at one pose."""
+        return null_space(self._gradient(request, pose), self.rank_tolerance)[0]
+
+    def _gradient(self, request: Request, pose: Poses) -> Array:
+        """Return the gradient (m, n) of loops and request at one pose."""
         if request.orientation is not None:
             R, _ = self.solver.platform_pose(self.equations.forward(pose.x))
             pose = Poses(pose.x, request.orientation.coordinates(R))
-        _, gradient = self.solver.system(request, pose, self.solver.values(request, pose))
-        return null_space(gradient[:, :, 0], self.rank_tolerance)[0]
+        return self.solver.system(request, pose, self.solver.values(request, pose))[1][:, :, 0]
 
     def joint_coordinates(self, q: Array, frames: Frames) -> dict[str, Array]:
         """Return the coordinate (N,) of every one-freedom joint and loop [m, rad]."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +33,7 @@ class Request:
         positions: which of x, y, z are given.
         angles: which orientation coordinates are given.
         orientation: their convention.
+        held: freedoms of the tree that stay as they are.
     The targets are (n, N): columns, loops, positions, angles in that order.
     """
 
@@ -42,11 +43,17 @@ class Request:
     positions: tuple[int, ...] = ()
     angles: tuple[int, ...] = ()
     orientation: Orientation | None = None
+    held: tuple[int, ...] = ()
 
     @property
     def size(self) -> int:
         """Number of given coordinates."""
-        return len(self.columns) + len(self.loops) + len(self.positions) + len(self.angles)
+        return self.first_angle + len(self.angles)
+
+    @property
+    def first_angle(self) -> int:
+        """Which of the targets is the first angle."""
+        return len(self.columns) + len(self.loops) + len(self.positions)
 
     @property
     def unknown_angles(self) -> tuple[int, ...]:
@@ -82,8 +89,8 @@ class Solver:
         self.platform_signs = moves[self.platform_body] - (moves[base[0]] if base is not None else 0.0)
         self.column_scale = np.where(self.tree.column_rotates, 1.0, length)
         self._row_scale = np.where(equations.is_length, length, 1.0)[:, None]
-        self._free: dict[tuple[int, ...], NDArray[np.intp]] = {}
-        self._scales: dict[tuple[int, ...], tuple[Array, Array]] = {}
+        self._free: dict[tuple[tuple[int, ...], ...], NDArray[np.intp]] = {}
+        self._scales: dict[tuple[tuple[int, ...], ...], tuple[Array, Array]] = {}
 
     # ---- coordinates of a pose --------------------------------------------------------------------------------------
 
@@ -183,20 +190,45 @@ class Solver:
                 gradient[at:, f:] = -request.orientation.rates(poses.c)[:, list(request.unknown_angles)]
         return residuals, gradient
 
+    def predictors(self, request: Request, poses: Poses, target: Array, local: int = 0) -> Array:
+        """Return the scaled steps (free columns and unknown angles, n, N) per change of each requested coordinate, at solved poses.
+
+        ``local`` is the number of freedoms that do not move the platform; they stay as they are.
+        """
+        given, free = len(request.columns), self.free_columns(request)
+        everything = replace(request, columns=())
+        columns = self.free_columns(everything)
+        _, gradient = self.system(everything, poses, target[given:])
+        rates = np.zeros((gradient.shape[0], *target.shape))
+        for row, column in enumerate(request.columns):
+            for moved, by in [(column, 1.0), *self.equations.couplings.following(column)]:
+                rates[:, row] += gradient[:, np.searchsorted(columns, moved)] * (by / self.column_scale[moved])
+        at = self.equations.count
+        for row, number in enumerate(request.loops, given):
+            rates[at, row] = -1 / self.length if self.equations.loops[number].kind == "prismatic" else -1.0
+            at += 1
+        for row, _ in enumerate(request.positions, given + len(request.loops)):
+            rates[at, row] = -1 / self.length
+            at += 1
+        if request.angles and request.orientation is not None:
+            rates[at:, request.first_angle :] = -request.orientation.rates(poses.c)[:, list(request.angles)]
+        unknown = np.append(np.searchsorted(columns, free), np.arange(columns.size, gradient.shape[1]))
+        return np.nan_to_num(-least_squares(gradient[:, unknown.astype(np.intp)], rates, local))
+
     def _factors(self, request: Request) -> tuple[Array, Array]:
         """Return how scaled free columns enter the loops' scaled rows (count, f, 1), and the platform's motion (f, 1)."""
-        if request.columns not in self._scales:
+        if (key := (request.columns, request.held)) not in self._scales:
             free = self.free_columns(request)
             loops = self.equations.signs[:, free] * self.column_scale[free] / self._row_scale
-            self._scales[request.columns] = loops[:, :, None], (self.platform_signs * self.column_scale)[free, None]
-        return self._scales[request.columns]
+            self._scales[key] = loops[:, :, None], (self.platform_signs * self.column_scale)[free, None]
+        return self._scales[key]
 
     def free_columns(self, request: Request) -> NDArray[np.intp]:
-        """Return the freedoms of the tree that are not given, neither by themselves nor by a joint that they follow."""
-        if request.columns not in self._free:
+        """Return the freedoms of the tree that matter and are not given, by themselves or by a joint that they follow."""
+        if (key := (request.columns, request.held)) not in self._free:
             followers = self.equations.couplings.given_with(request.columns)
-            self._free[request.columns] = np.setdiff1d(np.arange(self.tree.nv), [*request.columns, *followers])
-        return self._free[request.columns]
+            self._free[key] = np.setdiff1d(np.arange(self.tree.nv), [*request.columns, *followers, *request.held])
+        return self._free[key]
 
     def impose(self, request: Request, poses: Poses, target: Array) -> None:
         """Write the given tree coordinates and angles into the poses, in place."""
@@ -206,9 +238,8 @@ class Solver:
             else:
                 poses.x[start] = target[row]
         self.equations.couplings.impose(request.columns, target, poses.x)
-        first = request.size - len(request.angles)
         for row, k in enumerate(request.angles):
-            poses.c[k] = target[first + row]
+            poses.c[k] = target[request.first_angle + row]
 
     def advance(self, request: Request, poses: Poses, step: Array) -> Poses:
         """Return the poses moved by a scaled step (n, N)."""
@@ -298,7 +329,7 @@ class Solver:
         state = Poses(np.array(np.broadcast_to(start.x, (start.x.shape[0], N))), np.array(np.broadcast_to(angles, (3, N))))
         if request.orientation is not None and request.orientation.name == "tilt_torsion" and 0 in request.angles:
             # an untilted start has no azimuth of its own: it takes that of the target
-            row = request.size - len(request.angles) + request.angles.index(0)
+            row = request.first_angle + request.angles.index(0)
             first[row] = state.c[0] = np.where(state.c[1] < 1e-9, target[row], state.c[0])
         far = np.max(np.abs(target - first) / self.longest_strides(request)[:, None], axis=0, initial=0.0)
         longest = 1 / np.maximum(1.0, far)
