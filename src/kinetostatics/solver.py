@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 LONGEST_TURN, LONGEST_SHIFT = 0.7, 2.0
 #: Corrections become smaller by this factor at least, and each time by more than the time before unless by the second.
 _SHRINKING, _QUADRATIC = 0.4, 0.25
+#: How far scaled coordinates may be off on the way.
+ROUGHLY = 1e-5
 
 
 @dataclass(frozen=True)
@@ -252,12 +254,19 @@ class Solver:
         return Poses(self.tree.integrate(poses.x, v), c)
 
     def newton(
-        self, request: Request, poses: Poses, target: Array, local: int = 0, before: Array | None = None
+        self,
+        request: Request,
+        poses: Poses,
+        target: Array,
+        local: int = 0,
+        before: Array | None = None,
+        passing: NDArray[np.bool_] | None = None,
     ) -> tuple[Poses, NDArray[np.bool_]]:
         """Solve for ``target`` from nearby ``poses``; also return which poses converged steadily.
 
         ``local`` is the number of freedoms that do not move the platform; they stay as they are. ``before`` (N,) are the sizes of
-        the scaled steps that predicted the starting poses, if they were predicted.
+        the scaled steps that predicted the starting poses, if they were predicted. Where poses are only passed on the way to others,
+        as ``passing`` (N,) says, the loops need not close as well as numbers can tell.
 
         A pose counts as converged only if the corrections shrink at once and never less than before, as they do when Newton's
         method converges quadratically (P. Deuflhard, Newton Methods for Nonlinear Problems, section 5.1): then the solution
@@ -289,6 +298,8 @@ class Solver:
             with np.errstate(invalid="ignore", over="ignore"):
                 following = size * ratio**2  # corrections shrink quadratically
             last = (size < 1e-8) | ((following < 1e-13) & (size < 1e-5))
+            if passing is not None:
+                last |= passing[active] & (following < ROUGHLY)
             done = ok & last
             if np.any(done):  # the loops must close too, not only come as near as they can
                 left = residual + np.einsum("ij...,j...->i...", gradient, step)
@@ -339,7 +350,7 @@ class Solver:
             trial = np.minimum(gone[active] + stride[active], 1.0)
             with np.errstate(invalid="ignore"):  # towards infinity, which nothing reaches
                 goal = first[:, active] + trial * (target[:, active] - first[:, active])
-            moved, good = self.newton(request, state.take(active), goal, local)
+            moved, good = self.newton(request, state.take(active), goal, local, passing=trial < 1)
             arrived = active[good]
             state.x[:, arrived], state.c[:, arrived] = moved.x[:, good], moved.c[:, good]
             gone[arrived] = trial[good]
