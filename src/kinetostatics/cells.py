@@ -9,10 +9,16 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-#: Nodes along each of 1, 2, … varying coordinates of a cell, and poses of a cell per node that make them pay.
-_NODES, _POSES_PER_NODE = {1: 10, 2: 8, 3: 6, 4: 4}, 6
-#: So many nodes more where there is one cell only.
-_MORE_NODES = 2
+#: Nodes along each of 1, 2, … varying coordinates that tell how smooth everything is, and targets per node that make them pay.
+_SAMPLES, _TARGETS_PER_SAMPLE = {1: 9, 2: 6, 3: 5, 4: 4}, 8
+#: Into how many boxes each coordinate may be divided, and with how many nodes along it.
+_DIVISIONS, _MOST_NODES = (1, 2, 3, 4, 6, 8), 14
+#: Scaled errors of polynomials that leave one and two corrections to do.
+_ONE_CORRECTION, _TWO_CORRECTIONS = 2e-7, 1e-4
+#: Costs, in corrections of a pose: a node, its weight in the polynomial of a pose, a box, a pose without polynomials.
+_NODE, _WEIGHT, _BOX, _WITHOUT = 2.5, 6e-4, 20.0, 2.7
+#: First corrections of polynomials' poses are foreseen to be so many times their error, between these bounds.
+_SAFETY, _FORESEEN = 20.0, (8e-4, 1e-2)
 
 
 @dataclass(frozen=True)
@@ -23,41 +29,86 @@ class Cells:
         varying: the coordinates that vary.
         low, size: (d,) corner of the first box and size of each.
         count: (d,) numbers of boxes.
-        nodes: (m,) places of the nodes in a box along each coordinate, in −1 … 1 (Chebyshev).
+        nodes: (d,) numbers of nodes along the sides of a box.
+        foreseen: scaled size of the first corrections of what polynomials predict that is not to be doubted.
     """
 
     varying: NDArray[np.intp]
     low: Array
     size: Array
     count: NDArray[np.intp]
-    nodes: Array
+    nodes: tuple[int, ...]
+    foreseen: float
 
     @classmethod
-    def of(cls, target: Array) -> Cells | None:
-        """Return a partition that pays: with far more poses than nodes."""
-        N = target.shape[1]
+    def sampling(cls, target: Array) -> Cells | None:
+        """Return one box around all targets with few nodes, if there are far more targets than these."""
         if not np.all(np.isfinite(target)):
             return None
         low, high = target.min(axis=1), target.max(axis=1)
         varying = np.flatnonzero(high > low)
         d = varying.size
-        if d == 0 or d > 4:
+        if d not in _SAMPLES or target.shape[1] < _TARGETS_PER_SAMPLE * _SAMPLES[d] ** d:
             return None
-        nodes = _NODES[d]
-        boxes = N / (_POSES_PER_NODE * nodes**d)
-        if boxes < 1:
+        return cls(varying, low[varying], (high - low)[varying], np.ones(d, dtype=np.intp), (_SAMPLES[d],) * d, 3 * _FORESEEN[1])
+
+    def refined(self, values: Array, known: NDArray[np.bool_], targets: int) -> Cells | None:
+        """Return boxes and nodes with which polynomials pay, judged by how fast the coefficients of samples fall.
+
+        Args:
+            values: (k, M) at the nodes of one box.
+            known: (M,) whether they are.
+            targets: how many there are.
+        """
+        choices = [self._choices(axis, values, known) for axis in range(self.varying.size)]
+        best, chosen = _WITHOUT * targets, None
+        for corrections, level in ((1, _ONE_CORRECTION), (2, _TWO_CORRECTIONS)):
+            fewest = [np.array([_fewest(errors, level) for errors in axis]) for axis in choices]
+            each = np.meshgrid(*fewest, indexing="ij")
+            boxes = np.prod(np.meshgrid(*[_DIVISIONS] * len(fewest), indexing="ij"), axis=0)
+            nodes = np.prod(np.array(each, dtype=float), axis=0)
+            cost = boxes * (nodes * _NODE + _BOX) + targets * (corrections + nodes * _WEIGHT)
+            where = np.unravel_index(np.argmin(cost), cost.shape)
+            if cost[where] < best:
+                error = max(float(axis[k][int(n[where]) - 1]) for axis, k, n in zip(choices, where, each, strict=True))
+                best, chosen = float(cost[where]), (where, tuple(int(n[where]) for n in each), error)
+        if chosen is None:
             return None
-        each = max(int(boxes ** (1 / d)), 1)
-        if each == 1:  # nothing is to be gained by dividing, but by a higher degree
-            nodes = min(nodes + _MORE_NODES, int((N / _POSES_PER_NODE) ** (1 / d) + 1e-9))
-        places = np.cos(np.pi * (np.arange(nodes) + 0.5) / nodes)[::-1]
-        span = (high - low)[varying]
-        return cls(varying, low[varying], span / each, np.full(d, each), places)
+        where, numbers, error = chosen
+        count = np.array([_DIVISIONS[k] for k in where], dtype=np.intp)
+        return Cells(self.varying, self.low, self.size / count, count, numbers, float(np.clip(_SAFETY * error, *_FORESEEN)))
+
+    def _choices(self, axis: int, values: Array, known: NDArray[np.bool_]) -> Array:
+        """Return what errors are to be expected with each division (len(_DIVISIONS), …) of a coordinate and 1, 2, … nodes.
+
+        The error falls with every node by the radius of the ellipse around the box in which what is interpolated is analytic
+        (L. N. Trefethen, Approximation Theory and Approximation Practice, chapter 8). In a smaller box the singularity beside it
+        is farther away.
+        """
+        m = self.nodes[axis]
+        lines = np.moveaxis(values.reshape(-1, *self.nodes), axis + 1, -1)
+        complete = np.all(np.moveaxis(known.reshape(self.nodes), axis, -1), axis=-1)
+        errors = np.full((len(_DIVISIONS), _MOST_NODES), np.inf)
+        if not np.any(complete):
+            return errors
+        sizes = np.max(np.abs(lines[:, complete] @ _chebyshev(m)), axis=(0, 1))
+        last, before = sizes[-2:].max(), sizes[max(1, m - 4) : -2].max()
+        radius = np.sqrt(max(before, 1e-300) / last) if last > 1e-15 else 1e3
+        radius = float(np.clip(radius, 1.05, 1e3))
+        place = (radius + 1 / radius) / 2
+        numbers = np.arange(1, _MOST_NODES + 1)
+        tail = np.append(np.maximum.accumulate(sizes[:0:-1])[::-1], np.zeros(_MOST_NODES + 1 - m))
+        for row, division in enumerate(_DIVISIONS):
+            beside = 1 + (place - 1) * division
+            smaller = beside + np.sqrt(beside**2 - 1)
+            model = last / radius * radius**m * smaller ** -numbers.astype(float)
+            errors[row] = np.maximum(model, tail[:_MOST_NODES] / float(division) ** numbers)
+        return errors
 
     def number(self, target: Array) -> NDArray[np.intp]:
         """Return the box (N,) of each target."""
         place = ((target[self.varying] - self.low[:, None]) / self.size[:, None]).astype(np.intp)
-        return np.asarray(np.ravel_multi_index(tuple(np.minimum(place, self.count[:, None] - 1)), tuple(self.count)))
+        return np.asarray(np.ravel_multi_index(tuple(np.clip(place, 0, self.count[:, None] - 1)), tuple(self.count)))
 
     def local(self, box: int, target: Array) -> Array:
         """Return where in a box (d, n), in −1 … 1, targets (…, n) lie."""
@@ -67,7 +118,8 @@ class Cells:
     def node_targets(self, box: int, example: Array) -> Array:
         """Return the coordinates (n, M) of all nodes of a box; those that do not vary are as in ``example`` (n,)."""
         corner = np.array(np.unravel_index(box, tuple(self.count)))
-        axes = [self.low[k] + self.size[k] * (corner[k] + (self.nodes + 1) / 2) for k in range(self.varying.size)]
+        places = [(_places(m) + 1) / 2 for m in self.nodes]
+        axes = [self.low[k] + self.size[k] * (corner[k] + place) for k, place in enumerate(places)]
         grid = np.stack([axis.ravel() for axis in np.meshgrid(*axes, indexing="ij")])
         result = np.repeat(example[:, None], grid.shape[1], axis=1)
         result[self.varying] = grid
@@ -76,10 +128,28 @@ class Cells:
     def weights(self, places: Array) -> Array:
         """Return the weights (M, n) of a box's nodes in the polynomial's value at places (d, n)."""
         result = np.ones((1, places.shape[1]))
-        for row in places:
-            one = np.ones((self.nodes.size, row.size))
-            for k, node in enumerate(self.nodes):
-                for other in self.nodes[np.arange(self.nodes.size) != k]:
-                    one[k] *= (row - other) / (node - other)
+        for m, row in zip(self.nodes, places, strict=True):
+            polynomials = np.ones((m, row.size))
+            for k in range(1, m):
+                polynomials[k] = row if k == 1 else 2 * row * polynomials[k - 1] - polynomials[k - 2]
+            one = _chebyshev(m) @ polynomials
             result = (result[:, None] * one[None]).reshape(-1, row.size)
         return result
+
+
+def _places(m: int) -> Array:
+    """Return m Chebyshev nodes in −1 … 1."""
+    return np.asarray(-np.cos(np.pi * (np.arange(m) + 0.5) / m))
+
+
+def _chebyshev(m: int) -> Array:
+    """Return the matrix (m, m) that makes of values at the nodes (last axis) coefficients of Chebyshev polynomials."""
+    matrix = 2 / m * np.cos(np.outer(np.arccos(_places(m)), np.arange(m)))
+    matrix[:, 0] /= 2
+    return np.asarray(matrix)
+
+
+def _fewest(errors: Array, level: float) -> float:
+    """Return with how many nodes, of 1, 2, …, the error is below a level."""
+    good = np.flatnonzero(errors < level)
+    return float(good[0] + 1) if good.size else np.inf

@@ -9,6 +9,7 @@ pose that has been reached.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,8 +34,6 @@ _FIRST_STEP, _SHORTEST_FROM_NEAREST = 1 / 4, 1 / 16
 _SHORTEST_OF_LEADERS = 1 / 4
 #: How many of the reached poses are compared.
 _COMPARED = 1000
-#: First corrections of polynomials' poses must be smaller than a part of this; with local freedoms they are not as smooth.
-_FORESEEN, _FORESEEN_LOOSELY = 8e-4, 1e-2
 
 
 def reach(
@@ -81,6 +80,7 @@ def follow(
     origin: tuple[Array, Array] | None = None,
     shortest: float = _SHORTEST,
     first_step: float = 0.0,
+    careful: bool = True,
 ) -> tuple[Poses, NDArray[np.bool_], Array]:
     """Follow every pose's own straight line, in chunks; also return how much of its way (0 … 1) each has gone."""
     N = target.shape[1]
@@ -91,9 +91,22 @@ def follow(
         alone = start.x.shape[1] == 1
         mine = start if alone else Poses(start.x[:, part], start.c[:, part])
         known = origin if alone or origin is None else (origin[0][:, part], origin[1][:, part])
-        found, arrived[part], gone[part] = solver.follow(request, mine, target[:, part], local, known, shortest, first_step)
+        found, arrived[part], gone[part] = solver.follow(
+            request, mine, target[:, part], local, known, shortest, first_step, careful
+        )
         poses.x[:, part], poses.c[:, part] = found.x, found.c
     return poses, arrived, gone
+
+
+@dataclass(frozen=True)
+class _Nodes:
+    """The nodes of some boxes, one box after the other: coordinates (n, M), poses, and whether they have been reached."""
+
+    cells: Cells
+    boxes: NDArray[np.intp]
+    places: Array
+    poses: Poses
+    led: NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -108,8 +121,24 @@ class _Way:
 
     def reach(self, target: Array) -> tuple[Poses, NDArray[np.bool_]]:
         """Reach what polynomials, leaders or, where there are but few poses, straight lines lead to."""
-        cells = Cells.of(target) if target.shape[1] >= _FEW else None
-        return self._lead(target) if cells is None else self._interpolate(target, cells)
+        sampling = Cells.sampling(target)
+        if sampling is None:
+            return self._lead(target)
+        samples = self._nodes(sampling, target, self._lead)
+        values = np.concatenate([samples.poses.x, samples.poses.c])
+        cells = sampling.refined(values, samples.led, target.shape[1])
+        if cells is None:
+            return self._lead(target)
+        return self._interpolate(self._nodes(cells, target, lambda places: self._interpolate(samples, places)), target)
+
+    def _nodes(self, cells: Cells, target: Array, reach: Callable[[Array], tuple[Poses, NDArray[np.bool_]]]) -> _Nodes:
+        """Reach the nodes of all boxes in which there are targets."""
+        boxes, examples = np.unique(cells.number(target), return_index=True)
+        places = [cells.node_targets(box, target[:, k]) for box, k in zip(boxes.tolist(), examples, strict=True)]
+        wanted = np.concatenate(places, axis=1)
+        poses, led = reach(wanted)
+        self._on_own_lines(poses, led, wanted)
+        return _Nodes(cells, boxes, wanted, poses, led)
 
     def _lead(self, target: Array) -> tuple[Poses, NDArray[np.bool_]]:
         """Reach poses by way of one leader of each cell."""
@@ -124,6 +153,7 @@ class _Way:
                 self.local,
                 self.origin,
                 _SHORTEST_IN_BATCH,
+                careful=False,
             )[:2]
         leaders, led = self.reach(target[:, lead_by])
         self._on_own_lines(leaders, led, target[:, lead_by])
@@ -156,48 +186,43 @@ class _Way:
             some, mine = which[first : first + CHUNK], leader_of[first : first + CHUNK]
             step = np.einsum("ijn,jn->in", per_target[:, :, mine], target[:, some] - places[:, mine])
             guess = solver.advance(request, leaders.take(mine), step)
-            size = np.sqrt(np.max(step * step, axis=0, initial=0.0))
+            size = solver.size(request, step)
             found, arrived[some] = solver.newton(request, guess, target[:, some], self.local, np.maximum(size, 1e-3))
             poses.x[:, some], poses.c[:, some] = found.x, found.c
 
-    def _interpolate(self, target: Array, cells: Cells) -> tuple[Poses, NDArray[np.bool_]]:
+    def _interpolate(self, nodes: _Nodes, target: Array) -> tuple[Poses, NDArray[np.bool_]]:
         """Reach poses from polynomials through nodes of their cells; what these do not reach, from the nodes themselves."""
-        solver, N = self.solver, target.shape[1]
+        solver, cells, N = self.solver, nodes.cells, target.shape[1]
         number = cells.number(target)
         order = np.argsort(number, kind="stable")
         boxes, firsts = np.unique(number[order], return_index=True)
         members = np.split(order, firsts[1:])
-        wanted = np.concatenate(
-            [cells.node_targets(box, target[:, mine[0]]) for box, mine in zip(boxes.tolist(), members, strict=True)], axis=1
-        )
-        nodes, led = self._lead(wanted)
-        self._on_own_lines(nodes, led, wanted)
-        nodes_of = np.arange(wanted.shape[1]).reshape(len(boxes), -1)
-        usable = np.all(led[nodes_of], axis=1)
-        poses = Poses(np.empty((nodes.x.shape[0], N)), np.zeros((3, N)))
+        nodes_of = np.arange(nodes.led.size).reshape(nodes.boxes.size, -1)[np.searchsorted(nodes.boxes, boxes)]
+        usable = np.all(nodes.led[nodes_of], axis=1)
+        poses = Poses(np.empty((nodes.poses.x.shape[0], N)), np.zeros((3, N)))
         arrived = np.zeros(N, dtype=bool)
         for box, mine, ours, good in zip(boxes.tolist(), members, nodes_of, usable, strict=True):
             if good:
                 weights = cells.weights(cells.local(box, target[:, mine]))
-                poses.x[:, mine] = nodes.x[:, ours] @ weights
-                poses.c[:, mine] = nodes.c[:, ours] @ weights
+                poses.x[:, mine] = nodes.poses.x[:, ours] @ weights
+                poses.c[:, mine] = nodes.poses.c[:, ours] @ weights
         ready = order[np.repeat(usable, [mine.size for mine in members])]
         for first in range(0, ready.size, CHUNK):
             which = ready[first : first + CHUNK]
             guess = Poses(solver.tree.normalized(poses.x[:, which]), poses.c[:, which])
-            near = np.full(which.size, _FORESEEN_LOOSELY if self.local else _FORESEEN)
+            near = np.full(which.size, cells.foreseen)
             found, arrived[which] = solver.newton(self.request, guess, target[:, which], self.local, before=near)
             poses.x[:, which], poses.c[:, which] = found.x, found.c
         rest, leader_of = [], []
         for mine, ours, good in zip(members, nodes_of, usable, strict=True):
-            left, reached = mine[~arrived[mine]], ours[led[ours]]
+            left, reached = mine[~arrived[mine]], ours[nodes.led[ours]]
             if left.size and reached.size and not good:
                 rest.append(left)
-                leader_of.append(reached[_nearest(target[:, left], wanted[:, reached])[0]])
+                leader_of.append(reached[_nearest(target[:, left], nodes.places[:, reached])[0]])
         if rest:
             left, lead_by = np.concatenate(rest), np.concatenate(leader_of)
             leaders, follower_of = np.unique(lead_by, return_inverse=True)
-            self._led(nodes.take(leaders), wanted[:, leaders], follower_of, poses, arrived, target, left)
+            self._led(nodes.poses.take(leaders), nodes.places[:, leaders], follower_of, poses, arrived, target, left)
         doubtful = ready[~arrived[ready]]  # nodes that no polynomial goes through may be of several assembly modes
         if doubtful.size:
             found, arrived[doubtful] = self._lead(target[:, doubtful])
@@ -210,7 +235,7 @@ class _Way:
         if rest.size:
             goal = target[:, rest]
             found, arrived[rest], _ = follow(
-                self.solver, self.request, self.start, goal, self.local, self.origin, _SHORTEST_OF_LEADERS
+                self.solver, self.request, self.start, goal, self.local, self.origin, _SHORTEST_OF_LEADERS, careful=False
             )
             poses.x[:, rest], poses.c[:, rest] = found.x, found.c
 

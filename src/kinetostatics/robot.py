@@ -126,6 +126,15 @@ class Robot:
                     if link in self.topology.platform.links:
                         distances.append(float(np.linalg.norm(frame[:3, 3] - placement[:3, 3])))
                         break
+        mean = float(np.mean(distances)) if distances else 0.0
+        if mean > 1e-3 * self._size:
+            return mean
+        return self._size / 4 if self._size > 0 else 1.0
+
+    @cached_property
+    def _size(self) -> float:
+        """Diagonal [m] of the box around the zero pose."""
+        body, placement = self.mechanism.platform_frame
         frames = self.mechanism.tree.forward(self.mechanism.tree.neutral[:, None])
         points = [frames.position[:, :, 0].T]
         for item in self.mechanism.connections.values():
@@ -133,11 +142,12 @@ class Robot:
             points.append(frames.points(at, item.predecessor_frame[:3, 3:])[:, :, 0].T)
         points.append(frames.points(np.array([body]), placement[:3, 3:])[:, :, 0].T)
         cloud = np.concatenate(points)
-        size = float(np.linalg.norm(cloud.max(axis=0) - cloud.min(axis=0)))
-        mean = float(np.mean(distances)) if distances else 0.0
-        if mean > 1e-3 * size:
-            return mean
-        return size / 4 if size > 0 else 1.0
+        return float(np.linalg.norm(cloud.max(axis=0) - cloud.min(axis=0)))
+
+    @property
+    def _reach(self) -> float:
+        """What the platform may move in comparison with a turn [m]."""
+        return max(self.length, self._size / 4)
 
     @property
     def _zero(self) -> tuple[Poses, float]:
@@ -149,7 +159,7 @@ class Robot:
     @cached_property
     def _closed_zero(self) -> tuple[Poses, float] | AssemblyError:
         """The same, or why it cannot be closed: the search for it is long and need not be repeated."""
-        solver = Solver(self.equations, self.length)
+        solver = Solver(self.equations, self.length, self._reach)
         tree = self.equations.tree
         start = Poses(self.equations.from_model(self.mechanism.tree.neutral[:, None]), np.zeros((3, 1)))
         if not self.equations.loops:
@@ -181,7 +191,7 @@ class Robot:
     @cached_property
     def solver(self) -> Solver:
         """Closes the loops."""
-        return Solver(self.equations, self.length, slack=1e-7 + 100 * self.closing_error)
+        return Solver(self.equations, self.length, self._reach, slack=1e-7 + 100 * self.closing_error)
 
     @property
     def zero_poses(self) -> Poses:
@@ -203,7 +213,7 @@ class Robot:
         """The same, and the largest scaled residual with which they close."""
         zero, worst = self._zero
         random = np.random.default_rng(7)
-        tree, solver = self.equations.tree, Solver(self.equations, self.length)
+        tree, solver = self.equations.tree, Solver(self.equations, self.length, self._reach)
         nothing = Request(), np.zeros((0, 1))
         tolerance = max(RANK_TOLERANCE, 30 * worst)
         found = []

@@ -15,13 +15,15 @@ from kinetostatics.orientation import Orientation
 
 Array = NDArray[np.float64]
 
-#: Largest part of a line that is tried in one go, in rad and in characteristic lengths. However steadily Newton's method
+#: Largest part of a line that is tried in one go, in rad and in reaches. However steadily Newton's method
 #: converges after a larger jump, it may be on another branch: a universal joint closes just as well with one axis turned over.
 LONGEST_TURN, LONGEST_SHIFT = 0.7, 2.0
 #: Corrections become smaller by this factor at least, and each time by more than the time before unless by the second.
 _SHRINKING, _QUADRATIC = 0.4, 0.25
+#: Determinants of GᵀG below this part of the product of the squared columns tell nothing.
+SINGULAR = 1e-14
 #: How far scaled coordinates may be off on the way.
-ROUGHLY = 1e-5
+ROUGHLY = 1e-7
 
 
 @dataclass(frozen=True)
@@ -78,11 +80,12 @@ class Poses:
 class Solver:
     """Newton's method for the loops, for joints that follow others and for a request.
 
-    ``length`` [m] makes lengths and angles comparable; ``slack`` is the scaled residual that the file's own rounding may leave.
+    ``length`` [m] makes lengths and angles comparable where rank is judged, ``reach`` [m] where steps are; ``slack`` is the scaled
+    residual that the file's own rounding may leave.
     """
 
-    def __init__(self, equations: LoopEquations, length: float, slack: float = 1e-7) -> None:
-        self.equations, self.length, self.slack = equations, length, slack
+    def __init__(self, equations: LoopEquations, length: float, reach: float, slack: float = 1e-7) -> None:
+        self.equations, self.length, self.reach, self.slack = equations, length, reach, slack
         self.tree = equations.tree
         self.mechanism = equations.mechanism
         self.platform_body, self.platform_placement = self.mechanism.platform_frame
@@ -253,6 +256,13 @@ class Solver:
         c[unknown] += step[len(free) :]
         return Poses(self.tree.integrate(poses.x, v), c)
 
+    def size(self, request: Request, step: Array) -> Array:
+        """Return how large scaled steps (n, N) are: the largest turn [rad] or shift, in reaches."""
+        squares = step * step
+        slides = np.flatnonzero(~self.tree.column_rotates[self.free_columns(request)])
+        squares[slides] *= (self.length / self.reach) ** 2
+        return np.asarray(np.sqrt(np.max(squares, axis=0, initial=0.0)))
+
     def newton(
         self,
         request: Request,
@@ -284,7 +294,7 @@ class Solver:
             here = result if everyone else result.take(active)
             residual, gradient = self.system(request, here, target if everyone else target[:, active])
             step = -least_squares(gradient, residual[:, None], local)[:, 0]
-            size = np.sqrt(np.max(step * step, axis=0, initial=0.0))
+            size = self.size(request, step)
             ok = np.isfinite(size) & (size < 1.2)
             with np.errstate(invalid="ignore"):
                 ratio = size / before
@@ -299,7 +309,7 @@ class Solver:
                 following = size * ratio**2  # corrections shrink quadratically
             last = (size < 1e-8) | ((following < 1e-13) & (size < 1e-5))
             if passing is not None:
-                last |= passing[active] & (following < ROUGHLY)
+                last |= passing[active] & (np.where(np.isfinite(before), following, size) < ROUGHLY)
             done = ok & last
             if np.any(done):  # the loops must close too, not only come as near as they can
                 left = residual + np.einsum("ij...,j...->i...", gradient, step)
@@ -321,12 +331,14 @@ class Solver:
         origin: tuple[Array, Array] | None = None,
         shortest: float = 1e-3,
         first_step: float = 0.0,
+        careful: bool = True,
     ) -> tuple[Poses, NDArray[np.bool_], Array]:
         """Follow the straight line of requested coordinates from ``start`` to ``target`` (n, N).
 
         ``local`` is the number of freedoms that do not move the platform; they stay as they are. ``origin`` is what
         :meth:`origin` says of the start, if that is known already. Where steps of the part ``shortest`` of the line are too
-        long still, it ends; at its beginning, where steps of the part ``first_step`` are.
+        long still, it ends; at its beginning, where steps of the part ``first_step`` are. Unless ``careful``, steps may lead across
+        singular poses, beside which two assembly modes are near to each other.
 
         Returns:
             The poses, whether each arrived, and how much of its way (0 … 1) each has gone.
@@ -350,7 +362,10 @@ class Solver:
             trial = np.minimum(gone[active] + stride[active], 1.0)
             with np.errstate(invalid="ignore"):  # towards infinity, which nothing reaches
                 goal = first[:, active] + trial * (target[:, active] - first[:, active])
-            moved, good = self.newton(request, state.take(active), goal, local, passing=trial < 1)
+            here = state.take(active)
+            moved, good = self.newton(request, here, goal, local, passing=trial < 1)
+            if careful and not local:
+                good[good] = self._on_one_side(request, here.take(good), moved.take(good), goal[:, good])
             arrived = active[good]
             state.x[:, arrived], state.c[:, arrived] = moved.x[:, good], moved.c[:, good]
             gone[arrived] = trial[good]
@@ -361,6 +376,20 @@ class Solver:
             least = np.where(gone[active] > 0, shortest, max(shortest, first_step))
             active = active[(gone[active] < 1) & (stride[active] > least * longest[active])]
         return state, gone >= 1, gone
+
+    def _on_one_side(self, request: Request, first: Poses, second: Poses, target: Array) -> NDArray[np.bool_]:
+        """Return whether there is no singular pose (N,) between two poses each.
+
+        The determinants of the gradients G have one sign, or, where constraints are redundant, that of G₁ᵀ G₂ is positive.
+        """
+        gradients = [np.moveaxis(self.system(request, poses, target)[1], 2, 0) for poses in (first, second)]
+        one, two = gradients
+        with np.errstate(invalid="ignore", over="ignore"):
+            sign, size = np.linalg.slogdet(np.swapaxes(one, 1, 2) @ two)
+            regular = [
+                np.linalg.slogdet(np.swapaxes(g, 1, 2) @ g)[1] - np.sum(np.log(np.sum(g * g, axis=1)), axis=1) for g in gradients
+            ]
+        return (sign > 0) | (np.minimum(*regular) < np.log(SINGULAR))
 
     def _turning_rows(self, request: Request) -> NDArray[np.intp]:
         """Return which requested coordinates are angles that a pose tells only but for full turns: of drives."""
