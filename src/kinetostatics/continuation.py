@@ -10,13 +10,13 @@ pose that has been reached.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.cells import Cells
-from kinetostatics.solver import Poses, Request, Solver
+from kinetostatics.solver import ALONE, Pace, Poses, Request, Solver
 
 Array = NDArray[np.float64]
 
@@ -26,12 +26,9 @@ CHUNK = 2000
 _FOLLOWERS = 24
 #: Batches with fewer poses have no leaders.
 _FEW = 200
-#: A pose counts as unreachable when the line to it cannot be followed in steps of this part of it; in a batch sooner.
-_SHORTEST, _SHORTEST_IN_BATCH = 1e-3, 1 / 64
-#: The same on the line from the nearest pose of a batch that has been reached, at its beginning and later.
-_FIRST_STEP, _SHORTEST_FROM_NEAREST = 1 / 4, 1 / 16
-#: The same on the own lines of leaders and nodes: of those that stay out of reach others tell nearly as much.
-_SHORTEST_OF_LEADERS = 1 / 4
+#: Of a batch of many poses, on the line from the nearest that has been reached, and on the own lines of leaders and nodes: of
+#: those that stay out of reach others tell nearly as much.
+_IN_BATCH, _FROM_NEAREST, _LEADING = Pace(1 / 64), Pace(1 / 16, 1 / 4, careful=False), Pace(1 / 4, careful=False)
 #: How many of the reached poses are compared.
 _COMPARED = 1000
 
@@ -59,7 +56,7 @@ def reach(
     """
     few = target.shape[1] < _FEW
     if few or start.x.shape[1] != 1:
-        return follow(solver, request, start, target, local, origin, _SHORTEST if few else _SHORTEST_IN_BATCH)[:2]
+        return follow(solver, request, start, target, local, origin, ALONE if few else _IN_BATCH)[:2]
     way = _Way(solver, request, start, local, origin)
     N, usual = target.shape[1], _usual(target)
     # what is neither usual nor at a distance that can be told stays at the start
@@ -78,9 +75,7 @@ def follow(
     target: Array,
     local: int = 0,
     origin: tuple[Array, Array] | None = None,
-    shortest: float = _SHORTEST,
-    first_step: float = 0.0,
-    careful: bool = True,
+    pace: Pace = ALONE,
 ) -> tuple[Poses, NDArray[np.bool_], Array]:
     """Follow every pose's own straight line, in chunks; also return how much of its way (0 … 1) each has gone."""
     N = target.shape[1]
@@ -91,9 +86,7 @@ def follow(
         alone = start.x.shape[1] == 1
         mine = start if alone else Poses(start.x[:, part], start.c[:, part])
         known = origin if alone or origin is None else (origin[0][:, part], origin[1][:, part])
-        found, arrived[part], gone[part] = solver.follow(
-            request, mine, target[:, part], local, known, shortest, first_step, careful
-        )
+        found, arrived[part], gone[part] = solver.follow(request, mine, target[:, part], local, known, pace)
         poses.x[:, part], poses.c[:, part] = found.x, found.c
     return poses, arrived, gone
 
@@ -145,16 +138,7 @@ class _Way:
         N = target.shape[1]
         lead_by, leader_of = _leaders(target)
         if N < _FEW or lead_by.size > N / 4:
-            return follow(
-                self.solver,
-                self.request,
-                self.start,
-                target,
-                self.local,
-                self.origin,
-                _SHORTEST_IN_BATCH,
-                careful=False,
-            )[:2]
+            return self._follow(target, replace(_IN_BATCH, careful=False))
         leaders, led = self.reach(target[:, lead_by])
         self._on_own_lines(leaders, led, target[:, lead_by])
         poses = Poses(np.empty((leaders.x.shape[0], N)), np.empty((3, N)))
@@ -233,11 +217,12 @@ class _Way:
         """Reach the rest of the targets, which lead others, on their own lines from the start, in place."""
         rest = np.flatnonzero(~arrived)
         if rest.size:
-            goal = target[:, rest]
-            found, arrived[rest], _ = follow(
-                self.solver, self.request, self.start, goal, self.local, self.origin, _SHORTEST_OF_LEADERS, careful=False
-            )
+            found, arrived[rest] = self._follow(target[:, rest], _LEADING)
             poses.x[:, rest], poses.c[:, rest] = found.x, found.c
+
+    def _follow(self, target: Array, pace: Pace) -> tuple[Poses, NDArray[np.bool_]]:
+        """Follow the targets' own lines from the start."""
+        return follow(self.solver, self.request, self.start, target, self.local, self.origin, pace)[:2]
 
     def from_nearest(self, poses: Poses, arrived: NDArray[np.bool_], target: Array) -> None:
         """Reach the rest of the targets from the nearest of the poses that have arrived, in place; without any, from the start.
@@ -257,10 +242,10 @@ class _Way:
                 distance[rest] = new[closer]
                 near = poses.take(nearest)
                 origin: tuple[Array, Array] | None = (target[:, nearest], near.c)
-                steps = _SHORTEST_FROM_NEAREST, _FIRST_STEP
+                pace = _FROM_NEAREST
             else:
-                near, origin, steps = self.start, self.origin, (_SHORTEST_IN_BATCH, 0.0)
-            found, good, _ = follow(self.solver, self.request, near, target[:, rest], self.local, origin, *steps)
+                near, origin, pace = self.start, self.origin, _IN_BATCH
+            found, good, _ = follow(self.solver, self.request, near, target[:, rest], self.local, origin, pace)
             poses.x[:, rest], poses.c[:, rest], arrived[rest] = found.x, found.c, good
             pool, rest = rest[good], rest[~good]
             if not pool.size:

@@ -112,7 +112,7 @@ class Robot:
     @cached_property
     def length(self) -> float:
         """Characteristic length [m]: mean distance of the limbs' outer joints from o, or a quarter of the robot's size."""
-        body, placement = self.mechanism.platform_frame
+        _, placement = self.mechanism.platform_frame
         distances = []
         for limb in self.topology.limbs:
             for edge in limb.edges:

@@ -77,11 +77,30 @@ class Poses:
         return Poses(self.x[:, which], self.c[:, which])
 
 
+@dataclass(frozen=True)
+class Pace:
+    """How straight lines of requested coordinates are followed.
+
+    Attributes:
+        shortest: where steps of this part of a line are too long still, it ends.
+        first_step: the same at its beginning.
+        careful: whether steps do not lead across singular poses, beside which two assembly modes are near to each other.
+    """
+
+    shortest: float
+    first_step: float = 0.0
+    careful: bool = True
+
+
+#: Of poses for which no effort is too much.
+ALONE = Pace(1e-3)
+
+
 class Solver:
     """Newton's method for the loops, for joints that follow others and for a request.
 
-    ``length`` [m] makes lengths and angles comparable where rank is judged, ``reach`` [m] where steps are; ``slack`` is the scaled
-    residual that the file's own rounding may leave.
+    ``length`` [m] makes lengths and angles comparable where rank is judged, ``reach`` [m] where steps are; ``slack`` is the
+    scaled residual that the file's own rounding may leave.
     """
 
     def __init__(self, equations: LoopEquations, length: float, reach: float, slack: float = 1e-7) -> None:
@@ -196,7 +215,7 @@ class Solver:
         return residuals, gradient
 
     def predictors(self, request: Request, poses: Poses, target: Array, local: int = 0) -> Array:
-        """Return the scaled steps (free columns and unknown angles, n, N) per change of each requested coordinate, at solved poses.
+        """Return the scaled steps (free columns and unknown angles, n, N) per change of each coordinate, at solved poses.
 
         ``local`` is the number of freedoms that do not move the platform; they stay as they are.
         """
@@ -275,8 +294,8 @@ class Solver:
         """Solve for ``target`` from nearby ``poses``; also return which poses converged steadily.
 
         ``local`` is the number of freedoms that do not move the platform; they stay as they are. ``before`` (N,) are the sizes of
-        the scaled steps that predicted the starting poses, if they were predicted. Where poses are only passed on the way to others,
-        as ``passing`` (N,) says, the loops need not close as well as numbers can tell.
+        the scaled steps that predicted the starting poses, if they were predicted. Where poses are only passed on the way to
+        others, as ``passing`` (N,) says, the loops need not close as well as numbers can tell.
 
         A pose counts as converged only if the corrections shrink at once and never less than before, as they do when Newton's
         method converges quadratically (P. Deuflhard, Newton Methods for Nonlinear Problems, section 5.1): then the solution
@@ -329,16 +348,12 @@ class Solver:
         target: Array,
         local: int = 0,
         origin: tuple[Array, Array] | None = None,
-        shortest: float = 1e-3,
-        first_step: float = 0.0,
-        careful: bool = True,
+        pace: Pace = ALONE,
     ) -> tuple[Poses, NDArray[np.bool_], Array]:
         """Follow the straight line of requested coordinates from ``start`` to ``target`` (n, N).
 
         ``local`` is the number of freedoms that do not move the platform; they stay as they are. ``origin`` is what
-        :meth:`origin` says of the start, if that is known already. Where steps of the part ``shortest`` of the line are too
-        long still, it ends; at its beginning, where steps of the part ``first_step`` are. Unless ``careful``, steps may lead across
-        singular poses, beside which two assembly modes are near to each other.
+        :meth:`origin` says of the start, if that is known already.
 
         Returns:
             The poses, whether each arrived, and how much of its way (0 … 1) each has gone.
@@ -364,7 +379,7 @@ class Solver:
                 goal = first[:, active] + trial * (target[:, active] - first[:, active])
             here = state.take(active)
             moved, good = self.newton(request, here, goal, local, passing=trial < 1)
-            if careful and not local:
+            if pace.careful and not local:
                 good[good] = self._on_one_side(request, here.take(good), moved.take(good), goal[:, good])
             arrived = active[good]
             state.x[:, arrived], state.c[:, arrived] = moved.x[:, good], moved.c[:, good]
@@ -373,7 +388,7 @@ class Solver:
             stride[calm] = np.minimum(2 * stride[calm], longest[calm])
             stride[active[~good]] /= 2
             steady[active] = good  # after a step that was too long the next is not doubled at once
-            least = np.where(gone[active] > 0, shortest, max(shortest, first_step))
+            least = np.where(gone[active] > 0, pace.shortest, max(pace.shortest, pace.first_step))
             active = active[(gone[active] < 1) & (stride[active] > least * longest[active])]
         return state, gone >= 1, gone
 
@@ -385,7 +400,7 @@ class Solver:
         gradients = [np.moveaxis(self.system(request, poses, target)[1], 2, 0) for poses in (first, second)]
         one, two = gradients
         with np.errstate(invalid="ignore", over="ignore"):
-            sign, size = np.linalg.slogdet(np.swapaxes(one, 1, 2) @ two)
+            sign, _ = np.linalg.slogdet(np.swapaxes(one, 1, 2) @ two)
             regular = [
                 np.linalg.slogdet(np.swapaxes(g, 1, 2) @ g)[1] - np.sum(np.log(np.sum(g * g, axis=1)), axis=1) for g in gradients
             ]
