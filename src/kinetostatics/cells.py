@@ -15,6 +15,10 @@ _SAMPLES, _TARGETS_PER_SAMPLE = {1: 9, 2: 6, 3: 5, 4: 4}, 8
 _DIVISIONS, _MOST_NODES = (1, 2, 3, 4, 6, 8), 14
 #: Scaled errors of polynomials that leave one and two corrections to do.
 _ONE_CORRECTION, _TWO_CORRECTIONS = 2e-7, 1e-4
+#: By how much errors may be larger than the coefficients of samples let expect.
+_CAUTION = 4.0
+#: Coefficients below this are rounding.
+_ROUNDING = 1e-14
 #: Costs, in corrections of a pose: a node, its weight in the polynomial of a pose, a box, a pose without polynomials.
 _NODE, _WEIGHT, _BOX, _WITHOUT = 2.5, 6e-4, 20.0, 2.7
 #: First corrections of polynomials' poses are foreseen to be so many times their error, between these bounds.
@@ -93,16 +97,17 @@ class Cells:
             return errors
         sizes = np.max(np.abs(lines[:, complete] @ _chebyshev(m)), axis=(0, 1))
         last, before = sizes[-2:].max(), sizes[max(1, m - 4) : -2].max()
-        radius = np.sqrt(max(before, 1e-300) / last) if last > 1e-15 else 1e3
+        radius = np.sqrt(max(before, 1e-300) / last) if last > _ROUNDING else 1e3
         radius = float(np.clip(radius, 1.05, 1e3))
         place = (radius + 1 / radius) / 2
         numbers = np.arange(1, _MOST_NODES + 1)
-        tail = np.append(np.maximum.accumulate(sizes[:0:-1])[::-1], np.zeros(_MOST_NODES + 1 - m))
+        tail = np.append(np.maximum.accumulate(sizes[:0:-1])[::-1], np.zeros(_MOST_NODES + 1 - m))[:_MOST_NODES]
         for row, division in enumerate(_DIVISIONS):
             beside = 1 + (place - 1) * division
             smaller = beside + np.sqrt(beside**2 - 1)
-            model = last / radius * radius**m * smaller ** -numbers.astype(float)
-            errors[row] = np.maximum(model, tail[:_MOST_NODES] / float(division) ** numbers)
+            model = _CAUTION * last * radius ** (m - 1) * smaller ** -numbers.astype(float)
+            fewer = np.maximum(tail / float(division) ** numbers, model if last > _ROUNDING else 0.0)
+            errors[row] = np.where(numbers < m - 1, fewer, model)
         return errors
 
     def number(self, target: Array) -> NDArray[np.intp]:

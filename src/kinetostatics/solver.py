@@ -399,12 +399,12 @@ class Solver:
         """
         gradients = [np.moveaxis(self.system(request, poses, target)[1], 2, 0) for poses in (first, second)]
         one, two = gradients
-        with np.errstate(invalid="ignore", over="ignore"):
+        with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
             sign, _ = np.linalg.slogdet(np.swapaxes(one, 1, 2) @ two)
             regular = [
                 np.linalg.slogdet(np.swapaxes(g, 1, 2) @ g)[1] - np.sum(np.log(np.sum(g * g, axis=1)), axis=1) for g in gradients
             ]
-        return (sign > 0) | (np.minimum(*regular) < np.log(SINGULAR))
+        return (sign > 0) | ~(np.minimum(*regular) > np.log(SINGULAR))
 
     def _turning_rows(self, request: Request) -> NDArray[np.intp]:
         """Return which requested coordinates are angles that a pose tells only but for full turns: of drives."""

@@ -1,0 +1,126 @@
+"""How poses are reached from one another: predictors, polynomials, spins that matter to nothing, singular poses on the way."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import kinetostatics as ks
+from kinetostatics.assembly import _platform_request
+from kinetostatics.cells import Cells
+from kinetostatics.shipped import robot_path
+from kinetostatics.solver import Poses
+
+POSES = {
+    "3rps": ({"z": 0.55, "rx": 0.1, "ry": -0.05}, "XYZ"),
+    "2pru_upr": ({"z": 0.45, "rx": 0.1, "ry": -0.08}, "XYZ"),
+    "3prs": ({"z": 0.55, "azimuth": 0.7, "tilt": 0.3}, "tilt_torsion"),
+    "gough_stewart": ({"x": 0.002, "y": 0.001, "z": 0.244, "rx": 0.003, "ry": -0.002, "rz": 0.004}, None),
+    "five_bar": ({"x": 0.03, "y": 0.3}, None),
+    "delta": ({"x": 0.1, "y": -0.2, "z": -0.7}, None),
+}
+
+
+@pytest.mark.parametrize("given", ["platform", "actuators"])
+@pytest.mark.parametrize("name", POSES)
+def test_predictors_are_how_poses_change(name, given):
+    """The change of all coordinates per change of each requested one, by central differences of closed poses."""
+    robot = ks.load_robot(robot_path(name))
+    coordinates, orientation = POSES[name]
+    here = robot.assemble(platform=coordinates, orientation=orientation)
+    if given == "platform":
+        request, names = _platform_request(robot, coordinates, orientation)
+        values, options = coordinates, {"orientation": orientation}
+    else:
+        request, values, options = robot.actuator_request, {k: float(v) for k, v in here.actuators.items()}, {}
+        names = [name for name in robot.description.driven if name not in {loop.name for loop in robot.equations.loops}]
+        assert len(names) == request.size
+    solver, request = robot.solver, robot.holding_idle(request)
+    target = np.array([[values[name]] for name in names])
+    poses = Poses(here.poses.x, solver.origin(request, here.poses)[1])
+    steps = solver.predictors(request, poses, target, robot.local_freedoms(request))
+    h = 1e-4
+    for k, name in enumerate(names):
+        ends = [robot.assemble(**{given: {**values, name: values[name] + s * h}}, near=here, **options) for s in (1, -1)]
+        expected = (ends[0].poses.x - ends[1].poses.x) / (2 * h)
+        imposed = Poses(np.array(poses.x), np.array(poses.c))
+        far = np.array(target)
+        far[k] += h
+        solver.impose(request, imposed, far)
+        predicted = (solver.advance(request, imposed, steps[:, k] * h).x - poses.x) / h
+        np.testing.assert_allclose(predicted, expected, rtol=0, atol=2e-3 * max(1.0, np.abs(expected).max()), err_msg=name)
+
+
+def test_spins_that_matter_to_nothing_are_no_unknowns():
+    """Five rods of the Delta spin by a joint of their own; the sixth is a part of the tree's way to the platform."""
+    robot = ks.load_robot(robot_path("delta"))
+    request, _ = _platform_request(robot, POSES["delta"][0], None)
+    held = robot.holding_idle(request)
+    spins = {f"upper_{limb}{rod}_z" for limb in (1, 2, 3) for rod in "ab"} - {"upper_1a_z"}
+    columns = {
+        joint.first_v: name
+        for name, body in robot.mechanism.body_of_joint.items()
+        for joint in robot.mechanism.tree.joints
+        if joint.body == body
+    }
+    assert {columns[k] for k in held.held} == spins
+    assert robot.local_freedoms(request) == 6 and robot.local_freedoms(held) == 1
+    assert held.size == request.size and set(robot.solver.free_columns(request)) - set(robot.solver.free_columns(held)) == set(
+        held.held
+    )
+
+
+def test_steps_do_not_lead_across_singular_poses():
+    """Beside a point of the five-bar's map where an elbow's two ways meet, both close with small corrections from anywhere."""
+    robot, random = ks.load_robot(robot_path("five_bar")), np.random.default_rng(0)
+
+    def side(pose):
+        A, B, C = (pose.frame(link)[..., :2, 3] for link in ("proximal_2", "distal_2", "tool"))
+        a, b = B - A, C - B
+        return np.sign(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
+
+    ends = np.array([0.12, 0.0]) + random.uniform(-0.03, 0.03, (150, 2))
+    angle, distance = random.uniform(0, 2 * np.pi, 150), random.uniform(0.02, 0.08, 150)
+    x, y = (ends + distance[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)).T
+    start = robot.assemble(platform={"x": x, "y": y})
+    np.testing.assert_array_equal(side(start), side(robot.assemble()))
+    found = robot.assemble(platform={"x": ends[:, 0], "y": ends[:, 1]}, near=start)
+    assert np.sum(~found.reached) < 3  # lines too near to that point
+    np.testing.assert_array_equal(side(found)[found.reached], side(start)[found.reached])
+
+
+@settings(max_examples=60)
+@given(st.lists(st.floats(0.1, 3), min_size=1, max_size=3), st.integers(2000, 60000), st.integers(0, 10**6))
+def test_polynomials_are_as_exact_as_samples_say(gaps, targets, seed):
+    """Functions with a pole beside the box along each coordinate; the nearer, the more nodes."""
+    random = np.random.default_rng(seed)
+    d = len(gaps)
+    target = np.concatenate([random.uniform(-1, 1, (d, targets)), np.ones((1, targets))])
+    target[:d, :2] = [[-1, 1]] * d
+
+    def values(places):
+        return np.stack([gap / (1 + gap - places[k]) for k, gap in enumerate(gaps)] + [np.prod(1 + 0.1 * places[:d], axis=0)])
+
+    sampling = Cells.sampling(target)
+    places = sampling.node_targets(0, target[:, 0])
+    known = np.ones(places.shape[1], dtype=bool)
+    cells = sampling.refined(values(places), known, targets)
+    if cells is None:
+        assert min(gaps) < 1.5 or targets < 10_000
+        return
+    number = cells.number(target)
+    worst = 0.0
+    for box in np.unique(number):
+        mine = target[:, number == box]
+        predicted = values(cells.node_targets(box, mine[:, 0])) @ cells.weights(cells.local(box, mine))
+        worst = max(worst, np.abs(predicted - values(mine)).max())
+    assert worst < 0.4 * cells.foreseen  # what Newton's method takes for granted
+
+
+def test_coordinates_that_change_nothing_need_few_nodes():
+    target = np.random.default_rng(0).uniform(-1, 1, (3, 20000))
+    sampling = Cells.sampling(target)
+    places = sampling.node_targets(0, target[:, 0])
+    values = np.stack([1 / (1.5 - places[0]), 2 + places[2]])
+    cells = sampling.refined(values, np.ones(places.shape[1], dtype=bool), 20000)
+    assert cells.nodes[1] == 1 and cells.nodes[2] == 2 and cells.nodes[0] * cells.count[0] > 8
