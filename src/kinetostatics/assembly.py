@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kinetostatics.chunks import chunks
 from kinetostatics.closure import world_frames
 from kinetostatics.configuration import Configuration
-from kinetostatics.continuation import CHUNK, follow, reach
+from kinetostatics.continuation import follow, reach
 from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, near_names
 from kinetostatics.kinematics import Frames
 from kinetostatics.orientation import Orientation, orientation_named, orientations_with
@@ -136,8 +137,7 @@ def _frames(robot: Robot, q: Array) -> tuple[Frames, Array]:
     bodies = robot.mechanism.tree.bodies
     frames = Frames(np.empty((3, 3, bodies, N)), np.empty((3, bodies, N)))
     residual = np.empty((robot.equations.closures, N))
-    for first in range(0, N, CHUNK):
-        part = slice(first, min(first + CHUNK, N))
+    for part in chunks(N):
         frames.rotation[..., part], frames.position[..., part], residual[:, part] = _frames_of(robot, q[:, part])
     return frames, residual
 

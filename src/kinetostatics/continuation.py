@@ -16,12 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.cells import Cells
+from kinetostatics.chunks import chunks
 from kinetostatics.solver import ALONE, Pace, Poses, Request, Solver
 
 Array = NDArray[np.float64]
 
-#: Poses solved together; more no longer fit into the processor's cache.
-CHUNK = 2000
 #: Poses that share a leader, on average.
 _FOLLOWERS = 24
 #: Batches with fewer poses have no leaders.
@@ -81,8 +80,7 @@ def follow(
     N = target.shape[1]
     poses = Poses(np.empty((start.x.shape[0], N)), np.empty((3, N)))
     arrived, gone = np.empty(N, dtype=bool), np.empty(N)
-    for first in range(0, N, CHUNK):
-        part = slice(first, min(first + CHUNK, N))
+    for part in chunks(N):
         alone = start.x.shape[1] == 1
         mine = start if alone else Poses(start.x[:, part], start.c[:, part])
         known = origin if alone or origin is None else (origin[0][:, part], origin[1][:, part])
@@ -166,8 +164,8 @@ class _Way:
         shifts = np.abs(target[:, which] - places[:, leader_of]) / solver.longest_strides(request)[:, None]
         near = np.max(shifts, axis=0, initial=0.0) < 1
         which, leader_of = which[near], leader_of[near]
-        for first in range(0, which.size, CHUNK):
-            some, mine = which[first : first + CHUNK], leader_of[first : first + CHUNK]
+        for part in chunks(which.size):
+            some, mine = which[part], leader_of[part]
             step = np.einsum("ijn,jn->in", per_target[:, :, mine], target[:, some] - places[:, mine])
             guess = solver.advance(request, leaders.take(mine), step)
             size = solver.size(request, step)
@@ -191,8 +189,8 @@ class _Way:
                 poses.x[:, mine] = nodes.poses.x[:, ours] @ weights
                 poses.c[:, mine] = nodes.poses.c[:, ours] @ weights
         ready = order[np.repeat(usable, [mine.size for mine in members])]
-        for first in range(0, ready.size, CHUNK):
-            which = ready[first : first + CHUNK]
+        for part in chunks(ready.size):
+            which = ready[part]
             guess = Poses(solver.tree.normalized(poses.x[:, which]), poses.c[:, which])
             near = np.full(which.size, cells.foreseen)
             found, arrived[which] = solver.newton(self.request, guess, target[:, which], self.local, before=near)
@@ -267,8 +265,7 @@ def _nearest(points: Array, places: Array) -> tuple[NDArray[np.intp], Array]:
     """Return which of places (n, M) is nearest to each point (n, N), and how far it is."""
     nearest, distance = np.empty(points.shape[1], dtype=np.intp), np.empty(points.shape[1])
     square = np.einsum("im,im->m", places, places)
-    for first in range(0, nearest.size, CHUNK):
-        part = slice(first, first + CHUNK)
+    for part in chunks(nearest.size):
         with np.errstate(over="ignore", invalid="ignore"):
             found = np.argmin(square - 2 * points[:, part].T @ places, axis=1)
             distance[part] = np.sqrt(np.sum((points[:, part] - places[:, found]) ** 2, axis=0))
@@ -299,7 +296,6 @@ def _leaders(target: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 def _predictors(solver: Solver, request: Request, poses: Poses, target: Array, local: int) -> Array:
     """Return :meth:`Solver.predictors` (free, n, N) at many solved poses."""
     result = np.empty((len(solver.free_columns(request)) + len(request.unknown_angles), *target.shape))
-    for first in range(0, target.shape[1], CHUNK):
-        part = slice(first, first + CHUNK)
+    for part in chunks(target.shape[1]):
         result[:, :, part] = solver.predictors(request, Poses(poses.x[:, part], poses.c[:, part]), target[:, part], local)
     return result

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kinetostatics.chunks import chunks
 from kinetostatics.configuration import Configuration, Status
-from kinetostatics.continuation import CHUNK
 from kinetostatics.exceptions import ArgumentError, LimbEquilibriumError, SingularPoseError, StaticsError
 from kinetostatics.kinematics import Frames
 from kinetostatics.linalg import cross
@@ -93,8 +93,7 @@ def analyze(
     loads, fields, arms = flat(wrench), flat(field), None if arm is None else flat(arm)
     spread = None if errors is None else errors.map(flat)
     solutions = []
-    for first in range(0, max(N, 1), CHUNK):  # one chunk even of an empty batch
-        part = slice(first, min(first + CHUNK, N))
+    for part in chunks(N) or [slice(0, 0)]:  # one chunk even of an empty batch
         mine = part if isinstance(which, slice) else which[part]
         chunk = Frames(frames.rotation[..., mine], frames.position[..., mine])
         at_o = _load_at_o(robot, chunk, loads[:, part], None if arms is None else arms[:, part], frame)
