@@ -73,6 +73,7 @@ def _other_process(*arguments: object) -> dict[str, Any]:
 class Reach:
     """Times per pose [s] with and without poses that are out of reach; ``corner`` and ``scattered``: which part of them is.
 
+    ``outside_without`` is that of the grid of ``outside`` without the poses that are out of reach, in one row.
     ``…_swept`` are those of ``ks.sweep``, which tries unreachable poses from their neighbours and in other modes.
     """
 
@@ -80,6 +81,7 @@ class Reach:
     scattered: float
     inside: float
     outside: float
+    outside_without: float
     all_reached: float
     some_missing: float
     inside_swept: float
@@ -87,8 +89,8 @@ class Reach:
 
 
 def measure_reach(name: str, poses: int, repeats: int) -> Reach:
-    """Measure a grid that ends inside the reach of a robot, and one of as many poses that ends outside; and poses in random
-    order, all reached, and 1 % of them somewhere far outside.
+    """Measure a grid that ends inside the reach of a robot, and one of as many poses that ends outside, with and without those
+    that are; and poses in random order, all reached, and 1 % of them somewhere far outside.
     """
     robot, edge = grids.load(name), grids.EDGES[name]
     near = grids.WORKSPACES[name].within(**edge.inside)
@@ -98,6 +100,8 @@ def measure_reach(name: str, poses: int, repeats: int) -> Reach:
     size = next(iter(inside.values())).size
     random = np.random.default_rng(0)
     order = random.permutation(size)
+    reached = grids.assemble(robot, beyond, outside).reached
+    without = {key: value[reached] for key, value in outside.items()}
     scattered = {key: value.ravel()[order] for key, value in inside.items()}
     missing = {key: value.copy() for key, value in scattered.items()}
     gone = random.choice(size, size // 100, replace=False)
@@ -107,6 +111,7 @@ def measure_reach(name: str, poses: int, repeats: int) -> Reach:
         {
             "inside": lambda: grids.whole(robot, near, inside),
             "outside": lambda: grids.whole(robot, beyond, outside),
+            "outside_without": lambda: grids.whole(robot, beyond, without),
             "all_reached": lambda: grids.whole(robot, near, scattered),
             "some_missing": lambda: grids.whole(robot, near, missing),
             "inside_swept": lambda: grids.sweep(robot, near, axes),

@@ -130,16 +130,14 @@ class Cells:
         result[self.varying] = grid
         return result
 
-    def weights(self, places: Array) -> Array:
-        """Return the weights (M, n) of a box's nodes in the polynomial's value at places (d, n)."""
-        result = np.ones((1, places.shape[1]))
-        for m, row in zip(self.nodes, places, strict=True):
-            polynomials = np.ones((m, row.size))
-            for k in range(1, m):
-                polynomials[k] = row if k == 1 else 2 * row * polynomials[k - 1] - polynomials[k - 2]
-            one = _chebyshev(m) @ polynomials
-            result = (result[:, None] * one[None]).reshape(-1, row.size)
-        return result
+    def interpolated(self, values: Array, places: Array) -> Array:
+        """Return the polynomials' values (k, n) at places (d, n) in a box from those (k, M) at its nodes."""
+        first, *others = [_weights(m, row) for m, row in zip(self.nodes, places, strict=True)]
+        product = np.ones((1, places.shape[1]))
+        for one in others:
+            product = (product[:, None] * one[None]).reshape(-1, one.shape[1])
+        along = (values.reshape(-1, product.shape[0]) @ product).reshape(values.shape[0], *first.shape)
+        return np.asarray(np.einsum("kmn,mn->kn", along, first))
 
 
 def _places(m: int) -> Array:
@@ -152,6 +150,14 @@ def _chebyshev(m: int) -> Array:
     matrix = 2 / m * np.cos(np.outer(np.arccos(_places(m)), np.arange(m)))
     matrix[:, 0] /= 2
     return np.asarray(matrix)
+
+
+def _weights(m: int, places: Array) -> Array:
+    """Return the weights (m, n) of m nodes in the polynomial's value at places (n,)."""
+    polynomials = np.ones((m, places.size))
+    for k in range(1, m):
+        polynomials[k] = places if k == 1 else 2 * places * polynomials[k - 1] - polynomials[k - 2]
+    return np.asarray(_chebyshev(m) @ polynomials)
 
 
 def _fewest(errors: Array, level: float) -> float:

@@ -99,6 +99,11 @@ class _Nodes:
     poses: Poses
     led: NDArray[np.bool_]
 
+    @property
+    def values(self) -> Array:
+        """All coordinates of the poses (nq' + 3, M)."""
+        return np.concatenate([self.poses.x, self.poses.c])
+
 
 @dataclass(frozen=True)
 class _Way:
@@ -116,8 +121,7 @@ class _Way:
         if sampling is None:
             return self._lead(target)
         samples = self._nodes(sampling, target, self._lead)
-        values = np.concatenate([samples.poses.x, samples.poses.c])
-        cells = sampling.refined(values, samples.led, target.shape[1])
+        cells = sampling.refined(samples.values, samples.led, target.shape[1])
         if cells is None:
             return self._lead(target)
         return self._interpolate(self._nodes(cells, target, lambda places: self._interpolate(samples, places)), target)
@@ -183,32 +187,32 @@ class _Way:
         usable = np.all(nodes.led[nodes_of], axis=1)
         poses = Poses(np.empty((nodes.poses.x.shape[0], N)), np.zeros((3, N)))
         arrived = np.zeros(N, dtype=bool)
+        values, size = nodes.values, poses.x.shape[0]
         for box, mine, ours, good in zip(boxes.tolist(), members, nodes_of, usable, strict=True):
             if good:
-                weights = cells.weights(cells.local(box, target[:, mine]))
-                poses.x[:, mine] = nodes.poses.x[:, ours] @ weights
-                poses.c[:, mine] = nodes.poses.c[:, ours] @ weights
+                found = cells.interpolated(values[:, ours], cells.local(box, target[:, mine]))
+                poses.x[:, mine], poses.c[:, mine] = found[:size], found[size:]
         ready = order[np.repeat(usable, [mine.size for mine in members])]
         for part in chunks(ready.size):
             which = ready[part]
             guess = Poses(solver.tree.normalized(poses.x[:, which]), poses.c[:, which])
             near = np.full(which.size, cells.foreseen)
-            found, arrived[which] = solver.newton(self.request, guess, target[:, which], self.local, before=near)
-            poses.x[:, which], poses.c[:, which] = found.x, found.c
+            reached, arrived[which] = solver.newton(self.request, guess, target[:, which], self.local, before=near)
+            poses.x[:, which], poses.c[:, which] = reached.x, reached.c
         rest, leader_of = [], []
         for mine, ours, good in zip(members, nodes_of, usable, strict=True):
-            left, reached = mine[~arrived[mine]], ours[nodes.led[ours]]
-            if left.size and reached.size and not good:
+            left, leading = mine[~arrived[mine]], ours[nodes.led[ours]]
+            if left.size and leading.size and not good:
                 rest.append(left)
-                leader_of.append(reached[_nearest(target[:, left], nodes.places[:, reached])[0]])
+                leader_of.append(leading[_nearest(target[:, left], nodes.places[:, leading])[0]])
         if rest:
             left, lead_by = np.concatenate(rest), np.concatenate(leader_of)
             leaders, follower_of = np.unique(lead_by, return_inverse=True)
             self._led(nodes.poses.take(leaders), nodes.places[:, leaders], follower_of, poses, arrived, target, left)
         doubtful = ready[~arrived[ready]]  # nodes that no polynomial goes through may be of several assembly modes
         if doubtful.size:
-            found, arrived[doubtful] = self._lead(target[:, doubtful])
-            poses.x[:, doubtful], poses.c[:, doubtful] = found.x, found.c
+            reached, arrived[doubtful] = self._lead(target[:, doubtful])
+            poses.x[:, doubtful], poses.c[:, doubtful] = reached.x, reached.c
         return poses, arrived
 
     def _on_own_lines(self, poses: Poses, arrived: NDArray[np.bool_], target: Array) -> None:
