@@ -101,7 +101,7 @@ def measure_reach(name: str, poses: int, repeats: int) -> Reach:
     random = np.random.default_rng(0)
     order = random.permutation(size)
     reached = grids.assemble(robot, beyond, outside).reached
-    without = {key: value[reached] for key, value in outside.items()}
+    without = {key: value.ravel()[reached.ravel()] for key, value in outside.items()}
     scattered = {key: value.ravel()[order] for key, value in inside.items()}
     missing = {key: value.copy() for key, value in scattered.items()}
     gone = random.choice(size, size // 100, replace=False)

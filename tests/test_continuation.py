@@ -1,13 +1,17 @@
 """How poses are reached from one another: predictors, polynomials, spins that matter to nothing, singular poses on the way."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from loop_robots import Held
 
 import kinetostatics as ks
-from kinetostatics.assembly import _platform_request
+from kinetostatics.assembly import _actuator_names, _platform_request
 from kinetostatics.cells import Cells
+from kinetostatics.description import Mimic
 from kinetostatics.shipped import robot_path
 from kinetostatics.solver import Poses
 
@@ -21,20 +25,14 @@ POSES = {
 }
 
 
-@pytest.mark.parametrize("given", ["platform", "actuators"])
-@pytest.mark.parametrize("name", POSES)
-def test_predictors_are_how_poses_change(name, given):
-    """The change of all coordinates per change of each requested one, by central differences of closed poses."""
-    robot = ks.load_robot(robot_path(name))
-    coordinates, orientation = POSES[name]
-    here = robot.assemble(platform=coordinates, orientation=orientation)
+def follow_predictors(robot, given, values, orientation=None):
+    """Compare predictors with central differences of closed poses."""
+    options = {"orientation": orientation} if given == "platform" else {}
+    here = robot.assemble(**{given: values}, **options)
     if given == "platform":
-        request, names = _platform_request(robot, coordinates, orientation)
-        values, options = coordinates, {"orientation": orientation}
+        request, names = _platform_request(robot, values, orientation)
     else:
-        request, values, options = robot.actuator_request, {k: float(v) for k, v in here.actuators.items()}, {}
-        names = [name for name in robot.description.driven if name not in {loop.name for loop in robot.equations.loops}]
-        assert len(names) == request.size
+        request, names = robot.actuator_request, _actuator_names(robot)
     solver, request = robot.solver, robot.holding_idle(request)
     target = np.array([[values[name]] for name in names])
     poses = Poses(here.poses.x, solver.origin(request, here.poses)[1])
@@ -43,12 +41,35 @@ def test_predictors_are_how_poses_change(name, given):
     for k, name in enumerate(names):
         ends = [robot.assemble(**{given: {**values, name: values[name] + s * h}}, near=here, **options) for s in (1, -1)]
         expected = (ends[0].poses.x - ends[1].poses.x) / (2 * h)
-        imposed = Poses(np.array(poses.x), np.array(poses.c))
-        far = np.array(target)
+        imposed, far = Poses(np.array(poses.x), np.array(poses.c)), np.array(target)
         far[k] += h
         solver.impose(request, imposed, far)
         predicted = (solver.advance(request, imposed, steps[:, k] * h).x - poses.x) / h
         np.testing.assert_allclose(predicted, expected, rtol=0, atol=2e-3 * max(1.0, np.abs(expected).max()), err_msg=name)
+
+
+@pytest.mark.parametrize("given", ["platform", "actuators"])
+@pytest.mark.parametrize("name", POSES)
+def test_predictors_are_how_poses_change(name, given):
+    robot = ks.load_robot(robot_path(name))
+    coordinates, orientation = POSES[name]
+    drives = robot.assemble(platform=coordinates, orientation=orientation).actuators
+    values = coordinates if given == "platform" else {name: float(value) for name, value in drives.items()}
+    follow_predictors(robot, given, values, orientation)
+
+
+def test_predictors_of_joints_that_follow_others():
+    description = ks.read_robot_file(robot_path("3rps"))
+    description = description.changed("prismatic_3", mimic=Mimic("prismatic_1", -0.4, 0.01))
+    robot = ks.Robot(replace(description, driven=("prismatic_1", "prismatic_2")))
+    follow_predictors(robot, "actuators", {"prismatic_1": 0.02, "prismatic_2": -0.01})
+    follow_predictors(robot, "platform", {"z": 0.5, "ry": 0.05}, "XYZ")
+
+
+@pytest.mark.parametrize("kind", ["revolute", "prismatic"])
+def test_predictors_of_driven_loops(kind):
+    held = Held(kind, seed=3, drive="closing")
+    follow_predictors(held.robot(), "actuators", {"closing": 0.1})
 
 
 def test_spins_that_matter_to_nothing_are_no_unknowns():

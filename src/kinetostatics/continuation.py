@@ -190,8 +190,10 @@ class _Way:
         values, size = nodes.values, poses.x.shape[0]
         for box, mine, ours, good in zip(boxes.tolist(), members, nodes_of, usable, strict=True):
             if good:
-                found = cells.interpolated(values[:, ours], cells.local(box, target[:, mine]))
-                poses.x[:, mine], poses.c[:, mine] = found[:size], found[size:]
+                for part in chunks(mine.size):
+                    which = mine[part]
+                    found = cells.interpolated(values[:, ours], cells.local(box, target[:, which]))
+                    poses.x[:, which], poses.c[:, which] = found[:size], found[size:]
         ready = order[np.repeat(usable, [mine.size for mine in members])]
         for part in chunks(ready.size):
             which = ready[part]
