@@ -125,7 +125,7 @@ def test_polynomials_are_as_exact_as_samples_say(gaps, targets, seed):
     sampling = Cells.sampling(target)
     places = sampling.node_targets(0, target[:, 0])
     known = np.ones(places.shape[1], dtype=bool)
-    cells = sampling.refined(values(places), known, targets)
+    cells = sampling.refined(values(places), known)
     if cells is None:
         assert min(gaps) < 1.5 or targets < 10_000
         return
@@ -143,5 +143,5 @@ def test_coordinates_that_change_nothing_need_few_nodes():
     sampling = Cells.sampling(target)
     places = sampling.node_targets(0, target[:, 0])
     values = np.stack([1 / (1.5 - places[0]), 2 + places[2]])
-    cells = sampling.refined(values, np.ones(places.shape[1], dtype=bool), 20000)
+    cells = sampling.refined(values, np.ones(places.shape[1], dtype=bool))
     assert cells.nodes[1] == 1 and cells.nodes[2] == 2 and cells.nodes[0] * cells.count[0] > 8

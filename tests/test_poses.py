@@ -240,7 +240,7 @@ def test_unreachable_poses_of_a_batch_are_nan():
         one.assemble(platform={"z": [0.6, 0.9], "rx": 0.05, "ry": 0.0}, orientation="XYZ", on_failure="raise")
 
 
-@pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.parametrize("seed", [0, 1, 1017, 50048])
 def test_large_batches_reach_what_poses_alone_reach(seed):
     """Scattered over and beyond both discs that a five-bar's arms reach, in whatever order, some of them far away."""
     robot, rng = ks.load_robot(ROBOTS / "five_bar.urdf.xacro"), np.random.default_rng(seed)

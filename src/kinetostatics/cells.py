@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,8 @@ Array = NDArray[np.float64]
 
 #: Nodes along each of 1, 2, … varying coordinates that tell how smooth everything is, and targets per node that make them pay.
 _SAMPLES, _TARGETS_PER_SAMPLE = {1: 9, 2: 6, 3: 5, 4: 4}, 8
+#: The same where samples out of reach tell too little.
+_NODES, _TARGETS_PER_NODE = {1: 10, 2: 8, 3: 6, 4: 4}, 6
 #: Into how many boxes each coordinate may be divided, and with how many nodes along it.
 _DIVISIONS, _MOST_NODES = (1, 2, 3, 4, 6, 8), 14
 #: Scaled errors of polynomials that leave one and two corrections to do.
@@ -34,6 +36,7 @@ class Cells:
         low, size: (d,) corner of the first box and size of each.
         count: (d,) numbers of boxes.
         nodes: (d,) numbers of nodes along the sides of a box.
+        targets: how many there are in all boxes.
         foreseen: scaled size of the first corrections of what polynomials predict that is not to be doubted.
     """
 
@@ -42,6 +45,7 @@ class Cells:
     size: Array
     count: NDArray[np.intp]
     nodes: tuple[int, ...]
+    targets: int
     foreseen: float
 
     @classmethod
@@ -54,24 +58,35 @@ class Cells:
         d = varying.size
         if d not in _SAMPLES or target.shape[1] < _TARGETS_PER_SAMPLE * _SAMPLES[d] ** d:
             return None
-        return cls(varying, low[varying], (high - low)[varying], np.ones(d, dtype=np.intp), (_SAMPLES[d],) * d, 3 * _FORESEEN[1])
+        one = np.ones(d, dtype=np.intp)
+        samples = (_SAMPLES[d],) * d
+        return cls(varying, low[varying], (high - low)[varying], one, samples, target.shape[1], 3 * _FORESEEN[1])
 
-    def refined(self, values: Array, known: NDArray[np.bool_], targets: int) -> Cells | None:
+    @property
+    def even(self) -> Cells | None:
+        """The same, divided alike along all coordinates, if there are far more targets than nodes."""
+        d = self.varying.size
+        boxes = self.targets / (_TARGETS_PER_NODE * _NODES[d] ** d)
+        each = np.full(d, int(boxes ** (1 / d)), dtype=np.intp)
+        if not each[0]:
+            return None
+        return replace(self, size=self.size / each, count=each, nodes=(_NODES[d],) * d, foreseen=_FORESEEN[0])
+
+    def refined(self, values: Array, known: NDArray[np.bool_]) -> Cells | None:
         """Return boxes and nodes with which polynomials pay, judged by how fast the coefficients of samples fall.
 
         Args:
             values: (k, M) at the nodes of one box.
             known: (M,) whether they are.
-            targets: how many there are.
         """
         choices = [self._choices(axis, values, known) for axis in range(self.varying.size)]
-        best, chosen = _WITHOUT * targets, None
+        best, chosen = _WITHOUT * self.targets, None
         for corrections, level in ((1, _ONE_CORRECTION), (2, _TWO_CORRECTIONS)):
             fewest = [np.array([_fewest(errors, level) for errors in axis]) for axis in choices]
             each = np.meshgrid(*fewest, indexing="ij")
             boxes = np.prod(np.meshgrid(*[_DIVISIONS] * len(fewest), indexing="ij"), axis=0)
             nodes = np.prod(np.array(each, dtype=float), axis=0)
-            cost = boxes * (nodes * _NODE + _BOX) + targets * (corrections + nodes * _WEIGHT)
+            cost = boxes * (nodes * _NODE + _BOX) + self.targets * (corrections + nodes * _WEIGHT)
             where = np.unravel_index(np.argmin(cost), cost.shape)
             if cost[where] < best:
                 error = max(float(axis[k][int(n[where]) - 1]) for axis, k, n in zip(choices, where, each, strict=True))
@@ -80,7 +95,8 @@ class Cells:
             return None
         where, numbers, error = chosen
         count = np.array([_DIVISIONS[k] for k in where], dtype=np.intp)
-        return Cells(self.varying, self.low, self.size / count, count, numbers, float(np.clip(_SAFETY * error, *_FORESEEN)))
+        foreseen = float(np.clip(_SAFETY * error, *_FORESEEN))
+        return replace(self, size=self.size / count, count=count, nodes=numbers, foreseen=foreseen)
 
     def _choices(self, axis: int, values: Array, known: NDArray[np.bool_]) -> Array:
         """Return what errors are to be expected with each division (len(_DIVISIONS), …) of a coordinate and 1, 2, … nodes.

@@ -121,7 +121,9 @@ class _Way:
         if sampling is None:
             return self._lead(target)
         samples = self._nodes(sampling, target, self._lead)
-        cells = sampling.refined(samples.values, samples.led, target.shape[1])
+        cells = sampling.refined(samples.values, samples.led)
+        if cells is None and not np.all(samples.led):
+            cells = sampling.even
         if cells is None:
             return self._lead(target)
         return self._interpolate(self._nodes(cells, target, lambda places: self._interpolate(samples, places)), target)
