@@ -113,7 +113,7 @@ def test_steps_do_not_lead_across_singular_poses():
 @settings(max_examples=60)
 @given(st.lists(st.floats(0.1, 3), min_size=1, max_size=3), st.integers(2000, 60000), st.integers(0, 10**6))
 def test_polynomials_are_as_exact_as_samples_say(gaps, targets, seed):
-    """Functions with a pole beside the box along each coordinate; the nearer, the more nodes."""
+    """Functions with a pole beside the box along each coordinate."""
     random = np.random.default_rng(seed)
     d = len(gaps)
     target = np.concatenate([random.uniform(-1, 1, (d, targets)), np.ones((1, targets))])

@@ -192,9 +192,10 @@ class _Way:
         values, size = nodes.values, poses.x.shape[0]
         for box, mine, ours, good in zip(boxes.tolist(), members, nodes_of, usable, strict=True):
             if good:
+                at_nodes = values[:, ours]
                 for part in chunks(mine.size):
                     which = mine[part]
-                    found = cells.interpolated(values[:, ours], cells.local(box, target[:, which]))
+                    found = cells.interpolated(at_nodes, cells.local(box, target[:, which]))
                     poses.x[:, which], poses.c[:, which] = found[:size], found[size:]
         ready = order[np.repeat(usable, [mine.size for mine in members])]
         for part in chunks(ready.size):

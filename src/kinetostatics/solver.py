@@ -15,7 +15,7 @@ from kinetostatics.orientation import Orientation
 
 Array = NDArray[np.float64]
 
-#: Largest part of a line that is tried in one go, in rad and in reaches. However steadily Newton's method
+#: Largest part of a line that is tried in one go, in rad and in characteristic lengths. However steadily Newton's method
 #: converges after a larger jump, it may be on another branch: a universal joint closes just as well with one axis turned over.
 LONGEST_TURN, LONGEST_SHIFT = 0.7, 2.0
 #: Corrections become smaller by this factor at least, and each time by more than the time before unless by the second.
@@ -37,7 +37,7 @@ class Request:
         positions: which of x, y, z are given.
         angles: which orientation coordinates are given.
         orientation: their convention.
-        held: freedoms of the tree that stay as they are.
+        held: freedoms of the tree along which no step goes.
     The targets are (n, N): columns, loops, positions, angles in that order.
     """
 
@@ -99,8 +99,8 @@ ALONE = Pace(1e-3)
 class Solver:
     """Newton's method for the loops, for joints that follow others and for a request.
 
-    ``length`` [m] makes lengths and angles comparable where rank is judged, ``reach`` [m] where steps are; ``slack`` is the
-    scaled residual that the file's own rounding may leave.
+    ``length`` [m] makes lengths and angles comparable where rank and requested coordinates are judged, ``reach`` [m] where steps
+    are; ``slack`` is the scaled residual that the file's own rounding may leave.
     """
 
     def __init__(self, equations: LoopEquations, length: float, reach: float, slack: float = 1e-7) -> None:
