@@ -71,6 +71,12 @@ FILES = (
     code("from kinetostatics.shipped import robot_path; robot_path('3prss')", "A path, or one of the names.",
          "`kinetostatics check 3prss`"),
     code("from kinetostatics.shipped import robot_path; robot_path(folder)", "Name the file in it.", "`kinetostatics check .`"),
+    code('ks.load_robot("3prss")', "A path, or one of the names in `ks.robots()`."),
+    code("ks.load_robot(3)", "A path, or one of the names."),
+    code("from kinetostatics.shipped import copy_robots; copy_robots(['dleta'])", "`kinetostatics robots` lists them.",
+         "`kinetostatics robots --copy dleta`"),
+    code("from kinetostatics.shipped import copy_robots; (folder / 'delta.urdf.xacro').write_text('');"
+         " copy_robots(['delta'], folder)", "Copy to another folder.", "`kinetostatics robots --copy delta`, twice"),
     code('ks.load_robot("/dev/null")', "Pipes and devices are not read."),
     replace(code('ks.load_robot("robot\\0.urdf")', "The path was computed wrong."), ours="the file cannot be read:"),
     code("file.write_bytes(b' ' * 10_000_001); ks.load_robot(file)", "A robot file describes; leave data in other files.",

@@ -28,6 +28,7 @@ from kinetostatics.result import Result
 from kinetostatics.robot import Robot, load_robot
 from kinetostatics.robot_file import read_robot_file, validate
 from kinetostatics.robot_writer import save_robot
+from kinetostatics.shipped import robots
 from kinetostatics.tolerances import Tolerance, Tolerances, tolerances
 
 if TYPE_CHECKING:
@@ -65,6 +66,7 @@ __all__ = [
     "load_robot",
     "plot",
     "read_robot_file",
+    "robots",
     "save_html",
     "save_robot",
     "sections",

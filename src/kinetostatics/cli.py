@@ -17,7 +17,7 @@ from typing import Any, NoReturn
 from kinetostatics.exceptions import KinetostaticsError
 
 #: Modules of ``kinetostatics.commands``, in the order of the help.
-COMMANDS = ("check", "analyze", "sweep", "view", "verify", "tolerances", "import", "plot")
+COMMANDS = ("check", "analyze", "sweep", "view", "verify", "tolerances", "import", "plot", "robots")
 
 #: Exit code of any error; 0 is success and 1 a command's own bad news.
 ERROR = 2

@@ -60,7 +60,8 @@ def load_robot(path: str | os.PathLike[str], parameters: Mapping[str, object] | 
     """Load a robot from a URDF or xacro file.
 
     Args:
-        path: of the file; the format is described in ``docs/robot_format.md``.
+        path: of the file, whose format is described in ``docs/robot_format.md``; or the name of a robot that comes with the
+            package, such as "3rps", see :func:`kinetostatics.robots`.
         parameters: values of the file's xacro arguments, SI units.
 
     Raises:

@@ -13,9 +13,10 @@ from kinetostatics.element_writer import extra_of_robot, robot_element
 from kinetostatics.exceptions import ArgumentError, RobotFileError
 from kinetostatics.joint_elements import check_mimics, read_driven, read_joint_stiffness
 from kinetostatics.loop_elements import read_loops
+from kinetostatics.shipped import read_robot
 from kinetostatics.tree_elements import ROBOT_LEVEL, read_joints, read_links, tree_root
 from kinetostatics.xacro_source import expand
-from kinetostatics.xml_source import Element, parse, read_file, to_elements
+from kinetostatics.xml_source import Element, parse, to_elements
 from kinetostatics.xml_values import allow, new_name, origin, reference
 
 
@@ -23,7 +24,8 @@ def read_robot_file(path: str | os.PathLike[str], parameters: Mapping[str, objec
     """Read a robot file.
 
     Args:
-        path: a URDF or xacro file; which of them is told from its content.
+        path: a URDF or xacro file, which of them is told from its content; or the name of a robot that comes with the package,
+            see :func:`kinetostatics.robots`.
         parameters: values of the file's ``<xacro:arg>``, numbers or strings.
 
     Returns:
@@ -31,15 +33,9 @@ def read_robot_file(path: str | os.PathLike[str], parameters: Mapping[str, objec
 
     Raises:
         RobotFileError: if the file cannot be read or anything in it is wrong; with the file and line to blame.
-        ArgumentError: if a parameter is neither a number nor a string.
+        ArgumentError: if ``path`` is no path, or a parameter is neither a number nor a string.
     """
-    name = os.fsdecode(path)
-    try:
-        data = read_file(path)
-    except OSError as error:
-        raise RobotFileError(f"the file cannot be read: {error.strerror or error}", name) from None
-    except ValueError as error:  # a path with a null character
-        raise RobotFileError(f"the file cannot be read: {error}", name) from None
+    data, name = read_robot(path)
     return _read(data, name, parameters or {})
 
 

@@ -15,9 +15,10 @@ from kinetostatics.foreign_loops.answers import WITH_AXIS, Answers, Completed, D
 from kinetostatics.foreign_loops.record import ForeignLoop, SourceRobot
 from kinetostatics.foreign_loops.retyping import driven_after, retype
 from kinetostatics.robot_file import parse_robot_text
+from kinetostatics.shipped import read_robot
 from kinetostatics.tree_elements import read_joints, read_links, tree_root
 from kinetostatics.xacro_source import expand
-from kinetostatics.xml_source import Element, parse, read_file, to_elements, to_text
+from kinetostatics.xml_source import Element, parse, to_elements, to_text
 
 XACRO = "http://www.ros.org/wiki/xacro"
 
@@ -131,13 +132,7 @@ def convert(
 
 
 def _read_source(path: str | os.PathLike[str], parameters: Mapping[str, object]) -> tuple[SourceRobot, bool]:
-    name = os.fsdecode(path)
-    try:
-        data = read_file(path)
-    except OSError as error:
-        raise RobotFileError(f"the file cannot be read: {error.strerror or error}", name) from None
-    except ValueError as error:  # a path with a null character
-        raise RobotFileError(f"the file cannot be read: {error}", name) from None
+    data, name = read_robot(path)
     document, uses_xacro = parse(data, name)
     if uses_xacro:
         expand(document, name, parameters)
