@@ -70,6 +70,17 @@ def beam_error(beam: Beam, reason: str) -> RobotFileError:
     return RobotFileError(f"<beam {beam.name!r}>: {reason}", beam.place.file, beam.place.line)
 
 
+def _point_on(link: str, path: Iterable[Connection], point: Array) -> Array:
+    """Return a point (3,) [m], given in the body at the end of a path of fixed joints and loops, in the body of ``link``."""
+    placement = np.eye(4)
+    for item in path:
+        frames = (item.predecessor_frame, item.successor_frame)
+        near, far = frames if link == item.predecessor else frames[::-1]
+        placement = placement @ near @ np.linalg.inv(far)
+        link = item.other(link)
+    return np.asarray(placement[:3, :3] @ point + placement[:3, 3])
+
+
 class SpanFinder:
     """Finds the two ends of every beam.
 
@@ -229,11 +240,18 @@ class SpanFinder:
             tuple(outward),
         )
         if not span.spanned:
-            if float(np.linalg.norm(span.end - span.start)) < SAME_POINT:
+            first, last = self._ends_on_carrier(span)
+            if float(np.linalg.norm(last - first)) < SAME_POINT:
                 raise beam_error(beam, f"its ends {start.joint!r} and {end.joint!r} are the same point: its length is zero")
             if beam.y_axis is not None:
-                self._check_y_axis(beam, span.end - span.start)
+                self._check_y_axis(beam, last - first)
         return span
+
+    @staticmethod
+    def _ends_on_carrier(span: BeamSpan) -> tuple[Array, Array]:
+        """Return both ends (3,) [m] in the carrier body, of a beam whose span crosses fixed joints and loops at most."""
+        link = span.beam.link
+        return _point_on(link, span.inward, span.start), _point_on(link, span.outward, span.end)
 
     def _check_y_axis(self, beam: Beam, direction: Array) -> None:
         assert beam.y_axis is not None
@@ -260,8 +278,9 @@ class SpanFinder:
                 span = spans[beams[0].name]
                 placement = self.mechanism.body_of[link][1]
                 centre = placement[:3, :3] @ np.array(data.center_of_mass) + placement[:3, 3]
-                gap = float(np.linalg.norm(centre - (span.start + span.end) / 2))
-                if gap > 1e-3 * float(np.linalg.norm(span.end - span.start)):
+                first, last = self._ends_on_carrier(span)
+                gap = float(np.linalg.norm(centre - (first + last) / 2))
+                if gap > 1e-3 * float(np.linalg.norm(last - first)):
                     place = beams[0].place
                     self.warnings.append(
                         f"{place.file}:{place.line}: the centre of mass of link {link!r} lies {gap:.4g} m from the middle of "
