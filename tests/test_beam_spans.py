@@ -6,10 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 import small_robots as sr
+from hybrid_robots import random_hybrid, write_randomly
 from mechanisms import Joint, Link, unit
 
 import kinetostatics as ks
+from kinetostatics.beam_spans import SpanFinder
 from kinetostatics.robot_file import parse_robot_text
+from kinetostatics.shipped import robot_path
 
 CASES = Path(__file__).parent / "cases"
 LOAD, GRAVITY = (10.0, -20.0, -300.0, 4.0, 5.0, 6.0), (0.5, 0.7, -9.81)
@@ -34,7 +37,12 @@ def welded(at, carrier, density=7850.0):
     if carrier == "cylinder":
         cylinder = replace(cylinder, mass=3.0 if density is None else 0.0, com=rod.com)
     beam = replace(
-        spec.beams[1], name="strut", link=carrier, start="foot_2" if at else "weld", section=SECTION, y_axis=tuple(unit((1, 2, 0)))
+        spec.beams[1],
+        name="strut",
+        link=carrier,
+        start="foot_2" if at else "weld",
+        section=SECTION,
+        y_axis=tuple(unit((1, 2, 0))),
     )
     limb = replace(second, joints=(foot, weld, head), links=(cylinder, rod))
     return replace(spec, limbs=(first, limb), beams=(replace(spec.beams[0], density=7850.0), beam))
@@ -64,7 +72,9 @@ def test_a_beam_over_a_welded_slide_is_the_beam_on_one_link(carrier, cut, densit
     spec = welded(0.4, carrier, density)
     single = welded(0.0, "rod", density)
     if carrier == "cylinder":  # nothing is left on the cylinder, whose mass is the beam's
-        single = replace(single, limbs=(single.limbs[0], replace(single.limbs[1], links=(Link("cylinder"), single.limbs[1].links[1]))))
+        single = replace(
+            single, limbs=(single.limbs[0], replace(single.limbs[1], links=(Link("cylinder"), single.limbs[1].links[1])))
+        )
     wanted = numbers_of(sr.robot_of(single))
     robot = sr.robot_of(spec, cuts=[0, cut], twirl=cut + 1)
     assert ("weld" in robot.description.loops) == (cut == 1)
@@ -103,3 +113,152 @@ def test_a_telescope_held_by_a_fixed_loop_is_read():
     result = ks.analyze(robot.assemble())
     assert result.status == ks.Status.OK
     assert float(result.beams["l3_link1_rod"].length) == pytest.approx(0.128802, rel=1e-4)
+
+
+# ---- beams without from and to -------------------------------------------------------------------------------------------
+
+BEAM = 'youngs_modulus="2e11" poisson_ratio="0.3" density="7850"><circle diameter="0.02"/></beam>'
+
+
+def unnamed(robot, ends=("start", "end")):
+    """Return the robot without ``from`` and ``to`` of the beams between the only two joints of their links, and these beams."""
+    changed = {}
+    for name, beam in robot.description.beams.items():
+        both = {item.name for item in robot.mechanism.at_link[beam.link]}
+        if len(both) == 2 and {beam.start.joint, beam.end.joint} == both and not (beam.start.side or beam.end.side):
+            changed[name] = replace(beam, **dict.fromkeys(ends))
+    return ks.Robot(replace(robot.description, beams={**robot.description.beams, **changed})), list(changed)
+
+
+@pytest.mark.parametrize("ends", [("start", "end"), ("start",), ("end",)])
+@pytest.mark.parametrize("name", ["2pru_upr", "delta", "five_bar", "linear_delta", "spherical_3rrr", "ur10"])
+def test_two_joints_of_a_link_are_the_ends_of_its_beam(name, ends):
+    """In parallelograms (rings within a limb) as in serial limbs; what the shipped files say is what is found without it."""
+    robot = ks.load_robot(robot_path(name))
+    other, beams = unnamed(robot, ends)
+    assert beams
+    assert other.topology.warnings == robot.topology.warnings
+    for beam in beams:
+        wanted, found = robot.topology.beams[beam], other.topology.beams[beam]
+        np.testing.assert_array_equal(found.start, wanted.start)
+        np.testing.assert_array_equal(found.end, wanted.end)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_two_joints_are_the_ends_in_limbs_of_any_shape(seed):
+    """In random networks, written in any cut: the same robot, but for the direction of beams that have none."""
+    mechanism = random_hybrid(seed)
+    robot = write_randomly(mechanism, seed)[1].robot()
+    other, beams = unnamed(robot)
+    for name in beams:
+        assert not any(repr(name) in text for text in other.topology.warnings)
+        wanted, found = robot.topology.beams[name], other.topology.beams[name]
+        ends = {(span.start_body, *span.start) for span in (wanted, found)} | {
+            (span.end_body, *span.end) for span in (wanted, found)
+        }
+        assert len(ends) == 2
+
+
+LADDER = """<robot name="ladder"><link name="base"/><link name="left"/><link name="right"/><link name="rung"/>
+<link name="platform"/>LEFT_FOOT<platform link="platform"/>
+<joint name="foot_2" type="continuous"><parent link="base"/><child link="right"/><origin xyz="1 0 0"/><axis xyz="0 1 0"/></joint>
+<joint name="head_1" type="continuous"><parent link="left"/><child link="platform"/><origin xyz="0 0 1"/>
+<axis xyz="0 1 0"/></joint>RUNG<loop name="head_2" type="continuous"><predecessor link="right"><origin xyz="0 0 1"/></predecessor>
+<successor link="platform"><origin xyz="1 0 0"/></successor><axis xyz="0 1 0"/></loop></robot>"""
+LEFT_FOOT = '<joint name="foot_1" type="continuous"><parent link="FROM"/><child link="left"/><axis xyz="0 1 0"/></joint>'
+JOINT = '<joint name="{}" type="fixed"><parent link="{}"/><child link="rung"/><origin xyz="0 0 1"/></joint>'
+LOOP = """<loop name="{}" type="spherical"><predecessor link="{}"><origin xyz="0 0 1"/></predecessor>
+<successor link="rung"><origin xyz="{} 0 0"/></successor></loop>"""
+#: the tree reaches the rung from the left or from the right; its frame is there
+FROM_LEFT, FROM_RIGHT = (
+    JOINT.format("b", "left") + LOOP.format("a", "right", 1),
+    JOINT.format("b", "right") + LOOP.format("a", "left", -1),
+)
+
+
+def ladder(foot, rung):
+    """Two upright rods 1 m apart, hinged on base and platform, and a rung between their heads, whose beam names no ends."""
+    ends = {"left": 'from="foot_1" to="head_1"', "right": 'from="foot_2" to="head_2"'}
+    rods = "".join(f'<beam link="{rod}" {ends[rod]} {BEAM}' for rod in ends)
+    beams = f'{rods}<beam link="rung" {BEAM}</robot>'
+    return ks.Robot(parse_robot_text(LADDER.replace("LEFT_FOOT", foot).replace("RUNG", rung).replace("</robot>", beams)))
+
+
+def direction(robot, name):
+    """Return which way a beam runs in the world."""
+    span, frames = SpanFinder(robot.mechanism).spans()[name], robot.zero_frames
+    start = frames.points(np.array([span.start_body]), span.start[:, None])
+    end = frames.points(np.array([span.end_body]), span.end[:, None])
+    return unit((end - start)[:, 0, 0])
+
+
+@pytest.mark.parametrize(("rung", "wanted"), [(FROM_LEFT, 1), (FROM_RIGHT, -1)])
+def test_a_tie_is_decided_by_the_order_of_the_file(rung, wanted):
+    """Both ends of the rung are two joints from the base; joints of the tree come before loops."""
+    robot = ladder(LEFT_FOOT.replace("FROM", "base"), rung)
+    np.testing.assert_allclose(direction(robot, "rung"), (wanted, 0, 0), atol=1e-12)
+    for rod in ("left", "right"):
+        np.testing.assert_allclose(direction(robot, rod), (0, 0, 1), atol=1e-12)
+
+
+HINGE, SLIDE = (
+    '<link name="block"/><joint name="below" type="continuous">'
+    '<parent link="base"/><child link="block"/><axis xyz="AXIS"/></joint>',
+    '<link name="block"/><joint name="below" type="prismatic"><parent link="base"/><child link="block"/><axis xyz="AXIS"/>'
+    '<limit lower="-1" upper="1" effort="0" velocity="0"/></joint>',
+)  # fmt: skip
+HEAVY = (
+    '<link name="block"><inertial><mass value="1"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>'
+)
+
+
+@pytest.mark.parametrize("rung", [FROM_LEFT, FROM_RIGHT])
+@pytest.mark.parametrize(
+    ("below", "one"),
+    [
+        (HINGE.replace("AXIS", "1 0 0"), True),  # a universal joint
+        (HINGE.replace("AXIS", "1 0 0").replace("/><axis", '/><origin xyz="0 0 -0.3"/><axis'), False),  # its axes do not meet
+        (HINGE.replace("AXIS", "1 0 0").replace('<link name="block"/>', HEAVY), False),
+        (SLIDE.replace("AXIS", "0 1 0"), True),  # a cylindrical joint
+        (SLIDE.replace("AXIS", "1 0 0"), False),
+        (SLIDE.replace("AXIS", "0 1 0") + '<transmission name="t"><joint name="below"/></transmission>', False),
+    ],
+)
+def test_fewer_joints_from_the_base_is_the_beginning(below, one, rung):
+    """One joint more below the left rod, unless it is one joint with the hinge there: universal or cylindrical."""
+    foot = LEFT_FOOT.replace("FROM", "block")
+    if "-0.3" in below:
+        foot = foot.replace("<axis", '<origin xyz="0 0 0.3"/><axis')
+    robot = ladder(below + foot, rung)
+    wanted = (1 if rung is FROM_LEFT else -1) if one else -1
+    np.testing.assert_allclose(direction(robot, "rung"), (wanted, 0, 0), atol=1e-12)
+
+
+@pytest.mark.parametrize("on", ["base", "platform"])
+def test_a_part_that_hangs_begins_where_it_hangs(on):
+    """A bracket on base or platform alone: its beam runs outwards."""
+    text = f"""<robot name="bracket"><link name="base"/><link name="rod"/><link name="platform"/><platform link="platform"/>
+    <link name="end"/><link name="arm"/>
+    <joint name="foot" type="fixed"><parent link="base"/><child link="rod"/></joint>
+    <joint name="head" type="fixed"><parent link="rod"/><child link="platform"/><origin xyz="0 0 0.5"/></joint>
+    <joint name="outer" type="fixed"><parent link="arm"/><child link="end"/><origin xyz="0.4 0 0"/></joint>
+    <joint name="inner" type="fixed"><parent link="{on}"/><child link="arm"/></joint>
+    <beam link="rod" {BEAM}<beam link="arm" {BEAM}</robot>"""
+    robot = ks.Robot(parse_robot_text(text))
+    np.testing.assert_allclose(direction(robot, "arm"), (1, 0, 0), atol=1e-12)
+    np.testing.assert_allclose(direction(robot, "rod"), (0, 0, 1), atol=1e-12)
+    assert robot.topology.warnings == ()
+
+
+@pytest.mark.parametrize("given", ['from="foot"', 'to="head"'])
+def test_one_end_of_a_telescope_is_enough(given):
+    """The other is the rod's joint that the beam does not cross, or that is not named."""
+    text = f"""<robot name="mast"><link name="base"/><link name="cylinder"/><link name="rod"/><link name="platform"/>
+    <platform link="platform"/><joint name="foot" type="fixed"><parent link="base"/><child link="cylinder"/></joint>
+    <joint name="slide" type="prismatic"><parent link="cylinder"/><child link="rod"/><origin xyz="0 0 0.4"/><axis xyz="0 0 1"/>
+    <limit lower="-1" upper="1" effort="1" velocity="1"/></joint><transmission name="t"><joint name="slide"/></transmission>
+    <joint name="head" type="fixed"><parent link="rod"/><child link="platform"/><origin xyz="0 0 0.3"/></joint>
+    <beam link="rod" {given} {BEAM}</robot>"""
+    robot = ks.Robot(parse_robot_text(text))
+    length = float(robot.beams["rod"].length(robot.zero_frames)[0])
+    assert length == pytest.approx(0.7 if "from" in given else 0.3)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from kinetostatics.description import Beam, BeamEnd
 from kinetostatics.exceptions import RobotFileError
-from kinetostatics.mechanism import Connection, Mechanism
+from kinetostatics.mechanism import ROTATING, Connection, Mechanism, meeting_points
 
 Array = NDArray[np.float64]
 
@@ -154,6 +155,65 @@ class SpanFinder:
                         queue.append(other)
         return False
 
+    def _ends(self, beam: Beam) -> tuple[BeamEnd, BeamEnd]:
+        """Return the ends as they are written; of a link with just two joints these two are the default."""
+        here = self.mechanism.at_link[beam.link]
+        if len(here) == 2 and (beam.start is None or beam.end is None):
+            given = beam.start or beam.end
+            if given is None:
+                start, end = sorted(here, key=lambda item: self._joints_to_base(beam.link, item))
+                return BeamEnd(start.name), BeamEnd(end.name)
+            path = self._locate(beam, given)[1]
+            taken = path[0].name if path else given.joint
+            [other] = [BeamEnd(item.name) for item in here if item.name != taken]
+            return beam.start or other, beam.end or other
+        return beam.start or self._default_end(beam, True), beam.end or self._default_end(beam, False)
+
+    def _joints_to_base(self, link: str, connection: Connection) -> tuple[float, float]:
+        """Count the joints from ``link`` to the base, beginning with ``connection``: without passing the platform, and at all.
+
+        A run of passive joints that are one universal, spherical or cylindrical joint counts once. ``inf`` if none lead there.
+        """
+
+        def count(barred: set[str]) -> float:
+            first = connection.other(link)
+            found: dict[str, float] = {link: math.inf}
+            queue = deque([(first, connection, 1)])
+            while queue:
+                here, arrived, joints = queue.popleft()
+                if here in found:
+                    continue
+                found[here] = joints
+                if here in self.base_links:
+                    return joints
+                if here in barred:
+                    continue
+                for item in self.mechanism.at_link[here]:
+                    if item is arrived:
+                        continue
+                    if self._are_one_joint(here, arrived, item):
+                        queue.appendleft((item.other(here), item, joints))
+                    else:
+                        queue.append((item.other(here), item, joints + 1))
+            return math.inf
+
+        return count(self.platform_links), count(set())
+
+    def _are_one_joint(self, link: str, first: Connection, second: Connection) -> bool:
+        """Whether two joints at a bare link are (part of) one: universal, spherical or cylindrical."""
+        if self.mechanism.at_link[link] not in ([first, second], [second, first]):
+            return False
+        if link in self.beams_of or self.description.links[link].mass or first.driven or second.driven:
+            return False
+        a, b = (item.axis_on(link == item.predecessor) for item in (first, second))
+        p, q = first.centre_on(link), second.centre_on(link)
+        turning = (first.kind in ROTATING) + (second.kind in ROTATING)
+        if turning == 2:
+            return meeting_points(a, p, b, q) is not None
+        if turning == 1 and "prismatic" in (first.kind, second.kind):
+            return max(float(np.abs(np.cross(a, b)).max()), float(np.abs(np.cross(a, q - p)).max())) < 1e-9
+        return False
+
     def _default_end(self, beam: Beam, towards_base: bool) -> BeamEnd:
         target, barred = (self.base_links, self.platform_links)
         if not towards_base:
@@ -219,8 +279,7 @@ class SpanFinder:
         return link, path
 
     def _span(self, beam: Beam) -> BeamSpan:
-        start = beam.start or self._default_end(beam, True)
-        end = beam.end or self._default_end(beam, False)
+        start, end = self._ends(beam)
         for item in (start, end):
             if self.mechanism.connections[item.joint].kind == "floating" and item.side is None:
                 raise beam_error(beam, f"{item.joint!r} is floating: write {item.joint}:parent or {item.joint}:child")

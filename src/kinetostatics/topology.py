@@ -329,7 +329,7 @@ class _Builder:
             return [Edge(edge.connection.name, None, sign, tuple(below), parent, (), chords, step.both_ways)]
         assert edge.beam is not None
         name = edge.beam.beam.name
-        if not forward and not step.both_ways:
+        if not forward and not step.both_ways and (edge.beam.beam.start or edge.beam.beam.end):
             place = edge.beam.beam.place
             self.warnings.append(
                 f"{place.file}:{place.line}: beam {name!r} runs from its end towards the platform to the one towards the base; "
