@@ -36,6 +36,18 @@ def beam_contributions(
     return MappingProxyType({name: found[name] for name in robot.description.beams})
 
 
+def axial_contributions(
+    robot: Robot, batch: Batch, solutions: Sequence[Solution], deformations: Sequence[Deformation]
+) -> Mapping[str, Mapping[str, Array]]:
+    """Return the axial forces (…) at the outer ends of all beams, by beam and contribution."""
+    found: dict[str, Mapping[str, Array]] = {}
+    for number, stack in enumerate(deformations[0].beams):
+        for position, model in enumerate(stack.models):
+            forces = [d.beams[number].wrench[0, :, position] for d in deformations]
+            found[model.name] = batch.by_source(solutions[0].sources, forces)
+    return MappingProxyType({name: found[name] for name in robot.description.beams})
+
+
 def link_contributions(
     robot: Robot, batch: Batch, solutions: Sequence[Solution], deformations: Sequence[Deformation]
 ) -> Mapping[str, Mapping[str, Array]]:

@@ -18,14 +18,23 @@ Array = NDArray[np.float64]
 class LimbResult:
     """One limb's wrenches, compliance and sag; wrenches are what the platform puts on the limb, about o, world axes.
 
+    Of a limb with rings or several joints to the platform, a network, intensities are coordinates of its wrench in a basis: what
+    its beams and joints carry stands in :attr:`Result.beams` and :attr:`Result.joint_wrenches`.
+
     Attributes:
         name: of the limb.
         labels: what each constraint wrench is, in words.
         attached_labels: what each attached wrench is.
+        is_network: whether it is more than a single way from base to platform.
+        beams: names of the beams between base and platform, inboard ones first.
+        platform_joints: names of its joints to the platform.
     """
 
     def __init__(self, batch: Batch, solutions: tuple[Solution, ...], group: LimbGroup, number: int, position: int) -> None:
-        self.name = group.limbs[position].name
+        limb = group.limbs[position]
+        self.name, self.is_network = limb.name, not limb.is_serial
+        self.beams = tuple(edge.beam for edge in limb.edges if edge.beam is not None)
+        self.platform_joints = tuple(edge.joint for edge in limb.platform_edges if edge.joint is not None)
         self.labels, self.attached_labels = group.labels[position], group.attached_labels[position]
         self._batch, self._solutions, self._number, self._position = batch, solutions, number, position
 

@@ -34,7 +34,9 @@ RESULT_UNITS = {
     "base_wrench": "[force N; moment N·m] what the ground puts on the robot, about the base link's origin",
     "joint_wrenches": "[force N; moment N·m] what the base side puts on the platform side, about the joint's centre",
     "actuator_forces": "N, of turning joints N·m, positive along the joint's positive direction",
-    "limbs": "what the platform puts on the limb: unit wrenches [force; moment] about o, intensities in `units`",
+    "limbs": "what the platform puts on the limb: unit wrenches [force; moment] about o, intensities in `units`; where "
+    "`is_network`, intensities are coordinates in a basis: the forces are `joint_wrenches` of its `platform_joints` and "
+    "`section_wrenches` of its `beams`",
     "section_wrenches": "N, V_y, V_z [N], T, M_y, M_z [N·m] in beam axes: what the outer part puts on the inner",
     "stations": "0 at the inner, 1 at the outer end of a beam; deflections in m, rotations in rad, stress in Pa",
     "link_contributions": "[displacement m; rotation rad] of rigid links at their own origins",
@@ -193,6 +195,9 @@ def _configuration(configuration: Configuration) -> dict[str, Any]:
 
 def _limb(limb: Any) -> dict[str, Any]:
     return {
+        "is_network": limb.is_network,
+        "beams": list(limb.beams),
+        "platform_joints": list(limb.platform_joints),
         "labels": list(limb.labels),
         "units": wrench_units(limb.labels, limb.constraint_wrenches),
         "attached_labels": list(limb.attached_labels),

@@ -26,6 +26,7 @@ from kinetostatics.report_text import (
     TURNING_STIFFNESSES,
     Magnitudes,
     Scale,
+    listing,
     quantity,
     section,
     table,
@@ -76,6 +77,9 @@ def result_report(result: Result) -> str:
         if result.actuator_forces:
             lines += section("Drives, positive along the joint's positive direction", _drives(result, noise))
         lines += section("Limbs: what the platform puts on the limb", _limbs(result, noise))
+        networks = _networks(result, noise)
+        if networks:
+            lines += section("Limbs that are networks: what their beams and their joints to the platform carry", networks)
         lines += section(
             "Joints: what the base side puts on the platform side, magnitudes about the joint's centre",
             _joints(result, noise),
@@ -246,7 +250,34 @@ def _limbs(result: Result, noise: Magnitudes) -> list[str]:
     for name, label, value, unit, kind in entries:
         rows.append((name if name != before else "", label, kind, scales[unit](value), unit))
         before = name
-    return table(("limb", "wrench", "", "intensity", ""), rows, "lllrl")
+    lines = table(("limb", "wrench", "", "intensity", ""), rows, "lllrl")
+    networks = [limb.name for limb in result.limbs.values() if limb.is_network]
+    if networks:
+        verb = "are networks: their" if networks[1:] else "is a network: its"
+        lines += wrapped(f"{listing(networks)} {verb} components are coordinates in a basis, not forces in beams or joints")
+    return lines
+
+
+def _networks(result: Result, noise: Magnitudes) -> list[str]:
+    """Return the axial forces of beams and the sizes of joint wrenches at the platform of limbs that are networks."""
+    entries: list[tuple[str, str, str, Any, Any]] = []
+    for limb in result.limbs.values():
+        if limb.is_network:
+            for name in limb.beams:
+                force = result.beams[name].section_wrenches[-1, 0]
+                entries.append((limb.name, name, "axial force at the outer end", force, None))
+            for name in limb.platform_joints:
+                wrench = result.joint_wrenches[name]
+                f, m = np.linalg.norm(wrench[:3]), np.linalg.norm(wrench[3:])
+                entries.append((limb.name, name, "joint to the platform", f, m))
+    force = Scale.of([entry[3] for entry in entries], FORCES, noise.force)
+    moment = Scale.of([entry[4] for entry in entries if entry[4] is not None], MOMENTS, noise.moment)
+    rows, before = [], ""
+    for owner, name, what, f, m in entries:
+        rows.append((owner if owner != before else "", name, what, force(f), "" if m is None else moment(m)))
+        before = owner
+    header = ("limb", "part", "", f"force [{force.unit}]", f"moment [{moment.unit}]")
+    return table(header, rows, "lllrr") if rows else []
 
 
 def _joints(result: Result, noise: Magnitudes) -> list[str]:

@@ -238,6 +238,11 @@ def _legend(limbs: list[LimbFacts]) -> list[str]:
             "limb axes: z along the last beam (else from the first joint to the last), y the first passive axis that turns "
             "(else a world axis) made square to z, x = y × z"
         )
+    if "component" in labels:
+        lines += wrapped(
+            "components: coordinates, in a basis, of what the platform puts on a limb that is a network; its beams and joints "
+            "carry other forces"
+        )
     if "complementary" in labels:
         lines += wrapped("complementary wrenches: what is left where nothing plainer fits")
     return lines

@@ -17,6 +17,7 @@ from kinetostatics.batches import Batch
 from kinetostatics.beam_result import BeamResult, beam_results
 from kinetostatics.configuration import Configuration, Status, frozen
 from kinetostatics.contributions import (
+    axial_contributions,
     beam_contributions,
     link_contributions,
     part_contributions,
@@ -243,6 +244,11 @@ class Result:
         They sum to the deflections of :attr:`beams`, but for beams that hang on the base alone: no contribution is theirs.
         """
         return beam_contributions(*self._motions)
+
+    @cached_property
+    def axial_contributions(self) -> Mapping[str, Mapping[str, Array]]:
+        """What each contribution adds to the axial force at each beam's outer end (…) [N], tension positive."""
+        return axial_contributions(*self._motions)
 
     @cached_property
     def link_contributions(self) -> Mapping[str, Mapping[str, Array]]:

@@ -105,6 +105,12 @@ class Limb:
         """Whether its edges are a single way from base to platform."""
         return self.to_platform == (True,)
 
+    @property
+    def platform_edges(self) -> tuple[Edge, ...]:
+        """Its outermost edges on the ways to the platform: joints, and beams that are welded to the platform."""
+        chords = [number for number, ends in enumerate(self.to_platform) if ends]
+        return tuple([edge for edge in self.edges if number in dict(edge.chords)][-1] for number in chords)
+
 
 @dataclass(frozen=True)
 class DeadWeight:

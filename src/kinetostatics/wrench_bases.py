@@ -20,6 +20,7 @@ from kinetostatics.limb_group import LimbGroup
 from kinetostatics.linalg import Cholesky, dot, normalize
 from kinetostatics.wrench_candidates import (
     Candidate,
+    as_component,
     attached_candidates,
     beam_candidates,
     central_candidates,
@@ -153,6 +154,8 @@ def choose_basis(group: LimbGroup, geometry: LimbGeometry) -> Basis:
         twists[:, list(carried)],
         known,
     )
+    if not group.is_serial:
+        constraint, attached = tuple(map(as_component, constraint)), tuple(map(as_component, attached))
     return Basis(constraint, attached, independent, carried, gap)
 
 

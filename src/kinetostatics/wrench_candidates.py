@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -97,7 +97,15 @@ def _meeting_point(f: int, h: int, geometry: LimbGeometry) -> Array:
 def beam_candidates(names: Sequence[str]) -> Iterator[Candidate]:
     """Yield forces along the beams of a limb with rings, outer ones first."""
     for b in range(len(names) - 1, -1, -1):
-        yield Candidate(("beam", b), None, f"force along {names[b]}")
+        yield Candidate(("beam", b), None, f"force on the line of {names[b]}")
+
+
+def as_component(candidate: Candidate) -> Candidate:
+    """Return a candidate of a limb that is a network, with a label that says so: its intensity is no force in one of its parts."""
+    words = candidate.label.split(" ", 1)
+    if words[0] not in ("force", "couple"):
+        return candidate
+    return replace(candidate, label=" component ".join(words))
 
 
 def constraint_candidates(

@@ -204,7 +204,15 @@ class Scene:
 #: Direction from which the page looks at the robot at first, world axes.
 VIEW = (1.5, -2.6, 1.1)
 #: Groups of arrows that are switched off at first: all at once would be a thicket.
-HIDDEN = ("constraint forces", "constraint couples", "attached wrenches", "weights", "base reaction")
+HIDDEN = (
+    "constraint forces",
+    "constraint couples",
+    "attached wrenches",
+    "joints of networks",
+    "axial forces in networks",
+    "weights",
+    "base reaction",
+)
 #: Colour of each group of arrows.
 COLOURS = {
     "external load": "#1f2937",
@@ -212,6 +220,8 @@ COLOURS = {
     "constraint forces": "#c2570c",
     "constraint couples": "#7e22ce",
     "attached wrenches": "#a8327a",
+    "joints of networks": "#c2570c",
+    "axial forces in networks": "#0e7490",
     "weights": "#7c4a1e",
     "base reaction": "#15803d",
 }

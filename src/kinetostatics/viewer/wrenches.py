@@ -56,6 +56,9 @@ class Wrenches:
 
     def _limb(self, limb: Limb) -> Iterator[Arrow]:
         found, take = self.result.limbs[limb.name], self.poses.take
+        if found.is_network:
+            yield from self._network(found)
+            return
         joints = self._joints_of(limb)
         ends = [joint.centre for joint in joints]
         outward = ends[0] - ends[-1] if len(ends) > 1 else np.zeros_like(self.poses.o)
@@ -68,6 +71,30 @@ class Wrenches:
             units = np.nan_to_num(take(wrenches))
             for n, label in enumerate(labels):
                 yield from self._screw(group, limb.name, label, joints, units[:, :, n], parts[:, :, n], outward)
+
+    def _network(self, limb: LimbResult) -> Iterator[Arrow]:
+        """Yield what the joints to the platform put on a network, and the axial forces at its beams' outer ends."""
+        poses, result, table = self.poses, self.result, self.robot.joint_table
+        for name in limb.platform_joints:
+            parts = -np.nan_to_num(np.stack(poses.by_source(result.joint_contributions[name]), axis=1))
+            k = [table.names.index(name)]
+            centres = np.concatenate(
+                [s.frames.points(table.centre_body[k], table.centre[:, k])[:, 0] for s in result.solutions], -1
+            )
+            centre = poses.take(centres.T.reshape(*result.shape, 3))
+            at = self.stations.add(centre, moved(poses.platform_twist, centre - poses.o))
+            parts = np.concatenate([parts, np.zeros_like(parts[:, :1])], axis=1)
+            yield from self._pair("joints of networks", f"{limb.name}: {name}", at, parts, "tail")
+        for name in limb.beams:
+            beam = result.beams[name]
+            forces = np.nan_to_num(np.stack(poses.by_source(result.axial_contributions[name]), axis=1))
+            forces = np.concatenate([forces, np.zeros_like(forces[:, :1])], axis=1)
+            axis = poses.take(beam.axes)[:, :, 0]
+            at = self.stations.add(poses.take(beam.points)[:, -1], poses.beam_twists(name)[:, :, -1])
+            yield Arrow(
+                "axial forces in networks", f"{limb.name}: {name}", name, "force", at, forces[..., None] * axis[:, None],
+                positive=axis, anchor=axis,
+            )  # fmt: skip
 
     def _joints_of(self, limb: Limb) -> list[Joint]:
         """Return a limb's joints that have a place, the platform's first, the base's last."""

@@ -1,0 +1,132 @@
+"""Limbs that are networks: intensities are called components, and the forces in beams and joints are shown as they are."""
+
+import re
+
+import numpy as np
+import pytest
+
+import kinetostatics as ks
+from kinetostatics.report import robot_report
+from kinetostatics.viewer.scene import describe_scene
+
+PAR4 = "tests/cases/par4_articulated.urdf.xacro"
+LOAD = [20, -30, -100, 1, 2, 3]
+NETWORKS = (PAR4, "robots/delta.urdf.xacro", "robots/orthoglide.urdf.xacro")
+FORCES = {"joints of networks", "axial forces in networks"}
+COMPONENTS = {"constraint forces", "constraint couples", "attached wrenches"}
+
+
+@pytest.fixture(autouse=True)
+def in_root(monkeypatch, request):
+    monkeypatch.chdir(request.config.rootpath)
+
+
+@pytest.fixture(scope="module", params=NETWORKS)
+def result(request):
+    robot = ks.load_robot(request.config.rootpath / request.param)
+    return ks.analyze(robot.assemble(actuators=dict.fromkeys(robot.description.driven, 0.01)), load=LOAD)
+
+
+def test_labels_say_what_intensities_are(result):
+    for limb in result.limbs.values():
+        assert limb.is_network
+        for label in (*limb.labels, *limb.attached_labels):
+            assert label.startswith(("force component ", "couple component ", "complementary wrench"))
+    report = " ".join(robot_report(result.robot).split())
+    assert "components: coordinates, in a basis, of what the platform puts on a limb that is a network" in report
+
+
+def test_serial_limbs_have_no_components():
+    result = ks.analyze(ks.load_robot("robots/2pru_upr.urdf.xacro").assemble())
+    for limb in result.limbs.values():
+        assert not limb.is_network and not any("component" in label for label in (*limb.labels, *limb.attached_labels))
+    assert "component" not in str(result) and "networks" not in str(result) and "component" not in robot_report(result.robot)
+    assert not FORCES & {arrow.group for arrow in describe_scene(result).arrows}
+
+
+def test_a_parallelograms_rods_pull_alike():
+    """100 N hang on four pairs of rods: each rod pulls with about an eighth of what hangs, over the cosine of its slope."""
+    result = ks.analyze(ks.load_robot(PAR4).assemble(), load=[0, 0, -100, 0, 0, 0])
+    report = str(result)
+    table = report[report.index("Limbs that are networks") : report.index("\n\nJoints:")]
+    shown = dict(re.findall(r"(rod_\w\w) +axial force at the outer end +([-\d.]+)", table))
+    assert len(shown) == 8
+    down = -float(result.configuration.frame("plate_A")[2, 3] - result.configuration.frame("wrist_1")[2, 3])
+    hanging = 100 + 9.81 * (2 + 0.3 + 0.3 + 0.2 + 0.1296)  # payload, plates, bars
+    for name, force in shown.items():
+        assert float(force) == pytest.approx(result.beams[name].section_wrenches[-1, 0], abs=6e-4)
+        assert float(force) == pytest.approx(hanging / 8 / (down / 0.825), rel=0.06)
+    assert "limb_1 is a network: its components are coordinates in a basis, not forces in beams or joints" in report
+    limbs = report[report.index("\nLimbs:") : report.index("\nLimbs that are")]
+    assert not re.search(r"force along (rod|arm|bar)", report) and "force component on the line of rod_3a" in limbs
+
+
+def test_arrows_are_true_forces(result):
+    scene = describe_scene(result)
+    assert not COMPONENTS & {arrow.group for arrow in scene.arrows}
+    o = scene.stations.rest[scene.readout][0, :3, 3]
+    for limb in result.limbs.values():
+        total = np.zeros(6)
+        for arrow in scene.arrows:
+            if arrow.group == "joints of networks" and arrow.name.startswith(f"{limb.name}: "):
+                vector = arrow.vector[0].sum(axis=0)
+                if arrow.kind == "force":
+                    total[:3] += vector
+                    total[3:] += np.cross(scene.stations.rest[arrow.station][0, :3, 3] - o, vector)
+                else:
+                    total[3:] += vector
+        np.testing.assert_allclose(total, limb.wrench, rtol=1e-9, atol=1e-9 * np.abs(limb.wrench).max())
+        axial = {arrow.name: arrow for arrow in scene.arrows if arrow.group == "axial forces in networks"}
+        for name in limb.beams:
+            arrow, beam = axial[f"{limb.name}: {name}"], result.beams[name]
+            force = beam.section_wrenches[-1, 0] * beam.axes[:, 0]
+            np.testing.assert_allclose(arrow.vector[0].sum(axis=0), force, atol=1e-9 * np.abs(limb.wrench).max())
+            np.testing.assert_array_equal(arrow.positive[0], beam.axes[:, 0])
+            np.testing.assert_allclose(scene.stations.rest[arrow.station][0, :3, 3], beam.points[-1])
+            np.testing.assert_allclose(
+                scene.stations.twists[arrow.station][0].sum(axis=0)[:3], beam.deflections[-1], atol=1e-15, rtol=1e-9
+            )
+
+
+def test_arrows_of_networks_superpose(result):
+    """The part of the load is what an analysis without gravity gives."""
+    scene = describe_scene(result)
+    alone = {(a.group, a.name, a.kind): a for a in describe_scene(ks.analyze(result.configuration, LOAD, [0, 0, 0])).arrows}
+    k = scene.stations.sources.index("load")
+    seen = 0
+    for arrow in scene.arrows:
+        if arrow.group in FORCES:
+            other = alone.get((arrow.group, arrow.name, arrow.kind))
+            expected = 0 if other is None else other.vector[0].sum(axis=0)
+            np.testing.assert_allclose(arrow.vector[0, k], expected, atol=1e-9)
+            seen += 1
+    assert seen >= 12
+
+
+def test_a_batch_shows_what_its_poses_show():
+    robot = ks.load_robot("robots/delta.urdf.xacro")
+    values = np.array([[0.0, 0.02], [0.05, -0.03]])
+    many = ks.analyze(
+        robot.assemble(actuators={**dict.fromkeys(robot.description.driven, 0.0), robot.description.driven[0]: values})
+    )
+    for where in np.ndindex(2, 2):
+        one = ks.analyze(robot.assemble(actuators={n: float(v[where]) for n, v in many.configuration.actuators.items()}))
+        for name, forces in one.axial_contributions.items():
+            total = sum(forces.values())
+            assert total == pytest.approx(one.beams[name].section_wrenches[-1, 0], rel=1e-9, abs=1e-9)
+            np.testing.assert_allclose(sum(many.axial_contributions[name].values())[where], total, rtol=1e-7, atol=1e-7)
+
+
+def test_plain_values_name_what_carries_the_forces(result):
+    plain = result.to_dict()
+    for name, limb in result.limbs.items():
+        found = plain["limbs"][name]
+        assert found["is_network"] is True
+        assert found["beams"] == list(limb.beams) and set(found["beams"]) <= set(plain["beams"])
+        assert found["platform_joints"] == list(limb.platform_joints)
+        assert set(found["platform_joints"]) <= set(plain["joint_wrenches"])
+    platform = result.robot.topology.platform.links
+    for limb in result.limbs.values():
+        for joint in limb.platform_joints:
+            connection = result.robot.mechanism.connections[joint]
+            assert connection.predecessor in platform or connection.successor in platform
