@@ -101,7 +101,7 @@ def beam_candidates(names: Sequence[str]) -> Iterator[Candidate]:
 
 
 def as_component(candidate: Candidate) -> Candidate:
-    """Return a candidate of a limb that is a network, with a label that says so: its intensity is no force in one of its parts."""
+    """Return a candidate of a limb that is a network, with a label that says so: no force in one of its parts."""
     words = candidate.label.split(" ", 1)
     if words[0] not in ("force", "couple"):
         return candidate
