@@ -1,0 +1,319 @@
+"""Small mistakes, put into the numeric code one at a time: which of them do the tests notice?
+
+    python tests/mutate.py                       # a sample from every module of the core
+    python tests/mutate.py sections solution     # from these modules
+    python tests/mutate.py solution --count 40 --seed 3 --jobs 2
+
+Each mistake (a mutant) changes one thing: an operator, a comparison, a sign, a number, a statement left out. Thresholds, the numbers
+below 1e-3, become a thousand times larger and smaller. Every mutant meets the tests that reach its line, the quickest first,
+until one fails. What no test notices is listed; mutants that change nothing a user could see are named with the reason in
+``mutants_without_effect.txt`` and do not count. Needs ``coverage`` (in the extra ``test``) and a system that can fork.
+
+The first run finds out which test reaches which line; that takes some minutes, and ``--map`` repeats it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import json
+import os
+import random
+import re
+import shutil
+import signal
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parent.parent
+PACKAGE = ROOT / "src" / "kinetostatics"
+MAP = ROOT / "build" / "tests_of_lines.json"
+WITHOUT_EFFECT = Path(__file__).parent / "mutants_without_effect.txt"
+
+#: The modules in which a mistake makes a wrong number.
+CORE = """batches beam_models beam_result beam_spans beams cells closure configuration continuation contributions couplings deformation
+equilibrium force_method joint_wrenches kinematics limb_compliance limb_geometry limb_group limb_grouping limb_joints limb_result
+limb_self_stress limb_wrenches limbs linalg mechanism misfits orientation platform_equilibrium report_text result robot rotations screws
+sections solution solver springs tolerances topology weights wrench_bases wrench_candidates indices/sag indices/stiffness""".split()
+
+#: Tests that reach the core by way of a browser, other processes or large maps tell little about single numbers for their time.
+SLOW = re.compile(r"test_(viewer|sweep|plots|fuzz|solid|workspace|benchmarks|guide|readme|examples|cli|foreign|robot_files|python_api)")
+
+_SWAPPED = {"Add": "-", "Sub": "+", "Mult": "/", "Div": "*", "FloorDiv": "*", "Mod": "*"}
+_SIGNS = {"Add": "+", "Sub": "-", "Mult": "*", "Div": "/", "FloorDiv": "//", "Mod": "%"}
+_OPPOSITE = {"Lt": ">=", "LtE": ">", "Gt": "<=", "GtE": "<", "Eq": "!=", "NotEq": "==", "In": "not in", "NotIn": "in"}
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """One mistake: in which module and line, what stood there and what stands there now, and the mutated text."""
+
+    module: str
+    line: int
+    was: str
+    now: str
+    text: str
+
+    @property
+    def name(self) -> str:
+        return f"{self.module}: {self.was.strip()} -> {self.now.strip()}"
+
+
+# ---- making mistakes ---------------------------------------------------------------------------------------------------
+
+
+def mutants(module: str) -> Iterator[Mutant]:
+    """Yield every mutant of a module."""
+    text = (PACKAGE / f"{module}.py").read_text(encoding="utf-8")
+    lines = text.splitlines(keepends=True)
+    starts = [0]
+    for line in lines:
+        starts.append(starts[-1] + len(line.encode()))
+    raw = text.encode()
+
+    def place(line: int, column: int) -> int:
+        return starts[line - 1] + column
+
+    for start, end, new in _changes(ast.parse(text), place, raw):
+        number = raw[:start].count(b"\n") + 1
+        changed = raw[:start] + new.encode() + raw[end:]
+        ast.parse(changed)
+        mutated = changed.decode().splitlines()[number - 1]
+        yield Mutant(module, number, lines[number - 1], mutated, changed.decode())
+
+
+def _changes(tree: ast.Module, place, raw: bytes) -> Iterator[tuple[int, int, str]]:
+    """Yield (start, end, new text) of every change."""
+    skipped = {id(part) for node in ast.walk(tree) for part in _without_numbers(node)}
+    for node in _walk(tree, skipped):
+        span = (place(node.lineno, node.col_offset), place(node.end_lineno, node.end_col_offset)) if hasattr(node, "lineno") else None
+        if isinstance(node, (ast.BinOp, ast.Compare, ast.BoolOp)):
+            yield from _operators(node, place, raw)
+        elif isinstance(node, ast.AugAssign) and type(node.op).__name__ in _SWAPPED:
+            name = type(node.op).__name__
+            between = _between(node.target, node.value, place)
+            at = raw.index(f"{_SIGNS[name]}=".encode(), between[0], between[1])
+            yield at, at + len(_SIGNS[name]), _SWAPPED[name]
+        elif isinstance(node, ast.UnaryOp) and isinstance(node.op, (ast.USub, ast.Not)):
+            yield (span[0], span[0] + 3, "") if isinstance(node.op, ast.Not) else (span[0], span[0] + 1, "+")
+        elif isinstance(node, ast.Constant) and type(node.value) in (int, float):
+            for new in _numbers(node.value):
+                yield *span, new
+        elif isinstance(node, (ast.If, ast.IfExp, ast.While)):
+            test = node.test
+            start, end = place(test.lineno, test.col_offset), place(test.end_lineno, test.end_col_offset)
+            yield start, end, f"(not ({raw[start:end].decode()}))"
+        if isinstance(node, ast.AugAssign) or (
+            isinstance(node, ast.Assign) and all(isinstance(target, ast.Subscript) for target in node.targets)
+        ):
+            yield *span, "pass"
+
+
+def _operators(node: ast.BinOp | ast.Compare | ast.BoolOp, place, raw: bytes) -> Iterator[tuple[int, int, str]]:
+    if isinstance(node, ast.BoolOp):
+        word, other = ("and", "or") if isinstance(node.op, ast.And) else ("or", "and")
+        start, end = _between(node.values[0], node.values[1], place)
+        at = raw.index(word.encode(), start, end)
+        yield at, at + len(word), other
+        return
+    left, right = (node.left, node.right) if isinstance(node, ast.BinOp) else (node.left, node.comparators[0])
+    name = type(node.op if isinstance(node, ast.BinOp) else node.ops[0]).__name__
+    start, end = _between(left, right, place)
+    if isinstance(node, ast.BinOp) and name in _SWAPPED:
+        at = raw.index(_SIGNS[name].encode(), start, end)
+        yield at, at + len(_SIGNS[name]), _SWAPPED[name]
+    elif name in _OPPOSITE:
+        found = re.compile(rb"not\s+in|in|[<>=!]=|[<>]").search(raw, start, end)
+        yield *found.span(), _OPPOSITE[name]
+
+
+def _between(left: ast.expr, right: ast.expr, place) -> tuple[int, int]:
+    return place(left.end_lineno, left.end_col_offset), place(right.lineno, right.col_offset)
+
+
+def _numbers(value: float) -> list[str]:
+    if isinstance(value, float) and 0 < value < 1e-3:
+        return [repr(value * 1e3), repr(value / 1e3)]
+    return [repr(2 * value)] if isinstance(value, float) and value else [repr(value + 1)]
+
+
+def _walk(node: ast.AST, skipped: set[int]) -> Iterator[ast.AST]:
+    if id(node) not in skipped:
+        yield node
+        for child in ast.iter_child_nodes(node):
+            yield from _walk(child, skipped)
+
+
+def _without_numbers(node: ast.AST) -> list[ast.AST]:
+    """Return the parts of a node in which no mistake is made: annotations, decorators, messages, what only types need."""
+    if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef)):
+        return [*node.decorator_list, *([node.returns] if node.returns else [])]
+    if isinstance(node, ast.arg) and node.annotation:
+        return [node.annotation]
+    if isinstance(node, ast.AnnAssign):
+        return [node.annotation]
+    if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test):
+        return [node]
+    return [node] if isinstance(node, (ast.JoinedStr, ast.Raise, ast.Assert)) else []
+
+
+# ---- which test reaches which line ---------------------------------------------------------------------------------------
+
+
+class _Recorder:
+    """Tells coverage which test runs, and how long each takes."""
+
+    def __init__(self, coverage) -> None:
+        self.coverage, self.seconds = coverage, Counter()
+
+    def pytest_runtest_logstart(self, nodeid: str, location) -> None:
+        self.coverage.switch_context(nodeid.partition("[")[0])
+
+    def pytest_runtest_logreport(self, report) -> None:
+        self.seconds[report.nodeid.partition("[")[0]] += report.duration
+
+
+def make_map() -> None:
+    """Run the tests once and write down which of them reach which line."""
+    import coverage
+
+    data = ROOT / "build" / "coverage_of_tests"
+    data.parent.mkdir(exist_ok=True)
+    measured = coverage.Coverage(data_file=str(data), source=[str(PACKAGE)], config_file=False)
+    recorder = _Recorder(measured)
+    files = [str(path) for path in sorted((ROOT / "tests").glob("**/test_*.py")) if not SLOW.match(path.name)]
+    measured.erase()
+    measured.start()
+    code = pytest.main(["-q", "-p", "no:cacheprovider", "-p", "no:xdist", *files], plugins=[recorder])
+    measured.stop()
+    if code != 0:
+        raise SystemExit("the tests fail as they are: mend that first")
+    found = measured.get_data()
+    reached = {}
+    for file in found.measured_files():
+        lines = {line: tests for line, tests in found.contexts_by_lineno(file).items() if any(tests)}
+        reached[str(Path(file).relative_to(PACKAGE).with_suffix(""))] = lines
+    MAP.write_text(json.dumps({"lines": reached, "seconds": recorder.seconds}), encoding="utf-8")
+
+
+def tests_of(mutant: Mutant, known: dict) -> list[str]:
+    """Return the tests that reach a mutant, the quickest first; for a constant those that reach a line that uses it."""
+    lines = known["lines"].get(mutant.module, {})
+    name = re.match(r"(\w+)(: [^=]+)? = ", mutant.was)
+    found = {test for test in lines.get(str(mutant.line), ()) if test}
+    if name and not found:
+        for path in PACKAGE.glob("**/*.py"):
+            module = str(path.relative_to(PACKAGE).with_suffix(""))
+            for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+                if re.search(rf"\b{name[1]}\b", line):
+                    found |= set(known["lines"].get(module, {}).get(str(number), ()))
+    found.discard("")
+    return sorted(found, key=lambda test: known["seconds"].get(test, 0.0))
+
+
+# ---- trying them -----------------------------------------------------------------------------------------------------------
+
+
+def survives(mutant: Mutant, tests: list[str], seconds: float, known: dict) -> bool:
+    """Whether the tests that fit into so many seconds all pass with the mutant."""
+    chosen, total = [], 0.0
+    for test in tests:
+        total += known["seconds"].get(test, 0.0)
+        if chosen and total > seconds:
+            break
+        chosen.append(test)
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder) / "src" / "kinetostatics"
+        shutil.copytree(PACKAGE, copy, ignore=shutil.ignore_patterns("__pycache__"))
+        (Path(folder) / "robots").symlink_to(ROOT / "robots")
+        (copy / f"{mutant.module}.py").write_text(mutant.text, encoding="utf-8")
+        child = os.fork()
+        if not child:
+            _try(folder, chosen)
+        end = time.monotonic() + 30 + 6 * min(total, seconds)
+        while time.monotonic() < end:
+            done, status = os.waitpid(child, os.WNOHANG)
+            if done:
+                return os.waitstatus_to_exitcode(status) == 0
+            time.sleep(0.05)
+        os.killpg(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+        return False
+
+
+def _try(folder: str, tests: list[str]) -> None:
+    """In a process of its own: run tests with the package as it lies in a folder, and leave."""
+    os.setsid()
+    nowhere = os.open(os.devnull, os.O_RDWR)
+    for stream in (0, 1, 2):
+        os.dup2(nowhere, stream)
+    os.environ["PYTHONPATH"] = f"{folder}/src"
+    os.environ["CI"] = "true"  # the same examples every time
+    sys.path.insert(0, f"{folder}/src")
+    os.chdir(ROOT)
+    code = 1
+    try:
+        code = pytest.main(["-x", "-q", "-p", "no:cacheprovider", "-p", "no:xdist", *tests])
+    finally:
+        os._exit(int(code))
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("modules", nargs="*", default=CORE, help="modules of the package; default: the core")
+    parser.add_argument("--count", type=int, default=8, help="mutants of each module")
+    parser.add_argument("--seed", type=int, default=0, help="which ones are drawn")
+    parser.add_argument("--seconds", type=float, default=40.0, help="of tests that each mutant meets at most")
+    parser.add_argument("--jobs", type=int, default=1, help="how many are tried at a time")
+    parser.add_argument("--map", action="store_true", help="find out again which test reaches which line")
+    options = parser.parse_args()
+    sys.path.insert(0, str(ROOT / "tests"))
+    if options.map or not MAP.exists():
+        if (child := os.fork()) == 0:  # so that the package is not loaded here
+            os.chdir(ROOT)
+            make_map()
+            os._exit(0)
+        if os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]):
+            return 1
+    known = json.loads(MAP.read_text(encoding="utf-8"))
+    excused = {line.partition("  # ")[0].strip() for line in _excuses()}
+    drawn: list[Mutant] = []
+    for module in options.modules:
+        every = [mutant for mutant in mutants(module) if mutant.name not in excused]
+        drawn += random.Random(f"{options.seed} {module}").sample(every, min(options.count, len(every)))
+    counts: dict[str, Counter[str]] = {module: Counter() for module in options.modules}
+
+    def judge(mutant: Mutant) -> None:
+        tests = tests_of(mutant, known)
+        outcome = "survived" if not tests or survives(mutant, tests, options.seconds, known) else "noticed"
+        counts[mutant.module][outcome] += 1
+        if outcome == "survived":
+            reached = f"{len(tests)} tests reach it" if tests else "no test reaches it"
+            print(f"not noticed ({reached}): {mutant.module}.py:{mutant.line}\n    {mutant.was.strip()}\n    {mutant.now.strip()}", flush=True)
+
+    import hypothesis  # noqa: F401  loaded once, before the first fork
+    import pinocchio  # noqa: F401
+
+    with ThreadPoolExecutor(options.jobs) as pool:
+        list(pool.map(judge, drawn))
+    for module, found in counts.items():
+        print(f"{module:28} {found['noticed']:4} of {found.total():4} noticed")
+    noticed, total = sum(found["noticed"] for found in counts.values()), len(drawn)
+    print(f"{noticed} of {total} mutants noticed: {100 * noticed / max(total, 1):.1f} %")
+    return 0
+
+
+def _excuses() -> list[str]:
+    return WITHOUT_EFFECT.read_text(encoding="utf-8").splitlines() if WITHOUT_EFFECT.exists() else []
+
+
+if __name__ == "__main__":
+    sys.exit(main())
