@@ -45,7 +45,9 @@ limb_self_stress limb_wrenches limbs linalg mechanism misfits orientation platfo
 sections solution solver springs tolerances topology weights wrench_bases wrench_candidates indices/sag indices/stiffness""".split()
 
 #: Tests that reach the core by way of a browser, other processes or large maps tell little about single numbers for their time.
-SLOW = re.compile(r"test_(viewer|sweep|plots|fuzz|solid|workspace|benchmarks|guide|readme|examples|cli|foreign|robot_files|python_api)")
+SLOW = re.compile(
+    r"test_(viewer|sweep|plots|fuzz|solid|workspace|benchmarks|guide|readme|examples|cli|foreign|robot_files|python_api)"
+)
 
 _SWAPPED = {"Add": "-", "Sub": "+", "Mult": "/", "Div": "*", "FloorDiv": "*", "Mod": "*"}
 _SIGNS = {"Add": "+", "Sub": "-", "Mult": "*", "Div": "/", "FloorDiv": "//", "Mod": "%"}
@@ -94,7 +96,11 @@ def _changes(tree: ast.Module, place, raw: bytes) -> Iterator[tuple[int, int, st
     """Yield (start, end, new text) of every change."""
     skipped = {id(part) for node in ast.walk(tree) for part in _without_numbers(node)}
     for node in _walk(tree, skipped):
-        span = (place(node.lineno, node.col_offset), place(node.end_lineno, node.end_col_offset)) if hasattr(node, "lineno") else None
+        span = (
+            (place(node.lineno, node.col_offset), place(node.end_lineno, node.end_col_offset))
+            if hasattr(node, "lineno")
+            else None
+        )
         if isinstance(node, (ast.BinOp, ast.Compare, ast.BoolOp)):
             yield from _operators(node, place, raw)
         elif isinstance(node, ast.AugAssign) and type(node.op).__name__ in _SWAPPED:
@@ -209,6 +215,11 @@ def tests_of(mutant: Mutant, known: dict) -> list[str]:
     lines = known["lines"].get(mutant.module, {})
     name = re.match(r"(\w+)(: [^=]+)? = ", mutant.was)
     found = {test for test in lines.get(str(mutant.line), ()) if test}
+    if not found:  # what stands in the head of a function: a default
+        for node in ast.walk(ast.parse(mutant.text)):
+            if isinstance(node, ast.FunctionDef) and node.lineno <= mutant.line < node.body[0].lineno:
+                inside = range(node.body[0].lineno, node.end_lineno + 1)
+                found = {test for line in inside for test in lines.get(str(line), ()) if test}
     if name and not found:
         for path in PACKAGE.glob("**/*.py"):
             module = str(path.relative_to(PACKAGE).with_suffix(""))
@@ -297,7 +308,10 @@ def main() -> int:
         counts[mutant.module][outcome] += 1
         if outcome == "survived":
             reached = f"{len(tests)} tests reach it" if tests else "no test reaches it"
-            print(f"not noticed ({reached}): {mutant.module}.py:{mutant.line}\n    {mutant.was.strip()}\n    {mutant.now.strip()}", flush=True)
+            print(
+                f"not noticed ({reached}): {mutant.module}.py:{mutant.line}\n    {mutant.was.strip()}\n    {mutant.now.strip()}",
+                flush=True,
+            )
 
     import hypothesis  # noqa: F401  loaded once, before the first fork
     import pinocchio  # noqa: F401

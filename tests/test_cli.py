@@ -2,8 +2,11 @@
 
 import json
 import os
+import re
+import signal
 import subprocess
 import sys
+import urllib.request
 from pathlib import Path
 
 import numpy as np
@@ -378,3 +381,31 @@ def test_output_that_cannot_be_written():
     done = process("analyze", "3rps", "--json", stdout=writer, capture_output=False, stderr=subprocess.PIPE)
     os.close(writer)
     assert done.returncode == 1 and done.stderr == ""
+
+
+def test_tolerances_prints_the_worst_only(capsys):
+    code, out, _ = run(capsys, "tolerances", "2pru_upr", "--top", 3)
+    rows = [line.split()[:2] for line in out.splitlines() if line.startswith("  ") and "mrad" in line or "mm" in line]
+    ranked = ks.tolerances(ks.load_robot("2pru_upr").assemble())
+    assert code == 0 and rows == [[row.name, row.error] for row in ranked.rows[:3]]
+
+
+def test_tolerances_json_is_the_table(capsys):
+    code, out, _ = run(capsys, "tolerances", "2pru_upr", "--length", "20um", "--top", 4, "--json")
+    ranked = ks.tolerances(ks.load_robot("2pru_upr").assemble(), length=2e-5).to_dict()
+    assert code == 0 and json.loads(out)["errors"] == json.loads(json.dumps(ranked["errors"][:4]))
+
+
+def test_live_view_answers_until_it_is_interrupted():
+    command = [sys.executable, "-m", "kinetostatics", "view", "3rps", "--live", "--port", "0"]
+    quiet = {**os.environ, "BROWSER": "true"}  # a browser that does nothing
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=quiet) as server:
+        try:
+            line = server.stdout.readline()
+            url = re.search(r"live at (http://\S+)", line)[1]
+            with urllib.request.urlopen(url, timeout=30) as answer:
+                page = answer.read().decode()
+        finally:
+            server.send_signal(signal.SIGINT)
+            _, complaints = server.communicate(timeout=30)
+    assert "3rps" in page and server.returncode == 0 and "Traceback" not in complaints
