@@ -4,9 +4,9 @@
     python tests/mutate.py sections solution     # from these modules
     python tests/mutate.py solution --count 40 --seed 3 --jobs 2
 
-Each mistake (a mutant) changes one thing: an operator, a comparison, a sign, a number, a statement left out. Thresholds, the numbers
-below 1e-3, become a thousand times larger and smaller. Every mutant meets the tests that reach its line, the quickest first,
-until one fails. What no test notices is listed; mutants that change nothing a user could see are named with the reason in
+Each mistake (a mutant) changes one thing: an operator, a comparison, a sign, a number, a statement left out. Thresholds, the
+numbers below 1e-3, become a thousand times larger and smaller. Every mutant meets the tests that reach its line, the quickest
+first, until one fails. What no test notices is listed; mutants that change nothing a user could see are named with the reason in
 ``mutants_without_effect.txt`` and do not count. Needs ``coverage`` (in the extra ``test``) and a system that can fork.
 
 The first run finds out which test reaches which line; that takes some minutes, and ``--map`` repeats it.
@@ -39,10 +39,11 @@ MAP = ROOT / "build" / "tests_of_lines.json"
 WITHOUT_EFFECT = Path(__file__).parent / "mutants_without_effect.txt"
 
 #: The modules in which a mistake makes a wrong number.
-CORE = """batches beam_models beam_result beam_spans beams cells closure configuration continuation contributions couplings deformation
-equilibrium force_method joint_wrenches kinematics limb_compliance limb_geometry limb_group limb_grouping limb_joints limb_result
-limb_self_stress limb_wrenches limbs linalg mechanism misfits orientation platform_equilibrium report_text result robot rotations screws
-sections solution solver springs tolerances topology weights wrench_bases wrench_candidates indices/sag indices/stiffness""".split()
+CORE = """batches beam_models beam_result beam_spans beams cells closure configuration continuation contributions couplings
+deformation equilibrium force_method joint_wrenches kinematics limb_compliance limb_geometry limb_group limb_grouping limb_joints
+limb_result limb_self_stress limb_wrenches limbs linalg mechanism misfits orientation platform_equilibrium report_text result robot
+rotations screws sections solution solver springs tolerances topology weights wrench_bases wrench_candidates indices/sag
+indices/stiffness""".split()
 
 #: Tests that reach the core by way of a browser, other processes or large maps tell little about single numbers for their time.
 SLOW = re.compile(
