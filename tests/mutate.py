@@ -41,8 +41,8 @@ WITHOUT_EFFECT = Path(__file__).parent / "mutants_without_effect.txt"
 #: The modules in which a mistake makes a wrong number.
 CORE = """batches beam_models beam_result beam_spans beams cells closure configuration continuation contributions couplings
 deformation equilibrium force_method joint_wrenches kinematics limb_compliance limb_geometry limb_group limb_grouping limb_joints
-limb_result limb_self_stress limb_wrenches limbs linalg mechanism misfits orientation platform_equilibrium report_text result robot
-rotations screws sections solution solver springs tolerances topology weights wrench_bases wrench_candidates indices/sag
+limb_result limb_self_stress limb_wrenches limbs linalg mechanism misfits orientation platform_equilibrium report_text result
+robot rotations screws sections solution solver springs tolerances topology weights wrench_bases wrench_candidates indices/sag
 indices/stiffness""".split()
 
 #: Tests that reach the core by way of a browser, other processes or large maps tell little about single numbers for their time.
