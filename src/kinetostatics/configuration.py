@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 
 class Status(enum.IntEnum):
-    """What became of a pose."""
+    """What became of a pose: the worst of what is true of it. Each fact is a truth value of its own besides."""
 
     OK = 0
     #: A joint is beyond its limit or cone; all numbers are valid.
@@ -172,11 +172,19 @@ class Configuration:
         return MappingProxyType(found)
 
     @cached_property
+    def limit_exceeded(self) -> NDArray[np.bool_]:
+        """(…) whether a joint is beyond its limit or cone; False where the pose is not reached."""
+        beyond = np.zeros(self.shape, dtype=bool)
+        for item in self.limits_exceeded.values():
+            beyond |= item.where
+        beyond.setflags(write=False)
+        return beyond
+
+    @cached_property
     def status(self) -> NDArray[np.int8]:
         """:class:`Status` of every pose (…): OK, LIMIT_EXCEEDED or UNREACHABLE."""
-        status = np.where(self.reached, Status.OK, Status.UNREACHABLE).astype(np.int8).reshape(self.shape)
-        for item in self.limits_exceeded.values():
-            status = np.where(item.where & (status == Status.OK), Status.LIMIT_EXCEEDED, status).astype(np.int8)
-        status = np.asarray(status)
+        reached = self.reached.reshape(self.shape)
+        status = np.where(reached, np.where(self.limit_exceeded, Status.LIMIT_EXCEEDED, Status.OK), Status.UNREACHABLE)
+        status = np.asarray(status.astype(np.int8))
         status.setflags(write=False)
         return status

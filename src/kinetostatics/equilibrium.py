@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinetostatics.chunks import chunks
-from kinetostatics.configuration import Configuration, Status
+from kinetostatics.configuration import Configuration
 from kinetostatics.exceptions import ArgumentError, LimbEquilibriumError, SingularPoseError, StaticsError
 from kinetostatics.kinematics import Frames
 from kinetostatics.linalg import cross
@@ -148,14 +148,14 @@ def _complain(robot: Robot, solution: Solution) -> None:
                 name,
                 joints,
             )
-    contradictory = np.any(np.isnan(solution.twists[:, -1]), axis=0) & (solution.status != Status.SINGULAR)
+    contradictory = np.any(np.isnan(solution.twists[:, -1]), axis=0) & ~solution.singular
     if solution.misfits is not None and np.any(contradictory):
         names = ", ".join(sorted(solution.misfits.names))
         raise StaticsError(
             f"the misfits of {names} contradict one another in rigid parts, which cannot give way: give those parts some "
             "elasticity (<beam>, <joint_stiffness>)"
         )
-    for p in np.flatnonzero(solution.status == Status.SINGULAR):
+    for p in np.flatnonzero(solution.singular):
         free = free_twists(robot, solution, int(p))
         words = "; ".join(describe_twist(twist, robot.length) for twist in free.T) or "an unknown motion"
         mobility, drives = robot.mobility.platform, len(robot.description.driven)

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.configuration import Status
 from kinetostatics.limbs import LimbStatics
 from kinetostatics.linalg import Cholesky, correlation
 
@@ -46,7 +45,8 @@ class PlatformEquilibrium:
     Attributes:
         scale: (6,) factors that make wrenches comparable.
         compliance, stiffness: (6, 6, N) at o; the stiffness is NaN where rigid limbs make it infinite.
-        status: (N,) OK, SINGULAR or INDETERMINATE.
+        singular: (N,) whether the platform can still move.
+        indeterminate: (N,) whether rigid limbs leave open how they share their forces.
         undetermined: for each group (n_c, g, N) whether an intensity cannot be determined.
         open: for each group (n_c, k, g, N) how intensities may change together without the platform feeling it.
     """
@@ -78,7 +78,7 @@ class PlatformEquilibrium:
         self.undetermined = [np.zeros((*item.J_c.shape[1:],), dtype=bool) for item in statics]
         self.open = [np.zeros((item.J_c.shape[1], 0, *item.J_c.shape[2:])) for item in statics]
         if self._rigid is not None:
-            self.compliance, self.status = self._rigid.compliance, self._rigid.status
+            self.compliance, self.singular, self.indeterminate = self._rigid.compliance, self._rigid.singular, self._rigid.loose
             self.stiffness = np.full_like(K, np.nan)
             places = [k for k, factor in enumerate(self._factors) if isinstance(factor, _Split)]
             for k, directions, split in zip(places, self._rigid.open(splits), splits, strict=True):
@@ -88,8 +88,8 @@ class PlatformEquilibrium:
                 )
                 self.open[k] = directions
         else:
-            self.compliance, self.status = _invert(K, self.scale)
-            self.stiffness = K
+            self.compliance, self.singular = _invert(K, self.scale)
+            self.stiffness, self.indeterminate = K, np.zeros(N, dtype=bool)
 
     def solve(self, right: Array, strains: Sequence[Array]) -> tuple[Array, list[Array]]:
         """Return the twists (6, S, N) and intensities, for each group (n_c, S, g, N).
@@ -164,13 +164,12 @@ def _split(item: LimbStatics) -> _Split:
     )
 
 
-def _invert(K: Array, scale: Array) -> tuple[Array, NDArray[np.int8]]:
-    """Return compliance (6, 6, N) and status of a stiffness."""
+def _invert(K: Array, scale: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Return the compliance (6, 6, N) of a stiffness, and where (N,) there is none."""
     factor = Cholesky(K * scale[:, None, None] * scale[None, :, None])
     unit = np.broadcast_to(np.eye(6)[:, :, None], K.shape)
     compliance = factor.solve(unit) * scale[:, None, None] * scale[None, :, None]
-    status = np.where(factor.smallest_pivot > SINGULAR, Status.OK, Status.SINGULAR).astype(np.int8)
-    return (compliance + np.swapaxes(compliance, 0, 1)) / 2, status
+    return (compliance + np.swapaxes(compliance, 0, 1)) / 2, ~np.asarray(factor.smallest_pivot > SINGULAR)
 
 
 class _RigidPart:
@@ -188,7 +187,7 @@ class _RigidPart:
         self.U, values, self.V = np.linalg.svd(J / self.sizes[:, None], full_matrices=True)
         self.rank = np.sum(values > _DEPENDENT * values[:, :1], axis=1)
         self.K = np.nan_to_num(np.moveaxis(K, 2, 0) * np.outer(scale, scale))
-        self.inverse, self.status = np.zeros((N, 6, 6)), np.where(finite, Status.OK, Status.SINGULAR).astype(np.int8)
+        self.inverse, self.singular = np.zeros((N, 6, 6)), ~finite
         self.gain = np.zeros((N, J.shape[2], 6))  # multipliers per unit wrench that the rigid part must carry
         self.free: list[Array] = []
         unknown = np.zeros((N, J.shape[2], J.shape[2]))
@@ -204,10 +203,9 @@ class _RigidPart:
                 self.inverse[which] = motions @ np.linalg.solve(reduced, np.swapaxes(motions, 1, 2))
             self.gain[which] = np.swapaxes(V[:, :rank], 1, 2) / values[which][:, None, :rank] @ np.swapaxes(U[:, :, :rank], 1, 2)
             unknown[which, :, : J.shape[2] - rank] = np.swapaxes(V[:, rank:], 1, 2)
-            self.status[which] = np.where(bad, Status.SINGULAR, self.status[which])
+            self.singular[which] |= bad
         self.unknown = unknown / self.sizes[:, :, None]
-        loose = np.any(np.abs(unknown) > _DEPENDENT, axis=(1, 2))
-        self.status = np.where((self.status == Status.OK) & loose, Status.INDETERMINATE, self.status).astype(np.int8)
+        self.loose = np.any(np.abs(unknown) > _DEPENDENT, axis=(1, 2))
         self.compliance = np.moveaxis(self.inverse * np.outer(scale, scale), 0, 2)
 
     def open(self, splits: list[_Split]) -> list[Array]:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.configuration import Status
+from kinetostatics.facts import FACTS, STATUS_WORDS, WITHOUT_NUMBERS
 from kinetostatics.report_dict import drive_unit
 from kinetostatics.report_text import (
     ANGLES,
@@ -33,23 +33,26 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
-def batch_report(result: Result, words: Mapping[Status, str]) -> str:
-    """Return how many poses have which status, and the extremes of what was found.
-
-    Args:
-        result: of a batch.
-        words: what each status means.
-    """
+def batch_report(result: Result) -> str:
+    """Return of how many poses what is true, and the extremes of what was found."""
     status = result.status
     lines = [f"Analysis of {result.robot.name!r}: {status.size} poses, batch shape {result.shape}"]
-    counts = [(item, int(np.sum(status == item))) for item in Status]
-    rows = [(item.name, f"{count}", words[item]) for item, count in counts if count]
-    lines += section("Status", table(("status", "poses", ""), rows, "lrl") if rows else ["no poses"])
-    valid = ~np.isin(status, (Status.UNREACHABLE, Status.SINGULAR))
-    if np.any(valid):
+    lines += section("Status", _statuses(result) if status.size else ["no poses"])
+    if not np.all(np.isin(status, WITHOUT_NUMBERS)):
         lines += section("Extremes over the valid poses, and at which element of the batch", _extremes(result))
     lines += warning_lines(result.warnings if status.size else ())
     return "\n".join(lines)
+
+
+def _statuses(result: Result) -> list[str]:
+    """Return what is true of how many poses; a pose counts in every row that is true of it."""
+    where = {item: (result.status == item, item.name, words) for item, words in STATUS_WORDS.items()}
+    found = [where[Status.OK]]
+    found += [(result.facts[name], fact.title, fact.words) for name, fact in FACTS.items()]
+    found += [where[item] for item in WITHOUT_NUMBERS]
+    rows = [(title, f"{int(np.sum(true))}", words) for true, title, words in found if np.any(true)]
+    several = int(np.sum(np.sum([true for true, _, _ in found], axis=0) > 1))
+    return table(("status", "poses", ""), rows, "lrl") + ([f"{several} of them counted more than once"] if several else [])
 
 
 def magnitudes(result: Result) -> Magnitudes:

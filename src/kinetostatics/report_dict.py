@@ -158,6 +158,7 @@ def result_to_dict(result: Result) -> dict[str, Any]:
         "units": dict(RESULT_UNITS),
         "shape": list(result.shape),
         "status": status_names(result.status),
+        **{name: plain(where) for name, where in result.facts.items()},
         "warnings": list(result.warnings),
         "configuration": _configuration(result.configuration),
         "gravity": plain(result.gravity),
@@ -179,6 +180,7 @@ def _configuration(configuration: Configuration) -> dict[str, Any]:
     return {
         "shape": list(shape),
         "status": status_names(configuration.status),
+        "limit_exceeded": plain(configuration.limit_exceeded),
         "orientation": configuration.orientation.name,
         "platform": plain(configuration.platform),
         "platform_frame": plain(configuration.platform_frame),

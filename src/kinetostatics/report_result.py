@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinetostatics.configuration import Configuration, Status
 from kinetostatics.equilibrium import free_twists
+from kinetostatics.facts import FACTS, STATUS_WORDS, WITHOUT_NUMBERS
 from kinetostatics.report_batch import batch_report, magnitudes
 from kinetostatics.report_dict import drive_unit, wrench_units
 from kinetostatics.report_text import (
@@ -43,28 +44,19 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-STATUS_WORDS = {
-    Status.OK: "the loops close, all joints are within their limits",
-    Status.LIMIT_EXCEEDED: "a joint is beyond its limit; all numbers are valid",
-    Status.UNREACHABLE: "the loops do not close at these coordinates: there are no numbers",
-    Status.SINGULAR: "with the drives locked the platform or a limb can still move: there are no numbers",
-    Status.INDETERMINATE: "rigid limbs overconstrain one another: the twist is valid, undetermined forces are missing",
-    Status.BASIS_DEGENERATE: "a limb's readable wrenches degenerate: its intensities are missing, all else is valid",
-}
-
 COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
 
 
 def result_report(result: Result) -> str:
     """Return what an analysis found: tables with units for one pose, a summary for a batch of poses."""
     if result.shape != ():
-        return batch_report(result, STATUS_WORDS)
+        return batch_report(result)
     status = Status(int(result.status))
-    lines = [f"Analysis of {result.robot.name!r}: {status.name}, {STATUS_WORDS[status]}"]
+    lines = [f"Analysis of {result.robot.name!r}: {_status_words(result)}"]
     lines += section("Pose", _pose(result))
     if status == Status.SINGULAR:
         lines += section("What can still move", _free_motions(result))
-    if status not in (Status.SINGULAR, Status.UNREACHABLE):
+    if status not in WITHOUT_NUMBERS:
         noise = magnitudes(result)
         lines += section("Twist of the platform at o, world axes", _twist(result, noise))
         if any(kind in result.source_contributions for kind in ("joints", "drives", "misfits")):
@@ -94,6 +86,14 @@ def result_report(result: Result) -> str:
 
 
 # ---- the pose ------------------------------------------------------------------------------------------------------
+
+
+def _status_words(result: Result) -> str:
+    """Return everything that is true of a pose, the worst first."""
+    status = Status(int(result.status))
+    found = [f"{status.name}, {STATUS_WORDS[status]}"] if status in WITHOUT_NUMBERS else []
+    found += [f"{fact.title}, {fact.words}" for fact in reversed(list(FACTS.values())) if result.facts[fact.name]]
+    return "\n  also ".join(found) or f"{status.name}, {STATUS_WORDS[status]}"
 
 
 def _pose(result: Result) -> list[str]:

@@ -24,6 +24,7 @@ from kinetostatics.contributions import (
     source_contributions,
 )
 from kinetostatics.deformation import Deformation, deform
+from kinetostatics.facts import FACTS, status_of
 from kinetostatics.joint_wrenches import actuator_forces, drive_forces, joint_contributions, joint_wrenches
 from kinetostatics.limb_result import LimbResult, some_limb_wrench
 from kinetostatics.result_warnings import result_warnings
@@ -73,15 +74,24 @@ class Result:
 
     @cached_property
     def _valid(self) -> NDArray[np.bool_]:
-        return self._reached & (self._statics_status != Status.SINGULAR)
+        return self._reached & ~self._any_pose(lambda s: s.singular)
 
     @cached_property
     def _batch(self) -> Batch:
         return Batch(self.shape, self._valid)
 
-    @cached_property
-    def _statics_status(self) -> NDArray[np.int8]:
-        return np.concatenate([s.status for s in self.solutions]) if self.solutions else np.zeros(0, np.int8)
+    def _any_pose(self, pick: Callable[[Solution], NDArray[np.bool_]]) -> NDArray[np.bool_]:
+        """Return what is picked of every chunk (N,)."""
+        return np.concatenate([pick(s) for s in self.solutions])
+
+    def _fact(self, pick: Callable[[Solution], NDArray[np.bool_]]) -> NDArray[np.bool_]:
+        """Return what is picked of every chunk (…), False where there are no numbers."""
+        return self._truth(self._valid & self._any_pose(pick))
+
+    def _truth(self, flat: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        found = flat.reshape(self.shape)
+        found.setflags(write=False)
+        return found
 
     def _gather(self, pick: Callable[[Solution], Array]) -> Array:
         """Return what is picked of every chunk (…, N), batch first."""
@@ -94,13 +104,32 @@ class Result:
 
     @cached_property
     def status(self) -> NDArray[np.int8]:
-        """:class:`Status` of every pose (…)."""
-        pose = self.configuration.status.ravel()[self._which]
-        statics = self._statics_status
-        status = np.where(statics != Status.OK, statics, pose)
-        status = np.where(pose == Status.UNREACHABLE, Status.UNREACHABLE, status).astype(np.int8).reshape(self.shape)
+        """:class:`Status` of every pose (…), the worst of what is true of it: see :attr:`facts`."""
+        numbers = np.where(self._valid, Status.OK, Status.SINGULAR)
+        base = np.where(self._reached, numbers, Status.UNREACHABLE).astype(np.int8).reshape(self.shape)
+        status = status_of(base, self.facts)
         status.setflags(write=False)
         return status
+
+    @cached_property
+    def facts(self) -> Mapping[str, NDArray[np.bool_]]:
+        """What is true of every pose (…), by name: those of :data:`kinetostatics.facts.FACTS`, none hiding another."""
+        return MappingProxyType({name: getattr(self, name) for name in FACTS})
+
+    @cached_property
+    def limit_exceeded(self) -> NDArray[np.bool_]:
+        """(…) whether a joint is beyond its limit or cone, which changes no number; False where the pose is not reached."""
+        return self._truth(self.configuration.limit_exceeded.ravel()[self._which])
+
+    @cached_property
+    def indeterminate(self) -> NDArray[np.bool_]:
+        """(…) whether rigid limbs, or rigid rings, leave open how they share forces: those are NaN, the twist is valid."""
+        return self._fact(lambda s: s.indeterminate)
+
+    @cached_property
+    def basis_degenerate(self) -> NDArray[np.bool_]:
+        """(…) whether the readable wrench basis of a limb degenerates: its intensities are NaN, all else stays."""
+        return self._fact(lambda s: s.basis_degenerate)
 
     @cached_property
     def twist(self) -> Array:

@@ -6,8 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kinetostatics.configuration import Status
-
 if TYPE_CHECKING:
     from kinetostatics.result import Result
 
@@ -36,7 +34,7 @@ def result_warnings(result: Result) -> tuple[str, ...]:
                 f"the axial force of beam {name} reaches {100 * worst:.3g} % of its Euler load; linear theory underestimates "
                 "its deflection"
             )
-    if np.any(result.status == Status.INDETERMINATE):
+    if np.any(result.indeterminate):
         found.append(_indeterminate(result))
     return tuple(found)
 

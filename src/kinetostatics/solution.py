@@ -5,14 +5,13 @@ Everything here has the batch axis last; :mod:`kinetostatics.result` turns it fo
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.configuration import Status
 from kinetostatics.kinematics import Frames
 from kinetostatics.limb_group import LimbGroup
 from kinetostatics.limbs import LimbStatics, limb_statics
@@ -46,7 +45,9 @@ class Solution:
         compliance, stiffness: (6, 6, N).
         intensities: for each group W_ic of each contribution (n_c, S, g, N), Eq. (11).
         load, platform_weight: (6, N) external load and weight of the platform [N, N·m].
-        status: (N,) of the statics alone.
+        singular: (N,) whether the platform or a limb can still move: no number means anything.
+        indeterminate: (N,) whether rigid limbs or rings leave forces open.
+        basis_degenerate: (N,) whether the readable wrench basis of a limb degenerates.
         undetermined: for each group (n_c, g, N) whether an intensity cannot be determined.
         open: for each group (n_c, k, g, N) how intensities may change together without the platform feeling it.
         unbalanced: for each limb or dead weight, how much of its weight its passive joints cannot carry (N,).
@@ -66,7 +67,9 @@ class Solution:
     intensities: tuple[Array, ...]
     load: Array
     platform_weight: Array
-    status: NDArray[np.int8]
+    singular: NDArray[np.bool_]
+    indeterminate: NDArray[np.bool_]
+    basis_degenerate: NDArray[np.bool_]
     undetermined: tuple[NDArray[np.bool_], ...]
     open: tuple[Array, ...]
     unbalanced: Mapping[str, Array]
@@ -145,7 +148,9 @@ def solve(robot: Robot, frames: Frames, load: Array, gravity: Array, misfits: Mi
         intensities=tuple(intensities),
         load=load,
         platform_weight=platform_weight,
-        status=_status(statics, balance, unbalanced),
+        singular=_singular(statics, balance, unbalanced),
+        indeterminate=balance.indeterminate | _of_any_limb([np.any(item.loose, axis=(0, 1, 2)) for item in statics], o.shape[1]),
+        basis_degenerate=_of_any_limb([item.degenerate for item in statics], o.shape[1]),
         undetermined=tuple(balance.undetermined),
         open=tuple(balance.open),
         unbalanced=unbalanced,
@@ -188,16 +193,20 @@ def _by_contribution(
 # ---- what has no answer ----------------------------------------------------------------------------------------------
 
 
-def _status(statics: Iterable[LimbStatics], balance: PlatformEquilibrium, unbalanced: Mapping[str, Array]) -> NDArray[np.int8]:
-    """Return the :class:`Status` (N,) of the statics: what is wrong with a pose, the worst of it."""
-    status = np.array(balance.status)
-    for item in statics:
-        status[(status == Status.OK) & np.any(item.degenerate, axis=0)] = Status.BASIS_DEGENERATE
-        status[(status == Status.OK) & np.any(item.loose, axis=(0, 1, 2, 3))] = Status.INDETERMINATE
-    status[~_held(statics, balance.scale, len(status))] = Status.SINGULAR
+def _singular(statics: Iterable[LimbStatics], balance: PlatformEquilibrium, unbalanced: Mapping[str, Array]) -> NDArray[np.bool_]:
+    """Return where (N,) the platform can still move, or a limb cannot hold its weight."""
+    singular = balance.singular | ~_held(statics, balance.scale, len(balance.singular))
     for part in unbalanced.values():
-        status[part > UNBALANCED] = Status.SINGULAR
-    return status
+        singular = singular | (part > UNBALANCED)
+    return singular
+
+
+def _of_any_limb(groups: Sequence[NDArray[np.bool_]], N: int) -> NDArray[np.bool_]:
+    """Return where (N,) something is true of a limb, from whether it is of each limb (g, N) of the groups."""
+    found = np.zeros(N, dtype=bool)
+    for group in groups:
+        found |= np.any(group, axis=0)
+    return found
 
 
 def _held(statics: Iterable[LimbStatics], scale: Array, N: int) -> NDArray[np.bool_]:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.configuration import Configuration, Status
+from kinetostatics.configuration import Configuration
 from kinetostatics.equilibrium import analyze
 from kinetostatics.exceptions import ArgumentError
 
@@ -133,7 +133,7 @@ def tolerances(
             entry = found.setdefault(name, {"twist": np.zeros((len(errors), 6)), "frame": "joint"})
             entry["twist"][row, _COMPONENTS.index(error)] = amount
     result = analyze(configuration, gravity=(0, 0, 0), misfits=found, on_failure="nan")
-    loose = np.any(result.status == Status.INDETERMINATE)
+    loose = np.any(result.indeterminate)
     wrenches = np.stack(list(result.joint_wrenches.values()), axis=1)
     forces, moments = np.linalg.norm(wrenches[..., :3], axis=2), np.linalg.norm(wrenches[..., 3:], axis=2)
     if loose:

@@ -11,6 +11,7 @@ import xarray as xr
 
 from kinetostatics.configuration import Status
 from kinetostatics.exceptions import ArgumentError, near_names
+from kinetostatics.facts import FACTS, in_map
 from kinetostatics.indices.poses import ANGULAR, LINEAR, finished, label_dims, labelled, units_of
 from kinetostatics.indices.sag import angular_sag, largest_actuator_force, linear_sag
 from kinetostatics.indices.stiffness import (
@@ -115,7 +116,7 @@ def quantity(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> xr.DataA
     name, _, rest = what.partition(":")
     if name == "stiffness_along" and rest:
         return stiffness_along(ds, rest, beyond_limits=beyond_limits)
-    if name not in ds.data_vars or name in ("status", "mode"):
+    if name not in ds.data_vars or name in ("status", "mode", *FACTS):
         raise ArgumentError(f"no quantity {what!r}{_hint(ds, what)}")
     found, dims = ds[name], label_dims(ds, name)
     labels = rest.rsplit(":", len(dims) - 1) if dims else ([rest] if rest else [])
@@ -171,7 +172,8 @@ class Extreme:
         units: of the value.
         coordinates: the swept coordinates of the pose [m, rad].
         index: its place along each swept dimension.
-        status: :class:`kinetostatics.Status` of the pose.
+        status: :class:`kinetostatics.Status` of the pose, the worst of what is true of it.
+        facts: names of all that is true of it, "limit_exceeded", ….
         coordinate_units: of the coordinates; empty where none is known.
     """
 
@@ -182,6 +184,7 @@ class Extreme:
     index: Mapping[str, int]
     status: Status
     coordinate_units: Mapping[str, str]
+    facts: tuple[str, ...]
 
     def __str__(self) -> str:
         where = [_said(name, value, self.coordinate_units.get(name, "")) for name, value in self.coordinates.items()]
@@ -234,6 +237,7 @@ def _extreme(ds: xr.Dataset, what: str, beyond_limits: bool, best: bool) -> Extr
         index=index,
         status=Status(int(ds["status"].isel(index))),
         coordinate_units={dim: str(ds[dim].attrs.get("units", "")) for dim in index},
+        facts=tuple(name for name in FACTS if bool(in_map(ds, name).isel(index))),
     )
 
 

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import xarray as xr
 
-from kinetostatics.configuration import Status
 from kinetostatics.exceptions import ArgumentError, near_names
+from kinetostatics.facts import WITHOUT_NUMBERS, in_map
 
 #: Components of twists.
 LINEAR, ANGULAR = ("x", "y", "z"), ("rx", "ry", "rz")
-
-#: Statuses at which twist, stiffness and drives' forces are numbers of a pose within the joints' limits.
-VALID = (Status.OK, Status.INDETERMINATE, Status.BASIS_DEGENERATE)
 
 
 def valid(ds: xr.Dataset, beyond_limits: bool = False) -> xr.DataArray:
@@ -25,9 +22,8 @@ def valid(ds: xr.Dataset, beyond_limits: bool = False) -> xr.DataArray:
     Raises:
         ArgumentError: the Dataset is not such a map.
     """
-    status = variable(ds, "status")
-    wanted = [int(item) for item in (*VALID, *((Status.LIMIT_EXCEEDED,) if beyond_limits else ()))]
-    return status.isin(wanted)
+    numbers = ~variable(ds, "status").isin([int(item) for item in WITHOUT_NUMBERS])
+    return numbers if beyond_limits else numbers & ~in_map(ds, "limit_exceeded")
 
 
 def swept(ds: xr.Dataset) -> tuple[str, ...]:

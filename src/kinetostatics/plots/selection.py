@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from kinetostatics.configuration import Status
 from kinetostatics.exceptions import ArgumentError, near_names
+from kinetostatics.facts import WITHOUT_NUMBERS, in_map
 from kinetostatics.indices import quantity, swept
 from kinetostatics.indices.poses import ANGULAR, LINEAR
 from kinetostatics.plots.display_units import coordinate_unit, display_unit, label
@@ -57,7 +58,8 @@ class Selection:
         what: its name.
         axes: the coordinates that vary.
         values: over the axes; NaN where the pose does not count.
-        status: over the axes; :data:`OTHER_MODE` where only another assembly mode reaches the pose.
+        status: over the axes, why a pose has no number, if it has none; :data:`OTHER_MODE` where only another assembly mode
+            reaches it.
         units: of the values.
         long_name: of the values.
         fixed: what the other coordinates are, in words; empty if there are none.
@@ -148,7 +150,7 @@ def select(ds: xr.Dataset, what: str, dims: Sequence[str], at: Mapping[str, floa
         what=what,
         axes=axes,
         values=np.asarray(found.values, dtype=float),
-        status=_status(part, dims),
+        status=_status(part, dims, beyond_limits),
         units=str(found.attrs["units"]),
         long_name=str(found.attrs["long_name"]),
         fixed=", ".join([*said, *_held(ds)]),
@@ -200,12 +202,17 @@ def _said(name: str, value: str, unit: str) -> str:
     return f"{name} = {value} {unit}".replace(" °", "°").strip()
 
 
-def _status(part: xr.Dataset, dims: Sequence[str]) -> NDArray[np.int8]:
+def _status(part: xr.Dataset, dims: Sequence[str], beyond_limits: bool) -> NDArray[np.int8]:
     status = part["status"]
+    if beyond_limits:  # then that is no reason
+        status = status.where(status != Status.LIMIT_EXCEEDED, Status.OK)
+    else:
+        beyond = in_map(part, "limit_exceeded") & ~status.isin([int(item) for item in WITHOUT_NUMBERS])
+        status = status.where(~beyond, Status.LIMIT_EXCEEDED)
     if "mode" in part:
         other = (part["mode"] == 1) & (status == Status.UNREACHABLE)
-        status = status.where(~other, OTHER_MODE).astype(np.int8)
-    return np.asarray(status.transpose(*dims).values)
+        status = status.where(~other, OTHER_MODE)
+    return np.asarray(status.transpose(*dims).values, dtype=np.int8)
 
 
 def place_of(coordinate: xr.DataArray, axis: Axis, value: float) -> int:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.configuration import Status, frozen
+from kinetostatics.configuration import frozen
 from kinetostatics.equilibrium import analyze
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.verification.frame import Array, FrameModel
@@ -177,8 +177,8 @@ def _determined(
     for name in theirs:
         if name not in ours:
             continue  # a fixed joint inside base or platform
-        if np.any(np.isnan(ours[name])) and result.status == Status.INDETERMINATE:
-            not_compared[name] = "rigid limbs overconstrain one another: its wrench is not determined"
+        if np.any(np.isnan(ours[name])) and result.indeterminate:
+            not_compared[name] = "rigid parts are overconstrained: its wrench is not determined"
         else:
             found.append(name)
     return found

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from kinetostatics.configuration import Status
 from kinetostatics.equilibrium import analyze
 from kinetostatics.exceptions import ArgumentError
+from kinetostatics.facts import WITHOUT_NUMBERS, status_of
 from kinetostatics.workspace.assembling import assemble
 from kinetostatics.workspace.grid import Block
 from kinetostatics.workspace.plan import Combination, Plan
@@ -106,6 +107,7 @@ def _extract(plan: Plan, labels: Labels, combination: Combination, result: Resul
     first = (0,) * (len(shape) - 1)
     pose = configuration.platform_coordinates(plan.orientation)
     reached = configuration.status != Status.UNREACHABLE
+    facts = dict(result.facts)
     found: dict[str, Array] = {
         "status": result.status,
         "mode": np.where(reached, ZERO_MODE, NO_MODE).astype(np.int8),
@@ -136,13 +138,15 @@ def _extract(plan: Plan, labels: Labels, combination: Combination, result: Resul
             nothing = np.full(shape, np.nan)
             found[name] = np.stack([columns.get((limb, label), nothing) for limb, label, _ in wanted], axis=-1)
     if not matches:  # the readable wrenches are others than those of the first robot
-        found["status"] = np.where(found["status"] == Status.OK, Status.BASIS_DEGENERATE, found["status"]).astype(np.int8)
+        facts["basis_degenerate"] = ~np.isin(result.status, WITHOUT_NUMBERS)
+        found["status"] = status_of(result.status, facts)
     if labels.beams:
         beams = [result.beams[name] for name in labels.beams]
         found["beam_stress"] = np.stack([beam.stress for beam in beams], axis=-1)
         found["beam_euler_ratio"] = np.stack([beam.euler_ratio for beam in beams], axis=-1)
         lengths = [np.sqrt((beam.deflections**2).sum(axis=-1)).max(axis=-1) for beam in beams]
         found["beam_deflection"] = np.stack(lengths, axis=-1)
+    found |= facts
     return {name: _full(found[name], item.kinds, shape) for name, item in variables(labels).items()}
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from kinetostatics.configuration import Status
 from kinetostatics.equilibrium import analyze
 from kinetostatics.exceptions import ArgumentError
+from kinetostatics.facts import FACTS
 from kinetostatics.orientation import orientation_named
 from kinetostatics.report_dict import drive_unit, wrench_units
 from kinetostatics.workspace.other_modes import loose_coordinates
@@ -67,6 +68,11 @@ class Variable:
     attributes: dict[str, Any]
     kinds: tuple[str, ...] = EVERYTHING
     dtype: Any = field(default=np.float64)
+
+    @property
+    def nothing(self) -> Any:
+        """Return what stands where nothing has been written."""
+        return NO_MODE if self.dtype == np.int8 else False if self.dtype == np.bool_ else np.nan
 
     def dims(self, plan: Plan) -> tuple[str, ...]:
         """Return the names of all its dimensions."""
@@ -131,7 +137,7 @@ def variables(labels: Labels) -> dict[str, Variable]:
     """Return the variables over the grid, in the Dataset's order."""
     units = {"unit_coordinate": "component_unit"}
     statuses = {
-        "long_name": "what became of the pose",
+        "long_name": "what became of the pose, the worst of it",
         "flag_values": np.array([int(item) for item in Status], dtype=np.int8),
         "flag_meanings": " ".join(item.name.lower() for item in Status),
     }
@@ -143,6 +149,7 @@ def variables(labels: Labels) -> dict[str, Variable]:
     force = "unit_coordinate"
     found = {
         "status": Variable((), statuses, dtype=np.int8),
+        **{name: Variable((), {"long_name": fact.words}, dtype=np.bool_) for name, fact in FACTS.items()},
         "mode": Variable((), modes, kinds=POSES, dtype=np.int8),
         "twist": Variable(("component",), {"long_name": "displacement of o and rotation of the platform, world axes", **units}),
         "contribution": Variable(
@@ -299,6 +306,6 @@ def template(plan: Plan, labels: Labels) -> xr.Dataset:
     data: dict[str, xr.Variable] = {}
     for name, item in variables(labels).items():
         dims = item.dims(plan)
-        nothing = np.array(NO_MODE if item.dtype == np.int8 else np.nan, dtype=item.dtype)
+        nothing = np.array(item.nothing, dtype=item.dtype)
         data[name] = xr.Variable(dims, np.broadcast_to(nothing, tuple(sizes[dim] for dim in dims)), dict(item.attributes))
     return xr.Dataset(data, coords=coords)

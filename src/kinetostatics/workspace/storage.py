@@ -16,8 +16,8 @@ from kinetostatics.workspace.targets import STORES, NetCDF, Zarr
 if TYPE_CHECKING:
     import xarray as xr
 
-#: Of the layout of the folder of finished blocks.
-FORMAT = 1
+#: Of the layout of the folder of finished blocks, and of what is in them.
+FORMAT = 2
 #: Attributes of a Dataset that say what sweep it comes from, and what messages call other values of them.
 COMPARED = {
     "arguments": "other arguments",

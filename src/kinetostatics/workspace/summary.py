@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.configuration import Status
+from kinetostatics.facts import FACTS, in_map
 from kinetostatics.workspace.schema import OTHER_MODE
 
 if TYPE_CHECKING:
@@ -20,14 +21,7 @@ Found = tuple[float, str, str]
 AT_ONCE = 2**22
 #: From how many poses on their cost is told.
 MANY = 1000
-WORDS = {
-    Status.OK: "reached",
-    Status.LIMIT_EXCEEDED: "beyond a joint's limit",
-    Status.UNREACHABLE: "unreachable",
-    Status.SINGULAR: "singular",
-    Status.INDETERMINATE: "with undetermined forces",
-    Status.BASIS_DEGENERATE: "with unreadable intensities",
-}
+WORDS = {Status.OK: "reached", Status.UNREACHABLE: "unreachable", Status.SINGULAR: "singular"}
 
 
 def summary(ds: xr.Dataset, seconds: float | None = None) -> str:
@@ -41,23 +35,30 @@ def summary(ds: xr.Dataset, seconds: float | None = None) -> str:
     """
     dims = ds["status"].dims
     size = int(ds["status"].size)
-    counts = np.zeros(len(Status), dtype=int)
-    others = 0
+    counts = dict.fromkeys((WORDS[Status.OK], *(fact.summary for fact in FACTS.values()), *WORDS.values()), 0)
+    several = others = 0
     units = [str(unit) for unit in ds["actuator_force_unit"].values] if "actuator_force" in ds else []
     # within the limits, and beyond them
     found = _Extremes(), _Extremes()
     for piece in _pieces(ds):
         part = ds.isel(piece)
         status = part["status"].values
-        counts += np.bincount(np.ravel(status), minlength=len(Status))
+        true = {fact.summary: in_map(part, name).values for name, fact in FACTS.items()}
+        true |= {word: status == item for item, word in WORDS.items()}
+        for word, where in true.items():
+            counts[word] += int(where.sum())
+        several += int((np.sum(list(true.values()), axis=0) > 1).sum())
+        beyond = true[FACTS["limit_exceeded"].summary]
         others += int((part["mode"].values == OTHER_MODE).sum())
-        for extremes, where in zip(found, (status != Status.LIMIT_EXCEEDED, status == Status.LIMIT_EXCEEDED), strict=True):
+        for extremes, where in zip(found, (~beyond, beyond), strict=True):
             extremes.look_at(part, where, units)
     sizes = " × ".join(f"{name} {ds.sizes[name]}" for name in dims)
     lines = [
         f"{ds.attrs.get('robot_name', 'robot')}: {size} {'pose' if size == 1 else 'poses'}" + (f" ({sizes})" if dims else "")
     ]
-    lines += [f"  {counts[status]:>10d} {word}" for status, word in WORDS.items() if counts[status]]
+    lines += [f"  {count:>10d} {word}" for word, count in counts.items() if count]
+    if several:
+        lines.append(f"  {several:>10d} of them counted more than once")
     if others:
         lines.append(f"  {others:>10d} of the unreachable ones in another assembly mode only")
     within, outside = found

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from kinetostatics.workspace.finishing import Finished
 from kinetostatics.workspace.grid import Block, cut, shape_of
 from kinetostatics.workspace.plan import Combination, Plan
-from kinetostatics.workspace.schema import NO_MODE, Labels, Variable, variables
+from kinetostatics.workspace.schema import Labels, Variable, variables
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -102,8 +102,7 @@ class Memory:
         self.arrays: dict[str, Array] = {}
         self._tails = tails(labels)
         for name, item in self.items.items():
-            nothing = NO_MODE if item.dtype == np.int8 else np.nan
-            self.arrays[name] = np.full((*_sizes(part_of(plan, item, self.block)), *self._tails[name]), nothing, item.dtype)
+            self.arrays[name] = np.full((*_sizes(part_of(plan, item, self.block)), *self._tails[name]), item.nothing, item.dtype)
 
     def _local(self, name: str, where: Block) -> Block:
         starts = [piece.start for piece in part_of(self.plan, self.items[name], self.block)]
@@ -156,14 +155,16 @@ class NetCDF:
             chunks = tuple(min(sizes.get(str(dim), n), n) for dim, n in variable.sizes.items())
             fill = np.nan if variable.dtype.kind == "f" else None
             options = {"chunks": chunks} if chunks else {}
-            created = self._file.create_variable(name, variable.dims, variable.dtype, fillvalue=fill, **options)
-            for key, value in variable.attrs.items():
+            truth = variable.dtype.kind == "b"  # netCDF has none: xarray's way to store it
+            dtype = np.dtype(np.int8) if truth else variable.dtype
+            created = self._file.create_variable(name, variable.dims, dtype, fillvalue=fill, **options)
+            for key, value in {**variable.attrs, **({"dtype": "bool"} if truth else {})}.items():
                 created.attrs[key] = value
             self._variables[name] = created
 
     def write(self, name: str, where: Block, values: Array) -> None:
         """See :class:`Target`."""
-        self._variables[name][where if where else ...] = values
+        self._variables[name][where if where else ...] = values.astype(np.int8) if values.dtype.kind == "b" else values
 
     def read(self, name: str, where: Block) -> Array:
         """See :class:`Target`."""
