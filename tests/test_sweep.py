@@ -120,10 +120,10 @@ def test_layout_and_units(small):
         attributes = small[name].attrs
         assert attributes["long_name"]
         known = {"units", "unit_coordinate", "flag_values"} & set(attributes)
-        assert known, f"{name} does not say its unit"
+        assert known or small[name].dtype == bool, f"{name} does not say its unit"
         if "unit_coordinate" in attributes:
             assert set(small[attributes["unit_coordinate"]].dims) <= set(small[name].dims)
-        assert small[name].dtype in (np.float64, np.int8)
+        assert small[name].dtype in (np.float64, np.int8, np.bool_)
 
 
 def test_it_says_where_it_comes_from(small):
