@@ -10,6 +10,7 @@ from mechanisms import Beam, Edge, Joint, Link, Mechanism, circle, write_mechani
 import kinetostatics as ks
 
 ROBOTS = Path(__file__).parent.parent / "robots"
+CASES = Path(__file__).parent / "cases"
 
 
 def line(configuration, joint):
@@ -128,3 +129,14 @@ def test_a_hinge_alone_has_couples_across_it():
     for limb in ks.analyze(robot.assemble()).limbs.values():
         assert not any(label.startswith("complementary") for label in limb.labels)
         assert len(set(limb.labels)) == len(limb.labels)
+
+
+def test_nothing_is_across_parallel_hinges_however_their_frames_are_turned():
+    plain, turned = (ks.load_robot(CASES / f"parallelogram_{name}.urdf") for name in ("plain", "turned_frames"))
+    for angle in (0.0, 0.3, -0.7):
+        one, other = (ks.analyze(robot.assemble(actuators={"a": angle}), (100, 50, -20, 3, 2, 1)) for robot in (plain, turned))
+        assert one.status == other.status == ks.Status.OK
+        for name, limb in one.limbs.items():
+            assert other.limbs[name].labels == limb.labels
+            assert not any("⟂" in label for label in limb.labels)
+            np.testing.assert_allclose(np.abs(other.limbs[name].intensities), np.abs(limb.intensities), rtol=0, atol=1e-10)

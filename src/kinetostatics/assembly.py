@@ -47,8 +47,8 @@ def assemble(
         given: Mapping[str, ArrayLike] = platform
     else:
         given = actuators if actuators is not None else {name: 0.0 for name in robot.description.driven}
-        request, names = robot.actuator_request, _actuator_names(robot)
-        _check_actuator_names(robot, given)
+        request, names = robot.actuator_request, actuator_names(robot)
+        _checkactuator_names(robot, given)
     shape, target = _stack([given[name] for name in names], names)
     raising = on_failure == "raise" or (on_failure is None and shape == ())
     start = robot.zero_poses
@@ -161,13 +161,13 @@ def actuator_request(robot: Robot) -> Request:
     return Request(tuple(columns), tuple(coordinates), tuple(loops))
 
 
-def _actuator_names(robot: Robot) -> list[str]:
+def actuator_names(robot: Robot) -> list[str]:
     """Driven joints in the order of the request: those of the tree, then loops."""
     loops = [loop.name for loop in robot.equations.loops]
     return sorted(robot.description.driven, key=lambda name: name in loops)
 
 
-def _check_actuator_names(robot: Robot, given: Mapping[str, ArrayLike]) -> None:
+def _checkactuator_names(robot: Robot, given: Mapping[str, ArrayLike]) -> None:
     driven = robot.description.driven
     for name in given:
         if name not in driven:

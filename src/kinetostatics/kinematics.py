@@ -81,6 +81,12 @@ class Frames:
         """Return the rotations (3, 3, M, N) of frames with orientations ``local`` (3, 3, M) in ``bodies`` (M,)."""
         return np.einsum("ijmn,jkm->ikmn", self.rotation[:, :, bodies], local)
 
+    def followed_by(self, other: Frames) -> Frames:
+        """Return these poses and behind them others."""
+        return Frames(
+            np.concatenate([self.rotation, other.rotation], axis=-1), np.concatenate([self.position, other.position], axis=-1)
+        )
+
     def relative_to(self, body: int) -> Frames:
         """Return the same frames as seen from ``body``."""
         back = np.swapaxes(self.rotation[:, :, body], 0, 1)

@@ -21,20 +21,22 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 
-def make_limb_groups(robot: Robot, frames: Frames) -> tuple[LimbGroup, ...]:
-    """Choose every limb's basis at generic ``frames`` and stack limbs that are built alike.
+def make_limb_groups(robot: Robot, frames: Frames, ordinary: Frames) -> tuple[LimbGroup, ...]:
+    """Decide about every limb at generic ``frames`` and choose a basis that suits ``ordinary`` ones too; stack limbs built alike.
 
     Raises:
         StaticsError: a limb's wrenches cannot be completed to a basis.
     """
     o = robot.solver.platform_pose(frames)[1]
+    both = frames.followed_by(ordinary)
+    o_of_both = robot.solver.platform_pose(both)[1]
     alike: dict[tuple[object, ...], list[tuple[LimbGroup, Basis]]] = {}
     plans: dict[tuple[object, ...], list[force_method.Plan]] = {}
     for number in range(len(robot.all_limbs)):
         limb = LimbGroup(robot, [number])
         geometry = limb.geometry(frames, o)
         plan = None if limb.is_serial else _plan(limb, geometry, plans.setdefault(limb.signature, []))
-        basis = choose_basis(limb.decided(plan), geometry)
+        basis = choose_basis(limb.decided(plan), limb.geometry(both, o_of_both), o.shape[1])
         limb = limb.decided(plan, [basis], _rigid_directions(limb.decided(plan, [basis]), frames, o))
         key = (
             limb.signature,

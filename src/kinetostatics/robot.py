@@ -23,6 +23,7 @@ from kinetostatics.limb_grouping import make_limb_groups
 from kinetostatics.limb_joints import Branch, JointTable, dead_joints, freedoms_of
 from kinetostatics.linalg import dot, null_space
 from kinetostatics.mechanism import Mechanism
+from kinetostatics.pose_spread import ordinary_poses
 from kinetostatics.robot_file import read_robot_file
 from kinetostatics.solver import Poses, Request, Solver
 from kinetostatics.topology import Limb, Topology, analyze_topology
@@ -308,8 +309,11 @@ class Robot:
     @cached_property
     def limb_groups(self) -> tuple[LimbGroup, ...]:
         """Equal limbs stacked, with their wrench bases, which are fixed once per robot."""
-        frames = world_frames(self.mechanism, self.mechanism.tree.forward(self.model_q(self.generic_poses)))
-        return make_limb_groups(self, frames)
+        generic, ordinary = (
+            world_frames(self.mechanism, self.mechanism.tree.forward(q))
+            for q in (self.model_q(self.generic_poses), ordinary_poses(self))
+        )
+        return make_limb_groups(self, generic, ordinary)
 
     # ---- coordinates ------------------------------------------------------------------------------------------------
 

@@ -7,7 +7,7 @@ The choice is made once per robot, at a few generic poses; at every pose the sam
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -31,7 +31,10 @@ from kinetostatics.wrench_candidates import (
 )
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
+#: The smallest singular value of unit wrenches of a basis that is chosen, and the smallest sine that tells a direction of theirs.
+MARGIN = 0.01
 #: Below this pivot of the Gram matrix (the squared sine of an angle) a readable basis counts as degenerate.
 DEGENERATE = 1e-10
 
@@ -79,11 +82,12 @@ def _columns(
 ) -> list[Array]:
     """Return the wrenches (6, g, N) of candidates, completed by ones reciprocal to ``twists`` and independent of ``known``."""
     scale = _scale(group)
-    found = [wrench_of(candidate, geometry) for candidate in part if candidate.direction[0] != "rest"]
+    length = group.robot.length
+    found = [wrench_of(candidate, geometry, length) for candidate in part if candidate.direction[0] != "rest"]
     seeds = [int(c.direction[1]) for c in part if c.direction[0] == "rest"]
     if seeds:
         spanned = [twist / scale for twist in twists] + [w * scale for w in (*known, *found)]
-        found += [w / scale for w in _complete(spanned, _seeds(geometry, group.robot.length) * scale[:, None], seeds)]
+        found += [w / scale for w in _complete(spanned, _seeds(geometry, length) * scale[:, None], seeds)]
     return found
 
 
@@ -121,39 +125,39 @@ def _replace(
         J[:, count:, limb, pose] = rest / s[:, None]
 
 
-def choose_basis(group: LimbGroup, geometry: LimbGeometry) -> Basis:
-    """Choose ranks and readable wrenches at generic poses; for a group of one limb, whose plan is known."""
+def choose_basis(group: LimbGroup, geometry: LimbGeometry, generic: int) -> Basis:
+    """Choose ranks and readable wrenches; for a group of one limb, whose plan is known.
+
+    Args:
+        group: the limb.
+        geometry: at generic poses, which decide ranks, and behind them at ordinary poses, at which nothing may degenerate.
+        generic: how many poses are generic.
+    """
     if group.is_hanging:
         return Basis((), (), (), (), np.inf)
     tolerance = group.robot.rank_tolerance
     twists = geometry.twists[:, :, 0] / _scale(group)
     allowed = allowed_twists(group, geometry)
     mine = allowed[:, :, 0] / _scale(group)
-    rank, gap = _rank_over_poses(mine, tolerance)
-    carried_rank, _ = _rank_over_poses(twists[:, group.platform_joint], tolerance)
+    rank, gap = _rank_over_poses(mine[:, :, :generic], tolerance)
+    carried_rank, _ = _rank_over_poses(twists[:, group.platform_joint, :generic], tolerance)
     if group.plan is not None:
         rank = 6 - len(group.plan.platform)
     n_c = 6 - rank
+    independent = tuple(_independent(mine[:, :, :generic], range(mine.shape[1]), rank))
+    carried = tuple(_independent(twists[:, :, :generic], np.flatnonzero(group.platform_joint), carried_rank))
     joints = (group.units[0], group.unit_of, group.passive, group.rotates, [f.label for f in group.freedoms[0]])
-    independent = tuple(_independent(mine, range(mine.shape[1]), rank))
     candidates = itertools.chain(constraint_candidates(*joints), further_candidates(*joints, group.is_serial))
     meeting = common_point(group, geometry)
     if meeting is not None:
         candidates = itertools.chain(central_candidates(*meeting, group.freedoms[0]), candidates)
     if not group.is_serial:
         candidates = itertools.chain(beam_candidates([beam.name for beam in group.beams[0]]), candidates)
-    constraint = _choose(group, geometry, candidates, n_c, mine, mine[:, list(independent)], [])
+    choice = _Choice(group, geometry, generic)
+    constraint = choice.of(candidates, n_c, mine, mine[:, list(independent)], [])
     known = _columns(group, constraint, [allowed[:, k] for k in independent], [], geometry)
-    carried = tuple(_independent(twists, np.flatnonzero(group.platform_joint), carried_rank))
-    attached = _choose(
-        group,
-        geometry,
-        attached_candidates(*joints),
-        6 - carried_rank - n_c,
-        twists[:, group.platform_joint],
-        twists[:, list(carried)],
-        known,
-    )
+    carried_twists = twists[:, group.platform_joint], twists[:, list(carried)]
+    attached = choice.of(attached_candidates(*joints), 6 - carried_rank - n_c, *carried_twists, known)
     if not group.is_serial:
         constraint, attached = tuple(map(as_component, constraint)), tuple(map(as_component, attached))
     return Basis(constraint, attached, independent, carried, gap)
@@ -169,42 +173,53 @@ def allowed_twists(group: LimbGroup, geometry: LimbGeometry) -> Array:
     return found.allowed / group.twist_scale
 
 
-def _choose(
-    group: LimbGroup,
-    geometry: LimbGeometry,
-    candidates: Iterator[Candidate],
-    count: int,
-    reciprocal_to: Array,
-    independent: Array,
-    known: list[Array],
-) -> tuple[Candidate, ...]:
-    """Take candidates greedily that are reciprocal to given twists and independent of those taken and ``known``.
+@dataclass(frozen=True)
+class _Choice:
+    """Chooses wrenches of one limb at generic poses and, behind them, ordinary ones; see :func:`choose_basis`."""
 
-    Args:
-        group, geometry: one limb at generic poses.
-        candidates: in the order of preference.
-        count: how many are wanted; where the readable ones do not suffice they are completed.
-        reciprocal_to: (6, k, poses) scaled twists, of which ``independent`` (6, r, poses) are independent.
-        independent: see ``reciprocal_to``.
-        known: (6, 1, poses) wrenches that are taken already.
-    """
-    scale = _scale(group)
-    chosen: list[Candidate] = []
-    taken = [normalize(wrench[:, 0] * scale[:, 0]) for wrench in known]
-    allowed = 1e-8 + 100 * group.robot.closing_error
-    with np.errstate(invalid="ignore", divide="ignore"):
-        for candidate in candidates:
-            if len(chosen) == count:
-                break
-            column = normalize(wrench_of(candidate, geometry)[:, 0] * scale[:, 0])
-            power = np.einsum("kin,kn->in", reciprocal_to, column)
-            reciprocal = np.all(np.isfinite(column)) and float(np.abs(power).max(initial=0.0)) < allowed
-            if reciprocal and _smallest_singular_value([*taken, column]) > 1e-3:
-                chosen.append(_told_apart(candidate, chosen))
-                taken.append(column)
-    seeds = (_seeds(geometry, group.robot.length) * scale[:, None])[:, :, 0]
-    spanned = [independent[:, k] for k in range(independent.shape[1])]
-    return (*chosen, *_rest(spanned + taken, seeds, count - len(chosen)))
+    group: LimbGroup
+    geometry: LimbGeometry
+    generic: int
+
+    def of(
+        self, candidates: Iterable[Candidate], count: int, reciprocal_to: Array, independent: Array, known: list[Array]
+    ) -> tuple[Candidate, ...]:
+        """Take candidates greedily that are reciprocal to given twists and independent of those taken and ``known``.
+
+        Args:
+            candidates: in the order of preference.
+            count: how many are wanted; where the readable ones do not suffice they are completed.
+            reciprocal_to: (6, k, poses) scaled twists, of which ``independent`` (6, r, poses) are independent.
+            independent: see ``reciprocal_to``.
+            known: (6, 1, poses) wrenches that are taken already.
+        """
+        if not count:
+            return ()
+        scale = _scale(self.group)
+        length = self.group.robot.length
+        taken = [normalize(wrench[:, 0] * scale[:, 0]) for wrench in known]
+        spanned = [normalize(independent[:, k]) for k in range(independent.shape[1])]
+        judged = self._regular(spanned, taken)
+        allowed = 1e-8 + 100 * self.group.robot.closing_error
+        chosen: list[Candidate] = []
+        with np.errstate(invalid="ignore", divide="ignore"):
+            for candidate in candidates:
+                if len(chosen) == count:
+                    break
+                column = normalize(wrench_of(candidate, self.geometry, length, MARGIN)[:, 0] * scale[:, 0])
+                power = np.einsum("kin,kn->in", reciprocal_to[:, :, judged], column[:, judged])
+                if float(np.abs(power).max(initial=0.0)) < allowed and _least_singular_value([*taken, column], judged) > MARGIN:
+                    chosen.append(_told_apart(candidate, chosen))
+                    taken.append(column)
+            seeds = (_seeds(self.geometry, length) * scale[:, None])[:, :, 0]
+            return (*chosen, *_rest(spanned + taken, seeds, count - len(chosen), judged))
+
+    def _regular(self, spanned: list[Array], taken: list[Array]) -> Index:
+        """Return the generic poses, and the ordinary ones at which the limb is not singular: no basis is sound at those."""
+        poses = np.arange(self.geometry.limb_axes.shape[-1])
+        sound = _singular_values(spanned) > MARGIN
+        sound &= _singular_values(taken) > MARGIN
+        return poses[(poses < self.generic) | sound]
 
 
 def _told_apart(candidate: Candidate, others: list[Candidate]) -> Candidate:
@@ -218,10 +233,19 @@ def _scale(group: LimbGroup) -> Array:
     return np.array([group.robot.length] * 3 + [1.0] * 3).reshape(6, 1, 1)
 
 
-def _smallest_singular_value(columns: list[Array]) -> float:
-    """Return the smallest singular value of columns (6, P) over all poses."""
-    stack = np.stack(columns)
-    return min(float(np.linalg.svd(stack[:, :, p], compute_uv=False)[-1]) for p in range(stack.shape[2]))
+def _singular_values(columns: list[Array]) -> Array:
+    """Return the smallest singular value (P,) of columns (6, P) at every pose; 0 where they are not finite."""
+    if not columns:
+        return np.asarray(1.0)
+    stack = np.stack(columns, axis=1)
+    good = np.all(np.isfinite(stack), axis=(0, 1))
+    values = np.linalg.svd(np.moveaxis(np.where(good, stack, 0.0), 2, 0), compute_uv=False)
+    return np.asarray(values[:, -1])
+
+
+def _least_singular_value(columns: list[Array], judged: Index) -> float:
+    """Return the smallest singular value of columns (6, P) over the poses ``judged``; 0 where they are not finite."""
+    return float(np.min(_singular_values([column[:, judged] for column in columns])))
 
 
 def _seeds(geometry: LimbGeometry, length: float) -> Array:
@@ -256,13 +280,13 @@ def _complete(spanned: list[Array], seeds: Array, chosen: Sequence[int]) -> list
     return basis[len(spanned) :]
 
 
-def _rest(spanned: list[Array], seeds: Array, count: int) -> list[Candidate]:
-    """Choose ``count`` seeds whose completion of ``spanned`` is best conditioned at all generic poses."""
+def _rest(spanned: list[Array], seeds: Array, count: int, judged: Index) -> list[Candidate]:
+    """Choose ``count`` seeds whose completion of ``spanned`` is best conditioned at the poses ``judged``."""
     chosen: list[int] = []
     for number in range(count):
         completed = [*(normalize(column) for column in spanned), *_complete(spanned, seeds, chosen)]
         sizes = {
-            seed: _smallest_singular_value([*completed, normalize(seeds[:, seed])])
+            seed: _least_singular_value([*completed, normalize(seeds[:, seed])], judged)
             for seed in range(seeds.shape[1])
             if seed not in chosen
         }

@@ -23,8 +23,10 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-#: Squared sine of the angle between axes that count as parallel: they meet nowhere.
-_PARALLEL = 1e-6
+#: Sine of the angle between directions to which nothing is across; the same as a part of the characteristic length.
+PARALLEL = 1e-6
+#: Sine of the angle between axes that meet nowhere.
+_MEETS_NOWHERE = 1e-3
 Index = NDArray[np.intp]
 
 
@@ -47,36 +49,61 @@ class Candidate:
     label: str
 
 
-def wrench_of(candidate: Candidate, geometry: LimbGeometry) -> Array:
-    """Return the wrenches (6, g, N) of a candidate, about o."""
+def wrench_of(candidate: Candidate, geometry: LimbGeometry, length: float, least: float = PARALLEL) -> Array:
+    """Return the wrenches (6, g, N) of a candidate about o; NaN where nothing tells its direction.
+
+    Args:
+        candidate: that is evaluated.
+        geometry: at the poses in question.
+        length: characteristic length [m].
+        least: sine of the smallest angle between two directions, and part of ``length`` between two points, by which these tell
+            another direction. What is smaller is rounding, or too near to it.
+    """
+    find = _Directions(geometry, length, least)
     kind, *numbers = candidate.direction
     which = [int(number) for number in numbers]
     if kind == "beam":
         return wrench_of_force(geometry.beam_axes[:, 0, which[0]], geometry.beam_ends[:, which[0]])
     if candidate.centre is None:
-        return wrench_of_couple(_direction(str(kind), which, None, geometry))
+        return wrench_of_couple(find.direction(str(kind), which, None))
     if isinstance(candidate.centre, tuple):
-        point = _meeting_point(*candidate.centre, geometry)
+        point = _meeting_point(*candidate.centre, geometry, least)
     else:
         point = geometry.centres[:, candidate.centre]
-    return wrench_of_force(_direction(str(kind), which, point, geometry), point)
+    return wrench_of_force(find.direction(str(kind), which, point), point)
 
 
-def _direction(kind: str, which: list[int], point: Array | None, geometry: LimbGeometry) -> Array:
-    """Return the unit vectors (3, g, N) of a candidate's direction; ``point`` (3, g, N) is where it acts, if anywhere."""
-    if kind == "limb":
-        return geometry.limb_axes[:, which[0]]
-    if kind == "axis":
-        return geometry.axes[:, which[0]]
-    if kind == "cross":
-        return normalize(cross(geometry.axes[:, which[0]], geometry.axes[:, which[1]]))
-    if kind == "cross_limb":
-        return normalize(cross(geometry.axes[:, which[0]], geometry.limb_axes[:, which[1]]))
-    assert point is not None
-    if kind == "to":
-        return normalize(geometry.centres[:, which[0]] - point)
-    planes = [cross(geometry.axes[:, f], point - _foot(f, geometry)) for f in which]  # which hold the point and an axis each
-    return normalize(cross(planes[0], planes[1]))
+@dataclass(frozen=True)
+class _Directions:
+    """Unit vectors (3, g, N), NaN where they are not told by more than ``least``; see :func:`wrench_of`."""
+
+    geometry: LimbGeometry
+    length: float
+    least: float
+
+    def direction(self, kind: str, which: list[int], point: Array | None) -> Array:
+        """Return a candidate's direction; ``point`` (3, g, N) is where it acts, if anywhere."""
+        geometry = self.geometry
+        if kind == "limb":
+            return geometry.limb_axes[:, which[0]]
+        if kind == "axis":
+            return geometry.axes[:, which[0]]
+        if kind == "cross":
+            return self._across(geometry.axes[:, which[0]], geometry.axes[:, which[1]])
+        if kind == "cross_limb":
+            return self._across(geometry.axes[:, which[0]], geometry.limb_axes[:, which[1]])
+        assert point is not None
+        if kind == "to":
+            return self._along(geometry.centres[:, which[0]] - point, self.length)
+        # planes which hold the point and an axis each
+        planes = [self._along(cross(geometry.axes[:, f], point - _foot(f, geometry)), self.length) for f in which]
+        return self._across(planes[0], planes[1])
+
+    def _across(self, a: Array, b: Array) -> Array:
+        return self._along(cross(a, b), 1.0)
+
+    def _along(self, vector: Array, size: float) -> Array:
+        return np.where(dot(vector, vector) > (self.least * size) ** 2, normalize(vector), np.nan)
 
 
 def _foot(freedom: int, geometry: LimbGeometry) -> Array:
@@ -85,12 +112,12 @@ def _foot(freedom: int, geometry: LimbGeometry) -> Array:
     return cross(twist[3:], twist[:3])
 
 
-def _meeting_point(f: int, h: int, geometry: LimbGeometry) -> Array:
+def _meeting_point(f: int, h: int, geometry: LimbGeometry, least: float = PARALLEL) -> Array:
     """Return the point (3, g, N) of one turning freedom's axis that is nearest to another's; NaN where they are parallel."""
     a, b = geometry.axes[:, f], geometry.axes[:, h]
     start, normal = _foot(f, geometry), cross(a, b)
     square = dot(normal, normal)
-    square = np.where(square > _PARALLEL, square, np.nan)
+    square = np.where(square > max(least, _MEETS_NOWHERE) ** 2, square, np.nan)
     return np.asarray(start + a * dot(cross(_foot(h, geometry) - start, b), normal) / square)
 
 
