@@ -121,12 +121,13 @@ def test_bad_quantities(text, kind, message):
 
 def test_items():
     assert parse_items("--set", ["a=1", " b = x=y "]) == {"a": "1", "b": "x=y"}
-    assert parse_parameters(["d=80mm", "n=3", "name=two words", "angle=${pi}", "t=5nm"]) == {
+    assert parse_parameters(["d=80mm", "n=3", "name=two words", "angle=${pi}", "t=5nmi", "E=70GPa"]) == {
         "d": 0.08,
         "n": "3",
         "name": "two words",
         "angle": "${pi}",
-        "t": "5nm",
+        "t": "5nmi",
+        "E": 70e9,
     }
     for bad in (["a"], ["=1"], ["a="], [""]):
         with pytest.raises(ks.ArgumentError, match="name=value"):
@@ -320,7 +321,7 @@ def test_orientation_changes_what_is_printed(capsys):
         ("analyze 3rps --actuators prism_1=0", "no driven joint 'prism_1'"),
         ("analyze 3rps --orientation XXX", "unknown orientation 'XXX'"),
         ("analyze 3rps --load 0 0 -1e3", "expected 6 arguments"),
-        ("analyze 3rps --load 0 0 -1e3 0 0 5mm", "a plain number is needed"),
+        ("analyze 3rps --load 0 0 -1e3 0 0 5mm", "a moment is needed"),
         ("analyze 3rps --gravity 0 0 down", "--gravity: 'down' is not a number"),
         ("analyze 3rps --frame tool", "invalid choice: 'tool'"),
         ("analyze 3rps --tolerance -1e-3", "must be a positive length"),

@@ -10,23 +10,14 @@ import sys
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from kinetostatics.exceptions import ArgumentError, AssemblyError, near_names
+from kinetostatics.exceptions import ArgumentError, AssemblyError
+from kinetostatics.units import KNOWN, Unit, find_unit
 
 if TYPE_CHECKING:
     from kinetostatics.configuration import Configuration
     from kinetostatics.robot import Robot
 
-#: Units that a number may carry: the kind of quantity, and the unit in SI.
-UNITS = {
-    "deg": ("angle", math.pi / 180),
-    "rad": ("angle", 1.0),
-    "mrad": ("angle", 1e-3),
-    "mm": ("length", 1e-3),
-    "um": ("length", 1e-6),
-    "µm": ("length", 1e-6),
-    "m": ("length", 1.0),
-}
-NUMBER = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\W\d_]+)?")
+NUMBER = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*((?![eE][-+]?\d)(?:[^\W\d_]|°|(?:1\s*)?/).*)?")
 
 #: Kinds of the platform's coordinates; of other names the robot complains.
 PLATFORM_KINDS = {
@@ -36,7 +27,7 @@ PLATFORM_KINDS = {
 
 VALUES_HELP = """\
 values:
-  Numbers are SI: m, rad, N, N·m. They may carry one of the units m, mm, um, deg, rad, mrad: z=500mm rx=-2deg.
+  Numbers are SI: m, rad, N, N·m. They may carry units, with SI prefixes: z=500mm rx=-2deg, 1.5kN, 20Nm, 70GPa, 7.8g/cm3.
 """
 
 
@@ -47,27 +38,39 @@ def parse_quantity(text: str, kind: str | None = None) -> float:
     """Return a number with an optional unit in SI.
 
     Args:
-        text: such as ``500mm``, ``-2deg`` or ``-1e-3``.
-        kind: "length" or "angle" if only units of that kind make sense, "number" if none does.
+        text: such as ``500mm``, ``-2deg``, ``1.5kN`` or ``-1e-3``.
+        kind: one of :data:`kinetostatics.units.KINDS` if only units of that kind make sense, "number" if none does.
 
     Raises:
         ArgumentError: it is not a number, or the unit is unknown or of the wrong kind.
     """
     match = NUMBER.fullmatch(text.strip())
     if match is None:
-        raise ArgumentError(f"{text.strip()!r} is not a number, with or without a unit ({', '.join(UNITS)})")
-    value, unit = float(match[1]), match[2]
+        raise ArgumentError(f"{text.strip()!r} is not a number, with or without a unit; units are {KNOWN}")
+    value, name = float(match[1]), match[2]
     if not math.isfinite(value):
         raise ArgumentError(f"{text.strip()!r} is too large")
-    if unit is None:
+    if name is None:
         return value
-    if unit not in UNITS:
-        raise ArgumentError(f"{text.strip()!r} has the unknown unit {unit!r}: {near_names(unit, UNITS)}")
-    found, factor = UNITS[unit]
-    if kind is not None and kind != found:
-        wanted = {"length": "a length", "angle": "an angle"}.get(kind, "a plain number")
-        raise ArgumentError(f"{text.strip()!r} is {'an angle' if found == 'angle' else 'a length'}, but {wanted} is needed")
-    return value * factor
+    unit = find_unit(name)
+    if unit is None:
+        raise ArgumentError(f"{text.strip()!r} has the unknown unit {name!r}; units are {KNOWN}")
+    if kind is not None and (kind == "number" or unit.kind != kind):
+        wanted = "a plain number" if kind == "number" else article(kind)
+        found = article(unit.kind) if unit.kind else "another quantity"
+        raise ArgumentError(f"{text.strip()!r} is {found}, but {wanted} is needed")
+    return unit.in_si(value)
+
+
+def unit_of(text: str) -> Unit | None:
+    """Return the unit that a number carries, None if the text is no number with a unit."""
+    match = NUMBER.fullmatch(text.strip())
+    return None if match is None or match[2] is None else find_unit(match[2])
+
+
+def article(noun: str) -> str:
+    """Return a noun with "a" or "an"."""
+    return f"{'an' if noun[0] in 'aeiou' else 'a'} {noun}"
 
 
 def parse_range(option: str, name: str, text: str, kind: str | None = None) -> tuple[float, float, int | None]:
@@ -85,10 +88,7 @@ def parse_range(option: str, name: str, text: str, kind: str | None = None) -> t
     parts = text.split(":")
     if len(parts) not in (2, 3):
         raise ArgumentError(f"{option}: {name}={text} is not of the form {name}=FROM:TO or {name}=FROM:TO:COUNT")
-    try:
-        first, last = (parse_quantity(part, kind) for part in parts[:2])
-    except ArgumentError as error:
-        raise ArgumentError(f"{option}: {name}: {error}") from None
+    first, last = parse_coordinates(option, name, parts[:2], kind)
     if len(parts) == 2:
         return first, last, None
     if not parts[2].strip().isdecimal() or int(parts[2]) < 2:
@@ -109,8 +109,8 @@ def parse_values(option: str, name: str, text: str, kind: str | None = None) -> 
         step = (last - first) / (count - 1)
         return [*(first + step * k for k in range(count - 1)), last]
     if "," in text:
-        return [_coordinate(option, name, part, kind) for part in text.split(",")]
-    return _coordinate(option, name, text, kind)
+        return parse_coordinates(option, name, text.split(","), kind)
+    return parse_coordinates(option, name, [text], kind)[0]
 
 
 def parse_items(option: str, items: Iterable[str]) -> dict[str, str]:
@@ -134,14 +134,14 @@ def parse_parameters(items: Iterable[str]) -> dict[str, object]:
     """Return the values of ``--set``; numbers with a unit are turned to SI, everything else is passed on as it stands."""
     found: dict[str, object] = {}
     for name, value in parse_items("--set", items).items():
-        match = NUMBER.fullmatch(value)
-        found[name] = parse_quantity(value) if match is not None and match[2] in UNITS else value
+        found[name] = value if unit_of(value) is None else parse_quantity(value)
     return found
 
 
-def _numbers(option: str, texts: Sequence[str], kind: str) -> list[float]:
+def _numbers(option: str, texts: Sequence[str], *kinds: str) -> list[float]:
+    """Return numbers that are of one kind, or one of each of several kinds."""
     try:
-        return [parse_quantity(text, kind) for text in texts]
+        return [parse_quantity(text, kind) for text, kind in zip(texts, kinds * (len(texts) // len(kinds)), strict=True)]
     except ArgumentError as error:
         raise ArgumentError(f"{option}: {error}") from None
 
@@ -221,13 +221,13 @@ def assemble(robot: Robot, args: argparse.Namespace) -> tuple[Configuration, lis
     tolerance = tolerance_of(args)
     if args.platform is not None:
         platform = {
-            name: _coordinate("--platform", name, value, PLATFORM_KINDS.get(name))
+            name: parse_coordinates("--platform", name, [value], PLATFORM_KINDS.get(name))[0]
             for name, value in parse_items("--platform", args.platform).items()
         }
         return robot.assemble(platform=platform, orientation=args.orientation, tolerance=tolerance), []
     if args.actuators is not None:
         actuators = {
-            name: _coordinate("--actuators", name, value, joint_kind(robot, name))
+            name: parse_coordinates("--actuators", name, [value], joint_kind(robot, name))[0]
             for name, value in parse_items("--actuators", args.actuators).items()
         }
         return robot.assemble(actuators=actuators, orientation=args.orientation, tolerance=tolerance), []
@@ -240,11 +240,16 @@ def assemble(robot: Robot, args: argparse.Namespace) -> tuple[Configuration, lis
         return pose, ["the loops do not close with all drives at zero; this is the closed pose nearest to the file's zero"]
 
 
-def _coordinate(option: str, name: str, text: str, kind: str | None) -> float:
+def parse_coordinates(option: str, name: str, texts: Sequence[str], kind: str | None) -> list[float]:
+    """Return values of one coordinate or parameter, which are of one kind."""
     try:
-        return parse_quantity(text, kind)
+        found = [parse_quantity(text, kind) for text in texts]
     except ArgumentError as error:
         raise ArgumentError(f"{option}: {name}: {error}") from None
+    kinds = {unit.dimension: text.strip() for text in texts if (unit := unit_of(text)) is not None}
+    if len(kinds) > 1:
+        raise ArgumentError(f"{option}: {name}: {' and '.join(map(repr, kinds.values()))} are not of one kind")
+    return found
 
 
 def joint_kind(robot: Robot, joint: str) -> str | None:
@@ -292,10 +297,10 @@ def tolerance_of(args: argparse.Namespace) -> float:
 def load_options(args: argparse.Namespace) -> dict[str, Any]:
     """Return load, point, frame and gravity as :func:`kinetostatics.analyze` takes them."""
     return {
-        "load": _numbers("--load", args.load, "number"),
+        "load": _numbers("--load", args.load, *["force"] * 3, *["moment"] * 3),
         "point": None if args.point is None else _numbers("--point", args.point, "length"),
         "frame": args.frame,
-        "gravity": _numbers("--gravity", args.gravity, "number"),
+        "gravity": _numbers("--gravity", args.gravity, "acceleration"),
     }
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from kinetostatics.commands.arguments import VALUES_HELP, parse_items, parse_quantity
 from kinetostatics.exceptions import ArgumentError, near_names
+from kinetostatics.units import find_unit
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -147,7 +148,8 @@ def _at(ds: xr.Dataset, items: list[str]) -> dict[str, Any]:
         if name not in ds.dims:
             known = [str(dim) for dim in ds["status"].dims]
             raise ArgumentError(f"--at: {name!r} is not swept: {near_names(name, known)}")
-        kind = {"m": "length", "rad": "angle"}.get(str(ds[name].attrs.get("units", "")))
+        unit = find_unit(str(ds[name].attrs.get("units", "")))
+        kind = None if unit is None else unit.kind or None
         try:
             found[name] = parse_quantity(text, kind) if ds[name].dtype.kind in "iuf" else text
         except ArgumentError as error:

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 from kinetostatics.commands.arguments import (
     NUMBER,
     PLATFORM_KINDS,
-    UNITS,
     VALUES_HELP,
     add_load_arguments,
     add_pose_arguments,
@@ -25,6 +24,7 @@ from kinetostatics.commands.arguments import (
     parse_values,
     print_warnings,
     tolerance_of,
+    unit_of,
 )
 from kinetostatics.exceptions import ArgumentError
 
@@ -118,15 +118,13 @@ def _grid(args: argparse.Namespace) -> dict[str, Any]:
     """Return coordinates and parameters as :func:`kinetostatics.sweep` takes them."""
     parameters = {name: _parameter(name, text) for name, text in parse_items("--set", args.parameters).items()}
     found: dict[str, Any] = {"parameters": parameters, "orientation": args.orientation}
-    if args.platform is not None:
-        items = parse_items("--platform", args.platform).items()
-        found["platform"] = {name: _values("--platform", name, text, PLATFORM_KINDS.get(name)) for name, text in items}
-    elif args.actuators is not None:
-        robot = _first_robot(args, parameters)
-        found["actuators"] = {
-            name: _values("--actuators", name, text, joint_kind(robot, name))
-            for name, text in parse_items("--actuators", args.actuators).items()
-        }
+    robot = None if args.actuators is None else _first_robot(args, parameters)
+    for option, items in (("--platform", args.platform), ("--actuators", args.actuators)):
+        if items is not None:
+            found[option[2:]] = {
+                name: _values(option, name, text, PLATFORM_KINDS.get(name) if robot is None else joint_kind(robot, name))
+                for name, text in parse_items(option, items).items()
+            }
     return found
 
 
@@ -152,7 +150,7 @@ def _parameter(name: str, text: str) -> Any:
     """Return the values of a parameter: numbers, a grid of them, several strings, or one."""
     separator = ":" if ":" in text else ","
     parts = [part.strip() for part in text.split(separator)]
-    if len(parts) > 1 and all(NUMBER.fullmatch(part) for part in parts):
+    if len(parts) > 1 and all(map(NUMBER.fullmatch, parts)) and any(map(_is_quantity, parts)):
         if separator == "," and all(INTEGER.fullmatch(part) for part in parts):
             return [int(part) for part in parts]
         return _values("--set", name, text)
@@ -160,10 +158,15 @@ def _parameter(name: str, text: str) -> Any:
         if not all(parts):
             raise ArgumentError(f"--set: {name}={text} has an empty value between its commas")
         return parts
+    if INTEGER.fullmatch(text):
+        return int(text)
+    return parse_quantity(text) if _is_quantity(text) else text
+
+
+def _is_quantity(text: str) -> bool:
+    """Return whether a text is a number, with a unit or without."""
     match = NUMBER.fullmatch(text)
-    if match is None or (match[2] is not None and match[2] not in UNITS):
-        return text
-    return int(text) if INTEGER.fullmatch(text) else parse_quantity(text)
+    return match is not None and (match[2] is None or unit_of(text) is not None)
 
 
 def _whole(option: str, text: str) -> int:

@@ -60,7 +60,7 @@ def run(args: argparse.Namespace) -> int:
     amounts = {
         "length": parse_quantity(args.length, "length"),
         "angle": parse_quantity(args.angle, "angle"),
-        "temperature": parse_quantity(args.temperature, "number"),
+        "temperature": parse_quantity(args.temperature, "temperature"),
     }
     top = None if args.top is None else int(parse_quantity(args.top, "number"))
     configuration, warnings = assemble(load(args), args)

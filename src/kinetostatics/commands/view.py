@@ -7,13 +7,16 @@ import warnings
 from typing import TYPE_CHECKING, Any
 
 from kinetostatics.commands.arguments import (
+    PLATFORM_KINDS,
     VALUES_HELP,
     add_load_arguments,
     add_pose_arguments,
     add_robot_arguments,
     assemble,
+    joint_kind,
     load,
     load_options,
+    parse_coordinates,
     parse_items,
     parse_quantity,
     parse_range,
@@ -137,7 +140,11 @@ def _swept(robot: Robot, args: argparse.Namespace) -> Configuration:
     drives = [name for name in swept if name in robot.description.driven]
     if drives and len(drives) < len(swept):
         raise ArgumentError("--sweep: coordinates of drives and of the platform cannot move together")
-    ranges = {name: parse_range("--sweep", name, text) for name, text in swept.items()}
+
+    def kind(name: str) -> str | None:
+        return joint_kind(robot, name) if drives else PLATFORM_KINDS.get(name)
+
+    ranges = {name: parse_range("--sweep", name, text, kind(name)) for name, text in swept.items()}
     counts = {count for _, _, count in ranges.values() if count is not None}
     if len(counts) > 1:
         raise ArgumentError(f"--sweep: the coordinates move together, but have {', '.join(map(str, sorted(counts)))} poses")
@@ -150,7 +157,7 @@ def _swept(robot: Robot, args: argparse.Namespace) -> Configuration:
     for name, text in parse_items(option, fixed or []).items():
         if name in values:
             raise ArgumentError(f"--sweep: {name} is given by {option} too")
-        values[name] = parse_quantity(text)
+        (values[name],) = parse_coordinates(option, name, [text], kind(name))
     if drives:
         values.update({name: 0.0 for name in robot.description.driven if name not in values})
     tolerance = parse_quantity(args.tolerance, "length")

@@ -1,0 +1,176 @@
+"""The units that numbers may carry: one table of them, with SI prefixes, products, quotients and powers of them."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from functools import cache
+
+#: Exponents of m, kg, s, K and rad.
+Dimension = tuple[int, int, int, int, int]
+
+#: Units that others are made of: their size as a power of ten of SI, and their dimension. Degrees are the exception, see Unit.
+BASIC: dict[str, tuple[int, Dimension]] = {
+    "m": (0, (1, 0, 0, 0, 0)),
+    "g": (-3, (0, 1, 0, 0, 0)),
+    "s": (0, (0, 0, 1, 0, 0)),
+    "K": (0, (0, 0, 0, 1, 0)),
+    "rad": (0, (0, 0, 0, 0, 1)),
+    "deg": (0, (0, 0, 0, 0, 1)),
+    "°": (0, (0, 0, 0, 0, 1)),
+    "N": (0, (1, 1, -2, 0, 0)),
+    "J": (0, (2, 1, -2, 0, 0)),
+    "Pa": (0, (-1, 1, -2, 0, 0)),
+    "bar": (5, (-1, 1, -2, 0, 0)),
+}
+#: SI prefixes as powers of ten; u and both letters that look like µ are micro.
+PREFIXES = {
+    "p": -12,
+    "n": -9,
+    "u": -6,
+    "µ": -6,
+    "μ": -6,
+    "m": -3,
+    "c": -2,
+    "d": -1,
+    "": 0,
+    "da": 1,
+    "h": 2,
+    "k": 3,
+    "M": 6,
+    "G": 9,
+}
+
+#: What messages call quantities, with their SI units.
+KINDS = {
+    "length": "m",
+    "angle": "rad",
+    "mass": "kg",
+    "time": "s",
+    "temperature": "K",
+    "force": "N",
+    "moment": "N·m",
+    "stress": "Pa",
+    "density": "kg/m³",
+    "acceleration": "m/s²",
+    "area": "m²",
+    "stiffness": "N/m",
+    "turning stiffness": "N·m/rad",
+}
+#: What messages say of the units there are.
+KNOWN = (
+    "m, g, s, K, rad, deg, N, J, Pa and bar, with SI prefixes (mm, cm, µm, kN, MPa, mrad), and what is made of them: "
+    "N·m or Nm, N/mm, kg/m³ or kg/m3, m/s²"
+)
+
+_POWER = re.compile(r"(.*?)(?:\^|\*\*)?([²³⁴]|[234])")
+_POWERS = {"²": 2, "³": 3, "⁴": 4}
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A unit.
+
+    Attributes:
+        ten: its size in SI is this power of ten,
+        degrees: times this power of π/180.
+        dimension: of what is measured in it.
+    """
+
+    ten: int = 0
+    degrees: int = 0
+    dimension: Dimension = (0, 0, 0, 0, 0)
+
+    def __mul__(self, other: Unit) -> Unit:
+        return Unit(self.ten + other.ten, self.degrees + other.degrees, _added(self.dimension, other.dimension, 1))
+
+    def __truediv__(self, other: Unit) -> Unit:
+        return Unit(self.ten - other.ten, self.degrees - other.degrees, _added(self.dimension, other.dimension, -1))
+
+    @property
+    def size(self) -> float:
+        """The unit in SI."""
+        return self.in_si(1.0)
+
+    def in_si(self, value: float) -> float:
+        """Return a value in SI; decimal ones as exactly as if they had been written so: 80 mm is 0.08."""
+        scaled = value / float(f"1e{-self.ten}") if self.ten < 0 else value * float(f"1e{self.ten}")
+        return scaled * (math.pi / 180) ** self.degrees
+
+    @property
+    def kind(self) -> str:
+        """What quantities in this unit are, in one word or two; empty if there is none."""
+        return next((kind for kind, name in KINDS.items() if unit(name).dimension == self.dimension), "")
+
+
+def _added(one: Dimension, other: Dimension, sign: int) -> Dimension:
+    a, b, c, d, e = (x + sign * y for x, y in zip(one, other, strict=True))
+    return a, b, c, d, e
+
+
+@cache
+def find_unit(text: str) -> Unit | None:
+    """Return the unit of a text such as ``mm``, ``kN·m``, ``N/(µm)`` or ``g/cm3``, None if it is none."""
+    first, *under = _split(text.strip(), "/")
+    found = Unit() if under and first.strip() in ("", "1") else _product(first)
+    for item in under:
+        divisor = _product(item)
+        if found is None or divisor is None:
+            return None
+        found = found / divisor
+    return found
+
+
+def unit(name: str) -> Unit:
+    """Return the unit of that name, which is one."""
+    found = find_unit(name)
+    assert found is not None, name
+    return found
+
+
+def _split(text: str, sign: str) -> list[str]:
+    """Return the parts of a text between signs that are not in brackets."""
+    parts, depth = [""], 0
+    for letter in text:
+        depth += (letter == "(") - (letter == ")")
+        if letter == sign and depth == 0:
+            parts.append("")
+        else:
+            parts[-1] += letter
+    return parts
+
+
+def _product(text: str) -> Unit | None:
+    text = text.strip()
+    if text.startswith("(") and text.endswith(")"):
+        text = text[1:-1]
+    factors = [_factor(item) for item in re.split(r"(?<!\*)\*(?!\*)|[·⋅ ]", text)]
+    found = Unit()
+    for factor in factors:
+        if factor is None:
+            return None
+        found = found * factor
+    return found
+
+
+def _factor(text: str) -> Unit | None:
+    power = _POWER.fullmatch(text)
+    if power is not None:
+        base = _one(power[1])
+        return base and math.prod([base] * (_POWERS.get(power[2]) or int(power[2])), start=Unit())
+    joined = re.fullmatch(r"(.*N)(.*m)", text)  # Nm, kNm, Nmm
+    one = _one(text)
+    if one is None and joined is not None:
+        force, arm = _one(joined[1]), _one(joined[2])
+        return force and arm and force * arm
+    return one
+
+
+def _one(text: str) -> Unit | None:
+    """Return a unit of the table, with or without a prefix."""
+    for name, (ten, dimension) in BASIC.items():
+        prefix = text.removesuffix(name)
+        if prefix != text and prefix in PREFIXES:
+            return Unit(ten + PREFIXES[prefix], int(name in ("deg", "°")), dimension)
+    return None

@@ -1,0 +1,151 @@
+"""Units that numbers carry, on the command line and on figures."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+import kinetostatics as ks
+from kinetostatics.cli import main
+from kinetostatics.commands.arguments import parse_parameters, parse_quantity
+from kinetostatics.plots.display_units import CHOICES, display_unit
+from kinetostatics.units import BASIC, KINDS, PREFIXES, find_unit, unit
+
+DEGREE = math.pi / 180
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("80mm", 0.08),
+        ("0.3cm", 0.003),
+        ("7µm", 7e-6),
+        ("7μm", 7e-6),
+        ("7 um", 7e-6),
+        ("1.5kN", 1500.0),
+        ("2MN", 2e6),
+        ("20N·m", 20.0),
+        ("20Nm", 20.0),
+        ("20 N m", 20.0),
+        ("3kNm", 3000.0),
+        ("3Nmm", 0.003),
+        ("3N*mm", 0.003),
+        ("6bar", 6e5),
+        ("210GPa", 210e9),
+        ("70000 MPa", 70e9),
+        ("5N/mm2", 5e6),
+        ("5N/mm²", 5e6),
+        ("7.85g/cm3", 7850.0),
+        ("7.85g/cm^3", 7850.0),
+        ("7850kg/m**3", 7850.0),
+        ("5N/µm", 5e6),
+        ("2kN·m/mrad", 2e6),
+        ("12e-6/K", 12e-6),
+        ("12e-6 1/K", 12e-6),
+        ("9810mm/s2", 9.81),
+        ("250g", 0.25),
+        ("90°", math.pi / 2),
+        ("3mrad", 0.003),
+        ("180mdeg", math.pi / 1000),
+        ("5Nm/deg", 5 / DEGREE),
+        ("2m/(N·m)", 2.0),
+    ],
+)
+def test_quantities(text, value):
+    assert parse_quantity(text) == pytest.approx(value, rel=4e-16)
+
+
+@pytest.mark.parametrize("decimals", range(1, 1000, 37))
+def test_decimal_units_are_as_exact_as_decimal_numbers(decimals):
+    assert parse_quantity(f"{decimals}mm") == float(f"{decimals}e-3")
+    assert parse_quantity(f"{decimals}µm") == float(f"{decimals}e-6")
+    assert parse_quantity(f"{decimals}GPa") == float(f"{decimals}e9")
+
+
+def test_every_unit_takes_every_prefix():
+    for name, (_, dimension) in BASIC.items():
+        for prefix, ten in PREFIXES.items():
+            found = unit(f"{prefix}{name}")
+            assert found.dimension == dimension and found.size == pytest.approx(10.0**ten * unit(name).size, rel=1e-15)
+
+
+def test_kinds_are_told_apart():
+    assert [unit(name).kind for name in KINDS.values()] == list(KINDS)
+    assert all(unit(name).size == 1 for name in KINDS.values())
+
+
+@pytest.mark.parametrize(
+    "text", ["", "inch", "e", "N/", "/", "//m", "()", "mN·", "m5", "kgm", "Nx", "°C", "min", "m//s", "2", "mm mm x"]
+)
+def test_what_is_no_unit(text):
+    assert find_unit(text) is None
+
+
+def test_an_unknown_unit_is_answered_by_those_there_are():
+    with pytest.raises(ks.ArgumentError) as caught:
+        parse_quantity("3furlong")
+    for name in ("m", "g", "s", "K", "rad", "deg", "N", "J", "Pa", "bar", "mm", "cm", "kN", "MPa", "N·m", "kg/m³"):
+        assert f" {name}" in str(caught.value) or f"({name}" in str(caught.value)
+    assert all(f" {name}" in str(caught.value) for name in BASIC if name != "°")
+
+
+@pytest.mark.parametrize(
+    ("command", "message"),
+    [
+        ("analyze 3rps --load 100mm 0 0 0 0 0", "--load: '100mm' is a length, but a force is needed"),
+        ("analyze 3rps --load 0 0 0 1kN 0 0", "--load: '1kN' is a force, but a moment is needed"),
+        ("analyze 3rps --gravity 0 0 -9.81m/s", "--gravity: '-9.81m/s' is another quantity, but an acceleration is needed"),
+        ("analyze 3rps --load 1N 0 0 0 0 0 --point 1N 0 0", "--point: '1N' is a force, but a length is needed"),
+        ("analyze 3rps --platform z=5bar rx=0 ry=0", "--platform: z: '5bar' is a stress, but a length is needed"),
+        ("analyze 3rps --platform z=0.5 rx=5mm ry=0", "--platform: rx: '5mm' is a length, but an angle is needed"),
+        ("analyze 3rps --actuators prismatic_1=5deg", "--actuators: prismatic_1: '5deg' is an angle, but a length is needed"),
+        ("analyze delta --actuators motor_1=5mm", "--actuators: motor_1: '5mm' is a length, but an angle is needed"),
+        ("analyze 3rps --tolerance 1kg", "--tolerance: '1kg' is a mass, but a length is needed"),
+        ("view 3rps --platform z=0.5 rx=0 --sweep ry=0:5mm", "--sweep: ry: '5mm' is a length, but an angle is needed"),
+        ("view 3rps --platform z=0.5deg rx=0 --sweep ry=0:5deg", "--platform: z: '0.5deg' is an angle, but a length is needed"),
+        ("tolerances 3rps --temperature 5N", "'5N' is a force, but a temperature is needed"),
+        ("sweep 3rps --set rod_diameter=60mm:100deg:5 --out x.nc", "rod_diameter: '60mm' and '100deg' are not of one kind"),
+        ("sweep 3rps --set rod_diameter=60mm,2kg --out x.nc", "rod_diameter: '60mm' and '2kg' are not of one kind"),
+        ("sweep 3rps --set rod_diameter=60mm:100inch:5 --out x.nc", "'100inch' has the unknown unit 'inch'; units are m, g,"),
+    ],
+)
+def test_a_unit_of_another_kind_is_refused(capsys, tmp_path, monkeypatch, command, message):
+    monkeypatch.chdir(tmp_path)
+    assert main(command.split()) == 2
+    out, err = capsys.readouterr()
+    assert out == "" and message in err and err.count("\n") == 1
+
+
+def test_units_wherever_numbers_are_typed(capsys):
+    def analyzed(*options):
+        assert main(["analyze", "3rps", "--json", *options]) == 0
+        return json.loads(capsys.readouterr().out)["twist"]
+
+    plain = analyzed(
+        *"--set rod_diameter=0.08 youngs_modulus=70e9 density=2700 platform_mass=30".split(),
+        *"--platform z=0.55 rx=0.01 ry=0 --load 1500 0 -2000 3 0.02 0 --gravity 0 0 -9.81 --tolerance 1e-9".split(),
+    )
+    typed = analyzed(
+        *"--set rod_diameter=8cm youngs_modulus=70GPa density=2.7g/cm3 platform_mass=30kg".split(),
+        *"--platform z=5.5dm rx=10mrad ry=0° --load 1.5kN 0 -2kN 3N·m 20Nmm 0N·m --gravity 0 0m/s² -981cm/s2".split(),
+        *"--tolerance 1nm".split(),
+    )
+    np.testing.assert_allclose(typed, plain, rtol=1e-13, atol=0)
+
+
+def test_words_of_a_file_are_not_taken_for_numbers():
+    assert parse_parameters(["a=3D-printed", "b=316L steel", "c=5 rods", "d=2x", "e=10mm"]) == {
+        "a": "3D-printed", "b": "316L steel", "c": "5 rods", "d": "2x", "e": 0.01,
+    }  # fmt: skip
+
+
+def test_figures_choose_from_units_of_the_same_kind():
+    for units, names in CHOICES.items():
+        assert {unit(name).dimension for name in names} == {unit(units).dimension} and units in names
+    assert display_unit("N m", [3.0], "Nmm") == (1e-3, "Nmm")
+    assert display_unit("m", [3.0], "cm") == (1e-2, "cm")
+    assert display_unit("Pa", [3e8], "bar") == (1e5, "bar")
+    assert display_unit("N/m", [3e8], "N/mm") == (1e3, "N/mm")
+    with pytest.raises(ks.ArgumentError, match="unit 'bar' is not one for values in m: m, mm, µm"):
+        display_unit("m", [1.0], "bar")
