@@ -14,6 +14,7 @@ from kinetostatics.configuration import Configuration
 from kinetostatics.continuation import follow, reach
 from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, near_names
 from kinetostatics.kinematics import Frames
+from kinetostatics.ordering import ranked
 from kinetostatics.orientation import Orientation, orientation_named, orientations_with
 from kinetostatics.solver import Poses, Request
 
@@ -271,7 +272,8 @@ def _say_open(robot: Robot, openings: dict[str, tuple[float, float]], tolerance:
 
 
 def _openings_text(robot: Robot, openings: Mapping[str, tuple[float, float]]) -> str:
-    worst = sorted(openings.items(), key=lambda item: -max(item[1]))
+    items = list(openings.items())
+    worst = [items[k] for k in ranked([max(sizes) for _, sizes in items])]
     shown = []
     for name, (metres, radians) in worst[:3]:
         if max(metres, radians) > 0.01 * max(worst[0][1]):

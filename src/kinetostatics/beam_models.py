@@ -12,6 +12,7 @@ from kinetostatics.exceptions import RobotFileError
 from kinetostatics.kinematics import Frames
 from kinetostatics.linalg import dot
 from kinetostatics.mechanism import Mechanism
+from kinetostatics.ordering import axis_across
 from kinetostatics.sections import beam_compliance_coefficients
 
 Array = NDArray[np.float64]
@@ -78,9 +79,7 @@ def make_beam_models(mechanism: Mechanism, spans: dict[str, BeamSpan], zero: Fra
         x = R.T @ (direction / np.linalg.norm(direction))
         placement = mechanism.body_of[span.beam.link][1]
         given = span.beam.y_axis
-        hint = placement[:3, :3] @ (
-            np.array(given) if given is not None else np.eye(3)[int(np.argmin(np.abs(placement[:3, :3].T @ x)))]
-        )
+        hint = placement[:3, :3] @ (np.array(given) if given is not None else axis_across(placement[:3, :3].T @ x))
         y = hint - x * float(x @ hint)
         if float(np.linalg.norm(y)) < 1e-6 * float(np.linalg.norm(hint)):
             place = span.beam.place

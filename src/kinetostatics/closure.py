@@ -17,6 +17,7 @@ from kinetostatics.couplings import Couplings
 from kinetostatics.kinematics import Frames, Tree, TreeJoint
 from kinetostatics.linalg import cross, dot
 from kinetostatics.mechanism import Connection, Mechanism
+from kinetostatics.ordering import axis_across
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -26,7 +27,7 @@ _FULL = np.eye(3)
 
 def across(axis: Array) -> tuple[Array, Array]:
     """Return two unit vectors that form a right-handed frame with the unit vector ``axis`` (3,)."""
-    helper = _FULL[int(np.argmin(np.abs(axis)))]
+    helper = axis_across(axis)
     first = np.cross(axis, helper)
     first /= np.linalg.norm(first)
     return first, np.cross(axis, first)

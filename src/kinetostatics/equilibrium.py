@@ -15,7 +15,7 @@ from kinetostatics.chunks import chunks
 from kinetostatics.configuration import Configuration
 from kinetostatics.exceptions import ArgumentError, LimbEquilibriumError, SingularPoseError, StaticsError
 from kinetostatics.kinematics import Frames
-from kinetostatics.linalg import cross
+from kinetostatics.linalg import canonical_basis, cross
 from kinetostatics.misfits import parse_misfits
 from kinetostatics.screws import describe_twist
 from kinetostatics.solution import UNBALANCED, Solution, solve
@@ -172,4 +172,4 @@ def free_twists(robot: Robot, solution: Solution, pose: int) -> Array:
     U, values, _ = np.linalg.svd(wrenches / np.where(sizes > 0, sizes, 1), full_matrices=True)
     values = np.concatenate([values, np.zeros(6 - len(values))])[:6] if len(values) < 6 else values
     free = values <= max(1e-6 * float(values[0]), float(values.min()))
-    return np.asarray(U[:, free] * scale)
+    return canonical_basis(U[:, free]) * scale

@@ -16,6 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics.linalg import canonical_basis
+from kinetostatics.ordering import first_largest
+
 Array = NDArray[np.float64]
 
 #: Pivots below this are not trusted; the pose is then solved by singular values.
@@ -121,6 +124,26 @@ def distribute(plan: Plan, A: Array, filled: NDArray[np.bool_], P: Array, demand
     return result
 
 
+def remainder(plan: Plan, A: Array, demand: Array, particular: Array) -> Array:
+    """Return what no chord wrenches can balance of the demand (k, g, N): the part of it that is across the columns of A.
+
+    Args:
+        plan: the pivots, of which the rank is taken.
+        A: (k, n, g, N) the joints' equations.
+        demand: (k, g, N) what the weights put on the passive freedoms.
+        particular: (n, g, N) the solution by elimination, which leaves nothing where the equations agree. Where they do not,
+            what it leaves depends on the pivots.
+    """
+    left = demand + np.einsum("kn...,n...->k...", A, particular)
+    where = np.max(np.abs(left), axis=0, initial=0.0) > 1e-10 * np.max(np.abs(demand), axis=0, initial=0.0)
+    where &= np.all(np.isfinite(A), axis=(0, 1))
+    if np.any(where):
+        images = np.linalg.svd(np.moveaxis(A[..., where], 2, 0), full_matrices=False)[0][:, :, : len(plan.joints)]
+        wanted = demand[:, where].T[..., None]
+        left[:, where] = (wanted - images @ (np.swapaxes(images, 1, 2) @ wanted))[..., 0].T
+    return left
+
+
 def _eliminate(M: Array, pivots: tuple[tuple[int, int], ...], filled: NDArray[np.bool_] | None = None) -> Array:
     """Eliminate columns in place (Gauss–Jordan) and return the smallest absolute pivot (…); the pivots' own columns stay behind.
 
@@ -160,7 +183,7 @@ def _pivots(M: Array, rows: range, count: int, used: list[int]) -> list[tuple[in
         free_rows = [row for row in rows if row not in {r for r, _ in chosen}]
         free = [column for column in range(M.shape[1]) if column not in {*used, *(c for _, c in chosen)}]
         sizes = np.min(np.abs(M[np.ix_(free_rows, free)]), axis=2)
-        row, column = np.unravel_index(int(np.argmax(sizes)), sizes.shape)
+        row, column = np.unravel_index(first_largest(sizes.ravel()), sizes.shape)
         pivot = (free_rows[int(row)], free[int(column)])
         _eliminate(M, (pivot,))
         chosen.append(pivot)
@@ -175,13 +198,13 @@ def _by_singular_values(plan: Plan, limb: int, pose: int, A: Array, P: Array, de
     rank, felt = len(plan.joints), len(plan.platform)
     U, values, V = np.linalg.svd(one, full_matrices=True)
     inverse = np.where(values[:rank] > 0, 1 / np.maximum(values[:rank], 1e-300), 0.0)
-    N = V[rank:].T
+    N = canonical_basis(V[rank:].T)
     left, felt_values, right = np.linalg.svd(P @ N, full_matrices=True)
     back = np.where(felt_values[:felt] > 0, 1 / np.maximum(felt_values[:felt], 1e-300), 0.0)
     result.particular[..., limb, pose] = -V[:rank].T @ (inverse * (U[:, :rank].T @ demand[..., limb, pose]))
     result.spread[..., limb, pose] = N @ (right[:felt].T * back) @ left[:, :felt].T
-    result.self_stress[..., limb, pose] = N @ right[felt:].T
-    result.allowed[..., limb, pose] = left[:, felt:]
+    result.self_stress[..., limb, pose] = N @ canonical_basis(right[felt:].T)
+    result.allowed[..., limb, pose] = canonical_basis(left[:, felt:])
 
 
 def _ranks(A: Array, P: Array, tolerance: float) -> tuple[int, int]:
@@ -206,4 +229,4 @@ def _null(matrix: Array, rank: int) -> Array:
     """Return an orthonormal basis of the null space (n, n − rank)."""
     if not matrix.shape[0]:
         return np.eye(matrix.shape[1])
-    return np.asarray(np.linalg.svd(matrix, full_matrices=True)[2][rank:].T)
+    return canonical_basis(np.linalg.svd(matrix, full_matrices=True)[2][rank:].T)

@@ -16,6 +16,7 @@ from kinetostatics.beam_models import BeamModel
 from kinetostatics.kinematics import Frames
 from kinetostatics.limb_joints import Unit, sides
 from kinetostatics.linalg import cross, dot, normalize
+from kinetostatics.ordering import axis_across
 from kinetostatics.springs import Spring
 from kinetostatics.topology import Limb
 
@@ -92,7 +93,7 @@ class LimbSkeleton:
         zero = robot.zero_frames
         z = self._limb_z(self._beam_axes.at(zero), self._centres.points(zero), self._outer_ends.points(zero))[:, :, 0]
         self.y_choice = self._choose_y(self._axes.at(zero)[:, :, 0, 0], z[:, 0])
-        self._world_y = np.eye(3)[:, np.argmin(np.abs(z), axis=0)]
+        self._world_y = axis_across(z)
 
     def geometry(self, frames: Frames, o: Array) -> LimbGeometry:
         """Evaluate the limbs at given frames; ``o`` (3, N) is the reference point [m]."""

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from kinetostatics.kinematics import Frames
 from kinetostatics.mechanism import ROTATING, Connection, Mechanism, meeting_points
+from kinetostatics.ordering import axis_across
 from kinetostatics.screws import rotation_twist, translation_twist
 from kinetostatics.springs import is_sprung
 from kinetostatics.topology import Edge, Limb
@@ -238,7 +239,7 @@ def _freedoms(connection: Connection, sign: int) -> tuple[Freedom, ...]:
     elif kind == "spherical":
         found = [rotation(here, column) for column in frame[:3, :3].T]
     elif kind == "planar":
-        helper = np.eye(3)[int(np.argmin(np.abs(connection.axis)))]
+        helper = axis_across(connection.axis)
         side = np.cross(connection.axis, helper)
         side /= np.linalg.norm(side)
         third = np.cross(connection.axis, side)

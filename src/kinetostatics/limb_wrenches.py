@@ -79,7 +79,7 @@ def _of_rings(group: LimbGroup, geometry: LimbGeometry, demand: Array) -> LimbWr
     A = group.joint_equations(geometry)
     M, batch = len(group.to_platform), demand.shape[1:]
     found = force_method.distribute(group.plan, A, group.joint_pattern, group.platform_sum, demand)
-    left = demand + np.einsum("kn...,n...->k...", A, found.particular)
+    left = force_method.remainder(group.plan, A, demand, found.particular)
     scale = group.twist_scale
     J_c, J_g, degenerate = evaluate_bases(group, geometry, found.allowed / scale)
     n_c, n_g = J_c.shape[1], J_g.shape[1]

@@ -9,6 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics.ordering import first_largest
+
 Array = NDArray[np.float64]
 
 
@@ -59,8 +61,23 @@ def correlation(matrix: Array) -> tuple[Array, Array]:
     return np.nan_to_num(matrix) * unit[..., :, None] * unit[..., None, :], unit
 
 
+def canonical_basis(basis: Array) -> Array:
+    """Return the orthonormal basis (n, k) of the space that an orthonormal one (n, k) spans, which depends on that space alone.
+
+    Gram–Schmidt of unit vectors projected onto the space: always of the one that leaves most, and of equals the first.
+    LAPACK's own basis is another one on another processor.
+    """
+    rest, found = np.array(basis), np.empty_like(basis)
+    for k in range(basis.shape[1]):
+        unit = rest[first_largest(dot(rest.T, rest.T))]
+        unit = unit / np.sqrt(unit @ unit)
+        found[:, k] = basis @ unit
+        rest = rest - np.outer(rest @ unit, unit)
+    return found
+
+
 def null_space(matrix: Array, tolerance: float) -> tuple[Array, int, float]:
-    """Return an orthonormal basis of the null space (n, k), the rank, and the gap between kept and dropped values.
+    """Return the canonical orthonormal basis of the null space (n, k), the rank, and the gap between kept and dropped values.
 
     The entries of ``matrix`` are of the order of 1 where they are not rounding: a matrix of nothing but rounding has rank 0.
     """
@@ -70,7 +87,7 @@ def null_space(matrix: Array, tolerance: float) -> tuple[Array, int, float]:
     rank = int(np.sum(values > tolerance * max(values[0], 1.0)))
     dropped = float(values[rank]) if rank < len(values) else 0.0
     gap = float(values[rank - 1]) / dropped if rank and dropped > 0 else np.inf
-    return np.ascontiguousarray(rows[rank:].T), rank, gap
+    return canonical_basis(rows[rank:].T), rank, gap
 
 
 class Cholesky:

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.linalg import null_space
+from kinetostatics.linalg import canonical_basis, null_space
 from kinetostatics.mechanism import ROTATING
+from kinetostatics.ordering import first_largest
 from kinetostatics.orientation import orientation_named
 from kinetostatics.solver import Request
 
@@ -22,6 +23,10 @@ Array = NDArray[np.float64]
 #: What counts as zero in motions and self-stresses of unit size.
 NOTHING = 1e-6
 COORDINATES = ("x", "y", "z", "rx", "ry", "rz")
+#: The order in which coordinates are preferred where they place the platform about equally well: z, x, y, rz, rx, ry.
+_PREFERRED = (2, 0, 1, 5, 3, 4)
+#: Part of the best set's size by which another may fall short of it and still be as good.
+_CLEARLY = 0.5
 
 
 @dataclass(frozen=True)
@@ -110,7 +115,7 @@ class Motions:
         if not self.free.shape[1]:
             return self.free
         _, values, rows = np.linalg.svd(self.platform @ self.free, full_matrices=True)
-        return np.asarray(self.free @ rows[int(np.sum(values > self.robot.rank_tolerance)) :].T)
+        return canonical_basis(self.free @ rows[int(np.sum(values > self.robot.rank_tolerance)) :].T)
 
 
 def drives_of(motions: Motions) -> Drives:
@@ -128,21 +133,26 @@ def drives_of(motions: Motions) -> Drives:
 def coordinates_of(motions: Motions) -> tuple[str, ...]:
     """Return platform coordinates that place the platform, as many as its mobility; none if none are found.
 
-    Those of o where they suffice, else as many angles as there are; of several sets the one that places it best.
+    Those of o where they suffice, else as many angles as there are; of several sets the one that places it clearly best, or of
+    those nearly as good the first in the order z, x, y, rz, rx, ry.
     """
     robot = motions.robot
     count = robot.mobility.platform
     moved = motions.platform @ motions.free
     turning = motions.rank(moved[3:])
-    options: list[tuple[int, float, tuple[int, ...]]] = []
-    for chosen in combinations(range(6), count) if count else ():
-        size = round(float(np.linalg.svd(moved[list(chosen)], compute_uv=False)[count - 1]), 3)
+    options: dict[tuple[int, ...], tuple[int, float]] = {}
+    for chosen in combinations(_PREFERRED, count) if count else ():
+        size = float(np.linalg.svd(moved[list(chosen)], compute_uv=False)[count - 1])
         angles = sum(k > 2 for k in chosen)
         natural = 2 if size < 0.1 else 0 if not angles else 1 if angles == turning else 2
-        options.append((natural, -size, chosen))
-    for _, size, chosen in sorted(options):
-        if size > -1e-3:
-            continue
+        if size > 1e-3:
+            options[chosen] = natural, size
+    while options:
+        usual = min(natural for natural, _ in options.values())
+        alike = [(chosen, size) for chosen, (natural, size) in options.items() if natural == usual]
+        best, _ = alike[first_largest([size for _, size in alike], _CLEARLY)]
+        del options[best]
+        chosen = tuple(sorted(best))
         positions = tuple(k for k in chosen if k < 3)
         request = Request(positions=positions, angles=tuple(k - 3 for k in chosen if k > 2), orientation=orientation_named(None))
         if robot.determines(request):
@@ -255,7 +265,7 @@ def eliminated(matrix: Array) -> Array:
         free = [k for k in range(matrix.shape[1]) if k not in pivots]
         if not work.shape[0]:
             break
-        row, position = np.unravel_index(int(np.argmax(np.abs(work[:, free]))), (work.shape[0], len(free)))
+        row, position = np.unravel_index(first_largest(np.abs(work[:, free]).ravel()), (work.shape[0], len(free)))
         column = free[int(position)]
         if abs(work[row, column]) <= NOTHING:
             break

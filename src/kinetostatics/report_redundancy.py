@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.closure import world_frames
-from kinetostatics.linalg import null_space
+from kinetostatics.linalg import canonical_basis, null_space
 from kinetostatics.mechanism import ROTATING
 from kinetostatics.report_mobility import NOTHING, Motions, eliminated, groups_of
 from kinetostatics.report_text import listing
@@ -176,7 +176,7 @@ def _null(matrix: Array) -> Array:
     if not matrix.size:
         return np.eye(matrix.shape[1])
     _, values, rows = np.linalg.svd(matrix, full_matrices=matrix.shape[0] < matrix.shape[1])
-    return np.asarray(rows[int(np.sum(values > NOTHING)) :].T)
+    return canonical_basis(rows[int(np.sum(values > NOTHING)) :].T)
 
 
 def describe_wrenches(basis: Array, length: float) -> tuple[str, ...]:

@@ -219,13 +219,13 @@ class Robot:
         nothing = Request(), np.zeros((0, 1))
         tolerance = max(RANK_TOLERANCE, 30 * worst)
         found = []
-        for _ in range(3):
-            pose = zero
-            for _ in range(2):
+        for size in (0.12, 0.1, 0.08):
+            pose, direction = zero, random.standard_normal(tree.nv)
+            for _ in range(2):  # twice the same way: what is free after one step tells little at a singular zero pose
                 _, gradient = solver.system(nothing[0], pose, nothing[1])
                 free = null_space(gradient[:, :, 0], tolerance)[0]
-                v = free @ random.standard_normal(free.shape[1])
-                v = v * solver.column_scale * (0.12 / max(float(np.abs(v).max(initial=0.0)), 1e-9))
+                v = free @ (free.T @ direction)
+                v = v * solver.column_scale * (size / max(float(np.abs(v).max(initial=0.0)), 1e-9))
                 moved = Poses(tree.integrate(pose.x, v[:, None]), pose.c)
                 pose, residual = solver.close(moved, *nothing, cutoff=tolerance)
                 worst = max(worst, residual)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from kinetostatics.configuration import Configuration
 from kinetostatics.equilibrium import analyze
 from kinetostatics.exceptions import ArgumentError
+from kinetostatics.ordering import first_largest, ranked
 
 Array = NDArray[np.float64]
 
@@ -149,7 +150,7 @@ def tolerances(
     rows = []
     for row in np.flatnonzero(keep).tolist():
         name, kind, error, amount = errors[row]
-        worst = int(np.argmax(forces[row]))
+        worst = first_largest(forces[row])
         rows.append(
             Tolerance(
                 name,
@@ -166,8 +167,8 @@ def tolerances(
             )
         )
     ranked_by = by or ("force" if any(item.force > 0 for item in rows) else "displacement")
-    rows.sort(key=lambda item: -float(getattr(item, ranked_by)))
-    return Tolerances(configuration, tuple(rows), ranked_by)
+    order = ranked([getattr(item, ranked_by) for item in rows])
+    return Tolerances(configuration, tuple(rows[k] for k in order), ranked_by)
 
 
 _COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")

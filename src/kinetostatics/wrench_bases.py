@@ -17,7 +17,8 @@ from kinetostatics import force_method
 from kinetostatics.exceptions import StaticsError
 from kinetostatics.limb_geometry import LimbGeometry
 from kinetostatics.limb_group import LimbGroup
-from kinetostatics.linalg import Cholesky, dot, normalize
+from kinetostatics.linalg import Cholesky, canonical_basis, dot, normalize
+from kinetostatics.ordering import first_largest
 from kinetostatics.wrench_candidates import (
     Candidate,
     as_component,
@@ -118,10 +119,10 @@ def _replace(
         carried = geometry.twists[:, group.platform_joint, limb, pose] / s[:, None]
         if not (np.all(np.isfinite(mine)) and np.all(np.isfinite(carried))):
             continue
-        reciprocal = np.linalg.svd(mine, full_matrices=True)[0][:, 6 - count :]
+        reciprocal = canonical_basis(np.linalg.svd(mine, full_matrices=True)[0][:, 6 - count :])
         J[:, :count, limb, pose] = reciprocal / s[:, None]
         known = np.hstack([carried, reciprocal])
-        rest = np.linalg.svd(known, full_matrices=True)[0][:, 6 - (J.shape[1] - count) :]
+        rest = canonical_basis(np.linalg.svd(known, full_matrices=True)[0][:, 6 - (J.shape[1] - count) :])
         J[:, count:, limb, pose] = rest / s[:, None]
 
 
@@ -292,7 +293,7 @@ def _rest(spanned: list[Array], seeds: Array, count: int, judged: Index) -> list
         }
         if not sizes:
             raise StaticsError(f"no complementary wrench number {number + 1} can be found")
-        chosen.append(max(sizes, key=lambda seed: sizes[seed]))
+        chosen.append(list(sizes)[first_largest(list(sizes.values()))])
     return [Candidate(("rest", seed), None, f"complementary wrench {k}") for k, seed in enumerate(chosen, 1)]
 
 
@@ -318,5 +319,5 @@ def _independent(twists: Array, among: Iterable[int], count: int) -> list[int]:
     for _ in range(count):
         basis = _orthonormal([twists[:, f] for f in chosen])
         rests = {int(f): _residue(twists[:, f], basis) for f in among if int(f) not in chosen}
-        chosen.append(max(rests, key=lambda f: float(np.min(dot(rests[f], rests[f])))))
+        chosen.append(list(rests)[first_largest([np.min(dot(rest, rest)) for rest in rests.values()])])
     return sorted(chosen)

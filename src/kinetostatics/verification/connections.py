@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics.ordering import first_largest
 from kinetostatics.verification.frame import Array, FrameSpring
 from kinetostatics.verification.pieces import PlacedJoint
 
@@ -41,7 +42,7 @@ def joint_axes(joint: PlacedJoint) -> Array:
         return _axes_from(np.cross(joint.axis, joint.axis2), joint.axis)
     # any two axes across will do, but springs may lie along those of the frame
     across = frame - np.outer(joint.axis, joint.axis @ frame)
-    return _axes_from(joint.axis, across[:, int(np.argmax(np.linalg.norm(across, axis=0)))])
+    return _axes_from(joint.axis, across[:, first_largest(np.linalg.norm(across, axis=0))])
 
 
 def _axes_from(x: Array, y: Array) -> Array:

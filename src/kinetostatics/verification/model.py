@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kinetostatics.ordering import axis_across
 from kinetostatics.verification.connections import joint_misfit, joint_springs, releases
 from kinetostatics.verification.frame import Coordinate, Drive, FrameBeam, FrameJoint, FrameModel
 from kinetostatics.verification.pieces import Array, JointedPieces, Pieces, PlacedBeam
@@ -130,7 +131,7 @@ class _Builder:
         length = float(np.linalg.norm(span))
         x = span / length
         # without y_axis the section is alike in all directions across the beam
-        hint = frame @ np.array(beam.y_axis) if beam.y_axis is not None else np.eye(3)[int(np.argmin(np.abs(x)))]
+        hint = frame @ np.array(beam.y_axis) if beam.y_axis is not None else axis_across(x)
         y = hint - x * (x @ hint)
         y /= np.linalg.norm(y)
         E, G, section = beam.youngs_modulus, beam.shear_modulus, beam.section

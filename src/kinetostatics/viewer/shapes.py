@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics.ordering import axis_across
 from kinetostatics.sections import Rectangle, RectangularTube, Section, Tube
 
 Array = NDArray[np.float64]
@@ -113,7 +114,7 @@ def stick(start: Array, end: Array, radius: float) -> Surface:
 def frames_along(axes: Array, origins: Array | None = None) -> Array:
     """Return frames (F, 4, 4) whose z axes point along ``axes`` (F, 3)."""
     z = axes / np.linalg.norm(axes, axis=-1, keepdims=True)
-    helper = np.eye(3)[np.argmin(np.abs(z[0]))]  # the same for all, or neighbours would be turned against each other
+    helper = axis_across(z[0])  # the same for all, or neighbours would be turned against each other
     x = np.cross(helper, z)
     x = x / np.linalg.norm(x, axis=-1, keepdims=True)
     result = np.zeros((len(axes), 4, 4))

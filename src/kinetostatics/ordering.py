@@ -1,0 +1,40 @@
+"""The first of equals, where rounding must not choose: a symmetric robot makes many."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+#: Relative difference up to which values are equal: more than rounding leaves of what a file says.
+EQUAL = 1e-6
+
+
+def first_largest(values: ArrayLike, margin: float = EQUAL) -> int:
+    """Return the position of the first value that is not smaller than the largest one, of values (n,) of 0 and more.
+
+    Args:
+        values: of which there is at least one.
+        margin: relative difference up to which two are equal.
+    """
+    values = np.asarray(values, dtype=np.float64)
+    return int(np.argmax(values >= np.max(values) * (1 - margin)))
+
+
+def ranked(values: ArrayLike, margin: float = EQUAL) -> list[int]:
+    """Return the positions of values (n,) of 0 and more from the largest to the smallest; equals stay in their order."""
+    values = np.asarray(values, dtype=np.float64)
+    order = np.argsort(-values, kind="stable").tolist()
+    result: list[int] = []
+    while len(result) < len(order):
+        rest = order[len(result) :]
+        alike = int(np.argmin([*(values[rest] >= values[rest[0]] * (1 - margin)), False]))
+        result += sorted(rest[: max(alike, 1)])
+    return result
+
+
+def axis_across(directions: ArrayLike) -> NDArray[np.float64]:
+    """Return the unit vectors (3, …) among x, y and z that are farthest from unit vectors (3, …); the first of equals."""
+    sizes = np.abs(np.asarray(directions, dtype=np.float64))
+    with np.errstate(invalid="ignore"):
+        farthest = np.argmax(sizes <= np.min(sizes, axis=0) + EQUAL, axis=0)
+    return np.moveaxis(np.eye(3)[farthest], -1, 0)

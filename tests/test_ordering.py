@@ -1,0 +1,52 @@
+"""What rounding must not choose: the first of equals, and bases of spaces."""
+
+import numpy as np
+import pytest
+
+from kinetostatics.linalg import canonical_basis, null_space
+from kinetostatics.ordering import EQUAL, axis_across, first_largest, ranked
+
+NOISE = 1e-9
+
+
+def test_the_first_of_equals_is_the_largest():
+    assert first_largest([1.0, 3.0, 3.0 + NOISE, 2.0]) == 1
+    assert first_largest([1.0, 3.0, 3.0 * (1 + 2 * EQUAL), 2.0]) == 2
+    assert first_largest([0.0, 0.0]) == 0
+
+
+def test_equals_keep_their_order():
+    assert ranked([1.0, 3.0, 3.0 + NOISE, 5.0, 1.0 + NOISE, 0.0]) == [3, 1, 2, 0, 4, 5]
+    assert ranked([]) == [] and ranked([0.0, 0.0]) == [0, 1]
+    assert ranked([1.0, 1.0 + 2 * EQUAL]) == [1, 0]
+
+
+@pytest.mark.parametrize("noise", [0.0, NOISE, -NOISE])
+def test_the_axis_across_does_not_depend_on_rounding(noise):
+    assert axis_across([noise, 1, -noise]).tolist() == [1, 0, 0]
+    assert axis_across([1, 0, noise]).tolist() == [0, 1, 0]
+    assert axis_across([0.6, 0.5, 0.5 + noise]).tolist() == [0, 1, 0]
+    several = axis_across(np.array([[1, 0], [noise, noise], [0, 1]]))
+    assert several.T.tolist() == [[0, 1, 0], [1, 0, 0]]
+
+
+@pytest.mark.parametrize("k", range(6))
+def test_a_basis_depends_on_its_space_alone(k):
+    random = np.random.default_rng(k)
+    basis = np.linalg.qr(random.standard_normal((6, 6)))[0][:, :k]
+    turned = basis @ np.linalg.qr(random.standard_normal((k, k)))[0]
+    found = canonical_basis(basis)
+    assert canonical_basis(turned) == pytest.approx(found, abs=1e-13)
+    assert found.T @ found == pytest.approx(np.eye(k), abs=1e-13)
+    assert found @ (found.T @ basis) == pytest.approx(basis, abs=1e-13)
+
+
+def test_spaces_of_equal_coordinates_have_one_basis_whatever_the_rounding():
+    rows = np.array([[1.0, -1, 0, 0], [0, 0, 1, 1]])
+    found, rank, _ = null_space(rows, 1e-5)
+    assert rank == 2
+    assert found == pytest.approx(np.array([[1, 0], [1, 0], [0, 1], [0, -1]]) / np.sqrt(2), abs=1e-14)
+    random = np.random.default_rng(0)
+    for _ in range(10):
+        other, _, _ = null_space(rows + 1e-14 * random.standard_normal(rows.shape), 1e-5)
+        assert other == pytest.approx(found, abs=1e-12)
