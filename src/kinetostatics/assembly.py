@@ -144,7 +144,7 @@ def _frames(robot: Robot, q: Array) -> tuple[Frames, Array]:
 
 
 def _frames_of(robot: Robot, q: Array) -> tuple[Array, Array, Array]:
-    frames = world_frames(robot.mechanism, robot.mechanism.tree.forward(q))
+    frames = world_frames(robot.mechanism, robot.mechanism.forward(q))
     return frames.rotation, frames.position, robot.equations.evaluate(frames)[0]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +45,26 @@ class BeamModel:
         end = frames.points(np.array([self.span.end_body]), self.span.end[:, None])[:, 0]
         along = frames.directions(np.array([self.span.carrier]), self.axes[:, :1])[:, 0]
         return dot(along, end - start)
+
+    def rod(self, frames: Frames) -> tuple[int, Any]:
+        """Return the beam as a rigid prism, at the frames of one pose: the body that carries it, and ``pin.Inertia`` in that.
+
+        About its own centre it has m (I_y + I_z)/A along its axis and m (L²/12 + I/A) across it.
+        """
+        import pinocchio as pin
+
+        span, section = self.span, self.span.beam.section
+        ends = [
+            frames.points(np.array([body]), point[:, None])[:, 0, 0]
+            for body, point in ((span.start_body, span.start), (span.end_body, span.end))
+        ]
+        R, p = frames.rotation[:, :, span.carrier, 0], frames.position[:, span.carrier, 0]
+        length = float(self.length(frames)[0])
+        mass = self.mass if self.mass_per_length is None else self.mass_per_length * length
+        about = np.array([section.I_y + section.I_z, section.I_y, section.I_z]) / section.area
+        about[1:] += length**2 / 12
+        own = mass * self.axes @ np.diag(about) @ self.axes.T
+        return span.carrier, pin.Inertia(mass, R.T @ ((ends[0] + ends[1]) / 2 - p), own)
 
 
 def make_beam_models(mechanism: Mechanism, spans: dict[str, BeamSpan], zero: Frames) -> dict[str, BeamModel]:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -100,6 +100,33 @@ class Configuration:
     def q(self) -> Array:
         """Pinocchio's coordinates (…, nq) [m, rad]."""
         return batch_first(self.model_q, self.shape)
+
+    @cached_property
+    def model(self) -> Any:
+        """Pinocchio's model (``pin.Model``), which weighs what the robot weighs at this one pose: see :attr:`Robot.model`.
+
+        Raises:
+            ArgumentError: a batch of poses, or one that was not reached.
+        """
+        if self.shape or not self.reached.all():
+            raise ArgumentError("Pinocchio's model is that of one pose that is reached: take one of the batch")
+        return self.robot.weights.on_model(self.robot.mechanism.model, self.frames)
+
+    @cached_property
+    def data(self) -> Any:
+        """A ``pin.Data`` of :attr:`model`, with the frames of all links and joints and the joints' Jacobians at this one pose.
+
+        Its world is the root link of the file's tree.
+
+        Raises:
+            ArgumentError: as for :attr:`model`.
+        """
+        import pinocchio as pin
+
+        data = self.model.createData()
+        pin.computeJointJacobians(self.model, data, self.q)
+        pin.updateFramePlacements(self.model, data)
+        return data
 
     @cached_property
     def residual(self) -> Array:

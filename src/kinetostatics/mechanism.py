@@ -9,6 +9,8 @@ import contextlib
 import math
 import os
 import sys
+import threading
+import weakref
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,10 +21,14 @@ from numpy.typing import NDArray
 
 from kinetostatics.description import Cone, Mimic, Place, RobotDescription
 from kinetostatics.exceptions import RobotFileError
-from kinetostatics.kinematics import Tree, TreeJoint
+from kinetostatics.inertias import link_inertias
+from kinetostatics.kinematics import Frames, Tree, TreeJoint
 from kinetostatics.robot_file import validate
 
 Array = NDArray[np.float64]
+
+#: ``data``: what Pinocchio works with, for each mechanism; every thread has its own.
+_of_thread = threading.local()
 
 ONE_FREEDOM = ("revolute", "continuous", "prismatic")
 ROTATING = ("revolute", "continuous")
@@ -131,7 +137,7 @@ class Mechanism:
 
     Attributes:
         description: what the file says, validated.
-        model: Pinocchio's model of the tree.
+        model: Pinocchio's model of the tree, with the inertias that the URDF part of the file gives.
         connections: all joints and loops by name, fixed ones too, in the order of the file, loops last.
         body_of: body and placement (4, 4) in it of every link.
         tree: the tree in Pinocchio's coordinates.
@@ -229,6 +235,26 @@ class Mechanism:
                 neutral[joint.first_q : joint.first_q + 2] = math.cos(mimic.offset), math.sin(mimic.offset)
             else:
                 neutral[joint.first_q] = mimic.offset
+
+    @cached_property
+    def link_inertias(self) -> dict[str, Any]:
+        """Every link's own ``pin.Inertia``, in the frame of the body with which it moves."""
+        return link_inertias(self.model)
+
+    def forward(self, q: Array) -> Frames:
+        """Return the frames of all bodies at Pinocchio's coordinates (nq, N): of one pose by Pinocchio, of many all at once."""
+        if q.shape[1] != 1:
+            return self.tree.forward(q)
+        import pinocchio as pin
+
+        if not hasattr(_of_thread, "data"):
+            _of_thread.data = weakref.WeakKeyDictionary()
+        if self not in _of_thread.data:
+            _of_thread.data[self] = self.model.createData()
+        data = _of_thread.data[self]
+        pin.forwardKinematics(self.model, data, np.ascontiguousarray(q[:, 0]))
+        placements = np.array([placement.homogeneous for placement in data.oMi])
+        return Frames(placements[:, :3, :3].transpose(1, 2, 0)[..., None], placements[:, :3, 3].T[..., None])
 
     @cached_property
     def at_link(self) -> dict[str, list[Connection]]:

@@ -168,7 +168,7 @@ class _SelfStress:
 
 def _frames(robot: Robot, pose: Poses) -> Frames:
     """Return the frames of all bodies, those inside spherical joints too."""
-    return world_frames(robot.mechanism, robot.mechanism.tree.forward(robot.model_q(pose)))
+    return world_frames(robot.mechanism, robot.mechanism.forward(robot.model_q(pose)))
 
 
 def _null(matrix: Array) -> Array:

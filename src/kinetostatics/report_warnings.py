@@ -97,7 +97,7 @@ def zero_openings(facts: RobotFacts) -> str:
 
 
 def _limits(robot: Robot, facts: RobotFacts) -> Iterable[str]:
-    if facts.zero.drives is None or not robot.model.nq:
+    if facts.zero.drives is None or not robot.mechanism.tree.nq:
         return
     try:
         pose = robot.configuration(robot.model_q(robot.zero_poses)[:, 0], tolerance=1e-9 + 1e3 * robot.closing_error)
@@ -347,7 +347,7 @@ def _owner(robot: Robot, joint: Connection) -> str:
 def _statics_problem(robot: Robot) -> str | None:
     """Say why the platform or a limb is not held: everywhere, or at the zero pose alone."""
 
-    if not robot.model.nq:  # nothing moves: there is one pose only
+    if not robot.mechanism.tree.nq:  # nothing moves: there is one pose only
         return _complaint(lambda: analyze(robot.assemble()))
     generic = robot.model_q(robot.generic_poses).T
     tolerance = 1e-9 + 1e3 * robot.closing_error

@@ -23,6 +23,7 @@ from kinetostatics.limb_grouping import make_limb_groups
 from kinetostatics.limb_joints import Branch, JointTable, dead_joints, freedoms_of
 from kinetostatics.linalg import dot, null_space
 from kinetostatics.mechanism import Mechanism
+from kinetostatics.pinocchio_loops import constraint_models
 from kinetostatics.pose_spread import ordinary_poses
 from kinetostatics.robot_file import read_robot_file
 from kinetostatics.solver import Poses, Request, Solver
@@ -96,10 +97,32 @@ class Robot:
         """Its name in the file."""
         return self.description.name
 
-    @property
+    @cached_property
     def model(self) -> Any:
-        """Pinocchio's model of the file's tree."""
-        return self.mechanism.model
+        """Pinocchio's model of the file's tree, which weighs what the robot weighs: links, and beams as rods on their links.
+
+        A telescope has the length of the zero pose; :attr:`Configuration.model` is the model of another pose.
+        """
+        zero = self.mechanism.forward(self.mechanism.tree.neutral[:, None])
+        if not isinstance(self._closed_zero, AssemblyError):
+            zero = self.zero_frames
+        return self.weights.on_model(self.mechanism.model, zero)
+
+    def constraint_models(self, *, anchors: bool = False) -> list[Any]:
+        """Return the loops as Pinocchio's constraints on :attr:`model`, for ``pin.constraintDynamics``, ``pin.lcaba`` and others.
+
+        A fixed loop is one constraint of six rows, a spherical one a point of three. A hinge is two points of its axis: six rows
+        of rank five, which Pinocchio's proximal solvers take (``pin.ProximalSettings``). Every constraint has its loop's name.
+        A driven loop is as free as the others: Pinocchio knows no force along it.
+
+        Args:
+            anchors: return ``pin.PointAnchorConstraintModel`` and ``pin.FrameAnchorConstraintModel``, which Pinocchio has since
+                4.0, instead of ``pin.RigidConstraintModel``.
+
+        Raises:
+            ArgumentError: Pinocchio has no constraint for the type of a loop (universal, cylindrical, prismatic, planar).
+        """
+        return constraint_models(self.mechanism, self.model, self.length, anchors)
 
     def __str__(self) -> str:
         from kinetostatics.report import robot_report
@@ -137,7 +160,7 @@ class Robot:
     def _size(self) -> float:
         """Diagonal [m] of the box around the zero pose."""
         body, placement = self.mechanism.platform_frame
-        frames = self.mechanism.tree.forward(self.mechanism.tree.neutral[:, None])
+        frames = self.mechanism.forward(self.mechanism.tree.neutral[:, None])
         points = [frames.position[:, :, 0].T]
         for item in self.mechanism.connections.values():
             at = np.array([item.predecessor_body])
@@ -267,7 +290,7 @@ class Robot:
     @cached_property
     def zero_frames(self) -> Frames:
         """Frames of the closed zero pose, a batch of one."""
-        return world_frames(self.mechanism, self.mechanism.tree.forward(self.model_q(self._zero[0])))
+        return world_frames(self.mechanism, self.mechanism.forward(self.model_q(self._zero[0])))
 
     @cached_property
     def beams(self) -> dict[str, BeamModel]:
@@ -310,7 +333,7 @@ class Robot:
     def limb_groups(self) -> tuple[LimbGroup, ...]:
         """Equal limbs stacked, with their wrench bases, which are fixed once per robot."""
         generic, ordinary = (
-            world_frames(self.mechanism, self.mechanism.tree.forward(q))
+            world_frames(self.mechanism, self.mechanism.forward(q))
             for q in (self.model_q(self.generic_poses), ordinary_poses(self))
         )
         return make_limb_groups(self, generic, ordinary)

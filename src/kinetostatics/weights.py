@@ -1,13 +1,18 @@
-"""Everything that weighs something: rigid links at their centre of mass, beams evenly along their length."""
+"""Everything that weighs something: rigid links at their centre of mass, beams evenly along their length.
+
+Masses and centres are those of Pinocchio's inertias (:mod:`kinetostatics.inertias`). The weights of one pose are computed by
+Pinocchio, those of many by the same arrays all at once.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics.inertias import Falling, weighed
 from kinetostatics.kinematics import Frames
 from kinetostatics.linalg import cross
 
@@ -26,28 +31,23 @@ class Weights:
     """
 
     def __init__(self, robot: Robot) -> None:
-        topology, description = robot.topology, robot.description
+        topology = robot.topology
         parts = [(limb.name, limb.weights) for limb in topology.limbs]
         parts += [("base", topology.base.weights), ("platform", topology.platform.weights)]
         self.names = [name for _, names in parts for name in names]
         self.owner = [owner for owner, names in parts for _ in names]
         self._number = {name: k for k, name in enumerate(self.names)}
         rigid = [name for name in self.names if not name.startswith("beam:")]
-        self._beams = [robot.beams[name.removeprefix("beam:")] for name in self.names if name.startswith("beam:")]
+        self._beam_of = {
+            k: robot.beams[name.removeprefix("beam:")] for k, name in enumerate(self.names) if name.startswith("beam:")
+        }
+        self._known: list[tuple[int, Any] | None] | None = None
         self._is_rigid = np.array([not name.startswith("beam:") for name in self.names], dtype=bool)
-        self._mass = np.array([description.links[name].mass for name in rigid])
-        placements = [robot.mechanism.body_of[name] for name in rigid]
-        self._body = np.array([body for body, _ in placements], dtype=np.intp)
-        self._centre = (
-            np.array(
-                [
-                    placement[:3, :3] @ np.array(description.links[name].center_of_mass) + placement[:3, 3]
-                    for name, (_, placement) in zip(rigid, placements, strict=True)
-                ]
-            )
-            .reshape(-1, 3)
-            .T
-        )
+        self._inertias = [robot.mechanism.link_inertias[name] for name in rigid]
+        self._mass = np.array([inertia.mass for inertia in self._inertias])
+        self._body = np.array([robot.mechanism.body_of[name][0] for name in rigid], dtype=np.intp)
+        self._centre = np.array([inertia.lever for inertia in self._inertias]).reshape(-1, 3).T
+        self._beams = list(self._beam_of.values())
         spans = [beam.span for beam in self._beams]
         self._ends = [
             (
@@ -83,8 +83,36 @@ class Weights:
 
     def wrenches(self, frames: Frames, o: Array, gravity: Array) -> Array:
         """Return the weights' wrenches (6, W, N) about ``o`` (3, N) under ``gravity`` (3, N) [m/s²]."""
+        if o.shape[1] == 1:
+            return self._wrenches_of_one(frames, o[:, 0], gravity[:, 0])
         force = self.masses(frames)[None] * gravity[:, None]
         return np.concatenate([force, cross(self.centres(frames) - o[:, None], force)])
+
+    def _wrenches_of_one(self, frames: Frames, o: Array, gravity: Array) -> Array:
+        bodies = self._bodies_at(frames)
+        at = {body: Falling(frames.rotation[:, :, body, 0], frames.position[:, body, 0] - o, gravity) for body, _ in bodies}
+        wrenches = [at[body].wrench(inertia) for body, inertia in bodies]
+        return np.array(wrenches).reshape(-1, 6).T[..., None]
+
+    def _bodies_at(self, frames: Frames) -> list[tuple[int, Any]]:
+        """Return body and ``pin.Inertia`` of every weight at one pose."""
+        constant = enumerate(self._constant(frames))
+        return [known if known is not None else self._beam_of[number].rod(frames) for number, known in constant]
+
+    def _constant(self, frames: Frames) -> list[tuple[int, Any] | None]:
+        """Return the same, without telescopes; any pose serves."""
+        if self._known is None:
+            rigid = iter(zip(self._body.tolist(), self._inertias, strict=True))
+            self._known = []
+            for number, is_rigid in enumerate(self._is_rigid):
+                beam = None if is_rigid else self._beam_of[number]
+                follows = beam is not None and beam.span.start_body != beam.span.end_body
+                self._known.append(None if follows else next(rigid) if beam is None else beam.rod(frames))
+        return self._known
+
+    def on_model(self, model: Any, frames: Frames) -> Any:
+        """Return a copy of Pinocchio's model of the tree that weighs what the robot weighs at one pose."""
+        return weighed(model, self._bodies_at(frames))
 
     def sum(self, names: Iterable[str], wrenches: Array) -> Array:
         """Return the sum (6, N) of the wrenches (6, W, N) of some weights."""

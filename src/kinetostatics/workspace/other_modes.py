@@ -28,7 +28,7 @@ def loose_coordinates(plan: Plan, robot: Robot) -> tuple[bool, ...]:
     They are what a pose's coordinates leave open, at a generic pose that is left a little and closed again.
     """
     if not robot.mobility.local:
-        return (False,) * robot.model.nq
+        return (False,) * robot.mechanism.tree.nq
     q = robot.model_q(robot.generic_poses)[:, 0]
     pose = robot.configuration(q, tolerance=np.inf, on_failure="nan")
     known = pose.platform_coordinates(plan.orientation) if plan.kind == "platform" else pose.actuators
@@ -39,11 +39,12 @@ def loose_coordinates(plan: Plan, robot: Robot) -> tuple[bool, ...]:
     try:
         found = assemble(plan, robot, {name: np.full(len(starts), float(known[name])) for name in names}, near)
     except (KinetostaticsError, KeyError):  # somebody else will complain
-        return (False,) * robot.model.nq
+        return (False,) * robot.mechanism.tree.nq
     ends = found.q[found.status != Status.UNREACHABLE]
     if len(ends) < 2:
         driven = {joint for joint in robot.description.driven}
-        names_of_q = [name for name, count in zip(robot.model.names, robot.model.nqs, strict=True) for _ in range(count)]
+        model = robot.mechanism.model
+        names_of_q = [name for name, count in zip(model.names, model.nqs, strict=True) for _ in range(count)]
         return tuple(name not in driven for name in names_of_q)
     return tuple((np.ptp(ends, axis=0) > CHANGED).tolist())
 
@@ -61,7 +62,7 @@ def open_starts(robot: Robot, units: Sequence[str], count: int, seed: int = 1) -
     zero = robot.model_q(robot.zero_poses)[:, 0]
     reach = np.where([unit == "m" for unit in units], robot.length, np.pi)
     q = zero + random.uniform(-1, 1, (count, len(zero))) * reach
-    for first, size in zip(list(robot.model.idx_qs), list(robot.model.nqs), strict=True):
+    for first, size in zip(list(robot.mechanism.model.idx_qs), list(robot.mechanism.model.nqs), strict=True):
         if size == 2:
             angle = random.uniform(-np.pi, np.pi, count)
             q[:, first], q[:, first + 1] = np.cos(angle), np.sin(angle)
@@ -88,7 +89,7 @@ def closed_starts(robot: Robot, count: int, tolerance: float) -> Array:
     for name, value in zero.items():
         reach = robot.length if connections[name].kind == "prismatic" else np.pi
         values[name] = float(value) + random.uniform(-reach, reach, count)
-    none = np.zeros((0, robot.model.nq))
+    none = np.zeros((0, robot.mechanism.tree.nq))
     if not values:
         return none
     try:

@@ -122,7 +122,7 @@ def labels_of(plan: Plan, robot: Robot) -> Labels:
 
 
 def _q_labels(robot: Robot) -> list[tuple[str, str]]:
-    model, connections = robot.model, robot.mechanism.connections
+    model, connections = robot.mechanism.model, robot.mechanism.connections
     found: list[tuple[str, str]] = [("", "1")] * model.nq
     for name, first, count in zip(list(model.names), list(model.idx_qs), list(model.nqs), strict=True):
         if count == 1:
