@@ -1,14 +1,17 @@
 """Forward kinematics against Pinocchio, rotations and orientation coordinates against themselves."""
 
+from itertools import permutations
+from pathlib import Path
+
 import numpy as np
 import pinocchio as pin
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 import kinetostatics as ks
 from kinetostatics import rotations
-from kinetostatics.linalg import Cholesky, least_squares
+from kinetostatics.linalg import Cholesky, least_squares, matmul
 from kinetostatics.mechanism import Mechanism
 from kinetostatics.orientation import orientation_named
 from kinetostatics.robot_file import parse_robot_text
@@ -47,8 +50,6 @@ def test_frames_and_twists_are_pinocchios():
 
 
 def test_link_frames_and_masses_are_pinocchios():
-    from pathlib import Path
-
     robot = ks.load_robot(Path(__file__).parent.parent / "robots" / "2pru_upr.urdf.xacro")
     pose = robot.assemble(platform={"z": 0.55, "rx": 0.1, "ry": -0.05}, orientation="XYZ")
     data = robot.model.createData()
@@ -62,8 +63,6 @@ def test_link_frames_and_masses_are_pinocchios():
 
 def test_gravity_torques_are_pinocchios():
     """Without beams that weigh anything the drives' forces follow from Pinocchio's generalized gravity."""
-    from pathlib import Path
-
     robot = ks.load_robot(Path(__file__).parent.parent / "robots" / "3rps.urdf.xacro", {"density": 1e-9, "platform_mass": 20})
     pose = robot.assemble(platform={"z": 0.5, "rx": 0.1, "ry": -0.05})
     result = ks.analyze(pose)
@@ -99,7 +98,8 @@ def test_logarithm_keeps_its_digits_near_zero_and_half_a_turn(angle):
     np.testing.assert_allclose(rotations.exponential(found), R, atol=1e-14)
 
 
-CONVENTIONS = [None, "tilt_torsion", "XYZ", "xyz", "ZYX", "zyx", "YXZ", "zxy", "YZX", "xzy"]
+SEQUENCES = ["".join(letters) for letters in permutations("xyz")]
+CONVENTIONS = [None, "tilt_torsion", *SEQUENCES, *(letters.upper() for letters in SEQUENCES)]
 
 
 @pytest.mark.parametrize("name", CONVENTIONS)
@@ -116,6 +116,121 @@ def test_orientation_coordinates_round_trip_and_rates(name, c):
         shift[k] = step
         turned = convention.matrix(c + shift)[..., 0] @ convention.matrix(c - shift)[..., 0].T
         np.testing.assert_allclose(rotations.logarithm(turned[..., None])[:, 0] / (2 * step), rates[:, k], atol=1e-8)
+
+
+#: Beside quarter and half turns, where one convention or another tells some angles only together.
+SPECIAL = st.builds(
+    lambda quarters, distance, sign: quarters * np.pi / 2 + sign * 10.0**distance,
+    st.integers(-2, 2),
+    st.floats(-17, -2),
+    st.sampled_from((-1, 0, 1)),
+)
+ANGLES = st.tuples(*[st.one_of(SPECIAL, st.floats(-np.pi, np.pi))] * 3)
+
+
+@pytest.mark.parametrize("name", CONVENTIONS)
+@given(c=ANGLES, noise=st.tuples(*[st.floats(-3e-16, 3e-16)] * 3), near=st.tuples(*[st.floats(-10, 10)] * 3))
+@example(c=(0.3, np.pi / 2, 0.2), noise=(0.0, 0.0, 0.0), near=(0.0, 0.0, 0.0))
+@example(c=(0.3, np.pi, 0.2), noise=(0.0, 0.0, 0.0), near=(0.0, 0.0, 0.0))
+@example(c=(np.pi, 0.0, 0.0), noise=(0.0, 0.0, 0.0), near=(-np.pi, 0.0, 0.0))
+def test_orientation_coordinates_rebuild_every_rotation(name, c, noise, near):
+    convention = orientation_named(name)
+    R = matmul(convention.matrix(np.array(c)[:, None]), rotations.exponential(np.array(noise)[:, None]))
+    found = convention.coordinates(R)
+    np.testing.assert_allclose(convention.matrix(found), R, atol=1e-12)
+    assert np.all(np.abs(found) < np.pi + 1e-15)
+    other = np.array(near)[:, None]
+    nearer = convention.coordinates(R, other)
+    np.testing.assert_allclose(convention.matrix(nearer), R, atol=1e-12)
+    same = convention.same(found, other, always=True)
+    np.testing.assert_allclose(convention.matrix(same), R, atol=3e-9)
+    if name is None:
+        assert np.linalg.norm(nearer - other) <= np.linalg.norm(found - other) + 1e-12
+    else:
+        assert np.all(
+            np.abs((nearer if name != "tilt_torsion" else nearer[:2]) - other[: 2 if name == "tilt_torsion" else 3]) < 3.15
+        )
+
+
+def test_coordinates_that_are_not_determined_are_those_nearby():
+    azimuth = orientation_named("tilt_torsion")
+    near = np.array([[2.0], [0.5], [1.5]])
+    np.testing.assert_allclose(azimuth.same(np.array([[0.0], [0.0], [0.3]]), near, False), [[2.0], [0.0], [0.3]], atol=1e-15)
+    turned = azimuth.same(np.array([[0.0], [np.pi], [0.3]]), near, False)
+    np.testing.assert_allclose(turned, [[2.0], [np.pi], [4.3]], atol=1e-15)
+    fixed = np.array([[0.0], [0.1], [0.3]])
+    np.testing.assert_array_equal(azimuth.same(fixed, near, False), fixed)
+    euler = orientation_named("XYZ")
+    found = euler.same(np.array([[0.1], [np.pi / 2], [0.2]]), np.array([[1.0], [0.0], [0.0]]), False)
+    np.testing.assert_allclose(found, [[1.0], [np.pi / 2], [-0.7]], atol=1e-15)
+    beyond = euler.same(np.array([[3.0], [2.0], [0.2]]), np.array([[-3.0], [2.0], [0.0]]), True)
+    np.testing.assert_allclose(beyond, [[3.0 - 2 * np.pi], [2.0], [0.2]], atol=1e-15)
+    half = orientation_named(None).same(np.array([[0.0], [np.pi], [0.0]]), np.array([[0.1], [-3.0], [0.0]]), False)
+    np.testing.assert_allclose(half, [[0.0], [-np.pi], [0.0]], atol=1e-15)
+
+
+@given(
+    skewed=st.floats(-1.3, 1.3),
+    q=st.tuples(st.floats(-3, 3), SPECIAL, st.floats(-3, 3)),
+    side=st.sampled_from((-1, 1)),
+)
+def test_three_angles_about_oblique_axes(skewed, q, side):
+    """Spherical joints written as three revolutes, whose first and last axes may be at any angle."""
+    axes = np.array([[1.0, 0.0, np.sin(skewed)], [0, 1, 0], [0, 0, np.cos(skewed)]])
+    zero = skewed - np.pi / 2  # the second angle at which both are one line
+    q = np.array([q[0], -zero + q[1], q[2]])[:, None]
+    turns = [rotations.exponential(axes[:, [k]] * q[k]) for k in range(3)]
+    R = matmul(matmul(turns[0], turns[1]), turns[2])
+    near = q + np.array([[0.3], [side * 1e-3], [-0.2]])
+    found = rotations.three_angles(axes, R, near)
+    turns = [rotations.exponential(axes[:, [k]] * found[k]) for k in range(3)]
+    np.testing.assert_allclose(matmul(matmul(turns[0], turns[1]), turns[2]), R, atol=1e-12)
+    assert abs(found[1, 0] - near[1, 0]) < np.pi
+
+
+@pytest.mark.parametrize("rpy", ["3.141592653589793 0 0.3", "0.2 1.5707963267948966 0", "1.5707963267948966 0 0.3"])
+def test_poses_are_assembled_from_their_own_reports(rpy):
+    text = Path(robot_path("gough_stewart")).read_text()
+    turned = text.replace('<platform link="platform"/>', f'<platform link="platform"><origin rpy="{rpy}"/></platform>')
+    assert turned != text
+    robot = ks.Robot(parse_robot_text(turned, "gough_stewart.urdf.xacro"))
+    drives = robot.description.driven
+    lengths = np.array([3.0, -4, 5, 2, -2, 7]) * 1e-3
+    for pose in (robot.assemble(), robot.assemble(actuators=dict(zip(drives, lengths, strict=True)))):
+        for name in CONVENTIONS:
+            report = pose.platform_coordinates(name)
+            for near in (None, pose):
+                again = robot.assemble(platform=report, orientation=name, near=near)
+                np.testing.assert_allclose(again.platform_frame, pose.platform_frame, atol=1e-12)
+
+
+@pytest.mark.parametrize("distance", [0.0, 1e-15, 1e-12, 1e-10, 1e-8, 1e-5, 1e-2])
+def test_a_tool_that_points_straight_down(distance):
+    arm = ks.load_robot(robot_path("ur10"))
+    q = np.array([0, -np.pi / 2, np.pi / 2, -np.pi / 2, -np.pi / 2, 0.7]) + distance * np.array([1, -2, 1, 3, 2, 1])
+    pose = arm.assemble(actuators=dict(zip(arm.description.driven, q, strict=True)))
+    for name in CONVENTIONS:
+        report = pose.platform_coordinates(name)
+        convention = orientation_named(name)
+        R = convention.matrix(np.array([report[angle] for angle in convention.names])[:, None])[..., 0]
+        np.testing.assert_allclose(R, pose.platform_frame[:3, :3], atol=1e-12)
+        again = arm.assemble(platform=report, orientation=name, near=pose)
+        np.testing.assert_allclose(again.platform_frame, pose.platform_frame, atol=1e-12)
+        np.testing.assert_allclose(again.q, pose.q, atol=1e-9)
+
+
+def test_from_a_pose_the_platform_turns_the_shorter_way():
+    arm = ks.load_robot(robot_path("ur10"))
+    drives = arm.description.driven
+    pose = arm.assemble(actuators=dict(zip(drives, [0.3, -1.0, 1.5, -2.0, -1.5, 0.7], strict=True)))
+    report = pose.platform_coordinates("tilt_torsion")
+    for name in ("azimuth", "torsion"):
+        moved = {**report, name: report[name] + 2 * np.pi + 0.1}
+        one, two = (
+            arm.assemble(platform={**moved, name: moved[name] - k * 2 * np.pi}, orientation="tilt_torsion", near=pose)
+            for k in (0, 1)
+        )
+        np.testing.assert_allclose(one.q, two.q, atol=1e-12)
 
 
 def test_euler_sequences_mean_what_they_say():

@@ -168,7 +168,7 @@ class LoopEquations:
         for run, mine, theirs in self.runs:
             quaternion = x[mine.first_q : mine.first_q + 4]
             R = np.einsum("ij,jkn,lk->iln", run.orientation, rotations.matrix_of_quaternion(quaternion), run.orientation)
-            angles = _three_angles(run.axes, R, np.stack([_angle(joint, near) for joint in theirs]))
+            angles = rotations.three_angles(run.axes, R, np.stack([_angle(joint, near) for joint in theirs]))
             for angle, joint in zip(angles, theirs, strict=True):
                 if joint.kind == "continuous":
                     q[joint.first_q], q[joint.first_q + 1] = np.cos(angle), np.sin(angle)
@@ -269,30 +269,3 @@ def _angle(joint: TreeJoint, q: Array) -> Array:
     if joint.kind == "continuous":
         return np.asarray(np.arctan2(q[joint.first_q + 1], q[joint.first_q]))
     return q[joint.first_q]
-
-
-def _three_angles(axes: Array, R: Array, near: Array) -> Array:
-    """Return angles (3, N) with exp(a q₀) exp(b q₁) exp(c q₂) = R for unit axes a ⟂ b ⟂ c, the solution near ``near``."""
-    a, b, c = axes.T
-    end = np.einsum("ijn,j->in", R, c)
-    # a·R c = a·exp(b q₁) c = cosine part + sine part, as b is at right angles to both a and c.
-    height = np.clip(np.einsum("i,in->n", a, end), -1, 1)
-    zero = float(np.arctan2(a @ np.cross(b, c), a @ c))
-    spread = np.arccos(height)
-    options = np.stack([zero + spread, zero - spread])
-    options += 2 * np.pi * np.round((near[1] - options) / (2 * np.pi))
-    second = np.where(np.abs(options[0] - near[1]) <= np.abs(options[1] - near[1]), options[0], options[1])
-    middle = rotations.exponential(b[:, None] * second)
-    start = np.einsum("ijn,j->in", middle, c)
-
-    def angle_about(axis: Array, u: Array, v: Array, default: Array) -> Array:
-        sine = np.einsum("i,in->n", axis, cross(u, v))
-        cosine = dot(u, v) - np.einsum("i,in->n", axis, u) * np.einsum("i,in->n", axis, v)
-        angle = np.where(np.hypot(sine, cosine) < 1e-12, default, np.arctan2(sine, cosine))
-        return np.asarray(angle + 2 * np.pi * np.round((default - angle) / (2 * np.pi)))
-
-    first = angle_about(a, start, end, near[0])
-    rest = np.einsum("jin,jkn->ikn", np.einsum("ijn,jkn->ikn", rotations.exponential(a[:, None] * first), middle), R)
-    third = np.einsum("i,in->n", c, rotations.logarithm(rest))
-    third = third + 2 * np.pi * np.round((near[2] - third) / (2 * np.pi))
-    return np.stack([first, second, third])

@@ -15,14 +15,21 @@ from numpy.typing import NDArray
 
 from kinetostatics import rotations
 from kinetostatics.exceptions import CoordinatesError
-from kinetostatics.linalg import matmul
+from kinetostatics.linalg import dot, matmul
 
 Array = NDArray[np.float64]
+
+#: Angle between the axes of first and last turn, or beside half a turn [rad], that solved poses do not tell from 0.
+NEARLY_LOCKED = 1e-9
 
 
 @dataclass(frozen=True)
 class Orientation:
-    """A way to write a rotation as three numbers; ``sequence`` holds the axes of an Euler sequence about moving axes."""
+    """A way to write a rotation as three numbers.
+
+    ``sequence`` holds the axes of three turns about moving axes: those of an Euler sequence, or z, y, z by azimuth, tilt and
+    torsion − azimuth; None for rotation vectors.
+    """
 
     name: str
     names: tuple[str, str, str]
@@ -30,44 +37,87 @@ class Orientation:
 
     def matrix(self, c: Array) -> Array:
         """Return rotation matrices (3, 3, N) of coordinates ``c`` (3, N) [rad]."""
-        if self.sequence is not None:
-            first, second, third = (_about(axis, c[axis]) for axis in self.sequence)
-            return matmul(matmul(first, second), third)
-        if self.name == "tilt_torsion":
-            return matmul(matmul(_about(2, c[0]), _about(1, c[1])), _about(2, c[2] - c[0]))
-        return rotations.exponential(c)
+        if self.sequence is None:
+            return rotations.exponential(c)
+        first, second, third = (_about(axis, turn) for axis, turn in zip(self.sequence, self._turns(c), strict=True))
+        return matmul(matmul(first, second), third)
 
     def rates(self, c: Array) -> Array:
         """Return (3, 3, N) matrices whose k-th column is the angular velocity, in world axes, per unit rate of c[k]."""
-        if self.sequence is not None:
-            columns: list[Array] = [np.zeros_like(c)] * 3
-            turned = rotations.identity(c.shape[1:])
-            for axis in self.sequence:
-                columns[axis] = turned[:, axis]
-                turned = matmul(turned, _about(axis, c[axis]))
+        if self.sequence is None:
+            return rotations.left_jacobian(c)
+        columns: list[Array] = []
+        turned = rotations.identity(c.shape[1:])
+        for axis, turn in zip(self.sequence, self._turns(c), strict=True):
+            columns.append(turned[:, axis])
+            turned = matmul(turned, _about(axis, turn))
+        if self.name == "tilt_torsion":
+            columns[0] = columns[0] - columns[2]
             return np.stack(columns, axis=1)
-        if self.name == "tilt_torsion":
-            normal = self.matrix(c)[:, 2]
-            up = np.zeros_like(c)
-            up[2] = 1
-            return np.stack([up - normal, _about(2, c[0])[:, 1], normal], axis=1)
-        return rotations.left_jacobian(c)
+        return np.stack([columns[self.sequence.index(axis)] for axis in range(3)], axis=1)
 
-    def coordinates(self, R: Array) -> Array:
-        """Return coordinates (3, N) [rad] of rotation matrices (3, 3, N)."""
-        if self.sequence is not None:
-            i, j, k = self.sequence
-            sign = 1.0 if (j - i) % 3 == 1 else -1.0
-            c = np.empty(R.shape[1:])
-            c[j] = np.arctan2(sign * R[i, k], np.hypot(R[i, i], R[i, j]))
-            c[i] = np.arctan2(-sign * R[j, k], R[k, k])
-            c[k] = np.arctan2(-sign * R[i, j], R[i, i])
-            return c
+    def coordinates(self, R: Array, near: Array | None = None, locked: float = 1e-13) -> Array:
+        """Return coordinates (3, N) [rad] of rotation matrices (3, 3, N), from which :meth:`matrix` rebuilds them.
+
+        Args:
+            R: rotation matrices.
+            near: (3, N) which coordinates of the same rotation are wanted: which of the two solutions for three turns, and of
+                angles and rotation vectors that differ by full turns; without it none is larger than π, and tilts are positive.
+                Where the axes of first and last turn are one line, which leaves the first undetermined, it is as here, or else 0.
+            locked: sine of the angle between those axes up to which they count as one line; R is rebuilt as well as that.
+        """
+        if self.sequence is None:
+            c = rotations.logarithm(R)
+            return c if near is None else _nearest_vector(c, near)
+        usual = np.zeros(R.shape[1:])
+        if near is not None:
+            usual = self._turns(near)
+        elif self.name == "tilt_torsion":
+            usual[1] = np.pi / 2
+        turns = rotations.three_angles(np.eye(3)[:, list(self.sequence)], R, usual, locked)
+        if self.name != "tilt_torsion":
+            return turns[np.argsort(self.sequence)]
+        torsion = turns[0] + turns[2]
+        return np.stack([turns[0], turns[1], torsion if near is not None else torsion - _full_turns(torsion)])
+
+    def same(self, c: Array, near: Array, always: bool) -> Array:
+        """Return coordinates (3, N) of the same rotations as ``c`` that are nearer to ``near``.
+
+        They differ from ``c`` by full turns, if ``always`` or where rounding decides which of two half turns is in ``c``; and in
+        the first and last turns where their axes are one line, so that only the sum of both is determined.
+        """
+        if self.sequence is None:
+            return np.where(always | _half_turn(np.sqrt(dot(c, c))), _nearest_vector(c, near), c)
+        c = np.where(always | _half_turn(c), c + _full_turns(near - c), c)
+        second = self._turns(c)[1]
+        locked = np.abs(np.sin(second) if self.name == "tilt_torsion" else np.cos(second)) < NEARLY_LOCKED
+        if np.any(locked):
+            near = np.array(near)
+            near[1 if self.name == "tilt_torsion" else self.sequence[1]] = second
+            c = np.where(locked, self.coordinates(self.matrix(c), near, NEARLY_LOCKED), c)
+        return c
+
+    def _turns(self, c: Array) -> Array:
+        """Return the angles (3, N) of the three turns, in their order."""
         if self.name == "tilt_torsion":
-            sine = np.hypot(R[0, 2], R[1, 2])
-            azimuth = np.where(sine < 1e-12, 0.0, np.arctan2(R[1, 2], R[0, 2]))
-            return np.stack([azimuth, np.arctan2(sine, R[2, 2]), np.arctan2(R[1, 0] - R[0, 1], R[0, 0] + R[1, 1])])
-        return rotations.logarithm(R)
+            return np.stack([c[0], c[1], c[2] - c[0]])
+        return c[list(self.sequence or (0, 1, 2))]
+
+
+def _full_turns(angle: Array) -> Array:
+    """Return the multiples of 2π that are nearest to angles."""
+    return np.asarray(2 * np.pi * np.round(angle / (2 * np.pi)))
+
+
+def _half_turn(angle: Array) -> NDArray[np.bool_]:
+    return np.asarray(np.abs(np.abs(angle) - np.pi) < NEARLY_LOCKED)
+
+
+def _nearest_vector(c: Array, near: Array) -> Array:
+    """Return the rotation vectors (3, N) nearest to ``near`` that differ from ``c`` by full turns."""
+    angle = np.sqrt(dot(c, c))
+    axis = c / np.where(angle > 0, angle, 1.0)
+    return c + axis * _full_turns(dot(axis, near) - angle)
 
 
 def _about(axis: int, angle: Array) -> Array:
@@ -88,7 +138,7 @@ def orientation_named(name: str | None) -> Orientation:
     if name is None or name == "rotation_vector":
         return Orientation("rotation_vector", ("rx", "ry", "rz"))
     if name == "tilt_torsion":
-        return Orientation(name, ("azimuth", "tilt", "torsion"))
+        return Orientation(name, ("azimuth", "tilt", "torsion"), (2, 1, 2))
     letters = name.lower()
     if name not in (letters, name.upper()) or sorted(letters) != ["x", "y", "z"]:
         raise CoordinatesError(

@@ -449,7 +449,8 @@ class Robot:
                 in world axes.
             orientation: what ``rx ry rz`` mean: None or "rotation_vector"; an Euler sequence such as "XYZ" (moving axes) or "xyz"
                 (fixed axes); or "tilt_torsion" for ``azimuth tilt torsion``.
-            near: where the straight line starts; one pose, or a batch of the same shape.
+            near: where the straight line starts; one pose, or a batch of the same shape. From there what turns goes the shorter
+                way.
             tolerance: how far loops may stay open [m, rad]. Overconstrained files with rounded angles need a larger one; their
                 loops are then closed in the least-squares sense.
             on_failure: "raise" or "nan"; default: raise for one pose, NaN and a status for a batch.

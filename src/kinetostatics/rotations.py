@@ -124,3 +124,40 @@ def rotation_between(a: Array, b: Array) -> Array:
         perpendicular = perpendicular / np.sqrt(dot(perpendicular, perpendicular)) * np.pi
         vector = np.where(flipped, perpendicular, vector)
     return np.asarray(vector)
+
+
+def three_angles(axes: Array, R: Array, near: Array, locked: float = 1e-13) -> Array:
+    """Return angles (3, N) with exp(a q₀) exp(b q₁) exp(c q₂) = R, of the two solutions the one near ``near``.
+
+    The first turn is read from where R puts the last axis; the last is what then remains of R. So the three turns make R wherever
+    the axes are, also where first and last are one line and only the sum or the difference of their angles is determined.
+
+    Args:
+        axes: (3, 3) the unit vectors a, b, c as columns, b at right angles to a and c.
+        R: (3, 3, N) rotation matrices.
+        near: (3, N) which second angle is wanted, which first where it is not determined, and which of angles that differ by full
+            turns.
+        locked: sine of the angle between the first and the last axis up to which they count as one line.
+    """
+    a, b, c = axes.T
+    end = np.einsum("ijn,j->in", R, c)
+    height = np.einsum("i,in->n", a, end)
+    beside = end - a[:, None] * height  # across a
+    sine = np.sqrt(dot(beside, beside))
+    spread = np.arctan2(sine, height)
+    zero = float(np.arctan2(a @ np.cross(b, c), a @ c))  # the second angle at which c lies along a
+    options = np.stack([zero + spread, zero - spread])
+    options += 2 * np.pi * np.round((near[1] - options) / (2 * np.pi))
+    other = np.abs(options[1] - near[1]) < np.abs(options[0] - near[1])
+    second = np.where(other, options[1], options[0])
+    # where the second turn alone puts ``beside``, but for its length
+    start = np.cross(b, a)[:, None] * np.where(other, -1.0, 1.0)
+    first = np.where(sine > locked, np.arctan2(np.einsum("i,in->n", a, cross(start, beside)), dot(start, beside)), near[0])
+    turned = np.einsum("ijn,jkn->ikn", exponential(a[:, None] * first), exponential(b[:, None] * second))
+    across = np.einsum("ijn,j->in", R, b)
+    third = np.arctan2(
+        dot(np.einsum("ijn,j->in", turned, np.cross(c, b)), across), dot(np.einsum("ijn,j->in", turned, b), across)
+    )
+    outer = np.stack([first, third])
+    outer += 2 * np.pi * np.round((near[[0, 2]] - outer) / (2 * np.pi))
+    return np.stack([outer[0], second, outer[1]])

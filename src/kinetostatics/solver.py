@@ -361,14 +361,17 @@ class Solver:
         N = target.shape[1]
         values, angles = self.origin(request, start) if origin is None else origin
         first = np.array(np.broadcast_to(values, (request.size, N)))
+        c = np.array(np.broadcast_to(angles, (3, N)))
         if origin is None:  # a pose knows the angle of what turns freely but for full turns: the shorter way
             turning = self._turning_rows(request)
             first[turning] += 2 * np.pi * np.round((target[turning] - first[turning]) / (2 * np.pi))
-        state = Poses(np.array(np.broadcast_to(start.x, (start.x.shape[0], N))), np.array(np.broadcast_to(angles, (3, N))))
-        if request.orientation is not None and request.orientation.name == "tilt_torsion" and 0 in request.angles:
-            # an untilted start has no azimuth of its own: it takes that of the target
-            row = request.first_angle + request.angles.index(0)
-            first[row] = state.c[0] = np.where(state.c[1] < 1e-9, target[row], state.c[0])
+        if request.angles and request.orientation is not None:  # and where the axes of two turns are one line, but their sum
+            given = list(request.angles)
+            aim = np.array(c)
+            aim[given] = target[request.first_angle :]
+            c = request.orientation.same(c, np.where(np.isfinite(aim), aim, c), always=origin is None)
+            first[request.first_angle :] = c[given]
+        state = Poses(np.array(np.broadcast_to(start.x, (start.x.shape[0], N))), c)
         far = np.max(np.abs(target - first) / self.longest_strides(request)[:, None], axis=0, initial=0.0)
         longest = 1 / np.maximum(1.0, far)
         gone, stride, steady = np.zeros(N), np.array(longest), np.ones(N, dtype=bool)
