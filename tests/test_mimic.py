@@ -238,3 +238,71 @@ def test_random_mimics_agree_with_pinocchio(seed: int) -> None:
         for link in robot.description.links:
             expected = data.oMf[model.getFrameId(link)].homogeneous
             np.testing.assert_allclose(poses.frame(link)[k], expected, atol=1e-12)
+
+
+CASES = Path(__file__).parent / "cases"
+LEAD = 0.005 / (2 * np.pi)
+
+
+def test_a_screw_counts_its_turns() -> None:
+    """Motor and slide are z = lead · angle / 2π apart, 20 turns and more from zero."""
+    screw = ks.load_robot(CASES / "screw_continuous.urdf")
+    z = np.array([0.1, -0.03, 0.0024, 0.0026, 0.0])
+    poses = screw.assemble(platform={"z": z})
+    np.testing.assert_allclose(poses.actuators["motor"], z / LEAD, atol=1e-9)
+    np.testing.assert_allclose(screw.assemble(actuators=poses.actuators).platform["z"], z, atol=1e-12)
+    there = screw.configuration(poses.q)
+    np.testing.assert_allclose(there.actuators["motor"], z / LEAD, atol=1e-9)
+    turns = np.linspace(-200.0, 200.0, 11)
+    np.testing.assert_allclose(screw.assemble(actuators={"motor": turns}).actuators["motor"], turns, atol=1e-9)
+    up = screw.assemble(platform={"z": 0.1})
+    np.testing.assert_allclose(screw.assemble(actuators={"motor": 0.0}, near=up).platform["z"], 0.0, atol=1e-12)
+    found = ks.sweep(screw, platform={"z": z})
+    np.testing.assert_allclose(found["actuator_position"].sel(actuator="motor"), z / LEAD, atol=1e-9)
+
+
+def jack(*followers: str) -> ks.Robot:
+    """A motor that turns on and on, and joints that follow it; the last carries the platform."""
+    links = "".join(f'<link name="l{k}"/>' for k in range(len(followers)))
+    joints = "".join(
+        f'<joint name="f{k}" {kind}><parent link="ground"/><child link="l{k}"/>{rest}<axis xyz="0 0 1"/></joint>'
+        for k, (kind, rest) in enumerate(follower.split("|") for follower in followers)
+    )
+    return ks.Robot(
+        parse_robot_text(
+            f'<robot name="jack"><link name="ground"/><link name="rotor"/>{links}<joint name="motor" type="continuous">'
+            f'<parent link="ground"/><child link="rotor"/><axis xyz="0 0 1"/></joint>{joints}'
+            f'<platform link="l{len(followers) - 1}"/><transmission name="t"><joint name="motor"/></transmission></robot>'
+        )
+    )
+
+
+GEAR = 'type="continuous"|<mimic joint="motor" multiplier="{}" offset="0.3"/>'
+SCREW = 'type="prismatic"|<limit effort="1" velocity="1"/><mimic joint="motor" multiplier="{}" offset="0.02"/>'
+
+
+def test_gears_of_all_ratios_tell_turns_together() -> None:
+    """One wheel turns back after two turns of the motor, another after three: both after six."""
+    gears = jack(GEAR.format(0.5), GEAR.format(1 / 3))
+    angle = np.array([0.0, 3.5, -9.0, 12.0, 18.0, -18.5])
+    poses = gears.assemble(actuators={"motor": angle})
+    np.testing.assert_allclose(poses.actuators["motor"], angle, atol=1e-9)
+    beyond = gears.assemble(actuators={"motor": angle + 12 * np.pi})
+    np.testing.assert_allclose(beyond.actuators["motor"], angle, atol=1e-9)
+    np.testing.assert_allclose(beyond.frame("l0"), poses.frame("l0"), atol=1e-12)
+
+
+def test_screws_on_one_motor_have_made_the_same_turns() -> None:
+    """Slides that are each where some number of turns puts it, but not the same, do not fit together."""
+    jacks = jack(SCREW.format(2e-3), GEAR.format(0.25), SCREW.format(3e-3))
+    angle = np.array([0.4, 40.0, -70.0])
+    poses = jacks.assemble(actuators={"motor": angle})
+    np.testing.assert_allclose(poses.actuators["motor"], angle, atol=1e-9)
+    np.testing.assert_allclose(poses.platform["z"], 3e-3 * angle + 0.02, atol=1e-12)
+    q = np.array(poses.q[1])
+    slide = jacks.model.joints[jacks.model.getJointId("f0")].idx_q
+    q[slide] += 2e-3 * 2 * np.pi
+    with pytest.raises(ks.AssemblyError, match="do not fit together"):
+        jacks.configuration(q)
+    held = jacks.assemble(platform={"z": 0.2})
+    np.testing.assert_allclose(held.frame("l0")[2, 3], 0.02 + 2e-3 * 0.18 / 3e-3, atol=1e-12)

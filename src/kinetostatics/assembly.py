@@ -150,16 +150,14 @@ def _frames_of(robot: Robot, q: Array) -> tuple[Array, Array, Array]:
 
 def actuator_request(robot: Robot) -> Request:
     """Return the driven joints as the solver sees them."""
-    columns, coordinates, loops = [], [], []
+    columns, loops = [], []
     names = [loop.name for loop in robot.equations.loops]
     for name in robot.description.driven:
         if name in names:
             loops.append(names.index(name))
         else:
-            joint = robot.equations.joint_of_body[robot.mechanism.body_of_joint[name]]
-            columns.append(joint.first_v)
-            coordinates.append((joint.first_q, joint.kind == "continuous"))
-    return Request(tuple(columns), tuple(coordinates), tuple(loops))
+            columns.append(robot.equations.joint_of_body[robot.mechanism.body_of_joint[name]].first_v)
+    return Request(tuple(columns), tuple(loops))
 
 
 def actuator_names(robot: Robot) -> list[str]:

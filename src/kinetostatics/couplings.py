@@ -10,6 +10,9 @@ from kinetostatics.mechanism import Mechanism
 
 Array = NDArray[np.float64]
 
+#: Of numbers of turns that fit as well as that [rad] the smaller is meant.
+_ALIKE = 1e-9
+
 
 class Couplings:
     """All joints of a mechanism that mimic others; follower = multiplier · leader + offset [m, rad].
@@ -36,6 +39,9 @@ class Couplings:
         self.count = len(self.names)
         self.columns = np.array([joint.first_v for joint in self._followers], dtype=np.intp)
         self.is_length = np.array([joint.kind == "prismatic" for joint in self._followers], dtype=bool)
+        self._following: dict[int, list[int]] = {}
+        for row, leader in enumerate(self._leaders):
+            self._following.setdefault(leader.first_v, []).append(row)
         self._gradient = np.zeros((self.count, tree.nv))
         for row, (multiplier, _) in enumerate(self._relations):
             self._gradient[row, self.columns[row]] = 1.0
@@ -44,26 +50,52 @@ class Couplings:
     def residual(self, x: Array, turns: int = 20) -> Array:
         """Return by how much (count, N) [m, rad] the followers are beside where they should be, at coordinates ``x`` (nq', N).
 
-        The angle of a continuous joint is known but for whole turns. Of several positions that fit a leader of up to ``turns``
-        turns the nearest counts.
+        The angle of a continuous leader is known but for full turns; see :meth:`coordinate`.
         """
         result = np.empty((self.count, x.shape[1]))
-        for row, (follower, leader, (multiplier, offset)) in enumerate(
-            zip(self._followers, self._leaders, self._relations, strict=True)
-        ):
-            error = _coordinate(follower, x) - multiplier * _coordinate(leader, x) - offset
-            if leader.kind == "continuous" and follower.kind == "continuous":
-                best = _within(error, 2 * np.pi)
-                for turn in range(1, turns + 1):
-                    for period in (2 * np.pi * multiplier * turn, -2 * np.pi * multiplier * turn):
-                        option = _within(error + period, 2 * np.pi)
-                        best = np.where(np.abs(option) < np.abs(best), option, best)
-                result[row] = best
-            elif leader.kind == "continuous":
-                result[row] = _within(error, 2 * np.pi * multiplier)
-            else:
-                result[row] = _within(error, 2 * np.pi) if follower.kind == "continuous" else error
+        for rows in self._following.values():
+            value = self.coordinate(self._leaders[rows[0]], x, turns=turns)
+            for row in rows:
+                result[row] = self._error(row, x, value)
         return result
+
+    def coordinate(self, joint: TreeJoint, x: Array, near: Array | float = 0.0, turns: int = 500) -> Array:
+        """Return the coordinate (N,) [m, rad] of a one-freedom joint at coordinates ``x`` (nq', N).
+
+        Of the angles of a continuous joint, which differ by full turns, it is the one nearest to ``near`` that puts all joints
+        that follow it where they are. Where those turn on and on themselves, up to so many ``turns`` beside ``near`` are tried.
+        """
+        value = _coordinate(joint, x)
+        if joint.kind != "continuous":
+            return value
+        rows = self._following.get(joint.first_v, [])
+        counting = [row for row in rows if self._followers[row].kind != "continuous"]
+        if counting:  # the one of which a turn moves the least of its way tells the number of turns best
+            row = max(counting, key=lambda row: abs(self._relations[row][0]))
+            multiplier, offset = self._relations[row]
+            near = (_coordinate(self._followers[row], x) - offset) / multiplier
+        value = value + 2 * np.pi * np.round((near - value) / (2 * np.pi))
+        if counting or not rows:
+            return np.asarray(value)
+        best, least = value, self._misplacement(rows, x, value)
+        turned = np.where(value > near, -2 * np.pi, 2 * np.pi)
+        for turn in range(1, turns + 1):
+            if not np.any(least > _ALIKE):
+                break
+            for option in (value + turn * turned, value - turn * turned):
+                error = self._misplacement(rows, x, option)
+                better = error < least - _ALIKE
+                best, least = np.where(better, option, best), np.where(better, error, least)
+        return best
+
+    def _misplacement(self, rows: list[int], x: Array, value: Array) -> Array:
+        return np.max([np.abs(self._error(row, x, value)) for row in rows], axis=0)
+
+    def _error(self, row: int, x: Array, value: Array) -> Array:
+        """Return by how much (N,) [m, rad] a follower is beside where its leader's coordinate ``value`` puts it."""
+        multiplier, offset = self._relations[row]
+        error = _coordinate(self._followers[row], x) - multiplier * value - offset
+        return _within(error, 2 * np.pi) if self._followers[row].kind == "continuous" else error
 
     def equations(self, x: Array, column_scale: Array, columns: tuple[int, ...]) -> tuple[Array, Array]:
         """Return scaled residuals (count, N) and gradients (count, nv), rows of unit length, for scaled freedoms.

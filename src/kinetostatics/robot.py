@@ -15,6 +15,7 @@ from kinetostatics import assembly
 from kinetostatics.beam_models import BeamModel, make_beam_models
 from kinetostatics.closure import LoopEquations, world_frames
 from kinetostatics.configuration import Configuration
+from kinetostatics.couplings import Couplings
 from kinetostatics.description import RobotDescription
 from kinetostatics.exceptions import AssemblyError
 from kinetostatics.kinematics import Frames
@@ -393,16 +394,19 @@ class Robot:
             pose = Poses(pose.x, request.orientation.coordinates(R))
         return self.solver.system(request, pose, self.solver.values(request, pose))[1][:, :, 0]
 
+    @cached_property
+    def _couplings(self) -> Couplings:
+        """The joints that follow others, in Pinocchio's coordinates."""
+        return Couplings(self.mechanism, self.mechanism.tree)
+
     def joint_coordinates(self, q: Array, frames: Frames) -> dict[str, Array]:
-        """Return the coordinate (N,) of every one-freedom joint and loop [m, rad]."""
+        """Return the coordinate (N,) of every one-freedom joint and loop [m, rad]; of one that others follow, all its turns."""
         result: dict[str, Array] = {}
         by_body = {joint.body: joint for joint in self.mechanism.tree.joints}
         for name, body in self.mechanism.body_of_joint.items():
             joint = by_body[body]
-            if joint.kind == "continuous":
-                result[name] = np.arctan2(q[joint.first_q + 1], q[joint.first_q])
-            elif joint.kind in ("revolute", "prismatic"):
-                result[name] = q[joint.first_q]
+            if joint.nv == 1:
+                result[name] = self._couplings.coordinate(joint, q)
         for number, loop in enumerate(self.equations.loops):
             if loop.kind in ("revolute", "continuous", "prismatic"):
                 result[loop.name] = self.solver.loop_coordinate(number, frames)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from kinetostatics import rotations
 from kinetostatics.closure import LoopEquations, across, products
+from kinetostatics.couplings import write_coordinate
 from kinetostatics.kinematics import Frames
 from kinetostatics.linalg import cross, dot, least_squares
 from kinetostatics.orientation import Orientation
@@ -32,7 +33,6 @@ class Request:
 
     Attributes:
         columns: freedoms of the tree that are given (driven joints of the tree).
-        coordinates: where in ``x`` these coordinates start, one per column, and whether they are (cos, sin).
         loops: driven loops that are given, as numbers in ``LoopEquations.loops``.
         positions: which of x, y, z are given.
         angles: which orientation coordinates are given.
@@ -42,7 +42,6 @@ class Request:
     """
 
     columns: tuple[int, ...] = ()
-    coordinates: tuple[tuple[int, bool], ...] = ()
     loops: tuple[int, ...] = ()
     positions: tuple[int, ...] = ()
     angles: tuple[int, ...] = ()
@@ -111,6 +110,7 @@ class Solver:
         moves = self.tree.moves.astype(float)
         base = self.mechanism.base_frame
         self.platform_signs = moves[self.platform_body] - (moves[base[0]] if base is not None else 0.0)
+        self._joint_of_column = {joint.first_v: joint for joint in self.tree.joints}
         self.column_scale = np.where(self.tree.column_rotates, 1.0, length)
         self._row_scale = np.where(equations.is_length, length, 1.0)[:, None]
         self._free: dict[tuple[tuple[int, ...], ...], NDArray[np.intp]] = {}
@@ -141,20 +141,25 @@ class Solver:
             angle = angle + 2 * np.pi * np.round(((loop.lower + loop.upper) / 2 - angle) / (2 * np.pi))
         return angle
 
-    def values(self, request: Request, poses: Poses) -> Array:
-        """Return the requested coordinates (n, N) of given poses."""
+    def values(self, request: Request, poses: Poses, near: Array | None = None) -> Array:
+        """Return the requested coordinates (n, N) of poses; of drives' angles that differ by full turns those near ``near``."""
         frames = self.equations.forward(poses.x)
+        given = np.zeros((request.size, 1)) if near is None else np.where(np.isfinite(near), near, 0.0)
         rows = [
-            np.arctan2(poses.x[start + 1], poses.x[start]) if circular else poses.x[start]
-            for start, circular in request.coordinates
+            self.equations.couplings.coordinate(self._joint_of_column[column], poses.x, given[row])
+            for row, column in enumerate(request.columns)
         ]
-        rows += [self.loop_coordinate(number, frames) for number in request.loops]
+        for row, number in enumerate(request.loops, len(rows)):
+            value = self.loop_coordinate(number, frames)
+            if near is not None and self.equations.loops[number].kind != "prismatic":
+                value = value + 2 * np.pi * np.round((given[row] - value) / (2 * np.pi))
+            rows.append(value)
         R, position = self.platform_pose(frames)
         rows += [position[k] for k in request.positions]
         if request.angles and request.orientation is not None:
             angles = request.orientation.coordinates(R)
             rows += [angles[k] for k in request.angles]
-        return np.array(rows).reshape(request.size, poses.x.shape[1])
+        return np.array(np.broadcast_arrays(*rows)).reshape(request.size, -1) if rows else np.zeros((0, poses.x.shape[1]))
 
     # ---- equations --------------------------------------------------------------------------------------------------
 
@@ -256,11 +261,8 @@ class Solver:
 
     def impose(self, request: Request, poses: Poses, target: Array) -> None:
         """Write the given tree coordinates and angles into the poses, in place."""
-        for row, (start, circular) in enumerate(request.coordinates):
-            if circular:
-                poses.x[start], poses.x[start + 1] = np.cos(target[row]), np.sin(target[row])
-            else:
-                poses.x[start] = target[row]
+        for row, column in enumerate(request.columns):
+            write_coordinate(self._joint_of_column[column], target[row], poses.x)
         self.equations.couplings.impose(request.columns, target, poses.x)
         for row, k in enumerate(request.angles):
             poses.c[k] = target[request.first_angle + row]
@@ -359,12 +361,10 @@ class Solver:
             The poses, whether each arrived, and how much of its way (0 … 1) each has gone.
         """
         N = target.shape[1]
-        values, angles = self.origin(request, start) if origin is None else origin
+        # a pose knows the angle of what turns freely but for full turns: the shorter way
+        values, angles = self.origin(request, start, target) if origin is None else origin
         first = np.array(np.broadcast_to(values, (request.size, N)))
         c = np.array(np.broadcast_to(angles, (3, N)))
-        if origin is None:  # a pose knows the angle of what turns freely but for full turns: the shorter way
-            turning = self._turning_rows(request)
-            first[turning] += 2 * np.pi * np.round((target[turning] - first[turning]) / (2 * np.pi))
         if request.angles and request.orientation is not None:  # and where the axes of two turns are one line, but their sum
             given = list(request.angles)
             aim = np.array(c)
@@ -409,12 +409,6 @@ class Solver:
             ]
         return (sign > 0) | ~(np.minimum(*regular) > np.log(SINGULAR))
 
-    def _turning_rows(self, request: Request) -> NDArray[np.intp]:
-        """Return which requested coordinates are angles that a pose tells only but for full turns: of drives."""
-        rows = [circular for _, circular in request.coordinates]
-        rows += [self.equations.loops[number].kind != "prismatic" for number in request.loops]
-        return np.flatnonzero(rows)
-
     def longest_strides(self, request: Request) -> Array:
         """Return how far the requested coordinates (n,) may go in one go [m, rad]."""
         turns = [bool(self.tree.column_rotates[column]) for column in request.columns]
@@ -422,12 +416,16 @@ class Solver:
         turns += [False] * len(request.positions) + [True] * len(request.angles)
         return np.where(turns, LONGEST_TURN, LONGEST_SHIFT * self.length)
 
-    def origin(self, request: Request, start: Poses) -> tuple[Array, Array]:
-        """Return where a line starts: the requested coordinates (n, N) and all orientation coordinates (3, N) of poses."""
+    def origin(self, request: Request, start: Poses, near: Array | None = None) -> tuple[Array, Array]:
+        """Return where a line starts: the requested coordinates (n, N) and all orientation coordinates (3, N) of poses.
+
+        Of drives' angles that differ by full turns those near ``near`` (n, N).
+        """
+        values = self.values(request, start, near)
         if not request.angles or request.orientation is None:
-            return self.values(request, start), start.c
+            return values, start.c
         R, _ = self.platform_pose(self.equations.forward(start.x))
-        return self.values(request, start), request.orientation.coordinates(R)
+        return values, request.orientation.coordinates(R)
 
     def close(
         self, poses: Poses, request: Request, target: Array, weight: float = 1.0, cutoff: float = 1e-9
