@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from loop_robots import Held
 
 import kinetostatics as ks
-from kinetostatics.assembly import _actuator_names, _platform_request
+from kinetostatics.assembly import _platform_request, actuator_names
 from kinetostatics.cells import Cells
 from kinetostatics.description import Mimic
 from kinetostatics.shipped import robot_path
@@ -32,7 +32,7 @@ def follow_predictors(robot, given, values, orientation=None):
     if given == "platform":
         request, names = _platform_request(robot, values, orientation)
     else:
-        request, names = robot.actuator_request, _actuator_names(robot)
+        request, names = robot.actuator_request, actuator_names(robot)
     solver, request = robot.solver, robot.holding_idle(request)
     target = np.array([[values[name]] for name in names])
     poses = Poses(here.poses.x, solver.origin(request, here.poses)[1])

@@ -49,7 +49,7 @@ def assemble(
     else:
         given = actuators if actuators is not None else {name: 0.0 for name in robot.description.driven}
         request, names = robot.actuator_request, actuator_names(robot)
-        _checkactuator_names(robot, given)
+        _check_actuator_names(robot, given)
     shape, target = _stack([given[name] for name in names], names)
     raising = on_failure == "raise" or (on_failure is None and shape == ())
     start = robot.zero_poses
@@ -166,7 +166,7 @@ def actuator_names(robot: Robot) -> list[str]:
     return sorted(robot.description.driven, key=lambda name: name in loops)
 
 
-def _checkactuator_names(robot: Robot, given: Mapping[str, ArrayLike]) -> None:
+def _check_actuator_names(robot: Robot, given: Mapping[str, ArrayLike]) -> None:
     driven = robot.description.driven
     for name in given:
         if name not in driven:
