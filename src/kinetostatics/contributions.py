@@ -90,10 +90,10 @@ def source_contributions(
 
 
 def part_contributions(
-    robot: Robot, shape: tuple[int, ...], sources: Mapping[str, Mapping[str, Array]]
+    robot: Robot, batch: Batch, sources: Mapping[str, Mapping[str, Array]]
 ) -> Mapping[str, tuple[Array, ...]]:
     """Sum what :func:`source_contributions` found over the parts of each limb that is split (…, 6), inboard ones first."""
-    beams = robot.description.beams
+    beams, nothing = robot.description.beams, batch.public([np.zeros((6, len(batch.valid)))])
     twists = [
         (f"beam:{name}" if kind == "beams" or (kind == "misfits" and name in beams) else name, twist)
         for kind, named in sources.items()
@@ -101,7 +101,7 @@ def part_contributions(
     ]
 
     def of_part(part: Part) -> Array:
-        return frozen(sum((twist for key, twist in twists if key in part.keys), np.zeros((*shape, 6))))
+        return frozen(sum((twist for key, twist in twists if key in part.keys), nothing))
 
     limbs = [limb for limb in robot.topology.limbs if len(limb.parts) > 1]
     return MappingProxyType({limb.name: tuple(of_part(part) for part in limb.parts) for limb in limbs})

@@ -150,6 +150,23 @@ class Cholesky:
         return self.backward(self.forward(b))
 
 
+def definite(a: Array, limit: float) -> NDArray[np.bool_]:
+    """Return where (…) the smallest eigenvalue of symmetric matrices (n, n, …) exceeds ``limit``.
+
+    The determinant tells where it is large, which is cheap: the other eigenvalues cannot be larger together than equal ones of
+    the same sum. A pivot alone does not tell: what follows a small one is rounding.
+    """
+    n = a.shape[0]
+    if n == 0:
+        return np.ones(a.shape[2:], dtype=bool)
+    determinant = np.prod(np.einsum("ii...->i...", Cholesky(a).factor) ** 2, axis=0)
+    others = (np.einsum("ii...->...", a) / max(n - 1, 1)) ** (n - 1)
+    found = np.asarray(determinant > 10 * limit * others)
+    if not np.all(found):
+        found[~found] = Cholesky(a[:, :, ~found]).smallest_eigenvalue() > limit
+    return found
+
+
 def least_squares(a: Array, b: Array, nullity: int = 0) -> Array:
     """Return the x (n, k, …) of least norm that minimize |a x − b| for ``a`` (m, n, …) and ``b`` (m, k, …).
 

@@ -297,7 +297,7 @@ class Result:
     @cached_property
     def part_contributions(self) -> Mapping[str, tuple[Array, ...]]:
         """What gives way in the parts of each limb that is split by pieces through which everything passes (…, 6)."""
-        return part_contributions(self.robot, self.shape, self.source_contributions)
+        return part_contributions(self.robot, self._batch, self.source_contributions)
 
     # ---- energies and warnings --------------------------------------------------------------------------------------
 

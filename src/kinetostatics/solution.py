@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from kinetostatics.kinematics import Frames
 from kinetostatics.limb_group import LimbGroup
 from kinetostatics.limbs import LimbStatics, limb_statics
-from kinetostatics.linalg import Cholesky, normalize
+from kinetostatics.linalg import definite, normalize
 from kinetostatics.misfits import Misfits
 from kinetostatics.platform_equilibrium import PlatformEquilibrium
 
@@ -215,13 +215,7 @@ def _held(statics: Iterable[LimbStatics], scale: Array, N: int) -> NDArray[np.bo
     for item in statics:
         unit = normalize(item.J_c * scale[:, None, None, None])
         gram += np.einsum("ikgn,jkgn->ijn", unit, unit)
-    # the other five cannot be larger together than equal ones of the same sum: what is left of the determinant is the smallest's
-    determinant = np.prod(np.einsum("iin->in", Cholesky(gram).factor) ** 2, axis=0)
-    held = np.asarray(determinant > 10 * HELD * (np.einsum("iin->n", gram) / 5) ** 5)
-    doubtful = np.flatnonzero(~held)
-    if doubtful.size:
-        held[doubtful] = Cholesky(gram[:, :, doubtful]).smallest_eigenvalue() > HELD
-    return held
+    return definite(gram, HELD)
 
 
 def _unbalanced(robot: Robot, frames: Frames, o: Array, weights: Array, statics: Iterable[LimbStatics]) -> dict[str, Array]:

@@ -17,7 +17,7 @@ from kinetostatics import force_method
 from kinetostatics.exceptions import StaticsError
 from kinetostatics.limb_geometry import LimbGeometry
 from kinetostatics.limb_group import LimbGroup
-from kinetostatics.linalg import Cholesky, canonical_basis, dot, normalize
+from kinetostatics.linalg import canonical_basis, definite, dot, normalize
 from kinetostatics.ordering import first_largest
 from kinetostatics.wrench_candidates import (
     Candidate,
@@ -36,7 +36,7 @@ Index = NDArray[np.intp]
 
 #: The smallest singular value of unit wrenches of a basis that is chosen, and the smallest sine that tells a direction of theirs.
 MARGIN = 0.01
-#: Below this pivot of the Gram matrix (the squared sine of an angle) a readable basis counts as degenerate.
+#: Below this eigenvalue of the Gram matrix (the squared sine of an angle) a readable basis counts as degenerate.
 DEGENERATE = 1e-10
 
 
@@ -95,8 +95,7 @@ def _columns(
 def _degenerate(group: LimbGroup, J: Array, count: int, scale: Array, allowed: Array) -> NDArray[np.bool_]:
     """Return where (g, N) wrenches are dependent, not finite, or the first ``count`` not reciprocal to ``allowed`` any more."""
     unit = normalize(J * scale)
-    # the factor of all columns begins with that of the constraint wrenches alone; what is not finite leaves no pivot
-    bad = ~(Cholesky(np.einsum("ki...,kj...->ij...", unit, unit)).smallest_pivot > DEGENERATE)
+    bad = ~definite(np.einsum("ki...,kj...->ij...", unit, unit), DEGENERATE)  # what is not finite is not definite
     if count and allowed.shape[1]:
         power = np.einsum("ki...,kj...->ij...", allowed / scale, unit[:, :count])
         bad |= np.max(np.abs(power), axis=(0, 1)) > 1e-6 + 100 * group.robot.closing_error

@@ -1,0 +1,74 @@
+"""A pose that cannot be reached has no numbers: every public array is NaN there."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+
+import kinetostatics as ks
+from kinetostatics.beam_result import BeamResult
+from kinetostatics.limb_result import LimbResult
+from kinetostatics.shipped import robot_path
+
+PUBLIC = (ks.Result, ks.Configuration, LimbResult, BeamResult)
+#: What belongs to the robot or to how a batch is kept, not to its poses.
+INNER = ("solutions", "robot", "poses", "frames", "model_q", "openings", "beam", "stations")
+#: What drives were asked for, and by how much joints miss their limits, is told of failed poses too.
+ASKED = ("configuration.actuators", "configuration.limits_exceeded")
+
+
+def arrays(found, name=""):
+    """Yield name and value of every public array of a result, its limbs and beams."""
+    if isinstance(found, np.ndarray):
+        yield name, found
+    elif isinstance(found, Mapping):
+        for key, value in found.items():
+            yield from arrays(value, f"{name}[{key!r}]")
+    elif isinstance(found, tuple):
+        for key, value in enumerate(found):
+            yield from arrays(value, f"{name}[{key}]")
+    elif isinstance(found, PUBLIC):
+        for attribute in dir(found):
+            if not attribute.startswith("_") and attribute not in INNER:
+                value = getattr(found, attribute)
+                if not callable(value):
+                    yield from arrays(value, f"{name}.{attribute}".lstrip("."))
+
+
+def far(name):
+    """Return poses of which the second is out of reach, of robots with serial limbs, rings, parts and dead branches."""
+    robot = ks.load_robot(robot_path(name))
+    zero = {key: float(value) for key, value in robot.assemble().platform.items()}
+    return robot.assemble(platform={key: np.array([zero[key], zero[key] + 99.0]) for key in "xyz"})
+
+
+@pytest.mark.parametrize("name", ["orthoglide", "delta", "tripteron", "linear_delta"])
+def test_every_array_is_nan_where_a_pose_is_not_reached(name):
+    poses = far(name)
+    result = ks.analyze(poses, load=(0, 0, -5, 0, 0, 0))
+    assert result.status.tolist() == [ks.Status.OK, ks.Status.UNREACHABLE]
+    seen = set()
+    for what, array in arrays(result):
+        if what.startswith(ASKED):
+            continue
+        assert array.shape[0] == 2, what
+        if array.dtype.kind == "f":
+            assert np.all(np.isnan(array[1])), f"{what} has numbers where no pose is"
+            assert not np.any(np.isnan(array[0])), f"{what} lacks numbers where a pose is"
+        seen.add(what.partition("[")[0])
+    assert {"twist", "base_wrench", "strain_energy", "limbs", "beams", "joint_wrenches"} <= seen
+    assert ("part_contributions" in seen) == any(len(limb.parts) > 1 for limb in poses.robot.topology.limbs)
+
+
+def test_every_array_of_one_pose_is_nan_where_it_is_not_reached():
+    robot = ks.load_robot(robot_path("five_bar"))
+    values = np.linspace(-2.5, 2.5, 41)
+    drives = list(robot.description.driven)
+    poses = robot.assemble(actuators={drives[0]: values[:, None], drives[1]: -values[None]})
+    status = ks.analyze(poses).status
+    assert np.any(status == ks.Status.UNREACHABLE) and np.any(status == ks.Status.OK)
+    at = tuple(np.argwhere(status == ks.Status.UNREACHABLE)[0])
+    one = robot.configuration(poses.q[at], on_failure="nan")
+    for what, array in arrays(ks.analyze(one, on_failure="nan")):
+        if array.dtype.kind == "f" and not what.startswith(ASKED):
+            assert np.all(np.isnan(array)), what
