@@ -22,7 +22,7 @@ def test_two_wrenches_that_coincide_lose_nothing_but_intensities(monkeypatch):
 
 
 def same_but_intensities(found, monkeypatch):
-    """Compare a result with that of orthonormal bases in all limbs: physics does not know by which wrenches limbs are described."""
+    """Compare a result with that of orthonormal bases in all limbs: physics does not know what describes a limb."""
     monkeypatch.setattr(wrench_bases, "DEGENERATE", 2.0)
     other = ks.analyze(found.configuration)
     assert other.basis_degenerate

@@ -89,9 +89,7 @@ def source_contributions(
     )
 
 
-def part_contributions(
-    robot: Robot, batch: Batch, sources: Mapping[str, Mapping[str, Array]]
-) -> Mapping[str, tuple[Array, ...]]:
+def part_contributions(robot: Robot, batch: Batch, sources: Mapping[str, Mapping[str, Array]]) -> Mapping[str, tuple[Array, ...]]:
     """Sum what :func:`source_contributions` found over the parts of each limb that is split (…, 6), inboard ones first."""
     beams, nothing = robot.description.beams, batch.public([np.zeros((6, len(batch.valid)))])
     twists = [
