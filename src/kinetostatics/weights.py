@@ -83,7 +83,7 @@ class Weights:
 
     def wrenches(self, frames: Frames, o: Array, gravity: Array) -> Array:
         """Return the weights' wrenches (6, W, N) about ``o`` (3, N) under ``gravity`` (3, N) [m/s²]."""
-        if o.shape[1] == 1:
+        if o.shape[1] == 1 and np.all(np.isfinite(o)):  # Pinocchio refuses what is NaN where no pose is
             return self._wrenches_of_one(frames, o[:, 0], gravity[:, 0])
         force = self.masses(frames)[None] * gravity[:, None]
         return np.concatenate([force, cross(self.centres(frames) - o[:, None], force)])
