@@ -5,9 +5,11 @@ from functools import cache
 import numpy as np
 import pinocchio as pin
 import pytest
+from loop_robots import FREEDOMS, Held
 
 import kinetostatics as ks
 from kinetostatics.kinematics import Frames
+from kinetostatics.pinocchio_loops import LoopModel
 from kinetostatics.robot_file import parse_robot_text
 
 ROBOTS = list(ks.robots())
@@ -135,28 +137,31 @@ def test_a_batch_has_no_single_model():
 
 # ---- loops ---------------------------------------------------------------------------------------------------------------
 
-#: Those of whose loops some are universal.
-WITHOUT = {"2pru_upr", "linear_delta"}
-
 
 @pytest.mark.parametrize("anchors", [False, True])
 @each_pose
 def test_drives_hold_the_robot_in_pinocchio_too(name, number, anchors):
     """Gravity of Pinocchio's tree is balanced by its loop constraints and by the drives, with the forces that we find."""
-    if name in WITHOUT:
-        pytest.skip("universal loops")
     if anchors and not hasattr(pin, "PointAnchorConstraintModel"):
         pytest.skip("Pinocchio 3 has no anchors")
     pose = pose_of(name, number)
-    machine, model, data = pose.robot, pose.model, pose.data
+    _balanced(pose, pose.loop_model(anchors=anchors), anchors)
+    if name not in ("2pru_upr", "linear_delta"):  # without universal loops
+        _balanced(pose, LoopModel(pose.model, pose.q, pose.robot.constraint_models(anchors=anchors)), anchors)
+
+
+def _balanced(pose, closed, anchors):
+    machine, model, data = pose.robot, closed.model, closed.model.createData()
+    pin.computeJointJacobians(model, data, closed.q)
     rows = [np.zeros((0, model.nv))]
-    for constraint in machine.constraint_models(anchors=anchors):
+    for constraint in closed.constraints:
         its = constraint.createData()
         constraint.calc(model, data, its)
-        rows.append(constraint.jacobian(model, data, its) if anchors else pin.getConstraintJacobian(model, data, constraint, its))
+        its = constraint.jacobian(model, data, its) if anchors else pin.getConstraintJacobian(model, data, constraint, its)
+        rows.append(its.reshape(-1, model.nv))
     drives = [drive for drive in machine.description.driven if drive in machine.mechanism.body_of_joint]
     columns = np.eye(model.nv)[:, [model.joints[machine.mechanism.body_of_joint[drive]].idx_v for drive in drives]]
-    gravity = pin.computeGeneralizedGravity(model, model.createData(), pose.q)
+    gravity = pin.computeGeneralizedGravity(model, model.createData(), closed.q)
     unknowns = np.hstack([columns, np.concatenate(rows).T])
     found = np.linalg.lstsq(unknowns, gravity, rcond=1e-10)[0]
     scale = max(np.abs(gravity).max(), 1e-3)
@@ -164,6 +169,19 @@ def test_drives_hold_the_robot_in_pinocchio_too(name, number, anchors):
     if len(drives) == machine.mobility.platform == len(machine.description.driven):  # as many drives as freedoms
         ours = [float(ks.analyze(pose).actuator_forces[drive]) for drive in drives]
         np.testing.assert_allclose(found[: len(drives)], ours, rtol=0, atol=1e-9 * scale)
+
+
+@pytest.mark.parametrize("swap", [False, True])
+@pytest.mark.parametrize("kind", [kind for kind, count in FREEDOMS.items() if count])
+def test_a_loop_of_any_type_becomes_constraints_of_pinocchio(kind, swap):
+    """Between ground and platform, whichever of them the file calls predecessor: a run of joints ends on what moves."""
+    held = Held(kind, 12, swap=swap)
+    pose = held.robot().assemble(actuators=held.actuators(held.random_q(np.random.default_rng(3))))
+    closing, closed = pose.robot.mechanism.connections["closing"], pose.loop_model()
+    assert (closing.successor_body == 0) == swap and (closing.predecessor_body == 0) != swap
+    masses = [sum(inertia.mass for inertia in model.inertias) for model in (closed.model, pose.model)]
+    assert masses[0] == pytest.approx(masses[1], rel=1e-12)
+    _balanced(pose, closed, anchors=False)
 
 
 def test_loops_that_pinocchio_does_not_know_are_named():

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.kinematics import Frames
 from kinetostatics.orientation import Orientation, orientation_named
+from kinetostatics.pinocchio_loops import LoopModel, loop_model
 from kinetostatics.solver import Poses
 
 if TYPE_CHECKING:
@@ -127,6 +128,20 @@ class Configuration:
         pin.computeJointJacobians(self.model, data, self.q)
         pin.updateFramePlacements(self.model, data)
         return data
+
+    def loop_model(self, *, anchors: bool = False) -> LoopModel:
+        """Return the robot at this one pose as Pinocchio's tree and constraints, whatever the types of its loops.
+
+        Universal, cylindrical, prismatic and planar loops, for which Pinocchio has no constraint, become joints of the tree
+        behind the others, on a body that takes half of what its neighbour weighs and is welded to it.
+
+        Args:
+            anchors: as in :meth:`Robot.constraint_models`.
+
+        Raises:
+            ArgumentError: as for :attr:`model`.
+        """
+        return loop_model(self.robot.mechanism, self.model, self.q, self.robot.length, anchors)
 
     @cached_property
     def residual(self) -> Array:

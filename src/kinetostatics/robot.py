@@ -121,7 +121,8 @@ class Robot:
                 4.0, instead of ``pin.RigidConstraintModel``.
 
         Raises:
-            ArgumentError: Pinocchio has no constraint for the type of a loop (universal, cylindrical, prismatic, planar).
+            ArgumentError: Pinocchio has no constraint for the type of a loop (universal, cylindrical, prismatic, planar);
+                :meth:`Configuration.loop_model` has one for all.
         """
         return constraint_models(self.mechanism, self.model, self.length, anchors)
 
