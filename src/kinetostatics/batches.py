@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.configuration import batch_first, frozen
+from kinetostatics.mappings import Named
 
 Array = NDArray[np.float64]
 
@@ -38,4 +38,4 @@ class Batch:
 
     def by_source(self, sources: Sequence[str], chunks: Sequence[Array]) -> Mapping[str, Array]:
         """Join chunks (…, S, n) of what S contributions to the twist do, by contribution; see :meth:`public`."""
-        return MappingProxyType({name: self.public([chunk[..., k, :] for chunk in chunks]) for k, name in enumerate(sources)})
+        return Named({name: self.public([chunk[..., k, :] for chunk in chunks]) for k, name in enumerate(sources)})

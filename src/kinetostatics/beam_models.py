@@ -12,6 +12,7 @@ from kinetostatics.beam_spans import SAME_POINT, BeamSpan
 from kinetostatics.exceptions import RobotFileError
 from kinetostatics.kinematics import Frames
 from kinetostatics.linalg import dot
+from kinetostatics.mappings import ShortRepr
 from kinetostatics.mechanism import Mechanism
 from kinetostatics.ordering import axis_across
 from kinetostatics.sections import beam_compliance_coefficients
@@ -19,8 +20,8 @@ from kinetostatics.sections import beam_compliance_coefficients
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class BeamModel:
+@dataclass(frozen=True, repr=False)
+class BeamModel(ShortRepr):
     """A beam's numbers that do not depend on the pose.
 
     Attributes:

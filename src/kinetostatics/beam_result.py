@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +13,7 @@ from kinetostatics.batches import Batch
 from kinetostatics.configuration import frozen
 from kinetostatics.deformation import Deformation, LoadedBeams
 from kinetostatics.description import Beam
+from kinetostatics.mappings import Named
 from kinetostatics.robot import Robot
 from kinetostatics.solution import Solution
 
@@ -24,7 +24,7 @@ STATIONS = 21
 FRACTIONS = frozen(np.linspace(0, 1, STATIONS))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class BeamResult:
     """One beam from its inner end (towards the base) to its outer end, at n stations.
 
@@ -58,6 +58,16 @@ class BeamResult:
     euler_ratio: Array
     strain_energy: Array
 
+    def __repr__(self) -> str:
+        from kinetostatics.report_short import beam_line
+
+        return beam_line(self)
+
+    def _repr_html_(self) -> str:
+        from kinetostatics.report_short import beam_html
+
+        return beam_html(self)
+
 
 def beam_results(
     robot: Robot, batch: Batch, solutions: Sequence[Solution], deformations: Sequence[Deformation]
@@ -72,7 +82,7 @@ def beam_results(
             mine["stress"] = [section.stress(np.swapaxes(w, 0, 1)).max(axis=0) for w in mine["section_wrenches"]]
             arrays = {key: batch.public(chunks) for key, chunks in mine.items()}
             found[model.name] = BeamResult(model.name, model.span.beam, FRACTIONS, **arrays)
-    return MappingProxyType({name: found[name] for name in robot.description.beams})
+    return Named({name: found[name] for name in robot.description.beams})
 
 
 def _numbers(beams: LoadedBeams, solution: Solution) -> dict[str, Array]:

@@ -6,7 +6,6 @@ import enum
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.kinematics import Frames
+from kinetostatics.mappings import Named
 from kinetostatics.orientation import Orientation, orientation_named
 from kinetostatics.pinocchio_loops import LoopModel, loop_model
 from kinetostatics.solver import Poses
@@ -54,7 +54,7 @@ def batch_first(array: Array, shape: tuple[int, ...]) -> Array:
     return frozen(np.ascontiguousarray(turned).reshape(shape + turned.shape[1:]))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class LimitExceeded:
     """A joint beyond its limits.
 
@@ -70,6 +70,10 @@ class LimitExceeded:
     lower: float
     upper: float
     where: NDArray[np.bool_]
+
+    def __repr__(self) -> str:
+        beyond = f"{float(self.value):.6g}" if self.value.shape == () else f"{int(self.where.sum())} of {self.where.size} poses"
+        return f"<LimitExceeded {self.joint!r}: {beyond} beyond [{self.lower:.6g}, {self.upper:.6g}]>"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -89,7 +93,14 @@ class Configuration:
     reached: NDArray[np.bool_]
 
     def __repr__(self) -> str:
-        return f"<Configuration of {self.robot.name!r}, batch shape {self.shape}>"
+        from kinetostatics.report_short import configuration_line
+
+        return configuration_line(self)
+
+    def _repr_html_(self) -> str:
+        from kinetostatics.report_short import configuration_html
+
+        return configuration_html(self)
 
     def __str__(self) -> str:
         if self.shape:
@@ -193,14 +204,14 @@ class Configuration:
     @cached_property
     def platform(self) -> Mapping[str, Array]:
         """All six platform coordinates, in the convention with which the pose was assembled."""
-        return MappingProxyType(self.platform_coordinates())
+        return Named(self.platform_coordinates())
 
     @cached_property
     def actuators(self) -> Mapping[str, Array]:
         """The coordinate (…) of every driven joint [m, rad]."""
         coordinates = self.robot.joint_coordinates(self.model_q, self.frames)
         driven = self.robot.description.driven
-        return MappingProxyType({name: frozen(coordinates[name].reshape(self.shape)) for name in driven})
+        return Named({name: frozen(coordinates[name].reshape(self.shape)) for name in driven})
 
     @cached_property
     def limits_exceeded(self) -> Mapping[str, LimitExceeded]:
@@ -211,7 +222,7 @@ class Configuration:
             where = self.reached & ((value < lower - slack) | (value > upper + slack))
             if np.any(where):
                 found[name] = LimitExceeded(name, frozen(value.reshape(self.shape)), lower, upper, where.reshape(self.shape))
-        return MappingProxyType(found)
+        return Named(found)
 
     @cached_property
     def limit_exceeded(self) -> NDArray[np.bool_]:

@@ -6,7 +6,6 @@ Arrays are those that people read: batch axes first, world axes.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +15,7 @@ from kinetostatics.beam_result import FRACTIONS
 from kinetostatics.configuration import frozen
 from kinetostatics.deformation import Deformation
 from kinetostatics.limb_group import chord_sum
+from kinetostatics.mappings import Named
 from kinetostatics.robot import Robot
 from kinetostatics.screws import move_twist
 from kinetostatics.solution import Solution, unit_chords
@@ -33,7 +33,7 @@ def beam_contributions(
         lines = [np.swapaxes(d.beams[number].lines(FRACTIONS), 0, 1) for d in deformations]
         for position, model in enumerate(stack.models):
             found[model.name] = batch.by_source(solutions[0].sources, [line[:, :, :, position] for line in lines])
-    return MappingProxyType({name: found[name] for name in robot.description.beams})
+    return Named({name: found[name] for name in robot.description.beams})
 
 
 def axial_contributions(
@@ -45,7 +45,7 @@ def axial_contributions(
         for position, model in enumerate(stack.models):
             forces = [d.beams[number].wrench[0, :, position] for d in deformations]
             found[model.name] = batch.by_source(solutions[0].sources, forces)
-    return MappingProxyType({name: found[name] for name in robot.description.beams})
+    return Named({name: found[name] for name in robot.description.beams})
 
 
 def link_contributions(
@@ -69,7 +69,7 @@ def link_contributions(
             for t, s in zip(twists, solutions, strict=True)
         ]
         result[link] = batch.by_source(sources, moved)
-    return MappingProxyType(result)
+    return Named(result)
 
 
 def source_contributions(
@@ -84,9 +84,7 @@ def source_contributions(
             twists = np.einsum("iagn,ign->agn", carried, item.motion)
             for position, name in enumerate(item.names):
                 parts.setdefault(item.kind, {}).setdefault(name, []).append(twists[:, position])
-    return MappingProxyType(
-        {kind: MappingProxyType({name: batch.public(chunks) for name, chunks in named.items()}) for kind, named in parts.items()}
-    )
+    return Named({kind: Named({name: batch.public(chunks) for name, chunks in named.items()}) for kind, named in parts.items()})
 
 
 def part_contributions(robot: Robot, batch: Batch, sources: Mapping[str, Mapping[str, Array]]) -> Mapping[str, tuple[Array, ...]]:
@@ -102,4 +100,4 @@ def part_contributions(robot: Robot, batch: Batch, sources: Mapping[str, Mapping
         return frozen(sum((twist for key, twist in twists if key in part.keys), nothing))
 
     limbs = [limb for limb in robot.topology.limbs if len(limb.parts) > 1]
-    return MappingProxyType({limb.name: tuple(of_part(part) for part in limb.parts) for limb in limbs})
+    return Named({limb.name: tuple(of_part(part) for part in limb.parts) for limb in limbs})

@@ -11,6 +11,7 @@ from functools import cached_property
 from typing import Any, NoReturn, TypeVar
 
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
+from kinetostatics.mappings import mapping_words
 from kinetostatics.parts import (
     IN_PYTHON,
     Beam,
@@ -60,6 +61,9 @@ class Items(dict[str, Item]):
     def __reduce__(self) -> Any:
         return Items, (dict(self),)
 
+    def __repr__(self) -> str:
+        return mapping_words(self)
+
 
 def by_name(kind: str, items: Iterable[Any], *taken: Mapping[str, Any]) -> dict[str, Any]:
     """Return named items by their names.
@@ -82,7 +86,7 @@ def by_name(kind: str, items: Iterable[Any], *taken: Mapping[str, Any]) -> dict[
     return result
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class RobotDescription:
     """A whole robot.
 
@@ -122,6 +126,16 @@ class RobotDescription:
         for table in _TABLES:
             object.__setattr__(self, table, Items(getattr(self, table)))
         object.__setattr__(self, "driven", tuple(self.driven))
+
+    def __repr__(self) -> str:
+        from kinetostatics.report_short import description_line
+
+        return description_line(self)
+
+    def _repr_html_(self) -> str:
+        from kinetostatics.report_short import description_html
+
+        return description_html(self)
 
     @classmethod
     def of(

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from kinetostatics import rotations
 from kinetostatics.linalg import apply, matmul
+from kinetostatics.mappings import ShortRepr
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -58,8 +59,8 @@ class TreeJoint:
         return _SIZES[self.kind][1]
 
 
-@dataclass(frozen=True)
-class Frames:
+@dataclass(frozen=True, repr=False)
+class Frames(ShortRepr):
     """Positions and orientations of all bodies: ``rotation`` (3, 3, B, N), ``position`` (3, B, N) [m]."""
 
     rotation: Array

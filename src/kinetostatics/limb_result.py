@@ -39,7 +39,14 @@ class LimbResult:
         self._batch, self._solutions, self._number, self._position = batch, solutions, number, position
 
     def __repr__(self) -> str:
-        return f"<LimbResult {self.name!r}: {', '.join(self.labels)}>"
+        from kinetostatics.report_short import limb_line
+
+        return limb_line(self)
+
+    def _repr_html_(self) -> str:
+        from kinetostatics.report_short import limb_html
+
+        return limb_html(self)
 
     def _readable(self, pick: Callable[[Solution], Array]) -> Array:
         return self._batch.public(

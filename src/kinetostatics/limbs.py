@@ -16,12 +16,13 @@ from kinetostatics.limb_compliance import LimbLoads, own_weights_of_beams
 from kinetostatics.limb_group import LimbGroup
 from kinetostatics.limb_self_stress import relaxed_limbs
 from kinetostatics.limb_wrenches import limb_wrenches
+from kinetostatics.mappings import ShortRepr
 
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class LimbStatics:
+@dataclass(frozen=True, repr=False)
+class LimbStatics(ShortRepr):
     """A group of limbs at many poses; arrays (…, limb, pose), wrenches about o, world axes.
 
     Attributes:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.exceptions import ArgumentError
+from kinetostatics.mappings import ShortRepr
 from kinetostatics.sections import Section
 
 Vector = tuple[float, float, float]
@@ -35,8 +36,8 @@ class Place:
 IN_PYTHON = Place()
 
 
-@dataclass(frozen=True)
-class Origin:
+@dataclass(frozen=True, repr=False)
+class Origin(ShortRepr):
     """A frame relative to another: ``xyz`` [m] and fixed-axes roll, pitch, yaw ``rpy`` [rad], as in URDF."""
 
     xyz: Vector = (0.0, 0.0, 0.0)
@@ -57,8 +58,8 @@ class Origin:
         return result
 
 
-@dataclass(frozen=True)
-class Inertia:
+@dataclass(frozen=True, repr=False)
+class Inertia(ShortRepr):
     """Moments of inertia about a link's centre of mass, which the statics do not need but Pinocchio's model has.
 
     ``moments`` are ixx, ixy, ixz, iyy, iyz, izz [kg·m²] along axes that ``rpy`` [rad] turns out of the link's.
@@ -68,8 +69,8 @@ class Inertia:
     rpy: Vector = (0.0, 0.0, 0.0)
 
 
-@dataclass(frozen=True)
-class Link:
+@dataclass(frozen=True, repr=False)
+class Link(ShortRepr):
     """A URDF link.
 
     Attributes:
@@ -86,7 +87,7 @@ class Link:
     center_of_mass: Vector = (0.0, 0.0, 0.0)
     inertia: Inertia = Inertia()
     has_inertial: bool = False
-    extra: str = ""
+    extra: str = field(default="", repr=False)
     place: Place = field(default=IN_PYTHON, compare=False, kw_only=True)
 
     def __post_init__(self) -> None:
@@ -94,8 +95,8 @@ class Link:
             object.__setattr__(self, "has_inertial", True)
 
 
-@dataclass(frozen=True)
-class Mimic:
+@dataclass(frozen=True, repr=False)
+class Mimic(ShortRepr):
     """``<mimic>``: the joint's coordinate is ``multiplier`` times that of ``joint``, plus ``offset`` [m, rad]."""
 
     joint: str
@@ -103,8 +104,8 @@ class Mimic:
     offset: float = 0.0
 
 
-@dataclass(frozen=True)
-class Joint:
+@dataclass(frozen=True, repr=False)
+class Joint(ShortRepr):
     """A URDF joint of the spanning tree.
 
     Attributes:
@@ -131,12 +132,12 @@ class Joint:
     mimic: Mimic | None = None
     effort: float = 0.0
     velocity: float = 0.0
-    extra: str = ""
+    extra: str = field(default="", repr=False)
     place: Place = field(default=IN_PYTHON, compare=False, kw_only=True)
 
 
-@dataclass(frozen=True)
-class Cone:
+@dataclass(frozen=True, repr=False)
+class Cone(ShortRepr):
     """The largest ``angle`` [rad] between two axes, each in the origin frame of its own side of the loop."""
 
     angle: float
@@ -144,8 +145,8 @@ class Cone:
     successor_axis: Vector = (0.0, 0.0, 1.0)
 
 
-@dataclass(frozen=True)
-class Loop:
+@dataclass(frozen=True, repr=False)
+class Loop(ShortRepr):
     """A joint that closes a loop, ``<loop>``.
 
     Attributes:
@@ -175,8 +176,8 @@ class Loop:
     place: Place = field(default=IN_PYTHON, compare=False, kw_only=True)
 
 
-@dataclass(frozen=True)
-class JointStiffness:
+@dataclass(frozen=True, repr=False)
+class JointStiffness(ShortRepr):
     """An elastic joint, bearing or drive, ``<joint_stiffness>``.
 
     Attributes:
@@ -196,8 +197,8 @@ class JointStiffness:
     place: Place = field(default=IN_PYTHON, compare=False, kw_only=True)
 
 
-@dataclass(frozen=True)
-class Material:
+@dataclass(frozen=True, repr=False)
+class Material(ShortRepr):
     """What a beam is made of.
 
     Attributes:
@@ -214,8 +215,8 @@ class Material:
     thermal_expansion: float = 0.0
 
 
-@dataclass(frozen=True)
-class BeamEnd:
+@dataclass(frozen=True, repr=False)
+class BeamEnd(ShortRepr):
     """One end of a beam: the centre of a joint or loop.
 
     ``side`` is ``"parent"`` or ``"child"`` (of a loop: predecessor or successor) where the file says so, else None:
@@ -226,8 +227,8 @@ class BeamEnd:
     side: str | None = None
 
 
-@dataclass(frozen=True)
-class Beam:
+@dataclass(frozen=True, repr=False)
+class Beam(ShortRepr):
     """An elastic beam, ``<beam>``.
 
     Attributes:

@@ -26,7 +26,7 @@ def tolerances_report(found: Tolerances) -> str:
     header = ["what", "error", "by", f"moves o [{shift.unit}]", f"turns [{turn.unit}]", "force [N]", "at", "moment [N·m]"]
     rows = [
         (
-            *(row.name, row.error, _amount(row)),
+            *(row.name, row.error, amount_words(row)),
             *(shift(row.displacement), turn(row.rotation)),
             *(force(row.force), row.at or "–", moment(row.moment)),
         )
@@ -39,5 +39,6 @@ def tolerances_report(found: Tolerances) -> str:
     return "\n".join(lines)
 
 
-def _amount(row: Tolerance) -> str:
+def amount_words(row: Tolerance) -> str:
+    """Write how large an error is."""
     return quantity(row.amount, _AMOUNTS.get(row.error, ANGLES), digits=3)

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import cached_property
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -27,6 +26,7 @@ from kinetostatics.deformation import Deformation, deform
 from kinetostatics.facts import FACTS, status_of
 from kinetostatics.joint_wrenches import actuator_forces, drive_forces, joint_contributions, joint_wrenches
 from kinetostatics.limb_result import LimbResult, some_limb_wrench
+from kinetostatics.mappings import Named
 from kinetostatics.result_warnings import result_warnings
 from kinetostatics.robot import Robot
 from kinetostatics.screws import move_wrench
@@ -62,7 +62,14 @@ class Result:
         return result_report(self)
 
     def __repr__(self) -> str:
-        return f"<Result of {self.robot.name!r}, batch shape {self.shape}>"
+        from kinetostatics.report_short import result_line
+
+        return result_line(self)
+
+    def _repr_html_(self) -> str:
+        from kinetostatics.report_short import result_html
+
+        return result_html(self)
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything as plain numbers, lists and strings: what ``--json`` prints."""
@@ -181,7 +188,7 @@ class Result:
             for number, group in enumerate(self.robot.limb_groups)
             for position, limb in enumerate(group.limbs)
         }
-        return MappingProxyType({limb.name: found[limb.name] for limb in self.robot.topology.limbs})
+        return Named({limb.name: found[limb.name] for limb in self.robot.topology.limbs})
 
     # ---- joints -----------------------------------------------------------------------------------------------------
 
@@ -200,16 +207,14 @@ class Result:
         In a ring, where base and platform give a joint no direction, it is what its predecessor puts on its successor.
         """
         chunks = self._joint_wrenches
-        return MappingProxyType({name: self._public([w[:, k] for w in chunks]) for name, k in self._joints_in_order()})
+        return Named({name: self._public([w[:, k] for w in chunks]) for name, k in self._joints_in_order()})
 
     @cached_property
     def joint_contributions(self) -> Mapping[str, Mapping[str, Array]]:
         """(…, 6) what each contribution to the twist adds to each joint's wrench, by joint and contribution."""
         chunks = self._joint_contributions
         sources = self.solutions[0].sources
-        return MappingProxyType(
-            {name: self._batch.by_source(sources, [w[:, k] for w in chunks]) for name, k in self._joints_in_order()}
-        )
+        return Named({name: self._batch.by_source(sources, [w[:, k] for w in chunks]) for name, k in self._joints_in_order()})
 
     def _joints_in_order(self) -> list[tuple[str, int]]:
         """Return the names of the joints, in the order of the file, and their places in the joint table."""
@@ -223,7 +228,7 @@ class Result:
         A drive that other joints mimic moves them too: their forces count with their multipliers.
         """
         chunks = [actuator_forces(self.robot, solution) for solution in self.solutions]
-        return MappingProxyType({name: self._public([chunk[name] for chunk in chunks]) for name in chunks[0]})
+        return Named({name: self._public([chunk[name] for chunk in chunks]) for name in chunks[0]})
 
     @cached_property
     def actuator_contributions(self) -> Mapping[str, Mapping[str, Array]]:
@@ -231,7 +236,7 @@ class Result:
         pairs = zip(self.solutions, self._joint_contributions, strict=True)
         chunks = [drive_forces(self.robot, solution, wrenches) for solution, wrenches in pairs]
         sources = self.solutions[0].sources
-        return MappingProxyType({name: self._batch.by_source(sources, [chunk[name] for chunk in chunks]) for name in chunks[0]})
+        return Named({name: self._batch.by_source(sources, [chunk[name] for chunk in chunks]) for name in chunks[0]})
 
     @cached_property
     def base_wrench(self) -> Array:

@@ -132,7 +132,14 @@ class Robot:
         return robot_report(self)
 
     def __repr__(self) -> str:
-        return f"<Robot {self.name!r} from {self.description.path!r}: {len(self.topology.limbs)} limbs>"
+        from kinetostatics.report_short import robot_line
+
+        return robot_line(self)
+
+    def _repr_html_(self) -> str:
+        from kinetostatics.report_short import robot_html
+
+        return robot_html(self)
 
     # ---- the zero pose and what follows from it ---------------------------------------------------------------------
 

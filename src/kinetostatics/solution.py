@@ -16,6 +16,7 @@ from kinetostatics.kinematics import Frames
 from kinetostatics.limb_group import LimbGroup
 from kinetostatics.limbs import LimbStatics, limb_statics
 from kinetostatics.linalg import definite, normalize
+from kinetostatics.mappings import ShortRepr
 from kinetostatics.misfits import Misfits
 from kinetostatics.platform_equilibrium import PlatformEquilibrium
 
@@ -30,8 +31,8 @@ HELD = 1e-12
 UNBALANCED = 1e-7
 
 
-@dataclass(frozen=True)
-class Solution:
+@dataclass(frozen=True, repr=False)
+class Solution(ShortRepr):
     """Equilibrium of one chunk of N poses; wrenches about o, world axes.
 
     Attributes:

@@ -12,6 +12,7 @@ from kinetostatics.closure import LoopEquations, across, products
 from kinetostatics.couplings import write_coordinate
 from kinetostatics.kinematics import Frames
 from kinetostatics.linalg import cross, dot, least_squares
+from kinetostatics.mappings import ShortRepr
 from kinetostatics.orientation import Orientation
 
 Array = NDArray[np.float64]
@@ -64,8 +65,8 @@ class Request:
         return tuple(k for k in range(3) if k not in self.angles) if self.angles else ()
 
 
-@dataclass
-class Poses:
+@dataclass(repr=False)
+class Poses(ShortRepr):
     """Solver state: tree coordinates ``x`` (nq', N) and the orientation coordinates ``c`` (3, N) of the platform."""
 
     x: Array

@@ -56,7 +56,7 @@ class Tolerance:
     actuator_forces: dict[str, float]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Tolerances:
     """The effects of all errors, the worst first.
 
@@ -74,6 +74,16 @@ class Tolerances:
         from kinetostatics.report import tolerances_report
 
         return tolerances_report(self)
+
+    def __repr__(self) -> str:
+        from kinetostatics.report_short import tolerances_line
+
+        return tolerances_line(self)
+
+    def _repr_html_(self) -> str:
+        from kinetostatics.report_short import tolerances_html
+
+        return tolerances_html(self)
 
     def __iter__(self) -> Iterator[Tolerance]:
         return iter(self.rows)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from kinetostatics.beam_spans import BeamSpan
 from kinetostatics.exceptions import RobotFileError
+from kinetostatics.mappings import ShortRepr
 from kinetostatics.mechanism import Connection, Mechanism
 from kinetostatics.rigid_pieces import Piece, PieceEdge, PieceGraph
 from kinetostatics.spanning import Step, cut_pieces, steps_out
@@ -73,8 +74,8 @@ class Part:
     is_serial: bool
 
 
-@dataclass(frozen=True)
-class Limb:
+@dataclass(frozen=True, repr=False)
+class Limb(ShortRepr):
     """A limb: its edges on the way out, and what hangs on it.
 
     Attributes:
@@ -124,8 +125,8 @@ class DeadWeight:
     weights: tuple[str, ...]
 
 
-@dataclass(frozen=True)
-class Topology:
+@dataclass(frozen=True, repr=False)
+class Topology(ShortRepr):
     """The robot's limbs, beams and dead weights.
 
     ``hanging`` holds dead weights with closed chains, as limbs that do not reach the platform. ``carried_by`` tells for every

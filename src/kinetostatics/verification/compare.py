@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,6 +12,7 @@ from numpy.typing import ArrayLike
 from kinetostatics.configuration import frozen
 from kinetostatics.equilibrium import analyze
 from kinetostatics.exceptions import ArgumentError
+from kinetostatics.mappings import Named, ShortRepr
 from kinetostatics.verification.frame import Array, FrameModel
 from kinetostatics.verification.model import build
 from kinetostatics.verification.opensees import FrameSolution, solve
@@ -29,8 +29,8 @@ TOLERANCE = 1e-6
 NOTHING = 1e-3
 
 
-@dataclass(frozen=True, eq=False)
-class Verification:
+@dataclass(frozen=True, eq=False, repr=False)
+class Verification(ShortRepr):
     """One pose computed twice: by :func:`kinetostatics.analyze`, and by OpenSees from beam and joint elements.
 
     Differences are relative and of whole twists, wrenches and matrices, since single components may vanish by symmetry. A length
@@ -132,8 +132,8 @@ def verify(
         result.compliance,
         result.stiffness,
         result.joint_wrenches,
-        MappingProxyType({name: _ends(beam) for name, beam in result.beams.items()}),
-        MappingProxyType({name: float(value) for name, value in result.actuator_forces.items()}),
+        Named({name: _ends(beam) for name, beam in result.beams.items()}),
+        Named({name: float(value) for name, value in result.actuator_forces.items()}),
         theirs.torques,
     )
     ruler = _Ruler(model, theirs)
@@ -154,10 +154,10 @@ def verify(
         result,
         ours,
         _read_only(theirs),
-        MappingProxyType(differences),
-        MappingProxyType(joint_differences),
-        MappingProxyType(scatter),
-        MappingProxyType(not_compared),
+        Named(differences),
+        Named(joint_differences),
+        Named(scatter),
+        Named(not_compared),
         model.length,
         tolerance,
     )
@@ -245,8 +245,8 @@ def _read_only(solution: FrameSolution) -> FrameSolution:
         frozen(solution.twist),
         frozen(solution.compliance),
         frozen(solution.stiffness),
-        MappingProxyType({name: frozen(wrench) for name, wrench in solution.joint_wrenches.items()}),
-        MappingProxyType({name: frozen(wrench) for name, wrench in solution.beam_wrenches.items()}),
-        MappingProxyType(dict(solution.actuator_forces)),
+        Named({name: frozen(wrench) for name, wrench in solution.joint_wrenches.items()}),
+        Named({name: frozen(wrench) for name, wrench in solution.beam_wrenches.items()}),
+        Named(dict(solution.actuator_forces)),
         solution.torques,
     )

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from kinetostatics.exceptions import KinetostaticsError
+from kinetostatics.mappings import ShortRepr
 from kinetostatics.verification.frame import Array, Coordinate, FrameJoint, FrameModel
 
 #: Smallest penalty, as a multiple of the largest stiffness of a beam or spring; each level doubles it.
@@ -41,8 +42,8 @@ class _SingularFrame(OpenSeesError):
     """OpenSees found no solution."""
 
 
-@dataclass(frozen=True, eq=False)
-class FrameSolution:
+@dataclass(frozen=True, eq=False, repr=False)
+class FrameSolution(ShortRepr):
     """What the frame gives, SI units and world axes, in the conventions of :class:`kinetostatics.Result`.
 
     Attributes:
