@@ -13,6 +13,7 @@ from kinetostatics.equilibrium import free_twists
 from kinetostatics.facts import FACTS, STATUS_WORDS, WITHOUT_NUMBERS
 from kinetostatics.report_batch import batch_report, magnitudes
 from kinetostatics.report_dict import drive_unit, wrench_units
+from kinetostatics.report_sources import source_lines
 from kinetostatics.report_text import (
     ANGLES,
     ENERGIES,
@@ -63,6 +64,9 @@ def result_report(result: Result) -> str:
             lines += section(
                 "What gives way: the same twist by beams, elastic joints, drives and misfits", _sources(result, noise)
             )
+        ranking = source_lines(result, noise)
+        if ranking:
+            lines += section("Where the sag comes from: parts along the whole displacement and rotation", ranking)
         if result.part_contributions:
             lines += section("What gives way in the parts of the limbs", _parts(result, noise))
         lines += section("Stiffness of the platform at o, world axes, drives locked", _stiffness(result))

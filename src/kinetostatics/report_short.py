@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinetostatics.configuration import Configuration, Status
+from kinetostatics.facts import FACTS, WITHOUT_NUMBERS
 from kinetostatics.html_tables import html_table
 from kinetostatics.report_dict import drive_unit, wrench_units
 from kinetostatics.report_text import (
@@ -63,11 +64,14 @@ def _count(number: int, noun: str) -> str:
     return f"{number} {noun}{'s' * (number != 1)}"
 
 
-def _statuses(status: NDArray[np.int8]) -> str:
-    """Name the status of a pose; of a batch say its shape, and how many poses have which status."""
+def _statuses(poses: Configuration | Result) -> str:
+    """Name all that is true of a pose; of a batch say its shape, and of how many poses it is true."""
+    status = poses.status
+    true = {item.name: status == item for item in (Status.OK, *WITHOUT_NUMBERS)}
+    true |= {fact.title: getattr(poses, name) for name, fact in FACTS.items() if hasattr(poses, name)}
     if status.shape == ():
-        return Status(int(status)).name
-    counts = [f"{int(np.sum(status == item))} {item.name}" for item in Status if np.any(status == item)]
+        return ", ".join(name for name, where in true.items() if where)
+    counts = [f"{int(np.sum(where))} {name}" for name, where in true.items() if np.any(where)]
     return f"{_count(status.size, 'pose')}, batch shape {status.shape}" + (f": {', '.join(counts)}" if counts else "")
 
 
@@ -118,12 +122,12 @@ def _tables(description: RobotDescription) -> list[tuple[list[str], str]]:
 def configuration_line(configuration: Configuration) -> str:
     """Return what ``repr`` shows of a pose or a batch."""
     values = ", ".join(f"{name} {words}" for name, words in _coordinates(configuration)[:6])
-    return f"<Configuration of {configuration.robot.name!r}: {_statuses(configuration.status)}; {values}>"
+    return f"<Configuration of {configuration.robot.name!r}: {_statuses(configuration)}; {values}>"
 
 
 def configuration_html(configuration: Configuration) -> str:
     """Return a table of a pose's coordinates; of a batch their ranges."""
-    title = f"Configuration of {configuration.robot.name!r}: {_statuses(configuration.status)}"
+    title = f"Configuration of {configuration.robot.name!r}: {_statuses(configuration)}"
     return html_table(title, ("coordinate", "value" if configuration.shape == () else "range"), _coordinates(configuration))
 
 
@@ -132,11 +136,9 @@ def _coordinates(configuration: Configuration) -> list[tuple[str, str]]:
     connections = configuration.robot.mechanism.connections
     slides = {"x", "y", "z", *(name for name in configuration.actuators if connections[name].kind == "prismatic")}
     both = (*configuration.platform.items(), *configuration.actuators.items())
+    small = NOISE * configuration.robot.length
     return [
-        (
-            name,
-            values_words(value, *((_MILLIMETRES, NOISE * configuration.robot.length) if name in slides else (_DEGREES, NOISE))),
-        )
+        (name, values_words(value, _MILLIMETRES, small) if name in slides else values_words(value, _DEGREES, NOISE))
         for name, value in both
     ]
 
@@ -146,7 +148,7 @@ def _coordinates(configuration: Configuration) -> list[tuple[str, str]]:
 
 def result_line(result: Result) -> str:
     """Return what ``repr`` shows of a result."""
-    line = f"Result of {result.robot.name!r}: {_statuses(result.status)}"
+    line = f"Result of {result.robot.name!r}: {_statuses(result)}"
     motions = dict(_motions(result))
     if MISSING not in motions.values():
         line += f"; o moves by {motions['displacement of o']}, the platform turns by {motions['rotation']}"
@@ -162,7 +164,7 @@ def result_html(result: Result) -> str:
             rows.append((f"twist {name}", values_words(result.twist[k], LENGTHS if k < 3 else ANGLES, noise)))
     for name, force in result.actuator_forces.items():
         rows.append((f"force of {name}", values_words(force, FORCES if drive_unit(result.robot, name) == "N" else MOMENTS)))
-    title = f"Result of {result.robot.name!r}: {_statuses(result.status)}"
+    title = f"Result of {result.robot.name!r}: {_statuses(result)}"
     return html_table(title, ("quantity", "value" if result.shape == () else "range"), rows)
 
 

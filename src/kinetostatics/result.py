@@ -121,7 +121,7 @@ class Result:
     @cached_property
     def facts(self) -> Mapping[str, NDArray[np.bool_]]:
         """What is true of every pose (…), by name: those of :data:`kinetostatics.facts.FACTS`, none hiding another."""
-        return MappingProxyType({name: getattr(self, name) for name in FACTS})
+        return Named({name: getattr(self, name) for name in FACTS})
 
     @cached_property
     def limit_exceeded(self) -> NDArray[np.bool_]:

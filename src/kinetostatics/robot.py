@@ -23,6 +23,7 @@ from kinetostatics.limb_group import LimbGroup
 from kinetostatics.limb_grouping import make_limb_groups
 from kinetostatics.limb_joints import Branch, JointTable, dead_joints, freedoms_of
 from kinetostatics.linalg import dot, null_space
+from kinetostatics.mappings import Named
 from kinetostatics.mechanism import Mechanism
 from kinetostatics.pinocchio_loops import constraint_models
 from kinetostatics.pose_spread import ordinary_poses
@@ -302,9 +303,9 @@ class Robot:
         return world_frames(self.mechanism, self.mechanism.forward(self.model_q(self._zero[0])))
 
     @cached_property
-    def beams(self) -> dict[str, BeamModel]:
+    def beams(self) -> Mapping[str, BeamModel]:
         """All beams by name."""
-        return make_beam_models(self.mechanism, self.topology.beams, self.zero_frames)
+        return Named(make_beam_models(self.mechanism, self.topology.beams, self.zero_frames))
 
     @cached_property
     def weights(self) -> Weights:

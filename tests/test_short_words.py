@@ -1,0 +1,247 @@
+"""What a REPL and a notebook show of robots, poses, results and their parts: short, escaped, and right."""
+
+import copy
+import pickle
+import re
+from collections.abc import Mapping
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+
+import kinetostatics as ks
+from kinetostatics.configuration import Status
+from kinetostatics.description import Beam, Link, Material, Origin, RobotDescription
+from kinetostatics.html_tables import html_table
+from kinetostatics.mappings import FEW, MOST_ITEMS, Named, in_short, mapping_words
+from kinetostatics.report_short import values_words
+from kinetostatics.report_text import FORCES, LENGTHS
+from kinetostatics.sections import Tube
+
+#: The longest text that anything may print in a REPL.
+SHORT = 2500
+ROBOTS = ("robots/3rps.urdf.xacro", "robots/anymal_standing.urdf.xacro", "tests/cases/par4_articulated.urdf.xacro")
+OBJECTS = ("Robot", "Configuration", "Result", "LimbResult", "BeamResult", "RobotDescription")
+
+
+@pytest.fixture(autouse=True)
+def in_root(monkeypatch, request):
+    monkeypatch.chdir(request.config.rootpath)
+
+
+@pytest.fixture(scope="module", params=ROBOTS)
+def robot(request):
+    return ks.load_robot(request.config.rootpath / request.param)
+
+
+def poses(robot):
+    """One pose, a batch with poses out of reach, one out of reach alone, and an empty batch."""
+    first, *others = robot.description.driven
+    rest = dict.fromkeys(others, 0.0)
+    for value in (0.0, np.array([[0.0, 0.01], [0.02, 50.0]]), 50.0, np.zeros(0)):
+        yield robot.assemble(actuators={first: value, **rest}, on_failure="nan")
+
+
+class Cells(HTMLParser):
+    """Reads the cells of tables, and notes what else there is."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.tags, self.rows, self.attributes, self.open = [], [], set(), []
+        self.feed(text)
+        self.close()
+        assert not self.open, self.open
+
+    def handle_starttag(self, tag, attributes):
+        self.tags.append(tag)
+        self.open.append(tag)
+        self.attributes |= {name for name, _ in attributes}
+        for name, value in attributes:
+            assert name == "style" and not re.search(r"color|background|url", value)
+        if tag == "tr":
+            self.rows.append([])
+        if tag in ("td", "th"):
+            self.rows[-1].append("")
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        if self.open and self.open[-1] in ("td", "th"):
+            self.rows[-1][-1] += data
+
+
+def public(item):
+    """Yield name and value of the public attributes of an object that are no methods."""
+    for name in dir(type(item)) + list(vars(item)) if hasattr(item, "__dict__") else dir(item):
+        if not name.startswith("_") and not callable(getattr(type(item), name, None)):
+            yield name, getattr(item, name)
+
+
+def test_everything_prints_as_something_short(robot):
+    found = [("robot", robot), *public(robot), ("description", robot.description), *public(robot.description)]
+    for pose in poses(robot):
+        found += [("pose", pose), *public(pose)]
+        if pose.robot is robot and pose.reached.size:
+            result = ks.analyze(pose, load=[0, 0, -100, 0, 0, 0], on_failure="nan")
+            found += [("result", result), *public(result)]
+            for parts in (result.limbs, result.beams):
+                for part in list(parts.values())[:2]:
+                    found += [(part.name, part), *public(part)]
+    for name, item in found:
+        if name in ("model", "urdf", "extra", "file_warnings"):  # Pinocchio's own, and texts of files
+            continue
+        for one in item if isinstance(item, tuple) else [item]:
+            if not isinstance(one, np.ndarray):  # NumPy's own
+                assert len(repr(one)) <= SHORT, (name, len(repr(one)), repr(one)[:300])
+        if isinstance(item, Mapping) and not isinstance(item, dict):
+            assert repr(item).count("\n") <= MOST_ITEMS
+            Cells(item._repr_html_())
+    names = {type(item).__name__ for _, item in found}
+    assert set(OBJECTS) <= names
+
+
+def test_lines_say_status_shape_and_main_numbers():
+    robot = ks.load_robot("robots/3rps.urdf.xacro")
+    assert re.fullmatch(r"<Robot '3rps' from '.*robots/3rps.urdf.xacro': 3 limbs, 3 drives, 3 beams>", repr(robot))
+    one, many, lost, none = (ks.analyze(pose, on_failure="nan") for pose in poses(robot))
+    z = 1e3 * float(one.configuration.platform["z"])
+    assert repr(one.configuration) == f"<Configuration of '3rps': OK; x 0 mm, y 0 mm, z {z:.1f} mm, rx 0°, ry 0°, rz 0°>"
+    sag = f"{1e9 * float(np.linalg.norm(one.twist[:3])):.2f} nm"
+    assert repr(one) == f"<Result of '3rps': OK; o moves by {sag}, the platform turns by 0 µrad>"
+    assert str(many.configuration) == repr(many.configuration)
+    shown = "4 poses, batch shape (2, 2): 3 OK, 1 UNREACHABLE"
+    assert repr(many.configuration).startswith(f"<Configuration of '3rps': {shown}; x ")
+    shifts = np.linalg.norm(many.twist[..., :3], axis=-1)
+    low, high = (f"{1e9 * pick(shifts):.2f}" for pick in (np.nanmin, np.nanmax))
+    assert repr(many).startswith(f"<Result of '3rps': {shown}; o moves by {low} to {high} nm, the platform turns by 0 to ")
+    assert repr(lost) == "<Result of '3rps': UNREACHABLE>"
+    assert repr(lost.configuration).startswith("<Configuration of '3rps': UNREACHABLE; x –, y –, z –, rx –")
+    assert repr(none) == "<Result of '3rps': 0 poses, batch shape (0,)>"
+    limb, beam = one.limbs["limb_2"], one.beams["rod_2"]
+    for label, value in zip(limb.labels, limb.intensities, strict=True):
+        shown = "0 N" if abs(value) < 1e-6 else f"{value:.2f} N"
+        assert f"{label} {shown}" in repr(limb)
+    lowest, highest = beam.section_wrenches[:, 0].min(), beam.section_wrenches[:, 0].max()
+    assert f"length {1e3 * float(beam.length):.1f} mm, axial force {lowest:.1f} to {highest:.1f} N, stress" in repr(beam)
+    assert "–" in repr(lost.limbs["limb_1"]) and "–" in repr(lost.beams["rod_1"])
+    description = robot.description
+    counts = f"{len(description.links)} links, {len(description.joints)} joints, 2 loops, 3 beams, 3 drives"
+    assert repr(description) == f"<RobotDescription '3rps' from {description.path!r}: {counts}>"
+
+
+def test_all_facts_are_named():
+    """A drive beyond its limit in a robot whose limbs are rigid: both are said, of a pose and of a batch."""
+    robot = ks.load_robot("robots/2pru_upr.urdf.xacro")
+    for name in robot.description.beams:
+        robot = ks.Robot(robot.description.without_beam(name))
+    drives = dict.fromkeys(robot.description.driven, 0.0)
+    one = ks.analyze(robot.assemble(actuators=drives))
+    assert Status(int(one.status)) == Status.INDETERMINATE
+    assert repr(one).startswith("<Result of '2pru_upr': INDETERMINATE; o moves by 0 ")
+    joints = dict(robot.description.joints)
+    first = next(iter(drives))
+    tight = ks.Robot(robot.description.changed(first, lower=0.001, upper=0.5)) if first in joints else None
+    assert tight is not None
+    both = ks.analyze(tight.assemble(actuators=drives))
+    assert repr(both).startswith("<Result of '2pru_upr': LIMIT_EXCEEDED, INDETERMINATE; o moves")
+    item = both.configuration.limits_exceeded[first]
+    assert repr(item) == f"<LimitExceeded {first!r}: 0 beyond [0.001, 0.5]>"
+    batch = ks.analyze(tight.assemble(actuators={**drives, first: np.array([0.0, 0.002])}))
+    assert "2 poses, batch shape (2,): 1 LIMIT_EXCEEDED, 2 INDETERMINATE" in repr(batch)
+    assert repr(batch.configuration.limits_exceeded[first]) == f"<LimitExceeded {first!r}: 1 of 2 poses beyond [0.001, 0.5]>"
+
+
+def test_tolerances_in_short():
+    pose = ks.load_robot("robots/2pru_upr.urdf.xacro").assemble()
+    found = ks.tolerances(pose)
+    worst = found.rows[0]
+    assert repr(found).startswith(
+        f"<Tolerances of '2pru_upr': {len(found)} errors, ranked by force; the worst is {worst.error} of "
+    )
+    assert f"{worst.name} by " in repr(found) and repr(found).endswith(" N>") and len(repr(found)) < 200
+    table = Cells(found._repr_html_())
+    assert len(table.rows) == 11 and [row[0] for row in table.rows[1:]] == [row.name for row in found.rows[:10]]
+    assert f"the worst 10 of {len(found)}" in found._repr_html_()
+
+
+def test_tables_for_notebooks():
+    robot = ks.load_robot("robots/3rps.urdf.xacro")
+    table = Cells(robot._repr_html_())
+    assert [row[0] for row in table.rows] == ["limb", "limb_1", "limb_2", "limb_3"]
+    assert table.rows[1][2:] == ["prismatic_1", "rod_1"]
+    one, many, lost, none = (ks.analyze(pose, on_failure="nan") for pose in poses(robot))
+    rows = dict(Cells(one._repr_html_()).rows)
+    assert rows["twist x"] == "0 µm" and rows["twist z"] == f"{1e9 * one.twist[2]:.2f} nm"
+    assert rows["force of prismatic_1"] == f"{float(one.actuator_forces['prismatic_1']):.1f} N"
+    ranges = dict(Cells(many._repr_html_()).rows)
+    assert ranges["quantity"] == "range" and " to " in ranges["force of prismatic_1"] and "twist x" not in ranges
+    assert {*dict(Cells(lost._repr_html_()).rows).values()} == {"value", "–"}
+    assert len(Cells(none._repr_html_()).rows) == 6
+    for pose in poses(robot):
+        rows = dict(Cells(pose._repr_html_()).rows)
+        assert list(rows)[1:] == [*pose.platform, *pose.actuators]
+    assert dict(Cells(one.configuration._repr_html_()).rows)["prismatic_1"] == "0 mm"
+    limb = Cells(one.limbs["limb_1"]._repr_html_())
+    assert [row[0] for row in limb.rows[1:]] == [*one.limbs["limb_1"].labels, *one.limbs["limb_1"].attached_labels]
+    beam = dict(Cells(one.beams["rod_1"]._repr_html_()).rows)
+    assert beam["largest deflection"] == f"{1e9 * np.linalg.norm(one.beams['rod_1'].deflections, axis=-1).max():.1f} nm"
+    shown = {row[0]: row[1:] for row in Cells(robot.description._repr_html_()).rows}
+    assert shown["loops"] == ["2", "spherical_2 and spherical_3"] and shown["platform"] == ["1", "platform"]
+    assert [row[0] for row in Cells(one.beams._repr_html_()).rows] == ["rod_1", "rod_2", "rod_3"]
+
+
+def test_html_is_escaped():
+    text = html_table("<b>&", ("<i>", ""), [("<script>alert(1)</script>", '"&"')])
+    assert "<b>" not in text and "<i>" not in text and "<script>" not in text
+    assert Cells(text).rows == [["<i>", ""], ["<script>alert(1)</script>", '"&"']]
+    named = RobotDescription.of("<a>", links=[Link("<l>")], joints=[], platform="<l>")
+    assert "<l>" not in named._repr_html_() and "<a>" not in named._repr_html_()
+    assert "<x>" not in Named({"<x>": "<y>"})._repr_html_() and "<y>" not in Named({"<x>": "<y>"})._repr_html_()
+
+
+def test_named_is_a_mapping_that_cannot_be_changed():
+    source = {"a": 1, "b": 2}
+    named = Named(source)
+    source["c"] = 3
+    assert isinstance(named, Mapping) and dict(named) == {"a": 1, "b": 2} == named.copy() and named == {"a": 1, "b": 2}
+    assert "a" in named and "c" not in named and len(named) == 2 and list(reversed(named)) == ["b", "a"]
+    assert named | {"b": 5} == {"a": 1, "b": 5} and {"b": 5} | named == {"b": 2, "a": 1} and {**named} == dict(named)
+    with pytest.raises(TypeError):
+        named["a"] = 2
+    with pytest.raises(TypeError):
+        del named["a"]
+    with pytest.raises(AttributeError):
+        named.more = 1
+    for copied in (copy.deepcopy(named), pickle.loads(pickle.dumps(named)), copy.copy(named)):
+        assert copied == named and type(copied) is Named
+    with pytest.raises(TypeError):
+        named | 3
+
+
+def test_values_in_short():
+    assert in_short(np.array(2.5)) == "2.5" and in_short(np.array([1.0, 1e-14, -2.0])) == "[1, 0, -2]"
+    assert in_short(np.array([1.0, 1e-11])) == "[1, 1e-11]"
+    assert in_short(np.arange(FEW + 1.0)) == f"array ({FEW + 1},), 0 to {FEW}" and in_short(np.arange(float(FEW)))[0] == "["
+    assert in_short(np.full((2, 3), np.nan)) == "array (2, 3), no finite number" and in_short(np.array(np.nan)) == "nan"
+    assert in_short(np.array([[np.nan, 3.0], [1.0, np.inf]])) == "array (2, 2), 1 to 3"
+    assert in_short(np.zeros((0, 6))) == "array (0, 6)" and in_short(np.array([True, False])) == "[1, 0]"
+    assert (
+        in_short({"a": 1, "b": 2}) == "2 items: a, b" and in_short({}) == "no items" and in_short((1, np.array(2.0))) == "(1, 2)"
+    )
+    assert len(in_short("x" * 1000)) == 150
+    assert mapping_words({"a": 1}) == "{'a': 1}" and mapping_words({}) == "{}"
+    many = mapping_words({f"name_{k}": np.zeros((9, 9)) for k in range(20)})
+    assert many.count("\n") == MOST_ITEMS and many.endswith("… 8 more}")
+    assert values_words([1.0, 2.0, np.nan], FORCES) == "1.000 to 2.000 N" and values_words(3.0, FORCES) == "3.000 N"
+    assert values_words([np.nan, np.inf], FORCES) == "–" and values_words(1e-12, LENGTHS, 1e-9) == "0 µm"
+    assert values_words(0.5, (("°", 1.0),)) == "0.5000°"
+
+
+def test_parts_of_a_description_show_what_is_not_usual():
+    assert repr(Link("a", mass=2.0)) == "Link(name='a', mass=2.0, has_inertial=True)"
+    assert repr(Origin()) == "Origin()" and repr(Origin(rpy=(0.0, 0.0, 1.0))) == "Origin(rpy=(0.0, 0.0, 1.0))"
+    beam = Beam("rod", Tube.of(0.02), Material(2e11, 0.3))
+    assert repr(beam).startswith("Beam(link='rod', section=Tube(") and "material=Material(youngs_modulus=2" in repr(beam)
+    assert eval(repr(beam.material)) == beam.material and "place" not in repr(beam)
+    assert "extra" not in repr(Link("a", extra="<visual/>"))
