@@ -71,7 +71,7 @@ def test_the_documentations_example_in_python() -> None:
     assert not description.is_valid and description.path == "<python>"
     assert ks.validate(description) == from_docs()
     robot = ks.Robot(description)
-    assert robot.description == from_docs() and "right" in repr(robot.description)
+    assert robot.description == from_docs() and "right" in repr(robot.description.beams)
     expected = ks.analyze(ks.Robot(from_docs()).assemble(actuators={"a": 0.2}), (0, 0, -100, 0, 0, 0))
     found = ks.analyze(robot.assemble(actuators={"a": 0.2}), (0, 0, -100, 0, 0, 0))
     np.testing.assert_array_equal(found.twist, expected.twist)
