@@ -72,9 +72,9 @@ class Cells(HTMLParser):
 
 
 def public(item):
-    """Yield name and value of the public attributes of an object that are no methods."""
+    """Yield name and value of the public attributes of an object that are no methods, and not Pinocchio's."""
     for name in dir(type(item)) + list(vars(item)) if hasattr(item, "__dict__") else dir(item):
-        if not name.startswith("_") and not callable(getattr(type(item), name, None)):
+        if name not in ("model", "data") and not name.startswith("_") and not callable(getattr(type(item), name, None)):
             yield name, getattr(item, name)
 
 
@@ -89,7 +89,7 @@ def test_everything_prints_as_something_short(robot):
                 for part in list(parts.values())[:2]:
                     found += [(part.name, part), *public(part)]
     for name, item in found:
-        if name in ("model", "urdf", "extra", "file_warnings"):  # Pinocchio's own, and texts of files
+        if name in ("urdf", "extra", "file_warnings"):  # texts of files
             continue
         for one in item if isinstance(item, tuple) else [item]:
             if not isinstance(one, np.ndarray):  # NumPy's own
