@@ -34,3 +34,17 @@ def _stiffness(limb):
     import numpy as np
 
     return np.linalg.inv(limb.compliance)
+
+
+def test_dynamics_with_pinocchio_put_into_the_robot_what_it_gains():
+    """The drives' work is the change of kinetic and potential energy; a slow motion needs what holds the robot at rest."""
+    import numpy as np
+    from dynamics_with_pinocchio import circle
+
+    motion = circle(period=0.5, count=40)
+    waves = 2j * np.pi * np.fft.rfftfreq(40, 0.5 / 40)  # the motion is periodic
+    rate = np.fft.irfft(waves * np.fft.rfft(motion.energy), 40)
+    np.testing.assert_allclose(motion.power, rate, rtol=0, atol=2e-3 * np.abs(rate).max())  # steps of a 240th of the period
+    assert np.abs(motion.forces - motion.holding).max() > 0.1 * np.abs(motion.holding).max()
+    slow = circle(period=500.0, count=6)
+    np.testing.assert_allclose(slow.forces, slow.holding, rtol=1e-5)

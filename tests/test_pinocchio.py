@@ -1,6 +1,8 @@
 """What Pinocchio supplies: frames, masses and weights, models that weigh the robot, loops as its own constraints."""
 
+import re
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
@@ -206,3 +208,13 @@ def test_constraint_dynamics_keeps_the_robot_still(name):
     held = pin.constraintDynamics(model, data, pose.q, still, torques, models, datas, settings)
     falling = pin.constraintDynamics(model, data, pose.q, still, still, models, datas, settings)
     assert np.abs(held).max() < 1e-6 * np.abs(falling).max() and np.abs(falling).max() > 0.1
+
+
+def test_the_page_about_pinocchio_is_true(capsys):
+    page = (Path(__file__).parent.parent / "docs" / "pinocchio.md").read_text(encoding="utf-8")
+    names = {}
+    blocks = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    for block in blocks:
+        exec(compile(block, "pinocchio.md", "exec"), names)  # the page's own text
+    assert len(blocks) == 2
+    assert float(capsys.readouterr().out.split()[-1]) < 1e-9
