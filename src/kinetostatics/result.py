@@ -30,7 +30,7 @@ from kinetostatics.mappings import Named
 from kinetostatics.result_warnings import result_warnings
 from kinetostatics.robot import Robot
 from kinetostatics.screws import move_wrench
-from kinetostatics.solution import Solution
+from kinetostatics.solution import Solution, by_mechanism, of_deformation
 
 Array = NDArray[np.float64]
 
@@ -149,6 +149,21 @@ class Result:
         return self._batch.by_source(self.solutions[0].sources, [s.twists for s in self.solutions])
 
     @cached_property
+    def _by_mechanism(self) -> tuple[Solution, ...]:
+        return tuple(by_mechanism(self.robot, solution) for solution in self.solutions)
+
+    @cached_property
+    def mechanism_contributions(self) -> Mapping[str, Mapping[str, Array]]:
+        """How each limb's own weight moves the platform (…, 6): ``{"limb_1": {"attached": …, "deformation": …}, …}``.
+
+        ``attached`` is the work of its attached wrenches, −C J_ig W_ig, ``deformation`` that of its elastic deformation along its
+        constraint wrenches, C J_ic K_ic Δ_igc: the second decoupling of Eq. (12). Together they are the limb's contribution. Each
+        of them depends on the choice of J_ig (``docs/method.md``, section 4); their sum does not.
+        """
+        twists = self._batch.by_source(self._by_mechanism[0].sources, [s.twists for s in self._by_mechanism])
+        return Named({limb.name: _two_ways(twists, limb.name) for limb in self.robot.topology.limbs})
+
+    @cached_property
     def stiffness(self) -> Array:
         """(…, 6, 6) tangent stiffness K at o, drives locked, Eq. (12); NaN where rigid limbs make it infinite."""
         return self._gather(lambda s: s.stiffness)
@@ -239,6 +254,19 @@ class Result:
         return Named({name: self._batch.by_source(sources, [chunk[name] for chunk in chunks]) for name in chunks[0]})
 
     @cached_property
+    def actuator_mechanism_contributions(self) -> Mapping[str, Mapping[str, Mapping[str, Array]]]:
+        """(…) the same two ways, see :attr:`mechanism_contributions`, in each drive's force, by drive and limb [N or N·m].
+
+        Together they are what the limb's weight adds to the force (:attr:`actuator_contributions`). Where a robot is not
+        overconstrained deformation adds nothing.
+        """
+        chunks = [drive_forces(self.robot, s, joint_contributions(self.robot, s)) for s in self._by_mechanism]
+        sources = self._by_mechanism[0].sources
+        forces = {name: self._batch.by_source(sources, [chunk[name] for chunk in chunks]) for name in chunks[0]}
+        limbs = [limb.name for limb in self.robot.topology.limbs]
+        return Named({name: Named({limb: _two_ways(force, limb) for limb in limbs}) for name, force in forces.items()})
+
+    @cached_property
     def base_wrench(self) -> Array:
         """(…, 6) what the ground puts on the robot, about the base link's origin, world axes [N, N·m]."""
         total: list[Array] = []
@@ -316,3 +344,7 @@ class Result:
     def warnings(self) -> tuple[str, ...]:
         """What to be careful about, in full sentences."""
         return result_warnings(self)
+
+
+def _two_ways(contributions: Mapping[str, Array], limb: str) -> Mapping[str, Array]:
+    return Named({"attached": contributions[limb], "deformation": contributions[of_deformation(limb)]})

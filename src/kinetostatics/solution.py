@@ -6,7 +6,7 @@ Everything here has the batch axis last; :mod:`kinetostatics.result` turns it fo
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -156,6 +156,31 @@ def solve(robot: Robot, frames: Frames, load: Array, gravity: Array, misfits: Mi
         open=tuple(balance.open),
         unbalanced=unbalanced,
     )
+
+
+def by_mechanism(robot: Robot, solution: Solution) -> Solution:
+    """Return the same equilibrium with every limb's own weight in two parts: how it acts on the platform.
+
+    A limb's contribution is what its attached wrenches do, −C J_ig W_ig of Eq. (12), with the name of the limb; what its beams'
+    and springs' deformation does, C J_ic K_ic Δ_igc, is one more contribution, with the name from :func:`of_deformation`.
+    """
+    balance = PlatformEquilibrium(robot, solution.statics, solution.o.shape[1])
+    limbs = [limb.name for limb in robot.topology.limbs]
+    sources = (*solution.sources[: 2 + len(limbs)], *map(of_deformation, limbs), *solution.sources[2 + len(limbs) :])
+    right, strains = _by_contribution(solution.sources, solution.statics, solution.load, solution.platform_weight)
+    first, last = slice(2, 2 + len(limbs)), 2 + len(limbs)
+    right = np.concatenate([right[:, :last], np.zeros_like(right[:, first]), right[:, last:]], axis=1)
+    moved = []
+    for strain in strains:
+        none = np.zeros_like(strain[:, first])
+        moved.append(np.concatenate([strain[:, :2], none, strain[:, first], strain[:, last:]], axis=1))
+    twists, intensities = balance.solve(right, moved)
+    return replace(solution, sources=sources, twists=twists, intensities=tuple(intensities))
+
+
+def of_deformation(limb: str) -> str:
+    """Return the name of what a limb's own weight does by deforming the limb."""
+    return f"deformation of {limb}"
 
 
 def unit_chords(robot: Robot, solution: Solution) -> list[Array]:
