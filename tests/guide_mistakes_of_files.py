@@ -75,6 +75,7 @@ FILES = (
     code("ks.load_robot(3)", "A path, or one of the names."),
     code("from kinetostatics.shipped import copy_robots; copy_robots(['dleta'])", "`kinetostatics robots` lists them.",
          "`kinetostatics robots --copy dleta`"),
+    code("from kinetostatics.shipped import copy_robots; copy_robots('delta')", "`['delta']`", "`copy_robots('delta')`"),
     code("from kinetostatics.shipped import copy_robots; (folder / 'delta.urdf.xacro').write_text('');"
          " copy_robots(['delta'], folder)", "Copy to another folder.", "`kinetostatics robots --copy delta`, twice"),
     code('ks.load_robot("/dev/null")', "Pipes and devices are not read."),

@@ -89,6 +89,10 @@ POSES = (
             ((B_WHOLE, B_WHOLE.replace(JOINT_B, JOINT_B + '<mimic joint="a" multiplier="-1"/>')),),
             code="robot.configuration([0, 1, 0.1, 1, 0])"),
     code('robot.assemble(platform={"x": "0.25 m"})', "Numbers in m and rad; the command line has units."),
+    code("robot.assemble(platform=[0.25])", "Names and values."),
+    code("robot.assemble(platform={0: 0.25})", "The coordinate's name."),
+    code("robot.assemble(orientation=3)", "Leave it out for the rotation vector."),
+    code('robot.configuration("zero")', "Pinocchio's coordinates, in the order of `robot.model.names`."),
     code('robot.assemble(platform={"x": nan})', "Look at the calculation behind it."),
     Mistake('`robot.assemble(actuators={"a": [0, 0.1], "d": [0, 0.1, 0.2]})`', "As many of each.", more(SECOND_MOTOR),
             code='robot.assemble(actuators={"a": [0, 0.1], "d": [0, 0.1, 0.2]})'),
@@ -160,6 +164,7 @@ def python(source: str, cure: str, before: str = "") -> Mistake:
 
 PYTHON = (
     python('ks.Robot("robot.urdf")', "`ks.load_robot` reads files."),
+    python('ks.save_robot(description, None)', "A path."),
     python('description.links["arm"] = Link("arm")', '`description.with_link(Link("arm"))`.'),
     python('description.changed("rod", mass=1)', "A link, joint, loop, beam or elastic joint."),
     python('description.changed("left", diameter=0.03)', "`section=Tube.of(0.03)`."),

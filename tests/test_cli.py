@@ -296,7 +296,7 @@ def test_orientation_changes_what_is_printed(capsys):
     ("arguments", "message"),
     [
         ("", "COMMAND"),
-        ("chek 3rps", "invalid choice: 'chek'"),
+        ("chek 3rps", "there is no command 'chek': did you mean 'check'?"),
         ("check", "ROBOT is missing; it comes before the options"),
         ("check --set rod_diameter=1 3rps", "ROBOT is missing; it comes before the options"),
         ("check 3rps --fast", "unrecognized arguments: --fast"),

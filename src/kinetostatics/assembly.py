@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kinetostatics.argument_checks import check_choice, check_mapping, numbers, positive
 from kinetostatics.chunks import chunks
 from kinetostatics.closure import world_frames
 from kinetostatics.configuration import Configuration
 from kinetostatics.continuation import follow, reach
+from kinetostatics.coordinate_choices import request_for, say_choices
 from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, near_names
 from kinetostatics.kinematics import Frames
 from kinetostatics.ordering import ranked
@@ -39,9 +41,8 @@ def assemble(
     """See :meth:`Robot.assemble`."""
     if actuators is not None and platform is not None:
         raise CoordinatesError("give either actuators= or platform=, not both")
-    _check_choice("on_failure", on_failure, ("raise", "nan"))
-    if not tolerance > 0:
-        raise ArgumentError(f"tolerance is {tolerance}; it must be a positive length [m] and angle [rad]")
+    _check_on_failure(on_failure)
+    tolerance = positive("tolerance", tolerance, "a positive length [m] and angle [rad]", infinite=True)
     convention = orientation_named(orientation)
     if platform is not None:
         request, names = _platform_request(robot, platform, orientation)
@@ -83,8 +84,9 @@ def assemble(
 
 def configuration_at(robot: Robot, q: ArrayLike, tolerance: float, on_failure: str | None) -> Configuration:
     """See :meth:`Robot.configuration`."""
-    _check_choice("on_failure", on_failure, ("raise", "nan"))
-    array = np.array(q, dtype=float)
+    _check_on_failure(on_failure)
+    tolerance = positive("tolerance", tolerance, "a positive length [m] and angle [rad]", infinite=True)
+    array = numbers("q", q)
     if array.ndim == 0 or array.shape[-1] != robot.mechanism.tree.nq:
         raise ArgumentError(f"q has the shape {array.shape}; the last axis must be nq = {robot.mechanism.tree.nq}")
     shape = array.shape[:-1]
@@ -168,6 +170,7 @@ def actuator_names(robot: Robot) -> list[str]:
 
 def _check_actuator_names(robot: Robot, given: Mapping[str, ArrayLike]) -> None:
     driven = robot.description.driven
+    check_mapping("actuators", given, f"{{{driven[0]!r}: 0.02}}" if driven else "{}")
     for name in given:
         if name not in driven:
             raise CoordinatesError(f"no driven joint {name!r}: {near_names(name, driven)}", robot.mobility.platform)
@@ -181,6 +184,7 @@ def _check_actuator_names(robot: Robot, given: Mapping[str, ArrayLike]) -> None:
 
 def _platform_request(robot: Robot, platform: Mapping[str, ArrayLike], orientation: str | None) -> tuple[Request, list[str]]:
     convention = orientation_named(orientation)
+    check_mapping("platform", platform, '{"z": 0.5}')
     known = ("x", "y", "z", *convention.names)
     for name in platform:
         if name not in known:
@@ -193,19 +197,18 @@ def _platform_request(robot: Robot, platform: Mapping[str, ArrayLike], orientati
     if len(platform) != mobility:
         raise CoordinatesError(
             f"{len(platform)} platform coordinates are given ({', '.join(platform) or 'none'}), but the mobility of "
-            f"{robot.name!r} is {mobility}: give exactly {mobility} of {', '.join(known)}",
+            f"{robot.name!r} is {mobility}: give exactly {mobility} of {', '.join(known)}"
+            + (f"; {say_choices(robot, convention, tuple(platform), robot.zero_poses)}" if 0 < mobility < 6 else ""),
             mobility,
         )
-    positions = tuple(k for k, name in enumerate("xyz") if name in platform)
-    angles = tuple(k for k, name in enumerate(convention.names) if name in platform)
-    request = Request(positions=positions, angles=angles, orientation=convention)
+    request = request_for(tuple(platform), convention)
     if not robot.determines(request):
         raise CoordinatesError(
             f"the coordinates {', '.join(platform)} do not determine the pose of {robot.name!r}: with them held the platform "
-            f"can still move; its mobility is {mobility}",
+            f"can still move; its mobility is {mobility}; {say_choices(robot, convention, tuple(platform), robot.zero_poses)}",
             mobility,
         )
-    return request, ["xyz"[k] for k in positions] + [convention.names[k] for k in angles]
+    return request, [name for name in known if name in platform]
 
 
 def openings_at(robot: Robot, pose: Poses) -> dict[str, tuple[float, float]]:
@@ -228,9 +231,11 @@ def _say_unreachable(robot: Robot, request: Request, names: list[str], pose: Pos
         f"up to {100 * gone:.1f} % of the way; "
     )
     if gone == 0 and not robot.determines_at(request, pose):
+        convention = request.orientation
+        others = "" if convention is None else f"; {say_choices(robot, convention, names, pose)}"
         raise CoordinatesError(
             f"the coordinates {', '.join(names)} do not determine the pose of {robot.name!r} where the line to the target "
-            "starts, a singular pose for them: give near= a pose beside it, or choose other coordinates",
+            f"starts, a singular pose for them: give near= a pose beside it, or choose other coordinates{others}",
             mobility,
         )
     found = robot.solver.values(request, nearest)[:, 0]
@@ -288,8 +293,8 @@ def _stack(values: list[ArrayLike], names: list[str]) -> tuple[tuple[int, ...], 
     arrays = []
     for value, name in zip(values, names, strict=True):
         try:
-            arrays.append(np.asarray(value, dtype=float))
-        except (TypeError, ValueError):
+            arrays.append(numbers(name, value))
+        except ArgumentError:
             raise CoordinatesError(f"{name} = {value!r} is not a number or an array of numbers") from None
         if arrays[-1].ndim == 0 and not np.isfinite(arrays[-1]):
             raise CoordinatesError(f"{name} = {value!r} is not finite")
@@ -302,6 +307,6 @@ def _stack(values: list[ArrayLike], names: list[str]) -> tuple[tuple[int, ...], 
     return shape, np.array(rows).reshape(len(rows), int(np.prod(shape)))
 
 
-def _check_choice(name: str, value: str | None, choices: tuple[str, ...]) -> None:
-    if value is not None and value not in choices:
-        raise ArgumentError(f"{name} is {value!r}; it must be one of {', '.join(map(repr, choices))}")
+def _check_on_failure(value: str | None) -> None:
+    if value is not None:
+        check_choice("on_failure", value, ("raise", "nan"))

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from types import ModuleType
 from typing import Any, NoReturn
 
-from kinetostatics.exceptions import KinetostaticsError
+from kinetostatics.exceptions import KinetostaticsError, near_names
 
 #: Modules of ``kinetostatics.commands``, in the order of the help.
 COMMANDS = ("check", "analyze", "sweep", "view", "verify", "tolerances", "import", "plot", "robots")
@@ -84,6 +84,8 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _run(arguments: list[str]) -> int:
     # Only the wanted command is imported; help and misspelled commands need all of them.
     wanted = arguments[:1] if arguments[:1] and arguments[0] in COMMANDS else list(COMMANDS)
+    if arguments[:1] and not arguments[0].startswith("-") and arguments[0] not in COMMANDS:
+        raise UsageError(f"there is no command {arguments[0]!r}: {near_names(arguments[0], COMMANDS)}")
     modules = [importlib.import_module(f"kinetostatics.commands.{name}") for name in wanted]
     # argparse never takes an argument with a space for an option
     guarded = [f" {item}" if NEGATIVE.match(item) else item for item in arguments]

@@ -169,7 +169,7 @@ class Configuration:
             ArgumentError: there is no such link.
         """
         known = self.robot.mechanism.body_of
-        if link not in known:
+        if not isinstance(link, str) or link not in known:
             raise ArgumentError(f"no link {link!r}: {near_names(link, known)}")
         body, placement = known[link]
         return self._homogeneous(body, placement)

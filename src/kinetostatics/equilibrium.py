@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kinetostatics.argument_checks import check_choice, finite_numbers
 from kinetostatics.chunks import chunks
 from kinetostatics.configuration import Configuration
 from kinetostatics.exceptions import ArgumentError, LimbEquilibriumError, SingularPoseError, StaticsError
@@ -64,10 +65,9 @@ def analyze(
 
     if not isinstance(configuration, Configuration):
         raise ArgumentError(f"analyze wants a pose, not {configuration!r}: make one with robot.assemble(…)")
-    if frame not in ("world", "platform"):
-        raise ArgumentError(f"frame is {frame!r}; it must be 'world' or 'platform'")
-    if on_failure not in (None, "raise", "nan"):
-        raise ArgumentError(f"on_failure is {on_failure!r}; it must be 'raise' or 'nan'")
+    check_choice("frame", frame, ("world", "platform"))
+    if on_failure is not None:
+        check_choice("on_failure", on_failure, ("raise", "nan"))
     wrench, field = _vector("load", load, 6), _vector("gravity", gravity, 3)
     arm = None if point is None else _vector("point", point, 3)
     robot = configuration.robot
@@ -107,14 +107,9 @@ def analyze(
 
 
 def _vector(name: str, value: ArrayLike, size: int) -> Array:
-    try:
-        array = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        raise ArgumentError(f"{name} is not an array of numbers: {value!r}") from None
+    array = finite_numbers(name, value)
     if array.ndim == 0 or array.shape[-1] != size:
         raise ArgumentError(f"{name} has the shape {array.shape}; its last axis must have {size} entries")
-    if not np.all(np.isfinite(array)):
-        raise ArgumentError(f"{name} has entries that are not finite: {value!r}")
     return array
 
 

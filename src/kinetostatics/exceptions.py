@@ -11,10 +11,10 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 
-def near_names(name: str, known: Iterable[str]) -> str:
+def near_names(name: object, known: Iterable[str]) -> str:
     """Return a phrase that lists the names most like ``name``, or all of them if none is like it."""
     known = sorted(known)
-    near = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
+    near = difflib.get_close_matches(str(name), known, n=3, cutoff=0.5)
     if near:
         return "did you mean " + " or ".join(repr(item) for item in near) + "?"
     if not known:

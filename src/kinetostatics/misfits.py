@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics.argument_checks import finite_numbers
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.kinematics import Frames
 from kinetostatics.limb_joints import sides
@@ -134,7 +135,7 @@ def parse_misfits(robot: Robot, misfits: Mapping[str, Any]) -> Misfits:
                 raise ArgumentError(
                     f"the misfit of beam {name!r} is {value!r}; it must be a mapping with 'length' [m] or 'temperature' [K]"
                 )
-            length, rise = (_numbers(f"{key} of {name!r}", value.get(key, 0.0)) for key in BEAM_KEYS)
+            length, rise = (finite_numbers(f"{key} of {name!r}", value.get(key, 0.0)) for key in BEAM_KEYS)
             if np.any(rise) and known_beams[name].thermal_expansion == 0:
                 raise ArgumentError(
                     f"beam {name!r} has no thermal_expansion, so a temperature does nothing to it: write thermal_expansion [1/K] "
@@ -154,9 +155,9 @@ def parse_misfits(robot: Robot, misfits: Mapping[str, Any]) -> Misfits:
                         f"the misfit of joint {name!r} is {value!r}; it must be a twist, or a mapping with 'twist' and 'frame'"
                     )
                 frame, value = value.get("frame", "world"), value["twist"]
-            if frame not in FRAMES:
+            if not isinstance(frame, str) or frame not in FRAMES:
                 raise ArgumentError(f"the frame of the misfit of joint {name!r} is {frame!r}; it must be 'world' or 'joint'")
-            twist = _numbers(f"the misfit of joint {name!r}", value)
+            twist = finite_numbers(f"the misfit of joint {name!r}", value)
             if twist.ndim == 0 or twist.shape[-1] != 6:
                 raise ArgumentError(
                     f"the misfit of joint {name!r} has the shape {twist.shape}; its last axis must have 6 entries"
@@ -165,13 +166,3 @@ def parse_misfits(robot: Robot, misfits: Mapping[str, Any]) -> Misfits:
         else:
             raise ArgumentError(f"misfits= names no joint or beam {name!r}: {near_names(name, [*known_joints, *known_beams])}")
     return Misfits(robot, joints, beams)
-
-
-def _numbers(what: str, value: Any) -> Array:
-    try:
-        array = np.asarray(value, dtype=float)
-    except (TypeError, ValueError):
-        raise ArgumentError(f"{what} is not an array of numbers: {value!r}") from None
-    if not np.all(np.isfinite(array)):
-        raise ArgumentError(f"{what} has entries that are not finite: {value!r}")
-    return array

@@ -135,7 +135,11 @@ def orientation_named(name: str | None) -> Orientation:
     Raises:
         CoordinatesError: there is no such convention.
     """
-    if name is None or name == "rotation_vector":
+    if name is None:
+        return orientation_named("rotation_vector")
+    if not isinstance(name, str):
+        raise CoordinatesError(f"orientation is {name!r}; it must be a name: 'rotation_vector', 'XYZ', 'xyz' or 'tilt_torsion'")
+    if name == "rotation_vector":
         return Orientation("rotation_vector", ("rx", "ry", "rz"))
     if name == "tilt_torsion":
         return Orientation(name, ("azimuth", "tilt", "torsion"), (2, 1, 2))

@@ -7,6 +7,7 @@ import os
 from collections.abc import Mapping
 from dataclasses import replace
 
+from kinetostatics.argument_checks import check_mapping
 from kinetostatics.beam_elements import read_beams
 from kinetostatics.description import Link, Origin, Place, RobotDescription
 from kinetostatics.element_writer import extra_of_robot, robot_element
@@ -36,7 +37,7 @@ def read_robot_file(path: str | os.PathLike[str], parameters: Mapping[str, objec
         ArgumentError: if ``path`` is no path, or a parameter is neither a number nor a string.
     """
     data, name = read_robot(path)
-    return _read(data, name, parameters or {})
+    return _read(data, name, {} if parameters is None else parameters)
 
 
 def parse_robot_text(text: str, path: str = "<text>", parameters: Mapping[str, object] | None = None) -> RobotDescription:
@@ -54,10 +55,11 @@ def parse_robot_text(text: str, path: str = "<text>", parameters: Mapping[str, o
         RobotFileError: as in :func:`read_robot_file`.
         ArgumentError: as in :func:`read_robot_file`.
     """
-    return _read(text, path, parameters or {})
+    return _read(text, path, {} if parameters is None else parameters)
 
 
 def _read(data: bytes | str, path: str, parameters: Mapping[str, object]) -> RobotDescription:
+    check_mapping("parameters", parameters, '{"rod_diameter": 0.08}')
     document, uses_xacro = parse(data, path)
     warnings: list[str] = []
     if uses_xacro:

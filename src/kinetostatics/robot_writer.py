@@ -7,6 +7,7 @@ import re
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from kinetostatics.argument_checks import path_name
 from kinetostatics.description import RobotDescription
 from kinetostatics.element_writer import robot_text
 from kinetostatics.exceptions import ArgumentError
@@ -35,8 +36,8 @@ def save_robot(robot: Robot | RobotDescription, path: str | os.PathLike[str]) ->
         RobotFileError: the description is wrong.
         ArgumentError: the file cannot be written, or is a xacro whose macros would be lost.
     """
-    description = validate(robot if isinstance(robot, RobotDescription) else robot.description)
-    name = os.fsdecode(path)
+    description = validate(robot.description if hasattr(robot, "description") else robot)
+    name = path_name("path", path)
     text = robot_text(_beside(description, os.path.dirname(os.path.abspath(name))), _COMMENT)
     if _uses_xacro(name):
         raise ArgumentError(f"{name} uses xacro, and its macros would be lost; write to another file")

@@ -62,6 +62,8 @@ def copy_robots(names: Iterable[str], folder: str | os.PathLike[str] = ".") -> l
     Raises:
         ArgumentError: there is no such robot, or a file of its name is there already; nothing is copied then.
     """
+    if isinstance(names, (str, bytes)) or not isinstance(names, Iterable):
+        raise ArgumentError(f"names are {names!r}; they must be a list of names")
     sources = [_shipped(name) for name in dict.fromkeys(names)]
     copies = [Path(folder) / source.name for source in sources]
     for copy in copies:
@@ -74,7 +76,7 @@ def copy_robots(names: Iterable[str], folder: str | os.PathLike[str] = ".") -> l
 
 def _shipped(name: str) -> Path:
     shipped = shipped_robots()
-    if name not in shipped:
+    if not isinstance(name, str) or name not in shipped:
         raise ArgumentError(f"no robot {name!r} comes with the package: {near_names(name, shipped)}")
     return shipped[name]
 

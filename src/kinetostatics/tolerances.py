@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics.argument_checks import check_choice, positive
 from kinetostatics.configuration import Configuration
 from kinetostatics.equilibrium import analyze
 from kinetostatics.exceptions import ArgumentError
@@ -126,11 +127,9 @@ def tolerances(
     """
     if not isinstance(configuration, Configuration) or configuration.shape != ():
         raise ArgumentError("tolerances wants a single pose: make one with robot.assemble(…)")
-    if by is not None and by not in RANKINGS:
-        raise ArgumentError(f"by is {by!r}; it must be one of {', '.join(map(repr, RANKINGS))}")
-    for name, amount in (("length", length), ("angle", angle), ("temperature", temperature)):
-        if not (np.isfinite(amount) and amount > 0):
-            raise ArgumentError(f"{name} is {amount!r}; it must be a positive number")
+    if by is not None:
+        check_choice("by", by, RANKINGS)
+    length, angle, temperature = positive("length", length), positive("angle", angle), positive("temperature", temperature)
     robot = configuration.robot
     errors = _errors(configuration, length, angle, temperature)
     if not errors:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 from xml.sax.saxutils import escape
 
+from kinetostatics.argument_checks import check_mapping, path_name
 from kinetostatics.description import Loop, Origin, RobotDescription, Vector
 from kinetostatics.exceptions import ArgumentError, RobotFileError
 from kinetostatics.foreign_loops import gepetto, isaac, onshape
@@ -79,7 +80,7 @@ def import_robot(
         ArgumentError: an argument makes no sense.
         KinetostaticsError: PyYAML is missing.
     """
-    name = os.fsdecode(path)
+    name = path_name("path", path)
     beside = os.path.join(os.path.dirname(name), f"<import of {os.path.basename(name)}>")
     answers = Answers(platform, base, types, axes, driven)
     made = convert(name, yaml, answers, parameters=parameters, out=beside)
@@ -114,7 +115,7 @@ def convert(
     Raises:
         As :func:`import_robot`.
     """
-    source, uses_xacro = _read_source(path, parameters or {})
+    source, uses_xacro = _read_source(path, {} if parameters is None else parameters)
     loops, drives, retyped, warnings = _find(source, yaml)
     if retyped:
         before, source = source, _tables(source.path, retype(source, retyped))
@@ -133,6 +134,7 @@ def convert(
 
 def _read_source(path: str | os.PathLike[str], parameters: Mapping[str, object]) -> tuple[SourceRobot, bool]:
     data, name = read_robot(path)
+    check_mapping("parameters", parameters, '{"rod_diameter": 0.08}')
     document, uses_xacro = parse(data, name)
     if uses_xacro:
         expand(document, name, parameters)

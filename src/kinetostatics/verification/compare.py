@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kinetostatics.argument_checks import positive
 from kinetostatics.configuration import frozen
 from kinetostatics.equilibrium import analyze
 from kinetostatics.exceptions import ArgumentError
@@ -122,7 +123,7 @@ def verify(
     result = analyze(configuration, load, gravity, point=point, frame=frame, **more)
     if result.shape != ():
         raise ArgumentError(f"one pose and one load can be verified at a time; here they are a batch of the shape {result.shape}")
-    if not 0 < tolerance < 1:
+    if not positive("tolerance", tolerance) < 1:
         raise ArgumentError(f"tolerance is {tolerance!r}; it must lie between 0 and 1")
     arm = None if point is None else np.asarray(point, dtype=float)
     model = build(configuration, np.asarray(load, dtype=float), np.asarray(gravity, dtype=float), arm, frame, misfits)

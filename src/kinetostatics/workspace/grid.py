@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics.argument_checks import check_mapping, numbers
 from kinetostatics.exceptions import ArgumentError
 
 if TYPE_CHECKING:
@@ -106,8 +107,7 @@ def split_values(
     Raises:
         ArgumentError: an array has more dimensions, is empty, has a value twice, or one that is not finite.
     """
-    if not isinstance(given, Mapping):
-        raise ArgumentError(f"{what} is {given!r}; it must be a mapping from names to numbers and one-dimensional arrays")
+    check_mapping(what, given, '{"z": [0.4, 0.5, 0.6]}')
     axes, held = [], {}
     for name, value in given.items():
         array = _array(what, name, value, text=kind == "parameter")
@@ -127,14 +127,17 @@ def split_values(
 
 
 def _array(what: str, name: str, value: Any, text: bool) -> NDArray[Any]:
-    array = np.asarray(value)
+    try:
+        array = np.asarray(value)
+    except ValueError:
+        raise ArgumentError(f"{what}: {name} is {value!r}, not a number or an array of numbers") from None
     if text and (array.dtype.kind in "UbiO" or isinstance(value, str)):
         if array.dtype.kind == "O" and not all(isinstance(item, (str, int, float)) for item in array.ravel()):
             raise ArgumentError(f"{what}: {name} is {value!r}; values are numbers or strings")
         return array if array.dtype.kind != "O" else array.astype(str)
     try:
-        array = array.astype(np.float64)
-    except (TypeError, ValueError):
+        array = numbers(name, array)
+    except ArgumentError:
         raise ArgumentError(f"{what}: {name} is {value!r}, not a number or an array of numbers") from None
     if not np.all(np.isfinite(array)):
         raise ArgumentError(f"{what}: {name} has values that are not finite")
@@ -159,10 +162,7 @@ def read_field(what: str, value: Any, size: int) -> tuple[Field, list[Axis]]:
             raise ArgumentError(f"{what} has the dimensions {value.dims}; one of them must be 'component', of size {size}")
         value = value.transpose(..., "component")
         dims = tuple(str(name) for name in value.dims[:-1])
-    try:
-        array = np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise ArgumentError(f"{what} is not an array of numbers: {value!r}") from None
+    array = numbers(what, value)
     if array.ndim == 0 or array.shape[-1] != size:
         raise ArgumentError(f"{what} has the shape {array.shape}; it must have {size} entries")
     if array.ndim > 1 and not named:
@@ -214,6 +214,7 @@ def chunk_sizes(axes: Sequence[Axis], chunks: Mapping[str, Any]) -> tuple[int, .
         ArgumentError: an unknown name or an impossible size.
     """
     names = [axis.name for axis in axes]
+    check_mapping("chunks", chunks, '{"z": 10}')
     for name, size in chunks.items():
         if name not in names:
             raise ArgumentError(f"chunks: {name!r} is no dimension of the sweep; it has {', '.join(names) or 'none'}")

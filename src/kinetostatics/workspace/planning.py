@@ -11,8 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kinetostatics.argument_checks import check_choice, check_mapping, positive
 from kinetostatics.equilibrium import analyze
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
+from kinetostatics.misfits import parse_misfits
+from kinetostatics.orientation import orientation_named
 from kinetostatics.robot import Robot, load_robot
 from kinetostatics.shipped import robot_path
 from kinetostatics.workspace import provenance
@@ -57,7 +60,11 @@ def read_plan(
     """
     if platform is not None and actuators is not None:
         raise ArgumentError("give either platform= or actuators=, not both")
-    varying, constants = split_values("parameters", parameters or {}, "parameter")
+    check_choice("frame", frame, ("world", "platform"))
+    for what, value in (("load", load), ("gravity", gravity)):
+        if value is None:
+            raise ArgumentError(f"{what} is None; it must be an array of numbers")
+    varying, constants = split_values("parameters", {} if parameters is None else parameters, "parameter")
     start = {**constants, **{axis.name: axis.values[0].item() for axis in varying}}
     with saying({axis.name: start[axis.name] for axis in varying}):
         first, source = _source(robot, start, bool(varying))
@@ -65,6 +72,10 @@ def read_plan(
     given = platform if platform is not None else actuators
     if given is None:
         given = dict.fromkeys(first.description.driven, 0.0)
+    if misfits is not None:
+        parse_misfits(first, misfits)
+    check_mapping(kind, given, '{"z": [0.4, 0.5, 0.6]}')
+    orientation_named(orientation)
     units = coordinate_units(first, kind, list(given))
     coordinates, held = split_values(kind, given, "coordinate", units)
     fields, cases = _fields({"load": (load, 6), "gravity": (gravity, 3), "point": (point, 3)}, [*varying, *coordinates])
@@ -80,7 +91,7 @@ def read_plan(
         fields.get("point"),
         frame,
         misfits,
-        float(tolerance),
+        positive("tolerance", tolerance, "a positive length [m] and angle [rad]", infinite=True),
         bool(beams),
         provenance.versions(),
     )

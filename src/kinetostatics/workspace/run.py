@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kinetostatics.argument_checks import path_name
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.robot import Robot
 from kinetostatics.workspace import provenance
@@ -102,6 +103,7 @@ def sweep(
         if out is not None:
             raise ArgumentError("give out= or chunks=: a Dataset of dask arrays is saved by its own to_netcdf and to_zarr")
     if out is not None:
+        out = path_name("out", out)
         need(*store_of(os.fspath(out)).needs)
     plan, first = read_plan(
         robot, platform, actuators, orientation, load, gravity, point, frame, misfits, parameters, beams, tolerance

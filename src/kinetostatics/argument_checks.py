@@ -1,0 +1,89 @@
+"""What arguments of the public functions must be: complaints about values of a wrong type, in words."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.exceptions import ArgumentError
+
+
+def check_mapping(what: str, value: Any, example: str) -> None:
+    """Complain unless a value is a mapping whose keys are names.
+
+    Raises:
+        ArgumentError: it is not; the message shows ``example``.
+    """
+    if not isinstance(value, Mapping):
+        raise ArgumentError(f"{what} is {value!r}; it must be a mapping from names to values, such as {example}")
+    for name in value:
+        if not isinstance(name, str):
+            raise ArgumentError(f"{what} has the key {name!r}; keys are names, as in {example}")
+
+
+def check_choice(what: str, value: Any, choices: Sequence[str]) -> None:
+    """Complain unless a value is one of several words.
+
+    Raises:
+        ArgumentError: it is not.
+    """
+    if not isinstance(value, str) or value not in choices:
+        raise ArgumentError(f"{what} is {value!r}; it must be one of {', '.join(map(repr, choices))}")
+
+
+def positive(what: str, value: Any, wanted: str = "a positive number", infinite: bool = False) -> float:
+    """Return a number greater than zero, which may be ``infinite`` or not.
+
+    Raises:
+        ArgumentError: it is none; the message says what is ``wanted``.
+    """
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = np.nan
+    if not number > 0 or (number == np.inf and not infinite):
+        raise ArgumentError(f"{what} is {value!r}; it must be {wanted}")
+    return number
+
+
+def numbers(what: str, value: Any) -> NDArray[np.float64]:
+    """Return an array of numbers.
+
+    Raises:
+        ArgumentError: it is none.
+    """
+    array = None
+    if not np.iscomplexobj(value):  # whose imaginary part NumPy would drop
+        with contextlib.suppress(TypeError, ValueError):
+            array = np.array(value, dtype=float)
+    if array is None:
+        raise ArgumentError(f"{what} is not an array of numbers: {value!r}")
+    return array
+
+
+def finite_numbers(what: str, value: Any) -> NDArray[np.float64]:
+    """Return an array of finite numbers.
+
+    Raises:
+        ArgumentError: it is none.
+    """
+    array = numbers(what, value)
+    if not np.all(np.isfinite(array)):
+        raise ArgumentError(f"{what} has entries that are not finite: {value!r}")
+    return array
+
+
+def path_name(what: str, value: Any) -> str:
+    """Return a path as a text.
+
+    Raises:
+        ArgumentError: it is none.
+    """
+    if not isinstance(value, (str, bytes, os.PathLike)):
+        raise ArgumentError(f"{what} is {value!r}; it must be the path of a file")
+    return os.fsdecode(value)

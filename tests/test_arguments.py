@@ -1,0 +1,155 @@
+"""Arguments of a wrong type or that do not fit are answered in words, wherever they are given."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+import kinetostatics as ks
+from kinetostatics.cli import main
+from kinetostatics.coordinate_choices import choices, request_for
+from kinetostatics.orientation import orientation_named
+
+NAN, ONE_J = float("nan"), 1j
+WRONG = (
+    None, 3, "x", b"x", [1, 2], ["z"], (), {}, {"z": None}, {"z": "a"}, {"z": {}}, {1: 2}, {None: 1}, {"z": [1, [2, 3]]},
+    {"z": 0.5, "rx": None, "ry": 0}, {"z": 0.5, "rx": ONE_J, "ry": 0}, {"z": 0.5, "rx": "2deg", "ry": 0}, object(),
+    np.zeros(3), np.array("x"), np.zeros(3, complex), ONE_J, NAN, set(), -1,
+    {"prismatic_1": None, "prismatic_2": 0, "prismatic_3": 0},
+    {"prismatic_1": [1, 2], "prismatic_2": [1, 2, 3], "prismatic_3": 0},
+)  # fmt: skip
+
+
+def calls(robot, pose, folder):
+    """Return functions of one argument each: all arguments of the public functions."""
+    found = {
+        f"assemble({name}=)": lambda v, name=name: robot.assemble(**{name: v})
+        for name in ("platform", "actuators", "orientation", "near", "tolerance", "on_failure")
+    }
+    found |= {
+        f"configuration({name}=)": lambda v, name=name: robot.configuration(**{"q": pose.q, name: v})
+        for name in ("q", "tolerance", "on_failure")
+    }
+    found |= {
+        f"analyze({name}=)": lambda v, name=name: ks.analyze(**{"configuration": pose, name: v})
+        for name in ("configuration", "load", "gravity", "point", "frame", "misfits", "on_failure")
+    }
+    found |= {
+        f"tolerances({name}=)": lambda v, name=name: ks.tolerances(**{"configuration": pose, name: v})
+        for name in ("configuration", "length", "angle", "temperature", "by")
+    }
+    found |= {
+        f"sweep({name}=)": lambda v, name=name: ks.sweep(**{"robot": robot if name != "parameters" else "3rps", name: v})
+        for name in ("robot", "platform", "actuators", "orientation", "load", "gravity", "point", "frame", "misfits",
+                     "parameters", "tolerance", "chunks")
+    }  # fmt: skip
+    return found | {
+        "a misfit of a beam": lambda v: ks.analyze(pose, misfits={"rod_1": v}),
+        "a misfit of a joint": lambda v: ks.analyze(pose, misfits={"prismatic_1": v}),
+        "a beam's length": lambda v: ks.analyze(pose, misfits={"rod_1": {"length": v}}),
+        "a misfit's frame": lambda v: ks.analyze(pose, misfits={"prismatic_1": {"twist": np.zeros(6), "frame": v}}),
+        "load_robot": ks.load_robot,
+        "read_robot_file": ks.read_robot_file,
+        "import_robot": ks.import_robot,
+        "parameters": lambda v: ks.load_robot("3rps", v),
+        "parameters of plain URDF": lambda v: ks.load_robot(folder / "plain.urdf", v),
+        "a parameter": lambda v: ks.load_robot("3rps", {"rod_diameter": v}),
+        "a swept parameter": lambda v: ks.sweep("3rps", parameters={"rod_diameter": v}),
+        "Robot": ks.Robot,
+        "validate": ks.validate,
+        "save_robot": lambda v: ks.save_robot(v, folder / "saved.urdf"),
+        "frame": pose.frame,
+    }
+
+
+@pytest.mark.filterwarnings("error")
+def test_no_argument_ends_in_an_error_of_python(tmp_path):
+    robot = ks.load_robot("3rps")
+    ks.save_robot(robot, tmp_path / "plain.urdf")
+    answered = 0
+    for (name, call), value in itertools.product(calls(robot, robot.assemble(), tmp_path).items(), WRONG):
+        try:
+            call(value)
+        except ks.KinetostaticsError as error:
+            answered += 1
+            assert str(error), name
+        except Exception as error:
+            pytest.fail(f"{name} of {value!r} ends in {type(error).__name__}: {error}")
+    assert answered > 900
+
+
+@pytest.mark.parametrize("path", [None, 3.5, {}, object()])
+def test_paths_to_write_to(path):
+    with pytest.raises(ks.ArgumentError, match="must be the path of a file"):
+        ks.save_robot(ks.load_robot("3rps"), path)
+    if path is not None:
+        with pytest.raises(ks.ArgumentError, match="must be the path of a file"):
+            ks.sweep("3rps", out=path)
+
+
+@pytest.mark.parametrize(
+    ("what", "value", "message"),
+    [
+        (
+            "platform",
+            [0.5, 0, 0],
+            r"platform is \[0.5, 0, 0\]; it must be a mapping .* such as \{\"z\": 0.5\}",
+        ),
+        ("actuators", [0, 0, 0], r"actuators is \[0, 0, 0\]; it must be a mapping .* such as \{'prismatic_1': 0.02\}"),
+        ("platform", {2: 0.5}, r"platform has the key 2; keys are names, as in \{\"z\": 0.5\}"),
+        ("platform", {"z": None, "rx": 0, "ry": 0}, "z = None is not"),
+        ("tolerance", "small", r"tolerance is 'small'; it must be a positive length \[m\] and angle \[rad\]"),
+        ("orientation", 3, "orientation is 3; it must be a name"),
+        ("on_failure", "rise", "on_failure is 'rise'; it must be one of 'raise', 'nan'"),
+        ("near", {"z": 0.5}, "near= wants a pose"),
+    ],
+)
+def test_arguments_of_assemble(what, value, message):
+    with pytest.raises(ks.ArgumentError, match=message):
+        ks.load_robot("3rps").assemble(**{what: value})
+
+
+# ---- coordinates that do not determine the pose ------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("name", "given", "words"),
+    [
+        ("planar_3rrr", "xyz", "; x, y, rz do"),
+        ("delta", ("x", "y", "rx"), "; z, x, y do"),
+        ("five_bar", ("z", "rx"), "; x, y or x, rz or y, rz do"),
+        ("spherical_3rrr", "xyz", "; rz, rx, ry do"),
+        ("3rps", "xyz", "or choose other coordinates; z, rx, ry do"),
+        ("3rps", "z", "give exactly 3 of x, y, z, rx, ry, rz; z, rx, ry do"),
+        ("2pru_upr", ("z", "x", "rx"), "; z, rx, ry or z, y, ry do"),
+    ],
+)
+def test_coordinates_that_would_do_are_named(name, given, words):
+    with pytest.raises(ks.CoordinatesError) as caught:
+        ks.load_robot(name).assemble(platform=dict.fromkeys(given, 0.1))
+    assert words in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["3rps", "2pru_upr", "exechon", "five_bar", "tricept", "planar_3rrr"])
+@pytest.mark.parametrize("orientation", [None, "XYZ", "tilt_torsion"])
+def test_those_that_are_named_do(name, orientation):
+    robot = ks.load_robot(name)
+    convention = orientation_named(orientation)
+    found = choices(robot, convention, (), robot.zero_poses)
+    for names in found:
+        assert robot.determines_at(request_for(names, convention), robot.zero_poses)
+        values = robot.assemble().platform_coordinates(orientation)
+        pose = robot.assemble(platform={name: values[name] for name in names}, orientation=orientation)
+        np.testing.assert_allclose(pose.platform_frame, robot.assemble().platform_frame, atol=1e-9)
+
+
+def test_a_command_that_is_not_there(capsys):
+    for word, answer in (
+        ("analyse", "did you mean 'analyze'?"),
+        ("veiw", "did you mean 'view' or"),
+        ("xyzzy", "known: analyze, "),
+    ):
+        assert main([word, "3rps"]) == 2
+        out, err = capsys.readouterr()
+        assert out == "" and err.startswith(f"kinetostatics: error: there is no command {word!r}: ")
+        assert answer in err and err.count("\n") == 1
