@@ -278,6 +278,7 @@ BEAMS = (
     swap(CIRCLE, '<tube outer_diameter="0.02" inner_diameter="0.02"/>', "Diameters, not radii and walls."),
     swap(CIRCLE, '<rectangular_tube width="0.04" height="0.02" thickness="0.01"/>', "That is solid: `<rectangle>`."),
     swap(CIRCLE, '<rectangular_tube width="0.04" height="0.02" thickness="1e-20"/>', "Look at the unit."),
+    swap(CIRCLE, '<rectangle width="0.04" height="2e-8"/>', "Look at the unit."),
     swap(CIRCLE, '<rectangle width="0.04" height="0.02"/>', 'Here `y_axis="0 1 0"`: the width lies along the hinges.'),
     swap(CIRCLE, '<section area="3e-4" I_y="8e-9" I_z="8e-9" J="16e-9"/>', "κ, or κA along y and z."),
     swap(CIRCLE, '<section area="3e-4" I_y="8e-9" I_z="8e-9" J="16e-9" shear_area_y="2e-4"/>', "Both."),

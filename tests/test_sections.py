@@ -22,11 +22,11 @@ def test_cowpers_shear_coefficients():
     assert Tube.of(0.1).shear_coefficients(nu) == pytest.approx((6 * 1.3 / 8.8,) * 2)
     assert Tube.of(1.0, 0.9999).shear_coefficients(nu) == pytest.approx((2 * 1.3 / 4.9,) * 2, rel=1e-4)
     assert Rectangle.of(0.1, 0.2).shear_coefficients(nu) == pytest.approx((13 / 15.3,) * 2)
-    square = RectangularTube.of(1, 1, 1e-3).shear_coefficients(nu)
+    square = RectangularTube.of(1, 1, 1e-4).shear_coefficients(nu)
     assert square[0] == pytest.approx(square[1])
     # thin square box with m = n = 1: 160(1+ν) / (324 + 303ν + 10(6 + 2ν) − …) evaluated by hand for ν = 0.3
     expected = 10 * 1.3 * 16 / (324 + 0.3 * 302 + 10 * (3.3 + 3))
-    assert square[0] == pytest.approx(expected)
+    assert square[0] == pytest.approx(expected, rel=1e-4)
 
 
 @pytest.mark.parametrize(("ratio", "J", "stress"), [(1, 0.1406, 0.208), (2, 0.229, 0.246), (10, 0.312, 0.312)])
@@ -43,7 +43,7 @@ def test_thin_square_tube():
     section = RectangularTube.of(0.1, 0.1, 0.001)
     side = 0.099
     assert section.area == pytest.approx(4 * side * 0.001)
-    assert pytest.approx(side**3 * 0.001) == section.J
+    assert pytest.approx(side**3 * 0.001, rel=5e-3) == section.J  # Bredt's formula leaves corners out
     assert section.I_y == pytest.approx(2 / 3 * side**3 * 0.001, rel=1e-3)
 
 

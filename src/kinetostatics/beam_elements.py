@@ -154,16 +154,9 @@ def _section(beam: Element) -> Section:
         )
     element = found[0]
     try:
-        section = _SECTIONS[element.tag](element)
-        numbers = (section.area, section.I_y, section.I_z, section.J)
-        possible = all(0 < value < math.inf for value in numbers)
+        return _SECTIONS[element.tag](element)
     except ArgumentError as error:
         raise element.error(f"{element.label}: {error}") from None
-    except ArithmeticError:
-        possible = False
-    if not possible:
-        raise element.error(f"the sizes of {element.label} are too large or too small to compute with; they are in m")
-    return section
 
 
 def _circle(element: Element) -> Section:

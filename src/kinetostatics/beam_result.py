@@ -39,7 +39,8 @@ class BeamResult:
         section_wrenches: (…, n, 6) N, V_y, V_z, T, M_y, M_z in beam axes: what the outer part puts on the inner [N, N·m].
         deflections: (…, n, 3) displacement of the centre line, world axes [m].
         rotations: (…, n, 3) rotation of the sections, world axes [rad].
-        stress: (…) largest von Mises stress over the stations [Pa]; NaN for a section given by numbers alone.
+        stress: (…) largest von Mises stress over the stations, of all six section forces [Pa]; NaN for ``<section>``, whose
+            outline is not known. Sharp inner corners of rectangular tubes do not count.
         euler_ratio: (…) largest compressive axial force over the Euler load of the beam hinged at both ends.
         strain_energy: (…) [J].
     """
@@ -78,8 +79,9 @@ def beam_results(
         pieces = [_numbers(d.beams[number], solution) for d, solution in zip(deformations, solutions, strict=True)]
         for position, model in enumerate(stack.models):
             mine = {key: [piece[key][..., position, :] for piece in pieces] for key in pieces[0]}
-            section = model.span.beam.section
-            mine["stress"] = [section.stress(np.swapaxes(w, 0, 1)).max(axis=0) for w in mine["section_wrenches"]]
+            beam = model.span.beam
+            wrenches = [np.swapaxes(w, 0, 1) for w in mine["section_wrenches"]]
+            mine["stress"] = [beam.section.largest_stress(w, beam.poisson_ratio) for w in wrenches]
             arrays = {key: batch.public(chunks) for key, chunks in mine.items()}
             found[model.name] = BeamResult(model.name, model.span.beam, FRACTIONS, **arrays)
     return Named({name: found[name] for name in robot.description.beams})

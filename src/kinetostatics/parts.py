@@ -273,6 +273,15 @@ class Beam(ShortRepr):
         return material.youngs_modulus / (2 * (1 + material.poisson_ratio))
 
     @property
+    def poisson_ratio(self) -> float:
+        """ν, given or as isotropic materials have it, E / 2G − 1; 0 where no isotropic material has such moduli."""
+        material = self.material
+        if material.poisson_ratio is not None:
+            return material.poisson_ratio
+        ratio = material.youngs_modulus / (2 * self.shear_modulus) - 1
+        return ratio if -1 < ratio <= 0.5 else 0.0
+
+    @property
     def density(self) -> float | None:
         """ρ [kg/m³], or None when the link's own mass is spread along the beam."""
         return self.material.density

@@ -38,6 +38,7 @@ from kinetostatics.report_text import (
     wrapped,
 )
 from kinetostatics.screws import describe_twist
+from kinetostatics.sections import Section
 from kinetostatics.solution import UNBALANCED
 
 if TYPE_CHECKING:
@@ -341,4 +342,7 @@ def _beams(result: Result, noise: Magnitudes) -> list[str]:
         f"end moves [{shift.unit}]",
         f"most [{shift.unit}]",
     )
-    return [*table(header, rows), "N: axial force, tension positive; stress: largest von Mises stress"]
+    notes = ["N: axial force, tension positive; stress: largest von Mises stress"]
+    if any(type(beam.description.section) is Section for beam in beams):
+        notes.append(f"stress {MISSING}: <section> does not say the outline; give a circle, tube, rectangle or rectangular_tube")
+    return [*table(header, rows), *notes]
