@@ -18,7 +18,7 @@ _FIRST, _SECOND = np.triu_indices(6)
 _CHUNK = 1024
 #: Where rings are looked at first; the largest value lies within half a step, where the square is at most 3.5 % larger.
 _STEP = 2 * np.pi / 24
-_ANGLES = np.arange(24) * _STEP
+_ANGLES = np.linspace(0, 2 * np.pi, 24, endpoint=False)
 _NEAR = 0.965
 #: Differences, relative to the largest square, that are rounding.
 _LEVEL = 1e-11
@@ -44,7 +44,7 @@ def largest_on_rings(forms: Array, wrench: Array) -> Array:
 
     Around a ring the square is a + b cos θ + c sin θ + d cos 2θ + e sin 2θ; its largest value is found by Newton's method.
     """
-    angle = np.arange(8) * np.pi / 4
+    angle = np.linspace(0, 2 * np.pi, 8, endpoint=False)
     to_waves = _waves(angle) * np.array([1, 2, 2, 2, 2])[:, None] / 8
     coefficients = np.einsum("wa,rap->rwp", to_waves, forms)
     at_angles = _waves(_ANGLES)
