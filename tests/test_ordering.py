@@ -1,12 +1,16 @@
 """What rounding must not choose: the first of equals, and bases of spaces."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+import kinetostatics as ks
 from kinetostatics.linalg import canonical_basis, null_space
 from kinetostatics.ordering import EQUAL, axis_across, first_largest, ranked
 
 NOISE = 1e-9
+ROBOTS = Path(__file__).parent.parent / "robots"
 
 
 def test_the_first_of_equals_is_the_largest():
@@ -19,6 +23,7 @@ def test_equals_keep_their_order():
     assert ranked([1.0, 3.0, 3.0 + NOISE, 5.0, 1.0 + NOISE, 0.0]) == [3, 1, 2, 0, 4, 5]
     assert ranked([]) == [] and ranked([0.0, 0.0]) == [0, 1]
     assert ranked([1.0, 1.0 + 2 * EQUAL]) == [1, 0]
+    assert ranked([1e-17, 3e-17, 1.0, 2e-17]) == [2, 0, 1, 3] and ranked([1e-17, 3e-17]) == [1, 0]
 
 
 @pytest.mark.parametrize("noise", [0.0, NOISE, -NOISE])
@@ -50,3 +55,37 @@ def test_spaces_of_equal_coordinates_have_one_basis_whatever_the_rounding():
     for _ in range(10):
         other, _, _ = null_space(rows + 1e-14 * random.standard_normal(rows.shape), 1e-5)
         assert other == pytest.approx(found, abs=1e-12)
+
+
+# ---- what reports make of it ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "name, softest, stiffest",
+    [
+        ("orthoglide", "in every direction", "in every direction"),
+        ("gough_stewart", "in every direction of the xy plane", "along (0, 0, 1.000)"),
+        ("tripteron", "along (0.577, 0.577, 0.577)", "in every direction across (0.577, 0.577, 0.577)"),
+    ],
+)
+def test_equal_stiffnesses_have_no_direction_of_their_own(name, softest, stiffest):
+    text = str(ks.analyze(ks.load_robot(ROBOTS / f"{name}.urdf.xacro").assemble()))
+    for word, where in (("softest", softest), ("stiffest", stiffest)):
+        (line,) = (line for line in text.splitlines() if f"{word} against a force" in line)
+        assert line.endswith(f"/mm {where}") or line.endswith(f"/µm {where}")
+
+
+def test_rounding_is_written_as_nothing():
+    pose = ks.load_robot(ROBOTS / "delta.urdf.xacro").assemble(actuators={"motor_1": 0.1, "motor_2": 0.02, "motor_3": -0.1})
+    assert 0 < abs(pose.platform["rx"]) < 1e-12 and "rx = 0, ry = 0, rz = 0," in str(pose)
+    assert 0 < pose.residual < 1e-12 and "loops        closed\n" in str(ks.analyze(pose))
+    bent = pose.robot.configuration(pose.q + 1e-7, tolerance=1e-3)
+    assert f"loops        open by at most {bent.residual:.1e} (m or rad)" in str(ks.analyze(bent))
+
+
+def test_moments_alone_lock_in_no_force():
+    table = ks.tolerances(ks.load_robot(ROBOTS / "tripteron.urdf.xacro").assemble())
+    assert table.ranked_by == "force" and {(row.force, row.at) for row in table} == {(0.0, "")}
+    moments = [row.moment for row in table]
+    assert moments[0] > 1 and moments == pytest.approx(sorted(moments, reverse=True), rel=1e-6)
+    assert "not overconstrained" not in str(table)

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
+#: Coordinates [m, rad] up to which a printed one is rounding.
+_ROUNDING = 1e-12
+
 
 class Status(enum.IntEnum):
     """What became of a pose: the worst of what is true of it. Each fact is a truth value of its own besides."""
@@ -105,7 +108,8 @@ class Configuration:
     def __str__(self) -> str:
         if self.shape:
             return repr(self)
-        values = [f"{name} = {float(value):.6g}" for name, value in (*self.platform.items(), *self.actuators.items())]
+        found = {name: float(value) for name, value in (*self.platform.items(), *self.actuators.items())}
+        values = [f"{name} = {0.0 if abs(value) < _ROUNDING else value:.6g}" for name, value in found.items()]
         return f"{self.robot.name}: {', '.join(values)} (m, rad; {Status(int(self.status)).name})"
 
     @property

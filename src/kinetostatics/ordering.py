@@ -7,6 +7,8 @@ from numpy.typing import ArrayLike, NDArray
 
 #: Relative difference up to which values are equal: more than rounding leaves of what a file says.
 EQUAL = 1e-6
+#: Part of the largest value up to which another is rounding.
+NOTHING = 1e-9
 
 
 def first_largest(values: ArrayLike, margin: float = EQUAL) -> int:
@@ -21,8 +23,12 @@ def first_largest(values: ArrayLike, margin: float = EQUAL) -> int:
 
 
 def ranked(values: ArrayLike, margin: float = EQUAL) -> list[int]:
-    """Return the positions of values (n,) of 0 and more from the largest to the smallest; equals stay in their order."""
+    """Return the positions of values (n,) of 0 and more from the largest to the smallest; equals stay in their order.
+
+    Values that are nothing but rounding beside the largest are equal.
+    """
     values = np.asarray(values, dtype=np.float64)
+    values = np.where(values > NOTHING * np.max(values, initial=0.0), values, 0.0)
     order = np.argsort(-values, kind="stable").tolist()
     result: list[int] = []
     while len(result) < len(order):

@@ -11,11 +11,13 @@ from numpy.typing import ArrayLike, NDArray
 from kinetostatics.configuration import Configuration, Status
 from kinetostatics.equilibrium import free_twists
 from kinetostatics.facts import FACTS, STATUS_WORDS, WITHOUT_NUMBERS
+from kinetostatics.ordering import EQUAL, first_largest
 from kinetostatics.report_batch import batch_report, magnitudes
 from kinetostatics.report_dict import drive_unit, wrench_units
 from kinetostatics.report_sources import source_lines
 from kinetostatics.report_text import (
     ANGLES,
+    CLOSED,
     ENERGIES,
     FORCES,
     LENGTHS,
@@ -113,7 +115,8 @@ def _pose(result: Result) -> list[str]:
     force, moment = Scale.of(load[:3], FORCES), Scale.of(load[3:], MOMENTS)
     rows.append(("load at o", f"force {vector(load[:3], force)}, moment {vector(load[3:], moment)}"))
     if configuration.openings and np.isfinite(configuration.residual):
-        rows.append(("loops", f"open by at most {float(configuration.residual):.1e} (m or rad)"))
+        open_by = float(configuration.residual)
+        rows.append(("loops", "closed" if open_by <= CLOSED else f"open by at most {open_by:.1e} (m or rad)"))
     return [line for name, text in rows for line in wrapped(text, f"{name:13}")]
 
 
@@ -201,7 +204,8 @@ def _stiffness(result: Result) -> list[str]:
     values, axes = np.linalg.eigh(result.compliance[:3, :3])
     sizes = _reciprocal(values, result)
     for word, k in (("softest", 2), ("stiffest", 0)):
-        found = "rigid" if np.isinf(sizes[k]) else f"{quantity(sizes[k], STIFFNESSES)} along {_direction(axes[:, k])}"
+        alike = axes[:, np.abs(values - values[k]) <= EQUAL * abs(values[k])]
+        found = "rigid" if np.isinf(sizes[k]) else f"{quantity(sizes[k], STIFFNESSES)} {_directions(alike)}"
         lines.append(f"{word} against a force at o: {found}")
     return lines
 
@@ -214,8 +218,19 @@ def _reciprocal(compliances: Array, result: Result) -> Array:
     return np.where(np.abs(compliances) > small, 1 / np.where(compliances == 0, 1.0, compliances), np.inf)
 
 
+def _directions(axes: Array) -> str:
+    """Say along which directions something is that orthonormal axes (3, 1 … 3) span."""
+    if axes.shape[1] == 3:
+        return "in every direction"
+    if axes.shape[1] == 1:
+        return f"along {_direction(axes[:, 0])}"
+    normal = np.cross(axes[:, 0], axes[:, 1])
+    planes = [plane for plane, part in zip(("yz", "xz", "xy"), np.abs(normal), strict=True) if part > 1 - EQUAL**2]
+    return f"in every direction of the {planes[0]} plane" if planes else f"in every direction across {_direction(normal)}"
+
+
 def _direction(axis: Array) -> str:
-    axis = axis * np.sign(axis[int(np.argmax(np.abs(axis)))])
+    axis = axis * np.sign(axis[first_largest(np.abs(axis))])
     return "(" + ", ".join("0" if abs(value) < 5e-4 else f"{value:.3f}" for value in axis) + ")"
 
 

@@ -12,6 +12,7 @@ from kinetostatics.report_mobility import LocalFreedom
 from kinetostatics.report_parts import ElasticJointFacts, FollowerFacts, LimbFacts
 from kinetostatics.report_redundancy import Redundancy
 from kinetostatics.report_text import (
+    CLOSED,
     MASSES,
     MISSING,
     Scale,
@@ -22,7 +23,7 @@ from kinetostatics.report_text import (
     warning_lines,
     wrapped,
 )
-from kinetostatics.report_warnings import CLOSED, SMALL_GAP, zero_openings
+from kinetostatics.report_warnings import SMALL_GAP, zero_openings
 
 if TYPE_CHECKING:
     from kinetostatics.robot import Robot

@@ -12,6 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 
 #: Part of the largest number of its kind below which a number is rounding noise and shown as 0.
 NOISE = 1e-9
+#: How far loops may stay open [m, rad] by rounding alone.
+CLOSED = 1e-12
 #: Lines are kept this short where their content allows it.
 WIDTH = 110
 

@@ -34,7 +34,7 @@ def tolerances_report(found: Tolerances) -> str:
     ]
     lines += section("Errors of joints along (x y z) and about (rx ry rz) the axes of their frames, and of beams", [])
     lines += [f"  {line}" for line in table(header, rows, "lllrrrlr")]
-    if all(row.force == 0 for row in found.rows):
+    if all(row.force == row.moment == 0 for row in found.rows):
         lines += ["", "The robot is not overconstrained: errors move the platform but lock in no force."]
     return "\n".join(lines)
 

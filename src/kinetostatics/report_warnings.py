@@ -11,7 +11,7 @@ import numpy as np
 from kinetostatics.configuration import Status
 from kinetostatics.equilibrium import analyze
 from kinetostatics.exceptions import KinetostaticsError, StaticsError
-from kinetostatics.report_text import LENGTHS, listing, quantity
+from kinetostatics.report_text import CLOSED, LENGTHS, listing, quantity
 from kinetostatics.rigid_pieces import Piece, PieceGraph
 
 if TYPE_CHECKING:
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from kinetostatics.report_parts import BeamFacts, ElasticJointFacts
     from kinetostatics.robot import Robot
 
-#: Closing error of the zero pose above which the file's own rounding shows.
-CLOSED = 1e-12
 #: Ratio of the smallest kept to the largest dropped singular value below which a count is doubtful.
 SMALL_GAP = 1e4
 #: Length over depth below which beam theory is doubtful: the ends, which it does not describe, are most of such a beam.

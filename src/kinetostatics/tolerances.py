@@ -38,7 +38,7 @@ class Tolerance:
         amount: by how much [m, rad, K].
         twist: what it does to the platform: displacement of o and rotation, world axes [m, rad].
         displacement, rotation: their sizes [m, rad].
-        force: the largest force that it locks into a joint [N], and ``at`` which one; 0 and "" in a determinate robot.
+        force: the largest force that it locks into a joint [N], and ``at`` which one; 0 and "" where there is none.
         at: see ``force``.
         moment: the largest moment that it locks into a joint, about the joint's centre [N·m].
         actuator_forces: what it adds to the drives [N, N·m].
@@ -116,7 +116,8 @@ def tolerances(
         length: error of a joint along the axes of its frame, and of a beam's length [m].
         angle: error of a joint about the axes of its frame [rad].
         temperature: rise of one beam's temperature [K], for beams with a thermal expansion.
-        by: what the table is ranked by: "force", "displacement" or "rotation"; default: force, where any error causes one.
+        by: what the table is ranked by: "force" (of equal ones, by the moment), "displacement" or "rotation"; default: force,
+            where any error locks in a force or moment.
 
     Returns:
         One row for each error that has an effect: a joint's errors along its own freedoms have none.
@@ -150,6 +151,7 @@ def tolerances(
         forces, moments = np.nan_to_num(forces), np.nan_to_num(moments)
     names = list(result.joint_wrenches)
     shifts, turns = np.linalg.norm(result.twist[:, :3], axis=1), np.linalg.norm(result.twist[:, 3:], axis=1)
+    forces[forces <= _NO_EFFECT / robot.length * moments.max(axis=1, keepdims=True)] = 0.0  # the rounding of moments
     stress = np.maximum(forces.max(axis=1), moments.max(axis=1) / robot.length)
     effect = np.maximum(shifts, turns * robot.length)
     # unit loads tell which forces are more than the rounding of locked ones
@@ -170,14 +172,15 @@ def tolerances(
                 float(shifts[row]),
                 float(turns[row]),
                 0.0 if no_force[row] else float(forces[row, worst]),
-                "" if no_force[row] else names[worst],
+                "" if no_force[row] or not forces[row, worst] else names[worst],
                 0.0 if no_force[row] else float(moments[row].max()),
                 {drive: 0.0 if no_force[row] else float(force[row]) for drive, force in result.actuator_forces.items()},
             )
         )
-    ranked_by = by or ("force" if any(item.force > 0 for item in rows) else "displacement")
-    order = ranked([getattr(item, ranked_by) for item in rows])
-    return Tolerances(configuration, tuple(rows[k] for k in order), ranked_by)
+    ranked_by = by or ("force" if any(item.force > 0 or item.moment > 0 for item in rows) else "displacement")
+    for measure in ("moment", "force") if ranked_by == "force" else (ranked_by,):  # of equal forces the larger moment is first
+        rows = [rows[k] for k in ranked([getattr(item, measure) for item in rows])]
+    return Tolerances(configuration, tuple(rows), ranked_by)
 
 
 _COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")

@@ -1,0 +1,123 @@
+"""Whether all reports say the same, to the letter, on other processors: ``python tests/same_everywhere.py``.
+
+The linear algebra library has kernels for many processors, which round differently, and so does NumPy with and without
+processors' wide registers. Here the reports of all robots in ``robots/`` and of the odd ones of ``odd_robots.py`` are printed by
+a process for each kernel, with one and two threads, and compared. ``--print`` prints them in this process.
+"""
+
+import argparse
+import difflib
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+NARROW = "AVX512F AVX512CD AVX512_SKX AVX512_CLX AVX512_CNL AVX512_ICL AVX512_SPR X86_V4"
+OLD = f"{NARROW} AVX F16C FMA3 AVX2 X86_V3"
+#: Kernels by the names that OpenBLAS knows them by, what the processor must have, and which features NumPy does without.
+KERNELS = {"Haswell": ("avx2", NARROW), "SkylakeX": ("avx512f", ""), "Nehalem": ("sse4_2", OLD), "Prescott": ("pni", OLD)}
+THREADS = (1, 2)
+
+
+# ---- what is printed -----------------------------------------------------------------------------------------------------
+
+
+def _said(compute):
+    import kinetostatics as ks
+
+    try:
+        return str(compute())
+    except ks.KinetostaticsError as error:
+        return f"{type(error).__name__}: {error}"
+
+
+def texts_of(robot):
+    """Yield what is said of a robot."""
+    import kinetostatics as ks
+    from kinetostatics.report_facts import robot_facts
+    from kinetostatics.report_robot import facts_report
+
+    yield facts_report(robot_facts(robot))
+    try:
+        poses = {"zero pose": robot.zero_poses, "generic pose": robot.generic_poses}
+    except ks.KinetostaticsError as error:
+        yield f"{type(error).__name__}: {error}"
+        return
+    for name, some in poses.items():
+        q = robot.model_q(some)[:, 0]
+        tolerance = 1e-9 + 1e3 * robot.closing_error
+
+        try:
+            pose = robot.configuration(q, tolerance=tolerance)
+            found = ks.analyze(pose, load=[10, -20, -30, 1, 2, 3], on_failure="nan")
+        except ks.KinetostaticsError as error:
+            yield f"---- {name}\n{type(error).__name__}: {error}"
+            return
+        labels = (f"{limb}: {', '.join(item.labels)}" for limb, item in found.limbs.items())
+        yield "\n".join([f"---- {name}", str(pose), ks.Status(int(found.status)).name, *labels, str(found)])
+        if found.status != ks.Status.OK:
+            yield _said(lambda pose=pose: ks.analyze(pose).status)
+        if name == "zero pose":
+            yield f"---- tolerances\n{_said(lambda pose=pose: ks.tolerances(pose))}"
+
+
+def texts():
+    """Yield name and text of all robots."""
+    from test_check_golden import NAMES, ROOT, robot
+
+    for name in NAMES:
+        yield name, "\n".join(texts_of(robot(name))).replace(f"{ROOT}/", "")
+
+
+def _print():
+    import numpy  # noqa: F401  (which loads the library)
+    from threadpoolctl import threadpool_info
+
+    print(f"kernel {' '.join(sorted({str(info.get('architecture')) for info in threadpool_info()}))}", file=sys.stderr)
+    for name, text in texts():
+        print(f"======== {name}\n{text}")
+
+
+# ---- who prints it -------------------------------------------------------------------------------------------------------
+
+
+def _run(kernel, features, threads):
+    environment = {
+        **os.environ,
+        "OPENBLAS_CORETYPE": kernel,
+        "OPENBLAS_NUM_THREADS": str(threads),
+        "NPY_DISABLE_CPU_FEATURES": features,
+        "PYTHONIOENCODING": "utf-8",
+    }
+    command = [sys.executable, __file__, "--print"]
+    done = subprocess.run(command, env=environment, capture_output=True, encoding="utf-8", check=False)
+    if done.returncode:
+        sys.exit(f"{kernel}, {threads} threads: {done.stderr}")
+    return done.stdout.splitlines(), done.stderr.strip().splitlines()[-1]
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.partition(":")[0])
+    parser.add_argument("--print", action="store_true", help="print the reports in this process")
+    if parser.parse_args().print:
+        return _print()
+    flags = Path("/proc/cpuinfo").read_text(encoding="utf-8").split()
+    usable = {kernel: features for kernel, (flag, features) in KERNELS.items() if flag in flags}
+    print(f"kernels that this processor cannot run: {', '.join(sorted({*KERNELS} - {*usable})) or 'none'}")
+    first, seen, different = None, set(), False
+    for kernel, features in usable.items():
+        for threads in THREADS:
+            lines, ran = _run(kernel, features, threads)
+            seen.add(ran)
+            first = lines if first is None else first
+            changes = list(difflib.unified_diff(first, lines, "the first", f"{kernel}, {threads} threads", n=2, lineterm=""))
+            print(f"{kernel}, {threads} threads ({ran}): {len(lines)} lines, {'DIFFERENT' if changes else 'the same'}")
+            print(*changes, sep="\n", end="\n" if changes else "")
+            different |= bool(changes)
+    if len(seen) < min(2, len(usable)):
+        sys.exit(f"only one kernel ran: {seen}")
+    sys.exit(int(different))
+
+
+if __name__ == "__main__":
+    main()
