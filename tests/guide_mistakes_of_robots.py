@@ -67,7 +67,8 @@ SPANS = (
 
 SUCCESSOR = '<origin xyz="0.4 0 0"/></successor>'
 SECOND_MOTOR = '<transmission name="m2"><joint name="d"/></transmission>'
-SHIFTED = ((SUCCESSOR, SUCCESSOR.replace("0.4 0 0", "0.4 0.0001 0")),)
+SHIFTED = ((SUCCESSOR, SUCCESSOR.replace("0.4 0 0", "0.4 0.01 0")),)
+ROUNDED = ((SUCCESSOR, SUCCESSOR.replace("0.4 0 0", "0.4 0.00001 0")),)
 
 POSES = (
     code('robot.assemble(actuators={"a": 0.1}, platform={"x": 0.2})', "Drives, or platform."),
@@ -82,8 +83,10 @@ POSES = (
          "the other side, from `robot.configuration(q)`."),
     Mistake('`<origin xyz="5 0 0"/>` at the loop\'s successor', "A length or a frame is wrong: draw it.",
             ((SUCCESSOR, SUCCESSOR.replace("0.4", "5")),), code="robot.assemble()"),
-    Mistake("`<origin xyz=\"0.4 0.0001 0\"/>` at the loop's successor", "Write a size once, as a property, and compute with it.",
+    Mistake("`<origin xyz=\"0.4 0.01 0\"/>` at the loop's successor", "One of the frames that are named, by as much as it says.",
             SHIFTED, code="robot.assemble()"),
+    Mistake("`<origin xyz=\"0.4 0.00001 0\"/>` there", "Write a size once, as a property, and compute with it.",
+            ROUNDED, code="robot.assemble()"),
     code("robot.configuration([0.1, 1, 0, 1, 0])", "`assemble` finds coordinates that close them."),
     Mistake("the coordinates of a pose in which a joint with `<mimic>` is not where it follows", "`assemble` heeds couplings.",
             ((B_WHOLE, B_WHOLE.replace(JOINT_B, JOINT_B + '<mimic joint="a" multiplier="-1"/>')),),
@@ -205,8 +208,8 @@ WARNINGS = tuple(replace(mistake, warns=True) for mistake in (
             "[example_robot_data.md](example_robot_data.md) shows how.",
             (('<link name="left"/>', f'<link name="left">{HEAVY}</link>'), (LEFT, LEFT.replace(' density="7850"', "")))),
     swap(LEFT, LEFT.replace('from="a" to="b"', 'from="b" to="a"'), "Swap them.", '`<beam … from="b" to="a" …>`'),
-    Mistake("`<origin xyz=\"0.4 0.0001 0\"/>` at the loop's successor", "Write a size once, as a property, and compute with it.",
-            SHIFTED),
+    Mistake("`<origin xyz=\"0.4 0.00001 0\"/>` at the loop's successor", "Write a size once, as a property, and compute with it.",
+            ROUNDED),
     Mistake("rods level at zero, as above", "Begin elsewhere: poses are reached from the zero pose.", FOLDED),
     swap(CIRCLE, '<circle diameter="0.15"/>', "A block is rigid: leave the beam out."),
     swap(CIRCLE, '<circle diameter="20"/>', "0.02."),

@@ -449,9 +449,7 @@ def test_rounded_angles_are_warned_of():
 def test_robot_whose_loops_cannot_close_still_gets_a_report():
     broken = ks.Robot(parse_robot_text(OPEN))
     text = robot_report(broken)
-    assert (
-        summary(text)["zero pose"] == "the loops do not close; where all joints are at zero they are open by up to 4.800 m at far"
-    )
+    assert summary(text)["zero pose"] == "the loops do not close; where all joints are at zero they are open by 4.800 m at far"
     assert summary(text)["mobility"] == "not known"
     assert "limb_1: R(driven) R" in part(text, "Limbs")
     assert "tube ⌀50/40 mm" in " ".join(part(text, "Beams"))

@@ -19,12 +19,15 @@ from kinetostatics.kinematics import Frames
 from kinetostatics.ordering import ranked
 from kinetostatics.orientation import Orientation, orientation_named, orientations_with
 from kinetostatics.solver import Poses, Request
+from kinetostatics.zero_pose import accepts, gaps_at, gaps_text
 
 if TYPE_CHECKING:
     from kinetostatics.robot import Robot
 
 Array = NDArray[np.float64]
 
+#: Opening of a loop [m, rad] up to which it is closed whatever else is wrong.
+SURELY_CLOSED = 1e-9
 #: Residual of a loop [m, rad] above which a pose gets one correction more.
 ROUGH = 1e-13
 
@@ -53,6 +56,8 @@ def assemble(
         _check_actuator_names(robot, given)
     shape, target = _stack([given[name] for name in names], names)
     raising = on_failure == "raise" or (on_failure is None and shape == ())
+    if raising and robot.wrong_zero is not None and not accepts(robot, tolerance):
+        raise robot.wrong_zero
     start = robot.zero_poses
     if near is not None:
         if not isinstance(near, Configuration):
@@ -125,6 +130,12 @@ def _configuration(
     closed = np.ones(q.shape[1], dtype=bool)
     for metres, radians in openings.values():
         closed &= (metres <= tolerance) & (radians <= tolerance)
+    if tolerance > SURELY_CLOSED and np.isfinite(tolerance):
+        wide = np.zeros(q.shape[1], dtype=bool)
+        for metres, radians in openings.values():
+            wide |= (metres > SURELY_CLOSED) | (radians > SURELY_CLOSED)
+        if np.any(closed & wide) and not accepts(robot, tolerance):
+            closed &= ~wide
     if raising and not np.all(closed & arrived):
         worst = int(np.argmin(closed & arrived))
         _say_open(robot, {name: (float(a[worst]), float(b[worst])) for name, (a, b) in openings.items()}, tolerance)
@@ -211,15 +222,9 @@ def _platform_request(robot: Robot, platform: Mapping[str, ArrayLike], orientati
     return request, [name for name in known if name in platform]
 
 
-def openings_at(robot: Robot, pose: Poses) -> dict[str, tuple[float, float]]:
-    """Return how far each loop is open at one pose, {name: (m, rad)}."""
-    residual, _ = robot.equations.evaluate(robot.equations.forward(pose.x))
-    return {name: (float(a[0]), float(b[0])) for name, (a, b) in robot.equations.openings(residual, pose.x).items()}
-
-
 def say_openings(robot: Robot, pose: Poses) -> str:
     """Say in words how far loops are open at one pose."""
-    return _openings_text(robot, openings_at(robot, pose))
+    return _openings_text(robot, gaps_at(robot, pose))
 
 
 def _say_unreachable(robot: Robot, request: Request, names: list[str], pose: Poses, target: Array, gone: float) -> None:
@@ -240,7 +245,7 @@ def _say_unreachable(robot: Robot, request: Request, names: list[str], pose: Pos
         )
     found = robot.solver.values(request, nearest)[:, 0]
     if float(np.abs(found - target[:, 0]).max(initial=0.0)) < 1e-3:
-        worst = max((max(pair) for pair in openings_at(robot, nearest).values()), default=0.0)
+        worst = max((max(pair) for pair in gaps_at(robot, nearest).values()), default=0.0)
         if worst < 1e-9:
             text += "the target itself can be assembled, but the line to it passes a singular pose or leaves the workspace: "
             text += "give near= a pose beyond"
@@ -254,12 +259,14 @@ def _say_unreachable(robot: Robot, request: Request, names: list[str], pose: Pos
         )
     raise AssemblyError(
         text,
-        openings_at(robot, nearest),
+        gaps_at(robot, nearest),
         mobility,
     )
 
 
 def _say_open(robot: Robot, openings: dict[str, tuple[float, float]], tolerance: float) -> None:
+    if robot.wrong_zero is not None:
+        raise AssemblyError(str(robot.wrong_zero), openings, robot.mobility.platform)
     worst = max(max(pair) for pair in openings.values())
     loops = {loop.name for loop in robot.equations.loops}
     what = "loops" if any(max(pair) > tolerance for name, pair in openings.items() if name in loops) else "coupled joints"
@@ -268,9 +275,18 @@ def _say_open(robot: Robot, openings: dict[str, tuple[float, float]], tolerance:
     if robot.mobility.redundant_constraints and worst < 1e-2:
         text += (
             f". The robot is overconstrained (by {robot.mobility.redundant_constraints}), and such loops cannot close when "
-            "the file's angles or lengths are rounded, which is the likely reason: write them with full precision, as "
-            f"${{pi/2}} in xacro, or accept the gap with a tolerance of {10 ** np.ceil(np.log10(worst)):.0e}"
+            "the file's angles or lengths are "
         )
+        if robot.zero_is_near:
+            text += (
+                "rounded, which is the likely reason: write them with full precision, as ${pi/2} in xacro, or accept the gap "
+                f"with a tolerance of {10 ** np.ceil(np.log10(worst)):.0e}"
+            )
+        else:
+            text += (
+                "rounded or wrong: write them with full precision, as ${pi/2} in xacro, and look at the frames, as where all "
+                f"joints are at zero, {gaps_text(robot.zero_gaps)}"
+            )
     raise AssemblyError(text, openings, robot.mobility.platform)
 
 

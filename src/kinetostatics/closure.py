@@ -7,6 +7,7 @@ the product of that wrench with the tree's twists. Overconstrained loops are clo
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -67,24 +68,18 @@ class _Table:
     vectors: Array
 
 
-class LoopEquations:
-    """The equations of all loops of a mechanism.
+class Closures:
+    """The equations of some loops between bodies.
 
     Attributes:
-        tree: the spanning tree with spherical joints in one piece.
         loops: the loop connections.
-        couplings: the joints that follow others, with an equation each.
         closures: number of the loops' equations.
-        count: number of all equations, the couplings' included.
         loop_of: (closures,) the loop to which an equation belongs.
         is_length: (closures,) whether an equation is in metres (else radians).
-        signs: (closures, nv) how each freedom enters each equation: 1 beyond the loop's successor, −1 its predecessor.
     """
 
-    def __init__(self, mechanism: Mechanism) -> None:
-        self.mechanism = mechanism
-        self._make_tree()
-        self.loops = [item for item in mechanism.connections.values() if item.is_loop]
+    def __init__(self, loops: Sequence[Connection]) -> None:
+        self.loops = loops
         distance, alignment, right_angle, turn = _Rows(), _Rows(), _Rows(), _Rows()
         for number, loop in enumerate(self.loops):
             frame, other = loop.predecessor_frame, loop.successor_frame
@@ -107,14 +102,78 @@ class LoopEquations:
         rows = [distance, alignment, right_angle, turn, turn, turn]
         self.loop_of = np.array([loop for part in rows for loop in part.loop], dtype=np.intp)
         self.closures = len(self.loop_of)
+        self.is_length = np.arange(self.closures) < len(distance.loop)
+        self._tables = [part.table() for part in rows]
+        self._distance, self._alignment, self._right_angle, self._turn = self._tables[:4]
+
+    def evaluate(self, frames: Frames) -> tuple[Array, Array]:
+        """Return the loops' residuals (closures, N) [m, rad] and the wrenches (6, closures, N), about the world's origin."""
+        N = frames.position.shape[2]
+        residual, wrench = np.empty((self.closures, N)), np.zeros((6, self.closures, N))
+        at = 0
+        n, p, s = self._distance.count, self._distance.predecessor, self._distance.successor
+        if n:
+            local, here, there = self._distance.vectors
+            direction, point = frames.directions(p, local), frames.points(s, there)
+            residual[:n] = dot(direction, point - frames.points(p, here))
+            wrench[:3, :n], wrench[3:, :n] = direction, cross(point, direction)
+            at = n
+        n, p, s = self._alignment.count, self._alignment.predecessor, self._alignment.successor
+        if n:
+            local, mine, theirs = self._alignment.vectors
+            direction = frames.directions(p, local)
+            error = rotations.rotation_between(frames.directions(p, mine), frames.directions(s, theirs))
+            residual[at : at + n] = dot(direction, error)
+            wrench[3:, at : at + n] = direction
+            at += n
+        n, p, s = self._right_angle.count, self._right_angle.predecessor, self._right_angle.successor
+        if n:
+            mine, theirs, cosine = self._right_angle.vectors
+            a, b = frames.directions(p, mine), frames.directions(s, theirs)
+            normal = cross(a, b)
+            sine = np.sqrt(dot(normal, normal))
+            residual[at : at + n] = np.arctan2(sine, dot(a, b)) - np.arccos(cosine[0])[:, None]
+            wrench[3:, at : at + n] = normal / np.maximum(sine, 1e-12)
+            at += n
+        n, p, s = self._turn.count, self._turn.predecessor, self._turn.successor
+        if n:
+            A = frames.orientations(p, self._turn.vectors[:3].swapaxes(0, 1))
+            B = frames.orientations(s, self._turn.vectors[3:].swapaxes(0, 1))
+            error = rotations.logarithm(np.einsum("ijmn,kjmn->ikmn", B, A).reshape(3, 3, -1)).reshape(3, n, N)
+            for k in range(3):
+                residual[at : at + n], wrench[3 + k, at : at + n] = error[k], 1.0
+                at += n
+        return residual, wrench
+
+    def gaps(self, residual: Array) -> dict[str, tuple[Array, Array]]:
+        """Return how far each loop is open, ``{name: (metres (N,), radians (N,))}``."""
+        result = {}
+        for number, loop in enumerate(self.loops):
+            mine = self.loop_of == number
+            parts = [residual[mine & self.is_length], residual[mine & ~self.is_length]]
+            result[loop.name] = (np.sqrt(dot(parts[0], parts[0])), np.sqrt(dot(parts[1], parts[1])))
+        return result
+
+
+class LoopEquations(Closures):
+    """The equations of all loops of a mechanism.
+
+    Attributes:
+        tree: the spanning tree with spherical joints in one piece.
+        couplings: the joints that follow others, with an equation each.
+        count: number of all equations, the couplings' included.
+        signs: (closures, nv) how each freedom enters each equation: 1 beyond the loop's successor, −1 its predecessor.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        self._make_tree()
+        super().__init__([item for item in mechanism.connections.values() if item.is_loop])
         self.couplings = Couplings(mechanism, self.tree)
         self.count = self.closures + self.couplings.count
-        self.is_length = np.arange(self.closures) < len(distance.loop)
-        tables = [part.table() for part in rows]
-        self._distance, self._alignment, self._right_angle, self._turn = tables[:4]
         moves = self.tree.moves.astype(float)
         self.signs = np.concatenate(
-            [np.zeros((0, self.tree.nv))] + [moves[table.successor] - moves[table.predecessor] for table in tables]
+            [np.zeros((0, self.tree.nv))] + [moves[table.successor] - moves[table.predecessor] for table in self._tables]
         )
 
     def _make_tree(self) -> None:
@@ -183,52 +242,9 @@ class LoopEquations:
 
     # ---- residuals --------------------------------------------------------------------------------------------------
 
-    def evaluate(self, frames: Frames) -> tuple[Array, Array]:
-        """Return the loops' residuals (closures, N) [m, rad] and the wrenches (6, closures, N), about the world's origin."""
-        N = frames.position.shape[2]
-        residual, wrench = np.empty((self.closures, N)), np.zeros((6, self.closures, N))
-        at = 0
-        n, p, s = self._distance.count, self._distance.predecessor, self._distance.successor
-        if n:
-            local, here, there = self._distance.vectors
-            direction, point = frames.directions(p, local), frames.points(s, there)
-            residual[:n] = dot(direction, point - frames.points(p, here))
-            wrench[:3, :n], wrench[3:, :n] = direction, cross(point, direction)
-            at = n
-        n, p, s = self._alignment.count, self._alignment.predecessor, self._alignment.successor
-        if n:
-            local, mine, theirs = self._alignment.vectors
-            direction = frames.directions(p, local)
-            error = rotations.rotation_between(frames.directions(p, mine), frames.directions(s, theirs))
-            residual[at : at + n] = dot(direction, error)
-            wrench[3:, at : at + n] = direction
-            at += n
-        n, p, s = self._right_angle.count, self._right_angle.predecessor, self._right_angle.successor
-        if n:
-            mine, theirs, cosine = self._right_angle.vectors
-            a, b = frames.directions(p, mine), frames.directions(s, theirs)
-            normal = cross(a, b)
-            sine = np.sqrt(dot(normal, normal))
-            residual[at : at + n] = np.arctan2(sine, dot(a, b)) - np.arccos(cosine[0])[:, None]
-            wrench[3:, at : at + n] = normal / np.maximum(sine, 1e-12)
-            at += n
-        n, p, s = self._turn.count, self._turn.predecessor, self._turn.successor
-        if n:
-            A = frames.orientations(p, self._turn.vectors[:3].swapaxes(0, 1))
-            B = frames.orientations(s, self._turn.vectors[3:].swapaxes(0, 1))
-            error = rotations.logarithm(np.einsum("ijmn,kjmn->ikmn", B, A).reshape(3, 3, -1)).reshape(3, n, N)
-            for k in range(3):
-                residual[at : at + n], wrench[3 + k, at : at + n] = error[k], 1.0
-                at += n
-        return residual, wrench
-
     def openings(self, residual: Array, x: Array) -> dict[str, tuple[Array, Array]]:
         """Return how far each loop is open and each follower out of place, ``{name: (metres (N,), radians (N,))}``."""
-        result = {}
-        for number, loop in enumerate(self.loops):
-            mine = self.loop_of == number
-            parts = [residual[mine & self.is_length], residual[mine & ~self.is_length]]
-            result[loop.name] = (np.sqrt(dot(parts[0], parts[0])), np.sqrt(dot(parts[1], parts[1])))
+        result = self.gaps(residual)
         none = np.zeros(x.shape[1])
         for name, slides, error in zip(
             self.couplings.names, self.couplings.is_length, np.abs(self.couplings.residual(x, turns=500)), strict=True

@@ -6,9 +6,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TypeVar
 
-import numpy as np
-
-from kinetostatics.assembly import openings_at
 from kinetostatics.exceptions import AssemblyError, KinetostaticsError
 from kinetostatics.report_chains import Graph
 from kinetostatics.report_graph import GraphReader
@@ -27,7 +24,6 @@ from kinetostatics.report_parts import (
 )
 from kinetostatics.report_redundancy import Redundancy, redundancies
 from kinetostatics.report_warnings import warnings_of_file, warnings_of_statics
-from kinetostatics.solver import Poses
 
 if TYPE_CHECKING:
     from kinetostatics.robot import Robot
@@ -143,7 +139,10 @@ def robot_facts(robot: Robot) -> RobotFacts:
                 facts.problems.append(str(error))
             return None
 
-    facts.zero = _written_zero(robot)
+    facts.zero = ZeroFacts({name: {"m": metres, "rad": radians} for name, (metres, radians) in robot.zero_gaps.items()})
+    if robot.wrong_zero is not None:
+        facts.problems.append(str(robot.wrong_zero))
+        open_loops = True
     facts.zero.closing_error = attempt(lambda: robot.closing_error)
     groups = attempt(lambda: robot.limb_groups)
     if groups is not None:
@@ -182,12 +181,6 @@ def robot_facts(robot: Robot) -> RobotFacts:
 
 
 # ---- parts -----------------------------------------------------------------------------------------------------------
-
-
-def _written_zero(robot: Robot) -> ZeroFacts:
-    """Return how far the loops are open where all joints are at zero."""
-    start = Poses(robot.equations.from_model(robot.mechanism.tree.neutral[:, None]), np.zeros((3, 1)))
-    return ZeroFacts({name: {"m": metres, "rad": radians} for name, (metres, radians) in openings_at(robot, start).items()})
 
 
 def _mobility(robot: Robot, zero: ZeroFacts) -> MobilityFacts:

@@ -13,6 +13,7 @@ from kinetostatics.equilibrium import analyze
 from kinetostatics.exceptions import KinetostaticsError, StaticsError
 from kinetostatics.report_text import CLOSED, LENGTHS, listing, quantity
 from kinetostatics.rigid_pieces import Piece, PieceGraph
+from kinetostatics.zero_pose import corrections_hint
 
 if TYPE_CHECKING:
     from kinetostatics.mechanism import Connection
@@ -61,7 +62,8 @@ def _closing(robot: Robot, facts: RobotFacts) -> Iterable[str]:
     if zero.closing_error > CLOSED:
         yield (
             f"the loops stay open by {zero.closing_error:.2g} (m or rad) at the zero pose: the file's angles or lengths are "
-            "probably rounded; write them with full precision, as ${pi/2} in xacro, or assemble with a larger tolerance"
+            "probably rounded; write them with full precision, as ${pi/2} in xacro"
+            + (", or assemble with a larger tolerance" if robot.zero_is_near else "")
         )
     metres, radians = zero.widest("m"), zero.widest("rad")
     moved = [f"{name} at {_coordinate(robot, name, v)}" for name, v in (zero.drives or {}).items() if abs(v) > 1e-9]
@@ -76,6 +78,9 @@ def _closing(robot: Robot, facts: RobotFacts) -> Iterable[str]:
             "the loops do not close with the drives at zero: the zero pose, from which all others are reached, has "
             f"{listing(moved)}"
         )
+    hint = corrections_hint(robot)
+    if hint:
+        yield hint
 
 
 def _coordinate(robot: Robot, joint: str, value: float) -> str:
@@ -85,13 +90,14 @@ def _coordinate(robot: Robot, joint: str, value: float) -> str:
 
 
 def zero_openings(facts: RobotFacts) -> str:
-    """Say how far the loops are open where all joints are at zero."""
-    (metres, where), (radians, turned) = facts.zero.widest("m"), facts.zero.widest("rad")
-    length, angle = quantity(metres, LENGTHS, digits=4), f"{np.degrees(radians):.4g}°"
-    if metres > 1e-9 and radians > 1e-9:
-        between = "" if where == turned else f" at {where}"
-        return f"open by up to {length}{between} and {angle} at {turned}"
-    return f"open by up to {angle} at {turned}" if radians > 1e-9 else f"open by up to {length} at {where}"
+    """Say how far each loop is open where all joints are at zero, loops that are open alike together."""
+    alike: dict[str, list[str]] = {}
+    for name, item in facts.zero.openings.items():
+        sizes = [quantity(float(f"{item['m']:.6g}"), LENGTHS, digits=4)] if item["m"] > 1e-9 else []
+        sizes += [f"{np.degrees(item['rad']):.4g}°"] if item["rad"] > 1e-9 else []
+        if sizes:
+            alike.setdefault(" and ".join(sizes), []).append(name)
+    return "open by " + ", ".join(f"{size} at {listing(names, len(names))}" for size, names in alike.items())
 
 
 def _limits(robot: Robot, facts: RobotFacts) -> Iterable[str]:

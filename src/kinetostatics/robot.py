@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinetostatics import assembly
+from kinetostatics import assembly, zero_pose
 from kinetostatics.beam_models import BeamModel, make_beam_models
 from kinetostatics.closure import LoopEquations, world_frames
 from kinetostatics.configuration import Configuration
@@ -162,12 +162,12 @@ class Robot:
                         distances.append(float(np.linalg.norm(frame[:3, 3] - placement[:3, 3])))
                         break
         mean = float(np.mean(distances)) if distances else 0.0
-        if mean > 1e-3 * self._size:
+        if mean > 1e-3 * self.size:
             return mean
-        return self._size / 4 if self._size > 0 else 1.0
+        return self.size / 4 if self.size > 0 else 1.0
 
     @cached_property
-    def _size(self) -> float:
+    def size(self) -> float:
         """Diagonal [m] of the box around the zero pose."""
         body, placement = self.mechanism.platform_frame
         frames = self.mechanism.forward(self.mechanism.tree.neutral[:, None])
@@ -182,7 +182,7 @@ class Robot:
     @property
     def _reach(self) -> float:
         """What the platform may move in comparison with a turn [m]."""
-        return max(self.length, self._size / 4)
+        return max(self.length, self.size / 4)
 
     @property
     def _zero(self) -> tuple[Poses, float]:
@@ -196,7 +196,7 @@ class Robot:
         """The same, or why it cannot be closed: the search for it is long and need not be repeated."""
         solver = Solver(self.equations, self.length, self._reach)
         tree = self.equations.tree
-        start = Poses(self.equations.from_model(self.mechanism.tree.neutral[:, None]), np.zeros((3, 1)))
+        start = zero_pose.written_zero(self)
         if not self.equations.loops:
             return start, 0.0
         drives = self.actuator_request
@@ -217,11 +217,37 @@ class Robot:
                 best, residual = trial
         if residual > 1e-2:
             return AssemblyError(
-                f"the loops of {self.name!r} cannot be closed, not even with all joints free: "
-                + assembly.say_openings(self, best),
-                assembly.openings_at(self, best),
+                zero_pose.wrong_zero_text(self, assembly.say_openings(self, best)), zero_pose.gaps_at(self, best)
             )
         return best, residual
+
+    @cached_property
+    def zero_gaps(self) -> dict[str, tuple[float, float]]:
+        """How far each loop is open where all joints are at zero, {name: (m, rad)}."""
+        return zero_pose.gaps_at(self, zero_pose.written_zero(self))
+
+    @cached_property
+    def zero_is_near(self) -> bool:
+        """Whether the loops are closed where all joints are at zero, but for rounding."""
+        return zero_pose.are_within(self.zero_gaps, zero_pose.ROUNDING * self.size, zero_pose.ROUNDING)
+
+    @cached_property
+    def has_wrong_zero(self) -> bool:
+        """Whether the loops are open at zero by more than rounding, and no motion of the joints closes them."""
+        if self.zero_is_near:
+            return False
+        if isinstance(self._closed_zero, AssemblyError) or self.closing_error > zero_pose.SIX_DIGITS:
+            return True
+        return self.closing_error > zero_pose.CLOSED and zero_pose.is_one_frame(self)
+
+    @cached_property
+    def wrong_zero(self) -> AssemblyError | None:
+        """What is wrong with the zero pose, if it is; see :attr:`has_wrong_zero`."""
+        if isinstance(self._closed_zero, AssemblyError):
+            return self._closed_zero
+        if not self.has_wrong_zero:
+            return None
+        return AssemblyError(zero_pose.wrong_zero_text(self), self.zero_gaps, self.mobility.platform)
 
     @cached_property
     def solver(self) -> Solver:
@@ -465,7 +491,9 @@ class Robot:
             near: where the straight line starts; one pose, or a batch of the same shape. From there what turns goes the shorter
                 way.
             tolerance: how far loops may stay open [m, rad]. Overconstrained files with rounded angles need a larger one; their
-                loops are then closed in the least-squares sense.
+                loops are then closed in the least-squares sense. It does not excuse mistakes: where no motion closes the loops
+                and the file's zero pose leaves them open by more than 1e-4 of the robot's size (or 1e-4 rad), it has to cover
+                that gap too, and counts up to 1e-3 of the size (1e-3 rad).
             on_failure: "raise" or "nan"; default: raise for one pose, NaN and a status for a batch.
 
         Raises:
