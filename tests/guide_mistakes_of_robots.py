@@ -83,6 +83,7 @@ POSES = (
          "the other side, from `robot.configuration(q)`."),
     Mistake('`<origin xyz="5 0 0"/>` at the loop\'s successor', "A length or a frame is wrong: draw it.",
             ((SUCCESSOR, SUCCESSOR.replace("0.4", "5")),), code="robot.assemble()"),
+    Mistake('`robot.mobility` of such a robot', "As above.", ((SUCCESSOR, SUCCESSOR.replace("0.4", "5")),), code="robot.mobility"),
     Mistake("`<origin xyz=\"0.4 0.01 0\"/>` at the loop's successor", "One of the frames that are named, by as much as it says.",
             SHIFTED, code="robot.assemble()"),
     Mistake("`<origin xyz=\"0.4 0.00001 0\"/>` there", "Write a size once, as a property, and compute with it.",

@@ -123,7 +123,7 @@ ODDITIES = {
     "masses": ["weighs 2.774 kg by its density", "weighs nothing, as its density is 0", "'bare' has no density and its link no"],
     "rounded_angles": ["angles or lengths are probably rounded"],
     "far_from_closed": ["far from closed: open by 150.0 mm at other_head"],
-    "drive_out_of_reach": ["open by up to 400.0 mm at pivot", "has slide at -374.3 mm"],
+    "drive_out_of_reach": ["open by 400.0 mm at pivot", "has slide at -374.3 mm"],
     "beyond_limits": ["at the zero pose foot (0°) is beyond its limits"],
     "open_loops": ["cannot be closed", "limb_2 has nothing elastic"],
     "soft_and_hard_joints": ["foot along x is 50 N/m", "the drive of foot is 20 N·m/rad", "along x is 1e+13 N/m"],

@@ -265,14 +265,14 @@ def _say_unreachable(robot: Robot, request: Request, names: list[str], pose: Pos
 
 
 def _say_open(robot: Robot, openings: dict[str, tuple[float, float]], tolerance: float) -> None:
-    if robot.wrong_zero is not None:
-        raise AssemblyError(str(robot.wrong_zero), openings, robot.mobility.platform)
     worst = max(max(pair) for pair in openings.values())
     loops = {loop.name for loop in robot.equations.loops}
     what = "loops" if any(max(pair) > tolerance for name, pair in openings.items() if name in loops) else "coupled joints"
     verb = "do not close" if what == "loops" else "do not fit together"
     text = f"the {what} of {robot.name!r} {verb}: {_openings_text(robot, openings)}, more than the tolerance {tolerance:g}"
-    if robot.mobility.redundant_constraints and worst < 1e-2:
+    if robot.wrong_zero is not None:
+        text = str(robot.wrong_zero)
+    elif robot.mobility.redundant_constraints and worst < 1e-2:
         text += (
             f". The robot is overconstrained (by {robot.mobility.redundant_constraints}), and such loops cannot close when "
             "the file's angles or lengths are "
