@@ -108,3 +108,44 @@ def test_the_section_on_maps_leads_to_its_pages():
 def test_the_readme_counts_the_robots():
     words = {16: "Sixteen", 17: "Seventeen", 18: "Eighteen"}
     assert f"{words[len(list((ROOT / 'robots').glob('*.urdf.xacro')))]} robots come with it" in README
+
+
+def test_the_page_on_the_paper_is_fresh_and_every_line_of_it_is_true():
+    """docs/paper.md: the paper's formulas beside the package, Eqs. (2) to (24)."""
+    page = pytest.importorskip("paper_step_by_step")
+    assert page.PAGE.read_text(encoding="utf-8") == page.page(), "stale: run python examples/paper_step_by_step.py --write"
+    rows = [row for _, found in page.pages() for row in found]
+    assert len(rows) > 45 and max(row.difference for row in rows) < 1e-12
+    equations = " ".join(row.equation for row in rows)
+    assert all(
+        f"({number})" in equations for number in (2, 4, 5, 6, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 24)
+    )
+
+
+def test_the_page_on_the_paper_names_what_there_is():
+    page = pytest.importorskip("paper_step_by_step")
+    result = reproduce_paper.analyze("3rps", 2)
+    found = result.to_dict()
+    for _, _, attributes, keys, _, _ in page.SYMBOLS:
+        for attribute in attributes.split(", "):
+            if attribute.startswith("result"):
+                eval(attribute, {"result": result})
+        for key in keys.split(", "):
+            inner = found
+            for part in key.split(".") if key != "–" else ():
+                inner = inner[part]
+
+
+@pytest.mark.parametrize("key", reproduce_paper.COMMANDS)
+def test_each_table_of_the_paper_has_a_command_that_prints_its_numbers(key, capsys):
+    from kinetostatics.cli import main
+
+    command, ours = reproduce_paper.COMMANDS[key], reproduce_paper.ours(*key)
+    assert command in README and main(command.split()[1:]) == 0
+    out = capsys.readouterr().out
+    numbers = [abs(float(found)) for found in re.findall(r"-?\d+\.\d+", out)]
+    twist = {"m": [abs(x) for x in ours["twist"][:3]], "rad": [abs(x) for x in ours["twist"][3:]]}
+    for size, powers in ((twist["m"], (1e6, 1e9)), (twist["rad"], (1e6, 1e9)), (ours["f1"] + ours["f2"] + ours["fa"], (1.0,))):
+        for value in size:
+            if value > max(1e-6 * max(size), 1e-15):
+                assert any(abs(number - value * power) < 2e-3 * number for power in powers for number in numbers), (value, out)

@@ -228,7 +228,7 @@ def test_couples_are_in_newton_metres():
 def test_turning_drives_and_loads():
     four_bar = small.robot_of(small.four_bar())
     text = result_report(ks.analyze(four_bar.assemble(actuators={"foot_1": 0.1}), load=[10, 0, 5, 0, 2, 0]))
-    name, position, _, unit = row(text, "Drives", "foot_1")
+    name, position, _, unit, *_ = row(text, "Drives", "foot_1")
     assert (name, position, unit) == ("foot_1", "5.7296°", "N·m")
     assert "load at o    force (10.000, 0, 5.000) N, moment (0, 2.0000, 0) N·m" in part(text, "Pose")
 

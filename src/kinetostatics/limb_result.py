@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from kinetostatics.batches import Batch
 from kinetostatics.limb_group import LimbGroup
+from kinetostatics.limbs import LimbStatics
+from kinetostatics.linalg import Cholesky
 from kinetostatics.solution import Solution
 
 Array = NDArray[np.float64]
@@ -74,6 +76,11 @@ class LimbResult:
         return self._readable(lambda s: s.statics[self._number].C)
 
     @cached_property
+    def stiffness(self) -> Array:
+        """(…, n_c, n_c) K_ic = C_ic⁻¹, Eq. (1); NaN where the limb is rigid along one of its wrenches."""
+        return self._readable(lambda s: _inverse(s.statics[self._number]))
+
+    @cached_property
     def sag(self) -> Array:
         """(…, n_c) Δ_igc, displacement along each constraint wrench under the limb's own weight, Eqs. (16), (19), (21)."""
         return self._readable(lambda s: s.statics[self._number].sag)
@@ -96,6 +103,14 @@ class LimbResult:
     def wrench(self) -> Array:
         """(…, 6) total wrench J_ic W_ic + J_ig W_ig."""
         return self._batch.public([_limb_wrench(s, self._number, self._position) for s in self._solutions])
+
+
+def _inverse(statics: LimbStatics) -> Array:
+    """Return K_ic (n_c, n_c, g, N) of a group of limbs; NaN where they are rigid."""
+    C = statics.C
+    if statics.group.rigid_directions:
+        return np.full_like(C, np.nan)
+    return Cholesky(C).solve(np.broadcast_to(np.eye(C.shape[0])[:, :, None, None], C.shape))
 
 
 def _where_readable(solution: Solution, number: int, position: int, array: Array) -> Array:

@@ -24,8 +24,9 @@ RESULT_UNITS = {
     "general": "SI: m, rad, kg, s, N, N·m, Pa; world axes; null: not a number, infinite or not determined",
     "batch": "arrays have the axes of `shape` first, those of `configuration` the axes of `configuration.shape`",
     "gravity": "m/s²",
-    "load": "[force N; moment N·m] about o",
+    "load": "[force N; moment N·m] about o; platform_weight: the same of the platform's own weight",
     "twist": "[displacement m; rotation rad] of the platform at o; contributions sum to it",
+    "mechanism_contributions": "the limbs' own weights in two ways: by attached wrenches and by deformation, Eq. (12)",
     "source_contributions": "the same twist by what gives way: beams, elastic joints, drives, misfits; together they sum to it",
     "part_contributions": "the same for the parts of a limb that is split by pieces through which everything passes",
     "stiffness": "N/m, N/rad = N·m/m, N·m/rad, at o, drives locked",
@@ -34,6 +35,8 @@ RESULT_UNITS = {
     "base_wrench": "[force N; moment N·m] what the ground puts on the robot, about the base link's origin",
     "joint_wrenches": "[force N; moment N·m] what the base side puts on the platform side, about the joint's centre",
     "actuator_forces": "N, of turning joints N·m, positive along the joint's positive direction",
+    "actuator_contributions": "the same forces by contribution; actuator_mechanism_contributions: the limbs' weights in two ways",
+    "paper_forces": "f_i1, f_i2, … intensities of limb i, f_ia axial force at its rod's base end (tension positive) [N or N·m]",
     "limbs": "what the platform puts on the limb: unit wrenches [force; moment] about o, intensities in `units`; where "
     "`is_network`, intensities are coordinates in a basis: the forces are `joint_wrenches` of its `platform_joints` and "
     "`section_wrenches` of its `beams`",
@@ -59,10 +62,14 @@ ROBOT_UNITS = {
 RESULT_ARRAYS = ("twist", "stiffness", "compliance", "platform_wrench", "base_wrench", "strain_energy")
 RESULT_MAPPINGS = (
     "contributions",
+    "mechanism_contributions",
     "source_contributions",
     "part_contributions",
     "joint_wrenches",
     "actuator_forces",
+    "actuator_contributions",
+    "actuator_mechanism_contributions",
+    "paper_forces",
     "beam_contributions",
     "link_contributions",
 )
@@ -72,6 +79,7 @@ LIMB_ARRAYS = (
     "attached_wrenches",
     "attached_intensities",
     "compliance",
+    "stiffness",
     "sag",
     "wrench",
 )
@@ -163,6 +171,7 @@ def result_to_dict(result: Result) -> dict[str, Any]:
         "configuration": _configuration(result.configuration),
         "gravity": plain(result.gravity),
         "load": plain(result.load),
+        "platform_weight": plain(result.platform_weight),
     }
     found.update({name: plain(getattr(result, name)) for name in RESULT_ARRAYS})
     for name in RESULT_MAPPINGS:

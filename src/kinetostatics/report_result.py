@@ -14,6 +14,7 @@ from kinetostatics.facts import FACTS, STATUS_WORDS, WITHOUT_NUMBERS
 from kinetostatics.ordering import EQUAL, first_largest
 from kinetostatics.report_batch import batch_report, magnitudes
 from kinetostatics.report_dict import drive_unit, wrench_units
+from kinetostatics.report_gravity import drive_parts, gravity_twists
 from kinetostatics.report_sources import source_lines
 from kinetostatics.report_text import (
     ANGLES,
@@ -63,6 +64,8 @@ def result_report(result: Result) -> str:
     if status not in WITHOUT_NUMBERS:
         noise = magnitudes(result)
         lines += section("Twist of the platform at o, world axes", _twist(result, noise))
+        if result.robot.topology.limbs:
+            lines += section("What gravity does, by the ways in which it acts", _twist_table(gravity_twists(result), noise))
         if any(kind in result.source_contributions for kind in ("joints", "drives", "misfits")):
             lines += section(
                 "What gives way: the same twist by beams, elastic joints, drives and misfits", _sources(result, noise)
@@ -240,11 +243,13 @@ def _direction(axis: Array) -> str:
 def _drives(result: Result, noise: Magnitudes) -> list[str]:
     units = {name: drive_unit(result.robot, name) for name in result.actuator_forces}
     scales = _force_scales(result.actuator_forces.values(), units.values(), noise)
-    rows = [
-        (name, coordinate_words(result.configuration, name), scales[units[name]](force), units[name])
-        for name, force in result.actuator_forces.items()
-    ]
-    return table(("joint", "position", "force", ""), rows, "lrrl")
+    parts = drive_parts(result)
+    rows = []
+    for k, (name, force) in enumerate(result.actuator_forces.items()):
+        scale = scales[units[name]]
+        made_of = (scale(part[k]) for part in parts.values())
+        rows.append((name, coordinate_words(result.configuration, name), scale(force), units[name], *made_of))
+    return table(("joint", "position", "force", "", *parts), rows, "lrrl" + "r" * len(parts))
 
 
 def _force_scales(values: Iterable[ArrayLike], units: Iterable[str], noise: Magnitudes) -> dict[str, Scale]:

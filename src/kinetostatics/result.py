@@ -205,6 +205,24 @@ class Result:
         }
         return Named({limb.name: found[limb.name] for limb in self.robot.topology.limbs})
 
+    @cached_property
+    def paper_forces(self) -> Mapping[str, Mapping[str, Array]]:
+        """The limbs' forces by the paper's names: ``{"limb_1": {"f_11": …, "f_12": …, "f_1a": …}, …}``, (…) [N or N·m].
+
+        f_ik is the intensity W_ick, Eq. (11). f_ia, Eq. (17), is the axial force at the base end of the limb's innermost beam,
+        tension positive: what holds the rod there, which is the drive's force only where the whole rod hangs on the drive. Limbs
+        that are networks, of which intensities are mere coordinates, are left out; so is f_ia of limbs without a beam.
+        """
+        found = {}
+        for number, (name, limb) in enumerate(self.limbs.items(), 1):
+            if limb.is_network:
+                continue
+            forces = {f"f_{number}{k + 1}": limb.intensities[..., k] for k in range(limb.intensities.shape[-1])}
+            if limb.beams:
+                forces[f"f_{number}a"] = self.beams[limb.beams[0]].section_wrenches[..., 0, 0]
+            found[name] = Named(forces)
+        return Named(found)
+
     # ---- joints -----------------------------------------------------------------------------------------------------
 
     @cached_property

@@ -1,0 +1,135 @@
+"""The paper, step by step: where its symbols are in the package, its equations in numbers, and what does not come out.
+
+    python examples/paper_step_by_step.py            print the page
+    python examples/paper_step_by_step.py --write    write docs/paper.md
+
+C. Yang, F. Huang, W. Ye, Q. Chen, Chinese Journal of Mechanical Engineering 36 (2023).
+"""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+from paper_configuration_2 import story
+from paper_equations import Row, pages
+from reproduce_paper import ROOT
+
+PAGE = ROOT / "docs" / "paper.md"
+
+#: Symbol of the paper, its equation, the attribute, the key of ``--json``, what the tables print, unit and sign.
+SYMBOLS = [
+    ("T_i", "(2)", "– (the passive joints' twists, reciprocal to J_ic)", "–", "–", "m, rad"),
+    ("R_i", "after (16)", "– (z along the last beam, y from the first revolute axis)", "–", "limb axis, limb x, limb y", "–"),
+    ("a_i, L_i", "(20), (13)", 'result.beams["rod_1"].length', "beams.rod_1.length", "length", "m"),
+    (
+        "J_ic",
+        "(2)",
+        'result.limbs["limb_1"].constraint_wrenches',
+        "limbs.limb_1.constraint_wrenches",
+        "constraint",
+        "1, m; about o",
+    ),
+    ("J_ig", "(4)", 'result.limbs["limb_1"].attached_wrenches', "limbs.limb_1.attached_wrenches", "attached", "1, m; about o"),
+    (
+        "W_ic, f_i1, f_i2",
+        "(11)",
+        'result.limbs["limb_1"].intensities, result.paper_forces',
+        "limbs.limb_1.intensities",
+        "intensity",
+        "N, N·m; what the platform puts on the limb",
+    ),
+    ("W_ig", "(3)", 'result.limbs["limb_1"].attached_intensities', "limbs.limb_1.attached_intensities", "intensity", "N, N·m"),
+    (
+        "f_ia",
+        "(17)",
+        'result.paper_forces["limb_1"]["f_1a"]',
+        "paper_forces.limb_1.f_1a",
+        "N inner (beams)",
+        "N; tension positive",
+    ),
+    ("C_ic", "(1)", 'result.limbs["limb_1"].compliance', "limbs.limb_1.compliance", "–", "m/N, rad/(N·m)"),
+    ("K_ic", "(1)", 'result.limbs["limb_1"].stiffness', "limbs.limb_1.stiffness", "–", "N/m, N·m/rad"),
+    ("Δ_igc", "(16), (19), (21)", 'result.limbs["limb_1"].sag', "limbs.limb_1.sag", "–", "m, rad; along J_ic"),
+    ("Δ_ic, Δ_ig", "(9)", "J_icᵀ result.twist, J_igᵀ result.twist", "–", "–", "m, rad"),
+    ("W_e, W_gm", "(5)", "result.load, result.platform_weight", "load, platform_weight", "load at o", "N, N·m; about o"),
+    ("Δ", "(12)", "result.twist", "twist", "total", "m, rad; of o"),
+    ("C, K", "(12)", "result.compliance, result.stiffness", "compliance, stiffness", "Stiffness of the platform", "at o"),
+    ("d_3gy, θ_3gx", "(21)", "– (the end of the rod under its weight)", "–", "–", "m, rad"),
+    ("D_3, J′_3c", "(22), (23)", "– (the same wrenches, about A_3)", "–", "–", "–"),
+]
+
+
+def page() -> str:
+    """Return docs/paper.md."""
+    lines = [
+        "# The paper, step by step",
+        "",
+        "*Written by `python examples/paper_step_by_step.py --write`; a test fails when it is stale.*",
+        "",
+        "C. Yang, F. Huang, W. Ye, Q. Chen, *Gravity-Based Kinetostatic Modeling of Parallel Manipulators Using Screw "
+        "Theory*, Chinese "
+        "Journal of Mechanical Engineering 36 (2023): where its symbols are in the package, its equations in numbers, "
+        "and what does not "
+        "come out.",
+        "",
+        "## Symbols",
+        "",
+        "`result` is what `ks.analyze` returns. A wrench of a limb is what the platform puts on it, about o; axes are "
+        "the world's.",
+        "",
+        "| symbol | equation | attribute | in `--json` | in the tables | unit, sign |",
+        "|---|---|---|---|---|---|",
+        *(
+            f"| {symbol} | {equation} | {_code(attribute)} | {_code(key)} | {label} | {unit} |"
+            for symbol, equation, attribute, key, label, unit in SYMBOLS
+        ),
+        "",
+        "The paper's limb axes differ from ours in one place: z_i lies along the rod in both, y_i along the first "
+        "revolute axis in all our "
+        "limbs and in its RPS and UPR limbs, but in its PRU limbs x_i lies along that axis. Its attached wrench *along "
+        "y_i* of the PRU "
+        "limbs is therefore our *force along limb x*. The numbers below are in the paper's axes.",
+        "",
+        "`result.paper_forces` has its f_i1, f_i2 and f_ia by name. f_ia of Eq. (17) is the axial force at the base "
+        "end of the rod: of a "
+        "PRU limb that is not what the drive holds.",
+        "",
+        "## The equations in numbers",
+        "",
+        "Left: the paper's formula, evaluated from points, axes, sections and weights alone. Right: the same quantity "
+        "out of the result. "
+        "κ = 1 as in Eq. (13), and Eq. (12) with J_icᵀ where the paper prints Δ_icᵀ.",
+        "",
+    ]
+    for title, rows in pages():
+        lines += [f"### {title}", "", "| | equation | formula | package | differ by |", "|---|---|---|---|---:|"]
+        lines += [
+            f"| {r.what} | {r.equation} | {_numbers(r, r.formula)} | {_numbers(r, r.ours)} | {_noise(r.difference)} |"
+            for r in rows
+        ]
+        lines.append("")
+    return "\n".join([*lines, story(), ""])
+
+
+def _code(text: str) -> str:
+    return text if text.startswith("–") else ", ".join(f"`{part}`" for part in text.split(", "))
+
+
+def _numbers(row: Row, array: np.ndarray) -> str:
+    """Return a scalar or vector in numbers; of a matrix its size."""
+    if array.ndim == 2:
+        return f"{array.shape[0]} × {array.shape[1]}, largest {np.max(np.abs(array)):.4g}"
+    size = max(float(np.max(np.abs(row.ours), initial=0.0)), row.scale)
+    return ", ".join("0" if abs(x) < 1e-9 * size else f"{x:.4g}" for x in array)
+
+
+def _noise(difference: float) -> str:
+    return "rounding" if difference < 1e-11 else f"{difference:.1e}"
+
+
+if __name__ == "__main__":
+    if "--write" in sys.argv[1:]:
+        PAGE.write_text(page(), encoding="utf-8")
+    else:
+        print(page())
