@@ -75,16 +75,16 @@ def beam_results(
 ) -> Mapping[str, BeamResult]:
     """Return the results of all beams by name, in the order of the file."""
     found: dict[str, BeamResult] = {}
-    for number, stack in enumerate(deformations[0].beams):
-        pieces = [_numbers(d.beams[number], solution) for d, solution in zip(deformations, solutions, strict=True)]
-        for position, model in enumerate(stack.models):
-            mine = {key: [piece[key][..., position, :] for piece in pieces] for key in pieces[0]}
-            beam = model.span.beam
-            wrenches = [np.swapaxes(w, 0, 1) for w in mine["section_wrenches"]]
-            mine["stress"] = [beam.section.largest_stress(w, beam.poisson_ratio) for w in wrenches]
-            arrays = {key: batch.public(chunks) for key, chunks in mine.items()}
-            found[model.name] = BeamResult(model.name, model.span.beam, FRACTIONS, **arrays)
-    return Named({name: found[name] for name in robot.description.beams})
+    numbers = [[_numbers(stack, solution) for stack in d.beams] for d, solution in zip(deformations, solutions, strict=True)]
+    for name, beam in robot.description.beams.items():
+        places = [d.places[name] for d in deformations]
+        pieces = [(stacks[k], position) for stacks, (k, position) in zip(numbers, places, strict=True)]
+        mine = {key: [stack[key][..., position, :] for stack, position in pieces] for key in pieces[0][0]}
+        wrenches = [np.swapaxes(w, 0, 1) for w in mine["section_wrenches"]]
+        mine["stress"] = [beam.section.largest_stress(w, beam.poisson_ratio) for w in wrenches]
+        arrays = {key: batch.public(chunks) for key, chunks in mine.items()}
+        found[name] = BeamResult(name, beam, FRACTIONS, **arrays)
+    return Named(found)
 
 
 def _numbers(beams: LoadedBeams, solution: Solution) -> dict[str, Array]:

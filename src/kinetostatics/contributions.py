@@ -29,11 +29,12 @@ def beam_contributions(
 ) -> Mapping[str, Mapping[str, Array]]:
     """Return the lines of all beams (…, n, 6), displacement and rotation of their stations, by beam and contribution."""
     found: dict[str, Mapping[str, Array]] = {}
-    for number, stack in enumerate(deformations[0].beams):
-        lines = [np.swapaxes(d.beams[number].lines(FRACTIONS), 0, 1) for d in deformations]
-        for position, model in enumerate(stack.models):
-            found[model.name] = batch.by_source(solutions[0].sources, [line[:, :, :, position] for line in lines])
-    return Named({name: found[name] for name in robot.description.beams})
+    lines = [[np.swapaxes(stack.lines(FRACTIONS), 0, 1) for stack in d.beams] for d in deformations]
+    for name in robot.description.beams:
+        places = [d.places[name] for d in deformations]
+        mine = [line[k][:, :, :, position] for line, (k, position) in zip(lines, places, strict=True)]
+        found[name] = batch.by_source(solutions[0].sources, mine)
+    return Named(found)
 
 
 def axial_contributions(
@@ -41,11 +42,11 @@ def axial_contributions(
 ) -> Mapping[str, Mapping[str, Array]]:
     """Return the axial forces (…) at the outer ends of all beams, by beam and contribution."""
     found: dict[str, Mapping[str, Array]] = {}
-    for number, stack in enumerate(deformations[0].beams):
-        for position, model in enumerate(stack.models):
-            forces = [d.beams[number].wrench[0, :, position] for d in deformations]
-            found[model.name] = batch.by_source(solutions[0].sources, forces)
-    return Named({name: found[name] for name in robot.description.beams})
+    for name in robot.description.beams:
+        places = [d.places[name] for d in deformations]
+        forces = [d.beams[k].wrench[0, :, position] for d, (k, position) in zip(deformations, places, strict=True)]
+        found[name] = batch.by_source(solutions[0].sources, forces)
+    return Named(found)
 
 
 def link_contributions(

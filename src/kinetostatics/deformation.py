@@ -7,7 +7,9 @@ alike stay stacked: arrays are ``(component, S, limb, pose)``.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -133,6 +135,11 @@ class Deformation:
     beams: list[LoadedBeams]
     yielding: list[Yielding]
     spring_energy: Array
+
+    @cached_property
+    def places(self) -> Mapping[str, tuple[int, int]]:
+        """Which of the stacks of loaded beams every beam is in, and its position there, by name."""
+        return {model.name: (k, position) for k, stack in enumerate(self.beams) for position, model in enumerate(stack.models)}
 
 
 def deform(robot: Robot, solution: Solution) -> Deformation:

@@ -5,6 +5,7 @@ The equilibrium itself is :mod:`kinetostatics.solution`.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -16,8 +17,9 @@ from kinetostatics.chunks import chunks
 from kinetostatics.configuration import Configuration
 from kinetostatics.exceptions import ArgumentError, LimbEquilibriumError, SingularPoseError, StaticsError
 from kinetostatics.kinematics import Frames
+from kinetostatics.limb_ranks import groups_of_poses
 from kinetostatics.linalg import canonical_basis, cross
-from kinetostatics.misfits import parse_misfits
+from kinetostatics.misfits import Misfits, parse_misfits
 from kinetostatics.screws import describe_twist
 from kinetostatics.solution import UNBALANCED, Solution, solve
 
@@ -92,18 +94,34 @@ def analyze(
     frames = configuration.frames
     loads, fields, arms = flat(wrench), flat(field), None if arm is None else flat(arm)
     spread = None if errors is None else errors.map(flat)
-    solutions = []
+    solutions: list[Solution] = []
     for part in chunks(N) or [slice(0, 0)]:  # one chunk even of an empty batch
         mine = part if isinstance(which, slice) else which[part]
         chunk = Frames(frames.rotation[..., mine], frames.position[..., mine])
         at_o = _load_at_o(robot, chunk, loads[:, part], None if arms is None else arms[:, part], frame)
         off = None if spread is None else spread.map(lambda array: array[:, part])  # noqa: B023
-        solutions.append(solve(robot, chunk, at_o, fields[:, part], off))
+        solutions += _solutions(robot, chunk, at_o, fields[:, part], off)
     result = Result(configuration, shape, which, tuple(solutions), configuration.reached[which])
     if on_failure == "raise" or (on_failure is None and shape == ()):
         for solution in solutions:
             _complain(robot, solution)
     return result
+
+
+def _solutions(robot: Robot, frames: Frames, load: Array, gravity: Array, misfits: Misfits | None) -> list[Solution]:
+    """Solve the poses of a chunk; apart and in their order those at which a limb is not what it is elsewhere."""
+    whole = solve(robot, frames, load, gravity, misfits)
+    special = groups_of_poses(robot, frames, whole.o, whole.statics)
+    if not special:
+        return [whole]
+    found: list[Solution] = []
+    ends = sorted({0, load.shape[1], *special, *(pose + 1 for pose in special)})
+    for first, last in itertools.pairwise(ends):
+        at = slice(first, last)
+        here = Frames(frames.rotation[..., at], frames.position[..., at])
+        off = None if misfits is None else misfits.map(lambda array: array[:, at])  # noqa: B023
+        found.append(solve(robot, here, load[:, at], gravity[:, at], off, special.get(first)))
+    return found
 
 
 def _vector(name: str, value: ArrayLike, size: int) -> Array:

@@ -51,12 +51,14 @@ class Distribution:
         spread: (n, 6, …) the chords' wrenches per unit of what the platform puts on the limb, for wrenches that it can carry.
         self_stress: (n, s, …) chord wrenches that the platform does not feel.
         allowed: (6, 6 − n_c, …) twists of the platform that the limb allows: reciprocal to all wrenches that it can carry.
+        doubtful: (…) where the pivots fail, so that the limb may have other ranks than at generic poses.
     """
 
     particular: Array
     spread: Array
     self_stress: Array
     allowed: Array
+    doubtful: NDArray[np.bool_]
 
 
 def make_plan(A: Array, P: Array, tolerance: float) -> Plan:
@@ -68,7 +70,7 @@ def make_plan(A: Array, P: Array, tolerance: float) -> Plan:
         tolerance: relative singular value below which a direction counts as dependent.
     """
     k = A.shape[0]
-    rank, felt = _ranks(A, P, tolerance)
+    rank, felt = ranks(A, P, tolerance)
     M = _stacked(A, P)
     joints = _pivots(M, range(k), rank, [])
     platform = _pivots(M, range(k, k + 6), felt, [column for _, column in joints])
@@ -78,7 +80,7 @@ def make_plan(A: Array, P: Array, tolerance: float) -> Plan:
 
 def suits(plan: Plan, A: Array, P: Array, tolerance: float) -> bool:
     """Whether a plan made for one limb is good for another at the same generic poses."""
-    if _ranks(A, P, tolerance) != (len(plan.joints), len(plan.platform)):
+    if ranks(A, P, tolerance) != (len(plan.joints), len(plan.platform)):
         return False
     M = _stacked(A, P)
     return float(np.min(_eliminate(M, (*plan.joints, *plan.platform)), initial=1.0)) > _GOOD_PIVOT
@@ -117,8 +119,8 @@ def distribute(plan: Plan, A: Array, filled: NDArray[np.bool_], P: Array, demand
     allowed = M[[row for row in range(k, k + 6) if row not in taken], n + 1 :].swapaxes(0, 1)
     with np.errstate(invalid="ignore", divide="ignore"):
         allowed = allowed / np.sqrt(np.sum(allowed * allowed, axis=0))
-    result = Distribution(solved[:, 0], solved[:, 1:], self_stress, allowed)
     bad = ~(smallest > _SMALL_PIVOT)
+    result = Distribution(solved[:, 0], solved[:, 1:], self_stress, allowed, bad)
     for limb, pose in np.argwhere(bad).tolist():
         _by_singular_values(plan, limb, pose, A, P, demand, result)
     return result
@@ -207,7 +209,7 @@ def _by_singular_values(plan: Plan, limb: int, pose: int, A: Array, P: Array, de
     result.allowed[..., limb, pose] = canonical_basis(left[:, felt:])
 
 
-def _ranks(A: Array, P: Array, tolerance: float) -> tuple[int, int]:
+def ranks(A: Array, P: Array, tolerance: float) -> tuple[int, int]:
     """Return the rank of the joints' equations, and how many independent wrenches the platform can feel."""
     poses = range(A.shape[2])
     rank = max((_rank(A[:, :, p], tolerance) for p in poses), default=0)

@@ -54,6 +54,7 @@ class LimbGroup:
         basis: the readable wrenches, alike for all but for their labels.
         labels, attached_labels: names of the columns of J_ic and J_ig, for each limb.
         rigid_directions: along how many combinations of its constraint wrenches the limb is rigid.
+        at_one_pose: whether that was decided at one pose, at which the limb is another one (:mod:`kinetostatics.limb_ranks`).
     """
 
     plan: Plan | None = None
@@ -61,6 +62,7 @@ class LimbGroup:
     labels: list[tuple[str, ...]]
     attached_labels: list[tuple[str, ...]]
     rigid_directions: int = 0
+    at_one_pose: bool = False
 
     def __init__(self, robot: Robot, numbers: Sequence[int]) -> None:
         self.robot, self.numbers = robot, tuple(numbers)
@@ -112,6 +114,13 @@ class LimbGroup:
             group.basis = bases[0]
             group.labels = [tuple(c.label for c in basis.constraint) for basis in bases]
             group.attached_labels = [tuple(c.label for c in basis.attached) for basis in bases]
+        return group
+
+    def alone(self, position: int) -> LimbGroup:
+        """Return one of the limbs as a group of its own, with what is decided about it."""
+        group = LimbGroup(self.robot, [self.numbers[position]]).decided(self.plan, (), self.rigid_directions)
+        group.basis, group.labels = self.basis, [self.labels[position]]
+        group.attached_labels = [self.attached_labels[position]]
         return group
 
     @property

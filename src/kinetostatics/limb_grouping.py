@@ -33,11 +33,7 @@ def make_limb_groups(robot: Robot, frames: Frames, ordinary: Frames) -> tuple[Li
     alike: dict[tuple[object, ...], list[tuple[LimbGroup, Basis]]] = {}
     plans: dict[tuple[object, ...], list[force_method.Plan]] = {}
     for number in range(len(robot.all_limbs)):
-        limb = LimbGroup(robot, [number])
-        geometry = limb.geometry(frames, o)
-        plan = None if limb.is_serial else _plan(limb, geometry, plans.setdefault(limb.signature, []))
-        basis = choose_basis(limb.decided(plan), limb.geometry(both, o_of_both), o.shape[1])
-        limb = limb.decided(plan, [basis], _rigid_directions(limb.decided(plan, [basis]), frames, o))
+        limb, basis, plan = _decided(LimbGroup(robot, [number]), (frames, o), (both, o_of_both), plans)
         key = (
             limb.signature,
             tuple((c.direction, c.centre) for c in (*basis.constraint, *basis.attached)),
@@ -49,6 +45,28 @@ def make_limb_groups(robot: Robot, frames: Frames, ordinary: Frames) -> tuple[Li
         )
         alike.setdefault(key, []).append((limb, basis))
     return tuple(_stacked(robot, members) for members in alike.values())
+
+
+def decided_at(robot: Robot, number: int, frames: Frames) -> LimbGroup:
+    """Return one limb with what is decided about it at one pose, for that pose alone."""
+    here = frames, robot.solver.platform_pose(frames)[1]
+    group = _decided(LimbGroup(robot, [number]), here, here, {})[0]
+    group.at_one_pose = True
+    return group
+
+
+def _decided(
+    limb: LimbGroup,
+    generic: tuple[Frames, Array],
+    both: tuple[Frames, Array],
+    plans: dict[tuple[object, ...], list[force_method.Plan]],
+) -> tuple[LimbGroup, Basis, force_method.Plan | None]:
+    """Decide about one limb at generic poses; the basis suits others behind them too."""
+    geometry = limb.geometry(*generic)
+    plan = None if limb.is_serial else _plan(limb, geometry, plans.setdefault(limb.signature, []))
+    basis = choose_basis(limb.decided(plan), limb.geometry(*both), generic[1].shape[1])
+    limb = limb.decided(plan, [basis])
+    return limb.decided(plan, [basis], _rigid_directions(limb, *generic)), basis, plan
 
 
 def _stacked(robot: Robot, members: list[tuple[LimbGroup, Basis]]) -> LimbGroup:

@@ -32,13 +32,13 @@ class LimbResult:
         platform_joints: names of its joints to the platform.
     """
 
-    def __init__(self, batch: Batch, solutions: tuple[Solution, ...], group: LimbGroup, number: int, position: int) -> None:
+    def __init__(self, batch: Batch, solutions: tuple[Solution, ...], group: LimbGroup, position: int) -> None:
         limb = group.limbs[position]
         self.name, self.is_network = limb.name, not limb.is_serial
         self.beams = tuple(edge.beam for edge in limb.edges if edge.beam is not None)
         self.platform_joints = tuple(edge.joint for edge in limb.platform_edges if edge.joint is not None)
         self.labels, self.attached_labels = group.labels[position], group.attached_labels[position]
-        self._batch, self._solutions, self._number, self._position = batch, solutions, number, position
+        self._batch, self._solutions = batch, solutions
 
     def __repr__(self) -> str:
         from kinetostatics.report_short import limb_line
@@ -50,44 +50,51 @@ class LimbResult:
 
         return limb_html(self)
 
-    def _readable(self, pick: Callable[[Solution], Array]) -> Array:
-        return self._batch.public(
-            [_where_readable(s, self._number, self._position, pick(s)[..., self._position, :]) for s in self._solutions]
-        )
+    def _readable(self, pick: Callable[[Solution, int], Array], *size: int) -> Array:
+        return self._batch.public([self._where_readable(s, pick, size) for s in self._solutions])
+
+    def _where_readable(self, solution: Solution, pick: Callable[[Solution, int], Array], size: tuple[int, ...]) -> Array:
+        """Return what is picked of a chunk (*size, N), NaN where the limb's wrenches are not those of the labels."""
+        number, position = solution.places[self.name]
+        statics = solution.statics[number]
+        if statics.group.at_one_pose:
+            return np.full((*size, solution.o.shape[1]), np.nan)
+        return np.where(statics.degenerate[position], np.nan, pick(solution, number)[..., position, :])
 
     @cached_property
     def constraint_wrenches(self) -> Array:
         """(…, 6, n_c) J_ic, Eq. (2), unit wrenches."""
-        return self._readable(lambda s: s.statics[self._number].J_c)
+        return self._readable(lambda s, k: s.statics[k].J_c, 6, len(self.labels))
 
     @cached_property
     def attached_wrenches(self) -> Array:
         """(…, 6, n_g) J_ig, Eq. (4), unit wrenches."""
-        return self._readable(lambda s: s.statics[self._number].J_g)
+        return self._readable(lambda s, k: s.statics[k].J_g, 6, len(self.attached_labels))
 
     @cached_property
     def attached_intensities(self) -> Array:
         """(…, n_g) W_ig, Eq. (3) [N or N·m]."""
-        return self._readable(lambda s: s.statics[self._number].W_g)
+        return self._readable(lambda s, k: s.statics[k].W_g, len(self.attached_labels))
 
     @cached_property
     def compliance(self) -> Array:
         """(…, n_c, n_c) C_ic, Eq. (1), displacement along one wrench per unit of another."""
-        return self._readable(lambda s: s.statics[self._number].C)
+        return self._readable(lambda s, k: s.statics[k].C, len(self.labels), len(self.labels))
 
     @cached_property
     def stiffness(self) -> Array:
         """(…, n_c, n_c) K_ic = C_ic⁻¹, Eq. (1); NaN where the limb is rigid along one of its wrenches."""
-        return self._readable(lambda s: _inverse(s.statics[self._number]))
+        return self._readable(lambda s, k: _inverse(s.statics[k]), len(self.labels), len(self.labels))
 
     @cached_property
     def sag(self) -> Array:
         """(…, n_c) Δ_igc, displacement along each constraint wrench under the limb's own weight, Eqs. (16), (19), (21)."""
-        return self._readable(lambda s: s.statics[self._number].sag)
+        return self._readable(lambda s, k: s.statics[k].sag, len(self.labels))
 
     @cached_property
     def _parts(self) -> list[Array]:
-        return [_intensities(s, self._number, self._position) for s in self._solutions]
+        """W_ic of each contribution (n_c, S, N), NaN where it is not determined or its basis not readable."""
+        return [self._where_readable(s, _intensities, (len(self.labels), len(s.sources))) for s in self._solutions]
 
     @cached_property
     def intensities(self) -> Array:
@@ -102,7 +109,7 @@ class LimbResult:
     @cached_property
     def wrench(self) -> Array:
         """(…, 6) total wrench J_ic W_ic + J_ig W_ig."""
-        return self._batch.public([_limb_wrench(s, self._number, self._position) for s in self._solutions])
+        return self._batch.public([_limb_wrench(s, *s.places[self.name]) for s in self._solutions])
 
 
 def _inverse(statics: LimbStatics) -> Array:
@@ -113,15 +120,9 @@ def _inverse(statics: LimbStatics) -> Array:
     return Cholesky(C).solve(np.broadcast_to(np.eye(C.shape[0])[:, :, None, None], C.shape))
 
 
-def _where_readable(solution: Solution, number: int, position: int, array: Array) -> Array:
-    return np.where(solution.statics[number].degenerate[position], np.nan, array)
-
-
-def _intensities(solution: Solution, number: int, position: int) -> Array:
-    """Return W_ic of each contribution (n_c, S, N), NaN where it is not determined or its basis not readable."""
-    unknown = solution.undetermined[number][:, None, position]
-    known = np.where(unknown, np.nan, solution.intensities[number][:, :, position])
-    return _where_readable(solution, number, position, known)
+def _intensities(solution: Solution, number: int) -> Array:
+    """Return W_ic of each contribution (n_c, S, g, N) of a group of limbs, NaN where it is not determined."""
+    return np.where(solution.undetermined[number][:, None], np.nan, solution.intensities[number])
 
 
 def _limb_wrench(solution: Solution, number: int, position: int) -> Array:

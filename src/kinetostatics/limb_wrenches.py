@@ -13,10 +13,13 @@ from numpy.typing import NDArray
 from kinetostatics import force_method
 from kinetostatics.limb_geometry import LimbGeometry
 from kinetostatics.limb_group import LimbGroup
-from kinetostatics.linalg import Cholesky, least_squares
+from kinetostatics.linalg import Cholesky, definite, least_squares, normalize
 from kinetostatics.wrench_bases import evaluate_bases
 
 Array = NDArray[np.float64]
+
+#: Below this eigenvalue (a squared sine) of what joints allow and resist together, it is seen to whether they are dependent.
+DOUBTFUL = 1e-8
 
 
 @dataclass(frozen=True)
@@ -31,6 +34,7 @@ class LimbWrenches:
         self_stress: (M, 6, s, g, N) chord wrenches that the platform does not feel; of a serial limb none.
         unbalanced: (passive freedoms, g, N) what is left of Eq. (3) [N].
         degenerate: (g, N) where the bases are not the readable ones.
+        doubtful: (g, N) where the limb's joints may be dependent, so that it carries more wrenches than elsewhere.
     """
 
     J_c: Array
@@ -41,6 +45,7 @@ class LimbWrenches:
     self_stress: Array
     unbalanced: Array
     degenerate: NDArray[np.bool_]
+    doubtful: NDArray[np.bool_]
 
 
 def limb_wrenches(group: LimbGroup, geometry: LimbGeometry, outboard: Array) -> LimbWrenches:
@@ -70,7 +75,23 @@ def _of_serial(group: LimbGroup, geometry: LimbGeometry, T: Array, demand: Array
             left = demand + np.einsum("ki...,i...->k...", A, W_g)
     none = np.zeros((1, 6, 0, *demand.shape[1:]))
     R_g = np.einsum("ij...,j...->i...", J_g, W_g)
-    return LimbWrenches(J_c, J_g, W_g, J_c[None], R_g[None], none, left, degenerate)
+    return LimbWrenches(J_c, J_g, W_g, J_c[None], R_g[None], none, left, degenerate, _doubtful(group, geometry, T, J_c))
+
+
+def _doubtful(group: LimbGroup, geometry: LimbGeometry, T: Array, J_c: Array) -> NDArray[np.bool_]:
+    """Return where (g, N) the passive twists (6, k, g, N) of serial limbs, or those of the platform joint, may be dependent.
+
+    With what they leave, J_c, they span all six dimensions; the platform joint with J_c and J_g does so, too.
+    """
+    scale = group.twist_scale[::-1]
+    unit = normalize(J_c * scale)
+    twists = T / scale
+    gram = np.einsum("ik...,jk...->ij...", twists, twists) + np.einsum("ik...,jk...->ij...", unit, unit)
+    doubtful = ~definite(gram, DOUBTFUL)
+    if len(group.basis.carried) > 1:
+        carried = normalize(geometry.twists[:, list(group.basis.carried)] / scale)
+        doubtful |= ~definite(np.einsum("ki...,kj...->ij...", carried, carried), DOUBTFUL)
+    return np.asarray(doubtful & np.all(np.isfinite(gram), axis=(0, 1)))
 
 
 def _of_rings(group: LimbGroup, geometry: LimbGeometry, demand: Array) -> LimbWrenches:
@@ -95,4 +116,4 @@ def _of_rings(group: LimbGroup, geometry: LimbGeometry, demand: Array) -> LimbWr
         parts = least_squares(basis, (total / scale[:, 0])[:, None])[:, 0]
         W_g = parts[n_c:]
         particular = particular - np.einsum("mic...,c...->mi...", chords, parts[:n_c])
-    return LimbWrenches(J_c, J_g, W_g, chords, particular, self_stress, left, degenerate)
+    return LimbWrenches(J_c, J_g, W_g, chords, particular, self_stress, left, degenerate, found.doubtful)

@@ -40,6 +40,7 @@ class LimbStatics(ShortRepr):
         loads: the weights on beams and springs.
         unbalanced: (passive freedoms, g, N) what is left of Eq. (3) [N].
         degenerate: (g, N) where the bases are not the readable ones.
+        doubtful: (g, N) where the limb may have other ranks than at generic poses.
     """
 
     group: LimbGroup
@@ -57,6 +58,7 @@ class LimbStatics(ShortRepr):
     loads: LimbLoads
     unbalanced: Array
     degenerate: NDArray[np.bool_]
+    doubtful: NDArray[np.bool_]
 
 
 def limb_statics(
@@ -92,5 +94,6 @@ def limb_statics(
         loose=relaxed.loose,
         loads=loads,
         unbalanced=found.unbalanced,
-        degenerate=found.degenerate,
+        degenerate=found.degenerate | group.at_one_pose,
+        doubtful=found.doubtful,
     )

@@ -199,8 +199,8 @@ class Result:
     def limbs(self) -> Mapping[str, LimbResult]:
         """The limbs by name, in the order of the file."""
         found = {
-            limb.name: LimbResult(self._batch, self.solutions, group, number, position)
-            for number, group in enumerate(self.robot.limb_groups)
+            limb.name: LimbResult(self._batch, self.solutions, group, position)
+            for group in self.robot.limb_groups
             for position, limb in enumerate(group.limbs)
         }
         return Named({limb.name: found[limb.name] for limb in self.robot.topology.limbs})

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -75,6 +76,15 @@ class Solution(ShortRepr):
     open: tuple[Array, ...]
     unbalanced: Mapping[str, Array]
 
+    @cached_property
+    def places(self) -> Mapping[str, tuple[int, int]]:
+        """The group of every limb, and its position there, by name."""
+        return {
+            limb.name: (number, position)
+            for number, item in enumerate(self.statics)
+            for position, limb in enumerate(item.group.limbs)
+        }
+
     def share(self, group: LimbGroup) -> Array:
         """Return (S, g, 1): 1 for the contribution that the own weight of each limb of a group belongs to.
 
@@ -112,7 +122,14 @@ class Solution(ShortRepr):
         return total
 
 
-def solve(robot: Robot, frames: Frames, load: Array, gravity: Array, misfits: Misfits | None = None) -> Solution:
+def solve(
+    robot: Robot,
+    frames: Frames,
+    load: Array,
+    gravity: Array,
+    misfits: Misfits | None = None,
+    groups: tuple[LimbGroup, ...] | None = None,
+) -> Solution:
     """Solve Eq. (12) for N poses.
 
     Args:
@@ -121,10 +138,11 @@ def solve(robot: Robot, frames: Frames, load: Array, gravity: Array, misfits: Mi
         load: (6, N) external load about o [N, N·m].
         gravity: (3, N) [m/s²].
         misfits: what joints and beams are off by.
+        groups: the limbs; None: as they are at generic poses.
     """
     _, o = robot.solver.platform_pose(frames)
     weights = robot.weights.wrenches(frames, o, gravity)
-    groups = robot.limb_groups
+    groups = robot.limb_groups if groups is None else groups
     errors = tuple(None if misfits is None else misfits.of(group, frames, o) for group in groups)
     statics = tuple(limb_statics(group, frames, o, weights, gravity, error) for group, error in zip(groups, errors, strict=True))
     platform_weight = weights[:, robot.weights.of("platform")].sum(axis=1)

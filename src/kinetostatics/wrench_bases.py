@@ -298,10 +298,10 @@ def _rest(spanned: list[Array], seeds: Array, count: int, judged: Index) -> list
 
 def _rank_over_poses(columns: Array, tolerance: float) -> tuple[int, float]:
     """Return the rank of (6, k, P) scaled columns at generic poses, and the gap with which it is decided."""
-    return max(_rank(columns[:, :, p], tolerance) for p in range(columns.shape[2]))
+    return max(rank(columns[:, :, p], tolerance) for p in range(columns.shape[2]))
 
 
-def _rank(matrix: Array, tolerance: float) -> tuple[int, float]:
+def rank(matrix: Array, tolerance: float) -> tuple[int, float]:
     """Return the rank of (6, k) scaled columns, and the gap between kept and dropped singular values."""
     if matrix.shape[1] == 0:
         return 0, np.inf
