@@ -36,7 +36,7 @@ def groups_of_poses(robot: Robot, frames: Frames, o: Array, statics: tuple[LimbS
     for item in statics:
         doubtful |= np.any(item.doubtful, axis=0)
     found = {}
-    for pose in np.flatnonzero(doubtful).tolist():
+    for pose in np.flatnonzero(doubtful & np.all(np.isfinite(o), axis=0)).tolist():
         here = Frames(frames.rotation[..., pose : pose + 1], frames.position[..., pose : pose + 1])
         changed = {number for item in statics for number in _changed(item, here, o[:, pose : pose + 1], pose)}
         if changed:

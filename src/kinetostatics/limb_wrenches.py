@@ -18,7 +18,7 @@ from kinetostatics.wrench_bases import evaluate_bases
 
 Array = NDArray[np.float64]
 
-#: Below this eigenvalue (a squared sine) of what joints allow and resist together, it is seen to whether they are dependent.
+#: Below this squared sine it is seen to whether joints are dependent.
 DOUBTFUL = 1e-8
 
 
@@ -65,33 +65,29 @@ def _of_serial(group: LimbGroup, geometry: LimbGeometry, T: Array, demand: Array
     """
     J_c, J_g, degenerate = evaluate_bases(group, geometry, T)
     W_g = np.zeros((J_g.shape[1], *demand.shape[1:]))
-    left = demand
+    left, doubtful = demand, _crossed(group, geometry)
     if J_g.shape[1]:
         A = np.einsum("ik...,ij...->kj...", T, J_g) / group.power_scale
         factor = Cholesky(np.einsum("ki...,kj...->ij...", A, A))
+        # where an attached wrench is reciprocal to all passive joints, these have become dependent
+        pivots = np.einsum("ii...->i...", factor.factor) ** 2
+        doubtful |= ~(np.min(pivots, axis=0) > DOUBTFUL * np.max(pivots, axis=0))
         for _ in range(2):  # the second round removes the error of the normal equations
             right = -np.einsum("ki...,k...->i...", A, left)
             W_g = W_g + factor.solve(right[:, None])[:, 0]
             left = demand + np.einsum("ki...,i...->k...", A, W_g)
     none = np.zeros((1, 6, 0, *demand.shape[1:]))
     R_g = np.einsum("ij...,j...->i...", J_g, W_g)
-    return LimbWrenches(J_c, J_g, W_g, J_c[None], R_g[None], none, left, degenerate, _doubtful(group, geometry, T, J_c))
+    return LimbWrenches(J_c, J_g, W_g, J_c[None], R_g[None], none, left, degenerate, doubtful)
 
 
-def _doubtful(group: LimbGroup, geometry: LimbGeometry, T: Array, J_c: Array) -> NDArray[np.bool_]:
-    """Return where (g, N) the passive twists (6, k, g, N) of serial limbs, or those of the platform joint, may be dependent.
-
-    With what they leave, J_c, they span all six dimensions; the platform joint with J_c and J_g does so, too.
-    """
-    scale = group.twist_scale[::-1]
-    unit = normalize(J_c * scale)
-    twists = T / scale
-    gram = np.einsum("ik...,jk...->ij...", twists, twists) + np.einsum("ik...,jk...->ij...", unit, unit)
-    doubtful = ~definite(gram, DOUBTFUL)
-    if len(group.basis.carried) > 1:
-        carried = normalize(geometry.twists[:, list(group.basis.carried)] / scale)
-        doubtful |= ~definite(np.einsum("ki...,kj...->ij...", carried, carried), DOUBTFUL)
-    return np.asarray(doubtful & np.all(np.isfinite(gram), axis=(0, 1)))
+def _crossed(group: LimbGroup, geometry: LimbGeometry) -> NDArray[np.bool_]:
+    """Return where (g, N) the twists of a platform joint may be dependent: those of one unit alone never are."""
+    carried = list(group.basis.carried)
+    if len({int(unit) for unit in group.unit_of[carried]}) < 2:
+        return np.zeros(geometry.limb_axes.shape[2:], dtype=bool)
+    twists = normalize(geometry.twists[:, carried] / group.twist_scale[::-1])
+    return ~definite(np.einsum("ki...,kj...->ij...", twists, twists), DOUBTFUL)
 
 
 def _of_rings(group: LimbGroup, geometry: LimbGeometry, demand: Array) -> LimbWrenches:
