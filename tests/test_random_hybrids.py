@@ -133,6 +133,7 @@ class Case:
 @example(835)
 @example(1304)  # hinges with parallel axes, which rounding lets meet far away
 @example(53067)  # free, and misfits that contradict one another besides
+@example(12064842)  # rigid limbs, one of which sags by rounding
 @example(826)  # a rigid limb with elastic links, whose compliance is nothing but rounding
 def test_random_hybrids_agree_with_finite_elements(seed):
     case = Case.random(seed)

@@ -221,7 +221,12 @@ class _RigidPart:
     def solve(self, right: Array, splits: list[_Split], strains: list[Array]) -> tuple[Array, list[Array]]:
         """Return twists (6, S, N), and for each partly rigid group the multipliers (r, S, g, N) of its rigid wrenches."""
         force = np.moveaxis(right * self.scale[:, None, None], 2, 0)
-        given = [np.einsum("gnir,isgn->ngrs", split.rigid, strain) for split, strain in zip(splits, strains, strict=True)]
+        given = []
+        for split, strain in zip(splits, strains, strict=True):
+            along, size = (
+                np.einsum("gnir,isgn->ngrs", *pair) for pair in ((split.rigid, strain), (abs(split.rigid), abs(strain)))
+            )
+            given.append(np.where(np.abs(along) > _DEPENDENT * size, along, 0.0))  # along rigid directions nothing sags
         wanted = np.concatenate([part.reshape(part.shape[0], -1, part.shape[3]) for part in given], axis=1)
         wanted = wanted / self.sizes[:, :, None]
         shift = np.swapaxes(self.gain, 1, 2) @ wanted

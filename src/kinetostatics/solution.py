@@ -227,7 +227,8 @@ def _by_contribution(
         if not item.group.is_hanging:
             for position, number in enumerate(item.group.numbers):
                 right[:, 2 + number] -= item.R_g[:, position]
-                strain[:, 2 + number, position] = item.sag[:, position]
+                if item.group.rigid_directions < len(strain):  # else nothing sags: what there is, is rounding
+                    strain[:, 2 + number, position] = item.sag[:, position]
         if sources[-1] == "misfit":
             strain[:, -1] = item.misfit
         strains.append(strain)
