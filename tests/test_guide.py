@@ -172,9 +172,9 @@ def warning_patterns() -> list[re.Pattern[str]]:
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             texts: list[ast.expr | None] = []
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "append":
-                if ast.unparse(node.func.value).endswith("warnings") or path.name == "report_warnings.py":
+                if ast.unparse(node.func.value).endswith("warnings") or path.name.startswith("report_warnings"):
                     texts = [*node.args]
-            elif isinstance(node, ast.Yield | ast.Return) and path.name == "report_warnings.py":
+            elif isinstance(node, ast.Yield | ast.Return) and path.name.startswith("report_warnings"):
                 texts = [node.value]
             for part in texts:
                 if isinstance(part, ast.JoinedStr):

@@ -11,7 +11,9 @@ import numpy as np
 from kinetostatics.configuration import Status
 from kinetostatics.equilibrium import analyze
 from kinetostatics.exceptions import KinetostaticsError, StaticsError
+from kinetostatics.near_singular import near_singular_words
 from kinetostatics.report_text import CLOSED, LENGTHS, listing, quantity
+from kinetostatics.report_warnings_of_masses import without_mass
 from kinetostatics.rigid_pieces import Piece, PieceGraph
 from kinetostatics.zero_pose import corrections_hint
 
@@ -45,7 +47,7 @@ AT_ZERO = "at the zero pose"
 def warnings_of_file(robot: Robot, facts: RobotFacts) -> list[str]:
     """Return warnings of what can be seen without statics."""
     found = [*_closing(robot, facts), *_limits(robot, facts), *_sizes(robot, facts), *_stubby(robot, facts)]
-    found += [*_materials(facts), *_masses(robot, facts), *_elastic_joints(robot, facts)]
+    found += [*_materials(facts), *_masses(robot, facts), *without_mass(robot, facts), *_elastic_joints(robot, facts)]
     rigid = [limb.name for limb in facts.limbs if limb.rigid]
     if rigid:
         verb = "have nothing elastic between base and platform and count" if rigid[1:] else "has nothing elastic and counts"
@@ -262,6 +264,9 @@ def _masses(robot: Robot, facts: RobotFacts) -> Iterable[str]:
 
 
 def _elastic_joints(robot: Robot, facts: RobotFacts) -> Iterable[str]:
+    kinds = [robot.mechanism.connections[edge.joint].kind for limb in robot.topology.limbs for edge in limb.edges if edge.joint]
+    if not robot.description.joint_stiffness and not {"fixed", "floating"}.issuperset(kinds):
+        yield "bearings and drives count as rigid: the file gives no <joint_stiffness>"
     weight = 9.81 * (facts.mass or 0.0)
     for joint in facts.elastic_joints:
         for words, value, unit, turns in _held(robot, joint):
@@ -333,6 +338,8 @@ def warnings_of_statics(robot: Robot, facts: RobotFacts) -> tuple[list[str], lis
     problem = _statics_problem(robot)
     if problem is not None:
         (found if problem.startswith(AT_ZERO) else problems).append(problem)
+    else:
+        found += _near_singular(robot)
     return found, problems
 
 
@@ -361,6 +368,15 @@ def _statics_problem(robot: Robot) -> str | None:
     zero = robot.model_q(robot.zero_poses)[:, 0]
     problem = _complaint(lambda: analyze(robot.configuration(zero, tolerance=tolerance)))
     return None if problem is None else f"{AT_ZERO} {problem}"
+
+
+def _near_singular(robot: Robot) -> list[str]:
+    """Say that the zero pose is nearly singular, if it is."""
+    pose = robot.configuration(
+        robot.model_q(robot.zero_poses)[:, 0], tolerance=1e-9 + 1e3 * robot.closing_error, on_failure="nan"
+    )
+    words = near_singular_words(analyze(pose, on_failure="nan"))
+    return [words.replace("the pose is", "the zero pose is", 1)] if words else []
 
 
 def _complaint(compute: Callable[[], object]) -> str | None:

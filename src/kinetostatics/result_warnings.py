@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from kinetostatics.near_singular import near_singular_words
+
 if TYPE_CHECKING:
     from kinetostatics.result import Result
 
@@ -22,6 +24,8 @@ def result_warnings(result: Result) -> tuple[str, ...]:
     robot = result.robot
     found = [*robot.description.warnings, *robot.topology.warnings]
     found += _open_loops(result) + _large_motions(result)
+    near = near_singular_words(result)
+    found += [near] if near else []
     for item in result.configuration.limits_exceeded.values():
         found.append(
             f"{item.joint} is beyond its limits [{item.lower:.6g}, {item.upper:.6g}]"

@@ -1,0 +1,233 @@
+"""Warnings of moving parts without mass, of poses that are nearly singular, and of bearings that count as rigid."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import kinetostatics as ks
+from kinetostatics.description import Beam, Inertia, Joint, JointStiffness, Link, Loop, Material, Origin, RobotDescription
+from kinetostatics.near_singular import HOLD, near_singularity
+from kinetostatics.report_facts import robot_facts
+from kinetostatics.sections import Tube
+
+RIGID = "bearings and drives count as rigid: the file gives no <joint_stiffness>"
+STEEL = Material(youngs_modulus=210e9, poisson_ratio=0.3, density=7850)
+Y = (0.0, 1.0, 0.0)
+SHAPE = '<visual><geometry><sphere radius="0.1"/></geometry></visual>'
+
+
+@pytest.fixture(autouse=True)
+def in_root(monkeypatch, request):
+    monkeypatch.chdir(request.config.rootpath)
+
+
+def parallelogram(lean=0.0, plate=3.0):
+    """Two rods of 0.3 m, the left one driven, lean by an angle at zero and carry a level plate of 0.4 m."""
+    down, up = Origin(rpy=(0.0, lean, 0.0)), Origin((0.0, 0.0, 0.3), (0.0, -lean, 0.0))
+    return RobotDescription.of(
+        "parallelogram",
+        links=[Link("ground"), Link("left"), Link("right"), Link("plate", plate, (0.2 * (plate > 0), 0, 0))],
+        joints=[
+            Joint("a", "revolute", "ground", "left", down, axis=Y, lower=-1, upper=1),
+            Joint("b", "continuous", "left", "plate", up, axis=Y),
+            Joint("d", "continuous", "ground", "right", Origin((0.4, 0, 0), (0.0, lean, 0.0)), axis=Y),
+        ],
+        loops=[Loop("c", "continuous", "right", "plate", up, Origin((0.4, 0, 0)), axis=Y)],
+        platform="plate",
+        platform_origin=Origin((0.2, 0, 0)),
+        beams=[Beam("left", Tube.of(0.02), STEEL), Beam("right", Tube.of(0.03, 0.02), STEEL)],
+        driven=["a"],
+    )
+
+
+def warnings_of(description):
+    return robot_facts(ks.Robot(description)).warnings
+
+
+# ---- bearings --------------------------------------------------------------------------------------------------------
+
+
+def test_rigid_bearings_are_said_once_in_check():
+    plain = parallelogram()
+    assert warnings_of(plain).count(RIGID) == 1
+    assert not any("count as rigid" in text for text in ks.analyze(ks.Robot(plain).assemble()).warnings)
+    for stiffness in (JointStiffness("a", drive=1e5), JointStiffness("c", linear=(np.inf, np.inf, np.inf))):
+        assert RIGID not in warnings_of(plain.with_joint_stiffness(stiffness))
+
+
+def test_a_welded_frame_has_no_bearings():
+    welded = RobotDescription.of(
+        "mast",
+        links=[Link("ground"), Link("mast"), Link("top", 2.0)],
+        joints=[
+            Joint("foot", "fixed", "ground", "mast"),
+            Joint("head", "fixed", "mast", "top", Origin((0, 0, 1.0))),
+        ],
+        platform="top",
+        beams=[Beam("mast", Tube.of(0.05), STEEL)],
+    )
+    assert warnings_of(welded) == []
+
+
+# ---- masses ----------------------------------------------------------------------------------------------------------
+
+
+def test_a_platform_without_mass():
+    text = "the platform has no mass: give its link an <inertial>"
+    assert text not in warnings_of(parallelogram()) and text in warnings_of(parallelogram(plate=0.0))
+    meant = parallelogram(plate=0.0)
+    meant = meant.with_link(replace(meant.links["plate"], has_inertial=True))
+    assert text not in warnings_of(meant)
+    assert text not in warnings_of(parallelogram(plate=0.0).with_payload("tool", "plate", 1.0))
+    drawn = parallelogram(plate=0.0).changed("plate", extra=SHAPE)
+    assert sum("mass" in warning for warning in warnings_of(drawn)) == 1  # one word of one thing
+
+
+def test_limbs_that_weigh_nothing():
+    bare = parallelogram().without_beam("right")
+    assert "limb_2 weighs nothing: its links have no <inertial>" in warnings_of(bare)
+    both = bare.without_beam("left")
+    assert "limb_1 and limb_2 weigh nothing: their links have no <inertial>" in warnings_of(both)
+    assert not any("no <inertial>" in text for text in warnings_of(bare.changed("right", mass=1.0)))
+    assert not any("no <inertial>" in text for text in warnings_of(bare.changed("right", has_inertial=True)))
+    drawn = warnings_of(both.changed("left", extra=SHAPE))
+    assert sum("no <inertial>" in text or "a shape" in text for text in drawn) == 1
+    nothing = warnings_of(parallelogram(plate=0.0).without_beam("right").without_beam("left"))
+    assert "nothing in the file has a mass" in nothing and not any("<inertial>" in text for text in nothing)
+
+
+def test_drawn_links_without_mass():
+    """A motor on a beam's joint, drawn and not weighed; not so where it is welded to what weighs, or says that it weighs 0."""
+    text = "motor has a shape but no mass: an <inertial> is missing, with the mass 0 if that is meant"
+    plain = parallelogram()
+
+    def slid(motor):
+        """The left rod stands on a slider that is drawn."""
+        moved = plain.with_link(motor).with_joint(Joint("s", "prismatic", "ground", "motor", axis=(1.0, 0, 0), lower=-1, upper=1))
+        return replace(moved.with_joint(replace(moved.joints["a"], parent="motor")), driven=("a", "s"))
+
+    assert text in warnings_of(slid(Link("motor", extra=SHAPE)))
+    assert text in warnings_of(slid(Link("motor", extra=SHAPE.replace("visual", "collision"))))
+    for motor in (Link("motor"), Link("motor", 2.0, extra=SHAPE), Link("motor", extra=SHAPE, has_inertial=True)):
+        assert text not in warnings_of(slid(motor))
+    welded = slid(Link("motor", extra=SHAPE)).with_payload("rotor", "motor", 1.0)
+    assert text not in warnings_of(welded)
+    two = slid(Link("motor", extra=SHAPE)).with_link(Link("flag", extra=SHAPE)).with_joint(Joint("f", "fixed", "motor", "flag"))
+    assert any(warning.startswith("motor and flag have shapes but no mass") for warning in warnings_of(two))
+
+
+def test_no_false_alarms_for_the_shipped_robots():
+    texts = [(Path("tests/golden") / f"{name}.txt").read_text(encoding="utf-8") for name in ks.robots()]
+    assert len(texts) == 16
+    for text in texts:
+        warned = text[text.index("\nWarnings") :]
+        assert "mass" not in warned and "weigh" not in warned and "singular" not in warned
+
+
+# ---- nearly singular poses -------------------------------------------------------------------------------------------
+
+
+def gough_at(degrees):
+    """The hexapod turned about the vertical: at a quarter turn it is singular (Fichter, 1986)."""
+    robot = ks.load_robot("gough_stewart")
+    z = float(robot.assemble().platform["z"])
+    return ks.analyze(robot.assemble(platform={"x": 0, "y": 0, "z": z, "rx": 0, "ry": 0, "rz": np.radians(degrees)}))
+
+
+def test_hold_is_the_smallest_singular_value_of_the_legs_lines():
+    """Each leg can only push and pull along itself; moments are divided by the robot's length."""
+    for degrees in (0, 40, 88.5):
+        result = gough_at(degrees)
+        o, rows = result.configuration.platform_frame[:3, 3], []
+        for beam in (beam for name, beam in result.beams.items() if name.startswith("rod")):
+            line, head = beam.axes[:, 0], beam.points[-1] - o
+            rows.append((line, np.cross(head, line)))
+        lines = np.array([np.concatenate([f, m / result.robot.length]) for f, m in rows])
+        lines /= np.linalg.norm(lines, axis=1)[:, None]
+        expected = np.linalg.svd(lines, compute_uv=False)[-1]
+        assert near_singularity(result).hold == pytest.approx([expected], rel=1e-9)
+
+
+def test_poses_beside_a_singular_one_are_said():
+    """The platform's hold falls with the angle to the quarter turn; the warning begins where it is 1/50."""
+    low, high = 85.0, 89.0
+    assert not any("singular" in text for text in gough_at(low).warnings)
+    for _ in range(20):
+        middle = (low + high) / 2
+        low, high = (middle, high) if near_singularity(gough_at(middle)).hold[0] > HOLD else (low, middle)
+    before, after = gough_at(low), gough_at(high)
+    assert near_singularity(before).hold[0] == pytest.approx(HOLD, rel=1e-4)
+    assert not any("singular" in text for text in before.warnings) and after.status == before.status
+    (text,) = [text for text in after.warnings if "singular" in text]
+    motion = "a rotation about the axis (0, 0, 1) through o + (0, 0, 0) m with a pitch of -0.066"
+    assert text.startswith(f"the pose is nearly singular: the platform is hardly held against {motion}")
+    assert text.endswith("; limbs must carry about 50 times what loads it there")
+
+
+def test_the_softness_is_what_a_moment_meets():
+    result = gough_at(89.0)
+    (text,) = [text for text in result.warnings if "singular" in text]
+    value = text.split(" N·m/rad)")[0].rsplit(" (", 1)[1]
+    assert float(value) == pytest.approx(1 / result.compliance[5, 5], rel=0.01)  # of a moment about the vertical alone
+
+
+def test_batches_say_how_many():
+    robot = ks.load_robot("gough_stewart")
+    z = float(robot.assemble().platform["z"])
+    angles = np.radians([0.0, 60.0, 88.5, 89.5])
+    near = robot.assemble(platform={"x": 0, "y": 0, "z": z, "rx": 0, "ry": 0, "rz": angles})
+    (text,) = [text for text in ks.analyze(near).warnings if "singular" in text]
+    assert text.startswith("2 of 4 poses are nearly singular, at the worst: the platform is hardly held against a rotation about")
+    alone = near_singularity(gough_at(89.5))
+    assert near_singularity(ks.analyze(near)).hold[3] == pytest.approx(alone.hold[0], rel=1e-6)
+    drives = {"prismatic_1": [50.0], "prismatic_2": 0.0, "prismatic_3": 0.0}
+    lost = ks.analyze(ks.load_robot("3rps").assemble(actuators=drives))
+    assert ks.Status.UNREACHABLE in lost.status
+    assert not np.any(near_singularity(lost).where) and not any("singular" in text for text in lost.warnings)
+    empty = ks.analyze(robot.assemble(platform={"x": 0, "y": 0, "z": np.zeros(0), "rx": 0, "ry": 0, "rz": 0}))
+    assert near_singularity(empty).where.shape == (0,) and not any("singular" in text for text in empty.warnings)
+
+
+def test_a_zero_pose_beside_a_singular_one_is_said_by_check():
+    """Rods that lie nearly along the plate let it turn about the left rod's end."""
+    for lean, near in ((0.0, False), (1.45, False), (1.56, True)):
+        found = [text for text in warnings_of(parallelogram(lean)) if "nearly singular" in text]
+        assert bool(found) == near, found
+    assert found[0].startswith("the zero pose is nearly singular: the platform is hardly held against a rotation about")
+
+
+def test_rigid_robots_are_judged_too():
+    rigid = parallelogram(1.56).without_beam("left").without_beam("right")
+    robot = ks.Robot(rigid.changed("left", mass=1.0).changed("right", mass=1.0))
+    (text,) = [text for text in ks.analyze(robot.assemble()).warnings if "singular" in text]
+    assert "N·m/rad" not in text and "N/m" not in text
+
+
+def tilting(lean):
+    """The parallelogram carries a driven hinge with the platform: one limb, a network, which always holds all six motions."""
+    base = parallelogram(0.0)
+    carried = base.with_link(Link("top", 1.0)).with_joint(
+        Joint("t", "revolute", "plate", "top", Origin((0.2, 0, 0)), axis=Y, lower=-1, upper=1)
+    )
+    robot = ks.Robot(replace(carried, platform="top", platform_origin=Origin(), driven=("a", "t")))
+    return ks.analyze(robot.assemble(actuators={"a": lean, "t": 0.0}))
+
+
+def test_networks_that_nearly_collapse_are_said():
+    """The rods' forces under a moment grow with the inverse of the sine of the angle between rods and plate."""
+    upright = near_singularity(tilting(0.0))
+    assert upright.hold == pytest.approx([1.0], rel=1e-9) and upright.gain == pytest.approx([1.0], abs=0.1)
+    angles = np.array([1.50, 1.54, 1.565])
+    gains = np.array([near_singularity(tilting(angle)).gain[0] for angle in angles])
+    np.testing.assert_allclose(gains * np.cos(angles), gains[-1] * np.cos(angles[-1]), rtol=0.02)
+    for angle, value in zip(angles, gains, strict=True):
+        found = [text for text in tilting(angle).warnings if "singular" in text]
+        assert bool(found) == (value > 1 / HOLD), (angle, value, found)
+        assert not found or "times as much under such a load as near the zero pose" in found[0]
+    assert gains[0] < 1 / HOLD < gains[-1]
+
+
+def test_inertias_count_as_given():
+    assert Link("a", inertia=Inertia((1.0, 0, 0, 1, 0, 1))).has_inertial
