@@ -212,13 +212,56 @@ def search() -> str:
 # ---- figures -------------------------------------------------------------------------------------------------------------
 
 
+def symbol(what: str) -> str:
+    """Return the paper's symbol of a quantity of a map."""
+    kind, _, part = what.partition(":")
+    if kind == "twist":
+        return rf"$\Delta_{{\mathrm{{{part if part.startswith('r') else 'd' + part}}}}}$"
+    return rf"$f_{{{part[-1] if kind == 'actuator_force' else part[2]}a}}$"
+
+
+@cache
+def map_of_figures(steps: int = 33) -> xr.Dataset:
+    """Return the map of the 3RPS that Figs 6 and 7 show here; the paper does not say which region its own show."""
+    return sweep("3rps", np.array([0.5, 0.65, 0.8]), np.linspace(-45, 45, steps))
+
+
+def caption(number: int) -> str:
+    """Return what has to be said of a figure, computed from the map that it shows."""
+    if number == 13:
+        ds = map_of("2pru_upr", (0.3, 0.6), 10, False, False)
+        rails = max(float(abs(ds["actuator_force"].sel(actuator=f"prismatic_{k}")).max()) for k in (1, 2))
+        rods = float(ds["rod_base_force"].max())
+        return (
+            f"*The paper's Fig 13: f_ia of the 2PRU-UPR, the axial forces at the rods' base ends, at most {rods:.1f} N. Those of "
+            f"rods 1 and 2 are not the forces of the drives on the rails, which hold at most {rails:.1f} N.*"
+        )
+    ds = map_of_figures()
+    inside = ks.indices.valid(ds)
+    tilt = np.degrees(np.arccos(np.clip(np.cos(ds["rx"]) * np.cos(ds["ry"]), -1, 1)))
+    grid = "The grid is ours: angles up to 45°, z = 0.5, 0.65, 0.8 m, less what is beyond the joints' limits."
+    linear, angular, force = PAPER["3rps"]
+    if number == 7:
+        said = _reach("f_ia", ks.indices.largest_actuator_force(ds).where(inside), tilt, force, " N", ".0f")
+        return f"*Actuator forces of the 3RPS, after the paper's Fig 7. {grid} {said}*"
+    said = _reach("the displacement of o", 1e6 * ks.indices.linear_sag(ds).where(inside), tilt, linear, " µm", ".1f")
+    more = _reach("the rotation", np.degrees(ks.indices.angular_sag(ds).where(inside)), tilt, angular, "°", ".4f")
+    return f"*Twist of the 3RPS over the angles of R = Rot_x Rot_y Rot_z, after the paper's Fig 6. {grid} {said} {more}*"
+
+
+def _reach(what: str, values: xr.DataArray, tilt: xr.DataArray, limit: float, unit: str, form: str) -> str:
+    """Say how far values go on our grid, and inside which tilt they stay below the paper's maximum."""
+    most, nearest = float(values.max()), float(tilt.where(values > limit).min())
+    return f"On it {what} reaches {most:{form}}{unit}; up to a tilt of {nearest:.0f}° it stays below the paper's {limit:g}{unit}."
+
+
 def figures(coarse: bool = False) -> Iterator[tuple[str, object]]:
     """Yield names and figures."""
     from matplotlib import pyplot as plt
 
     twist = [f"twist:{component}" for component in ("x", "y", "z", "rx", "ry", "rz")]
     steps = 9 if coarse else 33
-    rps = sweep("3rps", np.array([0.5, 0.65, 0.8]), np.linspace(-45, 45, steps))
+    rps = map_of_figures(steps)
     pru = sweep("2pru_upr", np.linspace(0.3, 0.6, 4), np.linspace(-10, 10, (steps + 1) // 2 + 4))
     drives = [f"actuator_force:prismatic_{k}" for k in (1, 2, 3)]
     rods = [f"rod_base_force:f_{k}a" for k in (1, 2, 3)]
@@ -231,6 +274,10 @@ def figures(coarse: bool = False) -> Iterator[tuple[str, object]]:
         for k, (ax, what) in enumerate(zip(panels.ravel(), quantities, strict=True)):
             unit = "mdeg" if what in twist[3:] else None
             ks.plot.surface(ds, what, x="rx", y="ry", over="z", unit=unit, ax=ax, legend=k == 0)
+            unit_shown = ax.get_title().rpartition("[")[2]
+            ax.set_title(f"{symbol(what)} [{unit_shown}")
+            if ds is pru:
+                ax.set(xlabel=r"$\theta_X$ [°]", ylabel=r"$\theta_y$ [°]")
         yield f"figure_{number}", figure
     yield "slice_3rps", ks.plot.slice(rps, "linear_sag", x="rx", y="ry", z=0.65)
     tilts = sweep("3rps", np.array([0.65]), np.linspace(0, 50, 11 if coarse else 26), tilted=True)
@@ -258,7 +305,8 @@ def draw(folder: Path, endings: tuple[str, ...], dpi: float) -> None:
 def write_docs() -> None:
     """Put the tables between the markers of the page, and the pictures beside it."""
     page = PAGE.read_text(encoding="utf-8")
-    for name, text in (("indices", index_table()), ("maxima", table())):
+    captions = [(f"figure {number}", caption(number)) for number in (6, 7, 13)]
+    for name, text in (("indices", index_table()), ("maxima", table()), *captions):
         begin, end = f"<!-- {name}: begin -->", f"<!-- {name}: end -->"
         before, rest = page.split(begin)
         page = f"{before}{begin}\n\n{text}\n\n{end}{rest.split(end)[1]}"

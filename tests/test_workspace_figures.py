@@ -153,3 +153,8 @@ def test_figures_show_the_maps():
     # the largest corner of Fig 12 (a) is the largest displacement along x of the table
     heights = np.asarray(figures["figure_12"].axes[0].collections[0]._faces)[..., 2]
     assert heights.max() == pytest.approx(27.465, abs=1e-3)
+
+
+@pytest.mark.parametrize("number", [6, 7, 13])
+def test_captions_say_what_the_figures_show(number):
+    assert between(f"figure {number}").strip() == paper_workspace.caption(number), "stale: paper_workspace.py --write-docs"
