@@ -26,15 +26,21 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
+#: Cosine of the angle between axes that count as parallel.
+_ALIKE = 1 - 1e-6
+#: A component of a unit vector above this tells which way it points.
+_CLEAR = 0.2
+
 
 @dataclass(frozen=True)
 class LimbGeometry:
     """What N poses of a group of g limbs look like; all arms are from o [m], world axes.
 
     Attributes:
-        axes: (3, k, g, N) axes of all freedoms.
+        axes: (3, k, g, N) axes of all freedoms; which way they point does not depend on the file, see :func:`_orientations`.
         twists: (6, k, g, N) unit twists of all freedoms about o, outboard relative to inboard: the columns behind Eqs. (2), (4).
-        centres: (3, units + 1, g, N) joint centres, and the limb's outer end.
+        centres: (3, units + 1, g, N) joint centres, and the limb's outer end; of an axis without a centre of its own the point
+            nearest to the next joint with one along a serial limb, else to o.
         limb_axes: (3, 3, g, N) columns x, y, z; z along the limb.
         beam_axes: (3, 3, beams, g, N).
         beam_lengths: (beams, g, N) [m].
@@ -89,32 +95,39 @@ class LimbSkeleton:
         self._beam_starts = _Vectors([[(s.start_body, s.start) for s in row] for row in spans])
         self._beam_ends = _Vectors([[(s.end_body, s.end) for s in row] for row in spans])
         self._spring_points = _Vectors([[(spring.body, spring.frame[:3, 3]) for spring in row] for row in springs])
+        self._loose = _nearest_centres([unit.has_centre for unit in self._units], limbs[0].is_serial)
+        last = self._units[-1] if self._units and self._units[-1].edge == len(limbs[0].edges) - 1 else None
+        self._ends_at_joint = last is not None and (not last.has_centre or all(freedom.rotates for freedom in last.freedoms))
         self._last_freedoms = [int(np.flatnonzero(self.unit_of == u)[-1]) for u in range(len(self._units))]
         zero = robot.zero_frames
-        z = self._limb_z(self._beam_axes.at(zero), self._centres.points(zero), self._outer_ends.points(zero))[:, :, 0]
-        self.y_choice = self._choose_y(self._axes.at(zero)[:, :, 0, 0], z[:, 0])
+        axes, arms, centres = self._joints(zero, np.zeros((3, 1)))
+        z = self._limb_z(self._beam_axes.at(zero), centres)[:, :, 0]
+        self.y_choice = self._choose_y(axes[:, :, 0, 0], z[:, 0])
         self._world_y = axis_across(z)
+        named = np.array([unit.has_axis(freedom.rotates) for unit in units[0] for freedom in unit.freedoms], dtype=bool)
+        moments = np.where(self.rotates[:, None], cross(arms, axes)[..., 0], 0.0)
+        self._orientations = _orientations(axes[..., 0], moments, named, robot.length)[:, :, None]
 
     def geometry(self, frames: Frames, o: Array) -> LimbGeometry:
         """Evaluate the limbs at given frames; ``o`` (3, N) is the reference point [m]."""
-        axes, beam_axes, spring_axes = self._axes.at(frames), self._beam_axes.at(frames), self._spring_axes.at(frames)
-        centres, outer_ends = self._centres.points(frames), self._outer_ends.points(frames)
+        beam_axes, spring_axes = self._beam_axes.at(frames), self._spring_axes.at(frames)
+        axes, arms, centres = self._joints(frames, o)
         o = o[:, None, None]
-        arms = centres - o
         twists = np.empty((6, *axes.shape[1:]))
         slides = np.flatnonzero(~self.rotates)
         twists[:3], twists[3:] = cross(arms, axes), axes
         twists[:3, slides], twists[3:, slides] = axes[:, slides], 0.0
         if self._signs is not None:
             twists *= self._signs
+        axes = axes * self._orientations
         beam_ends = self._beam_ends.points(frames)
-        z = self._limb_z(beam_axes, centres, outer_ends)
+        z = self._limb_z(beam_axes, centres)
         follow = axes[:, self.y_choice[1]] if self.y_choice[0] == "axis" else self._world_y[:, :, None]
         y = normalize(follow - z * dot(z, follow))
         return LimbGeometry(
             axes=axes,
             twists=twists,
-            centres=np.concatenate([arms[:, self._last_freedoms], outer_ends - o], axis=1),
+            centres=centres,
             limb_axes=np.stack([cross(y, z), y, z], axis=1),
             beam_axes=beam_axes,
             beam_lengths=dot(beam_axes[:, 0], beam_ends - self._beam_starts.points(frames)),
@@ -123,18 +136,25 @@ class LimbSkeleton:
             spring_arms=self._spring_points.points(frames) - o,
         )
 
-    def _limb_z(self, beam_axes: Array, centres: Array, outer_ends: Array) -> Array:
+    def _joints(self, frames: Frames, o: Array) -> tuple[Array, Array, Array]:
+        """Return the freedoms' axes as in the file and arms to a point of each (3, k, g, N), and ``LimbGeometry.centres``."""
+        axes, arms = self._axes.at(frames), self._centres.points(frames) - o[:, None, None]
+        centres = np.concatenate([arms[:, self._last_freedoms], self._outer_ends.points(frames) - o[:, None, None]], axis=1)
+        for unit, near in self._loose.items():
+            along = axes[:, self._last_freedoms[unit]]
+            arm = centres[:, unit] if near is None else centres[:, unit] - centres[:, near]
+            centres[:, unit] -= along * dot(along, arm)
+        if self._ends_at_joint:  # which is where its axes meet
+            centres[:, -1] = centres[:, -2]
+        return axes, arms, centres
+
+    def _limb_z(self, beam_axes: Array, centres: Array) -> Array:
         """Return the limbs' z axes (3, g, N): along the last beam, else from the first joint to the outer end, else up."""
         if beam_axes.shape[2]:
             return beam_axes[:, 0, -1]
-        outer = outer_ends[:, 0]
-        if centres.shape[1]:
-            axis = outer - centres[:, 0]
-            if float(np.min(np.sqrt(dot(axis, axis)), initial=1.0)) > 1e-9:
-                return normalize(axis)
-        up = np.zeros_like(outer)
-        up[2] = 1
-        return up
+        axis = centres[:, -1] - centres[:, 0]
+        far = dot(axis, axis) > 1e-18
+        return np.where(far, normalize(axis), np.array([0.0, 0.0, 1.0])[:, None, None])
 
     def _choose_y(self, axes: Array, z: Array) -> tuple[str, int]:
         """Choose what the y axis across ``z`` (3,) follows: a passive revolute, else a universal's axis, else a world axis."""
@@ -169,6 +189,35 @@ class _Vectors:
         if not self._bodies.size:  # which indexing would pay for
             return np.zeros((*self._shape, N))
         return evaluate(self._bodies, self._vectors).reshape(*self._shape, N)
+
+
+def _nearest_centres(has_centre: Sequence[bool], is_serial: bool) -> dict[int, int | None]:
+    """Return for each joint without a centre the next one in the limb that has one, the outer of two, if there is any."""
+    known = [u for u, has in enumerate(has_centre) if has and is_serial]
+    return {
+        u: min(known, key=lambda other: (abs(other - u), -other), default=None) for u, has in enumerate(has_centre) if not has
+    }
+
+
+def _orientations(axes: Array, moments: Array, named: NDArray[np.bool_], length: float) -> Array:
+    """Return for every axis of g limbs the sign (k, g) with which it points as its line in space says, whatever the file writes.
+
+    At the closed zero pose it points along the world's z axis; if it is level, anticlockwise around that; if it meets the z axis,
+    along x, else along y. Axes of one limb that are parallel point the same way.
+
+    Args:
+        axes: (3, k, g) at the zero pose, as in the file.
+        moments: (3, k, g) of unit forces along them about the world's origin [m]; 0 for translations.
+        named: (k,) which axes are those of a joint alone; others do not matter.
+        length: characteristic length [m].
+    """
+    cosines = np.einsum("ikg,ihg->khg", axes, axes) * named[:, None]
+    alike = np.where(np.abs(cosines) > _ALIKE, np.sign(cosines), 0.0)
+    around = np.einsum("khg,hg->kg", alike, moments[2] * named[:, None]) / length
+    signs = np.ones(axes.shape[1:])
+    for size in (axes[1], axes[0], around, axes[2]):  # the last has the last word
+        signs = np.where(np.abs(size) > _CLEAR, np.sign(size), signs)
+    return signs
 
 
 def _outer_point(robot: Robot, limb: Limb) -> tuple[int, Array]:

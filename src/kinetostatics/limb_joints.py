@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.kinematics import Frames
-from kinetostatics.mechanism import ROTATING, Connection, Mechanism, meeting_points
+from kinetostatics.mechanism import ONE_FREEDOM, ROTATING, Connection, Mechanism, meeting_points
 from kinetostatics.ordering import axis_across
 from kinetostatics.screws import rotation_twist, translation_twist
 from kinetostatics.springs import is_sprung
@@ -51,6 +51,7 @@ class Unit:
         passive: whether at least one of its freedoms is free (neither driven nor held by a spring).
         freedoms: its freedoms, base to platform.
         edge: position of its last joint among the limb's edges.
+        has_centre: whether its centre is a point of the machine; else it is one that the file has chosen on its axis.
     """
 
     kind: str
@@ -59,6 +60,28 @@ class Unit:
     passive: bool
     freedoms: tuple[Freedom, ...]
     edge: int
+    has_centre: bool
+
+    @property
+    def tells_point(self) -> bool:
+        """Whether something passes through its centre: its axes, or a beam."""
+        return self.has_centre or any(freedom.rotates for freedom in self.freedoms)
+
+    def has_axis(self, rotates: bool) -> bool:
+        """Whether the axes of its rotations or translations are lines of the machine, not of a frame that the file has chosen."""
+        return self.kind not in ("spherical", "floating") and (rotates or self.kind != "planar")
+
+
+def has_centre(mechanism: Mechanism, connection: Connection) -> bool:
+    """Whether a joint's origin matters to the statics: it is no point of an axis that might as well be another one.
+
+    Beams end at origins, and the axes of a universal or spherical joint meet there.
+    """
+    if connection.kind not in (*ONE_FREEDOM, "cylindrical"):
+        return True
+    beams = mechanism.description.beams.values()
+    ends = {end.joint for beam in beams for end in (beam.start, beam.end) if end is not None}
+    return connection.name in ends or any(beam.link in (connection.predecessor, connection.successor) for beam in beams)
 
 
 def limb_units(mechanism: Mechanism, limb: Limb) -> tuple[Unit, ...]:
@@ -71,7 +94,7 @@ def limb_units(mechanism: Mechanism, limb: Limb) -> tuple[Unit, ...]:
             for count in (3, 2, 1):
                 centres = _common_centre([(edge, item) for _, edge, item in steps[:count]]) if len(steps) >= count else None
                 if count == 1 or centres is not None:
-                    units.append(_unit_of_run(steps[:count], centres))
+                    units.append(_unit_of_run(mechanism, steps[:count], centres))
                     del steps[:count]
                     break
 
@@ -86,7 +109,8 @@ def limb_units(mechanism: Mechanism, limb: Limb) -> tuple[Unit, ...]:
             if connection is not None and connection.kind != "fixed":
                 freedoms = freedoms_of(mechanism, connection, edge.sign)
                 passive = any(freedom.passive for freedom in freedoms)
-                units.append(Unit(connection.kind, connection.name, (connection.name,), passive, freedoms, position))
+                fixed = has_centre(mechanism, connection)
+                units.append(Unit(connection.kind, connection.name, (connection.name,), passive, freedoms, position, fixed))
         if limb.ends[position]:
             flush()
     flush()
@@ -187,7 +211,7 @@ def _common_centre(run: Sequence[tuple[Edge, Connection]]) -> Array | None:
     return np.array([meetings[0][0]])
 
 
-def _unit_of_run(run: Sequence[tuple[int, Edge, Connection]], meeting: Array | None) -> Unit:
+def _unit_of_run(mechanism: Mechanism, run: Sequence[tuple[int, Edge, Connection]], meeting: Array | None) -> Unit:
     names = tuple(connection.name for _, _, connection in run)
     label = names[0] if len(names) == 1 else _common_prefix(names).rstrip("_-. ") or "+".join(names)
     first_edge, first = run[0][1], run[0][2]
@@ -196,12 +220,14 @@ def _unit_of_run(run: Sequence[tuple[int, Edge, Connection]], meeting: Array | N
     centre = frame[:3, 3] + shift * (frame[:3, :3] @ first.axis)
     if len(run) == 3:
         spun = tuple(Freedom(True, body, axis, body, centre, 1, label) for axis in np.eye(3))
-        return Unit("spherical", label, names, True, spun, run[-1][0])
+        return Unit("spherical", label, names, True, spun, run[-1][0], True)
     freedoms = tuple(
         Freedom(True, connection.predecessor_body, connection.axis_on(True), body, centre, edge.sign, connection.name)
         for _, edge, connection in run
     )
-    return Unit("universal" if len(run) == 2 else "revolute", label, names, True, freedoms, run[-1][0])
+    if len(run) == 2:
+        return Unit("universal", label, names, True, freedoms, run[-1][0], True)
+    return Unit("revolute", label, names, True, freedoms, run[-1][0], has_centre(mechanism, first))
 
 
 def _common_prefix(names: Sequence[str]) -> str:

@@ -56,7 +56,7 @@ class PieceGraph:
         base, platform: the pieces that base and platform belong to.
         base_links, platform_links: links that are rigidly part of them.
         spans: all beams, from start to end as in the file.
-        edges: all edges between different pieces, in the order of the file.
+        edges: all edges between different pieces: beams in the order of the file, joints in that of their links.
         misplaced: edges that are attached to a beam elsewhere than at its ends, with the joint and the beam's link.
         warnings: what is suspicious, in full sentences.
     """
@@ -158,7 +158,12 @@ class PieceGraph:
             if self._pieces[beam.link][0].point is None and self._pieces[beam.link][0].find() not in (start, end):
                 self._pieces[beam.link][0].find().merged = start.find()
             edges.append(PieceEdge(start, end, beam=span))
-        for connection in self.mechanism.connections.values():
+        order = {link: number for number, link in enumerate(self.description.links)}
+
+        def place(item: Connection) -> list[int]:  # which does not tell joints of the tree from loops
+            return sorted((order[item.predecessor], order[item.successor]))
+
+        for connection in sorted(self.mechanism.connections.values(), key=place):
             if connection.name in inside:
                 continue
             ends: list[Piece] = []

@@ -21,7 +21,7 @@ from kinetostatics.exceptions import AssemblyError
 from kinetostatics.kinematics import Frames
 from kinetostatics.limb_group import LimbGroup
 from kinetostatics.limb_grouping import make_limb_groups
-from kinetostatics.limb_joints import Branch, JointTable, dead_joints, freedoms_of
+from kinetostatics.limb_joints import Branch, JointTable, dead_joints, freedoms_of, limb_units
 from kinetostatics.linalg import dot, null_space
 from kinetostatics.mappings import Named
 from kinetostatics.mechanism import Mechanism
@@ -150,6 +150,7 @@ class Robot:
         _, placement = self.mechanism.platform_frame
         distances = []
         for limb in self.topology.limbs:
+            unit_of = {name: unit for unit in limb_units(self.mechanism, limb) for name in unit.joints}
             for edge in limb.edges:
                 if edge.joint is None or len(edge.chords) != 1 or not limb.to_platform[edge.chords[0][0]]:
                     continue
@@ -159,7 +160,11 @@ class Robot:
                     (connection.predecessor, connection.predecessor_frame),
                 ):
                     if link in self.topology.platform.links:
-                        distances.append(float(np.linalg.norm(frame[:3, 3] - placement[:3, 3])))
+                        arm = frame[:3, 3] - placement[:3, 3]
+                        if edge.joint in unit_of and not unit_of[edge.joint].has_centre:
+                            along = frame[:3, :3] @ connection.axis
+                            arm = arm - along * (along @ arm)
+                        distances.append(float(np.linalg.norm(arm)))
                         break
         mean = float(np.mean(distances)) if distances else 0.0
         if mean > 1e-3 * self.size:

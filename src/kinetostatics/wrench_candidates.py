@@ -143,7 +143,8 @@ def constraint_candidates(
     at = _platform_centre(units)
     where = [unit.label for unit in units] + ["its outer end"]
     axes = _readable_axes(units, unit_of, passive, rotates)
-    centres = [at, *(k for k in range(len(units) - 1, -1, -1) if k != at), *([outer] if at != outer else [])]
+    others = [k for k in range(len(units) - 1, -1, -1) if k != at and units[k].tells_point]
+    centres = [at, *others, *([outer] if at != outer else [])]
     yield Candidate(("limb", 2), at, f"force along limb axis at {where[at]}")
     for centre in centres:
         for f in axes:
@@ -175,7 +176,8 @@ def common_point(group: LimbGroup, geometry: LimbGeometry) -> tuple[int, int] | 
     free = [int(f) for f in np.flatnonzero(group.passive)]
     if not group.is_serial or not all(group.rotates[f] for f in free):
         return None
-    for f, h in itertools.combinations(free[::-1], 2):
+    named = [f for f in free if group.units[0][group.unit_of[f]].has_axis(True)]
+    for f, h in itertools.combinations(named[::-1], 2):
         if group.unit_of[f] == group.unit_of[h]:
             continue
         point = _meeting_point(f, h, geometry)
@@ -207,7 +209,7 @@ def further_candidates(
     for f in axes:
         for k in (0, 1):
             yield Candidate(("cross_limb", f, k), None, f"couple ⟂ {labels[f]} and limb {'xy'[k]}")
-    for u, v in itertools.combinations(range(len(units)), 2):
+    for u, v in itertools.combinations([k for k, unit in enumerate(units) if unit.has_centre], 2):
         yield Candidate(("to", v), u, f"force along the line from {units[u].label} to {units[v].label}")
     if not is_serial:  # whose joints are too many to look for more
         return
@@ -218,7 +220,7 @@ def further_candidates(
             if k not in (f, h):
                 yield Candidate(("axis", k), (f, h), f"force ∥ {labels[k]} where {labels[f]} and {labels[h]} meet")
         yield Candidate(("cross", f, h), (f, h), f"force ⟂ {labels[f]} and {labels[h]} where they meet")
-    for u in range(len(units) - 1, -1, -1):
+    for u in [k for k in range(len(units) - 1, -1, -1) if units[k].tells_point]:
         for f, h in itertools.combinations(turning, 2):
             what = f"the axes of {labels[f]} and {labels[h]}"
             yield Candidate(("meets", f, h), u, f"force at {units[u].label} that meets {what}")
@@ -256,6 +258,6 @@ def _platform_centre(units: Sequence[Unit]) -> int:
 
 def _readable_axes(units: Sequence[Unit], unit_of: Index, passive: NDArray[np.bool_], rotates: NDArray[np.bool_]) -> list[int]:
     """Return the freedoms whose axes mean something: single joints before universal ones, platform side first."""
-    free = [int(f) for f in np.flatnonzero(passive)[::-1] if units[unit_of[f]].kind not in ("spherical", "floating")]
+    free = [int(f) for f in np.flatnonzero(passive)[::-1] if units[unit_of[f]].has_axis(bool(rotates[f]))]
     single = [f for f in free if units[unit_of[f]].kind != "universal"]
     return [f for f in single if rotates[f]] + [f for f in free if f not in single] + [f for f in single if not rotates[f]]
