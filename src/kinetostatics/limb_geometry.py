@@ -157,12 +157,13 @@ class LimbSkeleton:
         return np.where(far, normalize(axis), np.array([0.0, 0.0, 1.0])[:, None, None])
 
     def _choose_y(self, axes: Array, z: Array) -> tuple[str, int]:
-        """Choose what the y axis across ``z`` (3,) follows: a passive revolute, else a universal's axis, else a world axis."""
-        for kinds in (("revolute", "continuous", "cylindrical"), ("universal",)):
-            for k, unit in enumerate(self._units):
-                for f in np.flatnonzero(self.unit_of == k):
-                    if unit.kind in kinds and self.passive[f] and self.rotates[f] and abs(float(axes[:, f] @ z)) < 0.999:
-                        return "axis", int(f)
+        """Choose what the y axis across ``z`` (3,) follows: a passive hinge, a universal's axis, a driven hinge, else the world's."""
+        hinges = ("revolute", "continuous", "cylindrical")
+        for kinds, passive in ((hinges, True), (("universal",), True), (hinges, False)):
+            for f, k in enumerate(self.unit_of):
+                wanted = self._units[k].kind in kinds and self.passive[f] == passive and self.rotates[f]
+                if wanted and abs(float(axes[:, f] @ z)) < 0.999:
+                    return "axis", f
         return "world", -1
 
 
