@@ -231,8 +231,21 @@ class _Connection:
     second: _Side
 
 
-def regrown(description, seed, root=None):
-    """Write another spanning tree: rooted at ``root`` or at a random link, its loops cut at random joints."""
+def regrown(description, seed):
+    """Write another spanning tree: rooted at a random link, its loops cut at random joints.
+
+    Joints that float, move in a plane or have springs along axes of their frame keep their sides. The world stays what
+    it is: that of a root to which the base is fixed would be another one.
+    """
+    for attempt in range(40):
+        found, wrong = _regrown(description, (seed, attempt))
+        if not wrong:
+            return found
+    return Rewritten(description)
+
+
+def _regrown(description, seed):
+    """Return another tree, and what of it must not be as it is."""
     description, rng = validate(description), np.random.default_rng(seed)
     connections = [
         _Connection(j, _Side(j.parent, j.origin.matrix), _Side(j.child, np.eye(4))) for j in description.joints.values()
@@ -262,10 +275,9 @@ def regrown(description, seed, root=None):
             group[a] = b
             in_tree.append(c)
     base = description.base
-    root = root or str(rng.choice(sorted(description.links)))
-    for c in in_tree:  # what is elastic along axes of its frame, or floats, keeps its sides
-        if c.item.name in held or c.item.type in ("floating", "planar"):
-            root = _root(description)
+    root = str(rng.choice(sorted(description.links)))
+    kept = held | {c.item.name for c in in_tree if c.item.type in ("floating", "planar")}
+    wrong = set()
     joints, frames, links = {}, {root: np.eye(4)}, dict(description.links)
     waiting = list(in_tree)
     while waiting:
@@ -273,6 +285,8 @@ def regrown(description, seed, root=None):
         waiting.remove(c)
         inner, outer, sign = (c.first, c.second, 1) if c.first.link in frames else (c.second, c.first, -1)
         item, child = c.item, outer.link
+        if sign < 0 and item.name in kept:
+            wrong.add(item.name)
         if child == base:  # whose frame stays what it is: the world's
             child = f"{base}_mount"
             links[child] = Link(child)
@@ -303,11 +317,17 @@ def regrown(description, seed, root=None):
                 origin(np.linalg.inv(frames[c.second.link]) @ c.second.frame),
                 item.axis, lower=item.lower, upper=item.upper, effort=item.effort, velocity=item.velocity, **more,
             )  # fmt: skip
+    parents = {joint.child: joint for joint in joints.values()}
+    here = base
+    while here in parents and parents[here].type == "fixed":
+        here = parents[here].parent
+    if here == root != base:  # the world's axes would be those of the root
+        wrong.add(base)
     bare = replace(description, joints={}, loops={})
     new = replace(
         reframed(bare, frames), links=reframed(bare, frames).links | {k: v for k, v in links.items() if k not in bare.links}
     )
-    return Rewritten(replace(new, joints=done, loops=loops, base=base))
+    return Rewritten(replace(new, joints=done, loops=loops, base=base)), wrong
 
 
 # ---- names and order -----------------------------------------------------------------------------------------------------

@@ -1,15 +1,23 @@
 """What is said of a machine depends on the machine: not on frames, axes' signs, origins, zeros, roots, cuts, names or order."""
 
+import os
 from functools import cache
 from pathlib import Path
 
+import hybrid_robots as hr
 import numpy as np
 import pytest
 import rewritings
+import small_robots as sr
+from hypothesis import assume, example, given, settings
+from hypothesis import strategies as st
+from test_random_robots import LIMBS, wrenches
 
 import kinetostatics as ks
 
 ROBOTS = sorted(Path(__file__).parent.parent.glob("robots/*.xacro"), key=lambda path: path.name)
+COUNT = int(os.environ.get("KINETOSTATICS_RANDOM_ROBOTS", "6"))
+seeds = st.integers(0, 2**31)
 NAMES = [path.name.split(".")[0] for path in ROBOTS]
 LOAD = (120.0, -80.0, -200.0, 9.0, 14.0, -6.0)
 GRAVITY = (0.6, -1.1, -9.5)
@@ -32,8 +40,9 @@ def poses_of(robot, wanted=4):
         drives[name] = rng.uniform(min(low, high), max(low, high), 12)
         drives[name][0] = 0.0
     pose = robot.assemble(actuators=drives, on_failure="nan")
-    result = ks.analyze(pose, LOAD, GRAVITY, on_failure="nan")
-    good = np.flatnonzero(np.isin(result.status, (ks.Status.OK, ks.Status.LIMIT_EXCEEDED, ks.Status.INDETERMINATE)))[:wanted]
+    status = ks.analyze(pose, LOAD, GRAVITY, on_failure="nan").status
+    good = np.flatnonzero(np.isin(status, (ks.Status.OK, ks.Status.LIMIT_EXCEEDED, ks.Status.INDETERMINATE)))[:wanted]
+    good = good if good.size else np.array([0])
     drives = {name: values[good] for name, values in drives.items()}
     pose = robot.assemble(actuators=drives, on_failure="nan")
     return drives, ks.analyze(pose, LOAD, GRAVITY, on_failure="nan")
@@ -69,9 +78,9 @@ def assert_same(robot, drives, expected, rewritten, rtol=1e-9, ties=True, signs=
         if name in without_direction:
             theirs = theirs * np.where(np.sum(mine * theirs) < 0, -1.0, 1.0)
         same(theirs, mine, f"wrench at {name}", rtol, 100.0)
-    partners = limbs_of(other, rewritten)
+    partners = {frozenset(edge.joint for edge in limb.edges if edge.joint): limb.name for limb in other.topology.limbs}
     for mine, limb in zip(robot.topology.limbs, expected.limbs.values(), strict=True):
-        theirs = found.limbs[partners[frozenset(rewritten.names.get(link, link) for link in mine.links)]]
+        theirs = found.limbs[partners[frozenset(name_of[edge.joint] for edge in mine.edges if edge.joint)]]
         same(theirs.wrench, limb.wrench, f"wrench of {limb.name}", rtol, 100.0)
         if not ties and not mine.is_serial:
             continue
@@ -89,14 +98,6 @@ def assert_same(robot, drives, expected, rewritten, rtol=1e-9, ties=True, signs=
         same(theirs.sag * c, limb.sag, f"sag {of_limb}", rtol)
         same(theirs.intensities * c, limb.intensities, f"intensities {of_limb}", rtol, 100.0)
         same(theirs.attached_intensities * a, limb.attached_intensities, f"attached intensities {of_limb}", rtol, 100.0)
-
-
-def limbs_of(robot, rewritten):
-    """Return the limbs' names by their links, but for those that were only written to hold frames."""
-    known = set(rewritten.names.values()) or None
-    return {
-        frozenset(link for link in limb.links if not link.endswith("_mount") or known): limb.name for limb in robot.topology.limbs
-    }
 
 
 REWRITINGS = {
@@ -124,3 +125,32 @@ def test_a_shipped_robot_with_other_zeros(name):
     robot, drives, expected = original(name)
     pose = robot.assemble(actuators={joint: values[-1] for joint, values in drives.items()})
     assert_same(robot, drives, expected, rewritings.with_zeros_at(robot, pose), signs=False)
+
+
+# ---- random machines -----------------------------------------------------------------------------------------------------
+
+
+def assert_written_anew(robot, seed):
+    """Compare a random robot with another description of it."""
+    assume(not robot.description.driven or robot.determines(robot.actuator_request))
+    drives, expected = poses_of(robot, wanted=2)
+    assume(np.any(expected.status != ks.Status.SINGULAR))
+    what = list(REWRITINGS)[seed % len(REWRITINGS)]
+    assert_same(robot, drives, expected, REWRITINGS[what](robot, seed), rtol=1e-8, ties=what != "reordered")
+
+
+@settings(max_examples=COUNT, deadline=None)
+@given(st.lists(st.sampled_from(LIMBS), min_size=2, max_size=5).filter(lambda kinds: sum(map(wrenches, kinds)) >= 6), seeds)
+@example(["rUU", "pUS", "UpU", "UpR", "RRpU"], 2)  # a complement of a readable wrench turned over with another tree
+@example(["RpU", "pRRR", "rUU", "UpU", "UpS"], 100)  # the characteristic length slid along axes
+def test_a_random_robot_written_anew(kinds, seed):
+    assert_written_anew(sr.write(sr.random_spec(kinds, seed)).robot(), seed)
+
+
+@settings(max_examples=COUNT, deadline=None)
+@given(seeds)
+@example(4)
+@example(11)
+def test_a_random_robot_with_rings_written_anew(seed):
+    _, file = hr.write_randomly(hr.random_hybrid(seed), seed)
+    assert_written_anew(file.robot(), seed)

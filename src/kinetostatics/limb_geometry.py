@@ -157,7 +157,7 @@ class LimbSkeleton:
         return np.where(far, normalize(axis), np.array([0.0, 0.0, 1.0])[:, None, None])
 
     def _choose_y(self, axes: Array, z: Array) -> tuple[str, int]:
-        """Choose what the y axis across ``z`` (3,) follows: a passive hinge, a universal's axis, a driven hinge, else the world's."""
+        """Choose what the y axis across ``z`` (3,) follows: a passive hinge, a universal's axis, a driven hinge, or the world."""
         hinges = ("revolute", "continuous", "cylindrical")
         for kinds, passive in ((hinges, True), (("universal",), True), (hinges, False)):
             for f, k in enumerate(self.unit_of):

@@ -52,6 +52,7 @@ class Unit:
         freedoms: its freedoms, base to platform.
         edge: position of its last joint among the limb's edges.
         has_centre: whether its centre is a point of the machine; else it is one that the file has chosen on its axis.
+        shift: how far along its last joint's axis its centre lies from that joint's origin [m].
     """
 
     kind: str
@@ -61,6 +62,7 @@ class Unit:
     freedoms: tuple[Freedom, ...]
     edge: int
     has_centre: bool
+    shift: float = 0.0
 
     @property
     def tells_point(self) -> bool:
@@ -190,8 +192,8 @@ def sides(edge: Edge, connection: Connection) -> tuple[tuple[int, Array], tuple[
     return sides if edge.sign > 0 else (sides[1], sides[0])
 
 
-def _common_centre(run: Sequence[tuple[Edge, Connection]]) -> Array | None:
-    """Return where on the first joint's axis (m from its centre) the axes of 2 or 3 revolutes meet, None if they do not."""
+def _common_centre(run: Sequence[tuple[Edge, Connection]]) -> tuple[float, float] | None:
+    """Return where on the first and the last axis (m from the origins) those of 2 or 3 revolutes meet, None if they do not."""
     if len(run) < 2:
         return None
     meetings = []
@@ -208,25 +210,25 @@ def _common_centre(run: Sequence[tuple[Edge, Connection]]) -> Array | None:
         meetings.append(meeting)
     if len(meetings) == 2 and abs(meetings[0][1] - meetings[1][0]) > 1e-9:
         return None
-    return np.array([meetings[0][0]])
+    return meetings[0][0], meetings[-1][1]
 
 
-def _unit_of_run(mechanism: Mechanism, run: Sequence[tuple[int, Edge, Connection]], meeting: Array | None) -> Unit:
+def _unit_of_run(mechanism: Mechanism, run: Sequence[tuple[int, Edge, Connection]], meeting: tuple[float, float] | None) -> Unit:
     names = tuple(connection.name for _, _, connection in run)
     label = names[0] if len(names) == 1 else _common_prefix(names).rstrip("_-. ") or "+".join(names)
     first_edge, first = run[0][1], run[0][2]
     body, frame = sides(first_edge, first)[0]
-    shift = float(meeting[0]) if meeting is not None else 0.0
+    shift, last_shift = meeting if meeting is not None else (0.0, 0.0)
     centre = frame[:3, 3] + shift * (frame[:3, :3] @ first.axis)
     if len(run) == 3:
         spun = tuple(Freedom(True, body, axis, body, centre, 1, label) for axis in np.eye(3))
-        return Unit("spherical", label, names, True, spun, run[-1][0], True)
+        return Unit("spherical", label, names, True, spun, run[-1][0], True, last_shift)
     freedoms = tuple(
         Freedom(True, connection.predecessor_body, connection.axis_on(True), body, centre, edge.sign, connection.name)
         for _, edge, connection in run
     )
     if len(run) == 2:
-        return Unit("universal", label, names, True, freedoms, run[-1][0], True)
+        return Unit("universal", label, names, True, freedoms, run[-1][0], True, last_shift)
     return Unit("revolute", label, names, True, freedoms, run[-1][0], has_centre(mechanism, first))
 
 

@@ -1,4 +1,4 @@
-"""Ordinary poses: the zero pose, and those to which the drives lead one by one and all together, within all limits.
+"""Ordinary poses: the zero pose, and those to which the drives lead one by one, within all limits.
 
 Generic poses, near the zero pose and without symmetry, decide ranks. Ordinary ones are what people ask for; what is chosen once
 per robot must not fail there. They follow from the drives alone, whatever the frames, axes and cuts of the file.
@@ -7,7 +7,6 @@ per robot must not fail there. They follow from the drives alone, whatever the f
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -36,7 +35,7 @@ def ordinary_poses(robot: Robot) -> Array:
     request = robot.holding_idle(robot.actuator_request)
     local = robot.local_freedoms(request)
     start = robot.zero_origin(request)[0]
-    ways = np.array([[way.get(name, 0.0) for way in _ways(robot)] for name in names])
+    ways = np.concatenate([np.diag([_reach(robot, name)[side] for name in names]) for side in (0, 1)], axis=1)
     poses = robot.zero_poses.take(np.zeros(ways.shape[1], dtype=np.intp))
     found = [zero]
     for part in _PARTS if len(names) <= _MANY else _PARTS[:1]:
@@ -45,18 +44,6 @@ def ordinary_poses(robot: Robot) -> Array:
         found.append(robot.model_q(poses))
     reached = robot.configuration(np.hstack(found[1:]).T, tolerance=np.inf, on_failure="nan")
     return np.hstack([zero, reached.model_q[:, reached.status == Status.OK]])
-
-
-def _ways(robot: Robot) -> Iterator[dict[str, float]]:
-    """Yield coordinates of drives [m, rad]: each alone, all alike, and every second one against the others."""
-    driven = robot.description.driven
-    reach = {name: _reach(robot, name) for name in driven}
-    for side in (0, 1):
-        for name in driven:
-            yield {name: reach[name][side]}
-        if len(driven) > 1:
-            yield {name: reach[name][side] for name in driven}
-            yield {name: reach[name][(side + k) % 2] for k, name in enumerate(driven)}
 
 
 def _reach(robot: Robot, name: str) -> tuple[float, float]:

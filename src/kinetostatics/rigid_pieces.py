@@ -76,7 +76,7 @@ class PieceGraph:
         self._make_pieces()
         edges = self._make_edges()
         self.base, self.platform = self._merge(self.base_links), self._merge(self.platform_links)
-        self.edges = [edge for edge in edges if edge.inner.find() is not edge.outer.find()]
+        self.edges = self._in_order([edge for edge in edges if edge.inner.find() is not edge.outer.find()])
         for edge in edges:
             if edge.beam is not None and edge.inner.find() is edge.outer.find():
                 raise beam_error(edge.beam.beam, "its two ends are fixed to the same rigid piece")
@@ -158,12 +158,7 @@ class PieceGraph:
             if self._pieces[beam.link][0].point is None and self._pieces[beam.link][0].find() not in (start, end):
                 self._pieces[beam.link][0].find().merged = start.find()
             edges.append(PieceEdge(start, end, beam=span))
-        order = {link: number for number, link in enumerate(self.description.links)}
-
-        def place(item: Connection) -> list[int]:  # which does not tell joints of the tree from loops
-            return sorted((order[item.predecessor], order[item.successor]))
-
-        for connection in sorted(self.mechanism.connections.values(), key=place):
+        for connection in self.mechanism.connections.values():
             if connection.name in inside:
                 continue
             ends: list[Piece] = []
@@ -177,6 +172,18 @@ class PieceGraph:
             edges.append(edge)
             self.misplaced.extend((edge, connection, link) for link in missing)
         return edges
+
+    def _in_order(self, edges: list[PieceEdge]) -> list[PieceEdge]:
+        """Sort joints by the places of their links in the file, be they joints of its tree or loops; beams stay first."""
+        order: dict[Piece, int] = {}
+        for number, pieces in enumerate(self._pieces.values()):
+            for piece in pieces:
+                order.setdefault(piece.find(), number)
+
+        def place(edge: PieceEdge) -> list[int]:
+            return [] if edge.beam is not None else sorted((order[edge.inner.find()], order[edge.outer.find()]))
+
+        return sorted(edges, key=place)
 
     def _nearest_piece(self, link: str, point: Array) -> Piece:
         def distance(piece: Piece) -> float:

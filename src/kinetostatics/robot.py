@@ -147,7 +147,9 @@ class Robot:
     @cached_property
     def length(self) -> float:
         """Characteristic length [m]: mean distance of the limbs' outer joints from o, or a quarter of the robot's size."""
-        _, placement = self.mechanism.platform_frame
+        body, placement = self.mechanism.platform_frame
+        frames = self.mechanism.forward(self.mechanism.tree.neutral[:, None])
+        o = frames.points(np.array([body]), placement[:3, 3:])[:, 0, 0]
         distances = []
         for limb in self.topology.limbs:
             unit_of = {name: unit for unit in limb_units(self.mechanism, limb) for name in unit.joints}
@@ -155,15 +157,17 @@ class Robot:
                 if edge.joint is None or len(edge.chords) != 1 or not limb.to_platform[edge.chords[0][0]]:
                     continue
                 connection = self.mechanism.connections[edge.joint]
-                for link, frame in (
-                    (connection.successor, connection.successor_frame),
-                    (connection.predecessor, connection.predecessor_frame),
+                for link, item_body, frame in (
+                    (connection.successor, connection.successor_body, connection.successor_frame),
+                    (connection.predecessor, connection.predecessor_body, connection.predecessor_frame),
                 ):
-                    if link in self.topology.platform.links:
-                        arm = frame[:3, 3] - placement[:3, 3]
-                        if edge.joint in unit_of and not unit_of[edge.joint].has_centre:
-                            along = frame[:3, :3] @ connection.axis
-                            arm = arm - along * (along @ arm)
+                    if link in self.topology.platform.links:  # which need not be the platform's body, if a loop fixes them
+                        at = np.array([item_body])
+                        arm = frames.points(at, frame[:3, 3:])[:, 0, 0] - o
+                        if edge.joint in unit_of:
+                            unit = unit_of[edge.joint]
+                            along = frames.directions(at, (frame[:3, :3] @ connection.axis)[:, None])[:, 0, 0]
+                            arm = arm + along * (unit.shift if unit.has_centre else -(along @ arm))
                         distances.append(float(np.linalg.norm(arm)))
                         break
         mean = float(np.mean(distances)) if distances else 0.0

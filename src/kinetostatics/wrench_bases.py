@@ -212,7 +212,8 @@ class _Choice:
                     chosen.append(_told_apart(candidate, chosen))
                     taken.append(column)
             seeds = (_seeds(self.geometry, length) * scale[:, None])[:, :, 0]
-            return (*chosen, *_rest(spanned + taken, seeds, count - len(chosen), judged))
+            ordinary = judged[judged >= self.generic]  # which are the same however the robot's file is written
+            return (*chosen, *_rest(spanned + taken, seeds, count - len(chosen), ordinary if ordinary.size else judged))
 
     def _regular(self, spanned: list[Array], taken: list[Array]) -> Index:
         """Return the generic poses, and the ordinary ones at which the limb is not singular: no basis is sound at those."""
