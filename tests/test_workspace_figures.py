@@ -148,7 +148,9 @@ def test_figures_show_the_maps():
         assert len(axes) == panels and len({ax.get_title() for ax in axes}) == panels
         for ax in axes:
             assert re.search(r"\[(µm|10⁻³ °|N)\]", ax.get_title()), ax.get_title()
-            assert (ax.get_xlabel(), ax.get_ylabel()) == ("rx [°]", "ry [°]")
+            angles = ("rx [°]", "ry [°]") if name in ("figure_6", "figure_7") else (r"$\theta_X$ [°]", r"$\theta_y$ [°]")
+            assert (ax.get_xlabel(), ax.get_ylabel()) == angles
+            assert ax.get_title().startswith(r"$\Delta_" if panels == 6 else "$f_"), "the paper's symbols"
         assert len(figures[name].legends) == 1
     # the largest corner of Fig 12 (a) is the largest displacement along x of the table
     heights = np.asarray(figures["figure_12"].axes[0].collections[0]._faces)[..., 2]
