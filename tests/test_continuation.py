@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from loop_robots import Held
 
 import kinetostatics as ks
+from kinetostatics import continuation
 from kinetostatics.assembly import _platform_request, actuator_names
 from kinetostatics.cells import Cells
 from kinetostatics.description import Mimic
@@ -124,8 +125,7 @@ def test_polynomials_are_as_exact_as_samples_say(gaps, targets, seed):
 
     sampling = Cells.sampling(target)
     places = sampling.node_targets(0, target[:, 0])
-    known = np.ones(places.shape[1], dtype=bool)
-    cells = sampling.refined(values(places), known)
+    cells = sampling.refined(values(places))
     if cells is None:
         assert min(gaps) < 1.5 or targets < 10_000
         return
@@ -143,5 +143,85 @@ def test_coordinates_that_change_nothing_need_few_nodes():
     sampling = Cells.sampling(target)
     places = sampling.node_targets(0, target[:, 0])
     values = np.stack([1 / (1.5 - places[0]), 2 + places[2]])
-    cells = sampling.refined(values, np.ones(places.shape[1], dtype=bool))
+    cells = sampling.refined(values)
     assert cells.nodes[1] == 1 and cells.nodes[2] == 2 and cells.nodes[0] * cells.count[0] > 8
+
+
+def differences(robot, target, kind="actuators", names=None, **options):
+    """Return in how many poses a batch differs from poses that follow their own lines, a few at a time."""
+    names = names or robot.description.driven
+    values = dict(zip(names, target, strict=True))
+    batch = robot.assemble(**{kind: values}, on_failure="nan", **options)
+    size = continuation.MANY - 1
+    pieces = [
+        robot.assemble(**{kind: {name: row[k : k + size] for name, row in values.items()}}, on_failure="nan", **options)
+        for k in range(0, target.shape[1], size)
+    ]
+    alone = np.concatenate([piece.platform_frame for piece in pieces])
+    assert np.sum(np.isfinite(alone[:, 0, 0])) > 0.05 * target.shape[1]
+    return int(np.sum(~np.all(np.isclose(batch.platform_frame, alone, atol=1e-8, rtol=0, equal_nan=True), axis=(1, 2))))
+
+
+@pytest.mark.parametrize(
+    ("name", "limit", "poses"),
+    [("spherical_3rrr", 1.2, 3000), ("spherical_3rrr", 1.5, 2000), ("planar_3rrr", 1.0, 2000), ("five_bar", 1.2, 3000),
+     ("five_bar", 1.5, 3000), ("delta", 1.5, 2000)],
+)  # fmt: skip
+def test_poses_of_large_batches_are_those_of_their_own_lines(name, limit, poses):
+    """Beside singular poses, lines that pass them on different sides end in different assembly modes."""
+    robot = ks.load_robot(robot_path(name))
+    target = np.random.default_rng(1).uniform(-limit, limit, (poses, len(robot.description.driven))).T
+    assert differences(robot, target) == 0
+
+
+@pytest.mark.parametrize("size", [300, 3000])
+def test_the_mode_is_that_of_fine_continuation_in_every_batch(size):
+    """The wrists that were found in another mode when others were asked for with them."""
+    robot = ks.load_robot(robot_path("spherical_3rrr"))
+    drives = np.random.default_rng(1).uniform(-1.2, 1.2, (size, 3))
+    batch = robot.assemble(actuators=dict(zip(robot.description.driven, drives.T, strict=True)))
+    for k in (22, 57):
+        pose = robot.assemble()
+        for part in np.linspace(0, 1, 151)[1:]:
+            pose = robot.assemble(actuators=dict(zip(robot.description.driven, part * drives[k], strict=True)), near=pose)
+        np.testing.assert_allclose(batch.platform_frame[k], pose.platform_frame, atol=1e-9)
+
+
+def test_smooth_maps_are_predicted_and_others_are_not(monkeypatch):
+    """Where all is smooth, few poses follow their own lines; where some do not get there, what is beyond them does."""
+    followed = []
+
+    def counting(solver, request, start, target, *rest):
+        followed.append(target.shape[1])
+        return original(solver, request, start, target, *rest)
+
+    original = continuation.follow
+    monkeypatch.setattr(continuation, "follow", counting)
+    robot, random = ks.load_robot(robot_path("delta")), np.random.default_rng(0)
+    smooth = random.uniform(-0.5, 0.5, (3, 6000))
+    robot.assemble(actuators=dict(zip(robot.description.driven, smooth, strict=True)))
+    assert sum(followed) < 0.1 * 6000
+    assert differences(robot, smooth) == 0
+    followed.clear()
+    hexapod = ks.load_robot(robot_path("gough_stewart"))
+    names = ("x", "y", "z", "rx", "ry", "rz")
+    scale = np.array([5e-3, 5e-3, 4e-3, 0.01, 0.01, 0.015])[:, None]
+    target = scale * random.uniform(-1, 1, (6, 8000)) + np.array([0, 0, 0.244, 0, 0, 0])[:, None]
+    hexapod.assemble(platform=dict(zip(names, target, strict=True)))
+    assert sum(followed) < 0.1 * 8000
+    followed.clear()
+    assert differences(hexapod, target, "platform", names) == 0
+
+
+def test_batches_of_one_pose_and_far_ones():
+    """Coordinates that are all alike, or beyond everything, are no map."""
+    robot = ks.load_robot(robot_path("delta"))
+    same = {name: np.full(2 * continuation.MANY, 0.2) for name in robot.description.driven}
+    poses = robot.assemble(actuators=same)
+    alone = robot.assemble(actuators={name: 0.2 for name in same})
+    np.testing.assert_allclose(
+        poses.platform_frame, np.broadcast_to(alone.platform_frame, (2 * continuation.MANY, 4, 4)), atol=1e-12
+    )
+    first = next(iter(same))
+    odd = {**same, first: np.where(np.arange(2 * continuation.MANY) % 500 == 0, np.inf, 0.2)}
+    assert int(np.sum(~robot.assemble(actuators=odd, on_failure="nan").reached)) == 6

@@ -11,8 +11,8 @@ Array = NDArray[np.float64]
 
 #: Nodes along each of 1, 2, … varying coordinates that tell how smooth everything is, and targets per node that make them pay.
 _SAMPLES, _TARGETS_PER_SAMPLE = {1: 9, 2: 6, 3: 5, 4: 4}, 8
-#: The same where samples out of reach tell too little.
-_NODES, _TARGETS_PER_NODE = {1: 10, 2: 8, 3: 6, 4: 4}, 6
+#: More coordinates than that do not vary in boxes.
+MOST_VARYING = max(_SAMPLES)
 #: Into how many boxes each coordinate may be divided, and with how many nodes along it.
 _DIVISIONS, _MOST_NODES = (1, 2, 3, 4, 6, 8), 14
 #: Scaled errors of polynomials that leave one and two corrections to do.
@@ -21,8 +21,8 @@ _ONE_CORRECTION, _TWO_CORRECTIONS = 2e-7, 1e-4
 _CAUTION = 4.0
 #: Coefficients below this are rounding.
 _ROUNDING = 1e-14
-#: Costs, in corrections of a pose: a node, its weight in the polynomial of a pose, a box, a pose without polynomials.
-_NODE, _WEIGHT, _BOX, _WITHOUT = 2.5, 6e-4, 20.0, 2.7
+#: Costs, in corrections of a pose: a node, its weight in the polynomial of a pose, a box, a pose that follows its own line.
+_NODE, _WEIGHT, _BOX, _WITHOUT = 2.5, 6e-4, 20.0, 12.0
 #: First corrections of polynomials' poses are foreseen to be so many times their error, between these bounds.
 _SAFETY, _FORESEEN = 20.0, (8e-4, 1e-2)
 
@@ -62,24 +62,13 @@ class Cells:
         samples = (_SAMPLES[d],) * d
         return cls(varying, low[varying], (high - low)[varying], one, samples, target.shape[1], 3 * _FORESEEN[1])
 
-    @property
-    def even(self) -> Cells | None:
-        """The same, divided alike along all coordinates, if there are far more targets than nodes."""
-        d = self.varying.size
-        boxes = self.targets / (_TARGETS_PER_NODE * _NODES[d] ** d)
-        each = np.full(d, int(boxes ** (1 / d)), dtype=np.intp)
-        if not each[0]:
-            return None
-        return replace(self, size=self.size / each, count=each, nodes=(_NODES[d],) * d, foreseen=_FORESEEN[0])
-
-    def refined(self, values: Array, known: NDArray[np.bool_]) -> Cells | None:
+    def refined(self, values: Array) -> Cells | None:
         """Return boxes and nodes with which polynomials pay, judged by how fast the coefficients of samples fall.
 
         Args:
             values: (k, M) at the nodes of one box.
-            known: (M,) whether they are.
         """
-        choices = [self._choices(axis, values, known) for axis in range(self.varying.size)]
+        choices = [self._choices(axis, values) for axis in range(self.varying.size)]
         best, chosen = _WITHOUT * self.targets, None
         for corrections, level in ((1, _ONE_CORRECTION), (2, _TWO_CORRECTIONS)):
             fewest = [np.array([_fewest(errors, level) for errors in axis]) for axis in choices]
@@ -98,7 +87,7 @@ class Cells:
         foreseen = float(np.clip(_SAFETY * error, *_FORESEEN))
         return replace(self, size=self.size / count, count=count, nodes=numbers, foreseen=foreseen)
 
-    def _choices(self, axis: int, values: Array, known: NDArray[np.bool_]) -> Array:
+    def _choices(self, axis: int, values: Array) -> Array:
         """Return what errors are to be expected with each division (len(_DIVISIONS), …) of a coordinate and 1, 2, … nodes.
 
         The error falls with every node by the radius of the ellipse around the box in which what is interpolated is analytic
@@ -107,11 +96,8 @@ class Cells:
         """
         m = self.nodes[axis]
         lines = np.moveaxis(values.reshape(-1, *self.nodes), axis + 1, -1)
-        complete = np.all(np.moveaxis(known.reshape(self.nodes), axis, -1), axis=-1)
         errors = np.full((len(_DIVISIONS), _MOST_NODES), np.inf)
-        if not np.any(complete):
-            return errors
-        sizes = np.max(np.abs(lines[:, complete] @ _chebyshev(m)), axis=(0, 1))
+        sizes = np.max(np.abs(lines @ _chebyshev(m)), axis=tuple(range(lines.ndim - 1)))
         last, before = sizes[-2:].max(), sizes[max(1, m - 4) : -2].max()
         radius = np.sqrt(max(before, 1e-300) / last) if last > _ROUNDING else 1e3
         radius = float(np.clip(radius, 1.05, 1e3))

@@ -1,21 +1,22 @@
-"""From the zero pose to thousands of poses: some are reached on straight lines, and lead their neighbours.
+"""From the zero pose to thousands of poses, each the one at the end of its own straight line.
 
-The requested coordinates are divided into cells. Where a cell has many poses, nodes of its own are reached first, and a
-polynomial through them predicts all poses so well that hardly more than one correction is left to do. Where it has few, one pose
-of each cell, its leader, is reached first (leaders again by leaders of their own); the others start from it with a linear
-predictor. Nodes and leaders that are not reached like that follow their own straight lines; other poses the line from the nearest
-pose that has been reached.
+Few poses follow their own lines. Of many, polynomials through nodes predict all others so well that hardly more than one
+correction is left to do; where more than four coordinates vary, one pose of each cell, its leader, predicts its neighbours
+linearly. That leads to the poses at the ends of their own lines only if all these lines lie on one smooth sheet: lines that pass
+a singular pose on different sides may end in different assembly modes. So some poses follow their own lines as well, and where
+predictions do not agree with them, at the end or on the way, the coordinates are divided, until so few poses are left that all
+follow their own lines.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.cells import Cells
+from kinetostatics.cells import MOST_VARYING, Cells
 from kinetostatics.chunks import chunks
 from kinetostatics.solver import ALONE, Pace, Poses, Request, Solver
 
@@ -23,13 +24,14 @@ Array = NDArray[np.float64]
 
 #: Poses that share a leader, on average.
 _FOLLOWERS = 24
-#: Batches with fewer poses have no leaders.
-_FEW = 200
-#: Of a batch of many poses, on the line from the nearest that has been reached, and on the own lines of leaders and nodes: of
-#: those that stay out of reach others tell nearly as much.
-_IN_BATCH, _FROM_NEAREST, _LEADING = Pace(1 / 64), Pace(1 / 16, 1 / 4, careful=False), Pace(1 / 4, careful=False)
-#: How many of the reached poses are compared.
-_COMPARED = 1000
+#: Batches with fewer poses follow their own lines, and so do fewer leaders.
+MANY, _FEW = 1500, 200
+#: Where on their lines polynomials are compared with poses, and how many of these.
+_LEVELS, _TESTS = (1 / 3, 2 / 3, 1.0), 32
+#: Largest scaled correction foreseen where a prediction is compared with a pose, and scaled difference up to which both are one.
+_COARSE, _SAME = 0.3, 1e-6
+#: Part of the poses to which polynomials may lead but roughly.
+_ROUGH = 0.05
 
 
 def reach(
@@ -53,17 +55,33 @@ def reach(
     Returns:
         The poses, and whether each arrived.
     """
-    few = target.shape[1] < _FEW
-    if few or start.x.shape[1] != 1:
-        return follow(solver, request, start, target, local, origin, ALONE if few else _IN_BATCH)[:2]
-    way = _Way(solver, request, start, local, origin)
-    N, usual = target.shape[1], _usual(target)
-    # what is neither usual nor at a distance that can be told stays at the start
+    N = target.shape[1]
+    if N < MANY or start.x.shape[1] != 1:
+        return follow(solver, request, start, target, local, origin)[:2]
+    way = _Way(solver, request, start, local, solver.origin(request, start) if origin is None else origin)
     poses, arrived = start.take(np.zeros(N, dtype=np.intp)), np.zeros(N, dtype=bool)
-    if usual.size:
-        found, arrived[usual] = way.reach(target[:, usual])
-        poses.x[:, usual], poses.c[:, usual] = found.x, found.c
-    way.from_nearest(poses, arrived, target)
+    usual = _usual(target)
+    left, parts = [np.setdiff1d(np.arange(N), usual)], [usual]
+    while parts:
+        part = parts.pop()
+        if part.size < MANY:
+            left.append(part)
+            continue
+        found = way.predicted(target[:, part])
+        if found is not None:
+            at, good = found
+            which = part[good]
+            poses.x[:, which], poses.c[:, which], arrived[which] = at.x[:, good], at.c[:, good], True
+            part = part[~good]
+        divided = _divided(target[:, part], solver.longest_strides(request)) if part.size else []
+        if len(divided) > 1:
+            parts += [part[some] for some in divided]
+        else:
+            left.append(part)
+    rest = np.concatenate(left)
+    if rest.size:
+        alone, arrived[rest], _ = follow(solver, request, start, target[:, rest], local, origin)
+        poses.x[:, rest], poses.c[:, rest] = alone.x, alone.c
     return poses, arrived
 
 
@@ -83,7 +101,8 @@ def follow(
     for part in chunks(N):
         alone = start.x.shape[1] == 1
         mine = start if alone else Poses(start.x[:, part], start.c[:, part])
-        known = origin if alone or origin is None else (origin[0][:, part], origin[1][:, part])
+        one = origin is None or origin[0].shape[1] == 1
+        known = origin if one or origin is None else (origin[0][:, part], origin[1][:, part])
         found, arrived[part], gone[part] = solver.follow(request, mine, target[:, part], local, known, pace)
         poses.x[:, part], poses.c[:, part] = found.x, found.c
     return poses, arrived, gone
@@ -91,13 +110,12 @@ def follow(
 
 @dataclass(frozen=True)
 class _Nodes:
-    """The nodes of some boxes, one box after the other: coordinates (n, M), poses, and whether they have been reached."""
+    """The nodes of some boxes, one box after the other: poses, and whether they have been reached."""
 
     cells: Cells
     boxes: NDArray[np.intp]
-    places: Array
     poses: Poses
-    led: NDArray[np.bool_]
+    reached: NDArray[np.bool_]
 
     @property
     def values(self) -> Array:
@@ -113,38 +131,86 @@ class _Way:
     request: Request
     start: Poses
     local: int
-    origin: tuple[Array, Array] | None
+    origin: tuple[Array, Array]
 
-    def reach(self, target: Array) -> tuple[Poses, NDArray[np.bool_]]:
-        """Reach what polynomials, leaders or, where there are but few poses, straight lines lead to."""
+    def predicted(self, target: Array) -> tuple[Poses, NDArray[np.bool_]] | None:
+        """Reach poses by predictions, and return which are reached; None if they may not be at the ends of their own lines."""
+        tests = _spread(target)
         sampling = Cells.sampling(target)
         if sampling is None:
-            return self._lead(target)
-        samples = self._nodes(sampling, target, self._lead)
-        cells = sampling.refined(samples.values, samples.led)
-        if cells is None and not np.all(samples.led):
-            cells = sampling.even
-        if cells is None:
-            return self._lead(target)
-        return self._interpolate(self._nodes(cells, target, lambda places: self._interpolate(samples, places)), target)
+            if np.sum(np.ptp(target, axis=1) > 0) <= MOST_VARYING:
+                return None
+            ways = self._own_lines(target[:, tests], (1.0,))
+            if ways is None:
+                return None
+            poses, arrived = self._lead(target)
+            return (poses, arrived) if np.all(self._same(poses.take(tests), ways[0])[arrived[tests]]) else None
+        places = np.append(sampling.node_targets(0, target[:, 0]), target[:, tests], axis=1)
+        ways = self._own_lines(places, _LEVELS)
+        if ways is None:
+            return None
+        at_nodes, at_tests = np.split(np.arange(places.shape[1]), [-tests.size])
+        one_box, everyone = np.zeros(1, dtype=np.intp), np.ones(at_nodes.size, dtype=bool)
+        for level, poses in zip(_LEVELS, ways, strict=True):
+            samples = _Nodes(sampling, one_box, poses.take(at_nodes), everyone)
+            found, good = self._through(samples, places[:, at_tests], self._at(places[:, at_tests], level), _COARSE)
+            if not np.all(good & self._same(found, poses.take(at_tests))):
+                return None
+        cells = sampling.refined(samples.values)
+        return None if cells is None else self._interpolate(self._nodes(cells, samples, target), target)
 
-    def _nodes(self, cells: Cells, target: Array, reach: Callable[[Array], tuple[Poses, NDArray[np.bool_]]]) -> _Nodes:
-        """Reach the nodes of all boxes in which there are targets."""
+    def _line(self, target: Array) -> tuple[Array, Array]:
+        """Return where the lines to targets start: see :meth:`Solver.line_start`."""
+        return self.solver.line_start(self.request, self.origin, target, shorter=False)
+
+    def _at(self, target: Array, level: float) -> Array:
+        """Return the coordinates that lines have at some part of their way."""
+        first = self._line(target)[0]
+        return first + level * (target - first)
+
+    def _own_lines(self, target: Array, levels: tuple[float, ...]) -> list[Poses] | None:
+        """Follow own lines up to some parts of their way; None if not all get there."""
+        poses, result = self.start, []
+        origin = self._line(target)
+        for level in levels:
+            there = target if level == 1 else self._at(target, level)
+            poses, arrived, _ = follow(self.solver, self.request, poses, there, self.local, origin)
+            if not np.all(arrived):
+                return None
+            origin = there, poses.c
+            result.append(poses)
+        return result
+
+    def _same(self, one: Poses, other: Poses) -> NDArray[np.bool_]:
+        """Return which pairs of poses (N,) have all joints alike, but for spins that matter to nothing."""
+        bodies = [joint.body for joint in self.solver.tree.joints]
+        frames = [self.solver.equations.forward(poses.x) for poses in (one, other)]
+        R = frames[0].rotation[:, :, bodies] - frames[1].rotation[:, :, bodies]
+        p = frames[0].position[:, bodies] - frames[1].position[:, bodies]
+        moved = np.max(np.abs(p), axis=(0, 1), initial=0.0) / self.solver.length
+        if not self.local:
+            moved = np.maximum(moved, np.max(np.abs(R), axis=(0, 1, 2), initial=0.0))
+        return np.asarray(moved < _SAME)
+
+    def _nodes(self, cells: Cells, samples: _Nodes, target: Array) -> _Nodes:
+        """Reach the nodes of all boxes in which there are targets, from samples, or else on their own lines."""
         boxes, examples = np.unique(cells.number(target), return_index=True)
         places = [cells.node_targets(box, target[:, k]) for box, k in zip(boxes.tolist(), examples, strict=True)]
         wanted = np.concatenate(places, axis=1)
-        poses, led = reach(wanted)
-        self._on_own_lines(poses, led, wanted)
-        return _Nodes(cells, boxes, wanted, poses, led)
+        poses, reached = self._through(samples, wanted, wanted, samples.cells.foreseen)
+        rest = np.flatnonzero(~reached)
+        if rest.size:
+            found, reached[rest], _ = follow(self.solver, self.request, self.start, wanted[:, rest], self.local, self.origin)
+            poses.x[:, rest], poses.c[:, rest] = found.x, found.c
+        return _Nodes(cells, boxes, poses, reached)
 
     def _lead(self, target: Array) -> tuple[Poses, NDArray[np.bool_]]:
         """Reach poses by way of one leader of each cell."""
         N = target.shape[1]
         lead_by, leader_of = _leaders(target)
         if N < _FEW or lead_by.size > N / 4:
-            return self._follow(target, replace(_IN_BATCH, careful=False))
-        leaders, led = self.reach(target[:, lead_by])
-        self._on_own_lines(leaders, led, target[:, lead_by])
+            return follow(self.solver, self.request, self.start, target, self.local, self.origin)[:2]
+        leaders, led = self._lead(target[:, lead_by])
         poses = Poses(np.empty((leaders.x.shape[0], N)), np.empty((3, N)))
         arrived = np.zeros(N, dtype=bool)
         follower_of = np.where(led, np.cumsum(led) - 1, -1)[leader_of]
@@ -179,14 +245,36 @@ class _Way:
             poses.x[:, some], poses.c[:, some] = found.x, found.c
 
     def _interpolate(self, nodes: _Nodes, target: Array) -> tuple[Poses, NDArray[np.bool_]]:
-        """Reach poses from polynomials through nodes of their cells; what these do not reach, from the nodes themselves."""
+        """Reach poses from polynomials through nodes of their cells; where one of a cell is not reached, none is.
+
+        The few to which polynomials lead but roughly follow their own lines, and count if both ways lead to one pose.
+        """
+        poses, arrived = self._through(nodes, target, target, nodes.cells.foreseen)
+        rest = np.flatnonzero(~arrived)
+        if 0 < rest.size <= _ROUGH * arrived.size:
+            roughly, good = self._through(nodes, target[:, rest], target[:, rest], _COARSE)
+            alone, reached, _ = follow(self.solver, self.request, self.start, target[:, rest], self.local, self.origin)
+            poses.x[:, rest], poses.c[:, rest] = alone.x, alone.c
+            arrived[rest] = good & reached & self._same(roughly, alone)
+        number = nodes.cells.number(target)
+        return poses, arrived & ~np.isin(number, np.unique(number[~arrived]))
+
+    def _through(self, nodes: _Nodes, places: Array, target: Array, foreseen: float) -> tuple[Poses, NDArray[np.bool_]]:
+        """Reach targets from polynomials through nodes at places (n, N) of their boxes.
+
+        Args:
+            nodes: from which polynomials are made; boxes that lack one have none.
+            places: where in the boxes polynomials are evaluated.
+            target: the coordinates of the poses there; they are other ones than the places if nodes are only on their way.
+            foreseen: scaled size of first corrections that are not to be doubted.
+        """
         solver, cells, N = self.solver, nodes.cells, target.shape[1]
-        number = cells.number(target)
+        number = cells.number(places)
         order = np.argsort(number, kind="stable")
         boxes, firsts = np.unique(number[order], return_index=True)
         members = np.split(order, firsts[1:])
-        nodes_of = np.arange(nodes.led.size).reshape(nodes.boxes.size, -1)[np.searchsorted(nodes.boxes, boxes)]
-        usable = np.all(nodes.led[nodes_of], axis=1)
+        nodes_of = np.arange(nodes.reached.size).reshape(nodes.boxes.size, -1)[np.searchsorted(nodes.boxes, boxes)]
+        usable = np.all(nodes.reached[nodes_of], axis=1)
         poses = Poses(np.empty((nodes.poses.x.shape[0], N)), np.zeros((3, N)))
         arrived = np.zeros(N, dtype=bool)
         values, size = nodes.values, poses.x.shape[0]
@@ -195,68 +283,36 @@ class _Way:
                 at_nodes = values[:, ours]
                 for part in chunks(mine.size):
                     which = mine[part]
-                    found = cells.interpolated(at_nodes, cells.local(box, target[:, which]))
+                    found = cells.interpolated(at_nodes, cells.local(box, places[:, which]))
                     poses.x[:, which], poses.c[:, which] = found[:size], found[size:]
         ready = order[np.repeat(usable, [mine.size for mine in members])]
         for part in chunks(ready.size):
             which = ready[part]
             guess = Poses(solver.tree.normalized(poses.x[:, which]), poses.c[:, which])
-            near = np.full(which.size, cells.foreseen)
+            near = np.full(which.size, foreseen)
             reached, arrived[which] = solver.newton(self.request, guess, target[:, which], self.local, before=near)
             poses.x[:, which], poses.c[:, which] = reached.x, reached.c
-        rest, leader_of = [], []
-        for mine, ours, good in zip(members, nodes_of, usable, strict=True):
-            left, leading = mine[~arrived[mine]], ours[nodes.led[ours]]
-            if left.size and leading.size and not good:
-                rest.append(left)
-                leader_of.append(leading[_nearest(target[:, left], nodes.places[:, leading])[0]])
-        if rest:
-            left, lead_by = np.concatenate(rest), np.concatenate(leader_of)
-            leaders, follower_of = np.unique(lead_by, return_inverse=True)
-            self._led(nodes.poses.take(leaders), nodes.places[:, leaders], follower_of, poses, arrived, target, left)
-        doubtful = ready[~arrived[ready]]  # nodes that no polynomial goes through may be of several assembly modes
-        if doubtful.size:
-            reached, arrived[doubtful] = self._lead(target[:, doubtful])
-            poses.x[:, doubtful], poses.c[:, doubtful] = reached.x, reached.c
         return poses, arrived
 
-    def _on_own_lines(self, poses: Poses, arrived: NDArray[np.bool_], target: Array) -> None:
-        """Reach the rest of the targets, which lead others, on their own lines from the start, in place."""
-        rest = np.flatnonzero(~arrived)
-        if rest.size:
-            found, arrived[rest] = self._follow(target[:, rest], _LEADING)
-            poses.x[:, rest], poses.c[:, rest] = found.x, found.c
 
-    def _follow(self, target: Array, pace: Pace) -> tuple[Poses, NDArray[np.bool_]]:
-        """Follow the targets' own lines from the start."""
-        return follow(self.solver, self.request, self.start, target, self.local, self.origin, pace)[:2]
+def _spread(target: Array) -> NDArray[np.intp]:
+    """Return some of the targets: those farthest towards all corners, and others anywhere."""
+    low, high = target.min(axis=1), target.max(axis=1)
+    varying = np.flatnonzero(high > low)
+    scaled = (target[varying] - (low + high)[varying, None] / 2) / (high - low)[varying, None]
+    corners = np.array(list(product((-1.0, 1.0), repeat=varying.size))) @ scaled
+    others = np.random.default_rng(0).choice(target.shape[1], min(_TESTS, target.shape[1]), replace=False)
+    return np.unique(np.append(np.argmax(corners, axis=1), others))
 
-    def from_nearest(self, poses: Poses, arrived: NDArray[np.bool_], target: Array) -> None:
-        """Reach the rest of the targets from the nearest of the poses that have arrived, in place; without any, from the start.
 
-        What has been reached that way may lead to more.
-        """
-        pool, rest = np.flatnonzero(arrived), np.flatnonzero(~arrived)
-        if pool.size > _COMPARED:
-            pool = np.random.default_rng(0).choice(pool, _COMPARED, replace=False)
-        scaled = target / self.solver.longest_strides(self.request)[:, None]
-        distance = np.full(target.shape[1], np.inf)
-        while rest.size:
-            if pool.size:
-                nearest, new = _nearest(scaled[:, rest], scaled[:, pool])
-                closer = new < distance[rest]
-                rest, nearest = rest[closer], pool[nearest[closer]]
-                distance[rest] = new[closer]
-                near = poses.take(nearest)
-                origin: tuple[Array, Array] | None = (target[:, nearest], near.c)
-                pace = _FROM_NEAREST
-            else:
-                near, origin, pace = self.start, self.origin, _IN_BATCH
-            found, good, _ = follow(self.solver, self.request, near, target[:, rest], self.local, origin, pace)
-            poses.x[:, rest], poses.c[:, rest], arrived[rest] = found.x, found.c, good
-            pool, rest = rest[good], rest[~good]
-            if not pool.size:
-                return
+def _divided(target: Array, strides: Array) -> list[NDArray[np.intp]]:
+    """Return which targets lie in the parts of their box, halved along up to three coordinates: those that go farthest."""
+    low, high = target.min(axis=1), target.max(axis=1)
+    widest = np.argsort(-(high - low) / strides, kind="stable")[:3]
+    side = target[widest] > ((low + high) / 2)[widest, None]
+    number = np.ravel_multi_index(tuple(side.astype(np.intp)), (2,) * widest.size)
+    parts = [np.flatnonzero(number == k) for k in range(2**widest.size)]
+    return [part for part in parts if part.size]
 
 
 def _usual(target: Array) -> NDArray[np.intp]:
@@ -268,18 +324,6 @@ def _usual(target: Array) -> NDArray[np.intp]:
     margin = (ends[1] - ends[0]) / 4
     within = (target >= (ends[0] - margin)[:, None]) & (target <= (ends[1] + margin)[:, None])
     return np.flatnonzero(np.all(within, axis=0))
-
-
-def _nearest(points: Array, places: Array) -> tuple[NDArray[np.intp], Array]:
-    """Return which of places (n, M) is nearest to each point (n, N), and how far it is."""
-    nearest, distance = np.empty(points.shape[1], dtype=np.intp), np.empty(points.shape[1])
-    square = np.einsum("im,im->m", places, places)
-    for part in chunks(nearest.size):
-        with np.errstate(over="ignore", invalid="ignore"):
-            found = np.argmin(square - 2 * points[:, part].T @ places, axis=1)
-            distance[part] = np.sqrt(np.sum((points[:, part] - places[:, found]) ** 2, axis=0))
-        nearest[part] = found
-    return nearest, distance
 
 
 def _leaders(target: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

@@ -487,8 +487,8 @@ class Robot:
         """Close the loops at given actuator values or platform coordinates; arrays of coordinates give a batch.
 
         The assembly mode is the one that is reached by following a straight line in the given coordinates from the closed
-        zero pose, or from ``near``. Large batches follow lines to few poses, from which the others are reached; beside singular
-        poses these may get into another mode, which :func:`sweep` looks for.
+        zero pose, or from ``near``. Of large batches few poses follow their lines and predict the others, but only where some
+        more lines show that the predictions end in the same mode.
 
         Args:
             actuators: coordinates of all driven joints by name [m, rad] (forward kinematics); all zero if neither these nor

@@ -363,15 +363,8 @@ class Solver:
         """
         N = target.shape[1]
         # a pose knows the angle of what turns freely but for full turns: the shorter way
-        values, angles = self.origin(request, start, target) if origin is None else origin
-        first = np.array(np.broadcast_to(values, (request.size, N)))
-        c = np.array(np.broadcast_to(angles, (3, N)))
-        if request.angles and request.orientation is not None:  # and where the axes of two turns are one line, but their sum
-            given = list(request.angles)
-            aim = np.array(c)
-            aim[given] = target[request.first_angle :]
-            c = request.orientation.same(c, np.where(np.isfinite(aim), aim, c), always=origin is None)
-            first[request.first_angle :] = c[given]
+        known = self.origin(request, start, target) if origin is None else origin
+        first, c = self.line_start(request, known, target, shorter=origin is None)
         state = Poses(np.array(np.broadcast_to(start.x, (start.x.shape[0], N))), c)
         far = np.max(np.abs(target - first) / self.longest_strides(request)[:, None], axis=0, initial=0.0)
         longest = 1 / np.maximum(1.0, far)
@@ -395,6 +388,22 @@ class Solver:
             least = np.where(gone[active] > 0, pace.shortest, max(pace.shortest, pace.first_step))
             active = active[(gone[active] < 1) & (stride[active] > least * longest[active])]
         return state, gone >= 1, gone
+
+    def line_start(self, request: Request, origin: tuple[Array, Array], target: Array, shorter: bool) -> tuple[Array, Array]:
+        """Return the requested coordinates (n, N) and all orientation coordinates (3, N) with which lines to targets start.
+
+        They are those of the ``origin`` but for full turns of the platform, if the ``shorter`` way is wanted, and where the axes
+        of two turns are one line, which leaves but the sum of the turns determined.
+        """
+        first = np.array(np.broadcast_to(origin[0], target.shape))
+        c = np.array(np.broadcast_to(origin[1], (3, target.shape[1])))
+        if request.angles and request.orientation is not None:
+            given = list(request.angles)
+            aim = np.array(c)
+            aim[given] = target[request.first_angle :]
+            c = request.orientation.same(c, np.where(np.isfinite(aim), aim, c), always=shorter)
+            first[request.first_angle :] = c[given]
+        return first, c
 
     def _on_one_side(self, request: Request, first: Poses, second: Poses, target: Array) -> NDArray[np.bool_]:
         """Return whether there is no singular pose (N,) between two poses each.
