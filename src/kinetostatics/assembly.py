@@ -16,7 +16,7 @@ from kinetostatics.continuation import follow, reach
 from kinetostatics.coordinate_choices import request_for, say_choices
 from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, near_names
 from kinetostatics.kinematics import Frames
-from kinetostatics.ordering import ranked
+from kinetostatics.ordering import NOTHING, ranked
 from kinetostatics.orientation import Orientation, orientation_named, orientations_with
 from kinetostatics.solver import Poses, Request
 from kinetostatics.zero_pose import accepts, gaps_at, gaps_text
@@ -295,6 +295,7 @@ def _openings_text(robot: Robot, openings: Mapping[str, tuple[float, float]]) ->
     worst = [items[k] for k in ranked([max(sizes) for _, sizes in items])]
     shown = []
     for name, (metres, radians) in worst[:3]:
+        metres, radians = (0.0 if size <= NOTHING * max(worst[0][1]) else size for size in (metres, radians))
         if max(metres, radians) > 0.01 * max(worst[0][1]):
             if name in robot.equations.couplings.names:
                 size = f"{metres:.3g} m" if metres > 0 else f"{radians:.3g} rad"

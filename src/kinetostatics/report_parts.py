@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.kinematics import Frames
+from kinetostatics.ordering import EQUAL
 from kinetostatics.report_chains import Graph, JointStep, bodies_of, joints_of, word_of
 from kinetostatics.report_graph import GraphReader
 from kinetostatics.sections import Rectangle, RectangularTube, Section, Tube
@@ -124,10 +125,13 @@ def first_like(limb: LimbFacts, beams: list[BeamFacts], alike: dict[tuple[object
     """
 
     def rounded(value: float | None) -> str:
-        return "" if value is None else f"{value:.5g}"
+        return "" if value is None else f"{value * (1 + EQUAL**2):.5g}"  # short decimals are not on the edge of rounding
 
     mine = [beam for beam in beams if beam.name in limb.beams]
-    rows = tuple((beam.section, beam.telescopic, rounded(beam.length), beam.youngs_modulus, beam.density) for beam in mine)
+    rows = tuple(
+        (beam.section, beam.telescopic, rounded(beam.length), rounded(beam.youngs_modulus), rounded(beam.density))
+        for beam in mine
+    )
     names = [*(joint.name for joint in limb.joints), *limb.beams, *(name for joint in limb.joints for name in joint.joints)]
     number = {name: k for k, name in reversed(list(enumerate(names)))}
     pattern = re.compile("|".join(re.escape(name) for name in sorted(number, key=len, reverse=True)) or "$^")

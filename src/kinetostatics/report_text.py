@@ -10,10 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from kinetostatics.ordering import EQUAL
+
 #: Part of the largest number of its kind below which a number is rounding noise and shown as 0.
 NOISE = 1e-9
-#: How far loops may stay open [m, rad] by rounding alone.
-CLOSED = 1e-12
+#: How far loops may stay open [m, rad] by rounding alone: no more than an assembled pose may.
+CLOSED = 1e-10
 #: Lines are kept this short where their content allows it.
 WIDTH = 110
 
@@ -66,12 +68,12 @@ class Scale:
             return cls(name, factor, 0, noise)
         fitting = [unit for unit in units if largest >= 0.9999995 * unit[1]]
         name, factor = fitting[-1] if fitting else units[0]
-        before_point = math.floor(math.log10(largest / factor)) + 1
+        before_point = math.floor(math.log10(largest / factor * (1 + EQUAL**2))) + 1
         return cls(name, factor, min(max(digits - before_point, 0), 9), noise)
 
     def __call__(self, value: ArrayLike) -> str:
         """Write one number, without the unit."""
-        number = float(np.asarray(value))
+        number = float(np.asarray(value)) * (1 + EQUAL**2)  # takes short decimals off the edge between two roundings
         if math.isnan(number):
             return MISSING
         if math.isinf(number):

@@ -12,6 +12,7 @@ from kinetostatics.configuration import Status
 from kinetostatics.equilibrium import analyze
 from kinetostatics.exceptions import KinetostaticsError, StaticsError
 from kinetostatics.near_singular import near_singular_words
+from kinetostatics.ordering import EQUAL
 from kinetostatics.report_text import CLOSED, LENGTHS, listing, quantity
 from kinetostatics.report_warnings_of_masses import without_mass
 from kinetostatics.rigid_pieces import Piece, PieceGraph
@@ -249,7 +250,7 @@ def _masses(robot: Robot, facts: RobotFacts) -> Iterable[str]:
         if beam is not mine[0] or beam.density is None or beam.mass is None or not given:
             return None
         weight = sum(item.mass or 0.0 for item in mine)
-        if max(weight, given) <= OTHER_MASS * min(weight, given):
+        if max(weight, given) <= OTHER_MASS * min(weight, given) * (1 + EQUAL):
             return None
         if weight == 0:
             return f"<weighs> nothing, as <its> density is 0, although the <inertial> of <its> link says {given:.4g} kg"

@@ -178,8 +178,10 @@ def tolerances(
             )
         )
     ranked_by = by or ("force" if any(item.force > 0 or item.moment > 0 for item in rows) else "displacement")
-    for measure in ("moment", "force") if ranked_by == "force" else (ranked_by,):  # of equal forces the larger moment is first
-        rows = [rows[k] for k in ranked([getattr(item, measure) for item in rows])]
+    for measure in (
+        ("moment", "force") if ranked_by == "force" else (ranked_by,)
+    ):  # of forces that are printed alike the larger moment is first
+        rows = [rows[k] for k in ranked([getattr(item, measure) for item in rows], 1e-4)]
     return Tolerances(configuration, tuple(rows), ranked_by)
 
 
