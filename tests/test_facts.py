@@ -177,3 +177,16 @@ def test_a_robot_without_beams_has_the_same_limits(name):
     assert np.all(maps[1]["status"].where(reached, 4) == ks.Status.INDETERMINATE)
     np.testing.assert_array_equal(maps[1]["limit_exceeded"], beyond)
     np.testing.assert_array_equal(ks.indices.valid(maps[1]), ks.indices.valid(maps[0]))
+
+
+# ---- check -----------------------------------------------------------------------------------------------------------
+
+
+def test_check_foresees_that_forces_are_not_determined(capsys):
+    from kinetostatics.cli import main
+
+    assert main(["check", str(CASES / "two_rigid.urdf")]) == 0
+    words = " ".join(capsys.readouterr().out.split())
+    assert "! the rigid limbs limb_1, limb_2 overconstrain one another: how they share their forces is not determined" in words
+    assert main(["check", "3rps"]) == 0
+    assert "not determined" not in capsys.readouterr().out

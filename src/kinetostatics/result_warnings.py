@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 EULER_WARNING = 0.05
 #: Displacement, relative to the characteristic length, and rotation [rad] of the platform above which it is doubtful, too.
 LARGE_MOTION = 0.1
+#: Part of a self-stress below which a joint has no part in it.
+NOTHING = 1e-9
 #: Gap of the loops [m, rad] above which it is worth mentioning.
 OPEN_LOOPS = 1e-9
 
@@ -39,7 +41,7 @@ def result_warnings(result: Result) -> tuple[str, ...]:
                 "its deflection"
             )
     if np.any(result.indeterminate):
-        found.append(_indeterminate(result))
+        found.append(undetermined_parts(result))
     return tuple(found)
 
 
@@ -63,19 +65,25 @@ def _large_motions(result: Result) -> list[str]:
     ]
 
 
-def _indeterminate(result: Result) -> str:
-    """Say which rigid parts share forces that statics cannot tell."""
-    rigid = [limb.name for group in result.robot.limb_groups if group.rigid_directions for limb in group.limbs]
-    rings = [
-        limb.name
-        for solution in result.solutions[:1]
-        for item in solution.statics
-        if np.any(item.loose)
-        for limb in item.group.limbs
-    ]
+def undetermined_parts(result: Result) -> str:
+    """Say which rigid limbs, and which joints of rigid rings, share forces that statics cannot tell."""
+    rigid: dict[str, None] = {}
+    rings: dict[str, dict[str, None]] = {}
+    for solution in result.solutions:
+        for item, undetermined in zip(solution.statics, solution.undetermined, strict=True):
+            for position, limb in enumerate(item.group.limbs):
+                if np.any(undetermined[:, position]):
+                    rigid[limb.name] = None
+                loose = item.loose[:, :, :, position]
+                for edge in limb.edges if np.any(loose) else ():
+                    carried = np.sum([sign * loose[chord] for chord, sign in edge.chords], axis=0)
+                    if edge.joint and np.max(np.abs(carried)) > NOTHING * np.max(np.abs(loose)):
+                        rings.setdefault(limb.name, {})[edge.joint] = None
     what = [f"the rigid limbs {', '.join(rigid)} overconstrain one another"] if rigid else []
-    what += [f"rigid rings in {', '.join(rings)} are overconstrained in themselves"] if rings else []
+    what += [
+        f"the rigid rings in {limb} ({', '.join(joints)}) are overconstrained in themselves" for limb, joints in rings.items()
+    ]
     return (
-        f"{' and '.join(what) or 'rigid parts overconstrain one another'}: how they share their forces is not "
-        "determined; undetermined forces are NaN"
+        f"{' and '.join(what) or 'rigid parts are overconstrained'}: how they share their forces is not determined; "
+        "undetermined forces are NaN"
     )
