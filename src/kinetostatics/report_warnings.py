@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kinetostatics.configuration import Configuration
 from kinetostatics.equilibrium import analyze
 from kinetostatics.exceptions import KinetostaticsError, StaticsError
 from kinetostatics.facts import WITHOUT_NUMBERS
@@ -16,7 +15,7 @@ from kinetostatics.near_singular import near_singular_words
 from kinetostatics.ordering import EQUAL
 from kinetostatics.report_text import CLOSED, LENGTHS, listing, quantity
 from kinetostatics.report_warnings_of_masses import without_mass
-from kinetostatics.result_warnings import undetermined_parts
+from kinetostatics.report_warnings_of_poses import AT_ZERO, facts_of_poses, poses_of
 from kinetostatics.rigid_pieces import Piece, PieceGraph
 from kinetostatics.zero_pose import corrections_hint
 
@@ -25,7 +24,6 @@ if TYPE_CHECKING:
     from kinetostatics.report_facts import RobotFacts
     from kinetostatics.report_parts import BeamFacts, ElasticJointFacts
     from kinetostatics.robot import Robot
-    from kinetostatics.solver import Poses
 
 #: Ratio of the smallest kept to the largest dropped singular value below which a count is doubtful.
 SMALL_GAP = 1e4
@@ -43,9 +41,6 @@ MODULI, DENSITIES, EXPANSIONS = (1e8, 2e12), (10.0, 25e3), (-2e-5, 1e-3)
 SIZES = (1e-3, 100.0)
 #: What a joint may give way by under the robot's own weight [m, rad], and what is as good as rigid [N/m, N·m/rad].
 GIVES, RIGID = (0.01, 0.2), 1e12
-
-#: How the text of a problem of the zero pose alone begins.
-AT_ZERO = "at the zero pose"
 
 
 def warnings_of_file(robot: Robot, facts: RobotFacts) -> list[str]:
@@ -344,32 +339,8 @@ def warnings_of_statics(robot: Robot, facts: RobotFacts) -> tuple[list[str], lis
         (found if problem.startswith(AT_ZERO) else problems).append(problem)
     else:
         found += _near_singular(robot)
-    found += _facts_of_poses(robot)
+    found += facts_of_poses(robot)
     return found, problems
-
-
-def _facts_of_poses(robot: Robot) -> list[str]:
-    """Say what the status of nearly all poses will be, or that of the zero pose alone: forces or intensities that are missing."""
-    generic, zero = (analyze(_poses(robot, poses), on_failure="nan") for poses in (robot.generic_poses, robot.zero_poses))
-    found: list[str] = []
-    for result, where in ((generic, ""), (zero, f"{AT_ZERO} ")):
-        if np.any(result.indeterminate) and (result is generic or not np.any(generic.indeterminate)):
-            found.append(where + undetermined_parts(result))
-        limbs = [
-            limb.name
-            for item in result.solutions[0].statics
-            for position, limb in enumerate(item.group.limbs)
-            if np.any(item.degenerate[position])
-        ]
-        if limbs and np.any(result.basis_degenerate):
-            verb = "degenerate" if where else "degenerate at some poses"
-            found.append(f"{where}the readable wrenches of {listing(limbs)} {verb}: intensities are NaN there")
-    return found
-
-
-def _poses(robot: Robot, poses: Poses) -> Configuration:
-    tolerance = 1e-9 + 1e3 * robot.closing_error
-    return robot.configuration(robot.model_q(poses).T, tolerance=tolerance, on_failure="nan")
 
 
 def _free_drives(robot: Robot) -> list[Connection]:
@@ -390,7 +361,7 @@ def _statics_problem(robot: Robot) -> str | None:
         return _complaint(lambda: analyze(robot.assemble()))
     generic = robot.model_q(robot.generic_poses).T
     tolerance = 1e-9 + 1e3 * robot.closing_error
-    if np.all(np.isin(analyze(_poses(robot, robot.generic_poses)).status, WITHOUT_NUMBERS)):
+    if np.all(np.isin(analyze(poses_of(robot, robot.generic_poses)).status, WITHOUT_NUMBERS)):
         problem = _complaint(lambda: analyze(robot.configuration(generic[0], tolerance=tolerance)))
         return problem or "no pose could be analysed: the loops of those that were tried do not close"
     zero = robot.model_q(robot.zero_poses)[:, 0]
