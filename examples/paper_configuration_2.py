@@ -162,9 +162,9 @@ def story() -> str:
         "([solid_finite_elements.md](solid_finite_elements.md)), which "
         "knows none of these formulas, has Δ_dy between 3.110e-6 and 3.124e-6 m and Δ_rx between 7.601e-6 and 7.636e-6 "
         "rad, by how a "
-        "joint grips the rod's end. That is the twist with the bending of rod 3. A rod that does not bend under its "
-        "weight explains the "
-        "paper's twist, then, and not its forces; what its model did there cannot be seen from the text.",
+        "joint grips the rod's end. That is the twist with the bending of rod 3. Without these two entries the twist is just "
+        "what comes out where each rod's weight is lumped at its ends ([beside_other_methods.md](beside_other_methods.md)): "
+        "that would explain the paper's twist, and not its forces. What its model did cannot be seen from the text.",
     ]
     return "\n".join(lines)
 

@@ -48,3 +48,35 @@ def test_dynamics_with_pinocchio_put_into_the_robot_what_it_gains():
     assert np.abs(motion.forces - motion.holding).max() > 0.1 * np.abs(motion.holding).max()
     slow = circle(period=500.0, count=6)
     np.testing.assert_allclose(slow.forces, slow.holding, rtol=1e-5)
+
+
+@pytest.mark.parametrize("name", ["3rps", "2pru_upr"])
+def test_lumped_weights_are_those_of_a_robot_with_massless_rods(name):
+    """The example changes Eq. (12); the same robots with rods without mass, loaded at o and at the rods' ends, agree."""
+    import distributed_gravity as example
+    import numpy as np
+
+    import kinetostatics as ks
+
+    spread = example.reproduce_paper.analyze(name, 2)
+    description = spread.robot.description
+    for rod in description.beams:
+        description = description.changed(rod, density=0.0)
+    pose = ks.Robot(description).configuration(spread.configuration.q)
+    limbs = example.limbs_of(name, spread)
+    weights = [item.R @ item.q * item.length for item in limbs]
+    platform = ks.analyze(pose, load=np.r_[sum(weights), 0, 0, 0], gravity=spread.gravity)
+    np.testing.assert_allclose(example.twist_of(name, 2, example.PLATFORM), platform.twist, rtol=1e-9, atol=1e-18)
+    ends = sum(item.force(weight / 2, item.A) for item, weight in zip(limbs, weights, strict=True))
+    found = ks.analyze(pose, load=ends, gravity=spread.gravity)
+    np.testing.assert_allclose(example.twist_of(name, 2, example.ENDS), found.twist, rtol=1e-9, atol=1e-18)
+    np.testing.assert_allclose(example.twist_of(name, 2, example.SPREAD), spread.twist, rtol=1e-9, atol=1e-18)
+    np.testing.assert_allclose(example.twist_of(name, 2, 400), spread.twist, rtol=1e-3, atol=1e-10)  # cut finely
+
+
+def test_the_page_beside_other_methods_is_fresh():
+    import distributed_gravity as example
+
+    page = example.PAGE.read_text(encoding="utf-8")
+    assert example.table() in page and example.springs() in page, "stale: run python examples/distributed_gravity.py --write"
+    assert "| 3RPS, 2 | at the platform | 2.231e-07 |" in page and "| 3RPS, 2 | spread | 4.969e-08 |" in page
