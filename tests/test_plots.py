@@ -448,7 +448,9 @@ def test_surfaces_over_the_coordinate_that_is_left(ds):
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("rx [°]", "ry [°]")
     assert texts_of(ax.figure)[:4] == ["z = 0.3 m", "z = 0.4 m", "z = 0.5 m", "z = 0.6 m"]
     other = ks.plot.surface(ds, "actuator_force:p1", x="z", y="ry", over="rx")
-    assert [text for text in texts_of(other.figure) if text.startswith("rx")] == ["rx = −20°", "rx = −5°", "rx = 5°", "rx = 20°"]
+    assert [text for text in texts_of(other.figure) if text.startswith("rx")] == [
+        f"rx = {angle}°" for angle in ("−20", "−10", "0", "10", "20")
+    ]
 
 
 def test_one_surface_has_a_colour_bar(ds):
@@ -940,3 +942,14 @@ def test_pictures_of_the_documentation_exist():
     if page.exists():
         for name in page.read_text(encoding="utf-8").split("](pictures/")[1:]:
             assert (root / "pictures" / name.split(")")[0]).exists()
+
+
+@pytest.mark.parametrize("count", [2, 3, 4, 5, 7, 9])
+def test_a_surface_for_each_of_few_values_and_the_middle_one_of_many(ds, count):
+    values = np.linspace(-0.2, 0.2, count)
+    many = ds.isel(z=0, drop=True).expand_dims(rz=values)
+    many.rz.attrs["units"] = "rad"
+    ax = ks.plot.surface(many, "linear_sag", x="rx", y="ry", over="rz")
+    named = [text.get_text() for text in figure_of(ax).legends[0].get_texts()]
+    assert len([name for name in named if "rz" in name]) == min(count, 5)
+    assert count % 2 == 0 or any("= 0" in name for name in named)

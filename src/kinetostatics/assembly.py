@@ -19,6 +19,7 @@ from kinetostatics.kinematics import Frames
 from kinetostatics.ordering import NOTHING, ranked
 from kinetostatics.orientation import Orientation, orientation_named, orientations_with
 from kinetostatics.solver import Poses, Request
+from kinetostatics.unit_hints import odd_coordinates
 from kinetostatics.zero_pose import accepts, gaps_at, gaps_text
 
 if TYPE_CHECKING:
@@ -257,8 +258,9 @@ def _say_unreachable(robot: Robot, request: Request, names: list[str], pose: Pos
             + ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, found, strict=True))
             + f", where {say_openings(robot, nearest)}"
         )
+    hints = odd_coordinates(robot, dict(zip(names, target, strict=True)))
     raise AssemblyError(
-        text,
+        "; ".join([text, *hints]),
         gaps_at(robot, nearest),
         mobility,
     )

@@ -10,6 +10,7 @@ import importlib
 import os
 import re
 import sys
+import warnings
 from collections.abc import Sequence
 from types import ModuleType
 from typing import Any, NoReturn
@@ -95,7 +96,10 @@ def _run(arguments: list[str]) -> int:
         sys.stdout.flush()
         return int(stop.code or 0)
     args.command_line = ["kinetostatics", *arguments]
-    return int(args.run(args))
+    with warnings.catch_warnings():
+        warnings.simplefilter("always", UserWarning)
+        warnings.showwarning = _warn
+        return int(args.run(args))
 
 
 def _parser(modules: Sequence[ModuleType]) -> argparse.ArgumentParser:
@@ -120,6 +124,12 @@ def _prepare_output() -> None:
         # a terminal that lacks µ or ⟂ must not end in a traceback
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")
+
+
+def _warn(message: Warning | str, *_where: Any, **_more: Any) -> None:
+    """Print a warning in one line, at once."""
+    if sys.stderr is not None:
+        print(f"kinetostatics: warning: {' '.join(str(message).split())}", file=sys.stderr)
 
 
 def _fail(message: str) -> int:

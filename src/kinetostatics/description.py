@@ -181,14 +181,16 @@ class RobotDescription:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What is suspicious but not wrong, in full sentences that begin with a place."""
+        """What is suspicious but not wrong, in full sentences; most begin with a place."""
+        from kinetostatics.unit_hints import odd_angles, odd_materials  # which tell of descriptions
+
         weightless = [
             f"{beam.place}: the beam {beam.name!r} has no density and its link no <inertial>, so that it weighs nothing; write "
             'density="0" if that is meant.'
             for beam in self.beams.values()
             if beam.density is None and beam.link in self.links and not self.links[beam.link].has_inertial
         ]
-        return (*self.file_warnings, *weightless)
+        return (*self.file_warnings, *weightless, *odd_angles(self), *odd_materials(self))
 
     # ---- changed copies ------------------------------------------------------------------------------------------------
 

@@ -17,6 +17,7 @@ from kinetostatics.report_text import CLOSED, LENGTHS, listing, quantity
 from kinetostatics.report_warnings_of_masses import without_mass
 from kinetostatics.report_warnings_of_poses import AT_ZERO, facts_of_poses, poses_of
 from kinetostatics.rigid_pieces import Piece, PieceGraph
+from kinetostatics.unit_hints import odd_angles, odd_limits, robot_size
 from kinetostatics.zero_pose import corrections_hint
 
 if TYPE_CHECKING:
@@ -35,8 +36,8 @@ WIRE = 2000.0
 FAR = 0.1
 #: Ratio of a beam's weight by its density to its link's <inertial> from which they are told apart.
 OTHER_MASS = 1.3
-#: Plausible numbers of solids: Young's modulus [Pa], density [kg/m³] and thermal expansion [1/K].
-MODULI, DENSITIES, EXPANSIONS = (1e8, 2e12), (10.0, 25e3), (-2e-5, 1e-3)
+#: Plausible thermal expansion of solids [1/K].
+EXPANSIONS = (-2e-5, 1e-3)
 #: Largest dimensions of robots [m].
 SIZES = (1e-3, 100.0)
 #: What a joint may give way by under the robot's own weight [m, rad], and what is as good as rigid [N/m, N·m/rad].
@@ -71,8 +72,12 @@ def _closing(robot: Robot, facts: RobotFacts) -> Iterable[str]:
     if metres[0] > FAR * robot.length or radians[0] > FAR:
         yield (
             f"where all joints are at zero the loops are far from closed: {zero_openings(facts)}. They are closed from there, "
-            "perhaps in another assembly mode than is meant: look at the pose with kinetostatics view, or move the zero of the "
-            "joints so that it nearly closes the loops"
+            + (
+                "which angles in degrees would explain: see the other warnings"
+                if odd_angles(robot.description)
+                else "perhaps in another assembly mode than is meant: look at the pose with kinetostatics view, or move the zero "
+                "of the joints so that it nearly closes the loops"
+            )
         )
     if moved:
         yield (
@@ -116,11 +121,10 @@ def _limits(robot: Robot, facts: RobotFacts) -> Iterable[str]:
 def _sizes(robot: Robot, facts: RobotFacts) -> Iterable[str]:
     if facts.zero.closing_error is None:
         return
-    points = robot.zero_frames.position[:, :, 0]
-    points = points[:, np.all(np.isfinite(points), axis=0)]
-    size = float(np.linalg.norm(points.max(axis=1) - points.min(axis=1)))
+    size = robot_size(robot)
     if size and not SIZES[0] < size < SIZES[1]:
         yield f"the robot is {size:.4g} m large; lengths are in m"
+    yield from odd_limits(robot)
 
 
 # ---- beams -----------------------------------------------------------------------------------------------------------
@@ -210,8 +214,6 @@ def _members(robot: Robot, facts: RobotFacts) -> dict[str, tuple[float, float]]:
 
 def _materials(facts: RobotFacts) -> Iterable[str]:
     def modulus(beam: BeamFacts) -> str | None:
-        if not MODULI[0] <= beam.youngs_modulus <= MODULI[1]:
-            return f"<has> a Young's modulus of {beam.youngs_modulus:.4g} Pa; moduli are in Pa (steel: 2.1e11)"
         ratio = beam.youngs_modulus / beam.shear_modulus
         if not 1 <= ratio <= 1000:
             return (
@@ -220,17 +222,12 @@ def _materials(facts: RobotFacts) -> Iterable[str]:
             )
         return None
 
-    def density(beam: BeamFacts) -> str | None:
-        if beam.density and not DENSITIES[0] <= beam.density <= DENSITIES[1]:
-            return f"<has> a density of {beam.density:.4g} kg/m³; densities are in kg/m³ (steel: 7850)"
-        return None
-
     def expansion(beam: BeamFacts) -> str | None:
         if not EXPANSIONS[0] <= beam.thermal_expansion <= EXPANSIONS[1]:
             return f"<has> a thermal expansion of {beam.thermal_expansion:.4g} 1/K; steel has 1.2e-5 1/K"
         return None
 
-    for say in (modulus, density, expansion):
+    for say in (modulus, expansion):
         yield from _alike(facts.beams, say)
 
 

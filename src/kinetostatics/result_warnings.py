@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kinetostatics.near_singular import near_singular_words
+from kinetostatics.unit_hints import odd_limits
 
 if TYPE_CHECKING:
     from kinetostatics.result import Result
@@ -24,7 +25,7 @@ OPEN_LOOPS = 1e-9
 def result_warnings(result: Result) -> tuple[str, ...]:
     """Return the warnings of the robot and of its poses under their loads."""
     robot = result.robot
-    found = [*robot.description.warnings, *robot.topology.warnings]
+    found = [*robot.description.warnings, *robot.topology.warnings, *odd_limits(robot)]
     found += _open_loops(result) + _large_motions(result)
     near = near_singular_words(result)
     found += [near] if near else []

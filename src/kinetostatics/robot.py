@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -30,6 +31,7 @@ from kinetostatics.pose_spread import ordinary_poses
 from kinetostatics.robot_file import read_robot_file
 from kinetostatics.solver import Poses, Request, Solver
 from kinetostatics.topology import Limb, Topology, analyze_topology
+from kinetostatics.unit_hints import odd_coordinates
 from kinetostatics.weights import Weights
 
 Array = NDArray[np.float64]
@@ -509,7 +511,10 @@ class Robot:
             CoordinatesError: unknown, missing or too many coordinates, or ones that do not determine the pose.
             AssemblyError: the pose cannot be reached; the message says which loop stays open and by how much.
         """
-        return assembly.assemble(self, actuators, platform, orientation, near, tolerance, on_failure)
+        found = assembly.assemble(self, actuators, platform, orientation, near, tolerance, on_failure)
+        for hint in odd_coordinates(self, (actuators if platform is None else platform) or {}):
+            warnings.warn(hint, stacklevel=2)
+        return found
 
     def configuration(self, q: ArrayLike, *, tolerance: float = 1e-10, on_failure: str | None = None) -> Configuration:
         """Return the pose at Pinocchio coordinates ``q`` (…, nq) that close the loops already.

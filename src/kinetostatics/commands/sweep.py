@@ -7,7 +7,6 @@ import os
 import re
 import sys
 import time
-import warnings
 from typing import TYPE_CHECKING, Any
 
 from kinetostatics.commands.arguments import (
@@ -87,30 +86,28 @@ def run(args: argparse.Namespace) -> int:
     workers = None if args.workers is None else _whole("--workers", args.workers)
     there = os.path.exists(args.out) and not args.restart
     begin = time.perf_counter()
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always", UserWarning)
-        try:
-            found = sweep(
-                args.robot,
-                **options,
-                tolerance=tolerance_of(args),
-                beams=args.beams,
-                out=args.out,
-                restart=args.restart,
-                workers=workers,
-                progress=False if args.quiet else None,
-                command_line=args.command_line,
-            )
-        except KeyboardInterrupt:
-            parts = f"{args.out.rstrip('/')}.parts"
-            if os.path.isdir(parts):
-                print(f"kinetostatics: interrupted; the same command goes on with what is finished, in {parts}", file=sys.stderr)
-            raise
+    try:
+        found = sweep(
+            args.robot,
+            **options,
+            tolerance=tolerance_of(args),
+            beams=args.beams,
+            out=args.out,
+            restart=args.restart,
+            workers=workers,
+            progress=False if args.quiet else None,
+            command_line=args.command_line,
+        )
+    except KeyboardInterrupt:
+        parts = f"{args.out.rstrip('/')}.parts"
+        if os.path.isdir(parts):
+            print(f"kinetostatics: interrupted; the same command goes on with what is finished, in {parts}", file=sys.stderr)
+        raise
     with found:
         if not args.quiet:
             print(summary(found, None if there else time.perf_counter() - begin))
             print(f"{args.out} was there already" if there else f"wrote {args.out}")
-        print_warnings([*str(found.attrs.get("warnings", "")).splitlines(), *(str(item.message) for item in caught)])
+        print_warnings(str(found.attrs.get("warnings", "")).splitlines())
     return 0
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import warnings
 from typing import TYPE_CHECKING, Any
 
 from kinetostatics.commands.arguments import (
@@ -74,14 +73,6 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Show the page, or write it."""
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always", UserWarning)
-        code = _run(args, caught)
-    print_warnings(str(item.message) for item in caught)
-    return code
-
-
-def _run(args: argparse.Namespace, caught: list[warnings.WarningMessage]) -> int:
     from kinetostatics import viewer
     from kinetostatics.equilibrium import analyze
 
@@ -90,7 +81,7 @@ def _run(args: argparse.Namespace, caught: list[warnings.WarningMessage]) -> int
     if args.live:
         if args.sweep:
             raise ArgumentError("--sweep makes an animation and --live moves the robot by hand: give one of them")
-        return _live(robot, args, options, caught)
+        return _live(robot, args, options)
     if args.sweep:
         configuration = _swept(robot, args)
     else:
@@ -106,7 +97,7 @@ def _run(args: argparse.Namespace, caught: list[warnings.WarningMessage]) -> int
     return 0
 
 
-def _live(robot: Robot, args: argparse.Namespace, options: dict[str, Any], caught: list[warnings.WarningMessage]) -> int:
+def _live(robot: Robot, args: argparse.Namespace, options: dict[str, Any]) -> int:
     from kinetostatics.equilibrium import analyze
     from kinetostatics.viewer import open_browser
     from kinetostatics.viewer.live import serve
@@ -121,8 +112,7 @@ def _live(robot: Robot, args: argparse.Namespace, options: dict[str, Any], caugh
         port=args.port,
     )
     with server:
-        print_warnings([*found, *(str(item.message) for item in caught)])
-        caught.clear()
+        print_warnings(found)
         print(f"live at {server.url} (Ctrl+C ends it)", flush=True)
         open_browser(server.url)
         try:

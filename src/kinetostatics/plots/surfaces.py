@@ -22,8 +22,8 @@ from kinetostatics.plots.selection import Selection, axis_of, chosen_names, free
 from kinetostatics.plots.solids import Array, grid_quads, lit, shades
 from kinetostatics.plots.style import COLOURS, ONE_COLUMN, figure_of, legend_below, make_room, new_axes, styled
 
-#: Surfaces of a figure that is not told which.
-SURFACES = 4
+#: Surfaces of a figure that is not told which; an odd number, so that the middle one is among them.
+SURFACES = 5
 #: Greys of the floor, one for each reason why there is no number.
 GREYS = ("0.85", "0.7", "0.55", "0.4", "0.25")
 
@@ -49,7 +49,7 @@ def surface(
         ds: of :func:`kinetostatics.sweep`.
         what: as in :func:`kinetostatics.indices.quantity`.
         x, y: the names of the coordinates below the surfaces; default: the last two that are swept and not fixed.
-        over: the name of a third coordinate, with one surface for each of its values, or for four of them, evenly chosen; or
+        over: the name of a third coordinate, with one surface for each of its values, or for five of them, evenly chosen; or
             ``{"z": [0.3, 0.6]}`` to choose them; default: the coordinate that is left, if one is.
         at: values of the other coordinates [m, rad]; the nearest of the map is shown, and named above the figure.
         unit: of the quantity; default: what suits.

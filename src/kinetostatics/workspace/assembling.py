@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from kinetostatics import assembly
+
 if TYPE_CHECKING:
     from kinetostatics.configuration import Configuration
     from kinetostatics.robot import Robot
@@ -13,7 +15,5 @@ if TYPE_CHECKING:
 
 def assemble(plan: Plan, robot: Robot, values: Mapping[str, Any], near: Configuration | None = None) -> Configuration:
     """Return the poses (N,) at coordinates, along a line from the zero pose or from ``near``."""
-    given: dict[str, Any] = {plan.kind: values}
-    if plan.kind == "platform":
-        given["orientation"] = plan.orientation
-    return robot.assemble(**given, near=near, tolerance=plan.tolerance, on_failure="nan")
+    given: tuple[Any, Any, str | None] = (None, values, plan.orientation) if plan.kind == "platform" else (values, None, None)
+    return assembly.assemble(robot, *given, near, plan.tolerance, "nan")  # whose coordinates have been warned of before

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import itertools
 import os
+import warnings
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -18,6 +19,7 @@ from kinetostatics.misfits import parse_misfits
 from kinetostatics.orientation import orientation_named
 from kinetostatics.robot import Robot, load_robot
 from kinetostatics.shipped import robot_path
+from kinetostatics.unit_hints import odd_coordinates
 from kinetostatics.workspace import provenance
 from kinetostatics.workspace.assembling import assemble
 from kinetostatics.workspace.grid import Axis, Field, coordinate_units, read_field, split_values
@@ -141,6 +143,8 @@ def try_plan(plan: Plan, first: Robot) -> None:
         CoordinatesError: coordinates are missing, unknown, or do not determine the pose.
         ArgumentError: another argument makes no sense.
     """
+    for hint in odd_coordinates(first, {**plan.held, **{axis.name: axis.values for axis in plan.axes_of("coordinate")}}):
+        warnings.warn(hint, stacklevel=3)
     corner = plan.coordinates(tuple(slice(0, 1) for _ in plan.axes_of("coordinate")))
     configuration = assemble(plan, first, corner)
     analyze(configuration, frame=plan.frame, misfits=plan.misfits, on_failure="nan")

@@ -1,0 +1,147 @@
+"""Numbers that look as if they were in degrees, mm or GPa are told, wherever they are given."""
+
+import math
+import re
+import warnings
+
+import odd_robots
+import pytest
+
+import kinetostatics as ks
+from kinetostatics.cli import main
+from kinetostatics.report_facts import robot_facts
+from kinetostatics.robot_file import parse_robot_text
+from kinetostatics.shipped import shipped_robots
+
+RPS = shipped_robots()["3rps"].read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return ks.load_robot("3rps")
+
+
+def said_of(robot):
+    """Return the warnings of check, and those of an analysis."""
+    pose = robot.assemble(tolerance=10)
+    return "\n".join(robot_facts(robot).warnings), "\n".join(ks.analyze(pose, on_failure="nan").warnings)
+
+
+# ---- coordinates -------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("name", "given", "hint"),
+    [
+        (
+            "delta",
+            {"platform": {"x": 0, "y": 0, "z": -90}},
+            "z = -90 m is 69.4 times the robot's size of 1.3 m: lengths are in m;",
+        ),
+        (
+            "3rps",
+            {"platform": {"z": 0.5, "rx": 8, "ry": 0}},
+            "rx = 8 rad is 1.27 turns: angles are in rad; write 0.139626 for",
+        ),
+        ("3rps", {"actuators": {"prismatic_1": 100, "prismatic_2": 0, "prismatic_3": 0}}, "prismatic_1 = 100 m is 114 times the"),
+    ],
+)
+def test_errors_name_the_unit_that_may_be_meant(name, given, hint):
+    robot = ks.load_robot(name)
+    with warnings.catch_warnings(), pytest.raises(ks.AssemblyError) as caught:
+        warnings.simplefilter("error")
+        robot.assemble(**given)
+    assert hint in str(caught.value) and "assembly mode" not in str(caught.value)
+
+
+def test_poses_that_exist_all_the_same_are_warned_of(robot):
+    drives = dict.fromkeys(("prismatic_1", "prismatic_2", "prismatic_3"), 10)
+    with pytest.warns(UserWarning, match=r"prismatic_1 = 10 m is 11.4 times .* write 0.01 for 10 mm, or 10mm"):
+        robot.assemble(actuators=drives)
+    with pytest.warns(UserWarning, match=r"motor_1 = 30 rad is 4.77 turns: .* write 0.523599 for 30°"):
+        ks.load_robot("delta").assemble(actuators={"motor_1": 30, "motor_2": 30, "motor_3": 30}, on_failure="nan")
+    with pytest.warns(UserWarning, match=r"z = 90 m is 103 times"):
+        ks.sweep(robot, platform={"z": [0.5, 90], "rx": 0, "ry": 0})
+
+
+@pytest.mark.parametrize("name", sorted(shipped_robots()))
+def test_ordinary_coordinates_are_not(name):
+    robot = ks.load_robot(name)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        pose = robot.assemble()
+        robot.assemble(actuators=dict(pose.actuators))
+        if robot.mobility.platform == 6:
+            robot.assemble(platform=pose.platform_coordinates("XYZ"), orientation="XYZ", on_failure="nan")
+        ks.load_robot("ur10").assemble(actuators={f"{j}_joint": 2 * math.pi if j == "wrist_3" else 0.1 for j in (
+            "shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")}, on_failure="nan")  # fmt: skip
+
+
+def test_the_command_line_warns_in_one_line(capsys):
+    assert main("analyze 3rps --actuators prismatic_1=10 prismatic_2=10 prismatic_3=10".split()) == 0
+    err = capsys.readouterr().err
+    assert err.count("\n") == 3 and all(line.startswith("kinetostatics: warning: prismatic_") for line in err.splitlines())
+    assert main("analyze delta --platform x=0 y=0 z=-90".split()) == 2
+    err = capsys.readouterr().err
+    assert err.count("\n") == 1 and "write -0.09 for -90 mm, or -90mm on" in err
+
+
+# ---- files -------------------------------------------------------------------------------------------------------------
+
+
+def changed(old, new, text=RPS, count=1):
+    assert old in text
+    return ks.Robot(parse_robot_text(text.replace(old, new, count)))
+
+
+@pytest.mark.parametrize("angle", ["90", "${degrees(pi/2)}", "-180"])
+def test_an_rpy_in_degrees(angle):
+    text = odd_robots.four_bar()
+    found = re.search(r'<joint name="head".*?rpy="([^"]*)"', text, re.DOTALL)
+    text = text[: found.start(1)] + f"0 {angle} 0" + text[found.end(1) :]
+    text = text.replace("<robot", '<robot xmlns:xacro="http://www.ros.org/wiki/xacro"', 1)
+    robot = ks.Robot(parse_robot_text(text))
+    for said in said_of(robot):
+        assert re.search(r"<text>:\d+: rpy='0 (90|-180) 0' of the joint 'head' looks like degrees: angles are in rad", said)
+        assert "assembly mode" not in said
+    assert "which angles in degrees would explain" in said_of(robot)[0]
+
+
+def test_limits_in_degrees_and_mm():
+    angles = changed('lower="-10" upper="10"', 'lower="-60" upper="60"', odd_robots.four_bar())
+    lengths = changed('name="rod_length_max" default="1.0"', 'name="rod_length_max" default="1000"')
+    for said in said_of(angles):
+        assert "the limits -60 60 of 'foot' look like degrees: angles are in rad" in said
+    for said in said_of(lengths):
+        assert "the limits of prismatic_1, prismatic_2, prismatic_3 go to 999.45 m, 1.14e+03 times the robot's size" in said
+
+
+@pytest.mark.parametrize(
+    ("parameters", "words"),
+    [
+        ({"youngs_modulus": 200}, "200 Pa; moduli are in Pa (steel: 2.1e11): 200 GPa is 2e+11"),
+        ({"youngs_modulus": 2e5}, "2e+05 Pa; moduli are in Pa (steel: 2.1e11): 2e+05 MPa is 2e+11"),
+        ({"density": 7.8}, "7.8 kg/m³; densities are in kg/m³ (steel: 7850): 7.8 g/cm³ is 7800"),
+        ({"density": 7.8e-9}, "7.8e-09 kg/m³; densities are in kg/m³ (steel: 7850): 7.8e-09 t/mm³ is 7800"),
+    ],
+)
+def test_moduli_and_densities_in_other_units(parameters, words):
+    for said in said_of(ks.load_robot("3rps", parameters)):
+        assert (
+            f"beams rod_1, rod_2 and rod_3 have a {'density' if 'density' in parameters else 'Young'}" in said and words in said
+        )
+
+
+@pytest.mark.parametrize("name", sorted(shipped_robots()))
+def test_shipped_robots_are_in_si(name):
+    robot = ks.load_robot(name)
+    assert not re.search(r"look like|are in (m|rad|Pa|kg)|m large", "\n".join(robot_facts(robot).warnings))
+
+
+def test_a_motor_of_a_screw_may_turn_often():
+    limit = '<limit lower="-100" upper="100" effort="1" velocity="1"/>'
+    motor = f'<joint name="motor" type="revolute"><parent link="base"/><child link="cap"/>{limit}</joint><link name="cap"/>'
+    nut = motor.replace("motor", "nut").replace("cap", "cup").replace("</joint>", '<mimic joint="motor"/></joint>')
+    for joints, expected in ((motor, True), (motor + nut, False)):
+        text = RPS.replace("</robot>", f'{joints}<transmission name="m"><joint name="motor"/></transmission></robot>')
+        assert ("'motor' look like degrees" in said_of(ks.Robot(parse_robot_text(text)))[0]) == expected
