@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from guide_mistakes import Mistake, add, code, swap
-from guide_mistakes_of_files import B_WHOLE, CIRCLE, JOINT_B, LEFT, MOTOR, RIGHT
+from guide_mistakes_of_files import B_WHOLE, CIRCLE, JOINT_B, LEFT, LOOP, MOTOR, RIGHT
 
 LEFT_BEAM = f"{LEFT}\n    {CIRCLE}\n  </beam>"
 RIGHT_BEAM = f'{RIGHT}\n    <tube outer_diameter="0.03" inner_diameter="0.02"/>\n  </beam>'
@@ -38,11 +38,15 @@ def more(text: str) -> tuple[tuple[str, str], ...]:
     return (("</robot>", f"{text}</robot>"),)
 
 
+NO_LOOP = ((LOOP, "<!--"), ("</loop>", "-->"))
 BALL = '<loop name="f" type="spherical"><predecessor link="ear"/><successor link="plate"/></loop>'
 
 SPANS = (
     Mistake("a beam without `from` and `to` on a link with three joints, as the lift's rear arm", "Name both ends.",
             ((LEFT, LEFT.replace(' from="a" to="b"', "")), *more(joint("e", "left", "ear", 0.3) + BALL))),
+    Mistake("the `<loop>` left out, and no `from` and `to` in the right rod's beam", "Write the loop.",
+            (*NO_LOOP, (RIGHT, RIGHT.replace(' from="d" to="c"', "")))),
+    Mistake("the `<loop>` left out", "Write the loop.", NO_LOOP),
     Mistake("a beam without `from` and `to` on a post that leads nowhere", "Name both ends; its tip needs a joint, to a link of "
             "its own.", more(joint("e", "ground", "post", 0.3) + beam("post", ""))),
     swap(LEFT, LEFT.replace('to="b"', 'to="d"'), "A beam lies on one link: make a second beam.",
@@ -200,6 +204,8 @@ PYTHON = (
 )  # fmt: skip
 
 WARNINGS = tuple(replace(mistake, warns=True) for mistake in (
+    swap(B_WHOLE, B_WHOLE.replace('<axis xyz="0 1 0"/>', ""), "Write it: here 0 1 0.", "`<axis>` left out in b"),
+    Mistake("the `<loop>` and the right rod's beam left out", "Write the loop.", (*NO_LOOP, (RIGHT_BEAM, ""))),
     swap('<link name="left"/>', '<link name="left"><visuals/></link>', "Correct it, or leave it."),
     swap(B_WHOLE, f'{B_WHOLE}<limit lower="-1" upper="1" effort="0" velocity="0"/>', "Say revolute.",
          '`<limit lower="-1" upper="1" …/>` in a continuous joint'),

@@ -262,3 +262,29 @@ def test_one_end_of_a_telescope_is_enough(given):
     robot = ks.Robot(parse_robot_text(text))
     length = float(robot.beams["rod"].length(robot.zero_frames)[0])
     assert length == pytest.approx(0.7 if "from" in given else 0.3)
+
+
+# ---- what beginners forget -----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["3rps", "2pru_upr", "delta", "planar_3rrr", "five_bar", "gough_stewart"])
+def test_a_missing_loop_is_told_as_one(name):
+    """Whether the beam names it or leaves its ends out."""
+    description = ks.load_robot(robot_path(name)).description
+    loop = list(description.loops)[-1]
+    left = replace(description, loops={key: item for key, item in description.loops.items() if key != loop})
+    with pytest.raises(ks.RobotFileError, match=rf"'{loop}', which does not exist;.*is its <joint> or <loop> missing"):
+        ks.Robot(left)
+    beams = {
+        key: replace(beam, **{end: None for end in ("start", "end") if getattr(beam, end).joint == loop})
+        for key, beam in left.beams.items()
+    }
+    with pytest.raises(ks.RobotFileError, match=r"ends nowhere, as .* is its only joint: is a <loop> .* missing"):
+        ks.Robot(replace(left, beams=beams))
+
+
+def test_a_wrong_parent_is_told_by_the_link_that_is_left_alone():
+    description = ks.load_robot("3rps").description
+    joint = replace(description.joints["prismatic_2"], parent="cylinder_1")
+    with pytest.raises(ks.RobotFileError, match="Link 'cylinder_2' has no joint but 'revolute_2': is a <parent> wrong"):
+        ks.Robot(replace(description, joints={**description.joints, "prismatic_2": joint}))

@@ -113,7 +113,8 @@ def _end(element: Element, name: str, connections: Collection[str]) -> BeamEnd |
         raise element.error(f"{name}={value!r} of {element.label} must end in ':parent' or ':child', not {side!r}")
     if joint not in connections:
         raise element.error(
-            f"{element.label} goes {name} the joint {joint!r}, which does not exist; {near_names(joint, connections)}"
+            f"{element.label} goes {name} the joint {joint!r}, which does not exist; {near_names(joint, connections)} "
+            "(or is its <joint> or <loop> missing?)"
         )
     return BeamEnd(joint, side)
 

@@ -92,7 +92,9 @@ def make_beam_models(mechanism: Mechanism, spans: dict[str, BeamSpan], zero: Fra
             if float(np.linalg.norm(np.cross(axis, direction))) > 1e-5 * float(np.linalg.norm(direction)):
                 place = span.beam.place
                 raise RobotFileError(
-                    f"<beam {name!r}>: the axis of the prismatic joint {joint!r} inside its span does not lie along the beam",
+                    f"<beam {name!r}>: the axis of the prismatic joint {joint!r} inside its span does not lie along the beam; "
+                    f"it is ({', '.join(f'{value:.4g}' for value in connection.axis)}) in the joint's frame (1 0 0 where <axis> "
+                    "is left out): is it, or the joint's <parent> or <origin>, wrong?",
                     place.file,
                     place.line,
                 )

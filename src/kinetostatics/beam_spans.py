@@ -71,6 +71,16 @@ def beam_error(beam: Beam, reason: str) -> RobotFileError:
     return RobotFileError(f"<beam {beam.name!r}>: {reason}", beam.place.file, beam.place.line)
 
 
+def ends_nowhere(mechanism: Mechanism) -> list[tuple[str, str]]:
+    """Return the links, but base and platform, that hang on one joint that moves, and these joints."""
+    description = mechanism.description
+    return [
+        (link, here[0].name)
+        for link, here in mechanism.at_link.items()
+        if len(here) == 1 and here[0].kind != "fixed" and link not in (description.base, description.platform)
+    ]
+
+
 def _point_on(link: str, path: Iterable[Connection], point: Array) -> Array:
     """Return a point (3,) [m], given in the body at the end of a path of fixed joints and loops, in the body of ``link``."""
     placement = np.eye(4)
@@ -158,6 +168,12 @@ class SpanFinder:
     def _ends(self, beam: Beam) -> tuple[BeamEnd, BeamEnd]:
         """Return the ends as they are written; of a link with just two joints these two are the default."""
         here = self.mechanism.at_link[beam.link]
+        if len(here) == 1 and (beam.start is None or beam.end is None):
+            raise beam_error(
+                beam,
+                f"link {beam.link!r} ends nowhere, as {here[0].name!r} is its only joint: is a <loop> to the platform or another "
+                "link missing, or a <parent> wrong? (A tip that is free needs a fixed joint to a link of its own.)",
+            )
         if len(here) == 2 and (beam.start is None or beam.end is None):
             given = beam.start or beam.end
             if given is None:
@@ -271,12 +287,18 @@ class SpanFinder:
             raise beam_error(
                 beam,
                 f"its span to {end.joint!r} crosses the moving joint {', '.join(map(repr, names)) or '?'}; a beam may "
-                "only cross prismatic joints, along whose axes it telescopes",
+                f"only cross prismatic joints, along whose axes it telescopes{self._ends_nowhere()}",
             )
         link = beam.link
         for item in path:
             link = item.other(link)
         return link, path
+
+    def _ends_nowhere(self) -> str:
+        """Return words about the first link that should probably be joined to something, if there is one."""
+        for link, joint in ends_nowhere(self.mechanism):
+            return f". Link {link!r} has no joint but {joint!r}: is a <parent> wrong, or a <loop> missing?"
+        return ""
 
     def _span(self, beam: Beam) -> BeamSpan:
         start, end = self._ends(beam)

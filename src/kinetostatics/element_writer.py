@@ -17,6 +17,8 @@ from kinetostatics.xml_source import Element, parse, shortened, to_elements, to_
 
 _ATTRIBUTE = re.compile(r"[A-Za-z_][\w:.-]*")
 _X, _Y, _Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
+#: No axis: those of joints that move are always written.
+_NONE = (float("inf"),) * 3
 
 
 def robot_text(description: RobotDescription, comment: str = "") -> str:
@@ -208,7 +210,7 @@ def _joint(joint: Joint) -> Element:
         write.element("parent", {"link": joint.parent}),
         write.element("child", {"link": joint.child}),
         *write.origin(joint.origin),
-        write.direction("axis", joint.axis, _X),
+        write.direction("axis", joint.axis, _X if joint.type in ("fixed", "floating") else _NONE),
         _limit(write, joint, joint.type in ("revolute", "prismatic")),
         mimic,
         *write.fragment(joint.extra, write.label),

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from kinetostatics.beam_spans import ends_nowhere
 from kinetostatics.equilibrium import analyze
 from kinetostatics.exceptions import KinetostaticsError, StaticsError
 from kinetostatics.facts import WITHOUT_NUMBERS
@@ -48,6 +49,12 @@ def warnings_of_file(robot: Robot, facts: RobotFacts) -> list[str]:
     """Return warnings of what can be seen without statics."""
     found = [*_closing(robot, facts), *_limits(robot, facts), *_sizes(robot, facts), *_stubby(robot, facts)]
     found += [*_materials(facts), *_masses(robot, facts), *without_mass(robot, facts), *_elastic_joints(robot, facts)]
+    found += [
+        f"link {link!r} ends nowhere: {joint!r} is its only joint, and it hangs on the base; if it is to hold the platform, a "
+        "<loop> is missing or a <parent> is wrong"
+        for link, joint in ends_nowhere(robot.mechanism)
+        if link in robot.topology.base.links
+    ]
     rigid = [limb.name for limb in facts.limbs if limb.rigid]
     if rigid:
         verb = "have nothing elastic between base and platform and count" if rigid[1:] else "has nothing elastic and counts"
@@ -327,7 +334,8 @@ def warnings_of_statics(robot: Robot, facts: RobotFacts) -> tuple[list[str], lis
         held = len(facts.drives) - mobility.redundant_drives
         found.append(
             f"{len(facts.drives)} drives for {held} freedom{'s' * (held != 1)}: the actuation is redundant; drives are taken as "
-            "locked in position and share the load as their limbs' elasticity makes them"
+            "locked in position and share the load as their limbs' elasticity makes them (if the robot should have more "
+            "freedoms, look for a wrong <axis>)"
         )
     for joint in _free_drives(robot):
         found.append(f"the driven joint {joint.name} is in no limb: it only holds what hangs on {_owner(robot, joint)}")

@@ -170,7 +170,7 @@ def _joint(element: Element, links: Mapping[str, Link], warnings: list[str]) -> 
         parent,
         child,
         origin(element),
-        _axis(element, kind),
+        _axis(element, kind, warnings),
         lower,
         upper,
         read_mimic(element),
@@ -181,7 +181,7 @@ def _joint(element: Element, links: Mapping[str, Link], warnings: list[str]) -> 
     )
 
 
-def _axis(element: Element, kind: str) -> Vector:
+def _axis(element: Element, kind: str, warnings: list[str]) -> Vector:
     """Return the joint's axis as a unit vector."""
     axis, default = element.child("axis"), (1.0, 0.0, 0.0)
     if kind in ("fixed", "floating"):  # they have none, but exporters write one, often zero
@@ -193,6 +193,11 @@ def _axis(element: Element, kind: str) -> Vector:
             f"{element.label} is planar and {stated}, but Pinocchio moves planar joints in the xy plane of the "
             'joint\'s frame whatever the axis says: write <axis xyz="0 0 1"/> and turn the frame with <origin rpy>, '
             "or use a planar <loop>"
+        )
+    if axis is None:
+        moves = "slides along" if kind == "prismatic" else "turns about"
+        warnings.append(
+            f"{element.place}: {element.label} has no <axis>: it {moves} x of its frame, as URDF has it; write the axis."
         )
     return result
 
