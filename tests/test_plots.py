@@ -355,6 +355,29 @@ def test_lines_show_the_maps_numbers(ds):
     assert not overlaps(ax.figure)
 
 
+def test_the_ways_of_gravity_are_drawn():
+    """At a tilt of 10° platform −22.0, attached −2.2, deformation −49.9 nm, see test_mechanism_contributions.py."""
+    platform = {"z": 0.5, "azimuth": np.radians(-170), "tilt": np.radians([0, 10, 20])}
+    ds = ks.sweep("3rps", platform, orientation="tilt_torsion", gravity=(0, 0, -9.8), ways=True)
+    ways = [f"gravity_way:{way}:z" for way in ("platform_weight", "attached", "deformation")]
+    drive = [f"actuator_gravity_way:prismatic_1:{way}" for way in ("platform_weight", "attached", "deformation")]
+    assert {*ways, *drive, "actuator_contribution:prismatic_3:limb_1"} < set(ks.indices.names(ds))
+    ax = ks.plot.line(ds, ways, x="tilt", unit="nm")
+    assert [line.get_ydata()[1] for line in ax.get_lines()] == pytest.approx([-22.0350, -2.2028, -49.8725], abs=1e-3)
+    said = ("platform weight", "attached wrenches", "deformation")
+    assert texts_of(ax.figure) == [f"displacement along z by {name}" for name in said]
+    assert ax.get_ylabel() == "displacement along z [nm]"
+    ax = ks.plot.line(ds, drive, x="tilt")
+    assert texts_of(ax.figure) == [f"force of prismatic_1 by {name}" for name in said]
+    assert ax.get_ylabel() == "force of prismatic_1 [N]"
+    np.testing.assert_array_equal(ax.get_lines()[2].get_ydata(), 0)  # not what rounding has left
+    assert ax.get_lines()[1].get_ydata()[1] > 300
+    with pytest.raises(ks.ArgumentError, match="no way 'atached': did you mean 'attached'"):
+        ks.plot.line(ds, "gravity_way:atached:z")
+    with pytest.raises(ks.ArgumentError, match=r"does not say how gravity acts; sweep with ways=True \(--ways\)"):
+        ks.plot.line(ds.drop_dims("way"), "gravity_way:attached:z")
+
+
 def test_ranges_without_numbers_are_hatched(ds):
     ax = ks.plot.line(ds, "linear_sag", x="rx", z=0.5, ry=RY[0])
     (area,) = (item for item in ax.collections if item.get_label() == "unreachable")
@@ -929,7 +952,7 @@ def test_the_examples_of_sweep_and_plot_run_as_they_are_printed(capsys, tmp_path
         assert main([name, "--help"]) == 0
         said = capsys.readouterr().out.partition("examples:")[2]
         commands += [shlex.split(line)[1:] for line in said.splitlines() if line.strip()]
-    assert [command[0] for command in commands] == ["sweep"] * 4 + ["plot"] * 6
+    assert [command[0] for command in commands] == ["sweep"] * 5 + ["plot"] * 7
     for command in commands:
         assert main(command) == 0, capsys.readouterr().err
         assert "--list" in command or (tmp_path / command[command.index("--out") + 1]).exists()

@@ -96,6 +96,41 @@ def test_every_number_is_that_of_the_single_analysis(robot, small):
             assert float(mine["beam_deflection"]) == pytest.approx(np.linalg.norm(beam.deflections, axis=-1).max(), rel=1e-9)
 
 
+def test_maps_say_how_gravity_acts(robot, small, tmp_path):
+    assert not {"way", "gravity_way", "actuator_gravity_way", "actuator_contribution"} & {*small.variables, *small.dims}
+    stored = {"out": tmp_path / "map.nc", "workers": 2}
+    with ks.sweep(robot, GRID, load=LOAD, ways=True, **stored) as found:
+        ds = found.load()
+    assert ds["gravity_way"].dims == ("z", "rx", "ry", "way", "component")
+    assert ds["actuator_gravity_way"].dims == ("z", "rx", "ry", "actuator", "way")
+    assert ds["actuator_contribution"].dims == ("z", "rx", "ry", "actuator", "source")
+    result = ks.analyze(robot.assemble(platform={"z": ds["z"][4], "rx": ds["rx"][3], "ry": ds["ry"][2]}), load=LOAD)
+    here = ds.isel(z=4, rx=3, ry=2)
+    twist, force = here["gravity_way"], here["actuator_gravity_way"]
+    np.testing.assert_allclose(twist.sel(way="platform_weight"), result.contributions["platform_weight"], rtol=1e-9)
+    scale = np.abs(result.twist).max()
+    for way in ("attached", "deformation"):
+        wanted = sum(limb[way] for limb in result.mechanism_contributions.values())
+        np.testing.assert_allclose(twist.sel(way=way), wanted, rtol=0, atol=1e-11 * scale)
+        for drive, limbs in result.actuator_mechanism_contributions.items():
+            wanted = sum(limb[way] for limb in limbs.values())
+            assert float(force.sel(actuator=drive, way=way)) == pytest.approx(wanted, abs=1e-9)
+    for drive, parts in result.actuator_contributions.items():
+        mine = here["actuator_contribution"].sel(actuator=drive)
+        np.testing.assert_allclose(mine, [parts[name] for name in mine["source"].values], rtol=0, atol=1e-9)
+    load = ds["contribution"].sel(source="load")
+    np.testing.assert_allclose(load + ds["gravity_way"].sum("way"), ds["twist"], rtol=0, atol=1e-12 * scale)
+    for name in ("gravity_way", "actuator_gravity_way", "actuator_contribution"):
+        assert ds[name].attrs["long_name"] and set(ds[ds[name].attrs["unit_coordinate"]].dims) <= set(ds[name].dims)
+    with pytest.raises(ks.ArgumentError, match="map of another sweep, with other arguments"):
+        ks.sweep(robot, GRID, load=LOAD, out=stored["out"])
+
+
+def test_drives_that_are_redundant_share_what_deforms():
+    forces = ks.sweep("anymal_standing", ways=True)["actuator_gravity_way"]
+    assert float(abs(forces.sel(way="deformation")).max()) > 0.1
+
+
 def test_layout_and_units(small):
     grid = ("z", "rx", "ry")
     assert {name: small[name].dims[:3] for name in ("status", "mode", "twist", "stiffness", "q")} == dict.fromkeys(
@@ -348,7 +383,7 @@ def test_the_bar_counts_poses(robot, tmp_path, capsys):
 
 
 def test_other_processes_compute_the_same(monkeypatch, small):
-    monkeypatch.setattr("kinetostatics.workspace.run.BLOCK_WITH_BEAMS", 10)
+    monkeypatch.setattr("kinetostatics.workspace.run.BLOCK_OF_MORE", 10)
     near(ks.sweep("3rps", GRID, load=LOAD, beams=True, workers=2), small)
 
 

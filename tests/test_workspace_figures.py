@@ -140,9 +140,9 @@ def test_rod_forces_are_those_of_the_papers_table_4(number):
 
 def test_figures_show_the_maps():
     figures = dict(paper_workspace.figures(coarse=True))
-    panels = ["slice_3rps", "round_3rps", "lines_3rps", "workspace_3rps"]
+    panels = ["slice_3rps", "round_3rps", "lines_3rps", "ways_3rps", "workspace_3rps"]
     assert list(figures) == ["figure_6", "figure_7", "figure_12", "figure_13", *panels]
-    assert [getattr(figures[name], "name", "") for name in panels] == ["rectilinear", "polar", "rectilinear", "3d"]
+    assert [getattr(figures[name], "name", "") for name in panels] == ["rectilinear", "polar", "rectilinear", "rectilinear", "3d"]
     for name, panels in (("figure_6", 6), ("figure_7", 3), ("figure_12", 6), ("figure_13", 3)):
         axes = figures[name].axes
         assert len(axes) == panels and len({ax.get_title() for ax in axes}) == panels
@@ -152,6 +152,11 @@ def test_figures_show_the_maps():
             assert (ax.get_xlabel(), ax.get_ylabel()) == angles
             assert ax.get_title().startswith(r"$\Delta_" if panels == 6 else "$f_"), "the paper's symbols"
         assert len(figures[name].legends) == 1
+    # what docs/method.md says below the picture of the ways: configuration 2 of the 3RPS is at a tilt of 10°
+    lines = [line.get_ydata()[line.get_xdata().round(6) == 10].item() for line in figures["ways_3rps"].get_lines()]
+    said = re.search(r"Δ_z is (.*) nm", (ROOT / "docs" / "method.md").read_text(encoding="utf-8"))[1]
+    platform, attached, deformation, twist = (f"{-number:.1f}" for number in lines)
+    assert said == f"−{platform} − {attached} − {deformation} = −{twist}"
     # the largest corner of Fig 12 (a) is the largest displacement along x of the table
     heights = np.asarray(figures["figure_12"].axes[0].collections[0]._faces)[..., 2]
     assert heights.max() == pytest.approx(27.465, abs=1e-3)

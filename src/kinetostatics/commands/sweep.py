@@ -51,6 +51,7 @@ examples:
   kinetostatics sweep 3rps --platform z=500mm rx=-10deg:10deg:41 ry=0 --set rod_diameter=60mm:100mm:5 --out diameters.nc
   kinetostatics sweep 3rps --platform z=0.5 azimuth=-180deg:175deg:72 tilt=0:50deg:26 --orientation tilt_torsion --out tilts.nc
   kinetostatics sweep 2pru_upr --actuators prismatic_1=-20mm:20mm:9 prismatic_2=0,10mm prismatic_3=0 --beams --out map.zarr
+  kinetostatics sweep 3rps --platform z=0.5 azimuth=-170deg tilt=0:40deg:21 --orientation tilt_torsion --ways --out ways.nc
 """
 
 
@@ -70,6 +71,11 @@ def add_parser(subparsers: Any) -> None:
     group.add_argument("--out", metavar="FILE", required=True, help="the file to write, .nc or .zarr")
     group.add_argument("--restart", action="store_true", help="begin anew, and replace a map that is there already")
     group.add_argument("--beams", action="store_true", help="add stresses and deflections of the beams, which takes longer")
+    group.add_argument(
+        "--ways",
+        action="store_true",
+        help="add how gravity acts on twist and drives: by the platform's weight, by attached wrenches, by deformation",
+    )
     group.add_argument("--workers", metavar="N", help="processes (default: as many as cores, one for a small sweep)")
     group.add_argument("--quiet", action="store_true", help="no progress bar and no summary")
     parser.set_defaults(run=run)
@@ -92,6 +98,7 @@ def run(args: argparse.Namespace) -> int:
             **options,
             tolerance=tolerance_of(args),
             beams=args.beams,
+            ways=args.ways,
             out=args.out,
             restart=args.restart,
             workers=workers,

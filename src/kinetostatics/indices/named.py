@@ -104,8 +104,8 @@ def quantity(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> xr.DataA
     Args:
         ds: of :func:`kinetostatics.sweep`.
         what: the name of an index ("linear_sag"), "stiffness_along:z", or a variable of the Dataset with its labels:
-            "twist:rx", "contribution:limb_1:z", "actuator_force:prismatic_1", "intensity:limb_1: force along …",
-            "compliance:x:ry".
+            "twist:rx", "contribution:limb_1:z", "gravity_way:attached:z", "actuator_force:prismatic_1",
+            "intensity:limb_1: force along …", "compliance:x:ry".
         beyond_limits: as in :func:`valid`.
 
     Raises:
@@ -136,6 +136,8 @@ def _hint(ds: xr.Dataset, what: str) -> str:
     name = what.partition(":")[0]
     if name.startswith("beam_"):
         return ": the map has no numbers of beams; sweep with beams=True (--beams)"
+    if name in ("gravity_way", "actuator_gravity_way", "actuator_contribution"):
+        return ": the map does not say how gravity acts; sweep with ways=True (--ways)"
     known = names(ds)
     within = [item for item in known if what.lower() in item.lower()][:3]
     if within:
@@ -148,14 +150,19 @@ def _hint(ds: xr.Dataset, what: str) -> str:
     return f": there are the indices {indices}, and numbers of {variables}"
 
 
+#: What ways and contributions are called in figures.
+_SAID = {"platform_weight": "platform weight", "attached": "attached wrenches"}
+
+
 def _long_name(name: str, labels: Sequence[str], units: str) -> str:
     """Return what a number is, in few words."""
     last = labels[-1] if labels else ""
-    if name in ("twist", "contribution"):
+    if name in ("twist", "contribution", "gravity_way"):
         motion = f"rotation about {last[1:]}" if last in ANGULAR else f"displacement along {last}"
-        return motion + (f" by {labels[0]}" if name == "contribution" else "")
-    if name == "actuator_force":
-        return f"{'force' if units == 'N' else 'torque'} of {last}"
+        return motion + ("" if name == "twist" else f" by {_SAID.get(labels[0], labels[0])}")
+    if name in ("actuator_force", "actuator_contribution", "actuator_gravity_way"):
+        by = "" if len(labels) == 1 else f" by {_SAID.get(last, last)}"
+        return f"{'force' if units == 'N' else 'torque'} of {labels[0]}{by}"
     return " ".join([name.replace("_", " "), *labels])
 
 

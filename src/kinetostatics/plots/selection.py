@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 #: In place of a status: unreachable, but for another assembly mode (the Dataset's ``mode`` is 1).
 OTHER_MODE = 100
-#: Components of a motion whose largest is this small beside the motion are rounding.
+#: Components of a motion, or parts of a force, whose largest is this small beside the whole are rounding.
 ROUNDING = 1e-11
 #: Variables that are coordinates, not small motions: they are shown as coordinates are.
 COORDINATES = ("platform_pose", "actuator_position", "q")
@@ -158,13 +158,16 @@ def select(ds: xr.Dataset, what: str, dims: Sequence[str], at: Mapping[str, floa
 
 
 def _without_rounding(part: xr.Dataset, what: str, found: xr.DataArray) -> xr.DataArray:
-    """Return a component of small motions, 0 where all that is drawn is what rounding has left of 0."""
-    if what.partition(":")[0] not in ("twist", "contribution"):
+    """Return a component of small motions or a part of a force, 0 where all that is drawn is what rounding has left of 0."""
+    name, _, rest = what.partition(":")
+    if name in ("twist", "contribution", "gravity_way"):
+        whole = part["twist"].sel(component=list(LINEAR if found.attrs["units"] == "m" else ANGULAR))
+    elif name in ("actuator_contribution", "actuator_gravity_way"):
+        whole = part["actuator_force"].sel(actuator=rest.rpartition(":")[0])
+    else:
         return found
-    components = LINEAR if found.attrs["units"] == "m" else ANGULAR
-    motion = float(abs(part["twist"].sel(component=list(components))).max())
     size = float(abs(found).max())
-    return (found * 0).assign_attrs(found.attrs) if size < ROUNDING * motion else found
+    return (found * 0).assign_attrs(found.attrs) if size < ROUNDING * float(abs(whole).max()) else found
 
 
 def in_figure_units(parts: Sequence[Selection], unit: str | None) -> tuple[list[Array], str]:

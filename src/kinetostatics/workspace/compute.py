@@ -12,6 +12,7 @@ from kinetostatics.configuration import Status
 from kinetostatics.equilibrium import analyze
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.facts import WITHOUT_NUMBERS, status_of
+from kinetostatics.gravity_ways import force_ways, twist_ways
 from kinetostatics.workspace.assembling import assemble
 from kinetostatics.workspace.grid import Block
 from kinetostatics.workspace.plan import Combination, Plan
@@ -123,6 +124,14 @@ def _extract(plan: Plan, labels: Labels, combination: Combination, result: Resul
         found["actuator_force"] = np.stack([result.actuator_forces[name] for name in labels.actuators], axis=-1)
         position = np.stack([configuration.actuators[name] for name in labels.actuators], axis=-1)
         found["actuator_position"] = np.where(reached[:, None], position, np.nan)
+    if labels.ways:
+        found["gravity_way"] = np.stack([twist_ways(result)[way] for way in labels.ways], axis=-2)
+    if labels.ways and labels.actuators:
+        forces, parts = force_ways(result), result.actuator_contributions
+        ways = [np.stack([forces[name][way] for way in labels.ways], axis=-1) for name in labels.actuators]
+        found["actuator_gravity_way"] = np.stack(ways, axis=-2)
+        split = [np.stack([parts[name][source] for source in labels.sources], axis=-1) for name in labels.actuators]
+        found["actuator_contribution"] = np.stack(split, axis=-2)
     matches = True
     for name, wanted, attribute in (
         ("intensity", labels.wrenches, ("labels", "intensities")),

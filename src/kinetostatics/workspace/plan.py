@@ -79,6 +79,7 @@ class Plan:
         load, gravity, point, frame, misfits: as :func:`kinetostatics.analyze` takes them.
         tolerance: how far loops may stay open [m, rad].
         beams: whether stresses and deflections of beams are wanted too.
+        ways: whether the ways in which gravity acts are wanted too.
         versions: of the packages that compute, by name.
     """
 
@@ -95,6 +96,7 @@ class Plan:
     misfits: Mapping[str, Any] | None
     tolerance: float
     beams: bool
+    ways: bool
     versions: Mapping[str, str]
 
     # ---- the grid ---------------------------------------------------------------------------------------------------
@@ -175,6 +177,7 @@ class Plan:
             "misfits": plain(self.misfits),
             "tolerance": self.tolerance,
             "beams": self.beams,
+            "ways": self.ways,
         }
 
     @cached_property

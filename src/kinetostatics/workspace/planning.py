@@ -53,6 +53,7 @@ def read_plan(
     parameters: Mapping[str, Any] | None,
     beams: bool,
     tolerance: float,
+    ways: bool = False,
 ) -> tuple[Plan, Robot]:
     """Return the plan of a sweep, and its first robot; the arguments are those of :func:`kinetostatics.sweep`.
 
@@ -95,6 +96,7 @@ def read_plan(
         misfits,
         positive("tolerance", tolerance, "a positive length [m] and angle [rad]", infinite=True),
         bool(beams),
+        bool(ways),
         provenance.versions(),
     )
     plan.keep((0,) * len(varying), first)

@@ -33,8 +33,8 @@ if TYPE_CHECKING:
 
     from kinetostatics.description import RobotDescription
 
-#: Poses of a block, at most; with beams, whose numbers are many, fewer.
-BLOCK, BLOCK_WITH_BEAMS = 32_000, 2000
+#: Poses of a block, at most; with beams or ways, whose numbers are many, fewer.
+BLOCK, BLOCK_OF_MORE = 32_000, 2000
 #: Blocks that every worker should have, so that none waits long for the last.
 SHARE = 4
 #: A smaller sweep is done before other processes have started.
@@ -56,6 +56,7 @@ def sweep(
     misfits: Mapping[str, Any] | None = None,
     parameters: Mapping[str, Any] | None = None,
     beams: bool = False,
+    ways: bool = False,
     tolerance: float = 1e-10,
     out: str | os.PathLike[str] | None = None,
     restart: bool = False,
@@ -78,6 +79,8 @@ def sweep(
         parameters: values of the file's xacro arguments: an array is a dimension of the grid, a number or string is the same
             everywhere.
         beams: whether to add ``beam_stress``, ``beam_euler_ratio`` and ``beam_deflection``, which take most of the time then.
+        ways: whether to add ``gravity_way`` and ``actuator_gravity_way``, how gravity acts (by the platform's weight, the limbs'
+            attached wrenches, their deformation), and ``actuator_contribution``; it takes about twice as long.
         tolerance: how far loops may stay open [m, rad].
         out: a file ``….nc`` or ``….zarr`` to write to while it is computed, in bounded memory. If the sweep is interrupted, the
             same call goes on with it.
@@ -106,7 +109,7 @@ def sweep(
         out = path_name("out", out)
         need(*store_of(os.fspath(out)).needs)
     plan, first = read_plan(
-        robot, platform, actuators, orientation, load, gravity, point, frame, misfits, parameters, beams, tolerance
+        robot, platform, actuators, orientation, load, gravity, point, frame, misfits, parameters, beams, tolerance, ways
     )
     labels = labels_of(plan, first)
     try_plan(plan, first)
@@ -120,7 +123,7 @@ def sweep(
     try_robots(plan)
     if progress:
         need("tqdm")
-    poses = max(1, min(BLOCK_WITH_BEAMS if beams else BLOCK, -(-plan.size // (SHARE * number if number > 1 else 1))))
+    poses = max(1, min(BLOCK_OF_MORE if beams or ways else BLOCK, -(-plan.size // (SHARE * number if number > 1 else 1))))
     run = _Run(plan, labels, block_sizes(plan.axes, poses), number, attributes)
     if out is None:
         check_memory(plan, labels)

@@ -12,6 +12,7 @@ from kinetostatics.configuration import Status
 from kinetostatics.equilibrium import analyze
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.facts import FACTS
+from kinetostatics.gravity_ways import WAYS
 from kinetostatics.orientation import orientation_named
 from kinetostatics.report_dict import drive_unit, wrench_units
 from kinetostatics.workspace.other_modes import loose_coordinates
@@ -40,6 +41,7 @@ class Labels:
     Attributes:
         robot: the robot's name.
         sources: contributions to the twist.
+        ways: in which gravity acts, if they are wanted.
         actuators: drives, and ``turning``: which of them turn.
         wrenches: (limb, label, units) of every constraint wrench, and ``attached`` of every attached one.
         beams: names of the beams whose numbers are wanted.
@@ -50,6 +52,7 @@ class Labels:
 
     robot: str
     sources: tuple[str, ...]
+    ways: tuple[str, ...]
     actuators: tuple[str, ...]
     turning: tuple[bool, ...]
     wrenches: tuple[tuple[str, str, str], ...]
@@ -110,6 +113,7 @@ def labels_of(plan: Plan, robot: Robot) -> Labels:
     return Labels(
         robot.name,
         tuple(result.contributions),
+        WAYS if plan.ways else (),
         drives,
         tuple(drive_unit(robot, name) != "N" for name in drives),
         tuple(wrenches),
@@ -155,8 +159,19 @@ def variables(labels: Labels) -> dict[str, Variable]:
         "contribution": Variable(
             ("source", "component"), {"long_name": "what load, platform weight and each limb's weight add to the twist", **units}
         ),
+        "gravity_way": Variable(
+            ("way", "component"), {"long_name": "what gravity adds to the twist in each of its ways, all limbs together", **units}
+        ),
         "actuator_force": Variable(
             ("actuator",), {"long_name": "force or torque of the drive, positive along its joint", force: "actuator_force_unit"}
+        ),
+        "actuator_gravity_way": Variable(
+            ("actuator", "way"),
+            {"long_name": "what gravity adds to the drive's force in each of its ways", force: "actuator_force_unit"},
+        ),
+        "actuator_contribution": Variable(
+            ("actuator", "source"),
+            {"long_name": "what each contribution to the twist adds to the drive's force", force: "actuator_force_unit"},
         ),
         "intensity": Variable(("wrench",), {"long_name": "intensity of the constraint wrench", force: "wrench_unit"}),
         "attached_intensity": Variable(
@@ -196,7 +211,8 @@ def variables(labels: Labels) -> dict[str, Variable]:
         "beam_deflection": Variable(("beam",), {"long_name": "largest displacement of the beam's centre line", "units": "m"}),
     }
     sizes = {name: len(values) for name, (values, _) in _label_coordinates(labels).items()}
-    return {name: item for name, item in found.items() if all(sizes[label] for label in item.labels)}
+    unwanted = () if labels.ways else ("actuator_contribution",)
+    return {name: item for name, item in found.items() if name not in unwanted and all(sizes[label] for label in item.labels)}
 
 
 def _label_coordinates(labels: Labels) -> dict[str, tuple[list[str], str]]:
@@ -205,6 +221,7 @@ def _label_coordinates(labels: Labels) -> dict[str, tuple[list[str], str]]:
         "component": (list(COMPONENTS), "component of twists and wrenches about o, world axes"),
         "component_2": (list(COMPONENTS), "component of twists and wrenches about o, world axes"),
         "source": (list(labels.sources), "what contributes to the twist"),
+        "way": (list(labels.ways), "how gravity acts"),
         "actuator": (list(labels.actuators), "driven joint"),
         "wrench": ([f"{limb}: {label}" for limb, label, _ in labels.wrenches], "constraint wrench of a limb"),
         "attached_wrench": (

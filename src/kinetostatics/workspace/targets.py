@@ -128,6 +128,7 @@ def tails(labels: Labels) -> dict[str, tuple[int, ...]]:
         "component": 6,
         "component_2": 6,
         "source": len(labels.sources),
+        "way": len(labels.ways),
         "actuator": len(labels.actuators),
         "wrench": len(labels.wrenches),
         "attached_wrench": len(labels.attached),
