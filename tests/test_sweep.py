@@ -440,7 +440,7 @@ def test_what_a_worker_complains_about_is_raised(tmp_path):
             "other",
         ),
         ({"gravity": [0, 0, np.inf]}, "not finite"),
-        ({"frame": "flange"}, "'world' or 'platform'"),
+        ({"frame": "flange"}, "must be one of 'world', 'platform'"),
         ({"misfits": {"rod": {"length": 1.0}}}, "no joint or beam 'rod'"),
         ({"workers": 0}, "at least 1"),
         ({"out": "map.csv"}, r"must end in .nc"),

@@ -23,6 +23,7 @@ from kinetostatics.indices.stiffness import (
     translational_conditioning,
     translational_stiffness,
 )
+from kinetostatics.ordering import EQUAL
 
 
 @dataclass(frozen=True)
@@ -231,7 +232,9 @@ def _extreme(ds: xr.Dataset, what: str, beyond_limits: bool, best: bool) -> Extr
     smallest = (_better(what) == "small") == best
     # a NaN must lose; all-NaN chunks of dask would raise in nanargmin
     size = size.fillna(np.inf) if smallest else size.fillna(-1.0)
-    place = (size.argmin(dims) if smallest else size.argmax(dims)) if dims else {}
+    # of poses that are equal but for rounding, as those of a symmetric robot, the first
+    extreme = size <= size.min() * (1 + EQUAL) if smallest else size >= size.max() * (1 - EQUAL)
+    place = extreme.argmax(dims) if dims else {}
     index = {str(dim): int(where) for dim, where in place.items()}  # type: ignore[union-attr]
     value = float(values.isel(index))
     if np.isnan(value):

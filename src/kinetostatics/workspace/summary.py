@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from kinetostatics.configuration import Status
 from kinetostatics.facts import FACTS, in_map
+from kinetostatics.ordering import EQUAL, first_largest
 from kinetostatics.workspace.schema import OTHER_MODE
 
 if TYPE_CHECKING:
@@ -114,9 +115,9 @@ def _larger(known: Found | None, part: xr.Dataset, values: NDArray[Any], what: s
     """Return the largest of some values and of what is known, and at which coordinates it is."""
     if not np.any(np.isfinite(values)):
         return known
-    place = np.unravel_index(int(np.nanargmax(values)), values.shape)
+    place = np.unravel_index(first_largest(np.where(np.isfinite(values), values, -np.inf).ravel()), values.shape)
     value = float(values[place])
-    if known is not None and known[0] >= value:
+    if known is not None and known[0] * (1 + EQUAL) >= value:
         return known
     words = [_said(part[name], part[name].values[k]) for name, k in zip(part["status"].dims, place, strict=True)]
     return value, ", ".join(words) or "the only pose", what
