@@ -52,12 +52,18 @@ def axial_contributions(
 def link_contributions(
     robot: Robot, batch: Batch, solutions: Sequence[Solution], deformations: Sequence[Deformation]
 ) -> Mapping[str, Mapping[str, Array]]:
-    """Return the twists (…, 6) of all rigid links about their own origins, by link and contribution."""
+    """Return the twists (…, 6) of all rigid links about their own origins, by link and contribution.
+
+    Links of beams are not among them, wherever they hang.
+    """
     topology, mechanism, sources = robot.topology, robot.mechanism, solutions[0].sources
+    elastic = {beam.link for beam in robot.description.beams.values()}
     result: dict[str, Mapping[str, Array]] = {}
     for link in robot.description.links:
         if link in topology.carried_by:
             twists = [d.motions[topology.carried_by[link]][:, : len(sources)] for d in deformations]
+        elif link in elastic:
+            continue
         elif link in topology.platform.links:
             twists = [s.twists for s in solutions]
         elif link in topology.base.links:

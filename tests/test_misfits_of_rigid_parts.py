@@ -1,0 +1,119 @@
+"""What rigid parts and what hangs do with misfits and weights: contradictions are NaN, everything else is a number."""
+
+import numpy as np
+import pytest
+from odd_robots import parsed, rigid_limbs, written
+from test_elastic_joints import mount, springs
+from test_hybrid_limbs import RHO, bar, joint, link, loop
+
+import kinetostatics as ks
+
+STILL = (0, 0, 0)
+Y = (0.0, 1.0, 0.0)
+CIRCLE = '<circle diameter="0.02"/>'
+
+
+@pytest.mark.parametrize("size", [1e-3, 1e-9])
+def test_rigid_limbs_cannot_follow_an_error_across_their_plane(size):
+    """A rigid planar four-bar linkage: its two limbs both hold the platform in the plane."""
+    pose = rigid_limbs().assemble()
+    across = ks.analyze(pose, gravity=STILL, misfits={"other_head": [0, size, 0, 0, 0, 0]}, on_failure="nan")
+    assert np.isnan(across.twist).any() and across.indeterminate
+    assert np.isnan(across.contributions["misfit"]).any() and np.isfinite(across.contributions["load"]).all()
+
+
+def test_rigid_limbs_follow_an_error_in_their_plane():
+    """The far rod is too long by 1 mm: the locked crank's head stays, the coupler turns about it."""
+    pose = rigid_limbs().assemble()
+    head, far, foot = np.array([0, 0, 0.5]), np.array([0.5, 0, 0.6]), np.array([0.4, 0, 0.0])
+    along = (far - foot) / np.linalg.norm(far - foot)
+    found = ks.analyze(pose, gravity=STILL, misfits={"other_head": [*(1e-3 * along), 0, 0, 0]}, on_failure="nan")
+    turn = 1e-3 / (np.cross(Y, far - head) @ along)
+    o = np.array([0.2, 0, 0.5])
+    np.testing.assert_allclose(found.twist[3:], [0, turn, 0], rtol=1e-9, atol=1e-15)
+    np.testing.assert_allclose(found.twist[:3], turn * np.cross(Y, o - head), rtol=1e-9, atol=1e-15)
+
+
+def ring():
+    """A slide that carries a rigid parallelogram, in one limb, and on it an elastic stem; the platform stays in a plane."""
+    edges = [
+        ("slide", "P", (0, 0, 0), "base", "slider", {"axis": (0, 0, 1), "driven": True}),
+        ("left_foot", "R", (-0.3, 0, 0), "slider", "left", {"axis": Y}),
+        ("right_foot", "R", (0.3, 0, 0), "slider", "right", {"axis": Y}),
+        ("left_head", "R", (-0.3, 0, 0.5), "left", "coupler", {"axis": Y}),
+        ("right_head", "R", (0.3, 0, 0.5), "right", "coupler", {"axis": Y}),
+        ("stem_foot", "F", (0, 0, 0.5), "coupler", "stem", {}),
+        ("stem_head", "F", (0, 0, 0.9), "stem", "platform", {}),
+        ("pin", "E", (0, 0, 0.9), "base", "platform", {"axis": (1.0, 0, 0)}),
+    ]  # fmt: skip
+    return parsed(written(edges, [("stem", "stem_foot", "stem_head", {})], {"right_head", "pin"}, o=(0, 0, 0.9), name="ring"))
+
+
+def test_rigid_rings_cannot_follow_errors_across_their_plane():
+    pose = ring().assemble()
+    found = ks.analyze(pose, gravity=STILL, misfits={"right_head": [0, 1e-3, 0, 0, 0, 0]}, on_failure="nan")
+    assert np.isnan(found.contributions["misfit"]).any() and np.isfinite(found.contributions["load"]).all()
+    # both hinges of one rod too far out by as much: it only stands elsewhere
+    found = ks.analyze(
+        pose, gravity=STILL, misfits={"right_head": [0, -1e-3, 0, 0, 0, 0], "right_foot": [0, 1e-3, 0, 0, 0, 0]}, on_failure="nan"
+    )
+    assert np.isfinite(found.twist).all()
+
+
+def test_what_hangs_on_the_platform_is_the_platform_s():
+    """Its weight belongs to the platform's, its misfits move it alone, its beam bends by its own weight."""
+    parts = [
+        link("arm"), joint("clamp", "fixed", "platform", "arm", "0.2 0 0"), link("lamp", 2.0),
+        joint("hook", "fixed", "arm", "lamp", "0.3 0 0"), bar("arm", "clamp", "hook", RHO, CIRCLE),
+    ]  # fmt: skip
+    machine = mount(springs("mount", linear="1e5 1e5 1e5", angular="1e4 1e4 1e4"), *parts)
+    found = ks.analyze(
+        machine.assemble(), (1, 2, 3, 0, 0, 0), (0, 0, -10), misfits={"hook": [0, 1e-3, 0, 0, 0, 2e-3], "arm": {"length": 5e-4}}
+    )
+    lamp = found.link_contributions["lamp"]
+    E, inertia, area = 2.0e11, np.pi * 0.02**4 / 64, np.pi * 0.02**2 / 4
+    q, L, P = RHO * area * 10, 0.3, 20.0
+    sag, slope = (
+        P * L**3 / (3 * E * inertia) + q * L**4 / (8 * E * inertia),
+        P * L**2 / (2 * E * inertia) + q * L**3 / (6 * E * inertia),
+    )
+    rigid = {name: found.contributions[name].copy() for name in lamp}
+    for twist in rigid.values():
+        twist[:3] += np.cross(twist[3:], [0.5, 0, 0])
+    np.testing.assert_allclose(
+        lamp["platform_weight"] - rigid["platform_weight"], [0, 0, -sag, 0, slope, 0], rtol=1e-8, atol=1e-16
+    )
+    np.testing.assert_allclose(lamp["load"], rigid["load"], rtol=1e-12, atol=1e-18)
+    np.testing.assert_allclose(lamp["misfit"], [5e-4, 1e-3, 0, 0, 0, 2e-3], rtol=1e-12, atol=1e-18)
+    np.testing.assert_allclose(found.contributions["misfit"], 0, atol=1e-18)
+    line = found.beams["arm"]
+    parts = found.beam_contributions["arm"]
+    np.testing.assert_allclose(parts["misfit"][-1], [5e-4, 0, 0, 0, 0, 0], rtol=1e-12, atol=1e-18)
+    np.testing.assert_allclose(parts["misfit"][10], [2.5e-4, 0, 0, 0, 0, 0], rtol=1e-12, atol=1e-18)
+    np.testing.assert_allclose(line.section_wrenches[0][[2, 4]], [-(P + q * L), (P * L + q * L**2 / 2)], rtol=1e-9)
+
+
+def test_a_ring_that_hangs_on_the_platform_is_the_platform_s():
+    """A portal of two posts and a beam under the platform, and a lamp on it: loads only carry them along."""
+    feet = [joint(f"foot_{k}", "fixed", "platform", f"post_{k}", f"{x} 0 -0.1") for k, x in ((1, -0.2), (2, 0.2))]
+    parts = [
+        link("post_1"), link("post_2"), link("beam", 1.0, "0.1 0 0"), link("lamp"), *feet,
+        joint("left", "fixed", "post_1", "beam", "0 0 -0.3"),
+        loop("right", "fixed", "beam", "post_2", "0.4 0 0", "0 0 -0.3"), joint("hook", "fixed", "beam", "lamp", "0.3 0 0"),
+        bar("post_1", "foot_1", "left", RHO, CIRCLE), bar("post_2", "foot_2", "right", RHO, CIRCLE),
+        bar("lamp", "hook", "eye", RHO, CIRCLE), link("bulb", 0.5), joint("eye", "fixed", "lamp", "bulb", "0.2 0 0"),
+    ]  # fmt: skip
+    machine = mount(springs("mount", linear="1e5 1e5 1e5", angular="1e4 1e4 1e4"), *parts)
+    assert [limb.on_platform for limb in machine.topology.hanging] == [True]
+    found = ks.analyze(machine.assemble(), (10, 20, 30, 0, 0, 0), (0, 0, -10))
+    mass = 3 + 1 + 2 * RHO * np.pi * 0.01**2 * 0.3 + RHO * np.pi * 0.01**2 * 0.2 + 0.5
+    np.testing.assert_allclose(found.contributions["platform_weight"][2], -10 * mass / 1e5, rtol=1e-9)
+    assert list(found.link_contributions) == ["base", "platform", "beam", "bulb"]  # beams have no twist of their own
+    for name, x in (("beam", -0.2), ("bulb", 0.3)):
+        moved = found.link_contributions[name]
+        rigid = {source: twist.copy() for source, twist in found.contributions.items()}
+        for twist in rigid.values():
+            twist[:3] += np.cross(twist[3:], [x, 0, -0.4])
+        np.testing.assert_allclose(moved["load"], rigid["load"], rtol=1e-9, atol=1e-15)
+        bent = moved["platform_weight"] - rigid["platform_weight"]
+        assert bent[2] < -1e-8 and np.linalg.norm(bent) > 10 * np.linalg.norm(moved["load"] - rigid["load"])
