@@ -288,3 +288,41 @@ def test_a_wrong_parent_is_told_by_the_link_that_is_left_alone():
     joint = replace(description.joints["prismatic_2"], parent="cylinder_1")
     with pytest.raises(ks.RobotFileError, match="Link 'cylinder_2' has no joint but 'revolute_2': is a <parent> wrong"):
         ks.Robot(replace(description, joints={**description.joints, "prismatic_2": joint}))
+
+
+def loaded(tmp_path, text):
+    (tmp_path / "robot.urdf").write_text(text)
+    return ks.load_robot(tmp_path / "robot.urdf")
+
+
+def test_mass_of_a_link_with_several_beams(tmp_path):
+    """The mass is spread by length, wherever the centre of mass is: right where they agree, a warning where they do not."""
+    text = (CASES / "dog.urdf").read_text()
+    lengths, middles = np.array([0.4, 0.2]), np.array([[0.2, 0, 0], [0.4, 0, 0.1]])
+    right = lengths @ middles / lengths.sum()
+    for centre in ((0.2, 0.0, 0.1), right):
+        numbers = " ".join(str(float(x)) for x in centre)
+        robot = loaded(tmp_path, text.replace('xyz="0.2 0 0.1"', f'xyz="{numbers}"'))
+        moment = ks.analyze(robot.assemble(), gravity=(0, 0, -10)).base_wrench[4]
+        assert moment == pytest.approx(-6 * 10 * right[0], rel=1e-12)
+        gap = float(np.linalg.norm(centre - right))
+        found = [item for item in robot.topology.warnings if "centre of mass" in item]
+        if gap < 1e-9:
+            assert not found
+        else:
+            assert len(found) == 1
+            assert f"the centre of mass of link 'b' lies {gap:.4g} m from that of its beams 'b1', 'b2' together" in found[0]
+
+
+def test_mass_of_a_telescope_without_density(tmp_path):
+    beam = '<beam link="rod" from="a" to="b" youngs_modulus="2e11" poisson_ratio="0.3"{}><circle diameter="0.02"/></beam>'
+    text = """<robot name="r"><link name="g"/><link name="rod"><inertial><mass value="2"/><origin xyz="0.2 0 0"/>
+    <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link><link name="tube"/><link name="p"/>
+    <joint name="a" type="fixed"><parent link="g"/><child link="tube"/></joint>
+    <joint name="s" type="prismatic"><parent link="tube"/><child link="rod"/><axis xyz="1 0 0"/>
+    <limit lower="0" upper="1" effort="1" velocity="1"/></joint>
+    <joint name="b" type="fixed"><parent link="rod"/><child link="p"/><origin xyz="0.4 0 0"/></joint>
+    <transmission name="t"><joint name="s"/></transmission><platform link="p"/>BEAM</robot>"""
+    [warning] = loaded(tmp_path, text.replace("BEAM", beam.format(""))).topology.warnings
+    assert "spread evenly along 'rod', whose length changes; give a density" in warning
+    assert not loaded(tmp_path, text.replace("BEAM", beam.format(' density="7800"'))).topology.warnings

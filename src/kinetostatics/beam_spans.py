@@ -354,16 +354,24 @@ class SpanFinder:
                     f"another beam of link {link!r} has a density, which replaces the link's <inertial>; give this "
                     "one a density too (0 for a massless beam)",
                 )
-            data = self.description.links[link]
-            if not any(given) and data.mass > 0 and len(beams) == 1 and not spans[beams[0].name].spanned:
-                span = spans[beams[0].name]
-                placement = self.mechanism.body_of[link][1]
-                centre = placement[:3, :3] @ np.array(data.center_of_mass) + placement[:3, 3]
-                first, last = self._ends_on_carrier(span)
-                gap = float(np.linalg.norm(centre - (first + last) / 2))
-                if gap > 1e-3 * float(np.linalg.norm(last - first)):
-                    place = beams[0].place
-                    self.warnings.append(
-                        f"{place.file}:{place.line}: the centre of mass of link {link!r} lies {gap:.4g} m from the middle of "
-                        f"its beam {beams[0].name!r}, along which the mass is spread evenly"
-                    )
+            if not any(given) and self.description.links[link].mass > 0:
+                self._check_centre_of_mass(link, [spans[beam.name] for beam in beams])
+
+    def _check_centre_of_mass(self, link: str, spans: list[BeamSpan]) -> None:
+        """Warn where a link's centre of mass is not that of its beams, along which its mass is spread by length."""
+        names = ", ".join(repr(span.beam.name) for span in spans)
+        start = f"{spans[0].beam.place.file}:{spans[0].beam.place.line}: the centre of mass of link {link!r}"
+        if any(span.spanned for span in spans):
+            self.warnings.append(
+                f"{start} stays in the link, but its mass is spread evenly along {names}, whose length changes; give a density"
+            )
+            return
+        placement = self.mechanism.body_of[link][1]
+        centre = placement[:3, :3] @ np.array(self.description.links[link].center_of_mass) + placement[:3, 3]
+        ends = [self._ends_on_carrier(span) for span in spans]
+        lengths = [float(np.linalg.norm(last - first)) for first, last in ends]
+        middle = sum((length * (first + last) / 2 for length, (first, last) in zip(lengths, ends, strict=True)), np.zeros(3))
+        gap = float(np.linalg.norm(centre - middle / sum(lengths)))
+        if gap > 1e-3 * max(lengths):
+            what = f"the middle of its beam {names}" if len(spans) == 1 else f"that of its beams {names} together"
+            self.warnings.append(f"{start} lies {gap:.4g} m from {what}, along which the mass is spread evenly")
