@@ -325,7 +325,7 @@ def test_stress_of_a_section_given_by_numbers_is_not_known():
 def test_euler_ratio():
     L, s = 1.5, RECTANGLE
     spec = sr.cantilever(L, section=s, y_axis=(0, 1, 0), density=0.0)
-    euler = np.pi**2 * E * min(s.I_y, s.I_z) / L**2
+    euler = np.pi**2 * E * min(s.I_y, s.I_z) / (2 * L) ** 2
     push = analyze(spec, (-0.04 * euler, 0, 0, 0, 0, 0))
     assert push.beams["arm"].euler_ratio == pytest.approx(0.04, rel=1e-12)
     assert not push.warnings

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from kinetostatics import beams as beam_formulas
 from kinetostatics.batches import Batch
 from kinetostatics.configuration import frozen
-from kinetostatics.deformation import Deformation, LoadedBeams
+from kinetostatics.deformation import Deformation, LoadedBeams, axial_forces
 from kinetostatics.description import Beam
 from kinetostatics.mappings import Named
 from kinetostatics.robot import Robot
@@ -41,7 +41,10 @@ class BeamResult:
         rotations: (…, n, 3) rotation of the sections, world axes [rad].
         stress: (…) largest von Mises stress over the stations, of all six section forces [Pa]; NaN for ``<section>``, whose
             outline is not known. Sharp inner corners of rectangular tubes do not count.
-        euler_ratio: (…) largest compressive axial force over the Euler load of the beam hinged at both ends.
+        euler_ratio: (…) the axial forces over those at which it buckles, by Euler: 1 and more buckles. Beams in one line that are
+            welded, or slide in one another, are one member with one ratio.
+        member: names of the beams of that member, from its inner to its outer end.
+        ends: how the member's ends are taken to be held, as ``"clamped and free"``: see :mod:`kinetostatics.members`.
         strain_energy: (…) [J].
     """
 
@@ -58,6 +61,8 @@ class BeamResult:
     stress: Array
     euler_ratio: Array
     strain_energy: Array
+    member: tuple[str, ...]
+    ends: str
 
     def __repr__(self) -> str:
         from kinetostatics.report_short import beam_line
@@ -75,6 +80,8 @@ def beam_results(
 ) -> Mapping[str, BeamResult]:
     """Return the results of all beams by name, in the order of the file."""
     found: dict[str, BeamResult] = {}
+    ratios = [euler_ratios(robot, solution) for solution in solutions]
+    members = {beam: member for member in robot.members for beam in member.beams}
     numbers = [[_numbers(stack, solution) for stack in d.beams] for d, solution in zip(deformations, solutions, strict=True)]
     for name, beam in robot.description.beams.items():
         places = [d.places[name] for d in deformations]
@@ -82,9 +89,20 @@ def beam_results(
         mine = {key: [stack[key][..., position, :] for stack, position in pieces] for key in pieces[0][0]}
         wrenches = [np.swapaxes(w, 0, 1) for w in mine["section_wrenches"]]
         mine["stress"] = [beam.section.largest_stress(w, beam.poisson_ratio) for w in wrenches]
+        mine["euler_ratio"] = [ratio[name] for ratio in ratios]
         arrays = {key: batch.public(chunks) for key, chunks in mine.items()}
-        found[name] = BeamResult(name, beam, FRACTIONS, **arrays)
+        member = members[name]
+        found[name] = BeamResult(name, beam, FRACTIONS, **arrays, member=member.beams, ends=member.words)
     return Named(found)
+
+
+def euler_ratios(robot: Robot, solution: Solution, least: float = 0.0) -> dict[str, Array]:
+    """Return of every beam the ratio (N,) of its member; see :meth:`Member.euler_ratio`."""
+    axial = axial_forces(robot, solution)
+    found: dict[str, Array] = {}
+    for member in robot.members:
+        found |= dict.fromkeys(member.beams, member.euler_ratio(robot, solution.frames, axial, least))
+    return found
 
 
 def _numbers(beams: LoadedBeams, solution: Solution) -> dict[str, Array]:
@@ -97,7 +115,6 @@ def _numbers(beams: LoadedBeams, solution: Solution) -> dict[str, Array]:
     lines = total.lines(FRACTIONS)[:, :, 0]
     start = solution.o[:, None] + beams.end - beams.axes[:, 0] * beams.length
     points = start[:, None] + beams.axes[:, :1] * s
-    euler = beam_formulas.euler_load(beams.compliances[4], beams.compliances[5], beams.length)
     return {
         "length": beams.length,
         "mass": beams.mass,
@@ -106,6 +123,5 @@ def _numbers(beams: LoadedBeams, solution: Solution) -> dict[str, Array]:
         "section_wrenches": np.swapaxes(sections, 0, 1),
         "deflections": np.swapaxes(lines[:3], 0, 1),
         "rotations": np.swapaxes(lines[3:], 0, 1),
-        "euler_ratio": np.maximum(-sections[0].min(axis=0), 0) / euler,
         "strain_energy": beam_formulas.strain_energy(beams.compliances, beams.length, wrench, load),
     }

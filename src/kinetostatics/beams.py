@@ -110,8 +110,3 @@ def strain_energy(c: Array, length: Array, wrench: Array, load: Array) -> Array:
     w = section_wrench(length, wrench[:, None], load[:, None], length * (1 + points) / 2)
     density = np.einsum("i...,ik...->k...", c, w * w)
     return np.asarray(np.einsum("k,k...->...", weights, density) * length / 4)
-
-
-def euler_load(bend_y: Array, bend_z: Array, length: Array) -> Array:
-    """Return the Euler load [N] of the beam hinged at both ends: π²EI/L² with the smaller EI."""
-    return np.asarray(np.pi**2 / (np.maximum(bend_y, bend_z) * length**2))

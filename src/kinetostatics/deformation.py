@@ -354,3 +354,39 @@ def _spring_motion(robot: Robot, solution: Solution, edge: Edge, spring: Spring)
         [np.einsum("ij,jkn->ikn", spring.linear, local[:3]), np.einsum("ij,jkn->ikn", spring.angular, local[3:])]
     )
     return move_twist(rotate(axes, yielded), -arm)[:, 0]
+
+
+def axial_forces(robot: Robot, solution: Solution) -> dict[str, Array]:
+    """Return of every beam the axial forces at its inner and outer end, tension positive [N], and its length [m]: (3, N).
+
+    The same as in :func:`deform`, in a fraction of its time.
+    """
+    found: dict[str, Array] = {}
+    for number, statics in enumerate(solution.statics):
+        group = statics.group
+        elements, signs = group.elements[0], group.element_chords
+        if not any(element.is_beam for element in elements):
+            continue
+        geometry = group.geometry(solution.frames, solution.o)
+        chords, share = solution.chord_wrenches(number), solution.share(group).sum(axis=0)
+        for b, k in enumerate(k for k, element in enumerate(elements) if element.is_beam):
+            total = chord_sum(signs[k], chords)[:3].sum(axis=1) + share * statics.loads.beyond[:3, b]
+            outer = np.einsum("ign,ign->gn", geometry.beam_axes[:, 0, b], total)
+            inner = outer + share * statics.loads.own[0, b] * geometry.beam_lengths[b]
+            both = [outer, inner] if elements[k].turned else [inner, outer]
+            all_three = np.stack([*both, geometry.beam_lengths[b]])
+            found.update((row[b].name, all_three[:, m]) for m, row in enumerate(group.beams))
+    for edge in (edge for edges in _branches(robot) for edge in edges if edge.beam is not None):
+        model = robot.beams[str(edge.beam)]
+        axis = solution.frames.directions(np.array([model.span.carrier]), model.axes[:, :1])[:, 0]
+        length = model.length(solution.frames)
+        outer = np.einsum("in,in->n", axis, robot.weights.sum(edge.outboard, solution.weights)[:3])
+        inner = outer + np.einsum("in,in->n", axis, solution.gravity) * _mass(model, length)
+        found[model.name] = np.stack([inner, outer, length])
+    return found
+
+
+def _branches(robot: Robot) -> list[tuple[Edge, ...]]:
+    """Return everything that hangs on something else, inboard edges first."""
+    found = [limb.branches for limb in (*robot.topology.limbs, *robot.topology.hanging)]
+    return [*found, robot.topology.base.edges, robot.topology.platform.edges]

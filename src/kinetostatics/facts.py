@@ -68,6 +68,12 @@ FACTS: Mapping[str, Fact] = {
             "rigid parts are overconstrained: the twist is valid, undetermined forces are missing",
             "with undetermined forces",
         ),
+        Fact(
+            "buckles",
+            None,
+            "a beam is beyond its Euler load: the pose cannot carry its loads, whatever the numbers say",
+            "that buckle",
+        ),
     )
 }
 

@@ -41,6 +41,7 @@ RESULT_UNITS = {
     "`is_network`, intensities are coordinates in a basis: the forces are `joint_wrenches` of its `platform_joints` and "
     "`section_wrenches` of its `beams`",
     "section_wrenches": "N, V_y, V_z [N], T, M_y, M_z [N·m] in beam axes: what the outer part puts on the inner",
+    "euler_ratio": "axial forces over those at which the beam's `member`, held at its `ends`, buckles by Euler",
     "stations": "0 at the inner, 1 at the outer end of a beam; deflections in m, rotations in rad, stress in Pa",
     "link_contributions": "[displacement m; rotation rad] of rigid links at their own origins",
     "strain_energy": "J",
@@ -179,7 +180,8 @@ def result_to_dict(result: Result) -> dict[str, Any]:
     found["actuator_units"] = {name: drive_unit(robot, name) for name in result.actuator_forces}
     found["limbs"] = {name: _limb(limb) for name, limb in result.limbs.items()}
     found["beams"] = {
-        name: {attribute: plain(getattr(beam, attribute)) for attribute in BEAM_ARRAYS} for name, beam in result.beams.items()
+        name: {attribute: plain(getattr(beam, attribute)) for attribute in (*BEAM_ARRAYS, "member", "ends")}
+        for name, beam in result.beams.items()
     }
     return found
 

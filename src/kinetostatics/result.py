@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.batches import Batch
-from kinetostatics.beam_result import BeamResult, beam_results
+from kinetostatics.beam_result import BeamResult, beam_results, euler_ratios
 from kinetostatics.configuration import Configuration, Status, frozen
 from kinetostatics.contributions import (
     axial_contributions,
@@ -137,6 +137,15 @@ class Result:
     def basis_degenerate(self) -> NDArray[np.bool_]:
         """(…) whether the readable wrench basis of a limb degenerates: its intensities are NaN, all else stays."""
         return self._fact(lambda s: s.basis_degenerate)
+
+    @cached_property
+    def buckles(self) -> NDArray[np.bool_]:
+        """(…) whether a member buckles by Euler, see :attr:`BeamResult.euler_ratio`: the pose cannot carry its loads."""
+        if not self.robot.members:
+            return self._truth(np.zeros(len(self._valid), dtype=bool))
+        chunks = [euler_ratios(self.robot, s, least=1.0) for s in self.solutions]
+        worst = np.concatenate([np.max(list(chunk.values()), axis=0) for chunk in chunks])
+        return self._truth(self._valid & (worst >= 1))
 
     @cached_property
     def twist(self) -> Array:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,7 +26,7 @@ OPEN_LOOPS = 1e-9
 def result_warnings(result: Result) -> tuple[str, ...]:
     """Return the warnings of the robot and of its poses under their loads."""
     robot = result.robot
-    found = [*robot.description.warnings, *robot.topology.warnings, *odd_limits(robot)]
+    found = [*_buckling(result), *robot.description.warnings, *robot.topology.warnings, *odd_limits(robot)]
     found += _open_loops(result) + _large_motions(result)
     near = near_singular_words(result)
     found += [near] if near else []
@@ -34,16 +35,36 @@ def result_warnings(result: Result) -> tuple[str, ...]:
             f"{item.joint} is beyond its limits [{item.lower:.6g}, {item.upper:.6g}]"
             + (f": {float(item.value):.6g}" if item.value.shape == () else f" in {int(item.where.sum())} poses")
         )
-    for name, beam in result.beams.items():
-        worst = float(np.max(np.nan_to_num(beam.euler_ratio), initial=0.0))
-        if worst > EULER_WARNING:
-            found.append(
-                f"the axial force of beam {name} reaches {100 * worst:.3g} % of its Euler load; linear theory underestimates "
-                "its deflection"
-            )
+    found += _slender(result)
     if np.any(result.indeterminate):
         found.append(undetermined_parts(result))
     return tuple(found)
+
+
+def _ratios(result: Result) -> Iterator[tuple[str, float]]:
+    """Yield every member in words, with the largest ratio of its axial forces to those at which it buckles."""
+    seen: set[str] = set()
+    for beam in result.beams.values():
+        if beam.name not in seen:
+            seen.update(beam.member)
+            what = f"beam {beam.name}" if len(beam.member) == 1 else f"the member {', '.join(beam.member)}"
+            yield f"{what} ({beam.ends})", float(np.max(np.nan_to_num(beam.euler_ratio), initial=0.0))
+
+
+def _buckling(result: Result) -> list[str]:
+    return [
+        f"{what} buckles: its axial force is {100 * worst:.3g} % of its Euler load"
+        for what, worst in _ratios(result)
+        if worst >= 1
+    ]
+
+
+def _slender(result: Result) -> list[str]:
+    return [
+        f"the axial force of {what} reaches {100 * worst:.3g} % of its Euler load; linear theory underestimates its deflection"
+        for what, worst in _ratios(result)
+        if EULER_WARNING < worst < 1
+    ]
 
 
 def _open_loops(result: Result) -> list[str]:

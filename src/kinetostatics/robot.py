@@ -26,6 +26,7 @@ from kinetostatics.limb_joints import Branch, JointTable, dead_joints, freedoms_
 from kinetostatics.linalg import dot, null_space
 from kinetostatics.mappings import Named
 from kinetostatics.mechanism import Mechanism
+from kinetostatics.members import Member, members_of
 from kinetostatics.pinocchio_loops import constraint_models
 from kinetostatics.pose_spread import ordinary_poses
 from kinetostatics.robot_file import read_robot_file
@@ -343,6 +344,11 @@ class Robot:
     def beams(self) -> Mapping[str, BeamModel]:
         """All beams by name."""
         return Named(make_beam_models(self.mechanism, self.topology.beams, self.zero_frames))
+
+    @cached_property
+    def members(self) -> tuple[Member, ...]:
+        """Runs of beams in one line, which buckle as one, and how their ends are held."""
+        return members_of(self)
 
     @cached_property
     def weights(self) -> Weights:

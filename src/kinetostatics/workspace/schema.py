@@ -206,7 +206,7 @@ def variables(labels: Labels) -> dict[str, Variable]:
         ),
         "beam_stress": Variable(("beam",), {"long_name": "largest von Mises stress of the beam", "units": "Pa"}),
         "beam_euler_ratio": Variable(
-            ("beam",), {"long_name": "largest compressive axial force over the Euler load of the hinged beam", "units": "1"}
+            ("beam",), {"long_name": "axial forces over those at which the member buckles by Euler", "units": "1"}
         ),
         "beam_deflection": Variable(("beam",), {"long_name": "largest displacement of the beam's centre line", "units": "m"}),
     }
