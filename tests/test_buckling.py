@@ -164,6 +164,35 @@ def test_a_leg_of_a_hexapod_is_pinned_and_its_cylinder_and_rod_are_one():
     assert cylinder.euler_ratio == rod.euler_ratio > 0
 
 
+@pytest.mark.parametrize("driven", [True, False])
+def test_a_driven_crank_holds_what_hangs_on_its_tip(driven):
+    """A parallelogram: the driven side is clamped, and nothing else keeps its tip from going sideways; the other is a strut."""
+    length, width = 1.1, 0.7
+    limbs, beams = [], []
+    for k, x in ((1, 0.0), (2, width)):
+        joints = (
+            Joint(f"foot_{k}", "R", (x, 0, 0), (0, 1, 0), driven=driven and k == 1),
+            Joint(f"head_{k}", "R", (x, 0, length), (0, 1, 0)),
+        )
+        limbs.append(sr.Limb(joints, (Link(f"side_{k}"),)))
+        beams.append(sr.Beam(f"side_{k}", f"side_{k}", f"foot_{k}", f"head_{k}", SECTION, y_axis=(0, 1, 0), density=0.0))
+    if not driven:  # held by a third, rigid limb instead
+        limbs.append(
+            sr.Limb(
+                (Joint("foot_3", "R", (0.3, 0, 0), (0, 1, 0), driven=True), Joint("head_3", "R", (0.3, 0, length), (0, 1, 0))),
+                (Link("side_3"),),
+            )
+        )
+    spec = sr.Spec(tuple(limbs), tuple(beams), o=(width / 2, 0, length))
+    found = pushed(spec, (0, 0, -1e5, 0, 5e4 * (not driven), 0)).beams
+    assert found["side_2"].ends == "hinged at both ends" and any(beam.euler_ratio > 0 for beam in found.values())
+    assert found["side_1"].ends == ("clamped and hinged, swaying" if driven else "hinged at both ends")
+    for name in ("side_1", "side_2"):
+        force = max(-float(found[name].section_wrenches[0, 0]), 0)
+        softer = euler(length, 2.0 if driven and name == "side_1" else 1.0)  # deflecting along x, about the section's y
+        assert found[name].euler_ratio == pytest.approx(force / softer, rel=1e-6)
+
+
 @pytest.mark.parametrize("n", [2, 3])
 @pytest.mark.parametrize("seed", range(3))
 def test_splitting_beams_changes_no_ratio(n, seed):

@@ -1,23 +1,26 @@
 """Members: runs of beams that are welded in one line and buckle as one, and how the robot holds their ends.
 
-The centre of an end stands still, and turns as its passive joints say; it is clamped to base, platform and driven joints behind
-which a rigid link follows. Where elastic beams or several joints hold what it is fixed to, that may turn. Where nothing but the
-member itself holds what is at its outer end, as in serial arms, that end is free and the inner end clamped. Bearings count as
-rigid, and that all limbs might sway together is not looked at.
+An end turns as its passive joints say; it is clamped to base, platform and rigid links. Where elastic beams or several joints
+hold what it is fixed to, that may turn. It moves across the member as its joints slide, and where nothing but the member itself
+holds it: in the directions in which it still moves if everything else is rigid, the drives are locked and the member is a rod
+with hinged ends. Where nothing at all holds what is at its end, as in serial arms, that end is free and the other one clamped.
+Bearings count as rigid, and that several members might sway together is not looked at.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.buckling import Ends, buckling_ratio
+from kinetostatics.closure import world_frames
 from kinetostatics.kinematics import Frames
 from kinetostatics.mechanism import Connection
+from kinetostatics.member_sway import free_motions, sliding_axes, turning_axes
 from kinetostatics.rigid_pieces import Piece, PieceEdge, PieceGraph
 
 if TYPE_CHECKING:
@@ -29,6 +32,8 @@ Array = NDArray[np.float64]
 _IN_LINE = 1e-6
 #: Joints nearer to one another than this [m] turn about one point.
 _SAME = 1e-6
+#: Free motions of unit size of which less than this is across the member do not move its end.
+_MOVES = 1e-6
 #: Axes whose part across the member is less than this do not let it turn.
 _ACROSS = 1e-6
 
@@ -38,7 +43,7 @@ class MemberEnd:
     """How one end of a member is held.
 
     Attributes:
-        words: clamped, pinned, hinged, guided or free.
+        words: clamped, pinned, hinged, guided or free; sliding, where a joint lets it move; swaying, where nothing holds it.
         turns: axes about which it may turn, each in a body (body, (3,)); None: about all.
         slides: directions in which it may move; None: in all.
     """
@@ -132,6 +137,7 @@ class _Finder:
     def __init__(self, robot: Robot) -> None:
         self.robot, self.graph = robot, PieceGraph(robot.mechanism)
         frames = robot.zero_frames
+        self.frames = world_frames(robot.mechanism, robot.mechanism.forward(robot.model_q(robot.generic_poses)))
         self.edges = {edge.beam.beam.name: edge for edge in self.graph.edges if edge.beam is not None}
         self.points: dict[str, tuple[Array, Array]] = {}
         self.direction: dict[str, Array] = {}
@@ -209,19 +215,67 @@ class _Finder:
         (first, way), (last, last_way) = run[0], run[-1]
         inner = (self.edges[first].inner if way else self.edges[first].outer).find()
         outer = (self.edges[last].outer if last_way else self.edges[last].inner).find()
-        ends = [self._end(piece, beams) for piece in (inner, outer)]
-        if ends[0] is FREE and ends[1] is FREE:
-            ends[1] = CLAMPED
-        if ends[1] is FREE:
-            ends[0] = CLAMPED
-        elif ends[0] is FREE:
-            ends[1] = CLAMPED
-        elif ends[0].slides and ends[1].slides:
-            ends[0] = MemberEnd(ends[0].words, ends[0].turns)
+        found = [self._end(piece, beams) for piece in (inner, outer)]
+        ends = [item[0] for item in found]
         frames, model = self.robot.zero_frames, self.robot.beams[first]
         axes = frames.orientations(np.array([model.span.carrier]), model.axes[:, :, None])[:, :, 0, 0]
         across = np.array([axes[:, 1], (1 if way else -1) * axes[:, 2]])
-        return Member(names, tuple(forward for _, forward in run), (ends[0], ends[1]), self._stiffness(names, across))
+        stiffness = self._stiffness(names, across)
+        if FREE not in ends and not (found[0][2] and found[1][2]):
+            ends[1] = self._swaying(ends, (first, way), (last, last_way), beams, (found[0][1], found[1][1]))
+        member = Member(names, tuple(forward for _, forward in run), (ends[0], ends[1]), stiffness)
+        if FREE in ends or self._is_loose(member):
+            free_first = ends[0] is FREE and ends[1] is not FREE
+            member = replace(member, ends=(FREE, CLAMPED) if free_first else (CLAMPED, FREE))
+        return member
+
+    def _is_loose(self, member: Member) -> bool:
+        """Whether it could move as it is taken to be held, so that a force of nothing would buckle it."""
+        frames = self.frames
+        which = np.arange(frames.position.shape[2])
+        lengths = np.stack([self.robot.beams[name].length(frames) for name in member.beams], axis=1)
+        least = np.pi**2 * float(np.min(np.linalg.eigvalsh(member.stiffness))) / (2 * lengths.sum(axis=1)) ** 2
+        forces = np.broadcast_to(-least[:, None, None], (*lengths.shape, 2))
+        try:
+            return bool(np.any(buckling_ratio(lengths, member.stiffness, forces, member.holds(self.robot, frames, which)) > 2))
+        except np.linalg.LinAlgError:
+            return True
+
+    def _swaying(
+        self,
+        ends: Sequence[MemberEnd],
+        first: tuple[str, bool],
+        last: tuple[str, bool],
+        beams: set[int],
+        holders: tuple[Piece, Piece],
+    ) -> MemberEnd:
+        """Return how the outer end is held if it also moves where nothing but the member holds it."""
+        model, shifts, turns = self.robot.beams[first[0]], [], False
+        for k in range(self.frames.position.shape[2]):
+            frames = Frames(self.frames.rotation[..., k : k + 1], self.frames.position[..., k : k + 1])
+            points = np.array([self._point(frames, first[0], not first[1]), self._point(frames, last[0], last[1])])
+            x = (points[1] - points[0]) / np.linalg.norm(points[1] - points[0])
+            twists = all(_passes_torque(frames, end, x) for end in ends)
+            motions = free_motions(self.graph, frames, beams, holders, points / self.robot.length, twists)
+            axes = frames.orientations(np.array([model.span.carrier]), model.axes[:, :, None])[:, :, 0, 0]
+            u, s, _ = np.linalg.svd(axes[:, 1:].T @ motions[3:], full_matrices=False)
+            shifts.append(model.axes[:, 1:] @ u[:, s > _MOVES] @ u[:, s > _MOVES].T @ model.axes[:, 1:].T)
+            turns |= bool(np.any(np.abs(axes[:, 1:].T @ motions[:3]) > _MOVES))
+        end, most = ends[1], max(shifts, key=np.trace)
+        rank = round(float(np.trace(most)))
+        if rank == 0:
+            return end
+        slides: tuple[tuple[int, Array], ...] | None = None
+        if rank == 1 and all(np.abs(item - most).max() < _SAME for item in shifts):
+            direction = np.linalg.svd(most)[0][:, 0]
+            slides = (*(end.slides or ()), (model.span.carrier, direction))
+        words = end.words.removesuffix(", sliding").replace("guided", "clamped")
+        return MemberEnd(f"{words}, swaying", None if turns else end.turns, slides)
+
+    def _point(self, frames: Frames, name: str, at_end: bool) -> Array:
+        span = self.robot.beams[name].span
+        body, point = (span.end_body, span.end) if at_end else (span.start_body, span.start)
+        return frames.points(np.array([body]), point[:, None])[:, 0, 0]
 
     def _stiffness(self, names: Sequence[str], across: Array) -> Array:
         found = []
@@ -232,8 +286,10 @@ class _Finder:
             found.append(turn @ np.diag(1 / model.compliances[[5, 4]]) @ turn.T)
         return np.array(found)
 
-    def _end(self, piece: Piece, member: set[int]) -> MemberEnd:
-        """Return how the rest of the robot holds a piece at the end of a member of beams with these ids."""
+    def _end(self, piece: Piece, member: set[int]) -> tuple[MemberEnd, Piece, bool]:
+        """Return how the rest of the robot holds a piece at the end of a member of beams with these ids, what holds it, and
+        whether it is a joint that lets it turn about all axes across it.
+        """
         turns: list[tuple[int, Array]] | None = []
         slides: list[tuple[int, Array]] = []
         used, before = set(member), None
@@ -241,19 +297,23 @@ class _Finder:
             others = [edge for edge in self.at[piece] if id(edge) not in used]
             ways = [edge for edge in others if self._is_held(edge.other(piece), used | {id(edge)})]
             if not ways:
-                return FREE
+                return FREE, piece, False
             joint = ways[0].connection
             if len(ways) > 1 or joint is None:
-                turns = turns or None
-                break
+                return self._joined_end(turns or None, slides), piece, False
             if before is not None and not self._at_one_point(before, joint):
                 break
             if not joint.driven:
-                more = _turns(joint)
+                more = turning_axes(joint)
                 turns = None if more is None or turns is None else turns + more
-                slides += _slides(joint)
+                slides += sliding_axes(joint)
             used.add(id(ways[0]))
             piece, before = ways[0].other(piece), joint
+        end = self._joined_end(turns, slides)
+        return end, piece, end.words == "pinned"
+
+    @staticmethod
+    def _joined_end(turns: list[tuple[int, Array]] | None, slides: list[tuple[int, Array]]) -> MemberEnd:
         if turns is None:
             words = "pinned"
         else:
@@ -284,22 +344,9 @@ class _Finder:
         return False
 
 
-def _turns(joint: Connection) -> list[tuple[int, Array]] | None:
-    """Return the axes about which a passive joint turns; None: all."""
-    if joint.kind in ("spherical", "floating"):
-        return None
-    first = (joint.predecessor_body, joint.axis_on(True))
-    if joint.kind == "universal":
-        return [first, (joint.successor_body, joint.successor_frame[:3, :3] @ joint.axis2)]
-    return [first] if joint.kind in ("revolute", "continuous", "cylindrical", "planar") else []
-
-
-def _slides(joint: Connection) -> list[tuple[int, Array]]:
-    """Return the directions in which a passive joint slides."""
-    axis = joint.axis_on(True)
-    if joint.kind in ("prismatic", "cylindrical"):
-        return [(joint.predecessor_body, axis)]
-    if joint.kind == "planar":
-        _, _, basis = np.linalg.svd(axis[None])
-        return [(joint.predecessor_body, basis[1]), (joint.predecessor_body, basis[2])]
-    return []
+def _passes_torque(frames: Frames, end: MemberEnd, x: Array) -> bool:
+    """Whether the joints of an end do not let it turn about the member, along x."""
+    if end.turns is None:
+        return False
+    axes = np.array([frames.directions(np.array([body]), axis[:, None])[:, 0, 0] for body, axis in end.turns]).reshape(-1, 3).T
+    return bool(np.linalg.norm(x - axes @ np.linalg.pinv(axes) @ x) > 1e-3)

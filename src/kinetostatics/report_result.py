@@ -369,6 +369,6 @@ def _beams(result: Result, noise: Magnitudes) -> list[str]:
     for beam in beams:
         if beam.name == next(name for name in result.beams if name in beam.member):
             held.setdefault(beam.ends, []).append("+".join(beam.member))
-    ends = "; ".join(f"{words}: {', '.join(names)}" for words, names in held.items())
-    notes += wrapped(f"N/N_Euler: 100 % buckles; beams in one line are one member; its inner and outer end {ends}", "")
+    groups = "; ".join(f"{', '.join(names)}: {words}" for words, names in held.items())
+    notes += wrapped(f"N/N_Euler: 100 % buckles; beams in one line count as one. Inner and outer ends of {groups}", "")
     return [*table(header, rows), *notes]
