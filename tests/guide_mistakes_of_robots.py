@@ -265,4 +265,6 @@ WARNINGS = tuple(replace(mistake, warns=True) for mistake in (
             code='result = ks.analyze(robot.assemble(actuators={"a": 1.56}))'),
     Mistake("`ks.analyze(pose, load=[0, 0, -20000, 0, 0, 0])`", "A thicker rod, or less of a load.",
             code="result = ks.analyze(pose, load=[0, 0, -20000, 0, 0, 0])"),
+    Mistake("`ks.analyze(pose, load=[0, 0, -200000, 0, 0, 0])`", "`result.buckles` says it of every pose.",
+            code="result = ks.analyze(pose, load=[0, 0, -200000, 0, 0, 0])"),
 ))  # fmt: skip

@@ -300,7 +300,8 @@ class _Finder:
                 return FREE, piece, False
             joint = ways[0].connection
             if len(ways) > 1 or joint is None:
-                return self._joined_end(turns or None, slides), piece, False
+                by_joint = turns is None or len(turns) > 1
+                return self._joined_end(turns or None, slides), piece, by_joint
             if before is not None and not self._at_one_point(before, joint):
                 break
             if not joint.driven:
