@@ -16,6 +16,7 @@ import pytest
 import xacro
 
 import kinetostatics as ks
+from kinetostatics.sections import RectangularTube
 from kinetostatics.verification import OpenSeesError
 
 ROBOTS = Path(__file__).resolve().parents[1] / "robots"
@@ -438,15 +439,11 @@ def test_spherical_zero_pose_is_isotropic():
 
 
 def box(E, nu, depth, width, wall):
-    """Return a rectangular tube, deep across the limb's plane; torsion by Bredt, shear as Cowper has it for thin boxes."""
+    """Return a rectangular tube, deep across the limb's plane; torsion and shear as test_section_shear.py has them checked."""
     second = (width * depth**3 - (width - 2 * wall) * (depth - 2 * wall) ** 3) / 12
-    m = (width - wall) / (depth - wall)  # flange over web
-    kappa = 10 * (1 + nu) * (1 + 3 * m) ** 2 / (
-        12 + 72 * m + 150 * m**2 + 90 * m**3 + nu * (11 + 66 * m + 135 * m**2 + 90 * m**3) + 10 * m**2 * ((3 + nu) * m + 3 * m**2)
-    )  # fmt: skip
+    tube = RectangularTube.of(width, depth, wall)
     area = width * depth - (width - 2 * wall) * (depth - 2 * wall)
-    J = 2 * wall * ((width - wall) * (depth - wall)) ** 2 / (width + depth - 2 * wall)
-    return Bar(E, E / 2 / (1 + nu), area, second, J, kappa)
+    return Bar(E, E / 2 / (1 + nu), area, second, tube.J, tube.shear_coefficients(nu)[1])
 
 
 def tripteron_limbs(o):

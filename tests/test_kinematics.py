@@ -57,8 +57,10 @@ def test_link_frames_and_masses_are_pinocchios():
     for link in robot.description.links:
         placement = data.oMf[robot.model.getFrameId(link)].homogeneous
         np.testing.assert_allclose(pose.frame(link), placement, atol=1e-14)
-    total = sum(link.mass for link in robot.description.links.values())
-    assert pin.computeTotalMass(robot.model) == pytest.approx(total, rel=1e-12)
+    links = sum(link.mass for link in robot.description.links.values())
+    assert pin.computeTotalMass(robot.mechanism.model) == pytest.approx(links, rel=1e-12)
+    rods = sum(float(result.mass) for result in ks.analyze(robot.assemble()).beams.values())
+    assert pin.computeTotalMass(robot.model) == pytest.approx(links + rods, rel=1e-12)
 
 
 def test_gravity_torques_are_pinocchios():
