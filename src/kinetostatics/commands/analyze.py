@@ -17,6 +17,7 @@ from kinetostatics.commands.arguments import (
     print_json,
     print_warnings,
 )
+from kinetostatics.waiting import waiting
 
 NAME = "analyze"
 
@@ -48,17 +49,18 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print the analysis."""
-    from kinetostatics.equilibrium import analyze
+    with waiting("analyzing"):
+        from kinetostatics.equilibrium import analyze
 
-    options = load_options(args)
-    robot = load(args)
-    configuration, warnings = assemble(robot, args)
-    result = analyze(configuration, **options)
+        options = load_options(args)
+        robot = load(args)
+        configuration, warnings = assemble(robot, args)
+        result = analyze(configuration, **options)
+        text, found = ("", result.to_dict()) if args.json else (str(result), {})
     if args.json:
-        found = result.to_dict()
         found["warnings"] = [*warnings, *found["warnings"]]
         print_json(found)
         print_warnings(found["warnings"])
     else:
-        print("\n".join([*(f"! {warning}" for warning in warnings), str(result)]))
+        print("\n".join([*(f"! {warning}" for warning in warnings), text]))
     return 0

@@ -6,6 +6,7 @@ import argparse
 from typing import Any
 
 from kinetostatics.commands.arguments import add_json_argument, add_robot_arguments, load, print_json, print_warnings
+from kinetostatics.waiting import waiting
 
 NAME = "check"
 
@@ -35,14 +36,16 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print the report; return 1 if the robot cannot be analysed."""
-    from kinetostatics.report_dict import facts_to_dict
-    from kinetostatics.report_facts import robot_facts
-    from kinetostatics.report_robot import facts_report
+    with waiting("checking"):
+        from kinetostatics.report_dict import facts_to_dict
+        from kinetostatics.report_facts import robot_facts
+        from kinetostatics.report_robot import facts_report
 
-    facts = robot_facts(load(args))
+        facts = robot_facts(load(args))
+        text = "" if args.json else facts_report(facts)
     if args.json:
         print_json(facts_to_dict(facts))
         print_warnings([*facts.problems, *facts.warnings])
     else:
-        print(facts_report(facts))
+        print(text)
     return 1 if facts.problems else 0

@@ -10,6 +10,7 @@ from typing import Any
 
 from kinetostatics.commands.arguments import parse_items, parse_parameters, print_warnings
 from kinetostatics.exceptions import ArgumentError
+from kinetostatics.waiting import waiting
 
 NAME = "import"
 
@@ -76,8 +77,6 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Write the robot file; return 2 if something more must be said."""
-    from kinetostatics.foreign_loops.answers import Answers
-    from kinetostatics.foreign_loops.conversion import convert, describe
     from kinetostatics.foreign_loops.questions import MissingFactsError
 
     if args.out is not None and os.path.exists(args.out):
@@ -85,15 +84,19 @@ def run(args: argparse.Namespace) -> int:
     folder = os.path.dirname(args.out or "")
     if folder and not os.path.isdir(folder):
         raise ArgumentError(f"--out: there is no folder {folder}")
-    answers = Answers(args.platform, args.base, _types(args.types), _axes(args.axes), args.driven)
-    parameters = parse_parameters(args.parameters)
-    out = args.out if args.out is not None else f"<import of {os.path.basename(args.source)}>"
     try:
-        made = convert(args.source, args.yaml, answers, parameters=parameters, out=out)
+        with waiting("importing"):
+            from kinetostatics.foreign_loops.answers import Answers
+            from kinetostatics.foreign_loops.conversion import convert, describe
+
+            answers = Answers(args.platform, args.base, _types(args.types), _axes(args.axes), args.driven)
+            parameters = parse_parameters(args.parameters)
+            out = args.out if args.out is not None else f"<import of {os.path.basename(args.source)}>"
+            made = convert(args.source, args.yaml, answers, parameters=parameters, out=out)
+            description = describe(made, parameters)
     except MissingFactsError as error:
         print(f"kinetostatics: error: {error.for_command_line}", file=sys.stderr)
         return 2
-    description = describe(made, parameters)
     if args.out is None:
         sys.stdout.write(made.text)
     else:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from kinetostatics.commands.arguments import VALUES_HELP, parse_items, parse_quantity
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.units import find_unit
+from kinetostatics.waiting import waiting
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -82,12 +83,13 @@ def run(args: argparse.Namespace) -> int:
     """Write the figure."""
     if args.out is None and not args.list:
         raise ArgumentError("--out FILE is missing: where to write the figure")
-    with open_map(args.map) as ds:
+    with waiting("reading the map" if args.list else "drawing"), open_map(args.map) as ds:
         if args.list:
-            _print_list(ds)
-            return 0
-        _draw(ds, args)
-    print(f"wrote {args.out}")
+            said = _list(ds)
+        else:
+            _draw(ds, args)
+            said = f"wrote {args.out}"
+    print(said)
     return 0
 
 
@@ -186,15 +188,15 @@ def open_map(path: str) -> xr.Dataset:
     return found
 
 
-def _print_list(ds: xr.Dataset) -> None:
+def _list(ds: xr.Dataset) -> str:
     from kinetostatics.indices import names, quantity
 
-    print("coordinates")
+    lines = ["coordinates"]
     for dim in ds["status"].dims:
         numbers, units = ds[dim].values, ds[dim].attrs.get("units", "")
         first, last = (f"{n:.6g}" if ds[dim].dtype.kind in "iuf" else str(n) for n in (numbers[0], numbers[-1]))
-        print(f"  {dim}: {len(numbers)} values, {first} to {last} {units}".rstrip())
-    print("quantities")
+        lines.append(f"  {dim}: {len(numbers)} values, {first} to {last} {units}".rstrip())
+    lines.append("quantities")
     one = ds.isel({dim: [0] for dim in ds["status"].dims})
-    for name in names(ds):
-        print(f"  {name} [{quantity(one, name).attrs['units']}]")
+    lines += [f"  {name} [{quantity(one, name).attrs['units']}]" for name in names(ds)]
+    return "\n".join(lines)

@@ -26,8 +26,11 @@ from kinetostatics.commands.arguments import (
     unit_of,
 )
 from kinetostatics.exceptions import ArgumentError
+from kinetostatics.waiting import waiting
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from kinetostatics.robot import Robot
 
 NAME = "sweep"
@@ -83,28 +86,11 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Sweep, and say what came of it."""
-    from kinetostatics.workspace import sweep
-    from kinetostatics.workspace.planning import need
-    from kinetostatics.workspace.summary import summary
-
-    need("xarray")
-    options = {**load_options(args), **_grid(args)}
-    workers = None if args.workers is None else _whole("--workers", args.workers)
     there = os.path.exists(args.out) and not args.restart
     begin = time.perf_counter()
     try:
-        found = sweep(
-            args.robot,
-            **options,
-            tolerance=tolerance_of(args),
-            beams=args.beams,
-            ways=args.ways,
-            out=args.out,
-            restart=args.restart,
-            workers=workers,
-            progress=False if args.quiet else None,
-            command_line=args.command_line,
-        )
+        with waiting("sweeping", wanted=not args.quiet):
+            found = _map(args)
     except KeyboardInterrupt:
         parts = f"{args.out.rstrip('/')}.parts"
         if os.path.isdir(parts):
@@ -112,10 +98,36 @@ def run(args: argparse.Namespace) -> int:
         raise
     with found:
         if not args.quiet:
-            print(summary(found, None if there else time.perf_counter() - begin))
+            seconds = None if there else time.perf_counter() - begin
+            with waiting("summing up"):
+                from kinetostatics.workspace.summary import summary
+
+                text = summary(found, seconds)
+            print(text)
             print(f"{args.out} was there already" if there else f"wrote {args.out}")
         print_warnings(str(found.attrs.get("warnings", "")).splitlines())
     return 0
+
+
+def _map(args: argparse.Namespace) -> xr.Dataset:
+    """Return the map."""
+    from kinetostatics.workspace import sweep
+    from kinetostatics.workspace.planning import need
+
+    need("xarray")
+    options = {**load_options(args), **_grid(args)}
+    return sweep(
+        args.robot,
+        **options,
+        tolerance=tolerance_of(args),
+        beams=args.beams,
+        ways=args.ways,
+        out=args.out,
+        restart=args.restart,
+        workers=None if args.workers is None else _whole("--workers", args.workers),
+        progress=False if args.quiet else None,
+        command_line=args.command_line,
+    )
 
 
 def _grid(args: argparse.Namespace) -> dict[str, Any]:

@@ -16,6 +16,7 @@ from kinetostatics.commands.arguments import (
     print_json,
     print_warnings,
 )
+from kinetostatics.waiting import waiting
 
 NAME = "tolerances"
 
@@ -53,20 +54,21 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print the table."""
-    from dataclasses import replace
+    with waiting("trying errors one by one"):
+        from dataclasses import replace
 
-    from kinetostatics.tolerances import tolerances
+        from kinetostatics.tolerances import tolerances
 
-    amounts = {
-        "length": parse_quantity(args.length, "length"),
-        "angle": parse_quantity(args.angle, "angle"),
-        "temperature": parse_quantity(args.temperature, "temperature"),
-    }
-    top = None if args.top is None else int(parse_quantity(args.top, "number"))
-    configuration, warnings = assemble(load(args), args)
-    found = tolerances(configuration, **amounts, by=args.by)
-    if top is not None:
-        found = replace(found, rows=found.rows[:top])
+        amounts = {
+            "length": parse_quantity(args.length, "length"),
+            "angle": parse_quantity(args.angle, "angle"),
+            "temperature": parse_quantity(args.temperature, "temperature"),
+        }
+        top = None if args.top is None else int(parse_quantity(args.top, "number"))
+        configuration, warnings = assemble(load(args), args)
+        found = tolerances(configuration, **amounts, by=args.by)
+        if top is not None:
+            found = replace(found, rows=found.rows[:top])
     if args.json:
         print_json({**found.to_dict(), "warnings": warnings})
         print_warnings(warnings)

@@ -18,6 +18,7 @@ from kinetostatics.commands.arguments import (
     print_json,
     print_warnings,
 )
+from kinetostatics.waiting import waiting
 
 NAME = "verify"
 
@@ -54,12 +55,13 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Print both sides and the verdict."""
-    from kinetostatics.verification import verify
+    with waiting("verifying"):
+        from kinetostatics.verification import verify
 
-    options = load_options(args)
-    within = parse_quantity(args.within, "number")
-    configuration, warnings = assemble(load(args), args)
-    found = verify(configuration, **options, tolerance=within)
+        options = load_options(args)
+        within = parse_quantity(args.within, "number")
+        configuration, warnings = assemble(load(args), args)
+        found = verify(configuration, **options, tolerance=within)
     if args.json:
         print_json({**found.to_dict(), "warnings": warnings})
         print_warnings(warnings)

@@ -22,10 +22,12 @@ from kinetostatics.commands.arguments import (
     print_warnings,
 )
 from kinetostatics.exceptions import ArgumentError
+from kinetostatics.waiting import pausing, waiting
 
 if TYPE_CHECKING:
     from kinetostatics.configuration import Configuration
     from kinetostatics.robot import Robot
+    from kinetostatics.viewer.live import LiveServer
 
 NAME = "view"
 
@@ -73,44 +75,36 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Show the page, or write it."""
-    from kinetostatics import viewer
-    from kinetostatics.equilibrium import analyze
+    return _live(args) if args.live else _page(args)
 
-    options = load_options(args)
-    robot = load(args)
-    if args.live:
-        if args.sweep:
-            raise ArgumentError("--sweep makes an animation and --live moves the robot by hand: give one of them")
-        return _live(robot, args, options)
-    if args.sweep:
-        configuration = _swept(robot, args)
-    else:
-        configuration, found = assemble(robot, args)
-        print_warnings(found)
-    result = analyze(configuration, **options)
-    print_warnings(result.warnings)
-    if args.html is not None:
-        viewer.save_html(result, args.html)
-        print(f"wrote {args.html}")
-    else:
-        print(f"the page is in {viewer.show(result).path}")
+
+def _page(args: argparse.Namespace) -> int:
+    with waiting("making the page"):
+        from kinetostatics import viewer
+        from kinetostatics.equilibrium import analyze
+
+        options = load_options(args)
+        robot = load(args)
+        configuration, found = (_swept(robot, args), []) if args.sweep else assemble(robot, args)
+        result = analyze(configuration, **options)
+        with pausing():
+            print_warnings([*found, *result.warnings])
+        if args.html is not None:
+            viewer.save_html(result, args.html)
+            said = f"wrote {args.html}"
+        else:
+            said = f"the page is in {viewer.show(result).path}"
+    print(said)
     return 0
 
 
-def _live(robot: Robot, args: argparse.Namespace, options: dict[str, Any]) -> int:
-    from kinetostatics.equilibrium import analyze
-    from kinetostatics.viewer import open_browser
-    from kinetostatics.viewer.live import serve
+def _live(args: argparse.Namespace) -> int:
+    if args.sweep:
+        raise ArgumentError("--sweep makes an animation and --live moves the robot by hand: give one of them")
+    with waiting("making the page"):
+        from kinetostatics.viewer import open_browser
 
-    configuration, found = assemble(robot, args)
-    server = serve(
-        configuration,
-        lambda pose: analyze(pose, **options),
-        orientation=args.orientation,
-        tolerance=parse_quantity(args.tolerance, "length"),
-        coordinates=tuple(parse_items("--platform", args.platform or ())),
-        port=args.port,
-    )
+        server, found = _server(args)
     with server:
         print_warnings(found)
         print(f"live at {server.url} (Ctrl+C ends it)", flush=True)
@@ -120,6 +114,24 @@ def _live(robot: Robot, args: argparse.Namespace, options: dict[str, Any]) -> in
         except KeyboardInterrupt:
             print()
     return 0
+
+
+def _server(args: argparse.Namespace) -> tuple[LiveServer, list[str]]:
+    """Return what answers the live page, and warnings."""
+    from kinetostatics.equilibrium import analyze
+    from kinetostatics.viewer.live import serve
+
+    options = load_options(args)
+    configuration, found = assemble(load(args), args)
+    server = serve(
+        configuration,
+        lambda pose: analyze(pose, **options),
+        orientation=args.orientation,
+        tolerance=parse_quantity(args.tolerance, "length"),
+        coordinates=tuple(parse_items("--platform", args.platform or ())),
+        port=args.port,
+    )
+    return server, found
 
 
 def _swept(robot: Robot, args: argparse.Namespace) -> Configuration:

@@ -16,6 +16,7 @@ from kinetostatics.exceptions import KinetostaticsError
 from kinetostatics.result import Result
 from kinetostatics.viewer.page import iframe_html, page_html
 from kinetostatics.viewer.scene import describe_scene
+from kinetostatics.waiting import in_notebook, pausing
 
 
 class View:
@@ -78,15 +79,9 @@ def save_html(result: Result, path: str | os.PathLike[str], *, title: str | None
 
 def open_browser(address: str) -> None:
     """Open an address in the browser, or say on standard error where to find it."""
-    if not webbrowser.open(address):
-        print(f"no browser could be started; open this address yourself: {address}", file=sys.stderr)
-
-
-def in_notebook() -> bool:
-    """Whether this runs in a notebook, which can display HTML."""
-    module = sys.modules.get("IPython")
-    shell = module.get_ipython() if module is not None else None
-    return shell is not None and "IPKernelApp" in getattr(shell, "config", {})
+    with pausing():  # some browsers are programs of the terminal
+        if not webbrowser.open(address):
+            print(f"no browser could be started; open this address yourself: {address}", file=sys.stderr)
 
 
 def _temporary_file(html: str, name: str) -> Path:

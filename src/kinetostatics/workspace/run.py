@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
@@ -16,12 +15,14 @@ from numpy.typing import ArrayLike
 from kinetostatics.argument_checks import path_name
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.robot import Robot
+from kinetostatics.waiting import waiting
 from kinetostatics.workspace import provenance
 from kinetostatics.workspace.crew import Crew
 from kinetostatics.workspace.finishing import Finished
 from kinetostatics.workspace.grid import Block, block_sizes, cut, shape_of
 from kinetostatics.workspace.plan import Combination, Plan
 from kinetostatics.workspace.planning import need, read_plan, try_plan, try_robots
+from kinetostatics.workspace.progress import Bar, wants_bar
 from kinetostatics.workspace.room import check_disk, check_memory
 from kinetostatics.workspace.schema import ZERO_MODE, Labels, check_names, labels_of, template
 from kinetostatics.workspace.storage import Storage, open_map, store_of
@@ -41,6 +42,8 @@ SHARE = 4
 ALONE = 50_000
 #: Joint coordinates of one robot that are looked at together a second time: numbers that must be in memory, 130 MB.
 REGION = 2**24
+#: What is done, in the words of the progress bar.
+COMPUTING, COMPARING = "computing", "comparing neighbours"
 
 
 def sweep(
@@ -88,7 +91,7 @@ def sweep(
         chunks: sizes along dimensions, ``{"z": 10}`` (others whole), or "auto": return a Dataset of dask arrays at once, whose
             chunks are computed when they are needed, by whatever scheduler dask has.
         workers: how many processes compute; None: as many as cores, or none but this one for a small sweep.
-        progress: whether to show a bar on standard error; None: if that is a terminal.
+        progress: whether to show a bar on standard error; None: if that is a terminal, or in a notebook.
         command_line: what to say of the command in the attributes.
 
     Returns:
@@ -108,19 +111,20 @@ def sweep(
     if out is not None:
         out = path_name("out", out)
         need(*store_of(os.fspath(out)).needs)
-    plan, first = read_plan(
-        robot, platform, actuators, orientation, load, gravity, point, frame, misfits, parameters, beams, tolerance, ways
-    )
-    labels = labels_of(plan, first)
-    try_plan(plan, first)
-    check_names(plan, labels)
-    attributes = provenance.attributes(plan, labels, first, command_line)
-    if chunks is not None:
-        from kinetostatics.workspace.lazy import lazy_dataset
+    with waiting("planning the sweep", wanted=wants_bar(progress)):
+        plan, first = read_plan(
+            robot, platform, actuators, orientation, load, gravity, point, frame, misfits, parameters, beams, tolerance, ways
+        )
+        labels = labels_of(plan, first)
+        try_plan(plan, first)
+        check_names(plan, labels)
+        attributes = provenance.attributes(plan, labels, first, command_line)
+        if chunks is not None:
+            from kinetostatics.workspace.lazy import lazy_dataset
 
-        return lazy_dataset(plan, labels, chunks).assign_attrs(attributes)
-    number = _workers(workers, plan.size)
-    try_robots(plan)
+            return lazy_dataset(plan, labels, chunks).assign_attrs(attributes)
+        number = _workers(workers, plan.size)
+        try_robots(plan)
     if progress:
         need("tqdm")
     poses = max(1, min(BLOCK_OF_MORE if beams or ways else BLOCK, -(-plan.size // (SHARE * number if number > 1 else 1))))
@@ -171,17 +175,19 @@ class _Run:
         blocks = list(cut(self.plan.shape, self.sizes))
         with ExitStack() as stack:
             crew = self._crew(stack, len(blocks))
-            bar = stack.enter_context(_Bar(progress, self.plan.size))
+            bar = stack.enter_context(Bar(progress, self.plan.size))
+            bar.say(COMPUTING)
             for number, numbers in self._perform(crew, [BlockTask(block) for block in blocks]):
                 write_block(target, self.plan, self.labels, blocks[number], numbers)
                 bar.advance(_count(blocks[number]))
-            self._finish(crew, target)
+            self._finish(crew, target, bar)
         return target.dataset(self.template).assign_attrs(self.attributes)
 
     def on_disk(self, storage: Storage, progress: bool | None) -> None:
         """Compute what is not there yet, and store the whole."""
         with ExitStack() as stack:
-            bar = stack.enter_context(_Bar(progress, self.plan.size))
+            bar = stack.enter_context(Bar(progress, self.plan.size))
+            bar.say("reading what is there")
             target = storage.open(self.template)
             missing = []
             for path, block, finished in storage.blocks():
@@ -192,11 +198,13 @@ class _Run:
                 write_block(target, self.plan, self.labels, block, numbers)
                 bar.advance(_count(block), before=True)
             crew = self._crew(stack, len(missing))
+            bar.say(COMPUTING)
             for number, numbers in self._perform(crew, [BlockTask(block, path) for path, block in missing]):
                 path, block = missing[number]
                 write_block(target, self.plan, self.labels, block, numbers or read_part(path) or {})
                 bar.advance(_count(block))
-            self._finish(crew, target)
+            self._finish(crew, target, bar)
+            bar.say("storing")
             target.close(self.attributes)
             storage.publish()
 
@@ -213,18 +221,21 @@ class _Run:
 
     # ---- the second look --------------------------------------------------------------------------------------------
 
-    def _finish(self, crew: Crew | None, target: Memory | NetCDF | Zarr) -> None:
+    def _finish(self, crew: Crew | None, target: Memory | NetCDF | Zarr, bar: Bar) -> None:
         """Look at the grid of every robot once more, and say in the attributes what came of it."""
         cases = tuple(slice(0, axis.size) for axis in self.plan.axes_of("case"))
         jobs = [(combination, region) for combination in self.plan.combinations() for region in self._regions()]
         found = {"mode_jumps": 0, "poses_of_other_modes": 0, "poses_by_neighbours": 0}
         sizes = tuple(size for size, axis in zip(self.sizes, self.plan.axes, strict=True) if axis.kind == "coordinate")
-        for number, finished in self._look(crew, target, cases, jobs):
+        bar.say(COMPARING)
+        for count, (number, finished) in enumerate(self._look(crew, target, cases, jobs), 1):
             combination, region = jobs[number]
             patch(target, self.plan, self.labels, combination, cases, region, finished, sizes)
             found["mode_jumps"] += finished.jumps
             found["poses_of_other_modes"] += finished.retracted
             found["poses_by_neighbours"] += finished.gained
+            if len(jobs) > 1:
+                bar.add(f"{count} of {len(jobs)}")
         self.attributes.update(found)
         if found["mode_jumps"]:
             jumps = found["mode_jumps"]
@@ -268,31 +279,3 @@ class _Run:
 
 def _count(block: Block) -> int:
     return int(np.prod([piece.stop - piece.start for piece in block]))
-
-
-class _Bar:
-    """A progress bar on standard error, if it is wanted and there is tqdm."""
-
-    def __init__(self, progress: bool | None, total: int) -> None:
-        wanted = progress if progress is not None else bool(sys.stderr is not None and sys.stderr.isatty())
-        self._bar: Any = None
-        if wanted:
-            try:
-                from tqdm import tqdm
-            except ImportError:
-                return  # nobody has asked for it
-            self._bar = tqdm(total=total, unit=" poses", unit_scale=True, smoothing=0.1)
-
-    def __enter__(self) -> _Bar:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if self._bar is not None:
-            self._bar.close()
-
-    def advance(self, count: int, before: bool = False) -> None:
-        """Say that more poses are done; ``before``: they had been done before."""
-        if self._bar is not None:
-            if before:  # does not count for the speed
-                self._bar.initial += count
-            self._bar.update(count)

@@ -1,0 +1,168 @@
+"""Signs of life: a line on the terminal that says what takes so long, and is gone when it is done.
+
+Nothing is written where standard error is no terminal.
+"""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any, Protocol
+
+#: Seconds until the first sign, and from one to the next.
+EVERY = 1.0
+
+
+class Sign(Protocol):
+    """Something that fills the last line of a terminal."""
+
+    def show(self) -> None:
+        """Write the line, or write it anew."""
+
+    def hide(self) -> None:
+        """Leave the line empty."""
+
+
+def on_terminal() -> bool:
+    """Return whether standard error is a terminal."""
+    return sys.stderr is not None and not sys.stderr.closed and sys.stderr.isatty()
+
+
+def in_notebook() -> bool:
+    """Return whether this runs in a notebook, which can display HTML."""
+    module = sys.modules.get("IPython")
+    shell = module.get_ipython() if module is not None else None
+    return shell is not None and "IPKernelApp" in getattr(shell, "config", {})
+
+
+@contextmanager
+def waiting(what: str, wanted: bool = True) -> Iterator[None]:
+    """Say on the terminal what is being done, if it takes longer than a second, and for how long already.
+
+    Args:
+        what: in words, such as "verifying".
+        wanted: False: say nothing.
+    """
+    if not (wanted and on_terminal()):
+        yield
+        return
+    with _life.with_sign(_Words(what)):
+        yield
+
+
+@contextmanager
+def showing(sign: Sign) -> Iterator[None]:
+    """Show a sign anew every second while something is done; it stands in front of all that are shown already."""
+    with _life.with_sign(sign):
+        yield
+
+
+@contextmanager
+def pausing() -> Iterator[None]:
+    """Leave the terminal to somebody else: for questions, or messages that stay."""
+    if _life.shows():
+        with _life.with_sign(_Nothing()):
+            yield
+    else:
+        yield
+
+
+class _Nothing:
+    def show(self) -> None:
+        pass
+
+    def hide(self) -> None:
+        pass
+
+
+class _Words:
+    def __init__(self, what: str) -> None:
+        self._what, self._since, self._width = what, time.monotonic(), 0
+
+    def show(self) -> None:
+        text = f"{self._what} … {time.monotonic() - self._since:.0f} s"
+        _write(f"\r{text}{' ' * (self._width - len(text))}")
+        self._width = len(text)
+
+    def hide(self) -> None:
+        _write(f"\r{' ' * self._width}\r" if self._width else "")
+        self._width = 0
+
+
+def _write(text: str) -> None:
+    try:
+        sys.stderr.write(text)
+        sys.stderr.flush()
+    except (OSError, ValueError):  # the terminal is gone
+        pass
+
+
+class _Life:
+    """The signs that wait for their turn, the last of which is shown, and the thread that shows it."""
+
+    def __init__(self) -> None:
+        self._signs: list[Sign] = []
+        self._lock = threading.RLock()
+        self._end = threading.Event()
+
+    def shows(self) -> bool:
+        return bool(self._signs)
+
+    @contextmanager
+    def with_sign(self, sign: Sign) -> Iterator[None]:
+        with self._lock:
+            if self._signs:
+                self._signs[-1].hide()
+            self._signs.append(sign)
+            first = len(self._signs) == 1
+        if not first:
+            try:
+                yield
+            finally:
+                self._remove(sign)
+            return
+        self._end = threading.Event()
+        thread = threading.Thread(target=self._renew, args=(self._end,), daemon=True)
+        thread.start()
+        try:
+            with self._room_for_warnings():
+                yield
+        finally:
+            self._end.set()
+            self._remove(sign)
+
+    def _remove(self, sign: Sign) -> None:
+        with self._lock:
+            sign.hide()
+            self._signs.remove(sign)
+
+    def _renew(self, end: threading.Event) -> None:
+        while not end.wait(EVERY):
+            with self._lock:
+                if self._signs and not end.is_set():
+                    self._signs[-1].show()
+
+    @contextmanager
+    def _room_for_warnings(self) -> Iterator[None]:
+        """Let warnings begin on an empty line."""
+        before = warnings.showwarning
+
+        def show(*args: Any, **options: Any) -> None:
+            with self._lock:
+                if self._signs:
+                    self._signs[-1].hide()
+                before(*args, **options)
+
+        warnings.showwarning = show
+        try:
+            yield
+        finally:
+            if warnings.showwarning is show:
+                warnings.showwarning = before
+
+
+_life = _Life()
