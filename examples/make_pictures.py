@@ -10,7 +10,11 @@ import tempfile
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import meshcat
 import numpy as np
+import pinocchio as pin
+from meshcat.transformations import translation_matrix
+from pinocchio.visualize import MeshcatVisualizer
 
 import kinetostatics as ks
 
@@ -76,6 +80,28 @@ def result_of(picture: Picture) -> ks.Result:
     return ks.analyze(pose, load=picture.load, gravity=picture.gravity)
 
 
+def meshcat_scene() -> str:
+    """Return a page of meshcat's own: the deformed 3RPS, the same robot as Pinocchio shows it, and a box."""
+    vis = meshcat.Visualizer()
+    result = result_of(PICTURES["page"])
+    ks.show(result, visualizer=vis).set_transform(translation_matrix([0, -0.48, -0.22]))
+    pose, urdf = result.configuration, result.robot.description.urdf
+    visuals = pin.buildGeomFromUrdfString(pose.model, urdf, pin.GeometryType.VISUAL)
+    beside = MeshcatVisualizer(pose.model, pin.GeometryModel(), visuals)
+    beside.initViewer(viewer=vis)
+    beside.loadViewerModel("pinocchio")
+    beside.display(pose.q)
+    vis["pinocchio"].set_transform(translation_matrix([0, 0.48, -0.22]))
+    vis["box"].set_object(meshcat.geometry.Box([0.2, 0.2, 0.2]))
+    vis["box"].set_transform(translation_matrix([0.35, 0, -0.25]))
+    for name in ("Grid", "Axes"):
+        vis[f"/{name}"].set_property("visible", False)
+    vis["/Background"].set_property("top_color", [1, 1, 1])
+    vis["/Background"].set_property("bottom_color", [1, 1, 1])
+    vis["/Cameras/default/rotated/<object>"].set_property("position", [1.4, 0.65, 0])  # y is up there
+    return vis.static_html()
+
+
 def main(folder: Path) -> None:
     """Draw all pictures."""
     from playwright.sync_api import sync_playwright
@@ -100,6 +126,14 @@ def main(folder: Path) -> None:
             page.screenshot(path=folder / f"{name}.png")
             page.close()
             print(f"{name}.png: {(folder / f'{name}.png').stat().st_size / 1e3:.0f} kB")
+        file = Path(pages) / "meshcat.html"
+        file.write_text(meshcat_scene(), encoding="utf-8")
+        page = browser.new_page(viewport={"width": 860, "height": 560})
+        page.goto(file.as_uri())
+        page.wait_for_function("viewer.scene_tree.children.meshcat?.children.box?.children['<object>']")
+        page.wait_for_timeout(3000)
+        page.evaluate("document.querySelector('.dg.main').style.display = 'none'")
+        page.screenshot(path=folder / "meshcat.png")
         browser.close()
 
 

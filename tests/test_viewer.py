@@ -5,6 +5,7 @@ import io
 import os
 import shutil
 
+import meshcat
 import numpy as np
 import pytest
 
@@ -35,6 +36,10 @@ LABELS = """[...document.querySelectorAll('.robot-label')].filter(e => e.style.v
   .map(e => [e.textContent, ...((r) => [r.left, r.top, r.right, r.bottom])(e.getBoundingClientRect())])"""
 BOXES = """['#robot-panel', '#robot-legend', '.dg.main'].map(s => document.querySelector(s).getBoundingClientRect())
   .map(r => ['', r.left, r.top, r.right, r.bottom])"""
+#: Tail and tip of an arrow of the page, in world axes.
+ENDS = """(path) => { const { object, size, spec } = robot_page.arrows.get(path), start = object.position.clone();
+  const along = new MeshCat.THREE.Vector3(0, size * spec.metres_per_unit, 0).applyQuaternion(object.quaternion);
+  return [start.toArray(), start.clone().add(along).toArray()]; }"""
 NAMES = """(path) => { let node = viewer.scene_tree;
   for (const name of path.split("/")) node = node.children[name];
   return Object.keys(node.children).filter(name => name !== "<object>"); }"""
@@ -423,3 +428,50 @@ def test_live_server_answers_only_those_who_know_its_key(root):
             assert b"makes no sense" in answer.read()
         with pytest.raises(ks.KinetostaticsError, match="cannot serve"):
             serve(robot.assemble(), ks.analyze, port=int(address.rpartition(":")[2]))
+
+
+def test_a_meshcat_scene_is_that_of_the_page(visit, browser, one, tmp_path):
+    """Where motion.js puts every solid and arrow, meshcat has it, moved and hidden by meshcat's own calls."""
+    result, address = one
+    vis = meshcat.Visualizer()
+    try:
+        node = ks.show(result, visualizer=vis)
+        shift = np.array([0.7, -0.2, 0.1])
+        turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+        matrix = np.eye(4)
+        matrix[:3, :3], matrix[:3, 3] = turn, shift
+        node.set_transform(matrix)
+        node["resting"].set_property("visible", False)
+        (tmp_path / "scene.html").write_text(vis.static_html(), encoding="utf-8")
+    finally:
+        vis.window.server_proc.terminate()
+        vis.window.server_proc.wait()
+    other = browser.new_page()
+    problems = []
+    other.on("console", lambda message: problems.append(message.text) if message.type == "error" else None)
+    other.goto((tmp_path / "scene.html").as_uri())
+    other.wait_for_function("viewer.scene_tree.children.meshcat?.children.kinetostatics?.children['3rps']?.children.labels")
+    page, top = visit(address), "meshcat/kinetostatics/3rps"
+    names = page.evaluate(NAMES, "Deformed/beams")
+    paths = {f"Deformed/beams/{name}": f"{top}/deformed/beams/{name}" for name in names}
+    paths |= {"Base/base": f"{top}/base/base", "Deformed/platform": f"{top}/deformed/platform"}
+    paths |= {f"Deformed/joints/{name}": f"{top}/deformed/joints/{name}" for name in page.evaluate(NAMES, "Deformed/joints")}
+    assert len(paths) > 8
+    for there, here in paths.items():
+        other.wait_for_function(f"() => ({VERTICES})({here!r})")
+        np.testing.assert_allclose(vertices(other, here), vertices(page, there) @ turn.T + shift, rtol=0, atol=2e-6, err_msg=here)
+    arrows = ["external load/load force", "actuator forces/prismatic_1"]
+    arrows += [f"constraint forces/{name}" for name in page.evaluate(NAMES, "Arrows/constraint forces")]
+    for name in arrows:
+        tail, tip = np.array(page.evaluate(ENDS, f"Arrows/{name}"))
+        found = vertices(other, f"{top}/forces/{name}")
+        along = turn @ (tip - tail) / np.linalg.norm(tip - tail)
+        heights = (found - (turn @ tail + shift)) @ along
+        np.testing.assert_allclose([heights.min(), heights.max()], [0, np.linalg.norm(tip - tail)], rtol=0, atol=2e-6)
+    visible = """(path) => { let node = viewer.scene_tree;
+      for (const name of path.split("/")) node = node.children[name];
+      return node.object.visible; }"""
+    shown = {name: other.evaluate(visible, f"{top}/{name}") for name in ("resting", "deformed", "forces/weights", "labels")}
+    assert shown == {"resting": False, "deformed": True, "forces/weights": False, "labels": True}
+    assert problems == []
+    other.close()

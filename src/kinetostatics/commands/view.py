@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 from typing import TYPE_CHECKING, Any
 
 from kinetostatics.commands.arguments import (
@@ -26,6 +27,7 @@ from kinetostatics.waiting import pausing, waiting
 
 if TYPE_CHECKING:
     from kinetostatics.configuration import Configuration
+    from kinetostatics.result import Result
     from kinetostatics.robot import Robot
     from kinetostatics.viewer.live import LiveServer
 
@@ -42,6 +44,8 @@ examples:
   kinetostatics view 3rps --html sag.html
   kinetostatics view 3rps --platform z=500mm --sweep rx=-10deg:10deg:31 ry=0:5deg
   kinetostatics view 2pru_upr --live
+  kinetostatics view 3rps --meshcat                                  # starts a meshcat-server
+  kinetostatics view 3rps --meshcat tcp://127.0.0.1:6000             # draws into one that runs, beside what it shows
 """
 
 
@@ -69,12 +73,27 @@ def add_parser(subparsers: Any) -> None:
     either = group.add_mutually_exclusive_group()
     either.add_argument("--html", metavar="FILE", help="write the page to a file, which needs no server and no network")
     either.add_argument("--live", action="store_true", help="sliders move drives and platform; ends with Ctrl+C")
+    either.add_argument(
+        "--meshcat",
+        metavar="URL",
+        nargs="?",
+        const="",
+        help="draw into the scene of a meshcat-server, below kinetostatics/ROBOT: of the running one whose zmq_url is given, or "
+        "of a new one, until Ctrl+C",
+    )
+    group.add_argument(
+        "--exaggeration", metavar="E", type=float, help="of displacements (default: the largest is about a tenth of the robot)"
+    )
     group.add_argument("--port", metavar="P", type=int, default=0, help="of the live page (default: any that is free)")
     parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
     """Show the page, or write it."""
+    if args.live and args.exaggeration is not None:
+        raise ArgumentError("--live has a slider for it and begins with its own: leave --exaggeration out")
+    if args.sweep and args.meshcat is not None:
+        raise ArgumentError("--sweep makes an animation and --meshcat shows one pose: give one of them")
     return _live(args) if args.live else _page(args)
 
 
@@ -90,11 +109,30 @@ def _page(args: argparse.Namespace) -> int:
         with pausing():
             print_warnings([*found, *result.warnings])
         if args.html is not None:
-            viewer.save_html(result, args.html)
+            viewer.save_html(result, args.html, exaggeration=args.exaggeration)
             said = f"wrote {args.html}"
-        else:
-            said = f"the page is in {viewer.show(result).path}"
+        elif args.meshcat is None:
+            said = f"the page is in {viewer.show(result, exaggeration=args.exaggeration).path}"
+    if args.meshcat is not None:
+        return _meshcat(result, args.meshcat or None, args.exaggeration)
     print(said)
+    return 0
+
+
+def _meshcat(result: Result, url: str | None, exaggeration: float | None) -> int:
+    """Draw into the scene of a running meshcat-server, or of a new one that runs until Ctrl+C."""
+    with contextlib.ExitStack() as stack:
+        with waiting("drawing into meshcat"):
+            from kinetostatics.viewer import open_browser, show
+            from kinetostatics.viewer.running import connected
+
+            visualizer = stack.enter_context(connected(url))
+            drawn = show(result, visualizer=visualizer, exaggeration=exaggeration)
+        with contextlib.suppress(KeyboardInterrupt):
+            print(f"drawn at {drawn.path.lower()} of {visualizer.url()}" + ("" if url else " (Ctrl+C ends it)"), flush=True)
+            if url is None:
+                open_browser(visualizer.url())
+                visualizer.window.server_proc.wait()
     return 0
 
 

@@ -11,8 +11,9 @@ import sys
 import tempfile
 import webbrowser
 from pathlib import Path
+from typing import Any, overload
 
-from kinetostatics.exceptions import KinetostaticsError
+from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.result import Result
 from kinetostatics.viewer.page import iframe_html, page_html
 from kinetostatics.viewer.scene import describe_scene
@@ -37,44 +38,111 @@ class View:
         return iframe_html(self.html)
 
 
-def show(result: Result, *, title: str | None = None) -> View:
-    """Open a result in the browser, or below the cell of a notebook.
+@overload
+def show(
+    result: Result,
+    *,
+    title: str | None = None,
+    pose: int | tuple[int, ...] | None = None,
+    exaggeration: float | None = None,
+) -> View: ...
+
+
+@overload
+def show(
+    result: Result,
+    *,
+    pose: int | tuple[int, ...] | None = None,
+    exaggeration: float | None = None,
+    visualizer: Any,
+    path: str | None = None,
+) -> Any: ...
+
+
+def show(
+    result: Result,
+    *,
+    title: str | None = None,
+    pose: int | tuple[int, ...] | None = None,
+    exaggeration: float | None = None,
+    visualizer: Any = None,
+    path: str | None = None,
+) -> Any:
+    """Open a result in the browser, or below the cell of a notebook, or draw it into a running meshcat.
 
     Args:
         result: of :func:`kinetostatics.analyze`; of a batch, its poses become an animation.
         title: heading of the page; default the robot's name.
+        pose: index of the one pose of a batch that is shown; needed where a visualizer shall show a batch.
+        exaggeration: of displacements at first; default the largest motion is about a tenth of the robot.
+        visualizer: a ``meshcat.Visualizer`` into whose scene the robot is drawn; default a page of its own.
+        path: where, below the visualizer's own path; what stood there is replaced, everything else stays. Default
+            ``kinetostatics/`` and the robot's name.
 
     Returns:
-        The view, which a notebook displays when it is the last value of a cell.
+        The view, which a notebook displays when it is the last value of a cell; or the visualizer at the path, below which
+        are ``resting``, ``deformed``, ``base``, ``forces/GROUP/NAME``, ``frames`` and ``labels``.
 
     Raises:
-        ArgumentError: no pose could be analysed, or there are too many.
+        ArgumentError: no pose could be analysed, there are too many, or an argument makes no sense.
     """
-    html = page_html(describe_scene(result, title).plain())
+    if visualizer is not None:
+        return _into(visualizer, result, title, pose, exaggeration, path)
+    if path is not None:
+        raise ArgumentError("path is where a visualizer draws the robot: give visualizer too")
+    html = page_html(describe_scene(result, title, pose=pose, exaggeration=exaggeration).plain())
     if in_notebook():
         return View(html)
-    path = _temporary_file(html, result.robot.name)
-    open_browser(path.as_uri())
-    return View(html, path)
+    file = _temporary_file(html, result.robot.name)
+    open_browser(file.as_uri())
+    return View(html, file)
 
 
-def save_html(result: Result, path: str | os.PathLike[str], *, title: str | None = None) -> None:
+def save_html(
+    result: Result,
+    path: str | os.PathLike[str],
+    *,
+    title: str | None = None,
+    pose: int | tuple[int, ...] | None = None,
+    exaggeration: float | None = None,
+) -> None:
     """Write a result as one HTML file that works by double click.
 
     Args:
         result: of :func:`kinetostatics.analyze`; of a batch, its poses become an animation.
         path: of the file; an existing one is replaced.
         title: heading of the page; default the robot's name.
+        pose: index of the one pose of a batch that is shown.
+        exaggeration: of displacements at first; default the largest motion is about a tenth of the robot.
 
     Raises:
-        ArgumentError: no pose could be analysed, or there are too many.
+        ArgumentError: no pose could be analysed, there are too many, or an argument makes no sense.
         KinetostaticsError: the file cannot be written.
     """
-    html = page_html(describe_scene(result, title).plain())
+    html = page_html(describe_scene(result, title, pose=pose, exaggeration=exaggeration).plain())
     try:
         Path(path).write_text(html, encoding="utf-8")
     except OSError as error:
         raise KinetostaticsError(f"{os.fspath(path)}: cannot write the page: {error.strerror or error}") from None
+
+
+def _into(
+    visualizer: Any,
+    result: Result,
+    title: str | None,
+    pose: int | tuple[int, ...] | None,
+    exaggeration: float | None,
+    path: str | None,
+) -> Any:
+    """Draw one pose into a running meshcat."""
+    if title is not None:
+        raise ArgumentError("title is the heading of a page, and a visualizer has none: leave it out")
+    if pose is None and result.twist.size != 6:
+        raise ArgumentError(f"a visualizer shows one pose, and the result has the shape {result.shape}: say which by pose")
+    from kinetostatics.viewer.running import draw  # imports meshcat, with its server
+
+    own = f"kinetostatics/{result.robot.name.replace('/', '_') or 'robot'}"
+    return draw(describe_scene(result, pose=pose, exaggeration=exaggeration), visualizer, own if path is None else path)
 
 
 def open_browser(address: str) -> None:

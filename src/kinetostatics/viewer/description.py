@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinetostatics.rotations import quaternion_of_matrix
+from kinetostatics.rotations import exponential, quaternion_of_matrix
 from kinetostatics.viewer.shapes import Surface
 
 Array = NDArray[np.float64]
@@ -55,6 +55,14 @@ class Stations:
     def all_twists(self) -> Array:
         """(F, n, K, 6)."""
         return np.stack(self.twists, axis=1)
+
+    def moved(self, frame: int, exaggeration: float) -> Array:
+        """Return the deformed stations (n, 4, 4) of one frame, all contributions together, as motion.js does it."""
+        poses = np.stack([rest[frame] for rest in self.rest])
+        twists = exaggeration * self.all_twists[frame].sum(axis=1)
+        poses[:, :3, 3] += twists[:, :3]
+        poses[:, :3, :3] = np.moveaxis(exponential(twists[:, 3:].T), -1, 0) @ poses[:, :3, :3]
+        return poses
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,6 +120,11 @@ class Arrow:
     anchor: str | Array = "tail"
 
     @property
+    def unit(self) -> str:
+        """Of its vector."""
+        return "N" if self.kind == "force" else "N·m"
+
+    @property
     def size(self) -> float:
         """The longest it gets with all shares at one [N, N·m]."""
         return float(np.linalg.norm(self.vector.sum(axis=1), axis=-1).max())
@@ -120,7 +133,7 @@ class Arrow:
         """Return it as JSON wants it."""
         return {
             "path": f"Arrows/{self.group}/{self.name}", "label": self.label, "kind": self.kind, "station": self.station,
-            "offset": self.offset, "vector": packed(self.vector, "<f4"), "unit": "N" if self.kind == "force" else "N·m",
+            "offset": self.offset, "vector": packed(self.vector, "<f4"), "unit": self.unit,
             "positive": None if self.positive is None else packed(self.positive, "<f4"),
             "anchor": self.anchor if isinstance(self.anchor, str) else None,
             "outward": None if isinstance(self.anchor, str) else packed(self.anchor, "<f4"),
@@ -172,9 +185,9 @@ class Scene:
                 "pose": packed(stations.poses, "<f4"), "twist": packed(stations.all_twists, "<f4"),
             },
             "meshes": [mesh.plain() for mesh in self.meshes],
-            "arrows": self._plain_arrows(),
+            "arrows": [arrow.plain(scale, radius, colour) for arrow, scale, radius, colour in self.scaled_arrows()],
             "frames": [
-                {"path": f"Frames/{name}", "station": station, "label": label, "size": 0.16 * self.size}
+                {"path": f"Frames/{name}", "station": station, "label": label, "size": AXES * self.size}
                 for name, station, label in self.frames
             ],
             "labels": [{"path": f"Labels/{path}", "station": at, "text": text} for path, at, text in self.labels],
@@ -183,26 +196,37 @@ class Scene:
             "seconds": float(np.clip(0.12 * stations.frames, 2, 8)),
             "notes": self.notes,
             "view": VIEW,
+            "ramp": RAMP,
+            "resting": {"colour": RESTING[0], "opacity": RESTING[1]},
             "hidden": [f"Arrows/{group}" for group in HIDDEN],
             "live": self.live,
         }  # fmt: skip
 
-    def _plain_arrows(self) -> list[dict[str, Any]]:
-        """Scale every group's forces, and its couples, so that the longest is easy to read."""
+    def scaled_arrows(self) -> list[tuple[Arrow, float, float, str]]:
+        """Return every arrow with metres per N or N·m, radius [m] and colour.
+
+        Every group's forces have a scale of their own, and its couples, so that the longest is easy to read.
+        """
         longest: dict[tuple[str, str], float] = {}
         for arrow in self.arrows:
             key = (arrow.group, arrow.kind)
             longest[key] = max(longest.get(key, 0.0), arrow.size)
-        plain = []
+        scaled = []
         for arrow in self.arrows:
             most = longest[arrow.group, arrow.kind]
             scale = (0.26 if arrow.kind == "force" else 0.2) * self.size / most if most > 0 else 0.0
-            plain.append(arrow.plain(scale, 0.0055 * self.size, COLOURS.get(arrow.group, "#475569")))
-        return plain
+            scaled.append((arrow, scale, 0.0055 * self.size, COLOURS.get(arrow.group, "#475569")))
+        return scaled
 
 
 #: Direction from which the page looks at the robot at first, world axes.
 VIEW = (1.5, -2.6, 1.1)
+#: Colours of displacements, from none to the largest (viridis).
+RAMP = ("#440154", "#472d7b", "#3b528b", "#2c728e", "#21918c", "#28ae80", "#5ec962", "#addc30", "#fde725")
+#: Colour and opacity of the robot at rest.
+RESTING = ("#7f8fa6", 0.2)
+#: Length of the drawn axes, as part of the robot's size.
+AXES = 0.16
 #: Groups of arrows that are switched off at first: all at once would be a thicket.
 HIDDEN = (
     "constraint forces",

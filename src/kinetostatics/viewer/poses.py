@@ -29,13 +29,13 @@ class ShownPoses:
         sources: names of the contributions, whatever the result has.
     """
 
-    def __init__(self, result: Result) -> None:
+    def __init__(self, result: Result, pose: int | tuple[int, ...] | None = None) -> None:
         self.result = result
-        order = serpentine(result.shape)
+        order = serpentine(result.shape) if pose is None else np.array([_place(result.shape, pose)])
         twist = result.twist.reshape(-1, 6)[order]
         good = np.all(np.isfinite(twist), axis=-1)
         if not np.any(good):
-            raise ArgumentError(_nothing_to_show(result))
+            raise ArgumentError(_nothing_to_show(result, order))
         if not np.all(good):
             warnings.warn(
                 f"{int(np.sum(~good))} of {len(order)} poses could not be analysed and are left out of the picture",
@@ -130,11 +130,20 @@ def serpentine(shape: tuple[int, ...]) -> NDArray[np.intp]:
     return order
 
 
-def _nothing_to_show(result: Result) -> str:
+def _place(shape: tuple[int, ...], pose: int | tuple[int, ...]) -> int:
+    """Return the position of one pose in the flattened batch; negative indices count from the end."""
+    index, counts = np.atleast_1d(np.asarray(pose)), np.array(shape, dtype=int)
+    if index.dtype.kind not in "iu" or index.shape != counts.shape or np.any(index < -counts) or np.any(index >= counts):
+        right = f"an index into the result's batch of shape {shape}" if shape else "left out, as the result is of one pose"
+        raise ArgumentError(f"pose is {pose!r}; it must be {right}")
+    return int(np.ravel_multi_index(tuple(index % counts), shape))
+
+
+def _nothing_to_show(result: Result, order: NDArray[np.intp]) -> str:
     names = {int(status): status.name for status in Status}
-    found = sorted({names[int(code)] for code in np.ravel(result.status)})
+    found = sorted({names[int(code)] for code in np.ravel(result.status)[order]})
     if not found:
         return "the result has no poses, so there is nothing to show"
-    what = "the pose" if result.shape == () else "no pose of the batch"
-    verb = "could not be analysed" if result.shape == () else "could be analysed"
+    what = "the pose" if len(order) == 1 else "no pose of the batch"
+    verb = "could not be analysed" if len(order) == 1 else "could be analysed"
     return f"{what} {verb} (status {', '.join(found)}), so there is nothing to show"

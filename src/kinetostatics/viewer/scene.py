@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
+from numbers import Real
 
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics.exceptions import ArgumentError
 from kinetostatics.result import Result
 from kinetostatics.viewer.description import Mesh, Scene, Stations
 from kinetostatics.viewer.joints import find_joints, marker_radius
@@ -26,7 +29,14 @@ SHOWN_TURN = 0.3
 JOINT_COLOUR, DRIVE_COLOUR, BARE_COLOUR = "#66717f", "#b8482a", "#c3c9d1"
 
 
-def describe_scene(result: Result, title: str | None = None, visuals: Mapping[str, LinkVisual] | None = None) -> Scene:
+def describe_scene(
+    result: Result,
+    title: str | None = None,
+    visuals: Mapping[str, LinkVisual] | None = None,
+    *,
+    pose: int | tuple[int, ...] | None = None,
+    exaggeration: float | None = None,
+) -> Scene:
     """Return the scene of a result: one pose, or a batch of poses as a path.
 
     A batch of more than one dimension is walked through row by row, every second row backwards.
@@ -35,17 +45,22 @@ def describe_scene(result: Result, title: str | None = None, visuals: Mapping[st
         result: of :func:`kinetostatics.analyze`.
         title: heading of the page; default the robot's name.
         visuals: of the links, if they have been read already.
+        pose: index of the one pose of a batch that is shown; default all.
+        exaggeration: of displacements at first; default the largest motion is about a tenth of the robot.
 
     Raises:
-        ArgumentError: no pose could be analysed, or there are too many.
+        ArgumentError: no pose could be analysed, there are too many, or ``pose`` or ``exaggeration`` makes no sense.
     """
-    return _Builder(result, link_visuals(result.robot.description) if visuals is None else visuals).build(title)
+    if exaggeration is not None and not (isinstance(exaggeration, Real) and 0 < exaggeration < math.inf):
+        raise ArgumentError(f"exaggeration is {exaggeration!r}; it must be a positive number")
+    poses = ShownPoses(result, pose)
+    scene = _Builder(poses, link_visuals(result.robot.description) if visuals is None else visuals).build(title)
+    return scene if exaggeration is None else replace(scene, exaggeration=float(exaggeration))
 
 
 class _Builder:
-    def __init__(self, result: Result, visuals: Mapping[str, LinkVisual]) -> None:
-        self.result, self.robot, self.visuals = result, result.robot, visuals
-        self.poses = ShownPoses(result)
+    def __init__(self, poses: ShownPoses, visuals: Mapping[str, LinkVisual]) -> None:
+        self.poses, self.result, self.robot, self.visuals = poses, poses.result, poses.result.robot, visuals
         self.stations = Stations(self.poses.count, self.poses.sources)
         self.joints = find_joints(self.poses)
         self.size = self._size()

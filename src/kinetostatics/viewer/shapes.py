@@ -111,6 +111,19 @@ def stick(start: Array, end: Array, radius: float) -> Surface:
     return pin(radius, float(np.linalg.norm(axis))).transformed(frame)
 
 
+def arrow(length: float, radius: float, heads: int) -> Surface:
+    """Return an arrow along the z axis, its tail at the origin; a couple's has two heads. A short one is thinner."""
+    r = radius * min(1.0, length / (9 * radius))
+    head = min(6 * r, 0.6 * length / heads)
+    tips = [length - 0.75 * n * head for n in range(heads)]
+    profile = [(0.0, length)]
+    for n, tip in enumerate(tips):
+        if n:  # where the cone comes out of the shaft
+            profile.append((r, tip - head / 2.4))
+        profile += [(2.4 * r, tip - head), (r, tip - head)]
+    return _turned(np.array([*profile, (r, 0.0), (0.0, 0.0)]), False)
+
+
 def frames_along(axes: Array, origins: Array | None = None) -> Array:
     """Return frames (F, 4, 4) whose z axes point along ``axes`` (F, 3)."""
     z = axes / np.linalg.norm(axes, axis=-1, keepdims=True)

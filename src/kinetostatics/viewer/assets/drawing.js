@@ -1,7 +1,6 @@
 /* What is seen: every three.js object lives in meshcat's scene tree, so the tree's check boxes work. */
 
-const VIRIDIS = ["#440154", "#472d7b", "#3b528b", "#2c728e", "#21918c", "#28ae80", "#5ec962", "#addc30", "#fde725"];
-const RAMP = VIRIDIS.map((hex) => new THREE.Color(hex));
+let ramp; // colours of displacements, from none to the largest
 
 const solids = new Map(); // path -> {spec, mesh, rigid, atRest, byDeflection}
 const arrows = new Map(); // path -> {spec, object, tip, size, value}
@@ -38,7 +37,7 @@ function addSolid(path, spec, root) {
   }
   geometry.computeVertexNormals();
   const material = pale
-    ? new THREE.MeshPhongMaterial({ color: 0x7f8fa6, transparent: true, opacity: 0.2, depthWrite: false, shininess: 5 })
+    ? new THREE.MeshPhongMaterial({ color: scene.resting.colour, transparent: true, opacity: scene.resting.opacity, depthWrite: false, shininess: 5 })
     : new THREE.MeshPhongMaterial({
       color: vertexColours ? 0xffffff : spec.colour === "deflection" ? "#c3c9d1" : spec.colour, vertexColors: vertexColours,
       side: THREE.DoubleSide, shininess: 12, specular: 0x222222,
@@ -76,8 +75,8 @@ function colourSolid(spec, mesh, rigid, scale) {
     const x = sum[t] + sum[t + 4] * point.z - sum[t + 5] * point.y;
     const y = sum[t + 1] + sum[t + 5] * point.x - sum[t + 3] * point.z;
     const z = sum[t + 2] + sum[t + 3] * point.y - sum[t + 4] * point.x;
-    const h = Math.min(Math.hypot(x, y, z) / scale, 1) * (RAMP.length - 1), i = Math.min(Math.floor(h), RAMP.length - 2);
-    const a = RAMP[i], b = RAMP[i + 1], f = h - i;
+    const h = Math.min(Math.hypot(x, y, z) / scale, 1) * (ramp.length - 1), i = Math.min(Math.floor(h), ramp.length - 2);
+    const a = ramp[i], b = ramp[i + 1], f = h - i;
     colour.setXYZ(v, a.r + f * (b.r - a.r), a.g + f * (b.g - a.g), a.b + f * (b.b - a.b));
   }
   colour.needsUpdate = true;

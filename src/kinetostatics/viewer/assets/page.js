@@ -113,6 +113,7 @@ const page = window.robot_page = {
   const description = JSON.parse(document.getElementById("robot-scene").textContent);
   state.exaggeration = description.exaggeration.value;
   state.shares = description.contributions.map(() => 1);
+  ramp = description.ramp.map((hex) => new THREE.Color(hex));
   buildPanel();
   load(description);
   stage();

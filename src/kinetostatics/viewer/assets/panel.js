@@ -48,7 +48,7 @@ function writePanel(scale) {
   const [unit, factor] = scale >= 1e-3 ? ["mm", 1e3] : scale >= 1e-6 ? ["µm", 1e6] : ["nm", 1e9];
   const ticks = [0, 0.5, 1].map((part) => `<span>${number(part * scale * factor)}</span>`).join("");
   document.getElementById("robot-legend").innerHTML = `<div>deflection [${unit}], drawn × ${number(state.exaggeration)}</div>
-    <div class="bar" style="background: linear-gradient(90deg, ${VIRIDIS.join(",")})"></div><div class="ticks">${ticks}</div>
+    <div class="bar" style="background: linear-gradient(90deg, ${ramp.map((colour) => colour.getStyle()).join(",")})"></div><div class="ticks">${ticks}</div>
     <div class="hint">pale: unloaded. Every group of arrows has its own scale.</div>`;
 }
 
