@@ -187,6 +187,7 @@ PYTHON = (
     python('ks.Robot(description.changed("left", section=0.02))', "`Tube.of(0.02)`."),
     python('ks.Robot(description.changed("right", section=replace(description.beams["right"].section, outer_diameter=0.05)))',
            "Sections are made anew."),
+    python('ks.sweep("3rps", parameters={"joint_angle_max": 1}, parameter_units={"joint_angle_max": "m"})', "An angle, in rad."),
     python("Tube.of(-0.02)", "A size above zero."),
     python('ks.Robot(replace(description, links={"arm": description.links["left"]}))', "`RobotDescription.of` takes lists."),
     python('RobotDescription.of("r", links=[], joints=[], platform="a", joint_stiffness=[JointStiffness("b"), '

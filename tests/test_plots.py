@@ -5,6 +5,7 @@ import shlex
 import subprocess
 import sys
 import textwrap
+import warnings
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
@@ -972,7 +973,12 @@ def test_a_surface_for_each_of_few_values_and_the_middle_one_of_many(ds, count):
     values = np.linspace(-0.2, 0.2, count)
     many = ds.isel(z=0, drop=True).expand_dims(rz=values)
     many.rz.attrs["units"] = "rad"
-    ax = ks.plot.surface(many, "linear_sag", x="rx", y="ry", over="rz")
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        ax = ks.plot.surface(many, "linear_sag", x="rx", y="ry", over="rz")
+    left_out = f"5 of the {count} values of rz"
+    assert [str(item.message) for item in said] == [f"the figure shows surfaces of {left_out}"] * (count > 5)
+    assert (left_out in ax.get_title()) == (count > 5)
     named = [text.get_text() for text in figure_of(ax).legends[0].get_texts()]
     assert len([name for name in named if "rz" in name]) == min(count, 5)
     assert count % 2 == 0 or any("= 0" in name for name in named)

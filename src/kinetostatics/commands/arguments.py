@@ -5,13 +5,14 @@ from __future__ import annotations
 import argparse
 import json
 import math
+import os
 import re
 import sys
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from kinetostatics.exceptions import ArgumentError, AssemblyError
-from kinetostatics.units import KNOWN, Unit, find_unit
+from kinetostatics.units import KINDS, KNOWN, Unit, find_unit
 
 if TYPE_CHECKING:
     from kinetostatics.configuration import Configuration
@@ -138,6 +139,16 @@ def parse_parameters(items: Iterable[str]) -> dict[str, object]:
     return found
 
 
+def typed_units(items: Iterable[str]) -> dict[str, str]:
+    """Return the SI units of the values of ``--set`` that carry some."""
+    found: dict[str, str] = {}
+    for name, value in parse_items("--set", items).items():
+        kinds = [typed.kind for part in re.split("[:,]", value) if (typed := unit_of(part)) is not None]
+        if kinds and kinds[0]:
+            found[name] = KINDS[kinds[0]].replace("·", " ")
+    return found
+
+
 def _numbers(option: str, texts: Sequence[str], *kinds: str) -> list[float]:
     """Return numbers that are of one kind, or one of each of several kinds."""
     try:
@@ -169,10 +180,14 @@ def add_robot_arguments(parser: argparse.ArgumentParser, value: str = "VALUE") -
 
 def load(args: argparse.Namespace) -> Robot:
     """Load the robot that the arguments name."""
+    from kinetostatics.parameter_units import check_parameter_units
     from kinetostatics.robot import load_robot
     from kinetostatics.shipped import robot_path
 
-    return load_robot(robot_path(args.robot), parse_parameters(args.parameters))
+    path, parameters = os.fspath(robot_path(args.robot)), parse_parameters(args.parameters)
+    robot = load_robot(path, parameters)
+    check_parameter_units(path, parameters, typed_units(args.parameters))
+    return robot
 
 
 # ---- the pose ------------------------------------------------------------------------------------------------------

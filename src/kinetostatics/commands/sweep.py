@@ -23,6 +23,7 @@ from kinetostatics.commands.arguments import (
     parse_values,
     print_warnings,
     tolerance_of,
+    typed_units,
     unit_of,
 )
 from kinetostatics.exceptions import ArgumentError
@@ -134,6 +135,7 @@ def _grid(args: argparse.Namespace) -> dict[str, Any]:
     """Return coordinates and parameters as :func:`kinetostatics.sweep` takes them."""
     parameters = {name: _parameter(name, text) for name, text in parse_items("--set", args.parameters).items()}
     found: dict[str, Any] = {"parameters": parameters, "orientation": args.orientation}
+    found["parameter_units"] = typed_units(args.parameters)
     robot = None if args.actuators is None else _first_robot(args, parameters)
     for option, items in (("--platform", args.platform), ("--actuators", args.actuators)):
         if items is not None:

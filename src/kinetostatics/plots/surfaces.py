@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 
 import matplotlib as mpl
@@ -49,7 +50,8 @@ def surface(
         ds: of :func:`kinetostatics.sweep`.
         what: as in :func:`kinetostatics.indices.quantity`.
         x, y: the names of the coordinates below the surfaces; default: the last two that are swept and not fixed.
-        over: the name of a third coordinate, with one surface for each of its values, or for five of them, evenly chosen; or
+        over: the name of a third coordinate, with one surface for each of its values, or for five of them, evenly chosen,
+            which the figure and a warning then say; or
             ``{"z": [0.3, 0.6]}`` to choose them; default: the coordinate that is left, if one is.
         at: values of the other coordinates [m, rad]; the nearest of the map is shown, and named above the figure.
         unit: of the quantity; default: what suits.
@@ -85,8 +87,12 @@ def surface(
     if not any(np.isfinite(part.values).any() for part in parts.values()):
         why = reasons(*(np.stack([getattr(part, name) for part in parts.values()]) for name in ("values", "status")))
         raise ArgumentError(f"{what}: no pose of these surfaces has a number ({why})")
+    left_out = ""
+    if third is not None and not isinstance(over, Mapping) and len(parts) < ds.sizes[third]:
+        left_out = f"{len(parts)} of the {ds.sizes[third]} values of {third}"
+        warnings.warn(f"the figure shows surfaces of {left_out}", stacklevel=2)
     with styled():
-        return _draw(parts, unit, limits, legend, ax)
+        return _draw(parts, unit, limits, legend, left_out, ax)
 
 
 def _parts(
@@ -114,7 +120,12 @@ def _parts(
 
 
 def _draw(
-    parts: Mapping[str, Selection], unit: str | None, limits: tuple[float, float] | None, legend: bool, ax: Axes3D | None
+    parts: Mapping[str, Selection],
+    unit: str | None,
+    limits: tuple[float, float] | None,
+    legend: bool,
+    left_out: str,
+    ax: Axes3D | None,
 ) -> Axes3D:
     values, unit = in_figure_units(list(parts.values()), unit)
     first = next(iter(parts.values()))
@@ -168,7 +179,7 @@ def _draw(
         mappable = ScalarMappable(Normalize(low, high), COLOURS)
         figure.colorbar(mappable, ax=ax, label=wrapped(text), shrink=0.65, pad=0.1, extend=extend)
     else:
-        ax.set_title(", ".join(item for item in (text, typeset(first.fixed)) if item))
+        ax.set_title("\n".join(filter(None, (", ".join(filter(None, (text, typeset(first.fixed)))), left_out))))
     if legend:
         named = [
             Patch(facecolor=colour_of(step), edgecolor="black", linewidth=0.3, label=typeset(name))

@@ -7,6 +7,7 @@ import itertools
 import os
 import warnings
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -17,9 +18,11 @@ from kinetostatics.equilibrium import analyze
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.misfits import parse_misfits
 from kinetostatics.orientation import orientation_named
+from kinetostatics.parameter_units import check_parameter_units
 from kinetostatics.robot import Robot, load_robot
 from kinetostatics.shipped import robot_path
 from kinetostatics.unit_hints import odd_coordinates
+from kinetostatics.units import find_unit
 from kinetostatics.workspace import provenance
 from kinetostatics.workspace.assembling import assemble
 from kinetostatics.workspace.grid import Axis, Field, coordinate_units, read_field, split_values
@@ -54,6 +57,7 @@ def read_plan(
     beams: bool,
     tolerance: float,
     ways: bool = False,
+    given_units: Mapping[str, str] | None = None,
 ) -> tuple[Plan, Robot]:
     """Return the plan of a sweep, and its first robot; the arguments are those of :func:`kinetostatics.sweep`.
 
@@ -71,6 +75,7 @@ def read_plan(
     start = {**constants, **{axis.name: axis.values[0].item() for axis in varying}}
     with saying({axis.name: start[axis.name] for axis in varying}):
         first, source = _source(robot, start, bool(varying))
+    varying = _with_units(varying, source.path, start, given_units)
     kind = "platform" if platform is not None else "actuators"
     given = platform if platform is not None else actuators
     if given is None:
@@ -101,6 +106,19 @@ def read_plan(
     )
     plan.keep((0,) * len(varying), first)
     return plan, first
+
+
+def _with_units(varying: Sequence[Axis], path: str, start: Mapping[str, Any], given: Mapping[str, str] | None) -> list[Axis]:
+    """Return the axes of parameters with units, as far as these are known, having looked at units that are given."""
+    given = {} if given is None else given
+    check_mapping("parameter_units", given, '{"rod_diameter": "m"}')
+    for name, text in given.items():
+        known = find_unit(text) if isinstance(text, str) else None
+        if name not in start or known is None or known.size != 1:
+            raise ArgumentError(f"parameter_units: {name!r}: {text!r} is not the SI unit of one of parameters=")
+    names = [*dict.fromkeys([*given, *(axis.name for axis in varying)])]
+    units = check_parameter_units(path, start, {name: given.get(name, "") for name in names})
+    return [replace(axis, units=units[axis.name]) for axis in varying]
 
 
 def _source(robot: Any, parameters: Mapping[str, Any], varying: bool) -> tuple[Robot, Source]:

@@ -58,6 +58,7 @@ def sweep(
     frame: str = "world",
     misfits: Mapping[str, Any] | None = None,
     parameters: Mapping[str, Any] | None = None,
+    parameter_units: Mapping[str, str] | None = None,
     beams: bool = False,
     ways: bool = False,
     tolerance: float = 1e-10,
@@ -81,6 +82,8 @@ def sweep(
             they are that already.
         parameters: values of the file's xacro arguments: an array is a dimension of the grid, a number or string is the same
             everywhere.
+        parameter_units: SI units of parameters, such as ``{"rod_diameter": "m"}``, where the file does not tell them: it does if
+            lengths, angles, masses, densities, moduli or stiffnesses change one for one with the parameter.
         beams: whether to add ``beam_stress``, ``beam_euler_ratio`` and ``beam_deflection``, which take most of the time then.
         ways: whether to add ``gravity_way`` and ``actuator_gravity_way``, how gravity acts (by the platform's weight, the limbs'
             attached wrenches, their deformation), and ``actuator_contribution``; it takes about twice as long.
@@ -113,7 +116,20 @@ def sweep(
         need(*store_of(os.fspath(out)).needs)
     with waiting("planning the sweep", wanted=wants_bar(progress)):
         plan, first = read_plan(
-            robot, platform, actuators, orientation, load, gravity, point, frame, misfits, parameters, beams, tolerance, ways
+            robot,
+            platform,
+            actuators,
+            orientation,
+            load,
+            gravity,
+            point,
+            frame,
+            misfits,
+            parameters,
+            beams,
+            tolerance,
+            ways,
+            parameter_units,
         )
         labels = labels_of(plan, first)
         try_plan(plan, first)

@@ -1,0 +1,122 @@
+"""Units of a file's parameters: told by what changes with them, by what was typed, or not at all."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+import xarray as xr
+from matplotlib import pyplot as plt
+
+import kinetostatics as ks
+from kinetostatics.cli import main
+from kinetostatics.parameter_units import parameter_unit
+from kinetostatics.shipped import robot_path
+
+#: What parameters of the robots that come with the package are, by the ends of their names.
+KINDS = (
+    (r"(radius|diameter|length|width|height|thickness|stroke|side|depth|wall|offset|distance|(slider|telescope|leg)\w*)", "m"),
+    (r"(angle_max|tilt|motor_(min|max)|margin)", "rad"),
+    (r"mass", "kg"),
+    (r"density", "kg/m³"),
+    (r"(youngs|shear)_modulus", "Pa"),
+)
+
+
+@pytest.mark.parametrize("robot", ["2pru_upr", "3prs", "tricept"])
+def test_parameters_of_robots_have_their_units_or_none(robot):
+    path = str(robot_path(robot))
+    with open(path, encoding="utf-8") as file:
+        plain = dict(re.findall(r'<xacro:arg name="(\w+)"\s+default="([-+.\de]+)"', file.read()))
+    assert len(plain) > 10
+    known = 0
+    for name, value in plain.items():
+        found = parameter_unit(path, {name: float(value)}, name)
+        meant = next((unit for words, unit in KINDS if re.search(rf"{words}$", name)), "")
+        assert found in ("", meant), name
+        known += bool(found)
+    assert known > 0.7 * len(plain)
+
+
+@pytest.fixture
+def file(tmp_path):
+    """A robot with a parameter, and expressions of it."""
+
+    def write(expression: str, mass: str = "1") -> str:
+        text = robot_path("five_bar").read_text(encoding="utf-8")
+        head, tail = text.split("</robot>")
+        more = f'<xacro:arg name="p" default="1"/><xacro:property name="p" value="$(arg p)"/>{head.partition("<xacro:arg")[1]}'
+        text = head.replace("<xacro:arg", more, 1)
+        text += (
+            f'<link name="more"><inertial><mass value="{mass}"/><inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/>'
+            f'</inertial></link><joint name="on" type="fixed"><parent link="tool"/><child link="more"/>'
+            f'<origin xyz="{expression}"/></joint></robot>{tail}'
+        )
+        (tmp_path / "r.urdf.xacro").write_text(text, encoding="utf-8")
+        return str(tmp_path / "r.urdf.xacro")
+
+    return write
+
+
+@pytest.mark.parametrize(
+    ("expression", "mass", "unit"),
+    [
+        ("${p} 0 0", "1", "m"),
+        ("${0.3 - p} ${p/2} 0", "1", "m"),
+        ("0 0 0", "${p}", "kg"),
+        ("${p} 0 0", "${p}", ""),  # a plain number, or a mistake
+        ("${p/1000} 0 0", "1", ""),  # in mm
+        ("${sin(p)} 0 0", "1", ""),  # whose slope is 1 at zero
+        ("${p if p == 0 else 1/0} 0 0", "1", ""),  # any other value is refused
+    ],
+)
+def test_a_parameter_has_the_unit_of_what_changes_one_for_one(file, expression, mass, unit):
+    assert parameter_unit(file(expression, mass), {"p": 0.0 if "sin" in expression or "if" in expression else 0.1}, "p") == unit
+
+
+def test_a_value_at_its_largest_is_changed_downwards(file):
+    assert parameter_unit(file("${1/0 if p > 0.1 else p} 0 0"), {"p": 0.1}, "p") == "m"
+
+
+def test_words_have_no_unit(file):
+    assert parameter_unit(file("0 0 0"), {"p": "steel"}, "p") == parameter_unit(file("0 0 0"), {"p": True}, "p") == ""
+
+
+def test_maps_and_figures_say_the_units_of_parameters(tmp_path):
+    ds = ks.sweep("3rps", parameters={"rod_diameter": [0.06, 0.08], "density": [7000.0, 7850.0], "poisson_ratio": [0.2, 0.3]})
+    assert ds.rod_diameter.units == "m" and ds.density.units == "kg/m³" and "units" not in ds.poisson_ratio.attrs
+    ax = ks.plot.slice(ds, x="rod_diameter", y="density", poisson_ratio=0.3)
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("rod_diameter [mm]", "density [kg/m³]")
+    plt.close("all")
+    ds.to_netcdf(tmp_path / "map.nc", engine="h5netcdf")
+    with xr.open_dataset(tmp_path / "map.nc", engine="h5netcdf") as again:
+        assert again.density.units == "kg/m³"
+
+
+def test_units_that_are_typed_count_where_the_file_does_not_tell_them(file, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    path = file("${2 * p} 0 0")
+    command = ["sweep", path, "--platform", "x=0", "y=0.3", "--out", "m.nc", "--set"]
+    assert main([*command, "p=10mm:20mm:3"]) == 0
+    with xr.open_dataset("m.nc", engine="h5netcdf") as ds:
+        assert ds.p.units == "m" and ds.p.values[0] == 0.01
+    assert main([*command, "p=0.01,0.02", "--restart"]) == 0
+    with xr.open_dataset("m.nc", engine="h5netcdf") as ds:
+        assert "units" not in ds.p.attrs
+
+
+@pytest.mark.parametrize("values", ["80mm", "1mm:2mm:2", "2mm,3mm"])
+def test_a_length_for_an_angle_is_refused(values, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    more = ["sweep", "3prs", "--out", "m.nc"] if values != "80mm" else ["analyze", "3prs"]
+    assert main([*more, "--set", f"guide_tilt={values}"]) == 2
+    said = capsys.readouterr().err
+    assert "the parameter guide_tilt is given as a length [m], but in the file it is an angle [rad]" in said
+    assert main(["check", "3prs", "--set", "guide_tilt=1deg", "link_width=95mm"]) == 0
+
+
+def test_units_in_python_are_si_units_of_parameters():
+    options = {"parameters": {"rod_diameter": [0.06, 0.08]}}
+    for units in ({"rod_diameter": "mm"}, {"rod_diameter": 3}, {"rod": "m"}):
+        with pytest.raises(ks.ArgumentError, match="is not the SI unit of one of parameters="):
+            ks.sweep("3rps", **options, parameter_units=units)
