@@ -62,17 +62,24 @@ _OPPOSITE = {"Lt": ">=", "LtE": ">", "Gt": "<=", "GtE": "<", "Eq": "!=", "NotEq"
 
 @dataclass(frozen=True)
 class Mutant:
-    """One mistake: in which module and line, what stood there and what stands there now, and the mutated text."""
+    """One mistake: in which module and line, what stood there and what stands there now; the bytes put in place of others."""
 
     module: str
     line: int
     was: str
     now: str
-    text: str
+    change: tuple[int, int, str]
 
     @property
     def name(self) -> str:
         return f"{self.module}: {self.was.strip()} -> {self.now.strip()}"
+
+    @property
+    def text(self) -> str:
+        """The mutated module."""
+        start, end, new = self.change
+        raw = (PACKAGE / f"{self.module}.py").read_bytes()
+        return (raw[:start] + new.encode() + raw[end:]).decode()
 
 
 # ---- making mistakes ---------------------------------------------------------------------------------------------------
@@ -80,22 +87,20 @@ class Mutant:
 
 def mutants(module: str) -> Iterator[Mutant]:
     """Yield every mutant of a module."""
-    text = (PACKAGE / f"{module}.py").read_text(encoding="utf-8")
-    lines = text.splitlines(keepends=True)
+    raw = (PACKAGE / f"{module}.py").read_bytes()
+    lines = raw.splitlines(keepends=True)
     starts = [0]
     for line in lines:
-        starts.append(starts[-1] + len(line.encode()))
-    raw = text.encode()
+        starts.append(starts[-1] + len(line))
 
     def place(line: int, column: int) -> int:
         return starts[line - 1] + column
 
-    for start, end, new in _changes(ast.parse(text), place, raw):
-        number = raw[:start].count(b"\n") + 1
-        changed = raw[:start] + new.encode() + raw[end:]
-        ast.parse(changed)
-        mutated = changed.decode().splitlines()[number - 1]
-        yield Mutant(module, number, lines[number - 1], mutated, changed.decode())
+    for start, end, new in _changes(ast.parse(raw), place, raw):
+        number = raw[:start].count(b"\n")
+        rest = raw[end : raw.find(b"\n", end)].decode()
+        was, now = lines[number].decode().rstrip(), raw[starts[number] : start].decode() + new + rest
+        yield Mutant(module, number + 1, was, now.splitlines()[0], (start, end, new))
 
 
 def _changes(tree: ast.Module, place, raw: bytes) -> Iterator[tuple[int, int, str]]:
@@ -276,13 +281,23 @@ def tests_of(mutant: Mutant, known: dict) -> list[str]:
                 inside = range(node.body[0].lineno, node.end_lineno + 1)
                 found = {test for line in inside for test in lines.get(str(line), ()) if test}
     if name and not found:
-        for path in PACKAGE.glob("**/*.py"):
-            module = str(path.relative_to(PACKAGE).with_suffix(""))
-            for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
-                if re.search(rf"\b{name[1]}\b", line):
-                    found |= set(known["lines"].get(module, {}).get(str(number), ()))
+        found = _tests_of_name(name[1], known, {name[1]})
     found.discard("")
     return sorted(found, key=lambda test: known["seconds"].get(test, 0.0))
+
+
+def _tests_of_name(name: str, known: dict, seen: set[str]) -> set[str]:
+    """Return the tests that reach a line with a name in it, or with the name of a constant made of it."""
+    found: set[str] = set()
+    for path in PACKAGE.glob("**/*.py"):
+        lines = known["lines"].get(str(path.relative_to(PACKAGE).with_suffix("")), {})
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
+            if re.search(rf"\b{name}\b", line):
+                found |= set(lines.get(str(number), ()))
+                constant = re.match(r"(\w+)(: [^=]+)? = ", line)
+                if constant and constant[1] not in seen:
+                    found |= _tests_of_name(constant[1], known, seen | {constant[1]})
+    return found
 
 
 # ---- trying them -----------------------------------------------------------------------------------------------------------

@@ -1,10 +1,12 @@
 """Everything that is true of a pose is said of it: no fact hides another, and maps are masked by facts."""
 
+import importlib
 import json
 from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import kinetostatics as ks
 from kinetostatics.facts import FACTS, status_of
@@ -190,3 +192,11 @@ def test_check_foresees_that_forces_are_not_determined(capsys):
     assert "! the rigid limbs limb_1, limb_2 overconstrain one another: how they share their forces is not determined" in words
     assert main(["check", "3rps"]) == 0
     assert "not determined" not in capsys.readouterr().out
+
+
+def test_a_fact_without_a_status_is_true_of_no_pose_of_an_older_map(monkeypatch):
+    facts = importlib.import_module("kinetostatics.facts")
+    older = xr.Dataset({"status": ("s", np.array([0, 1, 2], dtype=np.int8))})
+    assert facts.in_map(older, "limit_exceeded").values.tolist() == [False, True, False]
+    monkeypatch.setattr(facts, "FACTS", {"new": facts.Fact("new", None, "", "")})
+    assert not facts.in_map(older, "new").any()

@@ -22,6 +22,12 @@ def test_rigid_limbs_cannot_follow_an_error_across_their_plane(size):
     assert np.isnan(across.contributions["misfit"]).any() and np.isfinite(across.contributions["load"]).all()
 
 
+def test_contradictions_are_complained_of():
+    misfits = {"other_head": [0, 1e-3, 0, 0, 0, 0], "foot": [1e-3, 0, 0, 0, 0, 0]}
+    with pytest.raises(ks.StaticsError, match="the misfits of foot, other_head contradict one another in rigid parts"):
+        ks.analyze(rigid_limbs().assemble(), gravity=STILL, misfits=misfits)
+
+
 def test_rigid_limbs_follow_an_error_in_their_plane():
     """The far rod is too long by 1 mm: the locked crank's head stays, the coupler turns about it."""
     pose = rigid_limbs().assemble()

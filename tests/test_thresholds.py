@@ -9,11 +9,12 @@ from test_hybrid_limbs import joint, link
 
 import kinetostatics as ks
 from kinetostatics import report_sources
-from kinetostatics.force_method import distribute, make_plan
+from kinetostatics.force_method import distribute, make_plan, ranks
 from kinetostatics.joint_wrenches import _masked
 from kinetostatics.limb_compliance import count_rigid
 from kinetostatics.limb_geometry import _orientations
 from kinetostatics.limb_self_stress import _relaxation
+from kinetostatics.linalg import null_space
 from kinetostatics.ordering import axis_across, first_largest, ranked
 from kinetostatics.platform_equilibrium import _invert, _RigidPart
 from kinetostatics.result_warnings import _large_motions, _open_loops
@@ -188,3 +189,10 @@ def test_open_loops_and_large_motions_are_warned_of():
     assert _large_motions(warned(twist=[0.11, 0.16, 0, 0.09, 0, 0])) == []
     assert "moves by 0.21 m" in _large_motions(warned(twist=[0.21, 0, 0, 0, 0, 0]))[0]
     assert "0.11 rad" in _large_motions(warned(twist=[0, 0, 0, 0, 0.11, 0]))[0]
+
+
+def test_ranks_are_judged_beside_the_largest_value_or_one():
+    for values, count in (((1e3, 5e-3), 1), ((1e3, 2e-2), 2), ((1e-3, 2e-5), 2), ((1e-3, 5e-6), 1), ((0.0, 0.0), 0)):
+        matrix = np.diag(values)
+        assert ranks(matrix[:, :, None], np.zeros((6, 2)), 1e-5) == (count, 0)
+        assert null_space(matrix, 1e-5)[1] == count
