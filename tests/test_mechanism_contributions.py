@@ -68,3 +68,71 @@ def test_misfits_and_batches_keep_their_places():
         for which, twist in ways.items():
             assert twist.shape == (2, 6)
             np.testing.assert_allclose(twist, plain.mechanism_contributions[limb][which], rtol=1e-10, atol=1e-16)
+
+
+# ---- the same in everything that moves and carries -----------------------------------------------------------------------
+
+
+def sums(contributions, limbs):
+    """The parts of each limb's weight together, and all others."""
+    return {name: part + contributions[f"deformation of {name}"] if name in limbs else part for name, part in contributions.items()}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_contribution_is_split_alike(name):
+    whole, split = result(name), result(name).by_mechanism
+    assert split.by_mechanism.contributions.keys() == split.contributions.keys()
+    np.testing.assert_allclose(split.twist, whole.twist, rtol=0, atol=1e-12 * np.abs(whole.twist).max())
+    for what in ("beam_contributions", "axial_contributions", "link_contributions", "joint_contributions", "actuator_contributions"):
+        ours, theirs = getattr(split, what), getattr(whole, what)
+        assert ours.keys() == theirs.keys()
+        scale = max((np.abs(part).max() for parts in theirs.values() for part in parts.values()), default=0)
+        for item, parts in theirs.items():
+            found = sums(ours[item], whole.limbs)
+            for source, part in parts.items():
+                np.testing.assert_allclose(found[source], part, rtol=0, atol=1e-9 * scale, err_msg=f"{what} {item} {source}")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_limbs_hold_together_in_each_way(name):
+    """Each contribution by itself leaves limbs and platform together: the way along a limb ends where the platform is."""
+    split = result(name).by_mechanism
+    (solution,), (deformation,) = split.solutions, split._deformations
+    ends = [
+        deformation.motions[edge.key][..., : len(solution.sources), :]
+        for limb in split.robot.topology.limbs
+        for edge in limb.edges
+        if edge.joint is not None and edge.joint in split.limbs[limb.name].platform_joints
+    ]
+    assert ends
+    twists = solution.twists
+    scale = np.abs(twists).max()
+    for end in ends:
+        np.testing.assert_allclose(end, twists, rtol=0, atol=1e-9 * scale)
+
+
+def joints_at_ends(found):
+    """Beams and joints at their outer ends that carry the same axial force, and the sign between the two."""
+    robot, table = found.robot, found.robot.joint_table
+    (solution,) = found.solutions
+    centres = solution.frames.points(table.centre_body, table.centre)[..., 0]
+    for name, beam in found.beams.items():
+        for k, joint in enumerate(table.names):
+            along = beam.axes[:, 0] @ found.joint_wrenches[joint][:3]
+            force = beam.section_wrenches[-1, 0]
+            if np.allclose(centres[:, k], beam.points[-1], rtol=0, atol=1e-9 * robot.length):
+                for sign in (1, -1):
+                    if force == pytest.approx(sign * along, rel=1e-8):
+                        yield name, joint, sign
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_axial_forces_are_split_as_those_of_joints(name):
+    split = result(name).by_mechanism
+    scale = max(np.abs(beam.section_wrenches[..., 0]).max() for beam in split.beams.values())
+    pairs = list(joints_at_ends(split))
+    assert len(pairs) >= 2
+    for beam, joint, sign in pairs:
+        for source, force in split.axial_contributions[beam].items():
+            along = split.beams[beam].axes[:, 0] @ split.joint_contributions[joint][source][:3]
+            assert force == pytest.approx(sign * along, abs=1e-9 * scale), (beam, joint, source)

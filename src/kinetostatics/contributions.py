@@ -44,7 +44,7 @@ def axial_contributions(
     found: dict[str, Mapping[str, Array]] = {}
     for name in robot.description.beams:
         places = [d.places[name] for d in deformations]
-        forces = [d.beams[k].wrench[0, :, position] for d, (k, position) in zip(deformations, places, strict=True)]
+        forces = [d.beams[k].axial_force()[:, position] for d, (k, position) in zip(deformations, places, strict=True)]
         found[name] = batch.by_source(solutions[0].sources, forces)
     return Named(found)
 

@@ -45,6 +45,8 @@ class LoadedBeams:
         load: (3, S, g, N) own weight [N/m].
         inner: (6, S, g, N) motion of the inner end as a rigid body, about o, world axes.
         stretch: (S, g, N) how much longer it is by itself, by error or warmth [m].
+        elsewhere: (S, g, N) of the axial force at the end that reports tell, what belongs to other contributions than the strains
+            that it causes [N]; see :func:`kinetostatics.solution.by_mechanism`.
     """
 
     models: tuple[BeamModel, ...]
@@ -57,6 +59,11 @@ class LoadedBeams:
     load: Array
     inner: Array
     stretch: Array
+    elsewhere: Array
+
+    def axial_force(self) -> Array:
+        """Return the axial force (S, g, N) at the outer end by the contributions that forces belong to, tension positive."""
+        return np.asarray(self.wrench[0] + self.elsewhere)
 
     def end_twist(self) -> Array:
         """Return what their own deformation adds to everything outboard (6, S, g, N), about o, world axes."""
@@ -148,13 +155,14 @@ def deform(robot: Robot, solution: Solution) -> Deformation:
     for number in range(len(solution.statics)):
         _deform_limbs(solution, number, out)
     S = len(solution.sources)
-    branches: list[tuple[tuple[Edge, ...], int, Array | None]]
-    branches = [(limb.branches, 2 + k, None) for k, limb in enumerate(robot.topology.limbs)]
-    branches += [(limb.branches, 1 if limb.on_platform else S, None) for limb in robot.topology.hanging]
-    branches += [(robot.topology.base.edges, S, None), (robot.topology.platform.edges, 1, solution.twists)]
-    for edges, own, root in branches:
+    branches: list[tuple[tuple[Edge, ...], int, int, Array | None]]
+    branches = [(limb.branches, 2 + k, solution.place_of_strains(k), None) for k, limb in enumerate(robot.topology.limbs)]
+    hanging = [(limb.branches, 1 if limb.on_platform else S) for limb in robot.topology.hanging]
+    branches += [(edges, own, own, None) for edges, own in (*hanging, (robot.topology.base.edges, S))]
+    branches.append((robot.topology.platform.edges, 1, 1, solution.twists))
+    for edges, forces, strains, root in branches:
         if edges:
-            _deform_branches(robot, solution, edges, own, root, out)
+            _deform_branches(robot, solution, edges, forces, strains, root, out)
     return out
 
 
@@ -162,7 +170,9 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
     statics = solution.statics[number]
     group = statics.group
     geometry = group.geometry(solution.frames, solution.o)
-    chords, share = solution.chord_wrenches(number), solution.share(group)
+    # what strains the limbs; forces may belong to other contributions than what they strain
+    chords, share = solution.chord_wrenches(number, strains=True), solution.share(group, strains=True)
+    moved_share = solution.share(group) - share
     S, g, N = chords.shape[2:]
     elements, signs = group.elements[0], group.element_chords
     gives: dict[int, Array] = {}  # by element: what its elasticity and its misfit add to everything outboard (6, S, g, N)
@@ -175,7 +185,21 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
         total = chord_sum(signs[k], chords) + share * statics.loads.beyond[:, None, b]
         wrench = rotate(axes, move_wrench(total, end[:, None]), back=True)
         load = share * statics.loads.own[:, None, b]
-        beams = LoadedBeams(models, group.compliances[:, b], axes, length, mass, end, wrench, load, *_unmoved(S, g, N))
+        own = chord_sum(signs[k], statics.particular)[:3] + statics.loads.beyond[:3, b]
+        own = np.einsum("ign,ign->gn", axes[:, 0], own) + elements[k].turned * statics.loads.own[0, b] * length
+        beams = LoadedBeams(
+            models,
+            group.compliances[:, b],
+            axes,
+            length,
+            mass,
+            end,
+            wrench,
+            load,
+            inner=np.zeros((6, S, g, N)),  # not known yet
+            stretch=np.zeros((S, g, N)),
+            elsewhere=moved_share * own,
+        )
         beam_of[k] = beams
         gives[k] = beams.end_twist()
         names = tuple(model.name for model in models)
@@ -214,11 +238,6 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
             out.motions[limb.edges[edges[-1]].key] = outer[:, :, position]
     for k, beams in beam_of.items():
         out.beams.append(beams.turned(motions[k]) if elements[k].turned else beams)
-
-
-def _unmoved(S: int, g: int, N: int) -> tuple[Array, Array]:
-    """Return motions and stretches of beams that are not known yet."""
-    return np.zeros((6, S, g, N)), np.zeros((S, g, N))
 
 
 def _add_misfits(
@@ -290,7 +309,7 @@ def _joint_motions(
 
 
 def _deform_branches(
-    robot: Robot, solution: Solution, edges: tuple[Edge, ...], own: int, root: Array | None, out: Deformation
+    robot: Robot, solution: Solution, edges: tuple[Edge, ...], forces: int, strains: int, root: Array | None, out: Deformation
 ) -> None:
     """Let dead branches follow what they hang on, their beams bent by their own weight.
 
@@ -298,14 +317,17 @@ def _deform_branches(
         robot: the robot.
         solution: the chunk of poses.
         edges: joints and beams of the branches, inboard ones first.
-        own: which contribution their weight belongs to; the number of contributions for what hangs on the base: it moves
+        forces: which contribution their weight belongs to; the number of contributions for what hangs on the base: it moves
             nothing but itself, and has a place of its own behind them.
+        strains: which contribution the strains belong to that their weight causes in them.
         root: motion of what they hang on where an edge has no parent; None: it stands still.
         out: where the motions are put.
     """
     frames, misfits = solution.frames, solution.misfits
-    share = np.zeros((max(len(solution.sources), own + 1), 1, 1))
-    share[own] = 1
+    share, elsewhere = np.zeros((2, max(len(solution.sources), forces + 1), 1, 1))
+    share[strains] = 1
+    elsewhere[forces] += 1
+    elsewhere[strains] -= 1
     still = np.zeros((6, len(share), solution.o.shape[1]))
     for edge in edges:
         if edge.parent is None:
@@ -335,6 +357,7 @@ def _deform_branches(
                 load[:, None] * share,
                 motion[:, :, None],
                 np.einsum("ign,isn->sgn", axes[:, 0], off[:3]),
+                elsewhere * local[0],
             )
             out.beams.append(beams)
             motion = motion + beams.end_twist()[:, :, 0]

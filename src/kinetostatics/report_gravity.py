@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.gravity_ways import force_ways, twist_ways
+from kinetostatics.solution import of_deformation
 
 if TYPE_CHECKING:
     from kinetostatics.result import Result
@@ -26,7 +27,8 @@ def gravity_twists(result: Result) -> dict[str, Array]:
 
 def drive_parts(result: Result) -> dict[str, list[Array]]:
     """Return what each drive's force is made of: for each contribution and way of gravity the parts of all drives."""
-    limbs = {limb.name for limb in result.robot.topology.limbs}
+    names = [limb.name for limb in result.robot.topology.limbs]
+    limbs = {*names, *map(of_deformation, names)}
     parts: dict[str, list[Array]] = {}
     for drive, ways in force_ways(result).items():
         whole = {name: part for name, part in result.actuator_contributions[drive].items() if name not in limbs}

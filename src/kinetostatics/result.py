@@ -173,6 +173,16 @@ class Result:
         return Named({limb.name: _two_ways(twists, limb.name) for limb in self.robot.topology.limbs})
 
     @cached_property
+    def by_mechanism(self) -> Result:
+        """The same result with two contributions of every limb's weight: everything that is told by contribution is split.
+
+        "limb_1" is what the limb's attached wrenches do, "deformation of limb_1" what its deformation does; see
+        :attr:`mechanism_contributions`. The forces that hold the limb's own weight belong to the first, the strains that they cause
+        in the limb to the second.
+        """
+        return Result(self.configuration, self.shape, self._which, self._by_mechanism, self._reached)
+
+    @cached_property
     def stiffness(self) -> Array:
         """(…, 6, 6) tangent stiffness K at o, drives locked, Eq. (12); NaN where rigid limbs make it infinite."""
         return self._gather(lambda s: s.stiffness)

@@ -85,24 +85,34 @@ class Solution(ShortRepr):
             for position, limb in enumerate(item.group.limbs)
         }
 
-    def share(self, group: LimbGroup) -> Array:
-        """Return (S, g, 1): 1 for the contribution that the own weight of each limb of a group belongs to.
+    def share(self, group: LimbGroup, strains: bool = False) -> Array:
+        """Return (S, g, 1): 1 for the contribution that the forces of each limb's own weight belong to.
 
         What hangs on the base alone contributes to nothing: its place is one behind all sources.
+
+        Args:
+            group: of limbs.
+            strains: instead, for the contribution that the strains which these forces cause belong to; it is another one after
+                :func:`by_mechanism`.
         """
         hanging_on_base = group.is_hanging and not group.limbs[0].on_platform
         share = np.zeros((len(self.sources) + hanging_on_base, len(group.limbs), 1))
         for position, number in enumerate(group.numbers):
-            place = 2 + number
+            place = self.place_of_strains(number) if strains else 2 + number
             if group.is_hanging:
                 place = len(self.sources) if hanging_on_base else 1
             share[place, position] = 1
         return share
 
-    def chord_wrenches(self, number: int) -> Array:
-        """Return the chord wrenches (M, 6, S, g, N) of each contribution in a group of limbs."""
+    def place_of_strains(self, limb: int) -> int:
+        """Return which contribution the strains belong to that a limb's own weight causes in it."""
+        deformation = of_deformation(self.sources[2 + limb])
+        return self.sources.index(deformation) if deformation in self.sources else 2 + limb
+
+    def chord_wrenches(self, number: int, strains: bool = False) -> Array:
+        """Return the chord wrenches (M, 6, S, g, N) of each contribution in a group of limbs; ``strains``: see :meth:`share`."""
         statics = self.statics[number]
-        share = self.share(statics.group)
+        share = self.share(statics.group, strains)
         intensities = self.intensities[number]
         if share.shape[0] > intensities.shape[1]:
             intensities = np.concatenate([intensities, np.zeros_like(intensities[:, :1])], axis=1)
@@ -181,9 +191,12 @@ def by_mechanism(robot: Robot, solution: Solution) -> Solution:
 
     A limb's contribution is what its attached wrenches do, −C J_ig W_ig of Eq. (12), with the name of the limb; what its beams'
     and springs' deformation does, C J_ic K_ic Δ_igc, is one more contribution, with the name from :func:`of_deformation`.
+    The forces that hold the limb's own weight belong to the first, the strains that they cause in the limb to the second.
     """
-    balance = PlatformEquilibrium(robot, solution.statics, solution.o.shape[1])
     limbs = [limb.name for limb in robot.topology.limbs]
+    if solution.sources[2 + len(limbs) : 2 + 2 * len(limbs)] == tuple(map(of_deformation, limbs)):
+        return solution  # it has been done
+    balance = PlatformEquilibrium(robot, solution.statics, solution.o.shape[1])
     sources = (*solution.sources[: 2 + len(limbs)], *map(of_deformation, limbs), *solution.sources[2 + len(limbs) :])
     right, strains = _by_contribution(solution.sources, solution.statics, solution.load, solution.platform_weight)
     first, last = slice(2, 2 + len(limbs)), 2 + len(limbs)
