@@ -403,7 +403,7 @@ def test_tolerances_json_is_the_table(capsys):
 
 
 def test_live_view_answers_until_it_is_interrupted():
-    command = [sys.executable, "-m", "kinetostatics", "view", "3rps", "--live", "--port", "0"]
+    command = [sys.executable, "-m", "kinetostatics", "view", "3rps", "--live", "--ways", "--port", "0"]
     quiet = {**os.environ, "BROWSER": "true"}  # a browser that does nothing
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=quiet) as server:
         try:
@@ -414,4 +414,4 @@ def test_live_view_answers_until_it_is_interrupted():
         finally:
             server.send_signal(signal.SIGINT)
             _, complaints = server.communicate(timeout=30)
-    assert "3rps" in page and server.returncode == 0 and "Traceback" not in complaints
+    assert "3rps" in page and "limb_3: deformation" in page and server.returncode == 0 and "Traceback" not in complaints

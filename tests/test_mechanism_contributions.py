@@ -75,7 +75,9 @@ def test_misfits_and_batches_keep_their_places():
 
 def sums(contributions, limbs):
     """The parts of each limb's weight together, and all others."""
-    return {name: part + contributions[f"deformation of {name}"] if name in limbs else part for name, part in contributions.items()}
+    return {
+        name: part + contributions[f"deformation of {name}"] if name in limbs else part for name, part in contributions.items()
+    }
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -83,7 +85,13 @@ def test_every_contribution_is_split_alike(name):
     whole, split = result(name), result(name).by_mechanism
     assert split.by_mechanism.contributions.keys() == split.contributions.keys()
     np.testing.assert_allclose(split.twist, whole.twist, rtol=0, atol=1e-12 * np.abs(whole.twist).max())
-    for what in ("beam_contributions", "axial_contributions", "link_contributions", "joint_contributions", "actuator_contributions"):
+    for what in (
+        "beam_contributions",
+        "axial_contributions",
+        "link_contributions",
+        "joint_contributions",
+        "actuator_contributions",
+    ):
         ours, theirs = getattr(split, what), getattr(whole, what)
         assert ours.keys() == theirs.keys()
         scale = max((np.abs(part).max() for parts in theirs.values() for part in parts.values()), default=0)

@@ -166,6 +166,25 @@ def test_arrows_superpose(result, scene):
         assert np.abs(arrow.vector[0, -1]).max() < 1e-8, arrow.name  # nothing is left that the shares do not scale
 
 
+@pytest.mark.parametrize("name", [*POSES, "orthoglide"])
+def test_the_ways_of_a_limb_s_weight_are_what_its_one_slider_scaled(name):
+    result = ks.analyze(ks.load_robot(name).assemble(platform=POSES.get(name)), load=LOAD)
+    whole, split = describe_scene(result), describe_scene(result.by_mechanism)
+    limbs = len(result.limbs)
+    assert split.stations.sources[2:] == tuple(f"{limb}: {way}" for way in ("attached", "deformation") for limb in result.limbs)
+
+    def together(parts):
+        """Parts (…, S, …) with those of both ways of each limb added, S the second axis from the back."""
+        attached, deformation = parts[..., 2 : 2 + limbs, :], parts[..., 2 + limbs : 2 + 2 * limbs, :]
+        return np.concatenate([parts[..., :2, :], attached + deformation, parts[..., 2 + 2 * limbs :, :]], axis=-2)
+
+    twists = whole.stations.all_twists
+    np.testing.assert_allclose(together(split.stations.all_twists), twists, rtol=0, atol=1e-9 * np.abs(twists).max())
+    assert [arrow.name for arrow in split.arrows] == [arrow.name for arrow in whole.arrows]
+    for ours, theirs in zip(split.arrows, whole.arrows, strict=True):
+        np.testing.assert_allclose(together(ours.vector), theirs.vector, rtol=0, atol=1e-8, err_msg=ours.name)
+
+
 def test_forces_start_on_their_lines_of_action(result, scene):
     o = result.configuration.platform_frame[:3, 3]
     for limb in result.limbs.values():
@@ -236,6 +255,8 @@ def test_unwritable_file_is_an_error(tmp_path):
     result = ks.analyze(ks.load_robot("3rps").assemble())
     with pytest.raises(ks.KinetostaticsError, match="cannot write"):
         ks.save_html(result, tmp_path / "missing" / "x.html")
+    with pytest.raises(ks.ArgumentError, match="ways are sliders of a page"):
+        ks.show(result, ways=True, visualizer=object())
 
 
 # ---- looks ---------------------------------------------------------------------------------------------------------
@@ -365,6 +386,8 @@ def test_command_writes_pages(tmp_path, capsys):
     drives = ["--sweep", "prismatic_1=-20mm:20mm:5"]
     assert cli.main([NAME, robot, *drives, "--html", str(file)]) == 0
     assert '"frames":5' in file.read_text(encoding="utf-8")
+    assert cli.main([NAME, robot, "--ways", "--html", str(file)]) == 0
+    assert '"platform_weight","limb_1: attached","limb_2: attached",' in file.read_text(encoding="utf-8")
     capsys.readouterr()
 
 
@@ -379,6 +402,7 @@ def test_command_writes_pages(tmp_path, capsys):
         (["--actuators", "prismatic_1=0", "--sweep", "rx=0:1"], "--platform"),
         (["--sweep", "rx=a:1"], "not a number"),
         (["--live", "--sweep", "rx=0:1"], "give one of them"),
+        (["--ways", "--meshcat"], "--meshcat has none: give one of them"),
         (["--live", "--html", "x.html"], "not allowed"),
         (["--html", "missing/x.html"], "cannot write"),
     ],

@@ -177,8 +177,8 @@ class Result:
         """The same result with two contributions of every limb's weight: everything that is told by contribution is split.
 
         "limb_1" is what the limb's attached wrenches do, "deformation of limb_1" what its deformation does; see
-        :attr:`mechanism_contributions`. The forces that hold the limb's own weight belong to the first, the strains that they cause
-        in the limb to the second.
+        :attr:`mechanism_contributions`. The forces that hold the limb's own weight belong to the first, the strains that they
+        cause in the limb to the second.
         """
         return Result(self.configuration, self.shape, self._which, self._by_mechanism, self._reached)
 

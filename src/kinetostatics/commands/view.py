@@ -43,6 +43,7 @@ examples:
   kinetostatics view 3rps --platform z=500mm rx=2deg ry=-10deg --load 0 0 -500 0 0 0
   kinetostatics view 3rps --html sag.html
   kinetostatics view 3rps --platform z=500mm --sweep rx=-10deg:10deg:31 ry=0:5deg
+  kinetostatics view 3rps --ways
   kinetostatics view 2pru_upr --live
   kinetostatics view 3rps --meshcat                                  # starts a meshcat-server
   kinetostatics view 3rps --meshcat tcp://127.0.0.1:6000             # draws into one that runs, beside what it shows
@@ -70,6 +71,11 @@ def add_parser(subparsers: Any) -> None:
         help="an animation: coordinates of platform or drives that move together, the others being those of the pose "
         f"(default: {POSES} poses)",
     )
+    group.add_argument(
+        "--ways",
+        action="store_true",
+        help="two sliders for each limb's weight: what it does by attached wrenches, and by deformation of the limb",
+    )
     either = group.add_mutually_exclusive_group()
     either.add_argument("--html", metavar="FILE", help="write the page to a file, which needs no server and no network")
     either.add_argument("--live", action="store_true", help="sliders move drives and platform; ends with Ctrl+C")
@@ -92,6 +98,8 @@ def run(args: argparse.Namespace) -> int:
     """Show the page, or write it."""
     if args.live and args.exaggeration is not None:
         raise ArgumentError("--live has a slider for it and begins with its own: leave --exaggeration out")
+    if args.ways and args.meshcat is not None:
+        raise ArgumentError("--ways makes sliders of a page and --meshcat has none: give one of them")
     if args.sweep and args.meshcat is not None:
         raise ArgumentError("--sweep makes an animation and --meshcat shows one pose: give one of them")
     return _live(args) if args.live else _page(args)
@@ -109,10 +117,10 @@ def _page(args: argparse.Namespace) -> int:
         with pausing():
             print_warnings([*found, *result.warnings])
         if args.html is not None:
-            viewer.save_html(result, args.html, exaggeration=args.exaggeration)
+            viewer.save_html(result, args.html, exaggeration=args.exaggeration, ways=args.ways)
             said = f"wrote {args.html}"
         elif args.meshcat is None:
-            said = f"the page is in {viewer.show(result, exaggeration=args.exaggeration).path}"
+            said = f"the page is in {viewer.show(result, exaggeration=args.exaggeration, ways=args.ways).path}"
     if args.meshcat is not None:
         return _meshcat(result, args.meshcat or None, args.exaggeration)
     print(said)
@@ -161,9 +169,14 @@ def _server(args: argparse.Namespace) -> tuple[LiveServer, list[str]]:
 
     options = load_options(args)
     configuration, found = assemble(load(args), args)
+
+    def analyzed(pose: Configuration) -> Result:
+        result = analyze(pose, **options)
+        return result.by_mechanism if args.ways else result
+
     server = serve(
         configuration,
-        lambda pose: analyze(pose, **options),
+        analyzed,
         orientation=args.orientation,
         tolerance=parse_quantity(args.tolerance, "length"),
         coordinates=tuple(parse_items("--platform", args.platform or ())),

@@ -45,6 +45,7 @@ def show(
     title: str | None = None,
     pose: int | tuple[int, ...] | None = None,
     exaggeration: float | None = None,
+    ways: bool = False,
 ) -> View: ...
 
 
@@ -65,6 +66,7 @@ def show(
     title: str | None = None,
     pose: int | tuple[int, ...] | None = None,
     exaggeration: float | None = None,
+    ways: bool = False,
     visualizer: Any = None,
     path: str | None = None,
 ) -> Any:
@@ -75,6 +77,8 @@ def show(
         title: heading of the page; default the robot's name.
         pose: index of the one pose of a batch that is shown; needed where a visualizer shall show a batch.
         exaggeration: of displacements at first; default the largest motion is about a tenth of the robot.
+        ways: whether the page has two sliders for each limb's weight, for what it does by attached wrenches and by deformation,
+            see :attr:`Result.mechanism_contributions`.
         visualizer: a ``meshcat.Visualizer`` into whose scene the robot is drawn; default a page of its own.
         path: where, below the visualizer's own path; what stood there is replaced, everything else stays. Default
             ``kinetostatics/`` and the robot's name.
@@ -87,10 +91,12 @@ def show(
         ArgumentError: no pose could be analysed, there are too many, or an argument makes no sense.
     """
     if visualizer is not None:
+        if ways:
+            raise ArgumentError("ways are sliders of a page, and a visualizer has none: leave them out")
         return _into(visualizer, result, title, pose, exaggeration, path)
     if path is not None:
         raise ArgumentError("path is where a visualizer draws the robot: give visualizer too")
-    html = page_html(describe_scene(result, title, pose=pose, exaggeration=exaggeration).plain())
+    html = page_html(describe_scene(_split(result, ways), title, pose=pose, exaggeration=exaggeration).plain())
     if in_notebook():
         return View(html)
     file = _temporary_file(html, result.robot.name)
@@ -105,6 +111,7 @@ def save_html(
     title: str | None = None,
     pose: int | tuple[int, ...] | None = None,
     exaggeration: float | None = None,
+    ways: bool = False,
 ) -> None:
     """Write a result as one HTML file that works by double click.
 
@@ -114,16 +121,21 @@ def save_html(
         title: heading of the page; default the robot's name.
         pose: index of the one pose of a batch that is shown.
         exaggeration: of displacements at first; default the largest motion is about a tenth of the robot.
+        ways: whether each limb's weight has two sliders, as in :func:`show`.
 
     Raises:
         ArgumentError: no pose could be analysed, there are too many, or an argument makes no sense.
         KinetostaticsError: the file cannot be written.
     """
-    html = page_html(describe_scene(result, title, pose=pose, exaggeration=exaggeration).plain())
+    html = page_html(describe_scene(_split(result, ways), title, pose=pose, exaggeration=exaggeration).plain())
     try:
         Path(path).write_text(html, encoding="utf-8")
     except OSError as error:
         raise KinetostaticsError(f"{os.fspath(path)}: cannot write the page: {error.strerror or error}") from None
+
+
+def _split(result: Result, ways: bool) -> Result:
+    return result.by_mechanism if ways else result
 
 
 def _into(

@@ -20,7 +20,7 @@ class Stations:
 
     Attributes:
         frames: how many frames the path has, F; one without a path.
-        sources: names of the contributions.
+        sources: what the contributions are called.
         rest: (F, 4, 4) pose at rest of every station.
         twists: (F, K, 6) what each contribution does to every station, at its own origin, world axes [m, rad].
     """

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from kinetostatics.configuration import Status
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.result import Result
+from kinetostatics.solution import of_deformation
 
 Array = NDArray[np.float64]
 
@@ -27,6 +28,7 @@ class ShownPoses:
         result: the result.
         indices: (F,) positions of the shown poses in the flattened batch.
         sources: names of the contributions, whatever the result has.
+        labels: what the page calls them.
     """
 
     def __init__(self, result: Result, pose: int | tuple[int, ...] | None = None) -> None:
@@ -47,6 +49,11 @@ class ShownPoses:
                 f"the result has {len(self.indices)} poses; a page shows at most {MOST_POSES}: take a coarser path or grid"
             )
         self.sources = tuple(result.contributions)
+        labels: dict[str, str] = {}
+        for limb in result.limbs:
+            if of_deformation(limb) in self.sources:  # the limb's weight in two
+                labels |= {limb: f"{limb}: attached", of_deformation(limb): f"{limb}: deformation"}
+        self.labels = tuple(labels.get(name, name) for name in self.sources)
 
     @property
     def count(self) -> int:

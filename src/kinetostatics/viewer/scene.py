@@ -61,7 +61,7 @@ def describe_scene(
 class _Builder:
     def __init__(self, poses: ShownPoses, visuals: Mapping[str, LinkVisual]) -> None:
         self.poses, self.result, self.robot, self.visuals = poses, poses.result, poses.result.robot, visuals
-        self.stations = Stations(self.poses.count, self.poses.sources)
+        self.stations = Stations(self.poses.count, self.poses.labels)
         self.joints = find_joints(self.poses)
         self.size = self._size()
         self.meshes: list[Mesh] = []
