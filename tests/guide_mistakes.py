@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ast
 import re
+import warnings as python_warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
@@ -115,23 +116,30 @@ def provoke(mistake: Mistake, folder: Path) -> tuple[list[str], set[tuple[str, i
     file.write_bytes(content if isinstance(content, bytes) else content.encode("utf-8", "surrogatepass"))
     names: dict[str, Any] = {"ks": ks, "np": np, "file": file, "folder": folder, "inf": float("inf"), "nan": float("nan")}
     try:
-        if mistake.code:
-            if re.search(r"\b(robot|pose|description)\b", mistake.code):
-                names["robot"] = ks.load_robot(file)
-                names["description"] = names["robot"].description
-                if re.search(r"\bpose\b", mistake.code):
-                    names["pose"] = names["robot"].assemble()
-            exec(mistake.code, names)
-            found = names["robot"] if "robot" in names else None
-        else:
-            found = look(ks.load_robot(file))
+        with python_warnings.catch_warnings(record=True) as given:
+            python_warnings.simplefilter("always", UserWarning)
+            found = _run(mistake, file, names)
     except (KinetostaticsError, TypeError) as error:
         assert not mistake.warns, f"an error instead of a warning: {error}"
         return [_without_others(plain(error, folder), mistake.ours)], set(places(error))
     assert mistake.warns, "nothing is wrong with it"
-    warnings = dict.fromkeys([*robot_facts(found).warnings, *(names["result"].warnings if "result" in names else ())])
-    found_out = [_bare(warning, folder) for warning in warnings]
+    said = [str(item.message) for item in given if issubclass(item.category, UserWarning)]
+    said += [*robot_facts(found).warnings, *(names["result"].warnings if "result" in names else ())]
+    found_out = [_bare(warning, folder) for warning in dict.fromkeys(said)]
     return [text for text in found_out if text != RIGID_BEARINGS] or found_out, set()
+
+
+def _run(mistake: Mistake, file: Path, names: dict[str, Any]) -> Any:
+    """Make a mistake, and return the robot."""
+    if not mistake.code:
+        return look(ks.load_robot(file))
+    if re.search(r"\b(robot|pose|description)\b", mistake.code):
+        names["robot"] = ks.load_robot(file)
+        names["description"] = names["robot"].description
+        if re.search(r"\bpose\b", mistake.code):
+            names["pose"] = names["robot"].assemble()
+    exec(mistake.code, names)
+    return names.get("robot")
 
 
 def _without_others(message: str, ours: str) -> str:

@@ -268,4 +268,17 @@ WARNINGS = tuple(replace(mistake, warns=True) for mistake in (
             code="result = ks.analyze(pose, load=[0, 0, -20000, 0, 0, 0])"),
     Mistake("`ks.analyze(pose, load=[0, 0, -200000, 0, 0, 0])`", "`result.buckles` says it of every pose.",
             code="result = ks.analyze(pose, load=[0, 0, -200000, 0, 0, 0])"),
+    Mistake("`ks.analyze(robot.assemble(tolerance=1e-3))`, the loop's successor at `0.4 0.00001 0`", "Compute sizes in xacro.",
+            ROUNDED, code="result = ks.analyze(robot.assemble(tolerance=1e-3))"),
+    Mistake('`<origin xyz="0 0 0.3" rpy="0 90 0"/>` in b', "`${radians(90)}` in xacro.",
+            ((B_WHOLE, B_WHOLE.replace('"0 0 0.3"', '"0 0 0.3" rpy="0 90 0"')),)),
+    Mistake('`<limit lower="-90" upper="90" …/>` in a', "`${radians(90)}` in xacro.",
+            (('lower="-1" upper="1"', 'lower="-90" upper="90"'),)),
+    Mistake("a lamp on a driven slide of the plate, with `<limit lower=\"-50\" upper=\"50\" …/>`", "0.05.",
+            more(joint("e", "plate", "lamp", 0.1, "prismatic", HEAVY, "0 0 1").replace(
+                "</joint>", '<limit lower="-50" upper="50" effort="0" velocity="0"/></joint>')
+                + SECOND_MOTOR.replace('"d"', '"e"'))),
+    Mistake('`robot.assemble(actuators={"a": 10})`', "Radians.",
+            code='robot.assemble(actuators={"a": 10}, on_failure="nan")'),
+    Mistake('`robot.assemble(platform={"x": 20})`', "Metres.", code='robot.assemble(platform={"x": 20}, on_failure="nan")'),
 ))  # fmt: skip

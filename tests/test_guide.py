@@ -9,6 +9,7 @@ from __future__ import annotations
 import ast
 import re
 import sys
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -44,6 +45,10 @@ WARNINGS_UNREACHABLE = {
     "the mobility is doubtful": "needs a robot that is almost singular in every pose",
     "stays in the link, but its mass is spread": "needs a telescope, see test_mass_of_a_telescope_without_density",
     "the number of constraint wrenches of": "needs a limb that is almost singular in every pose",
+    "as much under such a load as near the zero pose": "needs a network that nearly collapses, see test_careful_warnings.py",
+    "no pose could be analysed": "needs loops that close nowhere that was tried, although they can",
+    "the readable wrenches of": "needs limbs with more than rods, as those in test_degenerate_poses.py",
+    "the rigid rings in": "needs a rigid ring in a limb, see test_hybrid_limbs.py",
 }
 
 
@@ -166,41 +171,66 @@ def test_every_error_of_the_code_is_provoked_or_known_to_be_out_of_reach():
     assert len(everything) > 150
 
 
-def warning_patterns() -> list[re.Pattern[str]]:
-    """Return a pattern for every text that the code appends to warnings, or yields or returns in the module that makes them."""
-    found = []
-    for path in SOURCE.glob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            texts: list[ast.expr | None] = []
-            if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "append":
-                if ast.unparse(node.func.value).endswith("warnings") or path.name.startswith("report_warnings"):
-                    texts = [*node.args]
-            elif isinstance(node, ast.Yield | ast.Return) and path.name.startswith("report_warnings"):
-                texts = [node.value]
-            for part in texts:
-                if isinstance(part, ast.JoinedStr):
-                    fixed = [piece.value if isinstance(piece, ast.Constant) else None for piece in part.values]
-                    pattern = "".join(".*" if piece is None else re.escape(str(piece)) for piece in fixed)
-                elif isinstance(part, ast.Constant) and isinstance(part.value, str):
-                    pattern = re.escape(part.value)
-                else:
-                    continue
-                if not isinstance(node, ast.Return) or "<" in pattern:  # others are parts of texts
-                    found.append(re.compile(re.sub("<[a-z]+>", ".*", pattern)))  # <is> is is or are
+#: Modules in which every text is a warning, or part of one; in the others it is what they append to warnings, or warn of.
+HOLDERS = re.compile(r"report_warnings\w*|result_warnings|unit_hints|near_singular")
+#: Words in a row that make a text rather than a part of one.
+WORDS = 5
+
+
+def texts(node: ast.AST) -> Iterator[ast.JoinedStr | ast.Constant]:
+    """Yield the texts in a piece of code that are neither of errors nor about the code."""
+    if isinstance(node, ast.JoinedStr) or (isinstance(node, ast.Constant) and isinstance(node.value, str)):
+        yield node
+    elif not isinstance(node, ast.Raise) and not (isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)):
+        for child in ast.iter_child_nodes(node):
+            yield from texts(child)
+
+
+def warnings_in(module: ast.Module) -> Iterator[ast.AST]:
+    """Yield what a module appends to warnings, or warns of."""
+    for node in ast.walk(module):
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
+            to_warnings = node.func.attr in ("append", "extend") and ast.unparse(node.func.value).endswith("warnings")
+            if to_warnings or ast.unparse(node.func) == "warnings.warn":
+                yield node.args[0]
+        elif isinstance(node, ast.AugAssign) and ast.unparse(node.target).endswith("warnings"):
+            yield node.value
+
+
+def warning_patterns() -> dict[str, list[re.Pattern[str]]]:
+    """Return, by module, a pattern for every text that the code warns with."""
+    found: dict[str, list[re.Pattern[str]]] = {}
+    for path in sorted(SOURCE.glob("*.py")):
+        module = ast.parse(path.read_text(encoding="utf-8"))
+        for text in [
+            item for root in ([module] if HOLDERS.fullmatch(path.stem) else warnings_in(module)) for item in texts(root)
+        ]:
+            pieces = text.values if isinstance(text, ast.JoinedStr) else [text]
+            fixed = [str(piece.value) if isinstance(piece, ast.Constant) else None for piece in pieces]
+            if len(re.findall(r"[A-Za-z]{2,}", " ".join(filter(None, fixed)))) >= WORDS:
+                pattern = "".join(".*" if piece is None else re.escape(piece) for piece in fixed)
+                found.setdefault(path.stem, []).append(re.compile(re.sub("<[a-z]+>", ".*", pattern)))  # <is> is is or are
     return found
 
 
 def test_every_warning_of_the_code_is_in_the_table():
     said = [message for _, messages, _ in provoked()["WARNINGS"] for message in messages]
     patterns = warning_patterns()
-    assert len(patterns) > 20
-    for pattern in patterns:
+    assert {"report_warnings", "result_warnings", "unit_hints", "near_singular", "topology", "beam_spans"} <= set(patterns)
+    assert sum(map(len, patterns.values())) > 50
+    unknown, out_of_reach = [], set()
+    for pattern in [item for patterns_of in patterns.values() for item in patterns_of]:
         template = pattern.pattern.replace("\\", "")
-        if any(words_ in template for words_ in WARNINGS_UNREACHABLE):
-            continue
         # the place in front of a message is not in the table
         short = re.compile(re.sub(r"^(\.\*:)+\\ ", "", pattern.pattern))
-        assert any(short.search(message) for message in said), f"no mistake is answered by: {template}"
+        if any(short.search(message) for message in said):
+            continue
+        known = [words_ for words_ in WARNINGS_UNREACHABLE if words_ in template]
+        out_of_reach.update(known)
+        if not known:
+            unknown.append(template)
+    assert not unknown, "no mistake is answered by:\n" + "\n".join(unknown)
+    assert out_of_reach == set(WARNINGS_UNREACHABLE), "these are reached, or no longer in the code"
 
 
 #: a closed chain that hangs on the ground alone
