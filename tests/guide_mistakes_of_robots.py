@@ -188,6 +188,9 @@ PYTHON = (
     python('ks.Robot(description.changed("right", section=replace(description.beams["right"].section, outer_diameter=0.05)))',
            "Sections are made anew."),
     python('ks.sweep("3rps", parameters={"joint_angle_max": 1}, parameter_units={"joint_angle_max": "m"})', "An angle, in rad."),
+    python('robot.assemble(actuators={"a": [0, 0.1]}).model', "`robot.assemble(actuators={\"a\": 0.1}).model`."),
+    replace(swap('<loop name="c" type="continuous">', '<loop name="c" type="cylindrical">', "As it says."),
+            written="`robot.constraint_models()`, the loop being cylindrical", code="robot.constraint_models()"),
     python("Tube.of(-0.02)", "A size above zero."),
     python('ks.Robot(replace(description, links={"arm": description.links["left"]}))', "`RobotDescription.of` takes lists."),
     python('RobotDescription.of("r", links=[], joints=[], platform="a", joint_stiffness=[JointStiffness("b"), '
