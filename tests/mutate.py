@@ -32,6 +32,7 @@ from collections import Counter
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 
 import pytest
@@ -271,7 +272,7 @@ def read_map() -> dict:
 
 
 def tests_of(mutant: Mutant, known: dict) -> list[str]:
-    """Return the tests that reach a mutant, the quickest first; for a constant those that reach a line that uses it."""
+    """Return the tests that reach a mutant, in the order to try them; for a constant those that reach a line that uses it."""
     lines = known["lines"].get(mutant.module, {})
     name = re.match(r"(\w+)(: [^=]+)? = ", mutant.was)
     found = {test for test in lines.get(str(mutant.line), ()) if test}
@@ -283,7 +284,11 @@ def tests_of(mutant: Mutant, known: dict) -> list[str]:
     if name and not found:
         found = _tests_of_name(name[1], known, {name[1]})
     found.discard("")
-    return sorted(found, key=lambda test: known["seconds"].get(test, 0.0))
+    # the quickest of every file, then the second quickest: files have subjects of their own
+    files: dict[str, list[str]] = {}
+    for test in sorted(found, key=lambda test: known["seconds"].get(test, 0.0)):
+        files.setdefault(test.partition("::")[0], []).append(test)
+    return [test for row in zip_longest(*files.values()) for test in row if test]
 
 
 def _tests_of_name(name: str, known: dict, seen: set[str]) -> set[str]:
@@ -371,12 +376,14 @@ def main() -> int:
     for module in modules:
         possible = [mutant for mutant in mutants(module) if mutant.name not in excused]
         drawn += random.Random(f"{options.seed} {module}").sample(possible, min(options.count, len(possible)))
+    random.Random(options.seed).shuffle(drawn)  # so that a part of them is a fair sample, too
     counts: dict[str, Counter[str]] = {module: Counter() for module in modules}
 
     def judge(mutant: Mutant) -> None:
         tests = tests_of(mutant, known)
         outcome = "survived" if not tests or survives(mutant, tests, options.seconds, known) else "noticed"
         counts[mutant.module][outcome] += 1
+        print("." if outcome == "noticed" else "S", end="", file=sys.stderr, flush=True)
         if outcome == "survived":
             reached = f"{len(tests)} tests reach it" if tests else "no test reaches it"
             print(

@@ -63,3 +63,13 @@ def test_a_section_by_numbers_has_no_known_stress():
     assert np.isnan(section.stress(np.ones((6, 1)))).all()
     assert section.shear_coefficients(0.3) is None
     assert not section.is_isotropic
+
+
+@pytest.mark.parametrize("section", [Tube.of(0.05, 0.03), Rectangle.of(0.03, 0.05)])
+def test_no_section_with_the_largest_stress_is_overlooked(section):
+    """Of 21 sections of a beam only those that may have the largest stress are looked at."""
+    random = np.random.default_rng(2)
+    wrenches = random.standard_normal((6, 21, 40)) * 10.0 ** random.uniform(-3, 0, (6, 1, 40))
+    wrenches[4:, :, :20] = np.sqrt(np.abs(wrenches[4:, :, :20]))
+    everywhere = section.stress(wrenches.reshape(6, -1)).reshape(21, 40).max(axis=0)
+    np.testing.assert_allclose(section.largest_stress(wrenches), everywhere, rtol=1e-6)

@@ -6,17 +6,20 @@ import numpy as np
 import pytest
 import xarray as xr
 from small_maps import map_of
-from test_elastic_joints import mount, springs
-from test_hybrid_limbs import RHO, bar, joint, link, robot
+from test_elastic_joints import arm, mount, springs
+from test_hybrid_limbs import AREA as BAR_AREA
+from test_hybrid_limbs import RHO, E, bar, joint, link, robot, truss
 from test_misfits import two_columns
 
 import kinetostatics as ks
+from kinetostatics.pose_spread import ordinary_poses
 from kinetostatics.screws import describe_twist
 from kinetostatics.shipped import robot_path
 from kinetostatics.workspace.following import Poses
 
 STILL = (0, 0, 0)
-STEEL, AREA = 2.0e11, np.pi * 0.02**2 / 4
+AREA = np.pi * 0.02**2 / 4
+BAR_STIFFNESS = E * BAR_AREA
 
 
 def test_the_axial_force_at_both_ends_of_a_hanging_rod():
@@ -144,3 +147,54 @@ def test_an_untilted_start_has_no_azimuth(tilt, known):
     found, far = Poses(plan, labels, None, None, np.zeros((2, 3)), np.ones(2, dtype=bool)).from_zero()
     assert np.isnan(found["azimuth"]) == (not known) and found["tilt"] == tilt
     np.testing.assert_allclose(far, np.array([0.25, 2.25]) + known * np.array([4.0, 1.0]), rtol=1e-6)
+
+
+@pytest.mark.parametrize("bar_number", [0, 1, 2])
+def test_a_bar_of_a_truss_that_is_too_long_presses_the_others(bar_number):
+    """Self-stress of one limb by a misfit: K u = Σ EA/L e δ, N = EA/L (e u − δ)."""
+    machine = truss()
+    feet = np.array([[-1.0, 0], [0, 0], [1, 0]])
+    along = np.array([0.0, 1.0]) - feet
+    lengths = np.linalg.norm(along, axis=1)
+    e, k = along / lengths[:, None], BAR_STIFFNESS / lengths
+    delta = np.where(np.arange(3) == bar_number, 1e-4, 0)
+    u = np.linalg.solve((e.T * k) @ e, e.T @ (k * delta))
+    forces = k * (e @ u - delta)
+    found = ks.analyze(machine.assemble(), gravity=STILL, misfits={f"bar_{bar_number}": {"length": 1e-4}})
+    np.testing.assert_allclose(found.twist[[0, 2]], u, rtol=1e-9, atol=1e-16)
+    for number, force in enumerate(forces):
+        np.testing.assert_allclose(found.beams[f"bar_{number}"].section_wrenches[:, 0], force, rtol=1e-7)
+        wrench = found.joint_wrenches[f"foot_{number}"]
+        np.testing.assert_allclose(wrench[[0, 2]], -force * e[number], rtol=1e-7, atol=1e-9 * abs(force))
+
+
+def test_the_paper_s_drive_force_is_that_at_the_base_end():
+    found = ks.analyze(ks.load_robot(robot_path("3rps")).assemble())
+    for number in (1, 2, 3):
+        beam = found.beams[found.limbs[f"limb_{number}"].beams[0]]
+        force = found.paper_forces[f"limb_{number}"][f"f_{number}a"]
+        assert force == pytest.approx(beam.section_wrenches[0, 0], rel=1e-12)
+        assert abs(force) > abs(beam.section_wrenches[1, 0]) + 1e-3  # the rod's own weight
+
+
+def test_ordinary_poses_are_parts_of_the_way_to_the_limits():
+    """One drive at a time goes a fifth and three fifths of its way, not farther than 1.2 characteristic lengths."""
+    machine = ks.load_robot(robot_path("3rps"))
+    pose = machine.configuration(ordinary_poses(machine).T)
+    connections = machine.mechanism.connections
+    drives = list(machine.description.driven)
+    moved = np.stack([pose.actuators[name] for name in drives], axis=1)
+    wanted = [np.zeros(3)]
+    far = 1.2 * machine.length
+    for part in (0.2, 0.6):
+        for side in ("lower", "upper"):
+            wanted += list(np.diag([part * np.clip(getattr(connections[name], side), -far, far) for name in drives]))
+    np.testing.assert_allclose(moved, wanted, atol=1e-9)
+
+
+def test_pinocchio_s_model_weighs_all_that_moves_with_a_body():
+    """The outer of the arm's two bodies is a link of 1 kg at 0.15 m and the platform of 0.5 kg at 0.3 m."""
+    model = arm(elastic=False).assemble().model
+    inner, outer = list(model.inertias)[-2:]
+    assert (inner.mass, outer.mass) == pytest.approx((2.0, 1.5))
+    assert outer.lever == pytest.approx([(1.0 * 0.15 + 0.5 * 0.3) / 1.5, 0, 0]) and inner.lever == pytest.approx([0.2, 0, 0])

@@ -12,6 +12,7 @@ from kinetostatics import rotations
 from kinetostatics.cli import main
 from kinetostatics.description import Origin
 from kinetostatics.frame_corrections import frame_corrections
+from kinetostatics.zero_pose import are_within, gaps_text
 
 FRAME_OFF = Path(__file__).parent / "cases" / "frame_off_by_100mm.urdf.xacro"
 
@@ -193,3 +194,12 @@ def test_two_mistakes_have_no_single_remedy():
     assert frame_corrections(robot.mechanism, robot.size) == ()
     with pytest.raises(ks.AssemblyError, match="No single one, moved or turned, would close all loops at zero"):
         robot.assemble()
+
+
+def test_gaps_in_words():
+    gaps = {"a": (0.1, 0.0), "b": (0.0, 2e-9), "c": (0.1, 0.0), "d": (1e-10, 1e-10), "e": (0.2, 0.3)}
+    words = "loops 'a', 'c' are 0.1 m open, loop 'b' is 2e-09 rad open, loop 'e' is 0.2 m and 0.3 rad open"
+    assert gaps_text(gaps) == f"{words} (1 other closed)"
+    assert gaps_text({**gaps, "f": (0.0, 0.0)}) == f"{words} (2 others closed)"
+    assert gaps_text({"a": (0.1, 0.0)}) == "loop 'a' is 0.1 m open" and gaps_text({"d": (0.0, 0.0)}) == ""
+    assert are_within(gaps, 0.2, 0.3) and not are_within(gaps, 0.19, 0.3) and not are_within(gaps, 0.2, 0.29)
