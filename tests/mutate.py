@@ -282,7 +282,8 @@ def tests_of(mutant: Mutant, known: dict) -> list[str]:
                 inside = range(node.body[0].lineno, node.end_lineno + 1)
                 found = {test for line in inside for test in lines.get(str(line), ()) if test}
     if name and not found:
-        found = _tests_of_name(name[1], known, {name[1]})
+        mine = f"tests/test_{mutant.module.rpartition('/')[2]}.py::"
+        found = _tests_of_name(name[1], known, {name[1]}) | {test for test in known["seconds"] if test.startswith(mine)}
     found.discard("")
     # the quickest of every file, then the second quickest: files have subjects of their own
     files: dict[str, list[str]] = {}

@@ -287,3 +287,17 @@ def test_spins_of_rods_are_told_from_rounding(monkeypatch):
         assert np.all(np.isfinite(x))
         left = np.abs(np.einsum("ij...,jk...->ik...", a, x) - b).max()
         assert left < 1e-6 * np.abs(b).max() + 1e-12
+
+
+@pytest.mark.parametrize("largest", range(4))
+def test_quaternions_of_matrices_whatever_component_is_largest(largest):
+    q = 0.3 * np.random.default_rng(largest).standard_normal((4, 20))
+    q[largest] = 1.0
+    q /= np.linalg.norm(q, axis=0)
+    q *= np.where(q[3] < 0, -1, 1)
+    R = rotations.matrix_of_quaternion(q)
+    np.testing.assert_allclose(np.linalg.det(np.moveaxis(R, 2, 0)), 1, rtol=1e-13)
+    np.testing.assert_allclose(np.einsum("ijn,jn->in", R, q[:3]), q[:3], atol=1e-14)
+    np.testing.assert_allclose(rotations.quaternion_of_matrix(R), q, atol=1e-14)
+    v = rotations.logarithm(R)
+    np.testing.assert_allclose(rotations.quaternion_exponential(v), q, atol=1e-13)

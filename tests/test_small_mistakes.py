@@ -29,6 +29,7 @@ def test_the_axial_force_at_both_ends_of_a_hanging_rod():
         joint("head", "fixed", "rod", "platform", "0 0 -1"), bar("rod", "clamp", "head", RHO, '<circle diameter="0.02"/>'),
     )  # fmt: skip
     found = ks.analyze(machine.assemble(), gravity=(0, 0, -10))
+    np.testing.assert_allclose(found.beams["rod"].points[[0, 10, -1]], [[0, 0, 0], [0, 0, -0.5], [0, 0, -1]], atol=1e-12)
     lines = str(found).splitlines()
     at = next(k for k, line in enumerate(lines) if "N outer [N]" in line)
     header, row = (
