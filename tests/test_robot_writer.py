@@ -213,14 +213,17 @@ numbers = st.floats(-1e9, 1e9)
 vectors = st.tuples(numbers, numbers, numbers)
 positive = st.floats(1e-30, 1e30)
 sizes = st.floats(1e-6, 1e3)
+ratios = st.floats(0.01, 100)
 names = st.text(st.characters(codec="utf-8", exclude_categories=["C", "Z"]) | st.just(" "), min_size=1, max_size=20).filter(
     str.strip
 )
 sections = st.one_of(
     st.builds(Tube.of, sizes),
     st.builds(lambda d, part: Tube.of(d, d * part), sizes, st.floats(0.01, 0.99)),
-    st.builds(Rectangle.of, sizes, sizes),
-    st.builds(lambda b, h, part: RectangularTube.of(b, h, min(b, h) * part), sizes, sizes, st.floats(0.01, 0.49)),
+    st.builds(lambda b, ratio: Rectangle.of(b, b * ratio), sizes, st.floats(1e-4, 1e4)),
+    st.builds(
+        lambda b, ratio, part: RectangularTube.of(b, b * ratio, b * min(1, ratio) * part), sizes, ratios, st.floats(0.01, 0.49)
+    ),
     st.builds(Section, *[st.floats(1e-12, 1e3)] * 6),
 )
 materials = st.builds(
