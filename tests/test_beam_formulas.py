@@ -51,8 +51,3 @@ def test_strain_energy_is_that_of_all_slices(beam):
     c, L, wrench, load = beam
     slices = integral(lambda s: float(c @ beams.section_wrench(L, wrench, load, s) ** 2) / 2, L)
     assert beams.strain_energy(c, L, wrench, load) == pytest.approx(slices, rel=1e-12)
-
-
-def test_the_euler_load_is_that_of_the_softer_axis():
-    for bend in ((0.5, 0.2), (0.2, 0.5)):
-        assert beams.euler_load(*bend, 3.0) == pytest.approx(np.pi**2 * 2 / 9)

@@ -98,9 +98,10 @@ class Solution(ShortRepr):
         hanging_on_base = group.is_hanging and not group.limbs[0].on_platform
         share = np.zeros((len(self.sources) + hanging_on_base, len(group.limbs), 1))
         for position, number in enumerate(group.numbers):
-            place = self.place_of_strains(number) if strains else 2 + number
             if group.is_hanging:
                 place = len(self.sources) if hanging_on_base else 1
+            else:
+                place = self.place_of_strains(number) if strains else 2 + number
             share[place, position] = 1
         return share
 
