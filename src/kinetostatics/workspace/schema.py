@@ -269,7 +269,8 @@ def check_names(plan: Plan, labels: Labels) -> None:
     Raises:
         ArgumentError: one is, or two are called alike.
     """
-    taken = {*variables(labels), *_label_coordinates(labels), *_unit_coordinates(labels)}
+    dimensions = (name for name, (values, _) in _label_coordinates(labels).items() if values)
+    taken = {*variables(labels), *dimensions, *_unit_coordinates(labels)}
     for name in (*(axis.name for axis in plan.axes), *plan.held, *plan.constants):
         if name in taken:
             raise ArgumentError(
