@@ -89,7 +89,9 @@ def page() -> str:
         "revolute axis in all our "
         "limbs and in its RPS and UPR limbs, but in its PRU limbs x_i lies along that axis. Its attached wrench *along "
         "y_i* of the PRU "
-        "limbs is therefore our *force along limb x*. The numbers below are in the paper's axes.",
+        "limbs is therefore our *force along limb x*. `kinetostatics analyze 2pru_upr --hinge-axis limb_1=x limb_2=x …` "
+        '(`result.report(hinge_axes={"limb_1": "x", "limb_2": "x"})`) names them as the paper does. '
+        "The numbers below are in its axes.",
         "",
         "`result.paper_forces` has its f_i1, f_i2 and f_ia by name. f_ia of Eq. (17) is the axial force at the base "
         "end of the rod: of a "

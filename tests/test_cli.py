@@ -396,6 +396,12 @@ def test_tolerances_prints_the_worst_only(capsys):
     assert code == 0 and rows == [[row.name, row.error] for row in ranked.rows[:3]]
 
 
+@pytest.mark.parametrize("top", ["-1", "0", "2.7"])
+def test_tolerances_of_no_whole_number_of_rows(capsys, top):
+    code, out, err = run(capsys, "tolerances", "2pru_upr", f"--top={top}")
+    assert code == 2 and out == "" and f"--top is {top}; it must be a whole number" in err
+
+
 def test_tolerances_json_is_the_table(capsys):
     code, out, _ = run(capsys, "tolerances", "2pru_upr", "--length", "20um", "--top", 4, "--json")
     ranked = ks.tolerances(ks.load_robot("2pru_upr").assemble(), length=2e-5).to_dict()

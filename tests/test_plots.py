@@ -957,7 +957,8 @@ def test_the_examples_of_sweep_and_plot_run_as_they_are_printed(capsys, tmp_path
     for command in commands:
         assert main(command) == 0, capsys.readouterr().err
         assert "--list" in command or (tmp_path / command[command.index("--out") + 1]).exists()
-    assert capsys.readouterr().err == ""
+    # nothing goes wrong; a map of many heights has more surfaces than a figure shows
+    assert all("the figure shows surfaces of 5 of the" in line for line in capsys.readouterr().err.splitlines())
 
 
 def test_pictures_of_the_documentation_exist():

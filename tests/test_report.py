@@ -525,3 +525,27 @@ def test_hybrid_limbs_of_any_shape_are_explained(seed):
 
 def _moves(one, joint):
     return one.mechanism.connections[joint].kind != "fixed"
+
+
+def test_tables_name_the_limbs_axes_as_the_paper_does():
+    """The paper's PRU limbs have x along the hinge: their attached force is along y there, W_ig1 = −0.5 q_iy L."""
+    found = ks.analyze(ks.load_robot("2pru_upr").assemble(), gravity=(0, 0, 9.8))
+    ours, theirs = result_report(found), found.report(hinge_axes={"limb_1": "x", "limb_2": "x"})
+    intensity = {}
+    for text, axis in ((ours, "x"), (theirs, "y")):
+        line = next(line for line in text.splitlines() if f"force along limb {axis} at universal_1" in line)
+        intensity[axis] = float(line.split()[-2])
+    limb = found.limbs["limb_1"]
+    rod = found.robot.description.beams["rod_1"]
+    weight = rod.density * rod.section.area * found.gravity
+    along = found.beams["rod_1"].points[-1] - found.beams["rod_1"].points[0]
+    length = np.linalg.norm(along)
+    y = np.cross(along / length, [1.0, 0, 0])  # z × x, x along the hinge
+    sign = np.sign(limb.attached_wrenches[:3, 0] @ y)
+    assert sign * float(limb.attached_intensities[0]) == pytest.approx(-0.5 * weight @ y * length, rel=1e-12)  # Eq. (18)
+    assert intensity["y"] == -intensity["x"] != 0
+    assert "limb x" not in theirs.partition("limb_3")[0].partition("\nLimbs")[2]
+    with pytest.raises(ks.ArgumentError, match="no limb 'limb_9'"):
+        found.report(hinge_axes={"limb_9": "x"})
+    with pytest.raises(ks.ArgumentError, match="must be 'x' or 'y'"):
+        found.report(hinge_axes={"limb_1": "z"})

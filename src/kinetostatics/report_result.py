@@ -15,6 +15,7 @@ from kinetostatics.ordering import EQUAL, first_largest
 from kinetostatics.report_batch import batch_report, magnitudes
 from kinetostatics.report_dict import drive_unit, wrench_units
 from kinetostatics.report_gravity import drive_parts, gravity_twists
+from kinetostatics.report_limb_axes import checked, named
 from kinetostatics.report_sources import source_lines
 from kinetostatics.report_text import (
     ANGLES,
@@ -52,8 +53,14 @@ Array = NDArray[np.float64]
 COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
 
 
-def result_report(result: Result) -> str:
-    """Return what an analysis found: tables with units for one pose, a summary for a batch of poses."""
+def result_report(result: Result, hinge_axes: Mapping[str, str] | None = None) -> str:
+    """Return what an analysis found: tables with units for one pose, a summary for a batch of poses.
+
+    Args:
+        result: of :func:`kinetostatics.analyze`.
+        hinge_axes: as in :meth:`kinetostatics.Result.report`.
+    """
+    hinge_axes = checked(hinge_axes or {}, result.limbs)
     if result.shape != ():
         return batch_report(result)
     status = Status(int(result.status))
@@ -78,7 +85,7 @@ def result_report(result: Result) -> str:
         lines += section("Stiffness of the platform at o, world axes, drives locked", _stiffness(result))
         if result.actuator_forces:
             lines += section("Drives, positive along the joint's positive direction", _drives(result, noise))
-        lines += section("Limbs: what the platform puts on the limb", _limbs(result, noise))
+        lines += section("Limbs: what the platform puts on the limb", _limbs(result, noise, hinge_axes))
         networks = _networks(result, noise)
         if networks:
             lines += section("Limbs that are networks: what their beams and their joints to the platform carry", networks)
@@ -261,15 +268,15 @@ def _force_scales(values: Iterable[ArrayLike], units: Iterable[str], noise: Magn
     }
 
 
-def _limbs(result: Result, noise: Magnitudes) -> list[str]:
+def _limbs(result: Result, noise: Magnitudes, hinge_axes: Mapping[str, str]) -> list[str]:
     entries: list[tuple[str, str, Any, str, str]] = []
     for limb in result.limbs.values():
         units = wrench_units(limb.labels, limb.constraint_wrenches)
         attached = wrench_units(limb.attached_labels, limb.attached_wrenches)
         for label, value, unit in zip(limb.labels, limb.intensities, units, strict=True):
-            entries.append((limb.name, label, value, unit, "constraint"))
+            entries.append((limb.name, *named(label, value, hinge_axes.get(limb.name, "y")), unit, "constraint"))
         for label, value, unit in zip(limb.attached_labels, limb.attached_intensities, attached, strict=True):
-            entries.append((limb.name, label, value, unit, "attached"))
+            entries.append((limb.name, *named(label, value, hinge_axes.get(limb.name, "y")), unit, "attached"))
     scales = _force_scales([entry[2] for entry in entries], [entry[3] for entry in entries], noise)
     rows, before = [], ""
     for name, label, value, unit, kind in entries:

@@ -71,6 +71,20 @@ class Result:
 
         return result_html(self)
 
+    def report(self, *, hinge_axes: Mapping[str, str] | None = None) -> str:
+        """Return the tables that ``print(result)`` shows.
+
+        Args:
+            hinge_axes: of which limbs x, not y, lies along the first hinge: ``{"limb_1": "x"}``. The paper's PRU limbs have it
+                so; their attached force is then "along limb y", as there. z is along the limb in both.
+
+        Raises:
+            ArgumentError: there is no such limb, or the axis is neither "x" nor "y".
+        """
+        from kinetostatics.report import result_report
+
+        return result_report(self, hinge_axes)
+
     def to_dict(self) -> dict[str, Any]:
         """Return everything as plain numbers, lists and strings: what ``--json`` prints."""
         from kinetostatics.report import result_to_dict

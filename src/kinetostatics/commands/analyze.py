@@ -14,6 +14,7 @@ from kinetostatics.commands.arguments import (
     assemble,
     load,
     load_options,
+    parse_items,
     print_json,
     print_warnings,
 )
@@ -27,6 +28,7 @@ examples:
   kinetostatics analyze 3rps
   kinetostatics analyze 3rps --platform z=500mm azimuth=-170deg tilt=10deg --orientation tilt_torsion
   kinetostatics analyze 2pru_upr --actuators prismatic_1=20mm prismatic_2=0 prismatic_3=-5mm --load 0 0 -500 0 0 0
+  kinetostatics analyze 2pru_upr --hinge-axis limb_1=x limb_2=x --gravity 0 0 9.8
   kinetostatics analyze my_robot.urdf.xacro --set rod_diameter=80mm --gravity 0 0 0 --load 100 0 0 0 0 0 --json
 """
 
@@ -43,6 +45,13 @@ def add_parser(subparsers: Any) -> None:
     add_robot_arguments(parser)
     add_pose_arguments(parser)
     add_load_arguments(parser)
+    parser.add_argument(
+        "--hinge-axis",
+        metavar="LIMB=x",
+        nargs="+",
+        default=[],
+        help="limbs whose x axis, not y, is called the one along the first hinge in the table of limbs (the paper's PRU limbs)",
+    )
     add_json_argument(parser)
     parser.set_defaults(run=run)
 
@@ -56,7 +65,8 @@ def run(args: argparse.Namespace) -> int:
         robot = load(args)
         configuration, warnings = assemble(robot, args)
         result = analyze(configuration, **options)
-        text, found = ("", result.to_dict()) if args.json else (str(result), {})
+        axes = parse_items("--hinge-axis", args.hinge_axis)
+        text, found = ("", result.to_dict()) if args.json else (result.report(hinge_axes=axes), {})
     if args.json:
         found["warnings"] = [*warnings, *found["warnings"]]
         print_json(found)

@@ -16,6 +16,7 @@ from kinetostatics.commands.arguments import (
     print_json,
     print_warnings,
 )
+from kinetostatics.exceptions import ArgumentError
 from kinetostatics.waiting import waiting
 
 NAME = "tolerances"
@@ -64,7 +65,7 @@ def run(args: argparse.Namespace) -> int:
             "angle": parse_quantity(args.angle, "angle"),
             "temperature": parse_quantity(args.temperature, "temperature"),
         }
-        top = None if args.top is None else int(parse_quantity(args.top, "number"))
+        top = None if args.top is None else _count(args.top)
         configuration, warnings = assemble(load(args), args)
         found = tolerances(configuration, **amounts, by=args.by)
         if top is not None:
@@ -75,3 +76,11 @@ def run(args: argparse.Namespace) -> int:
     else:
         print("\n".join([*(f"! {warning}" for warning in warnings), str(found)]))
     return 0
+
+
+def _count(text: str) -> int:
+    """Return how many rows are asked for."""
+    number = parse_quantity(text, "number")
+    if number != int(number) or number < 1:
+        raise ArgumentError(f"--top is {text}; it must be a whole number from 1 on, such as --top 10")
+    return int(number)
