@@ -23,7 +23,7 @@ from mechanisms import Beam, Edge, Joint, Link, Mechanism, Stiffness, across, ci
 import kinetostatics as ks
 from kinetostatics.robot_file import parse_robot_text
 
-COUNT = int(os.environ.get("KINETOSTATICS_RANDOM_ROBOTS", "25"))
+COUNT = int(os.environ.get("KINETOSTATICS_RANDOM_ROBOTS", "12"))
 needs_opensees = pytest.mark.skipif(
     find_spec("openseespy") is None and not os.environ.get("KINETOSTATICS_REQUIRE_OPENSEES"),
     reason="needs OpenSeesPy: pip install 'kinetostatics[verify]'",

@@ -27,7 +27,7 @@ pytestmark = pytest.mark.skipif(
     reason="needs OpenSeesPy: pip install 'kinetostatics[verify]'",
 )
 
-COUNT = int(os.environ.get("KINETOSTATICS_RANDOM_ROBOTS", "90"))
+COUNT = int(os.environ.get("KINETOSTATICS_RANDOM_ROBOTS", "50"))
 
 #: Serial limbs as machines have them, base to platform; a small letter is a driven joint.
 LIMBS = ["RpS", "UpS", "pUS", "rUS", "pRS", "rRS", "pUU", "rUU", "UpU", "SpU", "pRU", "UpR", "SpR", "pRRR", "rRRR", "CrS", "pCS",

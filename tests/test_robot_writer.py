@@ -283,7 +283,7 @@ def descriptions(draw: st.DrawFn) -> RobotDescription:
     )  # fmt: skip
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(descriptions())
 def test_random_descriptions(tmp_path_factory: pytest.TempPathFactory, description: RobotDescription) -> None:
     valid = ks.validate(description)

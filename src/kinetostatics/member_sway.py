@@ -21,7 +21,13 @@ _TOLERANCE = 1e-7
 
 
 def free_motions(
-    graph: PieceGraph, frames: Frames, without: Collection[int], ends: tuple[Piece, Piece], rod: Array, twists: bool
+    graph: PieceGraph,
+    frames: Frames,
+    without: Collection[int],
+    ends: tuple[Piece, Piece],
+    rod: Array,
+    twists: bool,
+    held: dict[int, Array],
 ) -> Array:
     """Return how the second end can still move against the first (6, k): rotation, and shift of the member's outer end.
 
@@ -32,6 +38,7 @@ def free_motions(
         ends: what holds the member at its inner and outer end.
         rod: (2, 3) the member's ends, in units of the robot's size.
         twists: whether the member also passes a torque on.
+        held: what edges hold at these frames, by their ids, as far as it is known; the rest is added.
     """
     pieces = [piece for piece in graph.pieces() if piece is not graph.base]
     place = {piece: 6 * k for k, piece in enumerate(pieces)}
@@ -50,9 +57,9 @@ def free_motions(
     for edge in graph.edges:
         if id(edge) in without:
             continue
-        free = _twists(edge, frames)
-        held = np.eye(6) if free.shape[1] == 0 else np.linalg.svd(free)[0][:, np.linalg.matrix_rank(free) :].T
-        difference(edge.outer.find(), edge.inner.find(), held)
+        if id(edge) not in held:
+            held[id(edge)] = _held(_twists(edge, frames))
+        difference(edge.outer.find(), edge.inner.find(), held[id(edge)])
     x = (rod[1] - rod[0]) / scale
     inner, outer = ends
     row = np.zeros((2, 6 * len(pieces)))
@@ -71,6 +78,14 @@ def free_motions(
     found = twist(outer) - twist(inner)
     found[3:] += np.cross(found[:3], rod[1], axis=0)
     return found
+
+
+def _held(free: Array) -> Array:
+    """Return wrenches (m, 6) that span what does no work on twists (6, k)."""
+    if free.shape[1] == 0:
+        return np.eye(6)
+    axes, values, _ = np.linalg.svd(free)
+    return np.asarray(axes[:, int(np.sum(values > 6 * np.finfo(float).eps * values[0])) :].T)
 
 
 def _twists(edge: PieceEdge, frames: Frames) -> Array:

@@ -139,6 +139,7 @@ class _Finder:
         frames = robot.zero_frames
         self.frames = world_frames(robot.mechanism, robot.mechanism.forward(robot.model_q(robot.generic_poses)))
         self.edges = {edge.beam.beam.name: edge for edge in self.graph.edges if edge.beam is not None}
+        self.held: dict[int, dict[int, Array]] = {}  # by generic pose and edge
         self.points: dict[str, tuple[Array, Array]] = {}
         self.direction: dict[str, Array] = {}
         for name in self.edges:
@@ -256,7 +257,8 @@ class _Finder:
             points = np.array([self._point(frames, first[0], not first[1]), self._point(frames, last[0], last[1])])
             x = (points[1] - points[0]) / np.linalg.norm(points[1] - points[0])
             twists = all(_passes_torque(frames, end, x) for end in ends)
-            motions = free_motions(self.graph, frames, beams, holders, points / self.robot.length, twists)
+            held = self.held.setdefault(k, {})
+            motions = free_motions(self.graph, frames, beams, holders, points / self.robot.length, twists, held)
             axes = frames.orientations(np.array([model.span.carrier]), model.axes[:, :, None])[:, :, 0, 0]
             u, s, _ = np.linalg.svd(axes[:, 1:].T @ motions[3:], full_matrices=False)
             shifts.append(model.axes[:, 1:] @ u[:, s > _MOVES] @ u[:, s > _MOVES].T @ model.axes[:, 1:].T)
