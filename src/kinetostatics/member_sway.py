@@ -21,63 +21,69 @@ _TOLERANCE = 1e-7
 
 
 def free_motions(
-    graph: PieceGraph,
-    frames: Frames,
-    without: Collection[int],
-    ends: tuple[Piece, Piece],
-    rod: Array,
-    twists: bool,
-    held: dict[int, Array],
+    graph: PieceGraph, frames: Frames, without: Collection[int], ends: tuple[Piece, Piece], rod: Array, twists: bool, size: float
 ) -> Array:
     """Return how the second end can still move against the first (6, k): rotation, and shift of the member's outer end.
+
+    The motions that the edges of a spanning tree allow are the unknowns; the other edges and the rod are their equations.
 
     Args:
         graph: pieces and edges of the robot.
         frames: of one pose.
         without: ids of the edges that are taken out: the member's beams.
         ends: what holds the member at its inner and outer end.
-        rod: (2, 3) the member's ends, in units of the robot's size.
+        rod: (2, 3) the member's ends [m].
         twists: whether the member also passes a torque on.
-        held: what edges hold at these frames, by their ids, as far as it is known; the rest is added.
+        size: of the robot [m], by which shifts are divided.
     """
-    pieces = [piece for piece in graph.pieces() if piece is not graph.base]
-    place = {piece: 6 * k for k, piece in enumerate(pieces)}
-    rows: list[Array] = []
-
-    def difference(outer: Piece, inner: Piece, some: Array) -> None:
-        """Add rows (m, 6) of the twist (rotation, shift at the origin) of one piece against another."""
-        row = np.zeros((len(some), 6 * len(pieces)))
-        for piece, sign in ((outer, 1.0), (inner, -1.0)):
-            if piece in place:
-                row[:, place[piece] : place[piece] + 6] += sign * some
-        rows.append(row)
-
-    size = float(np.linalg.norm(rod[1] - rod[0]))
-    scale = size if size > 0 else 1.0
-    for edge in graph.edges:
-        if id(edge) in without:
+    edges = [edge for edge in graph.edges if id(edge) not in without]
+    at: dict[Piece, list[PieceEdge]] = {}
+    for edge in edges:
+        for piece in (edge.inner.find(), edge.outer.find()):
+            at.setdefault(piece, []).append(edge)
+    columns: list[Array] = []  # (6,) each: twists at the origin of what lies beyond an edge of the tree
+    way: dict[Piece, list[int]] = {}  # the columns that move a piece
+    tree: set[int] = set()
+    for root in (graph.base, *graph.pieces()):
+        if root in way:
             continue
-        if id(edge) not in held:
-            held[id(edge)] = _held(_twists(edge, frames))
-        difference(edge.outer.find(), edge.inner.find(), held[id(edge)])
-    x = (rod[1] - rod[0]) / scale
-    inner, outer = ends
-    row = np.zeros((2, 6 * len(pieces)))
-    for piece, point, sign in ((outer, rod[1], 1.0), (inner, rod[0], -1.0)):
-        if piece in place:
-            row[0, place[piece] : place[piece] + 6] += sign * np.concatenate([np.cross(point, x), x])
-            row[1, place[piece] : place[piece] + 3] += sign * x
-    rows.append(row if twists else row[:1])
-    _, values, axes = np.linalg.svd(np.asarray(np.linalg.qr(np.concatenate(rows), mode="r")))
-    moving = axes[int(np.sum(values > _TOLERANCE * values[0])) :].T
+        way[root] = [] if root is graph.base else list(range(len(columns), len(columns) + 6))
+        columns += [] if root is graph.base else list(np.eye(6))  # nothing joins it to the base
+        queue = [root]
+        while queue:
+            here = queue.pop()
+            for edge in at.get(here, []):
+                other = edge.outer.find() if here is edge.inner.find() else edge.inner.find()
+                if other not in way:
+                    free = _twists(edge, frames, size)
+                    way[other] = [*way[here], *range(len(columns), len(columns) + free.shape[1])]
+                    columns += list(free.T)
+                    tree.add(id(edge))
+                    queue.append(other)
+    basis = np.array(columns).reshape(-1, 6).T
 
     def twist(piece: Piece) -> Array:
-        at = place.get(piece)
-        return np.zeros((6, moving.shape[1])) if at is None else moving[at : at + 6]
+        found = np.zeros_like(basis)
+        found[:, way[piece]] = basis[:, way[piece]]
+        return found
 
-    found = twist(outer) - twist(inner)
-    found[3:] += np.cross(found[:3], rod[1], axis=0)
-    return found
+    rows = [
+        _held(_twists(edge, frames, size)) @ (twist(edge.outer.find()) - twist(edge.inner.find()))
+        for edge in edges
+        if id(edge) not in tree
+    ]
+    points = rod / size
+    x = (rod[1] - rod[0]) / np.linalg.norm(rod[1] - rod[0])
+    inner, outer = ends
+    longer = [np.concatenate([np.cross(point, x), x]) @ twist(piece) for piece, point in ((outer, points[1]), (inner, points[0]))]
+    rows.append((longer[0] - longer[1])[None])
+    if twists:
+        rows.append((x @ (twist(outer) - twist(inner))[:3])[None])
+    _, values, axes = np.linalg.svd(np.concatenate(rows))
+    moving = axes[int(np.sum(values > _TOLERANCE * max(values[0], 1.0) if values.size else 0)) :].T
+    found = (twist(outer) - twist(inner)) @ moving
+    found[3:] += np.cross(found[:3], points[1], axis=0)
+    return np.asarray(found)
 
 
 def _held(free: Array) -> Array:
@@ -88,12 +94,12 @@ def _held(free: Array) -> Array:
     return np.asarray(axes[:, int(np.sum(values > 6 * np.finfo(float).eps * values[0])) :].T)
 
 
-def _twists(edge: PieceEdge, frames: Frames) -> Array:
-    """Return the twists (6, k) that an edge leaves free: rotation, and shift at the origin."""
+def _twists(edge: PieceEdge, frames: Frames, size: float) -> Array:
+    """Return the twists (6, k) that an edge leaves free: rotation, and shift at the origin over the robot's size [m]."""
     joint = edge.connection
     if joint is None or joint.driven:
         return np.zeros((6, 0))
-    point = frames.points(np.array([joint.predecessor_body]), joint.predecessor_frame[:3, 3:])[:, 0, 0]
+    point = frames.points(np.array([joint.predecessor_body]), joint.predecessor_frame[:3, 3:])[:, 0, 0] / size
     turns, slides = turning_axes(joint), sliding_axes(joint)
     about = list(np.eye(3)) if turns is None else [_world(frames, *item) for item in turns]
     along = list(np.eye(3)) if joint.kind == "floating" else [_world(frames, *item) for item in slides]

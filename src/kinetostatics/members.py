@@ -139,7 +139,6 @@ class _Finder:
         frames = robot.zero_frames
         self.frames = world_frames(robot.mechanism, robot.mechanism.forward(robot.model_q(robot.generic_poses)))
         self.edges = {edge.beam.beam.name: edge for edge in self.graph.edges if edge.beam is not None}
-        self.held: dict[int, dict[int, Array]] = {}  # by generic pose and edge
         self.points: dict[str, tuple[Array, Array]] = {}
         self.direction: dict[str, Array] = {}
         for name in self.edges:
@@ -255,14 +254,17 @@ class _Finder:
         for k in range(self.frames.position.shape[2]):
             frames = Frames(self.frames.rotation[..., k : k + 1], self.frames.position[..., k : k + 1])
             points = np.array([self._point(frames, first[0], not first[1]), self._point(frames, last[0], last[1])])
+            if not np.any(points[1] - points[0]):
+                continue  # a telescope without length
             x = (points[1] - points[0]) / np.linalg.norm(points[1] - points[0])
             twists = all(_passes_torque(frames, end, x) for end in ends)
-            held = self.held.setdefault(k, {})
-            motions = free_motions(self.graph, frames, beams, holders, points / self.robot.length, twists, held)
+            motions = free_motions(self.graph, frames, beams, holders, points, twists, self.robot.length)
             axes = frames.orientations(np.array([model.span.carrier]), model.axes[:, :, None])[:, :, 0, 0]
             u, s, _ = np.linalg.svd(axes[:, 1:].T @ motions[3:], full_matrices=False)
             shifts.append(model.axes[:, 1:] @ u[:, s > _MOVES] @ u[:, s > _MOVES].T @ model.axes[:, 1:].T)
             turns |= bool(np.any(np.abs(axes[:, 1:].T @ motions[:3]) > _MOVES))
+        if not shifts:
+            return ends[1]
         end, most = ends[1], max(shifts, key=np.trace)
         rank = round(float(np.trace(most)))
         if rank == 0:
