@@ -568,7 +568,7 @@ def test_the_command_writes_what_the_function_returns(tmp_path, capsys, monkeypa
     assert "3rps: 30 poses (rod_diameter 2 × z 5 × rx 3)" in said and "30 reached" in said
     sag = np.sqrt((wanted["twist"].isel(component=slice(3)) ** 2).sum("component"))
     worst = sag.where(sag == sag.max(), drop=True)
-    assert f"worst sag {1e6 * float(sag.max()):.4g} µm at rod_diameter = {float(worst['rod_diameter'][0]):.6g}, z =" in said
+    assert f"worst sag {1e6 * float(sag.max()):.4g} µm at rod_diameter = {float(worst['rod_diameter'][0]):.6g} m, z =" in said
     assert f"largest drive force {float(abs(wanted['actuator_force']).max()):.4g} N, prismatic_" in said
 
 
@@ -686,4 +686,6 @@ def test_the_page_is_true(tmp_path, monkeypatch, capsys):
     assert (tmp_path / "sag.svg").exists()
     assert f"up to {TRIED} of them" in page.read_text(encoding="utf-8").replace("\n", " ")
     described = set(re.findall(r"`(\w+)`", "".join(re.findall(r"^\| (.*?) \|", page.read_text(encoding="utf-8"), re.MULTILINE))))
-    assert set(names["ds"].data_vars) | {"beam_stress", "beam_euler_ratio", "beam_deflection"} == described
+    wanted = {"beam_stress", "beam_euler_ratio", "beam_deflection"}
+    wanted |= {"gravity_way", "actuator_gravity_way", "actuator_contribution"}
+    assert set(names["ds"].data_vars) | wanted == described
