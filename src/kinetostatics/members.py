@@ -234,6 +234,8 @@ class _Finder:
         frames = self.frames
         which = np.arange(frames.position.shape[2])
         lengths = np.stack([self.robot.beams[name].length(frames) for name in member.beams], axis=1)
+        if not np.all(lengths > 0):
+            return True  # a telescope without length
         least = np.pi**2 * float(np.min(np.linalg.eigvalsh(member.stiffness))) / (2 * lengths.sum(axis=1)) ** 2
         forces = np.broadcast_to(-least[:, None, None], (*lengths.shape, 2))
         try:
