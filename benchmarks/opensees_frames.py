@@ -18,7 +18,8 @@ from typing import Any
 import numpy as np
 
 import kinetostatics as ks
-from kinetostatics.verification.frame import Array, FrameJoint, FrameModel
+from kinetostatics.math.arrays import Array
+from kinetostatics.verification.frame import FrameJoint, FrameModel
 from kinetostatics.verification.model import build
 from kinetostatics.verification.worker import load_opensees
 

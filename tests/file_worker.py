@@ -101,9 +101,9 @@ def _finite(what: str, values) -> None:
 
 def _pipeline(path: str, parameters: dict | None, how: str) -> None:
     import kinetostatics as ks
-    from kinetostatics.report_facts import robot_facts
-    from kinetostatics.report_robot import facts_report
-    from kinetostatics.robot_file import parse_robot_text, read_robot_file
+    from kinetostatics.checks.collect import robot_facts
+    from kinetostatics.files.reader import parse_robot_text, read_robot_file
+    from kinetostatics.reports.robot import facts_report
 
     global stage
     stage = "read"

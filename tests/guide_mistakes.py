@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 
 import kinetostatics as ks
+from kinetostatics.checks.collect import robot_facts
 from kinetostatics.exceptions import KinetostaticsError, RobotFileError
-from kinetostatics.report_facts import robot_facts
 
 ROOT = Path(__file__).parent.parent
 SOURCE = ROOT / "src" / "kinetostatics"

@@ -20,7 +20,7 @@ MASS = '<mass value="3"/>'
 INERTIA = '<inertia ixx="0.01" ixy="0" ixz="0" iyy="0.04" iyz="0" izz="0.04"/>'
 NOTHING_INSTALLED = """
 from unittest.mock import patch
-with patch("kinetostatics.packages._prefixes", lambda: iter(())):
+with patch("kinetostatics.files.mesh_packages._prefixes", lambda: iter(())):
     ks.load_robot(file)
 """
 D_ORIGIN = '<origin xyz="0.4 0 0"/>\n    <axis'
@@ -68,15 +68,16 @@ def link(name: str, cure: str, written: str = "") -> Mistake:
 
 FILES = (
     code('ks.load_robot(folder / "none.urdf")', "Relative paths start at the current folder.", "`kinetostatics check none.urdf`"),
-    code("from kinetostatics.shipped import robot_path; robot_path('3prss')", "A path, or one of the names.",
+    code("from kinetostatics.files.bundled import robot_path; robot_path('3prss')", "A path, or one of the names.",
          "`kinetostatics check 3prss`"),
-    code("from kinetostatics.shipped import robot_path; robot_path(folder)", "Name the file in it.", "`kinetostatics check .`"),
+    code("from kinetostatics.files.bundled import robot_path; robot_path(folder)", "Name the file in it.",
+         "`kinetostatics check .`"),
     code('ks.load_robot("3prss")', "A path, or one of the names in `ks.robots()`."),
     code("ks.load_robot(3)", "A path, or one of the names."),
-    code("from kinetostatics.shipped import copy_robots; copy_robots(['dleta'])", "`kinetostatics robots` lists them.",
+    code("from kinetostatics.files.bundled import copy_robots; copy_robots(['dleta'])", "`kinetostatics robots` lists them.",
          "`kinetostatics robots --copy dleta`"),
-    code("from kinetostatics.shipped import copy_robots; copy_robots('delta')", "`['delta']`", "`copy_robots('delta')`"),
-    code("from kinetostatics.shipped import copy_robots; (folder / 'delta.urdf.xacro').write_text('');"
+    code("from kinetostatics.files.bundled import copy_robots; copy_robots('delta')", "`['delta']`", "`copy_robots('delta')`"),
+    code("from kinetostatics.files.bundled import copy_robots; (folder / 'delta.urdf.xacro').write_text('');"
          " copy_robots(['delta'], folder)", "Copy to another folder.", "`kinetostatics robots --copy delta`, twice"),
     code('ks.load_robot("/dev/null")', "Pipes and devices are not read."),
     replace(code('ks.load_robot("robot\\0.urdf")', "The path was computed wrong."), ours="the file cannot be read:"),

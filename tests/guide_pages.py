@@ -20,7 +20,7 @@ import guide_mistakes_of_files as of_files
 import guide_mistakes_of_robots as of_robots
 from guide_mistakes import ROOT, Mistake, provoke
 
-from kinetostatics.cli import main
+from kinetostatics.cli.main import main
 
 PAGE = ROOT / "docs" / "describe_your_own_robot.md"
 FILE = "lift_table.urdf.xacro"

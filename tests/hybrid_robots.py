@@ -281,7 +281,7 @@ class AtZero:
 
     @property
     def robot(self):
-        from kinetostatics.mechanism import Mechanism as Bodies
+        from kinetostatics.mechanism.mechanism import Mechanism as Bodies
 
         description = self.written.description()
         return SimpleNamespace(description=description, mechanism=Bodies(description))

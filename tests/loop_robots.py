@@ -14,7 +14,7 @@ from scipy.linalg import null_space
 from scipy.spatial.transform import Rotation
 
 import kinetostatics as ks
-from kinetostatics.robot_file import parse_robot_text
+from kinetostatics.files.reader import parse_robot_text
 
 #: Freedoms of every type.
 FREEDOMS = {

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 import kinetostatics as ks
-from kinetostatics.robot_file import parse_robot_text
+from kinetostatics.files.reader import parse_robot_text
 
 E, NU, RHO = 200e9, 0.3, 7850.0
 ORIGIN = (0.0, 0.0, 0.0)

@@ -12,7 +12,7 @@ from mechanisms import Beam, Edge, Joint, Link, Mechanism, Stiffness, circle, wr
 
 import kinetostatics as ks
 from kinetostatics.description import Loop
-from kinetostatics.robot_file import parse_robot_text
+from kinetostatics.files.reader import parse_robot_text
 
 ROBOTS = Path(__file__).parent.parent / "robots"
 Y = (0.0, 1.0, 0.0)

@@ -14,7 +14,7 @@ from mechanisms import random_rotation, rpy
 from scipy.spatial.transform import Rotation
 
 from kinetostatics.description import Cone, Inertia, Joint, Link, Loop, Mimic, Origin
-from kinetostatics.robot_file import validate
+from kinetostatics.files.reader import validate
 
 IN_TREES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 TURNING, ONE_FREEDOM = ("revolute", "continuous"), ("revolute", "continuous", "prismatic")

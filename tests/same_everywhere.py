@@ -34,8 +34,8 @@ def _said(compute):
 def texts_of(robot):
     """Yield what is said of a robot."""
     import kinetostatics as ks
-    from kinetostatics.report_facts import robot_facts
-    from kinetostatics.report_robot import facts_report
+    from kinetostatics.checks.collect import robot_facts
+    from kinetostatics.reports.robot import facts_report
 
     yield facts_report(robot_facts(robot))
     try:

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.cli import main
-from kinetostatics.coordinate_choices import choices, request_for
-from kinetostatics.orientation import orientation_named
+from kinetostatics.cli.main import main
+from kinetostatics.kinematics.coordinate_choices import choices, request_for
+from kinetostatics.math.orientation import orientation_named
 
 NAN, ONE_J = float("nan"), 1j
 WRONG = (

@@ -10,9 +10,9 @@ from hybrid_robots import random_hybrid, write_randomly
 from mechanisms import Joint, Link, unit
 
 import kinetostatics as ks
-from kinetostatics.beam_spans import SpanFinder
-from kinetostatics.robot_file import parse_robot_text
-from kinetostatics.shipped import robot_path
+from kinetostatics.files.bundled import robot_path
+from kinetostatics.files.reader import parse_robot_text
+from kinetostatics.mechanism.beam_geometry import SpanFinder
 
 CASES = Path(__file__).parent / "cases"
 LOAD, GRAVITY = (10.0, -20.0, -300.0, 4.0, 5.0, 6.0), (0.5, 0.7, -9.81)

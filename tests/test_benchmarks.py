@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.shipped import shipped_robots
+from kinetostatics.files.bundled import shipped_robots
 
 ROOT = Path(__file__).parent.parent
 PAGE = ROOT / "docs" / "benchmarks.md"

@@ -10,9 +10,9 @@ from mechanisms import Joint, Link
 from small_robots import E
 
 import kinetostatics as ks
-from kinetostatics.buckling import Ends, buckling_ratio
-from kinetostatics.deformation import axial_forces
-from kinetostatics.shipped import robot_path
+from kinetostatics.buckling.euler_loads import Ends, buckling_ratio
+from kinetostatics.files.bundled import robot_path
+from kinetostatics.statics.deformation import axial_forces
 
 SECTION = sr.Section(2e-3, 4e-7, 9e-7, 6e-7)
 ROOT = 4.493409457909064  # of tan x = x

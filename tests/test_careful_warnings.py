@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import kinetostatics as ks
+from kinetostatics.checks.collect import robot_facts
 from kinetostatics.description import Beam, Inertia, Joint, JointStiffness, Link, Loop, Material, Origin, RobotDescription
-from kinetostatics.near_singular import HOLD, near_singularity
-from kinetostatics.report_facts import robot_facts
+from kinetostatics.results.near_singular import HOLD, near_singularity
 from kinetostatics.sections import Tube
 
 RIGID = "bearings and drives count as rigid: the file gives no <joint_stiffness>"

@@ -13,10 +13,10 @@ import pytest
 from odd_robots import ODD
 
 import kinetostatics as ks
-from kinetostatics.report import robot_to_dict
-from kinetostatics.report_chains import joints_of
-from kinetostatics.report_facts import robot_facts
-from kinetostatics.report_robot import facts_report
+from kinetostatics.checks.chains import joints_of
+from kinetostatics.checks.collect import robot_facts
+from kinetostatics.reports import robot_to_dict
+from kinetostatics.reports.robot import facts_report
 
 ROOT = Path(__file__).parent.parent
 GOLDEN = Path(__file__).parent / "golden"

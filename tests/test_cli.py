@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.cli import COMMANDS, main
-from kinetostatics.commands.arguments import parse_items, parse_parameters, parse_quantity
-from kinetostatics.shipped import robot_path, shipped_robots
+from kinetostatics.cli.arguments import parse_items, parse_parameters, parse_quantity
+from kinetostatics.cli.main import COMMANDS, main
+from kinetostatics.files.bundled import robot_path, shipped_robots
 
 ROBOTS = Path(__file__).parent.parent / "robots"
 
@@ -360,7 +360,7 @@ def test_python_dash_m():
 
 def test_viewers_are_not_imported_by_an_analysis():
     code = (
-        "import sys; from kinetostatics.cli import main; main(['analyze', '3rps']); "
+        "import sys; from kinetostatics.cli.main import main; main(['analyze', '3rps']); "
         "assert not {'yourdfpy', 'meshcat', 'trimesh', 'scipy'} & set(sys.modules), 'heavy imports'"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, encoding="utf-8", check=False)

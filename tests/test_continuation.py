@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 from loop_robots import Held
 
 import kinetostatics as ks
-from kinetostatics import continuation
-from kinetostatics.assembly import _platform_request, actuator_names
-from kinetostatics.cells import Cells
 from kinetostatics.description import Mimic
-from kinetostatics.shipped import robot_path
-from kinetostatics.solver import Poses
+from kinetostatics.files.bundled import robot_path
+from kinetostatics.kinematics import continuation
+from kinetostatics.kinematics.assembly import _platform_request, actuator_names
+from kinetostatics.kinematics.chebyshev import Cells
+from kinetostatics.kinematics.solver import Poses
 
 POSES = {
     "3rps": ({"z": 0.55, "rx": 0.1, "ry": -0.05}, "XYZ"),

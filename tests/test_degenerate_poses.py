@@ -10,9 +10,9 @@ import pytest
 from mechanisms import Beam, Edge, Joint, Link, Mechanism, circle, write_mechanism
 
 import kinetostatics as ks
-from kinetostatics import wrench_bases
-from kinetostatics.linalg import Cholesky, definite
-from kinetostatics.shipped import robot_path
+from kinetostatics.files.bundled import robot_path
+from kinetostatics.limbs import basis_choice as wrench_bases
+from kinetostatics.math.linalg import Cholesky, definite
 
 CASES = Path(__file__).parent / "cases"
 

@@ -5,7 +5,7 @@ import pytest
 from test_hybrid_limbs import RHO, E, bar, joint, link, loop, robot
 
 import kinetostatics as ks
-from kinetostatics.robot_file import parse_robot_text
+from kinetostatics.files.reader import parse_robot_text
 
 CIRCLE = '<circle diameter="0.05"/>'
 AREA, INERTIA = np.pi * 0.05**2 / 4, np.pi * 0.05**4 / 64

@@ -18,9 +18,9 @@ import pytest
 import xacro
 
 import kinetostatics as ks
-from kinetostatics import cli
-from kinetostatics.packages import PackageNotFound, package_folder
-from kinetostatics.robot_file import read_robot_file
+from kinetostatics.cli import main as cli
+from kinetostatics.files.mesh_packages import PackageNotFound, package_folder
+from kinetostatics.files.reader import read_robot_file
 from kinetostatics.verification import OpenSeesError
 
 ROOT = Path(__file__).parent.parent

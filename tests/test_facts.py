@@ -9,9 +9,9 @@ import pytest
 import xarray as xr
 
 import kinetostatics as ks
-from kinetostatics.facts import FACTS, status_of
-from kinetostatics.robot_file import parse_robot_text
-from kinetostatics.shipped import robot_path
+from kinetostatics.files.bundled import robot_path
+from kinetostatics.files.reader import parse_robot_text
+from kinetostatics.status import FACTS, status_of
 from kinetostatics.workspace.summary import summary
 
 CASES = Path(__file__).parent / "cases"
@@ -185,7 +185,7 @@ def test_a_robot_without_beams_has_the_same_limits(name):
 
 
 def test_check_foresees_that_forces_are_not_determined(capsys):
-    from kinetostatics.cli import main
+    from kinetostatics.cli.main import main
 
     assert main(["check", str(CASES / "two_rigid.urdf")]) == 0
     words = " ".join(capsys.readouterr().out.split())
@@ -195,7 +195,7 @@ def test_check_foresees_that_forces_are_not_determined(capsys):
 
 
 def test_a_fact_without_a_status_is_true_of_no_pose_of_an_older_map(monkeypatch):
-    facts = importlib.import_module("kinetostatics.facts")
+    facts = importlib.import_module("kinetostatics.status")
     older = xr.Dataset({"status": ("s", np.array([0, 1, 2], dtype=np.int8))})
     assert facts.in_map(older, "limit_exceeded").values.tolist() == [False, True, False]
     monkeypatch.setattr(facts, "FACTS", {"new": facts.Fact("new", None, "", "")})

@@ -13,10 +13,11 @@ import pytest
 import yaml
 
 import kinetostatics as ks
-from kinetostatics import cli
+from kinetostatics.cli import main as cli
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError, RobotFileError
-from kinetostatics.foreign_loops import ForeignLoop, conversion, gepetto, isaac, onshape
-from kinetostatics.robot_file import parse_robot_text
+from kinetostatics.files.importers import ForeignLoop, gepetto, isaac, onshape
+from kinetostatics.files.importers import convert as conversion
+from kinetostatics.files.reader import parse_robot_text
 
 FOREIGN = Path(__file__).parent / "foreign"
 FIVE_BAR = FOREIGN / "five_bar_onshape.urdf"

@@ -25,7 +25,7 @@ from file_worker import Outcome, Worker
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from kinetostatics.robot_file import read_robot_file
+from kinetostatics.files.reader import read_robot_file
 
 #: Random files of each kind.
 NUMBER = int(os.environ.get("KINETOSTATICS_FUZZ", "120"))

@@ -19,7 +19,7 @@ from guide_mistakes import ROOT, SOURCE, Mistake, provoke, sites
 from guide_pages import FILE, PAGE, TABLES, answers, blocks, marked, table
 
 import kinetostatics as ks
-from kinetostatics.report_facts import robot_facts
+from kinetostatics.checks.collect import robot_facts
 
 ROBOT = ROOT / "examples" / "guide_robot" / FILE
 TEXT = PAGE.read_text(encoding="utf-8")

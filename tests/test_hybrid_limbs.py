@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.report_facts import robot_facts
-from kinetostatics.robot_file import parse_robot_text
-from kinetostatics.shipped import robot_path
+from kinetostatics.checks.collect import robot_facts
+from kinetostatics.files.bundled import robot_path
+from kinetostatics.files.reader import parse_robot_text
 
 E, RHO, G = 2.0e11, 7850.0, 10.0
 AREA = 1e-4

@@ -9,7 +9,7 @@ import pytest
 
 from kinetostatics.description import JointStiffness, Mimic, RobotDescription
 from kinetostatics.exceptions import RobotFileError
-from kinetostatics.robot_file import parse_robot_text
+from kinetostatics.files.reader import parse_robot_text
 
 INF = math.inf
 

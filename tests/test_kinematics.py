@@ -10,12 +10,12 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 import kinetostatics as ks
-from kinetostatics import rotations
-from kinetostatics.linalg import Cholesky, least_squares, matmul
-from kinetostatics.mechanism import Mechanism
-from kinetostatics.orientation import orientation_named
-from kinetostatics.robot_file import parse_robot_text
-from kinetostatics.shipped import robot_path
+from kinetostatics.files.bundled import robot_path
+from kinetostatics.files.reader import parse_robot_text
+from kinetostatics.math import rotations
+from kinetostatics.math.linalg import Cholesky, least_squares, matmul
+from kinetostatics.math.orientation import orientation_named
+from kinetostatics.mechanism.mechanism import Mechanism
 
 TREE = """<robot name="tree"><link name="base"/><link name="a"/><link name="b"/><link name="c"/><link name="d"/><link name="e"/>
 <link name="f"/><platform link="f"/>
@@ -279,7 +279,7 @@ def test_spins_of_rods_are_told_from_rounding(monkeypatch):
         systems.append((a, b, x))
         return x
 
-    monkeypatch.setattr("kinetostatics.solver.least_squares", seen)
+    monkeypatch.setattr("kinetostatics.kinematics.solver.least_squares", seen)
     for y in (12.1, 12.0, 11.0):
         robot.assemble(platform={"x": 0.5, "y": y / 43, "z": -0.5})
     assert len(systems) > 20

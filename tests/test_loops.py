@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from kinetostatics.closure import LoopEquations
-from kinetostatics.mechanism import Mechanism
-from kinetostatics.robot_file import parse_robot_text
-from kinetostatics.rotations import exponential
+from kinetostatics.files.reader import parse_robot_text
+from kinetostatics.kinematics.loop_constraints import LoopEquations
+from kinetostatics.math.rotations import exponential
+from kinetostatics.mechanism.mechanism import Mechanism
 
 FREEDOMS = {
     "fixed": 0, "revolute": 1, "continuous": 1, "prismatic": 1,

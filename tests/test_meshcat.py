@@ -15,9 +15,9 @@ from pinocchio.visualize import MeshcatVisualizer
 from scipy.spatial.transform import Rotation
 
 import kinetostatics as ks
-from kinetostatics import cli
-from kinetostatics.commands.view import NAME
-from kinetostatics.robot_file import parse_robot_text
+from kinetostatics.cli import main as cli
+from kinetostatics.cli.view import NAME
+from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.viewer.description import HIDDEN
 from kinetostatics.viewer.scene import describe_scene
 
@@ -278,7 +278,7 @@ def test_command_draws_into_a_running_server(server, capsys):
 def test_command_starts_a_server_and_ends_it(tmp_path):
     code = (
         "import sys, webbrowser; webbrowser.open = lambda address: True;"
-        "from kinetostatics.cli import main; sys.exit(main(['view', 'robots/3rps.urdf.xacro', '--meshcat']))"
+        "from kinetostatics.cli.main import main; sys.exit(main(['view', 'robots/3rps.urdf.xacro', '--meshcat']))"
     )
     process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
     line = process.stdout.readline()

@@ -9,7 +9,7 @@ import pytest
 
 import kinetostatics as ks
 from kinetostatics.description import Mimic
-from kinetostatics.robot_file import parse_robot_text
+from kinetostatics.files.reader import parse_robot_text
 
 ROD, DISTANCE = 0.5, 0.6
 

@@ -5,7 +5,7 @@ import pytest
 from test_hybrid_limbs import E, joint, link, loop
 
 import kinetostatics as ks
-from kinetostatics.robot_file import parse_robot_text
+from kinetostatics.files.reader import parse_robot_text
 
 STILL = (0, 0, 0)
 ALPHA = 1.2e-5

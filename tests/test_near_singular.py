@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.near_singular import NearSingularity, _bases, _joint_forces
-from kinetostatics.shipped import robot_path
+from kinetostatics.files.bundled import robot_path
+from kinetostatics.results.near_singular import NearSingularity, _bases, _joint_forces
 
 
 def network(**changes):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.report import robot_report
+from kinetostatics.reports import robot_report
 from kinetostatics.viewer.scene import describe_scene
 
 PAR4 = "tests/cases/par4_articulated.urdf.xacro"

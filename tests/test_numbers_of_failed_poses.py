@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.beam_result import BeamResult
-from kinetostatics.limb_result import LimbResult
-from kinetostatics.shipped import robot_path
+from kinetostatics.files.bundled import robot_path
+from kinetostatics.results.beam import BeamResult
+from kinetostatics.results.limb import LimbResult
 
 PUBLIC = (ks.Result, ks.Configuration, LimbResult, BeamResult)
 #: What belongs to the robot or to how a batch is kept, not to its poses.

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.linalg import canonical_basis, null_space
-from kinetostatics.ordering import EQUAL, axis_across, first_largest, ranked
+from kinetostatics.math.linalg import canonical_basis, null_space
+from kinetostatics.math.ordering import EQUAL, axis_across, first_largest, ranked
 
 NOISE = 1e-9
 ROBOTS = Path(__file__).parent.parent / "robots"

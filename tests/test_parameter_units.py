@@ -9,9 +9,9 @@ import xarray as xr
 from matplotlib import pyplot as plt
 
 import kinetostatics as ks
-from kinetostatics.cli import main
-from kinetostatics.parameter_units import parameter_unit
-from kinetostatics.shipped import robot_path
+from kinetostatics.cli.main import main
+from kinetostatics.files.bundled import robot_path
+from kinetostatics.files.parameter_units import parameter_unit
 
 #: What parameters of the robots that come with the package are, by the ends of their names.
 KINDS = (

@@ -10,9 +10,9 @@ import pytest
 from loop_robots import FREEDOMS, Held
 
 import kinetostatics as ks
-from kinetostatics.kinematics import Frames
-from kinetostatics.pinocchio_loops import LoopModel
-from kinetostatics.robot_file import parse_robot_text
+from kinetostatics.files.reader import parse_robot_text
+from kinetostatics.mechanism.pinocchio_loops import LoopModel
+from kinetostatics.mechanism.tree import Frames
 
 ROBOTS = list(ks.robots())
 GRAVITY = np.array([0.7, -1.1, -9.6])

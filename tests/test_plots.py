@@ -14,7 +14,7 @@ import pytest
 from small_maps import map_of
 
 import kinetostatics as ks
-from kinetostatics.cli import main
+from kinetostatics.cli.main import main
 
 matplotlib = pytest.importorskip("matplotlib", reason="needs Matplotlib: pip install 'kinetostatics[plot]'")
 matplotlib.use("Agg")

@@ -15,7 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import kinetostatics as ks
-from kinetostatics.robot_file import parse_robot_text
+from kinetostatics.files.reader import parse_robot_text
 
 ROBOTS = Path(__file__).parent.parent / "robots"
 seeds = st.integers(0, 10**6)

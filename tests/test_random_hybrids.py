@@ -21,7 +21,7 @@ from hypothesis import strategies as st
 from mechanisms import Beam, Edge, Joint, Link, Mechanism, Stiffness, across, circle, random_cuts, unit, write_mechanism
 
 import kinetostatics as ks
-from kinetostatics.robot_file import parse_robot_text
+from kinetostatics.files.reader import parse_robot_text
 
 COUNT = int(os.environ.get("KINETOSTATICS_RANDOM_ROBOTS", "12"))
 needs_opensees = pytest.mark.skipif(

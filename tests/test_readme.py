@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from kinetostatics.cli import main
+from kinetostatics.cli.main import main
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -138,7 +138,7 @@ def test_the_page_on_the_paper_names_what_there_is():
 
 @pytest.mark.parametrize("key", reproduce_paper.COMMANDS)
 def test_each_table_of_the_paper_has_a_command_that_prints_its_numbers(key, capsys):
-    from kinetostatics.cli import main
+    from kinetostatics.cli.main import main
 
     command, ours = reproduce_paper.COMMANDS[key], reproduce_paper.ours(*key)
     assert command in README and main(command.split()[1:]) == 0

@@ -13,13 +13,13 @@ from hybrid_robots import random_hybrid
 from mechanisms import random_cuts, write_mechanism
 
 import kinetostatics as ks
-from kinetostatics.report import result_report, result_to_dict, robot_report, robot_to_dict
-from kinetostatics.report_chains import bodies_of, joints_of
-from kinetostatics.report_facts import robot_facts
-from kinetostatics.report_parts import section_words
-from kinetostatics.report_robot import facts_report
-from kinetostatics.report_text import ANGLES, FORCES, LENGTHS, Magnitudes, Scale, quantity, table, wide_table
-from kinetostatics.robot_file import parse_robot_text
+from kinetostatics.checks.chains import bodies_of, joints_of
+from kinetostatics.checks.collect import robot_facts
+from kinetostatics.checks.parts import section_words
+from kinetostatics.files.reader import parse_robot_text
+from kinetostatics.printing.text import ANGLES, FORCES, LENGTHS, Magnitudes, Scale, quantity, table, wide_table
+from kinetostatics.reports import result_report, result_to_dict, robot_report, robot_to_dict
+from kinetostatics.reports.robot import facts_report
 from kinetostatics.sections import Rectangle, RectangularTube, Section, Tube
 
 ROBOTS = Path(__file__).parent.parent / "robots"

@@ -5,8 +5,8 @@ from dataclasses import astuple
 import numpy as np
 import pytest
 
-from kinetostatics import report_text
-from kinetostatics.report_text import Magnitudes, Scale, largest, listing, quantity, table, vector, wide_table, wrapped
+from kinetostatics.printing import text as report_text
+from kinetostatics.printing.text import Magnitudes, Scale, largest, listing, quantity, table, vector, wide_table, wrapped
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 
 from kinetostatics.description import BeamEnd, Origin
 from kinetostatics.exceptions import ArgumentError, RobotFileError
-from kinetostatics.robot_file import parse_robot_text, read_robot_file
+from kinetostatics.files.reader import parse_robot_text, read_robot_file
 
 GOOD = """<?xml version="1.0"?>
 <robot name="r">
@@ -748,7 +748,7 @@ def test_the_example_of_the_documentation_is_read() -> None:
 
 def test_reading_urdf_imports_neither_pinocchio_nor_xacro() -> None:
     code = (
-        "import sys; from kinetostatics.robot_file import parse_robot_text; parse_robot_text(sys.argv[1]); "
+        "import sys; from kinetostatics.files.reader import parse_robot_text; parse_robot_text(sys.argv[1]); "
         "assert not {'pinocchio', 'xacro', 'yaml', 'meshcat'} & set(sys.modules)"
     )
     subprocess.run([sys.executable, "-c", code, GOOD], check=True)

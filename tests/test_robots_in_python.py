@@ -25,7 +25,7 @@ from kinetostatics.description import (
     Origin,
     RobotDescription,
 )
-from kinetostatics.robot_file import parse_robot_text
+from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.sections import Rectangle, RectangularTube, Section, Tube
 
 ROOT = Path(__file__).parent.parent

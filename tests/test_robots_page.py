@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.shipped import shipped_robots
+from kinetostatics.files.bundled import shipped_robots
 
 ROOT = Path(__file__).parent.parent
 PAGE = (ROOT / "docs" / "robots.md").read_text(encoding="utf-8")

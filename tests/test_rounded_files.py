@@ -10,7 +10,7 @@ from same_everywhere import texts_of
 from test_check_golden import NAMES, robot, words_and_numbers
 
 import kinetostatics as ks
-from kinetostatics.parts import Inertia, Joint, Loop
+from kinetostatics.description.elements import Inertia, Joint, Loop
 from kinetostatics.sections import Section
 
 ROUNDING = 1e-13

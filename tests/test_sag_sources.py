@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.report_sources import ALIKE, MOST, ranked, source_lines
-from kinetostatics.report_text import Magnitudes
+from kinetostatics.printing.text import Magnitudes
+from kinetostatics.reports.sources import ALIKE, MOST, ranked, source_lines
 from kinetostatics.sections import Tube
 
 TITLE = "Where the sag comes from: parts along the whole displacement and rotation"

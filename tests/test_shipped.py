@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.cli import main
-from kinetostatics.shipped import shipped_robots
+from kinetostatics.cli.main import main
+from kinetostatics.files.bundled import shipped_robots
 
 ROBOTS = Path(__file__).parent.parent / "robots"
 NAMES = sorted(path.name.removesuffix(".urdf.xacro") for path in ROBOTS.glob("*.urdf.xacro"))
@@ -103,5 +103,5 @@ def test_copies_overwrite_nothing(monkeypatch, tmp_path, capsys):
 
 
 def test_robots_without_their_folder(monkeypatch, tmp_path):
-    monkeypatch.setattr(sys.modules["kinetostatics.shipped"], "FOLDERS", (tmp_path / "none",))
+    monkeypatch.setattr(sys.modules["kinetostatics.files.bundled"], "FOLDERS", (tmp_path / "none",))
     assert main(["robots"]) == 0 and dict(ks.robots()) == shipped_robots() == {}

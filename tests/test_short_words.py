@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.configuration import Status
 from kinetostatics.description import Beam, Link, Material, Origin, RobotDescription
-from kinetostatics.html_tables import html_table
-from kinetostatics.mappings import FEW, MOST_ITEMS, Named, in_short, mapping_words
-from kinetostatics.report_short import values_words
-from kinetostatics.report_text import FORCES, LENGTHS
+from kinetostatics.printing.html_tables import html_table
+from kinetostatics.printing.mappings import FEW, MOST_ITEMS, Named, in_short, mapping_words
+from kinetostatics.printing.text import FORCES, LENGTHS
+from kinetostatics.reports.short import values_words
 from kinetostatics.sections import Tube
+from kinetostatics.status import Status
 
 #: The longest text that anything may print in a REPL.
 SHORT = 2500

@@ -12,10 +12,10 @@ from test_hybrid_limbs import RHO, E, bar, joint, link, robot, truss
 from test_misfits import two_columns
 
 import kinetostatics as ks
-from kinetostatics.pose_spread import ordinary_poses
-from kinetostatics.screws import describe_twist
-from kinetostatics.shipped import robot_path
-from kinetostatics.workspace.following import Poses
+from kinetostatics.files.bundled import robot_path
+from kinetostatics.kinematics.pose_spread import ordinary_poses
+from kinetostatics.math.screws import describe_twist
+from kinetostatics.workspace.assembly_modes.following import Poses
 
 STILL = (0, 0, 0)
 AREA = np.pi * 0.02**2 / 4

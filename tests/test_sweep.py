@@ -15,9 +15,9 @@ import pytest
 import xarray as xr
 
 import kinetostatics as ks
-from kinetostatics.shipped import robot_path
-from kinetostatics.workspace.crew import Crew
-from kinetostatics.workspace.planning import TRIED
+from kinetostatics.files.bundled import robot_path
+from kinetostatics.workspace.arguments import TRIED
+from kinetostatics.workspace.process_pool import Crew
 from kinetostatics.workspace.tasks import read_part, write_part
 
 GRID = {"z": np.linspace(0.45, 0.65, 5), "rx": np.linspace(-0.15, 0.15, 4), "ry": np.array([-0.1, 0.0, 0.12])}
@@ -494,7 +494,7 @@ def test_a_file_that_is_wrong_with_later_parameters_is_refused_at_once(tmp_path,
 def test_maps_for_which_there_is_no_room(robot, tmp_path, monkeypatch, arguments, free, message):
     from collections import namedtuple
 
-    from kinetostatics.workspace import room
+    from kinetostatics.workspace import capacity as room
 
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(room.shutil, "disk_usage", lambda path: namedtuple("usage", "total used free")(10**13, 0, free))
@@ -505,8 +505,8 @@ def test_maps_for_which_there_is_no_room(robot, tmp_path, monkeypatch, arguments
 
 
 def test_the_size_of_a_map_is_known_before(small, robot):
-    from kinetostatics.workspace.planning import read_plan
-    from kinetostatics.workspace.room import size_of
+    from kinetostatics.workspace.arguments import read_plan
+    from kinetostatics.workspace.capacity import size_of
     from kinetostatics.workspace.schema import labels_of
 
     plan, first = read_plan(robot, GRID, None, None, LOAD, (0, 0, -9.81), None, "world", None, None, True, 1e-10)
@@ -546,7 +546,7 @@ def test_nobody_pays_for_xarray_who_does_not_sweep():
 
 
 def command(*arguments, code=0):
-    from kinetostatics.cli import main
+    from kinetostatics.cli.main import main
 
     assert main(["sweep", *arguments]) == code
 

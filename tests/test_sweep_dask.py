@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 import kinetostatics as ks
-from kinetostatics.workspace import lazy
+from kinetostatics.workspace import dask_map as lazy
 
 GRID = {"z": np.linspace(0.45, 0.65, 8), "rx": np.linspace(-0.15, 0.15, 5), "ry": np.array([-0.1, 0.0, 0.12])}
 

@@ -5,10 +5,10 @@ import pytest
 import xarray as xr
 
 import kinetostatics as ks
-from kinetostatics.shipped import robot_path
-from kinetostatics.workspace import finishing
-from kinetostatics.workspace.continuity import Edges, JointScale, connected_parts, suspect_edges
-from kinetostatics.workspace.planning import read_plan
+from kinetostatics.files.bundled import robot_path
+from kinetostatics.workspace.arguments import read_plan
+from kinetostatics.workspace.assembly_modes import repair as finishing
+from kinetostatics.workspace.assembly_modes.continuity import Edges, JointScale, connected_parts, suspect_edges
 from kinetostatics.workspace.schema import NO_MODE, OTHER_MODE, ZERO_MODE, labels_of
 
 #: orientation, load, gravity, point, frame, misfits, parameters and beams of a sweep that asks for nothing more
@@ -194,7 +194,7 @@ def test_a_pose_between_reached_ones_is_tried_from_all_of_them(looked_at, monkey
 
 def test_the_second_look_is_written_into_files_too(looked_at, monkeypatch, tmp_path):
     """Part of the grid is not reached at first; the map in a file is the same as that in memory, and as the unspoilt one."""
-    from kinetostatics.workspace import compute
+    from kinetostatics.workspace import block as compute
 
     robot, _, _, ds = looked_at
     original = compute.assemble

@@ -8,17 +8,17 @@ from test_elastic_joints import mount, springs
 from test_hybrid_limbs import joint, link
 
 import kinetostatics as ks
-from kinetostatics import report_sources
-from kinetostatics.force_method import distribute, make_plan, ranks
-from kinetostatics.joint_wrenches import _masked
-from kinetostatics.limb_compliance import count_rigid
-from kinetostatics.limb_geometry import _orientations
-from kinetostatics.limb_self_stress import _relaxation
-from kinetostatics.linalg import null_space
-from kinetostatics.ordering import axis_across, first_largest, ranked
-from kinetostatics.platform_equilibrium import _invert, _RigidPart
-from kinetostatics.result_warnings import _large_motions, _open_loops
-from kinetostatics.workspace.continuity import JointScale, suspect_edges
+from kinetostatics.limbs.compliance import count_rigid
+from kinetostatics.limbs.force_method import distribute, make_plan, ranks
+from kinetostatics.limbs.geometry import _orientations
+from kinetostatics.limbs.redundant_forces import _relaxation
+from kinetostatics.math.linalg import null_space
+from kinetostatics.math.ordering import axis_across, first_largest, ranked
+from kinetostatics.reports import sources as report_sources
+from kinetostatics.results.warnings import _large_motions, _open_loops
+from kinetostatics.statics.joint_wrenches import _masked
+from kinetostatics.statics.platform_equilibrium import _invert, _RigidPart
+from kinetostatics.workspace.assembly_modes.continuity import JointScale, suspect_edges
 
 
 def alike(difference):

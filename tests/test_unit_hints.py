@@ -8,10 +8,10 @@ import odd_robots
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.cli import main
-from kinetostatics.report_facts import robot_facts
-from kinetostatics.robot_file import parse_robot_text
-from kinetostatics.shipped import shipped_robots
+from kinetostatics.checks.collect import robot_facts
+from kinetostatics.cli.main import main
+from kinetostatics.files.bundled import shipped_robots
+from kinetostatics.files.reader import parse_robot_text
 
 RPS = shipped_robots()["3rps"].read_text(encoding="utf-8")
 

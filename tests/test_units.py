@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.cli import main
-from kinetostatics.commands.arguments import parse_parameters, parse_quantity
+from kinetostatics.cli.arguments import parse_parameters, parse_quantity
+from kinetostatics.cli.main import main
+from kinetostatics.description.units import BASIC, KINDS, PREFIXES, find_unit, unit
 from kinetostatics.plots.display_units import CHOICES, display_unit
-from kinetostatics.units import BASIC, KINDS, PREFIXES, find_unit, unit
 
 DEGREE = math.pi / 180
 

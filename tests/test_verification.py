@@ -20,13 +20,15 @@ from hybrid_robots import as_arguments
 from mechanisms import Beam, Edge, Joint, Link, Mechanism, Stiffness, random_cuts, write_mechanism
 
 import kinetostatics as ks
-from kinetostatics import beams, cli, verification
-from kinetostatics.robot_file import parse_robot_text
+from kinetostatics import verification
+from kinetostatics.cli import main as cli
+from kinetostatics.files.reader import parse_robot_text
+from kinetostatics.limbs import beam as beams
+from kinetostatics.limbs.gravity import Weights
 from kinetostatics.verification import OpenSeesError
 from kinetostatics.verification import opensees as runner
 from kinetostatics.verification.directions import Directions
 from kinetostatics.verification.model import build
-from kinetostatics.weights import Weights
 
 ROOT = Path(__file__).parent.parent
 ROBOTS = sorted(path.name.removesuffix(".urdf.xacro") for path in (ROOT / "robots").glob("*.urdf.xacro"))

@@ -11,9 +11,10 @@ import pytest
 import trimesh
 
 import kinetostatics as ks
-from kinetostatics import cli, sections
-from kinetostatics.commands.view import NAME
-from kinetostatics.robot_file import parse_robot_text
+from kinetostatics import sections
+from kinetostatics.cli import main as cli
+from kinetostatics.cli.view import NAME
+from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.viewer.joints import find_joints
 from kinetostatics.viewer.live import LiveRobot
 from kinetostatics.viewer.page import page_html

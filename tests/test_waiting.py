@@ -16,21 +16,21 @@ from pathlib import Path
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.cli import COMMANDS, main
-from kinetostatics.waiting import pausing, waiting
+from kinetostatics.cli.main import COMMANDS, main
+from kinetostatics.printing.waiting import pausing, waiting
 
 FOREIGN = str(Path(__file__).parent / "foreign" / "five_bar_onshape.urdf")
 #: For every command that computes: arguments, what is made slow, and what is said.
 SLOW = {
     "check": (["five_bar"], "kinetostatics.robot.load_robot", "checking"),
-    "analyze": (["five_bar"], "kinetostatics.equilibrium.analyze", "analyzing"),
+    "analyze": (["five_bar"], "kinetostatics.analysis.analyze", "analyzing"),
     "sweep": (["five_bar", "--platform", "x=0,0.01", "y=0.3", "--out", "new.nc"], "PLAN", "planning the sweep"),
     "view": (["five_bar", "--html", "page.html"], "kinetostatics.viewer.page_html", "making the page"),
     "verify": (["five_bar"], "kinetostatics.verification.verify", "verifying"),
     "tolerances": (["five_bar"], "kinetostatics.tolerances.tolerances", "trying errors one by one"),
     "import": (
         [FOREIGN, "--platform", "tool", "--types", "revolute", "--driven", "motor_1", "motor_2"],
-        "kinetostatics.foreign_loops.conversion.convert",
+        "kinetostatics.files.importers.convert.convert",
         "importing",
     ),
     "plot": (["map.nc", "--out", "figure.svg", "--kind", "line"], "kinetostatics.plots.save", "drawing"),
@@ -117,7 +117,7 @@ def test_nothing_is_said_where_nobody_looks_on(command, place, monkeypatch, caps
     arguments, name, words = SLOW[command]
     if command == "verify":
         pytest.importorskip("openseespy")
-    monkeypatch.setattr("kinetostatics.waiting.EVERY", 0.02)
+    monkeypatch.setattr("kinetostatics.printing.waiting.EVERY", 0.02)
     make_slow(monkeypatch, name, 0.1)
     assert main([command, *arguments, *(["--json"] if command in ("check", "analyze", "verify", "tolerances") else [])]) == 0
     written = capsys.readouterr()
@@ -160,7 +160,7 @@ def test_notebooks_have_a_bar(monkeypatch, capsys):
 
 
 def test_warnings_and_questions_stand_on_lines_of_their_own(monkeypatch):
-    monkeypatch.setattr("kinetostatics.waiting.EVERY", 0.1)
+    monkeypatch.setattr("kinetostatics.printing.waiting.EVERY", 0.1)
     with terminal() as read, warnings.catch_warnings():
         warnings.simplefilter("always")
         warnings.showwarning = lambda message, *_more: print(f"warning: {message}", file=sys.stderr)
@@ -179,7 +179,7 @@ def test_warnings_and_questions_stand_on_lines_of_their_own(monkeypatch):
 
 
 def test_the_line_is_gone_after_an_error_too(monkeypatch):
-    monkeypatch.setattr("kinetostatics.waiting.EVERY", 0.1)
+    monkeypatch.setattr("kinetostatics.printing.waiting.EVERY", 0.1)
     with terminal() as read:
         with pytest.raises(ZeroDivisionError), waiting("dividing"):
             time.sleep(0.3)

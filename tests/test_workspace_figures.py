@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.cli import main
+from kinetostatics.cli.main import main
 
 matplotlib = pytest.importorskip("matplotlib", reason="needs Matplotlib: pip install 'kinetostatics[plot]'")
 matplotlib.use("Agg")

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from kinetostatics.exceptions import RobotFileError
-from kinetostatics.robot_file import parse_robot_text, read_robot_file
+from kinetostatics.files.reader import parse_robot_text, read_robot_file
 
 BODY = (
     '<robot name="r" xmlns:xacro="x">{}<link name="a"/><link name="b"/><joint name="j" type="floating"><parent link="a"/>'

@@ -8,11 +8,11 @@ import pytest
 import small_robots as sr
 
 import kinetostatics as ks
-from kinetostatics import rotations
-from kinetostatics.cli import main
+from kinetostatics.cli.main import main
 from kinetostatics.description import Origin
-from kinetostatics.frame_corrections import frame_corrections
-from kinetostatics.zero_pose import are_within, gaps_text
+from kinetostatics.kinematics.frame_corrections import frame_corrections
+from kinetostatics.kinematics.zero_pose import are_within, gaps_text
+from kinetostatics.math import rotations
 
 FRAME_OFF = Path(__file__).parent / "cases" / "frame_off_by_100mm.urdf.xacro"
 

@@ -10,9 +10,7 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 from kinetostatics import description, sections
-from kinetostatics.beam_result import BeamResult
-from kinetostatics.configuration import Configuration, Status
-from kinetostatics.equilibrium import analyze
+from kinetostatics.analysis import analyze
 from kinetostatics.exceptions import (
     ArgumentError,
     AssemblyError,
@@ -23,18 +21,21 @@ from kinetostatics.exceptions import (
     SingularPoseError,
     StaticsError,
 )
-from kinetostatics.limb_result import LimbResult
-from kinetostatics.result import Result
+from kinetostatics.files.bundled import robots
+from kinetostatics.files.reader import read_robot_file, validate
+from kinetostatics.files.writer import save_robot
+from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.results.beam import BeamResult
+from kinetostatics.results.limb import LimbResult
+from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot, load_robot
-from kinetostatics.robot_file import read_robot_file, validate
-from kinetostatics.robot_writer import save_robot
-from kinetostatics.shipped import robots
+from kinetostatics.status import Status
 from kinetostatics.tolerances import Tolerance, Tolerances, tolerances
 
 if TYPE_CHECKING:
     from kinetostatics import indices
     from kinetostatics import plots as plot
-    from kinetostatics.foreign_loops import MissingFactsError, import_robot
+    from kinetostatics.files.importers import MissingFactsError, import_robot
     from kinetostatics.verification import verify
     from kinetostatics.viewer import save_html, show
     from kinetostatics.workspace import sweep
@@ -89,7 +90,7 @@ def __getattr__(name: str) -> Any:
 
         return getattr(viewer, name)
     if name in ("MissingFactsError", "import_robot"):
-        from kinetostatics import foreign_loops
+        from kinetostatics.files import importers as foreign_loops
 
         return getattr(foreign_loops, name)
     if name in ("indices", "plot"):

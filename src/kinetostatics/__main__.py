@@ -2,7 +2,7 @@
 
 import sys
 
-from kinetostatics.cli import main
+from kinetostatics.cli.main import main
 
 if __name__ == "__main__":
     sys.exit(main())

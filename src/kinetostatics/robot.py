@@ -10,32 +10,31 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from kinetostatics import assembly, zero_pose
-from kinetostatics.beam_models import BeamModel, make_beam_models
-from kinetostatics.closure import LoopEquations, world_frames
-from kinetostatics.configuration import Configuration
-from kinetostatics.couplings import Couplings
-from kinetostatics.description import RobotDescription
+from kinetostatics.buckling.members import Member, members_of
+from kinetostatics.description.robot import RobotDescription
 from kinetostatics.exceptions import AssemblyError
-from kinetostatics.kinematics import Frames
-from kinetostatics.limb_group import LimbGroup
-from kinetostatics.limb_grouping import make_limb_groups
-from kinetostatics.limb_joints import Branch, JointTable, dead_joints, freedoms_of, limb_units
-from kinetostatics.linalg import dot, null_space
-from kinetostatics.mappings import Named
-from kinetostatics.mechanism import Mechanism
-from kinetostatics.members import Member, members_of
-from kinetostatics.pinocchio_loops import constraint_models
-from kinetostatics.pose_spread import ordinary_poses
-from kinetostatics.robot_file import read_robot_file
-from kinetostatics.solver import Poses, Request, Solver
-from kinetostatics.topology import Limb, Topology, analyze_topology
-from kinetostatics.unit_hints import odd_coordinates
-from kinetostatics.weights import Weights
-
-Array = NDArray[np.float64]
+from kinetostatics.files.reader import read_robot_file
+from kinetostatics.kinematics import assembly, zero_pose
+from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.kinematics.loop_constraints import LoopEquations, world_frames
+from kinetostatics.kinematics.mimic import Couplings
+from kinetostatics.kinematics.pose_spread import ordinary_poses
+from kinetostatics.kinematics.solver import Poses, Request, Solver
+from kinetostatics.kinematics.unit_hints import odd_coordinates
+from kinetostatics.limbs.beam_model import BeamModel, make_beam_models
+from kinetostatics.limbs.gravity import Weights
+from kinetostatics.limbs.group import LimbGroup
+from kinetostatics.limbs.grouping import make_limb_groups
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.linalg import dot, null_space
+from kinetostatics.mechanism.limb_joints import Branch, JointTable, dead_joints, freedoms_of, limb_units
+from kinetostatics.mechanism.limbs import Limb, Topology, analyze_topology
+from kinetostatics.mechanism.mechanism import Mechanism
+from kinetostatics.mechanism.pinocchio_loops import constraint_models
+from kinetostatics.mechanism.tree import Frames
+from kinetostatics.printing.mappings import Named
 
 #: Relative singular value below which a direction counts as dependent. Angles rounded to 1.5708 leave 4e-6.
 RANK_TOLERANCE = 1e-5
@@ -131,17 +130,17 @@ class Robot:
         return constraint_models(self.mechanism, self.model, self.length, anchors)
 
     def __str__(self) -> str:
-        from kinetostatics.report import robot_report
+        from kinetostatics.reports import robot_report
 
         return robot_report(self)
 
     def __repr__(self) -> str:
-        from kinetostatics.report_short import robot_line
+        from kinetostatics.reports.short import robot_line
 
         return robot_line(self)
 
     def _repr_html_(self) -> str:
-        from kinetostatics.report_short import robot_html
+        from kinetostatics.reports.short import robot_html
 
         return robot_html(self)
 

@@ -1,6 +1,7 @@
 """What every small error of every joint and beam does to the platform, and which forces it locks into the robot.
 
-One misfit at a time (:mod:`kinetostatics.misfits`), nothing loaded: as all is linear, the effects of several errors add up.
+One misfit at a time (:mod:`kinetostatics.statics.assembly_errors`), nothing loaded: as all is linear, the effects of several
+errors add up.
 """
 
 from __future__ import annotations
@@ -10,15 +11,12 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kinetostatics.analysis import analyze
 from kinetostatics.argument_checks import check_choice, positive
-from kinetostatics.configuration import Configuration
-from kinetostatics.equilibrium import analyze
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.ordering import first_largest, ranked
-
-Array = NDArray[np.float64]
+from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.math.ordering import first_largest, ranked
 
 #: What the table may be ranked by.
 RANKINGS = ("force", "displacement", "rotation")
@@ -72,17 +70,17 @@ class Tolerances:
     ranked_by: str
 
     def __str__(self) -> str:
-        from kinetostatics.report import tolerances_report
+        from kinetostatics.reports import tolerances_report
 
         return tolerances_report(self)
 
     def __repr__(self) -> str:
-        from kinetostatics.report_short import tolerances_line
+        from kinetostatics.reports.short import tolerances_line
 
         return tolerances_line(self)
 
     def _repr_html_(self) -> str:
-        from kinetostatics.report_short import tolerances_html
+        from kinetostatics.reports.short import tolerances_html
 
         return tolerances_html(self)
 

@@ -9,9 +9,7 @@ from functools import partial
 import numpy as np
 import xarray as xr
 
-from kinetostatics.configuration import Status
 from kinetostatics.exceptions import ArgumentError, near_names
-from kinetostatics.facts import FACTS, in_map
 from kinetostatics.indices.poses import ANGULAR, LINEAR, finished, label_dims, labelled, units_of
 from kinetostatics.indices.sag import angular_sag, largest_actuator_force, linear_sag
 from kinetostatics.indices.stiffness import (
@@ -23,7 +21,8 @@ from kinetostatics.indices.stiffness import (
     translational_conditioning,
     translational_stiffness,
 )
-from kinetostatics.ordering import EQUAL
+from kinetostatics.math.ordering import EQUAL
+from kinetostatics.status import FACTS, Status, in_map
 
 
 @dataclass(frozen=True)

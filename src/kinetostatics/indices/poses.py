@@ -5,7 +5,7 @@ from __future__ import annotations
 import xarray as xr
 
 from kinetostatics.exceptions import ArgumentError, near_names
-from kinetostatics.facts import WITHOUT_NUMBERS, in_map
+from kinetostatics.status import WITHOUT_NUMBERS, in_map
 
 #: Components of twists.
 LINEAR, ANGULAR = ("x", "y", "z"), ("rx", "ry", "rz")

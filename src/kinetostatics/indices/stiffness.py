@@ -6,12 +6,10 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.indices.poses import ANGULAR, LINEAR, finished, variable
-
-Array = NDArray[np.float64]
+from kinetostatics.math.arrays import Array
 
 
 def translational_stiffness(

@@ -8,8 +8,8 @@ import textwrap
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kinetostatics.description.units import find_unit, unit
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.units import find_unit, unit
 
 #: Letters along a colour bar.
 BAR = 38

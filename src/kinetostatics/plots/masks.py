@@ -13,11 +13,10 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from kinetostatics.configuration import Status
+from kinetostatics.math.arrays import Array
 from kinetostatics.plots.selection import OTHER_MODE
 from kinetostatics.plots.style import legend_below
-
-Array = NDArray[np.float64]
+from kinetostatics.status import Status
 
 
 @dataclass(frozen=True)

@@ -15,11 +15,10 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator
 from numpy.typing import NDArray
 
 from kinetostatics.exceptions import ArgumentError
+from kinetostatics.math.arrays import Array
 from kinetostatics.plots.masks import edges
 from kinetostatics.plots.selection import Axis
 from kinetostatics.plots.style import name_ticks
-
-Array = NDArray[np.float64]
 
 #: Coordinates of polar figures: the one that goes round, and the one that goes outwards.
 ROUND, OUTWARDS = "azimuth", "tilt"

@@ -9,15 +9,13 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from kinetostatics.configuration import Status
 from kinetostatics.exceptions import ArgumentError, near_names
-from kinetostatics.facts import WITHOUT_NUMBERS, in_map
 from kinetostatics.indices import quantity, swept
 from kinetostatics.indices.poses import ANGULAR, LINEAR
+from kinetostatics.math.arrays import Array
 from kinetostatics.plots.display_units import coordinate_unit, display_unit, label
 from kinetostatics.plots.ranges import main_range
-
-Array = NDArray[np.float64]
+from kinetostatics.status import WITHOUT_NUMBERS, Status, in_map
 
 #: In place of a status: unreachable, but for another assembly mode (the Dataset's ``mode`` is 1).
 OTHER_MODE = 100

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from kinetostatics.math.arrays import Array
 
 #: From where the light comes, and how much of a face's colour does not depend on it.
 LIGHT = np.array([-0.35, -0.55, 0.76])

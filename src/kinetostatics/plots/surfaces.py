@@ -16,11 +16,12 @@ from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import NDArray
 
 from kinetostatics.exceptions import ArgumentError
+from kinetostatics.math.arrays import Array
 from kinetostatics.plots.display_units import label, typeset, wrapped
 from kinetostatics.plots.masks import edges, masks_of, reasons
 from kinetostatics.plots.ranges import beyond, check_limits, extend_of, main_range
 from kinetostatics.plots.selection import Selection, axis_of, chosen_names, free_names, in_figure_units, place_of, select
-from kinetostatics.plots.solids import Array, grid_quads, lit, shades
+from kinetostatics.plots.solids import grid_quads, lit, shades
 from kinetostatics.plots.style import COLOURS, ONE_COLUMN, figure_of, legend_below, make_room, new_axes, styled
 
 #: Surfaces of a figure that is not told which; an odd number, so that the middle one is among them.

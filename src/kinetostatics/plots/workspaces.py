@@ -15,12 +15,13 @@ from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 from numpy.typing import NDArray
 
 from kinetostatics.exceptions import ArgumentError
+from kinetostatics.math.arrays import Array
 from kinetostatics.plots.display_units import coordinate_unit, label, typeset, wrapped
 from kinetostatics.plots.masks import masks_of, reasons
 from kinetostatics.plots.planes import SLENDER
 from kinetostatics.plots.ranges import beyond, check_limits, extend_of, main_range
 from kinetostatics.plots.selection import Selection, chosen_names, in_figure_units, select
-from kinetostatics.plots.solids import Array, cells_of, lit, outer_faces, shades
+from kinetostatics.plots.solids import cells_of, lit, outer_faces, shades
 from kinetostatics.plots.style import COLOURS, ONE_COLUMN, figure_of, legend_below, make_room, new_axes, styled
 
 #: Components of ``platform_pose`` that can be axes.

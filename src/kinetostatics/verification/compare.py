@@ -9,19 +9,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kinetostatics.analysis import analyze
 from kinetostatics.argument_checks import positive
-from kinetostatics.configuration import frozen
-from kinetostatics.equilibrium import analyze
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.mappings import Named, ShortRepr
-from kinetostatics.verification.frame import Array, FrameModel
+from kinetostatics.math.arrays import Array, frozen
+from kinetostatics.printing.mappings import Named, ShortRepr
+from kinetostatics.verification.frame import FrameModel
 from kinetostatics.verification.model import build
 from kinetostatics.verification.opensees import FrameSolution, solve
 
 if TYPE_CHECKING:
-    from kinetostatics.beam_result import BeamResult
-    from kinetostatics.configuration import Configuration
-    from kinetostatics.result import Result
+    from kinetostatics.kinematics.configuration import Configuration
+    from kinetostatics.results.beam import BeamResult
+    from kinetostatics.results.result import Result
 
 #: Largest difference with which a robot counts as verified.
 TOLERANCE = 1e-6

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.ordering import first_largest
-from kinetostatics.verification.frame import Array, FrameSpring
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.ordering import first_largest
+from kinetostatics.verification.frame import FrameSpring
 from kinetostatics.verification.pieces import PlacedJoint
 
 if TYPE_CHECKING:
-    from kinetostatics.description import JointStiffness
+    from kinetostatics.description.elements import JointStiffness
 
 #: Which of the six directions along and about a joint's own x, y, z are free; of a universal joint those that its axes span.
 FREE: dict[str, tuple[int, ...]] = {

@@ -11,13 +11,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from kinetostatics.ordering import axis_across
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.ordering import axis_across
 from kinetostatics.verification.connections import joint_misfit, joint_springs, releases
 from kinetostatics.verification.frame import Coordinate, Drive, FrameBeam, FrameJoint, FrameModel
-from kinetostatics.verification.pieces import Array, JointedPieces, Pieces, PlacedBeam
+from kinetostatics.verification.pieces import JointedPieces, Pieces, PlacedBeam
 
 if TYPE_CHECKING:
-    from kinetostatics.configuration import Configuration
+    from kinetostatics.kinematics.configuration import Configuration
 
 
 def build(

@@ -20,8 +20,9 @@ from typing import Any
 import numpy as np
 
 from kinetostatics.exceptions import KinetostaticsError
-from kinetostatics.mappings import ShortRepr
-from kinetostatics.verification.frame import Array, Coordinate, FrameJoint, FrameModel
+from kinetostatics.math.arrays import Array
+from kinetostatics.printing.mappings import ShortRepr
+from kinetostatics.verification.frame import Coordinate, FrameJoint, FrameModel
 
 #: Smallest penalty, as a multiple of the largest stiffness of a beam or spring; each level doubles it.
 PENALTY = 30.0

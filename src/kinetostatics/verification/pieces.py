@@ -1,7 +1,7 @@
 """The rigid pieces of a robot at one pose, and the joints and beams between them.
 
 A piece is a link without beams, or what is fixed to one end of a beam. Everything here follows from the file and from the frames
-of the links; it is on purpose not taken from :mod:`kinetostatics.topology`, which it checks.
+of the links; it is on purpose not taken from :mod:`kinetostatics.mechanism.limbs`, which it checks.
 """
 
 from __future__ import annotations
@@ -12,15 +12,14 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from kinetostatics.beam_spans import BeamSpan, SpanFinder
+from kinetostatics.math.arrays import Array
+from kinetostatics.mechanism.beam_geometry import BeamSpan, SpanFinder
 from kinetostatics.verification.directions import Directions
 
 if TYPE_CHECKING:
-    from kinetostatics.configuration import Configuration
+    from kinetostatics.kinematics.configuration import Configuration
 
-Array = NDArray[np.float64]
 
 #: Points of one beam's link that are closer than this [m] are the same end.
 SAME_END = 1e-6

@@ -6,9 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from kinetostatics.report_dict import plain
-from kinetostatics.report_result import COMPONENTS, angles_words, drives_words, position_words
-from kinetostatics.report_text import (
+from kinetostatics.printing.text import (
     ANGLES,
     FORCES,
     LENGTHS,
@@ -22,6 +20,8 @@ from kinetostatics.report_text import (
     vector,
     wrapped,
 )
+from kinetostatics.reports.json import plain
+from kinetostatics.reports.result import COMPONENTS, angles_words, drives_words, position_words
 
 if TYPE_CHECKING:
     from kinetostatics.verification.compare import Verification

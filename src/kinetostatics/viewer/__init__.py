@@ -14,10 +14,10 @@ from pathlib import Path
 from typing import Any, overload
 
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
-from kinetostatics.result import Result
+from kinetostatics.printing.waiting import in_notebook, pausing
+from kinetostatics.results.result import Result
 from kinetostatics.viewer.page import iframe_html, page_html
 from kinetostatics.viewer.scene import describe_scene
-from kinetostatics.waiting import in_notebook, pausing
 
 
 class View:

@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from kinetostatics.rotations import exponential, quaternion_of_matrix
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.rotations import exponential, quaternion_of_matrix
 from kinetostatics.viewer.shapes import Surface
-
-Array = NDArray[np.float64]
 
 
 class Stations:

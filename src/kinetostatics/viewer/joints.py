@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from kinetostatics.mechanism import ROTATING, Connection
+from kinetostatics.math.arrays import Array
+from kinetostatics.mechanism.mechanism import ROTATING, Connection
 from kinetostatics.viewer.poses import ShownPoses
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)

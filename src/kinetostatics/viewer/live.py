@@ -18,9 +18,9 @@ from typing import Any
 
 import numpy as np
 
-from kinetostatics.configuration import Configuration
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
-from kinetostatics.result import Result
+from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.results.result import Result
 from kinetostatics.viewer.page import page_html
 from kinetostatics.viewer.scene import describe_scene
 from kinetostatics.viewer.visuals import link_visuals

@@ -10,12 +10,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.configuration import Status
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.result import Result
-from kinetostatics.solution import of_deformation
-
-Array = NDArray[np.float64]
+from kinetostatics.math.arrays import Array
+from kinetostatics.results.result import Result
+from kinetostatics.statics.solution import of_deformation
+from kinetostatics.status import Status
 
 #: A page holds every pose of a path; more than this makes it too large to open quickly.
 MOST_POSES = 1000

@@ -12,14 +12,12 @@ import numpy as np
 import zmq
 from meshcat import geometry
 from meshcat.visualizer import ViewerWindow, Visualizer
-from numpy.typing import NDArray
 
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
+from kinetostatics.math.arrays import Array
 from kinetostatics.viewer.description import AXES, HIDDEN, RAMP, RESTING, Arrow, Mesh, Scene
 from kinetostatics.viewer.shapes import arrow as arrow_surface
 from kinetostatics.viewer.shapes import frames_along
-
-Array = NDArray[np.float64]
 
 #: Folders of the scene's roots.
 ROOTS = {"Rest": "resting", "Deformed": "deformed", "Base": "base"}

@@ -8,18 +8,16 @@ from dataclasses import replace
 from numbers import Real
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.result import Result
+from kinetostatics.math.arrays import Array
+from kinetostatics.results.result import Result
 from kinetostatics.viewer.description import Mesh, Scene, Stations
 from kinetostatics.viewer.joints import find_joints, marker_radius
 from kinetostatics.viewer.poses import ShownPoses
 from kinetostatics.viewer.shapes import Surface, ball, frames_along, joined, pin, stick, swept
 from kinetostatics.viewer.visuals import LinkVisual, link_visuals
 from kinetostatics.viewer.wrenches import Wrenches
-
-Array = NDArray[np.float64]
 
 #: The page opens with the largest motion at this part of the robot's size, …
 SHOWN_MOTION = 0.1

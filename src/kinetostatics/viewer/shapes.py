@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.ordering import axis_across
-from kinetostatics.sections import Rectangle, RectangularTube, Section, Tube
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.ordering import axis_across
+from kinetostatics.sections.kinds import Rectangle, RectangularTube, Section, Tube
 
-Array = NDArray[np.float64]
 Integers = NDArray[np.int64]
 
 

@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.packages import PackageNotFound, package_folder
+from kinetostatics.files.mesh_packages import PackageNotFound, package_folder
 from kinetostatics.viewer.shapes import Surface, joined
 
 if TYPE_CHECKING:
-    from kinetostatics.description import RobotDescription
+    from kinetostatics.description.robot import RobotDescription
 
 #: Colour of visuals without a material.
 GREY = (0.62, 0.65, 0.69)

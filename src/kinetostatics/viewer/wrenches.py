@@ -5,16 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from kinetostatics.limb_result import LimbResult
-from kinetostatics.topology import Limb
+from kinetostatics.math.arrays import Array
+from kinetostatics.mechanism.limbs import Limb
+from kinetostatics.results.limb import LimbResult
 from kinetostatics.viewer.description import Arrow, Stations
 from kinetostatics.viewer.joints import Joint, marker_radius
 from kinetostatics.viewer.poses import ShownPoses, moved
 from kinetostatics.viewer.shapes import frames_along
-
-Array = NDArray[np.float64]
 
 
 class Wrenches:

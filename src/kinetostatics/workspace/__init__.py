@@ -1,7 +1,8 @@
 """Workspace maps: many poses of a robot, and of its variants, as one labelled Dataset.
 
 :func:`sweep` cuts the grid into blocks, has them computed (here, in other processes or by Dask), looks at the whole grid once
-more (:mod:`kinetostatics.workspace.finishing`) and returns or stores an ``xarray.Dataset``. ``docs/workspace.md`` explains it.
+more (:mod:`kinetostatics.workspace.assembly_modes.repair`) and returns or stores an ``xarray.Dataset``. ``docs/workspace.md``
+explains it.
 """
 
 from kinetostatics.workspace.run import sweep

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from kinetostatics import assembly
+from kinetostatics.kinematics import assembly
 
 if TYPE_CHECKING:
-    from kinetostatics.configuration import Configuration
+    from kinetostatics.kinematics.configuration import Configuration
     from kinetostatics.robot import Robot
     from kinetostatics.workspace.plan import Plan
 

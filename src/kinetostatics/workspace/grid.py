@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 
 from kinetostatics.argument_checks import check_mapping, numbers
 from kinetostatics.exceptions import ArgumentError
+from kinetostatics.math.arrays import Array
 
 if TYPE_CHECKING:
     from kinetostatics.robot import Robot
 
-Array = NDArray[np.float64]
 #: A part of the grid: a range of indices along each axis.
 Block = tuple[slice, ...]
 

@@ -16,14 +16,13 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from kinetostatics.description import RobotDescription
+from kinetostatics.description.robot import RobotDescription
 from kinetostatics.exceptions import ArgumentError, RobotFileError
+from kinetostatics.math.arrays import Array
 from kinetostatics.robot import Robot, load_robot
 from kinetostatics.workspace.grid import Axis, Block, Field, shape_of
 
-Array = NDArray[np.float64]
 #: Which value each parameter has: an index along each parameter axis.
 Combination = tuple[int, ...]
 

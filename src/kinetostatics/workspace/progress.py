@@ -7,7 +7,7 @@ import sys
 from contextlib import ExitStack
 from typing import Any
 
-from kinetostatics.waiting import in_notebook, on_terminal, showing, waiting
+from kinetostatics.printing.waiting import in_notebook, on_terminal, showing, waiting
 
 
 def wants_bar(progress: bool | None) -> bool:
@@ -45,12 +45,12 @@ class Bar:
             self._bar.close()
 
     def show(self) -> None:
-        """See :class:`kinetostatics.waiting.Sign`."""
+        """See :class:`kinetostatics.printing.waiting.Sign`."""
         if self._bar is not None:
             self._bar.refresh()
 
     def hide(self) -> None:
-        """See :class:`kinetostatics.waiting.Sign`."""
+        """See :class:`kinetostatics.printing.waiting.Sign`."""
         if self._bar is not None:
             self._bar.clear()
 

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from importlib import metadata
 from typing import Any
 
-from kinetostatics.description import RobotDescription
+from kinetostatics.description.robot import RobotDescription
 from kinetostatics.robot import Robot
 from kinetostatics.workspace.plan import Plan, as_text, sha256_of
 from kinetostatics.workspace.schema import Labels

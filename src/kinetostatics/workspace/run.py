@@ -14,16 +14,16 @@ from numpy.typing import ArrayLike
 
 from kinetostatics.argument_checks import path_name
 from kinetostatics.exceptions import ArgumentError
+from kinetostatics.printing.waiting import waiting
 from kinetostatics.robot import Robot
-from kinetostatics.waiting import waiting
 from kinetostatics.workspace import provenance
-from kinetostatics.workspace.crew import Crew
-from kinetostatics.workspace.finishing import Finished
+from kinetostatics.workspace.arguments import need, read_plan, try_plan, try_robots
+from kinetostatics.workspace.assembly_modes.repair import Finished
+from kinetostatics.workspace.capacity import check_disk, check_memory
 from kinetostatics.workspace.grid import Block, block_sizes, cut, shape_of
 from kinetostatics.workspace.plan import Combination, Plan
-from kinetostatics.workspace.planning import need, read_plan, try_plan, try_robots
+from kinetostatics.workspace.process_pool import Crew
 from kinetostatics.workspace.progress import Bar, wants_bar
-from kinetostatics.workspace.room import check_disk, check_memory
 from kinetostatics.workspace.schema import ZERO_MODE, Labels, check_names, labels_of, template
 from kinetostatics.workspace.storage import Storage, open_map, store_of
 from kinetostatics.workspace.targets import Memory, NetCDF, Target, Zarr, joint_state, patch, write_block
@@ -32,7 +32,7 @@ from kinetostatics.workspace.tasks import BlockTask, FinishTask, Task, perform, 
 if TYPE_CHECKING:
     import xarray as xr
 
-    from kinetostatics.description import RobotDescription
+    from kinetostatics.description.robot import RobotDescription
 
 #: Poses of a block, at most; with beams or ways, whose numbers are many, fewer.
 BLOCK, BLOCK_OF_MORE = 32_000, 2000
@@ -136,7 +136,7 @@ def sweep(
         check_names(plan, labels)
         attributes = provenance.attributes(plan, labels, first, command_line)
         if chunks is not None:
-            from kinetostatics.workspace.lazy import lazy_dataset
+            from kinetostatics.workspace.dask_map import lazy_dataset
 
             return lazy_dataset(plan, labels, chunks).assign_attrs(attributes)
         number = _workers(workers, plan.size)

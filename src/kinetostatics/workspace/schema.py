@@ -8,14 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from kinetostatics.configuration import Status
-from kinetostatics.equilibrium import analyze
+from kinetostatics.analysis import analyze
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.facts import FACTS
-from kinetostatics.gravity_ways import WAYS
-from kinetostatics.orientation import orientation_named
-from kinetostatics.report_dict import drive_unit, wrench_units
-from kinetostatics.workspace.other_modes import loose_coordinates
+from kinetostatics.math.orientation import orientation_named
+from kinetostatics.reports.json import drive_unit, wrench_units
+from kinetostatics.results.gravity_ways import WAYS
+from kinetostatics.status import FACTS, Status
+from kinetostatics.workspace.assembly_modes.other_modes import loose_coordinates
 from kinetostatics.workspace.plan import Plan
 
 if TYPE_CHECKING:

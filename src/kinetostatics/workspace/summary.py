@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.configuration import Status
-from kinetostatics.facts import FACTS, in_map
-from kinetostatics.ordering import EQUAL, first_largest
+from kinetostatics.math.ordering import EQUAL, first_largest
+from kinetostatics.status import FACTS, Status, in_map
 from kinetostatics.workspace.schema import OTHER_MODE
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.workspace.finishing import Finished
+from kinetostatics.workspace.assembly_modes.repair import Finished
 from kinetostatics.workspace.grid import Block, cut, shape_of
 from kinetostatics.workspace.plan import Combination, Plan
 from kinetostatics.workspace.schema import Labels, Variable, variables

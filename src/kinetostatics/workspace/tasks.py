@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.workspace.compute import compute_block
-from kinetostatics.workspace.finishing import Finished, finish
+from kinetostatics.workspace.assembly_modes.repair import Finished, finish
+from kinetostatics.workspace.block import compute_block
 from kinetostatics.workspace.grid import Block
 from kinetostatics.workspace.plan import Combination, Plan
 from kinetostatics.workspace.schema import Labels

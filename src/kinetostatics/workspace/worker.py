@@ -16,7 +16,7 @@ def main() -> None:
     os.dup2(2, 1)  # whatever is printed must not come between the replies
 
     from kinetostatics.exceptions import KinetostaticsError
-    from kinetostatics.workspace.crew import receive, send
+    from kinetostatics.workspace.process_pool import receive, send
     from kinetostatics.workspace.tasks import perform
 
     try:

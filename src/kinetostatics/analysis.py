@@ -1,0 +1,187 @@
+"""From a pose, loads and gravity to a result: arguments checked and broadcast, solved chunk by chunk, failures told in words.
+
+The equilibrium itself is :mod:`kinetostatics.statics.solution`.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kinetostatics.argument_checks import check_choice, finite_numbers
+from kinetostatics.exceptions import ArgumentError, LimbEquilibriumError, SingularPoseError, StaticsError
+from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.math.arrays import Array, chunks
+from kinetostatics.math.linalg import canonical_basis, cross
+from kinetostatics.math.screws import describe_twist
+from kinetostatics.mechanism.tree import Frames
+from kinetostatics.statics.assembly_errors import Misfits, parse_misfits
+from kinetostatics.statics.limb_ranks import groups_of_poses
+from kinetostatics.statics.solution import UNBALANCED, Solution, solve
+
+if TYPE_CHECKING:
+    from kinetostatics.results.result import Result
+    from kinetostatics.robot import Robot
+
+
+def analyze(
+    configuration: Configuration,
+    load: ArrayLike = (0, 0, 0, 0, 0, 0),
+    gravity: ArrayLike = (0, 0, -9.81),
+    *,
+    point: ArrayLike | None = None,
+    frame: str = "world",
+    misfits: Mapping[str, Any] | None = None,
+    on_failure: str | None = None,
+) -> Result:
+    """Compute sag, stiffness and forces at one pose or a batch of poses.
+
+    Args:
+        configuration: the pose or poses.
+        load: (…, 6) external wrench on the platform: force [N], moment [N·m].
+        gravity: (…, 3) gravity [m/s²] in world axes.
+        point: (…, 3) where the force acts [m]; default o. In the axes and from the origin of ``frame``.
+        frame: "world": ``load`` is in world axes and ``point`` a point of the world; "platform": both in the platform's axes,
+            ``point`` from o.
+        misfits: what joints and beams are off by when nothing is loaded, by name; see
+            :mod:`kinetostatics.statics.assembly_errors`. A joint's is a twist (…, 6) [m, rad]: by how much its platform side is
+            displaced relative to its base side, at the joint's centre, world axes; or ``{"twist": …, "frame": "joint"}``, in the
+            joint's own frame. A beam's is ``{"length": …, "temperature": …}``: too long by [m], warmer by [K]. Their effect is
+            the contribution "misfit".
+        on_failure: "raise" or "nan"; default: raise for one pose, NaN and a status for a batch.
+
+    Returns:
+        The result; loads, gravity and point are broadcast against the batch of poses.
+
+    Raises:
+        ArgumentError: a shape or value makes no sense.
+        SingularPoseError: with the drives locked the platform can still move; the message says how.
+        LimbEquilibriumError: a limb cannot hold its own weight.
+    """
+    from kinetostatics.results.result import Result
+
+    if not isinstance(configuration, Configuration):
+        raise ArgumentError(f"analyze wants a pose, not {configuration!r}: make one with robot.assemble(…)")
+    check_choice("frame", frame, ("world", "platform"))
+    if on_failure is not None:
+        check_choice("on_failure", on_failure, ("raise", "nan"))
+    wrench, field = _vector("load", load, 6), _vector("gravity", gravity, 3)
+    arm = None if point is None else _vector("point", point, 3)
+    robot = configuration.robot
+    errors = None if misfits is None else parse_misfits(robot, misfits)
+    arrays = [wrench, field] + ([arm] if arm is not None else []) + ([] if errors is None else errors.arrays())
+    try:
+        shape = np.broadcast_shapes(configuration.shape, *(array.shape[:-1] for array in arrays))
+    except ValueError:
+        raise ArgumentError(
+            f"the batch shapes do not fit together: configuration {configuration.shape}, load {wrench.shape[:-1]}, "
+            f"gravity {field.shape[:-1]}"
+        ) from None
+    N = int(np.prod(shape))
+
+    def flat(array: Array) -> Array:
+        return np.broadcast_to(array, shape + array.shape[-1:]).reshape(N, array.shape[-1]).T
+
+    which: Any = slice(None)
+    if shape != configuration.shape:
+        numbers = np.arange(int(np.prod(configuration.shape))).reshape(configuration.shape)
+        which = np.broadcast_to(numbers, shape).ravel()
+    frames = configuration.frames
+    loads, fields, arms = flat(wrench), flat(field), None if arm is None else flat(arm)
+    spread = None if errors is None else errors.map(flat)
+    solutions: list[Solution] = []
+    for part in chunks(N) or [slice(0, 0)]:  # one chunk even of an empty batch
+        mine = part if isinstance(which, slice) else which[part]
+        chunk = Frames(frames.rotation[..., mine], frames.position[..., mine])
+        at_o = _load_at_o(robot, chunk, loads[:, part], None if arms is None else arms[:, part], frame)
+        off = None if spread is None else spread.map(lambda array: array[:, part])  # noqa: B023
+        solutions += _solutions(robot, chunk, at_o, fields[:, part], off)
+    result = Result(configuration, shape, which, tuple(solutions), configuration.reached[which])
+    if on_failure == "raise" or (on_failure is None and shape == ()):
+        for solution in solutions:
+            _complain(robot, solution)
+    return result
+
+
+def _solutions(robot: Robot, frames: Frames, load: Array, gravity: Array, misfits: Misfits | None) -> list[Solution]:
+    """Solve the poses of a chunk; apart and in their order those at which a limb is not what it is elsewhere."""
+    whole = solve(robot, frames, load, gravity, misfits)
+    special = groups_of_poses(robot, frames, whole.o, whole.statics)
+    if not special:
+        return [whole]
+    found: list[Solution] = []
+    ends = sorted({0, load.shape[1], *special, *(pose + 1 for pose in special)})
+    for first, last in itertools.pairwise(ends):
+        at = slice(first, last)
+        here = Frames(frames.rotation[..., at], frames.position[..., at])
+        off = None if misfits is None else misfits.map(lambda array: array[:, at])  # noqa: B023
+        found.append(solve(robot, here, load[:, at], gravity[:, at], off, special.get(first)))
+    return found
+
+
+def _vector(name: str, value: ArrayLike, size: int) -> Array:
+    array = finite_numbers(name, value)
+    if array.ndim == 0 or array.shape[-1] != size:
+        raise ArgumentError(f"{name} has the shape {array.shape}; its last axis must have {size} entries")
+    return array
+
+
+def _load_at_o(robot: Robot, frames: Frames, load: Array, point: Array | None, frame: str) -> Array:
+    """Return the external load about o in world axes (6, N)."""
+    if frame == "world" and point is None:
+        return load
+    R, o = robot.solver.platform_pose(frames)
+    if frame == "platform":
+        load = np.concatenate([np.einsum("ijn,jn->in", R, load[:3]), np.einsum("ijn,jn->in", R, load[3:])])
+        if point is not None:
+            point = o + np.einsum("ijn,jn->in", R, point)
+    if point is None:
+        return load
+    return np.concatenate([load[:3], load[3:] + cross(point - o, load[:3])])
+
+
+def _complain(robot: Robot, solution: Solution) -> None:
+    """Raise what is wrong with the first failed pose of a chunk."""
+    for name, part in solution.unbalanced.items():
+        for p in np.flatnonzero(part > UNBALANCED):
+            joints = robot.passive_joints(name)
+            what = (
+                f"{name} cannot hold its own weight"
+                if name.startswith("limb")
+                else f"what hangs on the {name} cannot hold itself"
+            )
+            raise LimbEquilibriumError(
+                f"{what}: its passive joints {', '.join(joints)} would move under gravity "
+                f"({100 * float(part[p]):.3g} % of its weight is not carried)",
+                name,
+                joints,
+            )
+    contradictory = np.any(np.isnan(solution.twists[:, -1]), axis=0) & ~solution.singular
+    if solution.misfits is not None and np.any(contradictory):
+        names = ", ".join(sorted(solution.misfits.names))
+        raise StaticsError(
+            f"the misfits of {names} contradict one another in rigid parts, which cannot give way: give those parts some "
+            "elasticity (<beam>, <joint_stiffness>)"
+        )
+    for p in np.flatnonzero(solution.singular):
+        free = free_twists(robot, solution, int(p))
+        words = "; ".join(describe_twist(twist, robot.length) for twist in free.T) or "an unknown motion"
+        mobility, drives = robot.mobility.platform, len(robot.description.driven)
+        why = f"the robot has only {drives} drives for a mobility of {mobility}" if drives < mobility else "the pose is singular"
+        raise SingularPoseError(f"with the drives locked the platform of {robot.name!r} can still move: {words} ({why})", free)
+
+
+def free_twists(robot: Robot, solution: Solution, pose: int) -> Array:
+    """Return the twists (6, k) at o that no constraint wrench of any limb resists."""
+    scale = np.array([1.0] * 3 + [1 / robot.length] * 3)[:, None]
+    columns = [np.zeros((6, 0)), *(item.J_c[..., pose].reshape(6, -1) for item in solution.statics)]
+    wrenches = np.concatenate(columns, axis=1) * scale
+    sizes = np.linalg.norm(wrenches, axis=0)
+    U, values, _ = np.linalg.svd(wrenches / np.where(sizes > 0, sizes, 1), full_matrices=True)
+    values = np.concatenate([values, np.zeros(6 - len(values))])[:6] if len(values) < 6 else values
+    free = values <= max(1e-6 * float(values[0]), float(values.min()))
+    return canonical_basis(U[:, free]) * scale

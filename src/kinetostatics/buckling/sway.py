@@ -1,0 +1,131 @@
+"""What keeps the two ends of a member from moving against each other, if the member itself is a rod with hinged ends.
+
+Everything else is rigid and the drives are locked: what still moves is held by nothing but the member's own stiffness against
+bending, as the tip of a driven crank is.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+import numpy as np
+
+from kinetostatics.math.arrays import Array
+from kinetostatics.mechanism.mechanism import Connection
+from kinetostatics.mechanism.rigid_bodies import Piece, PieceEdge, PieceGraph
+from kinetostatics.mechanism.tree import Frames
+
+_TOLERANCE = 1e-7
+
+
+def free_motions(
+    graph: PieceGraph, frames: Frames, without: Collection[int], ends: tuple[Piece, Piece], rod: Array, twists: bool, size: float
+) -> Array:
+    """Return how the second end can still move against the first (6, k): rotation, and shift of the member's outer end.
+
+    The motions that the edges of a spanning tree allow are the unknowns; the other edges and the rod are their equations.
+
+    Args:
+        graph: pieces and edges of the robot.
+        frames: of one pose.
+        without: ids of the edges that are taken out: the member's beams.
+        ends: what holds the member at its inner and outer end.
+        rod: (2, 3) the member's ends [m].
+        twists: whether the member also passes a torque on.
+        size: of the robot [m], by which shifts are divided.
+    """
+    edges = [edge for edge in graph.edges if id(edge) not in without]
+    at: dict[Piece, list[PieceEdge]] = {}
+    for edge in edges:
+        for piece in (edge.inner.find(), edge.outer.find()):
+            at.setdefault(piece, []).append(edge)
+    columns: list[Array] = []  # (6,) each: twists at the origin of what lies beyond an edge of the tree
+    way: dict[Piece, list[int]] = {}  # the columns that move a piece
+    tree: set[int] = set()
+    for root in (graph.base, *graph.pieces()):
+        if root in way:
+            continue
+        way[root] = [] if root is graph.base else list(range(len(columns), len(columns) + 6))
+        columns += [] if root is graph.base else list(np.eye(6))  # nothing joins it to the base
+        queue = [root]
+        while queue:
+            here = queue.pop()
+            for edge in at.get(here, []):
+                other = edge.outer.find() if here is edge.inner.find() else edge.inner.find()
+                if other not in way:
+                    free = _twists(edge, frames, size)
+                    way[other] = [*way[here], *range(len(columns), len(columns) + free.shape[1])]
+                    columns += list(free.T)
+                    tree.add(id(edge))
+                    queue.append(other)
+    basis = np.array(columns).reshape(-1, 6).T
+
+    def twist(piece: Piece) -> Array:
+        found = np.zeros_like(basis)
+        found[:, way[piece]] = basis[:, way[piece]]
+        return found
+
+    rows = [
+        _held(_twists(edge, frames, size)) @ (twist(edge.outer.find()) - twist(edge.inner.find()))
+        for edge in edges
+        if id(edge) not in tree
+    ]
+    points = rod / size
+    x = (rod[1] - rod[0]) / np.linalg.norm(rod[1] - rod[0])
+    inner, outer = ends
+    longer = [np.concatenate([np.cross(point, x), x]) @ twist(piece) for piece, point in ((outer, points[1]), (inner, points[0]))]
+    rows.append((longer[0] - longer[1])[None])
+    if twists:
+        rows.append((x @ (twist(outer) - twist(inner))[:3])[None])
+    _, values, axes = np.linalg.svd(np.concatenate(rows))
+    moving = axes[int(np.sum(values > _TOLERANCE * max(values[0], 1.0) if values.size else 0)) :].T
+    found = (twist(outer) - twist(inner)) @ moving
+    found[3:] += np.cross(found[:3], points[1], axis=0)
+    return np.asarray(found)
+
+
+def _held(free: Array) -> Array:
+    """Return wrenches (m, 6) that span what does no work on twists (6, k)."""
+    if free.shape[1] == 0:
+        return np.eye(6)
+    axes, values, _ = np.linalg.svd(free)
+    return np.asarray(axes[:, int(np.sum(values > 6 * np.finfo(float).eps * values[0])) :].T)
+
+
+def _twists(edge: PieceEdge, frames: Frames, size: float) -> Array:
+    """Return the twists (6, k) that an edge leaves free: rotation, and shift at the origin over the robot's size [m]."""
+    joint = edge.connection
+    if joint is None or joint.driven:
+        return np.zeros((6, 0))
+    point = frames.points(np.array([joint.predecessor_body]), joint.predecessor_frame[:3, 3:])[:, 0, 0] / size
+    turns, slides = turning_axes(joint), sliding_axes(joint)
+    about = list(np.eye(3)) if turns is None else [_world(frames, *item) for item in turns]
+    along = list(np.eye(3)) if joint.kind == "floating" else [_world(frames, *item) for item in slides]
+    columns = [np.concatenate([axis, np.cross(point, axis)]) for axis in about]
+    columns += [np.concatenate([np.zeros(3), axis]) for axis in along]
+    return np.array(columns).reshape(-1, 6).T
+
+
+def _world(frames: Frames, body: int, direction: Array) -> Array:
+    return frames.directions(np.array([body]), direction[:, None])[:, 0, 0]
+
+
+def turning_axes(joint: Connection) -> list[tuple[int, Array]] | None:
+    """Return the axes about which a passive joint turns, each in a body; None: all."""
+    if joint.kind in ("spherical", "floating"):
+        return None
+    first = (joint.predecessor_body, joint.axis_on(True))
+    if joint.kind == "universal":
+        return [first, (joint.successor_body, joint.successor_frame[:3, :3] @ joint.axis2)]
+    return [first] if joint.kind in ("revolute", "continuous", "cylindrical", "planar") else []
+
+
+def sliding_axes(joint: Connection) -> list[tuple[int, Array]]:
+    """Return the directions in which a passive joint slides, each in a body."""
+    axis = joint.axis_on(True)
+    if joint.kind in ("prismatic", "cylindrical"):
+        return [(joint.predecessor_body, axis)]
+    if joint.kind == "planar":
+        _, _, basis = np.linalg.svd(axis[None])
+        return [(joint.predecessor_body, basis[1]), (joint.predecessor_body, basis[2])]
+    return []

@@ -1,0 +1,218 @@
+"""A limb as a person follows it: chains of bodies and joints from base to platform that part and meet again, and their text."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from kinetostatics.printing.text import WIDTH
+
+
+@dataclass(frozen=True)
+class Body:
+    """What moves as one between two joints: names of its rigid links and beams, on the way out."""
+
+    names: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class JointStep:
+    """A joint between two bodies; runs of revolutes that meet in a point are one universal or spherical joint.
+
+    Attributes:
+        name: of the joint; of a run, what its joints' names have in common.
+        joints: the joints' names.
+        kind: URDF or loop type.
+        driven, elastic: whether it is driven, and whether it or its drive gives way.
+        follows: the joint that it mimics, or None.
+    """
+
+    name: str
+    joints: tuple[str, ...]
+    kind: str
+    driven: bool = False
+    elastic: bool = False
+    follows: str | None = None
+
+
+@dataclass(frozen=True)
+class Ways:
+    """Parallel ways between two bodies: rings."""
+
+    start: str
+    end: str
+    ways: tuple[Chain, ...]
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """A line of a network, from one of its bodies to another."""
+
+    start: str
+    end: str
+    chain: Chain
+
+
+@dataclass(frozen=True)
+class Network:
+    """Bodies and joints between two bodies that are neither in line nor side by side."""
+
+    start: str
+    end: str
+    stretches: tuple[Stretch, ...]
+
+
+Item: TypeAlias = Body | JointStep | Ways | Network
+Chain: TypeAlias = tuple[Item, ...]
+
+
+@dataclass(frozen=True)
+class Hanging:
+    """What hangs on the body ``at``; ``is_ring``: it leads back there."""
+
+    at: str
+    chain: Chain
+    is_ring: bool
+
+
+@dataclass(frozen=True)
+class Graph:
+    """A limb as a chain from base to platform, and what hangs on it.
+
+    Attributes:
+        chain: without base and platform themselves; empty for dead weights.
+        hanging: dead ends and rings that hang on a body.
+        rings: number of independent rings.
+    """
+
+    chain: Chain
+    hanging: tuple[Hanging, ...]
+    rings: int
+
+
+LETTERS = {
+    "revolute": "R",
+    "continuous": "R",
+    "prismatic": "P",
+    "cylindrical": "C",
+    "universal": "U",
+    "spherical": "S",
+    "planar": "E",
+    "floating": "F",
+}
+
+
+def word_of(chain: Chain) -> str:
+    """Return the joints of a chain as letters, such as ``R(driven) (S S | S S)``."""
+    words = []
+    for item in chain:
+        if isinstance(item, JointStep):
+            if item.kind != "fixed" or item.elastic:
+                words.append(LETTERS.get(item.kind, item.kind) + ("(driven)" if item.driven else ""))
+        elif isinstance(item, Ways):
+            words.append("(" + " | ".join(word_of(way) or "–" for way in item.ways) + ")")
+        elif isinstance(item, Network):
+            words.append("[" + (" ".join(filter(None, (word_of(part.chain) for part in item.stretches))) or "–") + "]")
+    return " ".join(words)
+
+
+def joints_of(chain: Chain) -> list[JointStep]:
+    """Return all joints of a chain."""
+    found: list[JointStep] = []
+    for item in chain:
+        if isinstance(item, JointStep):
+            found.append(item)
+        elif isinstance(item, Ways):
+            found += [joint for way in item.ways for joint in joints_of(way)]
+        elif isinstance(item, Network):
+            found += [joint for part in item.stretches for joint in joints_of(part.chain)]
+    return found
+
+
+def bodies_of(chain: Chain) -> list[str]:
+    """Return the names of all bodies of a chain."""
+    found: list[str] = []
+    for item in chain:
+        if isinstance(item, Body):
+            found += item.names
+        elif isinstance(item, Ways):
+            found += [name for way in item.ways for name in bodies_of(way)]
+        elif isinstance(item, Network):
+            found += [name for part in item.stretches for name in bodies_of(part.chain)]
+    return found
+
+
+# ---- text ------------------------------------------------------------------------------------------------------------
+
+
+def joint_words(joint: JointStep) -> str:
+    """Return a joint's name and what there is to say of it, such as ``universal_1_{x,y}`` or ``rail (driven, elastic)``."""
+    name = joint.name
+    if joint.joints != (name,):
+        rests = [item[len(name) :].lstrip("_-. ") for item in joint.joints]
+        together = all(item.startswith(name) for item in joint.joints) and all(rests)
+        between = joint.joints[0][len(name) : len(joint.joints[0]) - len(rests[0])]
+        name = f"{name}{between}{{{','.join(rests)}}}" if together else "+".join(joint.joints)
+    notes = ["driven"] * joint.driven + ["elastic"] * joint.elastic + ["fixed"] * (joint.kind == "fixed")
+    if joint.follows is not None:
+        notes.append(f"follows {joint.follows}")
+    return name + (f" ({', '.join(notes)})" if notes else "")
+
+
+def body_words(body: Body) -> str:
+    """Return the names of what moves as one, not more than four of them."""
+    names = body.names if len(body.names) <= 4 else (body.names[0], body.names[1], "…", body.names[-1])
+    return " + ".join(names) + (f" ({len(body.names)} in all)" if len(body.names) > 4 else "")
+
+
+def chain_lines(start: str, chain: Chain, end: str, indent: str = "") -> list[str]:
+    """Return a chain as lines such as ``base —revolute_1→ rod_1 —spherical_1→ platform``, parallel ways on lines of their own."""
+    lines: list[str] = []
+    words = [start] if start else []
+    left: str | None = end
+    for k, item in enumerate(chain):
+        if isinstance(item, JointStep):
+            words.append(f"—{joint_words(item)}→")
+        elif isinstance(item, Body):
+            name = body_words(item)
+            if words and words[-1].endswith("→"):
+                words[-1] += f" {name}"
+            elif words and words[-1] != name:
+                words[-1] += f" + {name}"
+            elif not words:
+                words.append(name)
+        else:
+            if words and words[-1].endswith("→"):
+                words[-1] += f" {item.start}"
+            what = f"{len(item.ways)} ways" if isinstance(item, Ways) else "a network"
+            lines += _filled(words, f", then {what} to {item.end}:" if words else f"{what} to {item.end}:", indent)
+            words = []
+            parts = [("", way, "") for way in item.ways] if isinstance(item, Ways) else []
+            parts += [(part.start, part.chain, part.end) for part in item.stretches] if isinstance(item, Network) else []
+            for part in parts:
+                inner = chain_lines(*part, indent + "    ")
+                lines += [f"{indent}  - {inner[0].lstrip()}", *inner[1:]]
+            if k == len(chain) - 1:
+                left = None
+            elif not isinstance(chain[k + 1], Body):
+                words = [item.end]
+    if left:
+        if words and words[-1].endswith("→"):
+            words[-1] += f" {left}"
+        else:
+            words.append(f"+ {left}" if words else left)
+    return [*lines, *_filled(words, "", indent)]
+
+
+def _filled(words: list[str], last: str, indent: str) -> list[str]:
+    """Return words in lines; those after the first are indented more."""
+    if not words and not last:
+        return []
+    words = [*words[:-1], words[-1] + last] if words else [last]
+    lines = [indent + words[0]]
+    for word in words[1:]:
+        if len(lines[-1]) + 1 + len(word) > WIDTH:
+            lines.append(indent + "    " + word)
+        else:
+            lines[-1] += f" {word}"
+    return lines

@@ -1,0 +1,290 @@
+"""What can move: platform coordinates that place the platform, local freedoms by name, drives in excess."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.kinematics.solver import Request
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.linalg import canonical_basis, null_space
+from kinetostatics.math.ordering import first_largest
+from kinetostatics.math.orientation import orientation_named
+from kinetostatics.mechanism.mechanism import ROTATING
+
+if TYPE_CHECKING:
+    from kinetostatics.robot import Robot
+
+
+#: What counts as zero in motions and self-stresses of unit size.
+NOTHING = 1e-6
+COORDINATES = ("x", "y", "z", "rx", "ry", "rz")
+#: The order in which coordinates are preferred where they place the platform about equally well: z, x, y, rz, rx, ry.
+_PREFERRED = (2, 0, 1, 5, 3, 4)
+#: Part of the best set's size by which another may fall short of it and still be as good.
+_CLEARLY = 0.5
+
+
+@dataclass(frozen=True)
+class LocalFreedom:
+    """Freedoms of some links that do not move the platform.
+
+    Attributes:
+        links: what moves; massless links inside universal and spherical joints are left out.
+        count: how many freedoms.
+        kind: ``spin`` as one about the line through their joints, ``turn`` about an axis, ``slide`` or ``move``.
+        joint: about or along which it turns or slides, if it is one.
+        drives: the driven joints that move with it.
+    """
+
+    links: tuple[str, ...]
+    count: int
+    kind: str
+    joint: str | None
+    drives: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Drives:
+    """What the drives hold.
+
+    Attributes:
+        names: of the driven joints.
+        redundant: how many more there are than freedoms that they move.
+        unheld: freedoms of the platform that are left with the drives locked, at generic poses.
+    """
+
+    names: tuple[str, ...]
+    redundant: int
+    unheld: int
+
+
+class Motions:
+    """What a robot can do at its best generic pose: scaled velocities ``free`` (nv, k) that keep the loops closed.
+
+    ``platform`` (6, nv) maps them to the platform's scaled twist at o, ``drives`` (n, nv) to the drives' rates.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        self.robot, solver = robot, robot.solver
+        found = []
+        for k in range(robot.generic_poses.x.shape[1]):
+            pose = robot.generic_poses.take(np.array([k]))
+            _, gradient = solver.system(Request(), pose, np.zeros((0, 1)))
+            free, rank, _ = null_space(gradient[:, :, 0], robot.rank_tolerance)
+            found.append((rank, k, pose, free))
+        _, self.number, self.pose, self.free = max(found, key=lambda item: (item[0], -item[1]))
+        self.frames = robot.equations.forward(self.pose.x)
+        self.twists = robot.equations.tree.twists(self.frames)[:, :, 0] * solver.column_scale
+        self.o = solver.platform_pose(self.frames)[1][:, 0]
+        self.platform = self.at_o(solver.platform_signs)
+
+    def at_o(self, signs: Array) -> Array:
+        """Return the scaled map (6, nv) from velocities to the twist at o of a body that moves with the given freedoms (nv,)."""
+        moving = self.twists * signs
+        linear = moving[:3] + np.cross(moving[3:], self.o, axis=0)
+        return np.concatenate([linear / self.robot.length, moving[3:]])
+
+    @property
+    def drives(self) -> Array:
+        """The scaled rates (n, nv) of the driven joints, those of the tree first."""
+        request = self.robot.actuator_request
+        rows = np.eye(self.twists.shape[1])[np.array(request.columns, dtype=np.intp)]
+        loops = Request(loops=request.loops)
+        _, gradient = self.robot.solver.system(loops, self.pose, np.zeros((loops.size, 1)))
+        return np.concatenate([rows, gradient[gradient.shape[0] - loops.size :, :, 0]])
+
+    @property
+    def drive_names(self) -> list[str]:
+        """Names of the rows of ``drives``."""
+        loops = {loop.name for loop in self.robot.equations.loops}
+        return sorted(self.robot.description.driven, key=lambda name: name in loops)
+
+    def rank(self, matrix: Array) -> int:
+        """Return the rank of a scaled matrix."""
+        if not matrix.size:
+            return 0
+        return int(np.sum(np.linalg.svd(matrix, compute_uv=False) > self.robot.rank_tolerance))
+
+    def local(self) -> Array:
+        """Return the scaled velocities (nv, l) that do not move the platform."""
+        if not self.free.shape[1]:
+            return self.free
+        _, values, rows = np.linalg.svd(self.platform @ self.free, full_matrices=True)
+        return canonical_basis(self.free @ rows[int(np.sum(values > self.robot.rank_tolerance)) :].T)
+
+
+def drives_of(motions: Motions) -> Drives:
+    """Say what the drives hold."""
+    robot = motions.robot
+    D = motions.drives
+    moved = D @ motions.free
+    held = motions.rank(moved)
+    left = motions.free
+    if left.shape[1] and moved.size:
+        left = left @ np.linalg.svd(moved, full_matrices=True)[2][held:].T
+    return Drives(robot.description.driven, len(D) - held, motions.rank(motions.platform @ left) if left.shape[1] else 0)
+
+
+def coordinates_of(motions: Motions) -> tuple[str, ...]:
+    """Return platform coordinates that place the platform, as many as its mobility; none if none are found.
+
+    Those of o where they suffice, else as many angles as there are; of several sets the one that places it clearly best, or of
+    those nearly as good the first in the order z, x, y, rz, rx, ry.
+    """
+    robot = motions.robot
+    count = robot.mobility.platform
+    moved = motions.platform @ motions.free
+    turning = motions.rank(moved[3:])
+    options: dict[tuple[int, ...], tuple[int, float]] = {}
+    for chosen in combinations(_PREFERRED, count) if count else ():
+        size = float(np.linalg.svd(moved[list(chosen)], compute_uv=False)[count - 1])
+        angles = sum(k > 2 for k in chosen)
+        natural = 2 if size < 0.1 else 0 if not angles else 1 if angles == turning else 2
+        if size > 1e-3:
+            options[chosen] = natural, size
+    while options:
+        usual = min(natural for natural, _ in options.values())
+        alike = [(chosen, size) for chosen, (natural, size) in options.items() if natural == usual]
+        best, _ = alike[first_largest([size for _, size in alike], _CLEARLY)]
+        del options[best]
+        chosen = tuple(sorted(best))
+        positions = tuple(k for k in chosen if k < 3)
+        request = Request(positions=positions, angles=tuple(k - 3 for k in chosen if k > 2), orientation=orientation_named(None))
+        if robot.determines(request):
+            return tuple(COORDINATES[k] for k in chosen)
+    return ()
+
+
+# ---- local freedoms --------------------------------------------------------------------------------------------------
+
+
+def local_freedoms(motions: Motions) -> list[LocalFreedom]:
+    """Return the freedoms that do not move the platform, those that have nothing to do with one another apart."""
+    local = motions.local()
+    if not local.shape[1]:
+        return []
+    robot = motions.robot
+    tree, mechanism = robot.equations.tree, robot.mechanism
+    base = mechanism.base_frame
+    at_rest = tree.moves[base[0]].astype(float) if base is not None else 0.0
+    bodies = list(range(tree.moves.shape[0]))
+    table = np.stack([motions.at_o(tree.moves[body].astype(float) - at_rest) @ local for body in bodies])
+    columns = eliminated(table.reshape(-1, local.shape[1]))
+    table = (table.reshape(-1, local.shape[1]) @ columns).reshape(table.shape)
+    moving = np.max(np.abs(table), axis=1) > NOTHING  # bodies, columns
+    rates = np.abs(motions.drives @ local @ columns) > NOTHING
+    found = []
+    for group in groups_of(moving.T):
+        mine = [body for body in bodies if np.any(moving[body, group])]
+        links = _links_of(robot, mine)
+        drives = tuple(name for name, row in zip(motions.drive_names, rates, strict=True) if np.any(row[group]))
+        kind, joint = _kind(motions, links, mine, table[:, :, group])
+        found.append(LocalFreedom(links, len(group), kind, joint, drives))
+    order = {link: k for k, link in enumerate(robot.description.links)}
+    return sorted(found, key=lambda item: order.get(item.links[0], 0) if item.links else 0)
+
+
+def _links_of(robot: Robot, bodies: list[int]) -> tuple[str, ...]:
+    """Return the links that move with some bodies, without massless ones inside universal and spherical joints."""
+    description = robot.description
+    elastic = {beam.link for beam in description.beams.values()}
+    links = [link for link in description.links if robot.mechanism.body_of[link][0] in bodies]
+    heavy = tuple(link for link in links if link in elastic or description.links[link].mass > 0)
+    return heavy or tuple(links)
+
+
+def _kind(motions: Motions, links: tuple[str, ...], moving: list[int], table: Array) -> tuple[str, str | None]:
+    """Say what some links do: kind and joint of a :class:`LocalFreedom`.
+
+    Args:
+        motions: of the robot.
+        links: that matter.
+        moving: all bodies that move, massless ones too.
+        table: (bodies, 6, columns) their scaled twists.
+    """
+    robot = motions.robot
+    body = robot.mechanism.body_of[links[0]][0]
+    alike = [other for other in moving if float(np.max(np.abs(table[other] - table[body]))) < NOTHING]
+    if table.shape[2] != 1 or any(robot.mechanism.body_of[link][0] not in alike for link in links):
+        return "move", None
+    linear, angular = table[body, :3, 0] * robot.length, table[body, 3:, 0]
+    rate = float(np.linalg.norm(angular))
+    if rate * robot.length < 1e-6 * float(np.linalg.norm(linear)):
+        return "slide", _joint_along(motions, links, linear / np.linalg.norm(linear), None)
+    axis = angular / rate
+    if abs(float(axis @ linear)) > 1e-6 * robot.length * rate:
+        return "move", None
+    foot = motions.o + np.cross(angular, linear) / rate**2
+    hinge = _joint_along(motions, links, axis, foot)
+    if hinge is not None:
+        return "turn", hinge
+    along = []
+    for link, (body, _) in robot.mechanism.body_of.items():
+        for connection in robot.mechanism.at_link[link] if body in alike else ():
+            point = motions.frames.points(np.array([body]), connection.centre_on(link)[:, None])[:, 0, 0]
+            if float(np.linalg.norm(np.cross(point - foot, axis))) < 1e-6 * robot.length:
+                along.append(float(axis @ (point - foot)))
+    return "spin" if along and max(along) - min(along) > 1e-6 * robot.length else "turn", None
+
+
+def _joint_along(motions: Motions, links: tuple[str, ...], axis: Array, foot: Array | None) -> str | None:
+    """Return the joint of some links that slides along ``axis``, or that turns about it through ``foot``.
+
+    A hinge inside a universal or spherical joint is none.
+    """
+    robot = motions.robot
+    units = [unit for group in robot.limb_groups for row in group.units for unit in row]
+    inside = {name for unit in units if len(unit.joints) > 1 for name in unit.joints}
+    for connection in robot.mechanism.connections.values():
+        if not {connection.predecessor, connection.successor} & set(links) or connection.name in inside:
+            continue
+        if connection.kind not in (ROTATING if foot is not None else ("prismatic",)):
+            continue
+        body = np.array([connection.predecessor_body])
+        mine = motions.frames.directions(body, connection.axis_on(True)[:, None])[:, 0, 0]
+        point = motions.frames.points(body, connection.predecessor_frame[:3, 3:])[:, 0, 0]
+        beside = 0.0 if foot is None else float(np.linalg.norm(np.cross(point - foot, axis)))
+        if float(np.linalg.norm(np.cross(mine, axis))) < 1e-6 and beside < 1e-6 * robot.length:
+            return connection.name
+    return None
+
+
+def eliminated(matrix: Array) -> Array:
+    """Return combinations (n, r) of the columns of a matrix of about unit size, its rank many, in reduced echelon form.
+
+    Where the column space is a sum of spaces with no row in common, each combination lies in one of them.
+    """
+    work, columns = np.array(matrix), np.eye(matrix.shape[1])
+    pivots: list[int] = []
+    for _ in range(matrix.shape[1]):
+        free = [k for k in range(matrix.shape[1]) if k not in pivots]
+        if not work.shape[0]:
+            break
+        row, position = np.unravel_index(first_largest(np.abs(work[:, free]).ravel()), (work.shape[0], len(free)))
+        column = free[int(position)]
+        if abs(work[row, column]) <= NOTHING:
+            break
+        factors = work[row] / work[row, column]
+        factors[column] = 1 - 1 / work[row, column]  # which makes the pivot 1
+        for table in (columns, work):
+            table -= np.outer(table[:, column], factors)
+        pivots.append(column)
+    return columns[:, sorted(pivots)]
+
+
+def groups_of(loaded: NDArray[np.bool_]) -> list[list[int]]:
+    """Return the rows of a table put together that have a True in a column in common."""
+    groups: list[tuple[list[int], NDArray[np.bool_]]] = []
+    for number, row in enumerate(loaded):
+        touching = [group for group in groups if np.any(group[1] & row)]
+        merged = ([number], row.copy())
+        for group in touching:
+            merged = ([*group[0], *merged[0]], group[1] | merged[1])
+            groups.remove(group)
+        groups.append(merged)
+    return sorted((sorted(numbers) for numbers, _ in groups), key=lambda numbers: numbers[0])

@@ -1,0 +1,257 @@
+"""The parts of a robot as a report has them: limbs, beams, elastic joints, joints that follow others."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.checks.chains import Graph, JointStep, bodies_of, joints_of, word_of
+from kinetostatics.checks.limb_graph import GraphReader
+from kinetostatics.math.ordering import EQUAL
+from kinetostatics.mechanism.joint_compliance import springs_of
+from kinetostatics.mechanism.tree import Frames
+from kinetostatics.sections.kinds import Rectangle, RectangularTube, Section, Tube
+
+if TYPE_CHECKING:
+    from kinetostatics.description.elements import Beam
+    from kinetostatics.mechanism.limbs import Limb
+    from kinetostatics.robot import Robot
+
+
+@dataclass
+class LimbFacts:
+    """A limb.
+
+    Attributes:
+        name: ``limb_1``, …
+        word: its joints from base to platform, such as ``R P(driven) S`` or ``R(driven) (S S | S S)``.
+        like: an earlier limb that is built alike, or None.
+        graph: how bodies and joints follow one another.
+        links, beams: names.
+        joints: in the order of the graph.
+        parts: first and last link of each part, if pieces that everything passes through split the limb.
+        rigid: whether nothing in it is elastic.
+        mass: at the zero pose [kg], None if not known.
+        constraint_wrenches, attached_wrenches: in words, None if not known.
+    """
+
+    name: str
+    word: str
+    like: str | None
+    graph: Graph
+    links: tuple[str, ...]
+    joints: list[JointStep]
+    beams: tuple[str, ...]
+    parts: tuple[tuple[str, str], ...]
+    rigid: bool
+    mass: float | None
+    constraint_wrenches: tuple[str, ...] | None = None
+    attached_wrenches: tuple[str, ...] | None = None
+
+
+@dataclass
+class BeamFacts:
+    """A beam; ``length`` [m] and ``mass`` [kg] are those of the zero pose, None if it is not known.
+
+    ``start`` and ``end`` name the joints at its ends, base to platform; ``depth`` [m] is the section's larger side or diameter.
+    """
+
+    name: str
+    link: str
+    start: str
+    end: str
+    section: str
+    telescopic: bool
+    length: float | None
+    depth: float
+    mass: float | None
+    youngs_modulus: float
+    shear_modulus: float
+    density: float | None
+    thermal_expansion: float
+    area: float
+    I_y: float
+    I_z: float
+    J: float
+    shear_areas: tuple[float, float]
+
+
+@dataclass
+class ElasticJointFacts:
+    """A joint that gives way: stiffnesses along [N/m] and about [N·m/rad] the axes of its frame; infinite ones are rigid."""
+
+    joint: str
+    kind: str
+    linear: tuple[float, float, float]
+    angular: tuple[float, float, float]
+    drive: float | None
+
+
+@dataclass
+class FollowerFacts:
+    """A joint that mimics another: ``multiplier`` times its coordinate plus ``offset`` [m, rad]."""
+
+    joint: str
+    kind: str
+    leader: str
+    multiplier: float
+    offset: float
+
+
+def limb_facts(robot: Robot, reader: GraphReader, limb: Limb, mass: float | None) -> LimbFacts:
+    """Return what can be said of a limb without its pose."""
+    graph = reader.limb(limb)
+    beams = tuple(edge.beam for edge in limb.edges if edge.beam)
+    sprung = any(springs_of(robot.mechanism, edge.joint) for edge in limb.edges if edge.joint)
+    parts = tuple((part.start, part.end) for part in limb.parts) if len(limb.parts) > 1 else ()
+    word = word_of(graph.chain) or "welded"
+    return LimbFacts(
+        limb.name, word, None, graph, limb.links, joints_of(graph.chain), beams, parts, not beams and not sprung, mass
+    )
+
+
+def first_like(limb: LimbFacts, beams: list[BeamFacts], alike: dict[tuple[object, ...], str]) -> str | None:
+    """Return the first limb that is built like this one, None if it is the first of its kind.
+
+    Args:
+        limb: whose wrenches are known.
+        beams: of the robot.
+        alike: the first limb of every kind, to which this one is added.
+    """
+
+    def rounded(value: float | None) -> str:
+        return "" if value is None else f"{value * (1 + EQUAL**2):.5g}"  # short decimals are not on the edge of rounding
+
+    mine = [beam for beam in beams if beam.name in limb.beams]
+    rows = tuple(
+        (beam.section, beam.telescopic, rounded(beam.length), rounded(beam.youngs_modulus), rounded(beam.density))
+        for beam in mine
+    )
+    names = [*(joint.name for joint in limb.joints), *limb.beams, *(name for joint in limb.joints for name in joint.joints)]
+    number = {name: k for k, name in reversed(list(enumerate(names)))}
+    pattern = re.compile("|".join(re.escape(name) for name in sorted(number, key=len, reverse=True)) or "$^")
+    labels = tuple(
+        tuple(pattern.sub(lambda found: f"#{number[found[0]]}", label) for label in part or ())
+        for part in (limb.constraint_wrenches, limb.attached_wrenches)
+    )
+    first = alike.setdefault((limb.word, rounded(limb.mass), rows, labels), limb.name)
+    return None if first == limb.name else first
+
+
+def massless_links(robot: Robot, limbs: list[LimbFacts]) -> tuple[str, ...]:
+    """Return the rigid links between joints that weigh nothing: those inside universal and spherical joints left out."""
+    description = robot.description
+    elastic = {beam.link for beam in description.beams.values()}
+    shown = {name for limb in limbs for name in _bodies(limb)}
+    return tuple(name for name in description.links if name in shown - elastic and description.links[name].mass == 0)
+
+
+def _bodies(limb: LimbFacts) -> list[str]:
+    return [name for chain in (limb.graph.chain, *(item.chain for item in limb.graph.hanging)) for name in bodies_of(chain)]
+
+
+def elastic_joints(robot: Robot) -> list[ElasticJointFacts]:
+    """Return the joints that give way."""
+    found = []
+    for name in robot.description.joint_stiffness:
+        linear, angular, drive = np.zeros(3), np.zeros(3), None
+        springs = springs_of(robot.mechanism, name)
+        for spring in springs:
+            if spring.is_drive:
+                drive = robot.description.joint_stiffness[name].drive
+            else:
+                linear, angular = np.diag(spring.linear), np.diag(spring.angular)
+        if springs:
+            kind = robot.mechanism.connections[name].kind
+            found.append(ElasticJointFacts(name, kind, _stiffnesses(linear), _stiffnesses(angular), drive))
+    return found
+
+
+def _stiffnesses(compliances: NDArray[np.float64]) -> tuple[float, float, float]:
+    x, y, z = (1 / float(c) if c > 0 else np.inf for c in compliances)
+    return x, y, z
+
+
+def followers(robot: Robot) -> list[FollowerFacts]:
+    """Return the joints that mimic others."""
+    return [
+        FollowerFacts(item.name, item.kind, item.mimic.joint, item.mimic.multiplier, item.mimic.offset)
+        for item in robot.mechanism.connections.values()
+        if item.mimic is not None
+    ]
+
+
+def beam_facts(robot: Robot, labels: dict[str, str], attempt: Callable[[Callable[[], Any]], Any]) -> list[BeamFacts]:
+    """Return all beams.
+
+    Args:
+        robot: the robot.
+        labels: what joints are called in the limbs.
+        attempt: calls what may fail and returns None if it does.
+    """
+    models = attempt(lambda: robot.beams)
+    frames: Frames | None = attempt(lambda: robot.zero_frames)
+    found = []
+    for name, beam in robot.description.beams.items():
+        length = mass = None
+        if models is not None and frames is not None:
+            model = models[name]
+            length = float(model.length(frames)[0])
+            mass = model.mass if model.mass_per_length is None else model.mass_per_length * length
+        found.append(_beam(robot, beam, labels, length, mass))
+    return found
+
+
+def _beam(robot: Robot, beam: Beam, labels: dict[str, str], length: float | None, mass: float | None) -> BeamFacts:
+    section, span = beam.section, robot.topology.beams[beam.name]
+    if length is not None and mass is not None:  # rounding must not tell equal beams apart
+        length, mass = float(f"{length:.12g}"), float(f"{mass:.12g}")
+    given = {end.joint for end in (beam.start, beam.end) if end is not None}
+
+    def end_name(link: str, point: NDArray[np.float64]) -> str:
+        here = [item for item in robot.mechanism.at_link[link] if float(np.max(np.abs(item.centre_on(link) - point))) < 1e-6]
+        best = sorted(here, key=lambda item: (item.name not in given, item.kind == "fixed"))
+        return labels.get(best[0].name, best[0].name) if best else link
+
+    return BeamFacts(
+        beam.name,
+        beam.link,
+        end_name(span.start_link, span.start),
+        end_name(span.end_link, span.end),
+        section_words(section),
+        bool(span.spanned),
+        length,
+        2 * max(section.extent),
+        mass,
+        beam.youngs_modulus,
+        beam.shear_modulus,
+        beam.density,
+        beam.thermal_expansion,
+        section.area,
+        section.I_y,
+        section.I_z,
+        section.J,
+        beam.shear_areas,
+    )
+
+
+def section_words(section: Section) -> str:
+    """Say what a cross-section is, in mm."""
+
+    def mm(value: float) -> str:
+        return f"{1e3 * value:.5g}"
+
+    if isinstance(section, Tube):
+        if section.inner_diameter == 0:
+            return f"circle ⌀{mm(section.outer_diameter)} mm"
+        return f"tube ⌀{mm(section.outer_diameter)}/{mm(section.inner_diameter)} mm"
+    if isinstance(section, RectangularTube):
+        return f"box {mm(section.width)}×{mm(section.height)}×{mm(section.thickness)} mm"
+    if isinstance(section, Rectangle):
+        return f"rectangle {mm(section.width)}×{mm(section.height)} mm"
+    return f"A {1e6 * section.area:.5g} mm², I_y {1e12 * section.I_y:.5g}, I_z {1e12 * section.I_z:.5g} mm⁴"

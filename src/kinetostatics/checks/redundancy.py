@@ -1,0 +1,228 @@
+"""What is held more than once: redundant constraints, and where they are.
+
+A redundant constraint is a self-stress: forces in joints, without a load and with the drives free, that are in equilibrium by
+themselves. All of them together are the null space of the joints' equations of all limbs; which joints they load says where they
+are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kinetostatics.checks.mobility import NOTHING, Motions, eliminated, groups_of
+from kinetostatics.kinematics.loop_constraints import world_frames
+from kinetostatics.kinematics.solver import Poses
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.linalg import canonical_basis, null_space
+from kinetostatics.mechanism.mechanism import ROTATING
+from kinetostatics.printing.text import listing
+
+if TYPE_CHECKING:
+    from kinetostatics.mechanism.tree import Frames
+    from kinetostatics.robot import Robot
+
+
+#: Equations above which nobody could read where they are redundant, and finding it out would take minutes.
+_MANY = 400
+
+
+@dataclass(frozen=True)
+class Redundancy:
+    """Redundant constraints in one place.
+
+    Attributes:
+        count: how many.
+        limbs: names of the limbs that brace against one another, or of the one inside which they are.
+        joints: inside a limb, the joints that they load; else empty.
+        beams: inside a limb, the beams that they load; else empty.
+        wrenches: by which wrenches limbs brace against one another at the zero pose, in words; None if that pose is special.
+    """
+
+    count: int
+    limbs: tuple[str, ...]
+    joints: tuple[str, ...] = ()
+    beams: tuple[str, ...] = ()
+    wrenches: tuple[str, ...] | None = None
+
+
+def redundancies(motions: Motions) -> list[Redundancy]:
+    """Return where the redundant constraints are: inside limbs first, then between limbs, then the rest."""
+    robot = motions.robot
+    total = robot.mobility.redundant_constraints
+    if not total or robot.equations.count > _MANY:
+        return []
+    states = _SelfStress(robot, motions.pose)
+    found = [item for number in range(len(robot.all_limbs)) for item in states.inside(number)]
+    zero = _SelfStress(robot, robot.zero_poses)
+    same = zero.states.shape[1] == states.states.shape[1]
+    for count, limbs in states.between():
+        names = tuple(robot.topology.limbs[k].name for k in limbs)
+        words = describe_wrenches(zero.braced(limbs), robot.length) if same else None
+        found.append(Redundancy(count, names, wrenches=words))
+    rest = total - sum(item.count for item in found)
+    if rest > 0:  # in loops of links that are welded to one another, or through joints that follow others
+        known = {edge.joint for limb in robot.all_limbs for edge in (*limb.edges, *limb.branches)}
+        loops = (loop.name for loop in robot.equations.loops if loop.name not in known)
+        found.append(Redundancy(rest, (), tuple(loops)))
+    return found if rest >= 0 else []
+
+
+class _SelfStress:
+    """All self-stresses of a robot at one pose, drives free.
+
+    Attributes:
+        states: (6 M, r) scaled wrenches of all chords of all limbs.
+        first: position of each limb's first chord wrench.
+    """
+
+    def __init__(self, robot: Robot, pose: Poses) -> None:
+        self.robot = robot
+        frames = _frames(robot, pose)
+        o = robot.solver.platform_pose(frames)[1]
+        limbs = robot.all_limbs
+        self.first = np.concatenate([[0], np.cumsum([6 * len(limb.to_platform) for limb in limbs])]).astype(int)
+        rows: dict[str | tuple[int, int], Array] = {}
+        balance = np.zeros((6, self.first[-1]))
+        for group in robot.limb_groups:
+            geometry = group.geometry(frames, o)
+            twists = (geometry.twists * group.twist_scale / np.where(group.rotates, robot.length, 1.0)[:, None, None])[..., 0]
+            for position, number in enumerate(group.numbers):
+                mine = slice(self.first[number], self.first[number + 1])
+                balance[:, mine] = group.platform_sum
+                for k, freedom in enumerate(group.freedoms[position]):
+                    row = np.zeros(self.first[-1])
+                    row[mine] = (group.freedom_chords[k][:, None] * twists[:, k, position]).ravel()
+                    connection = robot.mechanism.connections.get(freedom.label)
+                    alone = connection is not None and connection.kind in (*ROTATING, "prismatic")
+                    rows[freedom.label if alone else (number, k)] = row
+        for connection in robot.mechanism.connections.values():
+            if connection.mimic is not None and connection.name in rows:  # it works through its leader
+                follower = rows.pop(connection.name) * connection.mimic.multiplier
+                scale = 1.0
+                if (connection.kind == "prismatic") != (robot.mechanism.connections[connection.mimic.joint].kind == "prismatic"):
+                    scale = robot.length if connection.kind != "prismatic" else 1 / robot.length
+                rows[connection.mimic.joint] = rows.get(connection.mimic.joint, 0.0) + follower * scale
+        matrix = np.array([*rows.values(), *balance]).reshape(-1, self.first[-1])
+        self.states = null_space(matrix, robot.rank_tolerance)[0]
+
+    @property
+    def felt(self) -> Array:
+        """What the platform puts on each limb (limbs, 6, r)."""
+        found = []
+        for number, limb in enumerate(self.robot.topology.limbs):
+            mine = self.states[self.first[number] : self.first[number + 1]].reshape(len(limb.to_platform), 6, -1)
+            found.append(mine[np.array(limb.to_platform, dtype=bool)].sum(axis=0))
+        return np.array(found).reshape(len(found), 6, self.states.shape[1])
+
+    def inside(self, number: int) -> list[Redundancy]:
+        """Return the self-stresses inside a limb, those that have nothing to do with one another apart."""
+        limb = self.robot.all_limbs[number]
+        if limb.is_serial:
+            return []
+        mine = np.zeros(len(self.states), dtype=bool)
+        mine[self.first[number] : self.first[number + 1]] = True
+        alone = _null(self.states[~mine])
+        if not alone.shape[1]:
+            return []
+        chords = (self.states[mine] @ alone).reshape(len(limb.to_platform), 6, -1)
+        edges = np.zeros((len(limb.edges), *chords.shape[1:]))
+        for k, edge in enumerate(limb.edges):
+            for chord, sign in edge.chords:
+                edges[k] += sign * chords[chord]
+        columns = eliminated(edges.reshape(-1, edges.shape[2]))
+        loaded = np.max(np.abs(edges @ columns), axis=1) > NOTHING
+        found = []
+        for group in groups_of(loaded.T):
+            which = [edge for edge, is_loaded in zip(limb.edges, np.any(loaded[:, group], axis=1), strict=True) if is_loaded]
+            joints = tuple(edge.joint for edge in which if edge.joint)
+            found.append(Redundancy(len(group), (limb.name,), joints, tuple(edge.beam for edge in which if edge.beam)))
+        return found
+
+    def between(self) -> list[tuple[int, list[int]]]:
+        """Return how many self-stresses there are between which limbs."""
+        felt = self.felt
+        if not felt.size:
+            return []
+        flat = felt.reshape(-1, felt.shape[2])
+        reduced = (flat @ eliminated(flat)).reshape(*felt.shape[:2], -1)
+        loaded = np.max(np.abs(reduced), axis=1, initial=0.0) > NOTHING
+        used = [k for k in range(loaded.shape[1]) if np.any(loaded[:, k])]
+        return [
+            (len(group), np.flatnonzero(np.any(loaded[:, used][:, group], axis=1)).tolist())
+            for group in groups_of(loaded[:, used].T)
+        ]
+
+    def braced(self, limbs: list[int]) -> Array:
+        """Return an orthonormal basis (6, k) of the scaled wrenches by which some limbs, and no others, brace."""
+        felt = self.felt
+        others = [k for k in range(len(felt)) if k not in limbs]
+        mine = felt[limbs] @ _null(felt[others].reshape(-1, felt.shape[2]))
+        U, values, _ = np.linalg.svd(np.concatenate(list(mine), axis=1), full_matrices=False)
+        return np.asarray(U[:, : int(np.sum(values > NOTHING))])
+
+
+def _frames(robot: Robot, pose: Poses) -> Frames:
+    """Return the frames of all bodies, those inside spherical joints too."""
+    return world_frames(robot.mechanism, robot.mechanism.forward(robot.model_q(pose)))
+
+
+def _null(matrix: Array) -> Array:
+    """Return an orthonormal basis (n, k) of what a matrix of self-stresses of unit size does not see."""
+    if not matrix.size:
+        return np.eye(matrix.shape[1])
+    _, values, rows = np.linalg.svd(matrix, full_matrices=matrix.shape[0] < matrix.shape[1])
+    return canonical_basis(rows[int(np.sum(values > NOTHING)) :].T)
+
+
+def describe_wrenches(basis: Array, length: float) -> tuple[str, ...]:
+    """Say in words which wrenches about o an orthonormal basis (6, k) spans, scaled by ``length`` [m]."""
+    count = basis.shape[1]
+    aligned = [float(row @ row) > 1 - 1e-8 for row in basis]
+    if sum(aligned) == count:
+        words = [_along("force", "along", aligned[:3]), _along("couple", "about", aligned[3:])]
+        return tuple(item for item in words if item)
+    forces = np.linalg.svd(basis[:3])
+    kinds = int(np.sum(forces[1] > 1e-6))
+    if kinds == count == 3:  # forces through one point p: m = p × f for all of them
+        rows = np.concatenate([_cross_matrix(-f) for f in basis[:3].T])
+        point, moments = np.linalg.lstsq(rows, basis[3:].T.ravel(), rcond=None)[0], basis[3:].T.ravel()
+        if float(np.max(np.abs(rows @ point - moments))) < 1e-6:
+            return (f"forces through o + {_vector(point * length)} m",)
+    words = []
+    if kinds:
+        words.append(_directions("force", forces[0][:, :kinds], "along"))
+    if kinds < count:
+        couples = np.linalg.svd(basis[3:] @ forces[2][kinds:].T)[0][:, : count - kinds]
+        words.append(_directions("couple", couples, "about"))
+    return tuple(words)
+
+
+def _along(kind: str, how: str, aligned: Sequence[bool]) -> str:
+    """Say along which world axes forces or couples are."""
+    axes = [axis for axis, is_along in zip("xyz", aligned, strict=True) if is_along]
+    if len(axes) == 3:
+        return f"{kind}s in all directions"
+    return f"{kind}s {how} {listing(axes)}" if axes[1:] else f"a {kind} {how} {axes[0]}" if axes else ""
+
+
+def _directions(kind: str, basis: Array, how: str) -> str:
+    """Say along which directions forces or couples are, that an orthonormal basis (3, 1 … 3) spans."""
+    if basis.shape[1] == 3:
+        return f"{kind}s in all directions"
+    one = basis[:, 0] if basis.shape[1] == 1 else np.cross(basis[:, 0], basis[:, 1])
+    one = one * np.sign(one[int(np.argmax(np.abs(one) > 1e-6))])  # of the two senses the one that begins positively
+    names = [axis for axis, part in zip("xyz", one, strict=True) if part > 1 - 1e-8]
+    words = names[0] if names else _vector(one)
+    return f"a {kind} {how} {words}" if basis.shape[1] == 1 else f"{kind}s across {words}"
+
+
+def _cross_matrix(v: Array) -> Array:
+    return np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
+
+
+def _vector(v: Sequence[float] | Array) -> str:
+    return "(" + ", ".join(f"{0.0 if abs(x) < 5e-5 else x:.4g}" for x in v) + ")"

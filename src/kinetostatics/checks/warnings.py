@@ -1,0 +1,393 @@
+"""What to be careful about in a robot: sizes and numbers that look like slips of the pen, and what beam theory does not cover."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from math import isinf
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kinetostatics.analysis import analyze
+from kinetostatics.checks.warnings_of_masses import without_mass
+from kinetostatics.checks.warnings_of_poses import AT_ZERO, facts_of_poses, poses_of
+from kinetostatics.exceptions import KinetostaticsError, StaticsError
+from kinetostatics.kinematics.unit_hints import odd_angles, odd_limits, robot_size
+from kinetostatics.kinematics.zero_pose import corrections_hint
+from kinetostatics.math.ordering import EQUAL
+from kinetostatics.mechanism.beam_geometry import ends_nowhere
+from kinetostatics.mechanism.rigid_bodies import Piece, PieceGraph
+from kinetostatics.printing.text import CLOSED, LENGTHS, listing, quantity
+from kinetostatics.results.near_singular import near_singular_words
+from kinetostatics.status import WITHOUT_NUMBERS
+
+if TYPE_CHECKING:
+    from kinetostatics.checks.collect import RobotFacts
+    from kinetostatics.checks.parts import BeamFacts, ElasticJointFacts
+    from kinetostatics.mechanism.mechanism import Connection
+    from kinetostatics.robot import Robot
+
+#: Ratio of the smallest kept to the largest dropped singular value below which a count is doubtful.
+SMALL_GAP = 1e4
+#: Length over depth below which beam theory is doubtful: the ends, which it does not describe, are most of such a beam.
+STUBBY = 5.0
+#: Length over depth above which a section looks like one in wrong units.
+WIRE = 2000.0
+#: Part of the characteristic length, or angle [rad], by which open loops at zero are far from closing.
+FAR = 0.1
+#: Ratio of a beam's weight by its density to its link's <inertial> from which they are told apart.
+OTHER_MASS = 1.3
+#: Plausible thermal expansion of solids [1/K].
+EXPANSIONS = (-2e-5, 1e-3)
+#: Largest dimensions of robots [m].
+SIZES = (1e-3, 100.0)
+#: What a joint may give way by under the robot's own weight [m, rad], and what is as good as rigid [N/m, N·m/rad].
+GIVES, RIGID = (0.01, 0.2), 1e12
+
+
+def warnings_of_file(robot: Robot, facts: RobotFacts) -> list[str]:
+    """Return warnings of what can be seen without statics."""
+    found = [*_closing(robot, facts), *_limits(robot, facts), *_sizes(robot, facts), *_stubby(robot, facts)]
+    found += [*_materials(facts), *_masses(robot, facts), *without_mass(robot, facts), *_elastic_joints(robot, facts)]
+    found += [
+        f"link {link!r} ends nowhere: {joint!r} is its only joint, and it hangs on the base; if it is to hold the platform, a "
+        "<loop> is missing or a <parent> is wrong"
+        for link, joint in ends_nowhere(robot.mechanism)
+        if link in robot.topology.base.links
+    ]
+    rigid = [limb.name for limb in facts.limbs if limb.rigid]
+    if rigid:
+        verb = "have nothing elastic between base and platform and count" if rigid[1:] else "has nothing elastic and counts"
+        found.append(f"{'the limbs ' * bool(rigid[1:])}{listing(rigid)} {verb} as rigid")
+    if not facts.limbs:
+        found.append("no limb joins base and platform")
+    return found
+
+
+def _closing(robot: Robot, facts: RobotFacts) -> Iterable[str]:
+    zero = facts.zero
+    if zero.closing_error is None:
+        return
+    if zero.closing_error > CLOSED:
+        yield (
+            f"the loops stay open by {zero.closing_error:.2g} (m or rad) at the zero pose: the file's angles or lengths are "
+            "probably rounded; write them with full precision, as ${pi/2} in xacro"
+            + (", or assemble with a larger tolerance" if robot.zero_is_near else "")
+        )
+    metres, radians = zero.widest("m"), zero.widest("rad")
+    moved = [f"{name} at {_coordinate(robot, name, v)}" for name, v in (zero.drives or {}).items() if abs(v) > 1e-9]
+    if metres[0] > FAR * robot.length or radians[0] > FAR:
+        yield (
+            f"where all joints are at zero the loops are far from closed: {zero_openings(facts)}. They are closed from there, "
+            + (
+                "which angles in degrees would explain: see the other warnings"
+                if odd_angles(robot.description)
+                else "perhaps in another assembly mode than is meant: look at the pose with kinetostatics view, or move the zero "
+                "of the joints so that it nearly closes the loops"
+            )
+        )
+    if moved:
+        yield (
+            "the loops do not close with the drives at zero: the zero pose, from which all others are reached, has "
+            f"{listing(moved)}"
+        )
+    hint = corrections_hint(robot)
+    if hint:
+        yield hint
+
+
+def _coordinate(robot: Robot, joint: str, value: float) -> str:
+    """Write a joint's coordinate [m, rad] in mm or degrees."""
+    slides = robot.mechanism.connections[joint].kind == "prismatic"
+    return f"{1e3 * value:.4g} mm" if slides else f"{np.degrees(value):.4g}°"
+
+
+def zero_openings(facts: RobotFacts) -> str:
+    """Say how far each loop is open where all joints are at zero, loops that are open alike together."""
+    alike: dict[str, list[str]] = {}
+    for name, item in facts.zero.openings.items():
+        sizes = [quantity(float(f"{item['m']:.6g}"), LENGTHS, digits=4)] if item["m"] > 1e-9 else []
+        sizes += [f"{np.degrees(item['rad']):.4g}°"] if item["rad"] > 1e-9 else []
+        if sizes:
+            alike.setdefault(" and ".join(sizes), []).append(name)
+    return "open by " + ", ".join(f"{size} at {listing(names, len(names))}" for size, names in alike.items())
+
+
+def _limits(robot: Robot, facts: RobotFacts) -> Iterable[str]:
+    if facts.zero.drives is None or not robot.mechanism.tree.nq:
+        return
+    try:
+        pose = robot.configuration(robot.model_q(robot.zero_poses)[:, 0], tolerance=1e-9 + 1e3 * robot.closing_error)
+    except KinetostaticsError:  # said elsewhere
+        return
+    beyond = [f"{name} ({_coordinate(robot, name, float(item.value))})" for name, item in pose.limits_exceeded.items()]
+    if beyond:
+        yield f"at the zero pose {listing(beyond)} {'are beyond their' if beyond[1:] else 'is beyond its'} limits"
+
+
+def _sizes(robot: Robot, facts: RobotFacts) -> Iterable[str]:
+    if facts.zero.closing_error is None:
+        return
+    size = robot_size(robot)
+    if size and not SIZES[0] < size < SIZES[1]:
+        yield f"the robot is {size:.4g} m large; lengths are in m"
+    yield from odd_limits(robot)
+
+
+# ---- beams -----------------------------------------------------------------------------------------------------------
+
+
+def _alike(beams: Iterable[BeamFacts], say: Callable[[BeamFacts], str | None]) -> Iterable[str]:
+    """Yield what is to be said of beams, once for all of which the same is to be said; words in ``<>`` get their plural then."""
+    same: dict[str, list[str]] = {}
+    for beam in beams:
+        words = say(beam)
+        if words is not None:
+            same.setdefault(words, []).append(beam.name)
+    for words, names in same.items():
+        several = len(names) > 1
+        forms = {"is": "are", "its": "their", "has": "have", "weighs": "weigh"}
+        for one, many in forms.items():
+            words = words.replace(f"<{one}>", many if several else one)
+        yield f"beam{'s' * several} {listing(names, 8)} {words}"
+
+
+def _stubby(robot: Robot, facts: RobotFacts) -> Iterable[str]:
+    members = _members(robot, facts)
+
+    def say(beam: BeamFacts) -> str | None:
+        if beam.length is None:
+            return None
+        length, depth = members[beam.name]
+        if depth > 20 * length:
+            thick = quantity(depth, LENGTHS, digits=4)
+            return f"<is> thicker ({thick}) than long ({quantity(length, LENGTHS, digits=4)}): sizes are in m"
+        if length < STUBBY * depth * (1 - 1e-9):
+            long, times = quantity(length, LENGTHS, digits=4), float(f"{length / depth:.6g}")  # so that alike ones stay alike
+            return (
+                f"<is> stubby: <its> length of {long} is only {times:.2g} times <its> depth; beam theory is doubtful "
+                f"below {STUBBY:g}"
+            )
+        if length > WIRE * depth:
+            return f"<is> {length / depth:.2g} times as long as thick ({quantity(depth, LENGTHS, digits=4)}): sizes are in m"
+        return None
+
+    return _alike(facts.beams, say)
+
+
+def _members(robot: Robot, facts: RobotFacts) -> dict[str, tuple[float, float]]:
+    """Return for each beam length and depth [m] of the member that it is part of.
+
+    Beams that go on in much the same direction, welded or joined by a locked slide along them, are one member.
+    """
+    graph, frames = PieceGraph(robot.mechanism), robot.zero_frames if facts.zero.closing_error is not None else None
+    known = {beam.name: beam for beam in facts.beams}
+    if frames is None:
+        return {name: (beam.length or 0.0, beam.depth) for name, beam in known.items()}
+    welded: dict[Piece, Piece] = {}
+
+    def node(piece: Piece) -> Piece:
+        piece = piece.find()
+        while piece in welded:
+            piece = welded[piece]
+        return piece
+
+    for edge in graph.edges:
+        item = edge.connection
+        if item is not None and (item.kind == "fixed" or (item.kind == "prismatic" and item.driven)):
+            a, b = node(edge.inner), node(edge.outer)
+            if a is not b:
+                welded[b] = a
+    ends: dict[Piece, list[tuple[str, np.ndarray]]] = {}
+    for edge in graph.edges:
+        if edge.beam is not None:
+            name = edge.beam.beam.name
+            span = edge.beam
+            start = frames.points(np.array([span.start_body]), span.start[:, None])[:, 0, 0]
+            end = frames.points(np.array([span.end_body]), span.end[:, None])[:, 0, 0]
+            along = (end - start) / max(float(np.linalg.norm(end - start)), 1e-300)
+            ends.setdefault(node(edge.inner), []).append((name, along))
+            ends.setdefault(node(edge.outer), []).append((name, -along))
+    member = {name: {name} for name in known}
+    for here in ends.values():
+        if len(here) == 2 and here[0][0] != here[1][0] and float(here[0][1] @ here[1][1]) < -np.sqrt(0.5):
+            whole = member[here[0][0]] | member[here[1][0]]
+            for name in whole:
+                member[name] = whole
+    return {
+        name: (sum(known[k].length or 0.0 for k in names), max(known[k].depth for k in names)) for name, names in member.items()
+    }
+
+
+def _materials(facts: RobotFacts) -> Iterable[str]:
+    def modulus(beam: BeamFacts) -> str | None:
+        ratio = beam.youngs_modulus / beam.shear_modulus
+        if not 1 <= ratio <= 1000:
+            return (
+                f"<has> a shear modulus of {beam.shear_modulus:.4g} Pa and a Young's modulus of {beam.youngs_modulus:.4g} Pa, "
+                "which hardly belong together"
+            )
+        return None
+
+    def expansion(beam: BeamFacts) -> str | None:
+        if not EXPANSIONS[0] <= beam.thermal_expansion <= EXPANSIONS[1]:
+            return f"<has> a thermal expansion of {beam.thermal_expansion:.4g} 1/K; steel has 1.2e-5 1/K"
+        return None
+
+    for say in (modulus, expansion):
+        yield from _alike(facts.beams, say)
+
+
+# ---- masses and joints -----------------------------------------------------------------------------------------------
+
+
+def _masses(robot: Robot, facts: RobotFacts) -> Iterable[str]:
+    links = robot.description.links
+    by_link: dict[str, list[BeamFacts]] = {}
+    for beam in facts.beams:
+        by_link.setdefault(beam.link, []).append(beam)
+
+    def say(beam: BeamFacts) -> str | None:
+        mine, given = by_link[beam.link], links[beam.link].mass
+        if beam is not mine[0] or beam.density is None or beam.mass is None or not given:
+            return None
+        weight = sum(item.mass or 0.0 for item in mine)
+        if max(weight, given) <= OTHER_MASS * min(weight, given) * (1 + EQUAL):
+            return None
+        if weight == 0:
+            return f"<weighs> nothing, as <its> density is 0, although the <inertial> of <its> link says {given:.4g} kg"
+        return (
+            f"<weighs> {weight:.4g} kg by <its> density, which replaces the {given:.4g} kg of <its> link's <inertial>; leave the "
+            "density out to spread that mass along the beam, or give what is more a link of its own"
+        )
+
+    yield from _alike(facts.beams, say)
+    if facts.mass == 0:
+        yield "nothing in the file has a mass"
+
+
+def _elastic_joints(robot: Robot, facts: RobotFacts) -> Iterable[str]:
+    kinds = [robot.mechanism.connections[edge.joint].kind for limb in robot.topology.limbs for edge in limb.edges if edge.joint]
+    if not robot.description.joint_stiffness and not {"fixed", "floating"}.issuperset(kinds):
+        yield "bearings and drives count as rigid: the file gives no <joint_stiffness>"
+    weight = 9.81 * (facts.mass or 0.0)
+    for joint in facts.elastic_joints:
+        for words, value, unit, turns in _held(robot, joint):
+            force = weight * robot.length if turns else weight
+            if value > RIGID:
+                yield f"{words} is {value:.3g} {unit}, more than anything is; write inf for rigid"
+            elif force / value > GIVES[turns]:
+                gives = f"{np.degrees(force / value):.3g}°" if turns else quantity(force / value, LENGTHS, digits=3)
+                lever = f" at a distance of {quantity(robot.length, LENGTHS, digits=3)}" if turns else ""
+                yield (
+                    f"{words} is {value:.3g} {unit}: the robot's own weight of {weight:.4g} N{lever} would move it by {gives}; "
+                    f"stiffnesses are in {unit}"
+                )
+
+
+def _held(robot: Robot, joint: ElasticJointFacts) -> Iterable[tuple[str, float, str, int]]:
+    """Yield the stiffnesses of a joint that hold what it does not leave free: words, value, unit, and whether it turns."""
+    passive = robot.mechanism.connections[joint.joint]
+    free = _free_axes(passive)
+    for turns, (values, unit) in enumerate(((joint.linear, "N/m"), (joint.angular, "N·m/rad"))):
+        for axis, value in zip("xyz", values, strict=True):
+            if not isinf(value) and (turns, axis) not in free:
+                yield f"the stiffness of {joint.joint} {'about' if turns else 'along'} {axis}", value, unit, turns
+    if joint.drive is not None:
+        slides = joint.kind == "prismatic"
+        yield f"the stiffness of the drive of {joint.joint}", joint.drive, "N/m" if slides else "N·m/rad", int(not slides)
+
+
+def _free_axes(joint: Connection) -> set[tuple[int, str]]:
+    """Return along (0) and about (1) which axes of its frame a joint may move, so that a spring there may be soft."""
+    kind = joint.kind
+    near = {axis for axis, part in zip("xyz", joint.axis, strict=True) if abs(float(part)) > 0.1}
+    along = {(0, axis) for axis in near} if kind in ("prismatic", "cylindrical") else set()
+    about = {(1, axis) for axis in near} if kind in ("revolute", "continuous", "cylindrical", "planar") else set()
+    if kind in ("universal", "spherical", "floating"):
+        about = {(1, axis) for axis in "xyz"}
+    if kind in ("planar", "floating"):
+        along = {(0, axis) for axis in "xyz"}
+    return along | about
+
+
+# ---- statics ---------------------------------------------------------------------------------------------------------
+
+
+def warnings_of_statics(robot: Robot, facts: RobotFacts) -> tuple[list[str], list[str]]:
+    """Return warnings of doubtful counts and of drives, and what keeps the robot from being analysed."""
+    found: list[str] = []
+    problems: list[str] = []
+    if robot.mobility.gap < SMALL_GAP:
+        found.append(
+            f"the mobility is doubtful: the smallest singular value that counts is only {robot.mobility.gap:.2g} times the "
+            "largest that counts as zero"
+        )
+    for group in robot.limb_groups:
+        if group.basis.gap < SMALL_GAP:
+            found.append(
+                f"the number of constraint wrenches of {group.limbs[0].name} is doubtful: the smallest singular value that "
+                f"counts is only {group.basis.gap:.2g} times the largest that counts as zero"
+            )
+    mobility = facts.mobility
+    if mobility is not None and mobility.redundant_drives:
+        held = len(facts.drives) - mobility.redundant_drives
+        found.append(
+            f"{len(facts.drives)} drives for {held} freedom{'s' * (held != 1)}: the actuation is redundant; drives are taken as "
+            "locked in position and share the load as their limbs' elasticity makes them (if the robot should have more "
+            "freedoms, look for a wrong <axis>)"
+        )
+    for joint in _free_drives(robot):
+        found.append(f"the driven joint {joint.name} is in no limb: it only holds what hangs on {_owner(robot, joint)}")
+    problem = _statics_problem(robot)
+    if problem is not None:
+        (found if problem.startswith(AT_ZERO) else problems).append(problem)
+    else:
+        found += _near_singular(robot)
+    found += facts_of_poses(robot)
+    return found, problems
+
+
+def _free_drives(robot: Robot) -> list[Connection]:
+    in_limbs = {edge.joint for limb in robot.topology.limbs for edge in limb.edges}
+    return [robot.mechanism.connections[name] for name in robot.description.driven if name not in in_limbs]
+
+
+def _owner(robot: Robot, joint: Connection) -> str:
+    for limb in robot.topology.limbs:
+        if any(edge.joint == joint.name for edge in limb.branches):
+            return limb.name
+    return "the platform" if any(edge.joint == joint.name for edge in robot.topology.platform.edges) else "the base"
+
+
+def _statics_problem(robot: Robot) -> str | None:
+    """Say why the platform or a limb is not held: everywhere, or at the zero pose alone."""
+    if not robot.mechanism.tree.nq:  # nothing moves: there is one pose only
+        return _complaint(lambda: analyze(robot.assemble()))
+    generic = robot.model_q(robot.generic_poses).T
+    tolerance = 1e-9 + 1e3 * robot.closing_error
+    if np.all(np.isin(analyze(poses_of(robot, robot.generic_poses)).status, WITHOUT_NUMBERS)):
+        problem = _complaint(lambda: analyze(robot.configuration(generic[0], tolerance=tolerance)))
+        return problem or "no pose could be analysed: the loops of those that were tried do not close"
+    zero = robot.model_q(robot.zero_poses)[:, 0]
+    problem = _complaint(lambda: analyze(robot.configuration(zero, tolerance=tolerance)))
+    return None if problem is None else f"{AT_ZERO} {problem}"
+
+
+def _near_singular(robot: Robot) -> list[str]:
+    """Say that the zero pose is nearly singular, if it is."""
+    pose = robot.configuration(
+        robot.model_q(robot.zero_poses)[:, 0], tolerance=1e-9 + 1e3 * robot.closing_error, on_failure="nan"
+    )
+    words = near_singular_words(analyze(pose, on_failure="nan"))
+    return [words.replace("the pose is", "the zero pose is", 1)] if words else []
+
+
+def _complaint(compute: Callable[[], object]) -> str | None:
+    try:
+        compute()
+    except StaticsError as error:
+        return str(error)
+    except KinetostaticsError:  # said elsewhere
+        return None
+    return None

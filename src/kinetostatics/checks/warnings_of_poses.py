@@ -1,0 +1,44 @@
+"""What the status of a robot's poses will be: told before any is analysed."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kinetostatics.analysis import analyze
+from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.printing.text import listing
+from kinetostatics.results.warnings import undetermined_parts
+
+if TYPE_CHECKING:
+    from kinetostatics.kinematics.solver import Poses
+    from kinetostatics.robot import Robot
+
+#: How the text of a problem of the zero pose alone begins.
+AT_ZERO = "at the zero pose"
+
+
+def facts_of_poses(robot: Robot) -> list[str]:
+    """Say what the status of nearly all poses will be, or that of the zero pose alone: forces or intensities that are missing."""
+    generic, zero = (analyze(poses_of(robot, poses), on_failure="nan") for poses in (robot.generic_poses, robot.zero_poses))
+    found: list[str] = []
+    for result, where in ((generic, ""), (zero, f"{AT_ZERO} ")):
+        if np.any(result.indeterminate) and (result is generic or not np.any(generic.indeterminate)):
+            found.append(where + undetermined_parts(result))
+        limbs = [
+            limb.name
+            for item in result.solutions[0].statics
+            for position, limb in enumerate(item.group.limbs)
+            if np.any(item.degenerate[position])
+        ]
+        if limbs and np.any(result.basis_degenerate):
+            verb = "degenerate" if where else "degenerate at some poses"
+            found.append(f"{where}the readable wrenches of {listing(limbs)} {verb}: intensities are NaN there")
+    return found
+
+
+def poses_of(robot: Robot, poses: Poses) -> Configuration:
+    """Return a robot at poses of the solver, which close the loops as well as its file lets them."""
+    tolerance = 1e-9 + 1e3 * robot.closing_error
+    return robot.configuration(robot.model_q(poses).T, tolerance=tolerance, on_failure="nan")

@@ -1,0 +1,352 @@
+"""Arguments that the commands share: the robot, its parameters, the pose, load and gravity; and how results are printed."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import math
+import os
+import re
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from kinetostatics.description.units import KINDS, KNOWN, Unit, find_unit
+from kinetostatics.exceptions import ArgumentError, AssemblyError
+
+if TYPE_CHECKING:
+    from kinetostatics.kinematics.configuration import Configuration
+    from kinetostatics.robot import Robot
+
+NUMBER = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*((?![eE][-+]?\d)(?:[^\W\d_]|°|(?:1\s*)?/).*)?")
+
+#: Kinds of the platform's coordinates; of other names the robot complains.
+PLATFORM_KINDS = {
+    **dict.fromkeys(("x", "y", "z"), "length"),
+    **dict.fromkeys(("rx", "ry", "rz", "azimuth", "tilt", "torsion"), "angle"),
+}
+
+VALUES_HELP = """\
+values:
+  Numbers are SI: m, rad, N, N·m. They may carry units, with SI prefixes: z=500mm rx=-2deg, 1.5kN, 20Nm, 70GPa, 7.8g/cm3.
+"""
+
+
+# ---- reading values ------------------------------------------------------------------------------------------------
+
+
+def parse_quantity(text: str, kind: str | None = None) -> float:
+    """Return a number with an optional unit in SI.
+
+    Args:
+        text: such as ``500mm``, ``-2deg``, ``1.5kN`` or ``-1e-3``.
+        kind: one of :data:`kinetostatics.description.units.KINDS` if only units of that kind make sense, "number" if none does.
+
+    Raises:
+        ArgumentError: it is not a number, or the unit is unknown or of the wrong kind.
+    """
+    match = NUMBER.fullmatch(text.strip())
+    if match is None:
+        raise ArgumentError(f"{text.strip()!r} is not a number, with or without a unit; units are {KNOWN}")
+    value, name = float(match[1]), match[2]
+    if not math.isfinite(value):
+        raise ArgumentError(f"{text.strip()!r} is too large")
+    if name is None:
+        return value
+    unit = find_unit(name)
+    if unit is None:
+        raise ArgumentError(f"{text.strip()!r} has the unknown unit {name!r}; units are {KNOWN}")
+    if kind is not None and (kind == "number" or unit.kind != kind):
+        wanted = "a plain number" if kind == "number" else article(kind)
+        found = article(unit.kind) if unit.kind else "another quantity"
+        raise ArgumentError(f"{text.strip()!r} is {found}, but {wanted} is needed")
+    return unit.in_si(value)
+
+
+def unit_of(text: str) -> Unit | None:
+    """Return the unit that a number carries, None if the text is no number with a unit."""
+    match = NUMBER.fullmatch(text.strip())
+    return None if match is None or match[2] is None else find_unit(match[2])
+
+
+def article(noun: str) -> str:
+    """Return a noun with "a" or "an"."""
+    return f"{'an' if noun[0] in 'aeiou' else 'a'} {noun}"
+
+
+def parse_range(option: str, name: str, text: str, kind: str | None = None) -> tuple[float, float, int | None]:
+    """Return first, last and number of values of ``FROM:TO[:COUNT]``, the number None if it is not given.
+
+    Args:
+        option: the option's name, for messages.
+        name: of what has these values.
+        text: the range.
+        kind: as in :func:`parse_quantity`.
+
+    Raises:
+        ArgumentError: it is not of that form.
+    """
+    parts = text.split(":")
+    if len(parts) not in (2, 3):
+        raise ArgumentError(f"{option}: {name}={text} is not of the form {name}=FROM:TO or {name}=FROM:TO:COUNT")
+    first, last = parse_coordinates(option, name, parts[:2], kind)
+    if len(parts) == 2:
+        return first, last, None
+    if not parts[2].strip().isdecimal() or int(parts[2]) < 2:
+        raise ArgumentError(f"{option}: {name}: {parts[2]!r} is not a number of values, which must be at least 2")
+    return first, last, int(parts[2])
+
+
+def parse_values(option: str, name: str, text: str, kind: str | None = None) -> float | list[float]:
+    """Return one value, or those of ``FROM:TO:COUNT`` or of a list ``A,B,C``.
+
+    Raises:
+        ArgumentError: it is none of these.
+    """
+    if ":" in text:
+        first, last, count = parse_range(option, name, text, kind)
+        if count is None:
+            raise ArgumentError(f"{option}: {name}={text} does not say how many values: {name}={text}:11")
+        step = (last - first) / (count - 1)
+        return [*(first + step * k for k in range(count - 1)), last]
+    if "," in text:
+        return parse_coordinates(option, name, text.split(","), kind)
+    return parse_coordinates(option, name, [text], kind)[0]
+
+
+def parse_items(option: str, items: Iterable[str]) -> dict[str, str]:
+    """Return items ``name=value`` as a dict.
+
+    Raises:
+        ArgumentError: one has no ``=``, no name or no value, or a name comes twice.
+    """
+    found: dict[str, str] = {}
+    for item in items:
+        name, sign, value = (part.strip() for part in item.partition("="))
+        if not (name and sign and value):
+            raise ArgumentError(f"{option}: {item.strip()!r} is not of the form name=value")
+        if name in found:
+            raise ArgumentError(f"{option}: {name!r} is given twice")
+        found[name] = value
+    return found
+
+
+def parse_parameters(items: Iterable[str]) -> dict[str, object]:
+    """Return the values of ``--set``; numbers with a unit are turned to SI, everything else is passed on as it stands."""
+    found: dict[str, object] = {}
+    for name, value in parse_items("--set", items).items():
+        found[name] = value if unit_of(value) is None else parse_quantity(value)
+    return found
+
+
+def typed_units(items: Iterable[str]) -> dict[str, str]:
+    """Return the SI units of the values of ``--set`` that carry some."""
+    found: dict[str, str] = {}
+    for name, value in parse_items("--set", items).items():
+        kinds = [typed.kind for part in re.split("[:,]", value) if (typed := unit_of(part)) is not None]
+        if kinds and kinds[0]:
+            found[name] = KINDS[kinds[0]].replace("·", " ")
+    return found
+
+
+def _numbers(option: str, texts: Sequence[str], *kinds: str) -> list[float]:
+    """Return numbers that are of one kind, or one of each of several kinds."""
+    try:
+        return [parse_quantity(text, kind) for text, kind in zip(texts, kinds * (len(texts) // len(kinds)), strict=True)]
+    except ArgumentError as error:
+        raise ArgumentError(f"{option}: {error}") from None
+
+
+# ---- the robot -----------------------------------------------------------------------------------------------------
+
+
+def add_robot_arguments(parser: argparse.ArgumentParser, value: str = "VALUE") -> None:
+    """Add ROBOT and ``--set``; ``value`` is what help calls the values."""
+    parser.add_argument(
+        "robot",
+        metavar="ROBOT",
+        help="a URDF or xacro file, or the name of a robot that comes with the package: 3rps, 2pru_upr",
+    )
+    parser.add_argument(
+        "--set",
+        dest="parameters",
+        metavar=f"NAME={value}",
+        nargs="+",
+        action="extend",
+        default=[],
+        help="values of the file's xacro arguments, such as rod_diameter=80mm",
+    )
+
+
+def load(args: argparse.Namespace) -> Robot:
+    """Load the robot that the arguments name."""
+    from kinetostatics.files.bundled import robot_path
+    from kinetostatics.files.parameter_units import check_parameter_units
+    from kinetostatics.robot import load_robot
+
+    path, parameters = os.fspath(robot_path(args.robot)), parse_parameters(args.parameters)
+    robot = load_robot(path, parameters)
+    check_parameter_units(path, parameters, typed_units(args.parameters))
+    return robot
+
+
+# ---- the pose ------------------------------------------------------------------------------------------------------
+
+
+def add_pose_arguments(
+    parser: argparse.ArgumentParser,
+    value: str = "VALUE",
+    default: str = "Default: all drives at zero, or the closed zero pose if that does not exist.",
+) -> None:
+    """Add the pose: ``--platform`` or ``--actuators``, ``--orientation`` and ``--tolerance``.
+
+    Args:
+        parser: of the command.
+        value: what help calls the values.
+        default: what help says of the pose.
+    """
+    group = parser.add_argument_group("pose", default)
+    either = group.add_mutually_exclusive_group()
+    either.add_argument(
+        "--platform",
+        metavar=f"NAME={value}",
+        nargs="+",
+        action="extend",
+        help="coordinates of the platform, as many as its mobility: x y z of o, rx ry rz or azimuth tilt torsion",
+    )
+    either.add_argument(
+        "--actuators", metavar=f"JOINT={value}", nargs="+", action="extend", help="coordinates of all driven joints"
+    )
+    group.add_argument(
+        "--orientation",
+        metavar="NAME",
+        help="what rx ry rz mean: rotation_vector (default), angles about moving axes (XYZ) or fixed axes (xyz), in any "
+        "order of three letters; or tilt_torsion for azimuth tilt torsion",
+    )
+    group.add_argument(
+        "--tolerance",
+        metavar="T",
+        default="1e-10",
+        help="how far loops may stay open, m and rad (default: %(default)s)",
+    )
+
+
+def assemble(robot: Robot, args: argparse.Namespace) -> tuple[Configuration, list[str]]:
+    """Return the pose that the arguments ask for, and warnings."""
+    tolerance = tolerance_of(args)
+    if args.platform is not None:
+        platform = {
+            name: parse_coordinates("--platform", name, [value], PLATFORM_KINDS.get(name))[0]
+            for name, value in parse_items("--platform", args.platform).items()
+        }
+        return robot.assemble(platform=platform, orientation=args.orientation, tolerance=tolerance), []
+    if args.actuators is not None:
+        actuators = {
+            name: parse_coordinates("--actuators", name, [value], joint_kind(robot, name))[0]
+            for name, value in parse_items("--actuators", args.actuators).items()
+        }
+        return robot.assemble(actuators=actuators, orientation=args.orientation, tolerance=tolerance), []
+    try:
+        return robot.assemble(orientation=args.orientation, tolerance=tolerance), []
+    except AssemblyError:
+        # the file's zero may not be a pose of the robot; the pose nearest to it is
+        q = robot.model_q(robot.zero_poses)[:, 0]
+        pose = robot.configuration(q, tolerance=tolerance)
+        return pose, ["the loops do not close with all drives at zero; this is the closed pose nearest to the file's zero"]
+
+
+def parse_coordinates(option: str, name: str, texts: Sequence[str], kind: str | None) -> list[float]:
+    """Return values of one coordinate or parameter, which are of one kind."""
+    try:
+        found = [parse_quantity(text, kind) for text in texts]
+    except ArgumentError as error:
+        raise ArgumentError(f"{option}: {name}: {error}") from None
+    kinds = {unit.dimension: text.strip() for text in texts if (unit := unit_of(text)) is not None}
+    if len(kinds) > 1:
+        raise ArgumentError(f"{option}: {name}: {' and '.join(map(repr, kinds.values()))} are not of one kind")
+    return found
+
+
+def joint_kind(robot: Robot, joint: str) -> str | None:
+    """Return whether a joint's coordinate is a "length" or an "angle", None if there is no such joint."""
+    connection = robot.mechanism.connections.get(joint)
+    if connection is None:
+        return None  # assemble() will list the names
+    return "length" if connection.kind == "prismatic" else "angle"
+
+
+# ---- load and gravity ----------------------------------------------------------------------------------------------
+
+
+def add_load_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add ``--load``, ``--point``, ``--frame`` and ``--gravity``."""
+    group = parser.add_argument_group("load")
+    group.add_argument(
+        "--load",
+        nargs=6,
+        metavar=("FX", "FY", "FZ", "MX", "MY", "MZ"),
+        default=["0"] * 6,
+        help="external force [N] and moment [N·m] on the platform (default: none)",
+    )
+    group.add_argument("--point", nargs=3, metavar=("X", "Y", "Z"), help="where the force acts (default: at o)")
+    group.add_argument(
+        "--frame",
+        choices=("world", "platform"),
+        default="world",
+        help="axes of load and point; a point in the platform's frame counts from o (default: %(default)s)",
+    )
+    group.add_argument(
+        "--gravity",
+        nargs=3,
+        metavar=("GX", "GY", "GZ"),
+        default=["0", "0", "-9.81"],
+        help="in world axes [m/s²] (default: 0 0 -9.81)",
+    )
+
+
+def tolerance_of(args: argparse.Namespace) -> float:
+    """Return how far loops may stay open [m, rad]."""
+    return _numbers("--tolerance", [args.tolerance], "length")[0]
+
+
+def load_options(args: argparse.Namespace) -> dict[str, Any]:
+    """Return load, point, frame and gravity as :func:`kinetostatics.analyze` takes them."""
+    return {
+        "load": _numbers("--load", args.load, *["force"] * 3, *["moment"] * 3),
+        "point": None if args.point is None else _numbers("--point", args.point, "length"),
+        "frame": args.frame,
+        "gravity": _numbers("--gravity", args.gravity, "acceleration"),
+    }
+
+
+# ---- output --------------------------------------------------------------------------------------------------------
+
+
+def add_json_argument(parser: argparse.ArgumentParser) -> None:
+    """Add ``--json``."""
+    parser.add_argument("--json", action="store_true", help="print JSON, all numbers in SI; warnings go to standard error")
+
+
+def print_json(values: Mapping[str, Any]) -> None:
+    """Print a dict of plain values as JSON: one entry a line, arrays in one line."""
+    encoding = (getattr(sys.stdout, "encoding", None) or "ascii").lower().replace("-", "")
+    print(_json(values, "", encoding != "utf8"))
+
+
+def _json(value: Any, indent: str, ascii_only: bool) -> str:
+    inner = indent + "  "
+    if isinstance(value, list) and value and isinstance(value[0], Mapping):
+        items = [inner + _json(item, inner, ascii_only) for item in value]
+        return "[\n" + ",\n".join(items) + f"\n{indent}]"
+    if not isinstance(value, Mapping) or not value:
+        return json.dumps(value, allow_nan=False, ensure_ascii=ascii_only)
+    rows = [
+        f"{inner}{json.dumps(name, ensure_ascii=ascii_only)}: {_json(item, inner, ascii_only)}" for name, item in value.items()
+    ]
+    return "{\n" + ",\n".join(rows) + f"\n{indent}}}"
+
+
+def print_warnings(warnings: Iterable[str]) -> None:
+    """Print warnings to standard error, each in one line."""
+    for warning in warnings:
+        print(f"kinetostatics: warning: {' '.join(warning.split())}", file=sys.stderr)

@@ -1,0 +1,127 @@
+"""``kinetostatics import``: a robot file from a URDF whose loops another tool has described."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from kinetostatics.cli.arguments import parse_items, parse_parameters, print_warnings
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.printing.waiting import waiting
+
+NAME = "import"
+
+EXAMPLES = """\
+loops are read from
+  links closing_NAME_1 and closing_NAME_2 of onshape-to-robot,
+  a robot.yaml of Gepetto's example-parallel-robots (--yaml),
+  <loop_joint> of Isaac Sim.
+  Whatever they leave open is asked for. The result includes SOURCE, which stays as it is.
+
+examples:
+  kinetostatics import robot.urdf
+  kinetostatics import robot.urdf --types closing_A=revolute --platform tool --driven motor1 motor2 --out five_bar.urdf.xacro
+  kinetostatics import robot.urdf --yaml robot.yaml --platform effector --out delta.urdf.xacro
+
+exit code:
+  0 written, 2 something is missing or wrong
+"""
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add the command to the parser."""
+    parser: argparse.ArgumentParser = subparsers.add_parser(
+        NAME,
+        usage=f"kinetostatics {NAME} SOURCE [options]",
+        help="make a robot file from a URDF of onshape-to-robot, of Gepetto's, or of Isaac Sim",
+        description="Make a robot file from a URDF whose loops another tool has described.",
+        epilog=EXAMPLES,
+    )
+    parser.add_argument("source", metavar="SOURCE", help="the URDF or xacro file")
+    parser.add_argument("--yaml", metavar="FILE", help="a robot.yaml with closed_loop, type and name_mot")
+    parser.add_argument("--platform", metavar="LINK", help="the moving platform")
+    parser.add_argument("--base", metavar="LINK", help="the base (default: the root of the tree)")
+    parser.add_argument(
+        "--types",
+        metavar="LOOP=TYPE",
+        nargs="+",
+        action="extend",
+        help="the joints of loops; or one TYPE for all loops of which the source does not say it",
+    )
+    parser.add_argument(
+        "--axes",
+        metavar="LOOP=X,Y,Z",
+        nargs="+",
+        action="extend",
+        default=[],
+        help="the axes of loops in the frame of their first link; X,Y,Z/X,Y,Z for universal, the second in the second's",
+    )
+    parser.add_argument(
+        "--driven", metavar="JOINT", nargs="*", action="extend", help="the driven joints; without any: there are no drives"
+    )
+    parser.add_argument(
+        "--set",
+        dest="parameters",
+        metavar="NAME=VALUE",
+        nargs="+",
+        action="extend",
+        default=[],
+        help="values of the source's xacro arguments",
+    )
+    parser.add_argument("--out", metavar="FILE", help="the file to write (default: print it)")
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Write the robot file; return 2 if something more must be said."""
+    from kinetostatics.files.importers.questions import MissingFactsError
+
+    if args.out is not None and os.path.exists(args.out):
+        raise ArgumentError(f"--out: {args.out} exists already; delete it or choose another name")
+    folder = os.path.dirname(args.out or "")
+    if folder and not os.path.isdir(folder):
+        raise ArgumentError(f"--out: there is no folder {folder}")
+    try:
+        with waiting("importing"):
+            from kinetostatics.files.importers.answers import Answers
+            from kinetostatics.files.importers.convert import convert, describe
+
+            answers = Answers(args.platform, args.base, _types(args.types), _axes(args.axes), args.driven)
+            parameters = parse_parameters(args.parameters)
+            out = args.out if args.out is not None else f"<import of {os.path.basename(args.source)}>"
+            made = convert(args.source, args.yaml, answers, parameters=parameters, out=out)
+            description = describe(made, parameters)
+    except MissingFactsError as error:
+        print(f"kinetostatics: error: {error.for_command_line}", file=sys.stderr)
+        return 2
+    if args.out is None:
+        sys.stdout.write(made.text)
+    else:
+        with open(args.out, "x", encoding="utf-8") as stream:
+            stream.write(made.text)
+        loops = f"{len(made.loops)} loop" + ("" if len(made.loops) == 1 else "s")
+        print(f"{args.out}: {loops}, platform {description.platform}, driven: {', '.join(description.driven) or 'none'}")
+    print_warnings(description.warnings)
+    return 0
+
+
+def _types(items: Sequence[str] | None) -> Mapping[str, str] | str | None:
+    if items is None:
+        return None
+    if len(items) == 1 and "=" not in items[0]:
+        return items[0]
+    return parse_items("--types", items)
+
+
+def _axes(items: Sequence[str]) -> dict[str, Any]:
+    found: dict[str, Any] = {}
+    for name, value in parse_items("--axes", items).items():
+        try:
+            vectors = [[float(number) for number in part.replace(",", " ").split()] for part in value.split("/")]
+        except ValueError:
+            raise ArgumentError(f"--axes: {name}: {value!r} is not of the form X,Y,Z") from None
+        found[name] = vectors[0] if len(vectors) == 1 else vectors
+    return found

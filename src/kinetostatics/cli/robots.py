@@ -1,0 +1,48 @@
+"""``kinetostatics robots``: the robots that come with the package."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from kinetostatics.cli.arguments import add_json_argument, print_json
+from kinetostatics.files.bundled import copy_robots, robots
+
+NAME = "robots"
+
+EXAMPLES = """\
+examples:
+  kinetostatics robots
+  kinetostatics robots --copy delta
+"""
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add the command to the parser."""
+    parser: argparse.ArgumentParser = subparsers.add_parser(
+        NAME,
+        usage=f"kinetostatics {NAME} [options]",
+        help="list the robots that come with the package, or copy their files",
+        description="List the robots that come with the package; their names do wherever a ROBOT is asked for.",
+        epilog=EXAMPLES,
+    )
+    parser.add_argument(
+        "--copy", metavar="NAME", nargs="+", action="extend", help="copy the files of these robots to the current folder"
+    )
+    add_json_argument(parser)
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print the list, or copy."""
+    if args.copy:
+        copies = [path.name for path in copy_robots(args.copy)]
+        if args.json:
+            print_json({"copied": copies})
+        else:
+            print("\n".join(f"wrote {name}" for name in copies))
+    elif args.json:
+        print_json(robots())
+    else:
+        print(robots())
+    return 0

@@ -1,0 +1,193 @@
+"""``kinetostatics sweep``: a map of the workspace, written to a file."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import re
+import sys
+import time
+from typing import TYPE_CHECKING, Any
+
+from kinetostatics.cli.arguments import (
+    NUMBER,
+    PLATFORM_KINDS,
+    VALUES_HELP,
+    add_load_arguments,
+    add_pose_arguments,
+    add_robot_arguments,
+    joint_kind,
+    load_options,
+    parse_items,
+    parse_quantity,
+    parse_values,
+    print_warnings,
+    tolerance_of,
+    typed_units,
+    unit_of,
+)
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.printing.waiting import waiting
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from kinetostatics.robot import Robot
+
+NAME = "sweep"
+
+#: Values along one dimension, at most.
+MOST = 1_000_000
+
+INTEGER = re.compile(r"[-+]?\d+")
+
+EXAMPLES = f"""\
+{VALUES_HELP}
+  FROM:TO:COUNT and A,B,C are dimensions of the grid, whose poses are all combinations of their values.
+  Parameters of the file may be words too: material=steel,brass.
+
+files:
+  FILE.nc is netCDF, FILE.zarr a zarr store; Python opens them with xarray.open_dataset(FILE, engine="h5netcdf" or "zarr").
+  While the sweep runs, finished blocks lie in FILE.parts; if it is interrupted, the same command goes on with it.
+
+examples:
+  kinetostatics sweep 3rps --platform z=0.45:0.65:21 rx=-10deg:10deg:21 ry=-10deg:10deg:21 --out map.nc
+  kinetostatics sweep 3rps --platform z=500mm rx=-10deg:10deg:41 ry=0 --set rod_diameter=60mm:100mm:5 --out diameters.nc
+  kinetostatics sweep 3rps --platform z=0.5 azimuth=-180deg:175deg:72 tilt=0:50deg:26 --orientation tilt_torsion --out tilts.nc
+  kinetostatics sweep 2pru_upr --actuators prismatic_1=-20mm:20mm:9 prismatic_2=0,10mm prismatic_3=0 --beams --out map.zarr
+  kinetostatics sweep 3rps --platform z=0.5 azimuth=-170deg tilt=0:40deg:21 --orientation tilt_torsion --ways --out ways.nc
+"""
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add the command to the parser."""
+    parser: argparse.ArgumentParser = subparsers.add_parser(
+        NAME,
+        usage=f"kinetostatics {NAME} ROBOT --platform NAME=FROM:TO:COUNT … --out FILE [options]",
+        help="map sag, stiffness and drive forces over the workspace",
+        description="Analyze all poses of a grid, and variants of the robot, and write one labelled file.",
+        epilog=EXAMPLES,
+    )
+    add_robot_arguments(parser, "VALUES")
+    add_pose_arguments(parser, "VALUES", "The grid. Default: all drives at zero.")
+    add_load_arguments(parser)
+    group = parser.add_argument_group("sweep")
+    group.add_argument("--out", metavar="FILE", required=True, help="the file to write, .nc or .zarr")
+    group.add_argument("--restart", action="store_true", help="begin anew, and replace a map that is there already")
+    group.add_argument("--beams", action="store_true", help="add stresses and deflections of the beams, which takes longer")
+    group.add_argument(
+        "--ways",
+        action="store_true",
+        help="add how gravity acts on twist and drives: by the platform's weight, by attached wrenches, by deformation",
+    )
+    group.add_argument("--workers", metavar="N", help="processes (default: as many as cores, one for a small sweep)")
+    group.add_argument("--quiet", action="store_true", help="no progress bar and no summary")
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Sweep, and say what came of it."""
+    there = os.path.exists(args.out) and not args.restart
+    begin = time.perf_counter()
+    try:
+        with waiting("sweeping", wanted=not args.quiet):
+            found = _map(args)
+    except KeyboardInterrupt:
+        parts = f"{args.out.rstrip('/')}.parts"
+        if os.path.isdir(parts):
+            print(f"kinetostatics: interrupted; the same command goes on with what is finished, in {parts}", file=sys.stderr)
+        raise
+    with found:
+        if not args.quiet:
+            seconds = None if there else time.perf_counter() - begin
+            with waiting("summing up"):
+                from kinetostatics.workspace.summary import summary
+
+                text = summary(found, seconds)
+            print(text)
+            print(f"{args.out} was there already" if there else f"wrote {args.out}")
+        print_warnings(str(found.attrs.get("warnings", "")).splitlines())
+    return 0
+
+
+def _map(args: argparse.Namespace) -> xr.Dataset:
+    """Return the map."""
+    from kinetostatics.workspace import sweep
+    from kinetostatics.workspace.arguments import need
+
+    need("xarray")
+    options = {**load_options(args), **_grid(args)}
+    return sweep(
+        args.robot,
+        **options,
+        tolerance=tolerance_of(args),
+        beams=args.beams,
+        ways=args.ways,
+        out=args.out,
+        restart=args.restart,
+        workers=None if args.workers is None else _whole("--workers", args.workers),
+        progress=False if args.quiet else None,
+        command_line=args.command_line,
+    )
+
+
+def _grid(args: argparse.Namespace) -> dict[str, Any]:
+    """Return coordinates and parameters as :func:`kinetostatics.sweep` takes them."""
+    parameters = {name: _parameter(name, text) for name, text in parse_items("--set", args.parameters).items()}
+    found: dict[str, Any] = {"parameters": parameters, "orientation": args.orientation}
+    found["parameter_units"] = typed_units(args.parameters)
+    robot = None if args.actuators is None else _first_robot(args, parameters)
+    for option, items in (("--platform", args.platform), ("--actuators", args.actuators)):
+        if items is not None:
+            found[option[2:]] = {
+                name: _values(option, name, text, PLATFORM_KINDS.get(name) if robot is None else joint_kind(robot, name))
+                for name, text in parse_items(option, items).items()
+            }
+    return found
+
+
+def _first_robot(args: argparse.Namespace, parameters: dict[str, Any]) -> Robot:
+    """Return the robot with the first values of all parameters, to know which drives turn."""
+    from kinetostatics.files.bundled import robot_path
+    from kinetostatics.robot import load_robot
+
+    return load_robot(
+        robot_path(args.robot), {name: value[0] if isinstance(value, list) else value for name, value in parameters.items()}
+    )
+
+
+def _values(option: str, name: str, text: str, kind: str | None = None) -> float | list[float]:
+    """Return one value or several, as :func:`parse_values`, unless they are too many."""
+    count = text.rpartition(":")[2].strip()
+    if text.count(":") == 2 and count.isdecimal() and int(count) > MOST:
+        raise ArgumentError(f"{option}: {name}: {count} values are too many; at most {MOST:,} go along a dimension")
+    return parse_values(option, name, text, kind)
+
+
+def _parameter(name: str, text: str) -> Any:
+    """Return the values of a parameter: numbers, a grid of them, several strings, or one."""
+    separator = ":" if ":" in text else ","
+    parts = [part.strip() for part in text.split(separator)]
+    if len(parts) > 1 and all(map(NUMBER.fullmatch, parts)) and any(map(_is_quantity, parts)):
+        if separator == "," and all(INTEGER.fullmatch(part) for part in parts):
+            return [int(part) for part in parts]
+        return _values("--set", name, text)
+    if len(parts) > 1 and separator == ",":
+        if not all(parts):
+            raise ArgumentError(f"--set: {name}={text} has an empty value between its commas")
+        return parts
+    if INTEGER.fullmatch(text):
+        return int(text)
+    return parse_quantity(text) if _is_quantity(text) else text
+
+
+def _is_quantity(text: str) -> bool:
+    """Return whether a text is a number, with a unit or without."""
+    match = NUMBER.fullmatch(text)
+    return match is not None and (match[2] is None or unit_of(text) is not None)
+
+
+def _whole(option: str, text: str) -> int:
+    if not text.strip().isdecimal() or int(text) < 1:
+        raise ArgumentError(f"{option}: {text.strip()!r} is not a number of processes, which must be at least 1")
+    return int(text)

@@ -1,0 +1,222 @@
+"""``kinetostatics view``: the deformed robot in the browser, at one pose, along a path, or live."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+from typing import TYPE_CHECKING, Any
+
+from kinetostatics.cli.arguments import (
+    PLATFORM_KINDS,
+    VALUES_HELP,
+    add_load_arguments,
+    add_pose_arguments,
+    add_robot_arguments,
+    assemble,
+    joint_kind,
+    load,
+    load_options,
+    parse_coordinates,
+    parse_items,
+    parse_quantity,
+    parse_range,
+    print_warnings,
+)
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.printing.waiting import pausing, waiting
+
+if TYPE_CHECKING:
+    from kinetostatics.kinematics.configuration import Configuration
+    from kinetostatics.results.result import Result
+    from kinetostatics.robot import Robot
+    from kinetostatics.viewer.live import LiveServer
+
+NAME = "view"
+
+#: Poses of a sweep that does not say how many.
+POSES = 21
+
+EXAMPLES = f"""\
+{VALUES_HELP}
+examples:
+  kinetostatics view 3rps
+  kinetostatics view 3rps --platform z=500mm rx=2deg ry=-10deg --load 0 0 -500 0 0 0
+  kinetostatics view 3rps --html sag.html
+  kinetostatics view 3rps --platform z=500mm --sweep rx=-10deg:10deg:31 ry=0:5deg
+  kinetostatics view 3rps --ways
+  kinetostatics view 2pru_upr --live
+  kinetostatics view 3rps --meshcat                                  # starts a meshcat-server
+  kinetostatics view 3rps --meshcat tcp://127.0.0.1:6000             # draws into one that runs, beside what it shows
+"""
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add the command to the parser."""
+    parser: argparse.ArgumentParser = subparsers.add_parser(
+        NAME,
+        help="see the deformed robot in the browser",
+        description="Show the deformed robot in the browser: bent beams, forces, and what each weight and load contributes.",
+        epilog=EXAMPLES,
+    )
+    add_robot_arguments(parser)
+    add_pose_arguments(parser)
+    add_load_arguments(parser)
+    group = parser.add_argument_group("view")
+    group.add_argument(
+        "--sweep",
+        metavar="NAME=FROM:TO[:POSES]",
+        nargs="+",
+        action="extend",
+        default=[],
+        help="an animation: coordinates of platform or drives that move together, the others being those of the pose "
+        f"(default: {POSES} poses)",
+    )
+    group.add_argument(
+        "--ways",
+        action="store_true",
+        help="two sliders for each limb's weight: what it does by attached wrenches, and by deformation of the limb",
+    )
+    either = group.add_mutually_exclusive_group()
+    either.add_argument("--html", metavar="FILE", help="write the page to a file, which needs no server and no network")
+    either.add_argument("--live", action="store_true", help="sliders move drives and platform; ends with Ctrl+C")
+    either.add_argument(
+        "--meshcat",
+        metavar="URL",
+        nargs="?",
+        const="",
+        help="draw into the scene of a meshcat-server, below kinetostatics/ROBOT: of the running one whose zmq_url is given, or "
+        "of a new one, until Ctrl+C",
+    )
+    group.add_argument(
+        "--exaggeration", metavar="E", type=float, help="of displacements (default: the largest is about a tenth of the robot)"
+    )
+    group.add_argument("--port", metavar="P", type=int, default=0, help="of the live page (default: any that is free)")
+    parser.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Show the page, or write it."""
+    if args.live and args.exaggeration is not None:
+        raise ArgumentError("--live has a slider for it and begins with its own: leave --exaggeration out")
+    if args.ways and args.meshcat is not None:
+        raise ArgumentError("--ways makes sliders of a page and --meshcat has none: give one of them")
+    if args.sweep and args.meshcat is not None:
+        raise ArgumentError("--sweep makes an animation and --meshcat shows one pose: give one of them")
+    return _live(args) if args.live else _page(args)
+
+
+def _page(args: argparse.Namespace) -> int:
+    with waiting("making the page"):
+        from kinetostatics import viewer
+        from kinetostatics.analysis import analyze
+
+        options = load_options(args)
+        robot = load(args)
+        configuration, found = (_swept(robot, args), []) if args.sweep else assemble(robot, args)
+        result = analyze(configuration, **options)
+        with pausing():
+            print_warnings([*found, *result.warnings])
+        if args.html is not None:
+            viewer.save_html(result, args.html, exaggeration=args.exaggeration, ways=args.ways)
+            said = f"wrote {args.html}"
+        elif args.meshcat is None:
+            said = f"the page is in {viewer.show(result, exaggeration=args.exaggeration, ways=args.ways).path}"
+    if args.meshcat is not None:
+        return _meshcat(result, args.meshcat or None, args.exaggeration)
+    print(said)
+    return 0
+
+
+def _meshcat(result: Result, url: str | None, exaggeration: float | None) -> int:
+    """Draw into the scene of a running meshcat-server, or of a new one that runs until Ctrl+C."""
+    with contextlib.ExitStack() as stack:
+        with waiting("drawing into meshcat"):
+            from kinetostatics.viewer import open_browser, show
+            from kinetostatics.viewer.running import connected
+
+            visualizer = stack.enter_context(connected(url))
+            drawn = show(result, visualizer=visualizer, exaggeration=exaggeration)
+        with contextlib.suppress(KeyboardInterrupt):
+            print(f"drawn at {drawn.path.lower()} of {visualizer.url()}" + ("" if url else " (Ctrl+C ends it)"), flush=True)
+            if url is None:
+                open_browser(visualizer.url())
+                visualizer.window.server_proc.wait()
+    return 0
+
+
+def _live(args: argparse.Namespace) -> int:
+    if args.sweep:
+        raise ArgumentError("--sweep makes an animation and --live moves the robot by hand: give one of them")
+    with waiting("making the page"):
+        from kinetostatics.viewer import open_browser
+
+        server, found = _server(args)
+    with server:
+        print_warnings(found)
+        print(f"live at {server.url} (Ctrl+C ends it)", flush=True)
+        open_browser(server.url)
+        try:
+            server.wait()
+        except KeyboardInterrupt:
+            print()
+    return 0
+
+
+def _server(args: argparse.Namespace) -> tuple[LiveServer, list[str]]:
+    """Return what answers the live page, and warnings."""
+    from kinetostatics.analysis import analyze
+    from kinetostatics.viewer.live import serve
+
+    options = load_options(args)
+    configuration, found = assemble(load(args), args)
+
+    def analyzed(pose: Configuration) -> Result:
+        result = analyze(pose, **options)
+        return result.by_mechanism if args.ways else result
+
+    server = serve(
+        configuration,
+        analyzed,
+        orientation=args.orientation,
+        tolerance=parse_quantity(args.tolerance, "length"),
+        coordinates=tuple(parse_items("--platform", args.platform or ())),
+        port=args.port,
+    )
+    return server, found
+
+
+def _swept(robot: Robot, args: argparse.Namespace) -> Configuration:
+    """Return the poses of ``--sweep``."""
+    import numpy as np
+
+    swept = parse_items("--sweep", args.sweep)
+    drives = [name for name in swept if name in robot.description.driven]
+    if drives and len(drives) < len(swept):
+        raise ArgumentError("--sweep: coordinates of drives and of the platform cannot move together")
+
+    def kind(name: str) -> str | None:
+        return joint_kind(robot, name) if drives else PLATFORM_KINDS.get(name)
+
+    ranges = {name: parse_range("--sweep", name, text, kind(name)) for name, text in swept.items()}
+    counts = {count for _, _, count in ranges.values() if count is not None}
+    if len(counts) > 1:
+        raise ArgumentError(f"--sweep: the coordinates move together, but have {', '.join(map(str, sorted(counts)))} poses")
+    count = counts.pop() if counts else POSES
+    values: dict[str, Any] = {name: np.linspace(first, last, count) for name, (first, last, _) in ranges.items()}
+    option = "--actuators" if drives else "--platform"
+    fixed = args.actuators if drives else args.platform
+    if (args.platform if drives else args.actuators) is not None:
+        raise ArgumentError(f"--sweep: the coordinates that stand still are given by {option}")
+    for name, text in parse_items(option, fixed or []).items():
+        if name in values:
+            raise ArgumentError(f"--sweep: {name} is given by {option} too")
+        (values[name],) = parse_coordinates(option, name, [text], kind(name))
+    if drives:
+        values.update({name: 0.0 for name in robot.description.driven if name not in values})
+    tolerance = parse_quantity(args.tolerance, "length")
+    return robot.assemble(
+        actuators=values if drives else None,
+        platform=None if drives else values,
+        orientation=args.orientation,
+        tolerance=tolerance,
+    )

@@ -1,0 +1,36 @@
+"""What a robot file says, or what you say in Python, as frozen data."""
+
+from kinetostatics.description.elements import (
+    Beam,
+    BeamEnd,
+    Cone,
+    Inertia,
+    Joint,
+    JointStiffness,
+    Link,
+    Loop,
+    Material,
+    Mimic,
+    Origin,
+    Place,
+    Vector,
+)
+from kinetostatics.description.robot import RobotDescription, by_name
+
+__all__ = [
+    "Beam",
+    "BeamEnd",
+    "Cone",
+    "Inertia",
+    "Joint",
+    "JointStiffness",
+    "Link",
+    "Loop",
+    "Material",
+    "Mimic",
+    "Origin",
+    "Place",
+    "RobotDescription",
+    "Vector",
+    "by_name",
+]

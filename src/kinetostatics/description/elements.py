@@ -1,0 +1,311 @@
+"""The parts of a robot as plain frozen dataclasses: links, joints, loops, beams and what they are made of.
+
+Field by field this is the format of ``docs/robot_format.md``. SI units, radians. Values are looked at when the whole
+description is validated or made a robot, so that they may be wrong until then. Where something is written (``place``) is no
+part of what it is: parts that differ in places only are equal.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.printing.mappings import ShortRepr
+from kinetostatics.sections.kinds import Section
+
+Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where something is written: ``file`` and ``line`` (None when unknown)."""
+
+    file: str = "<python>"
+    line: int | None = None
+
+    def __str__(self) -> str:
+        return self.file if self.line is None else f"{self.file}:{self.line}"
+
+
+#: Where things are that are not in a file.
+IN_PYTHON = Place()
+
+
+@dataclass(frozen=True, repr=False)
+class Origin(ShortRepr):
+    """A frame relative to another: ``xyz`` [m] and fixed-axes roll, pitch, yaw ``rpy`` [rad], as in URDF."""
+
+    xyz: Vector = (0.0, 0.0, 0.0)
+    rpy: Vector = (0.0, 0.0, 0.0)
+
+    @cached_property
+    def matrix(self) -> NDArray[np.float64]:
+        """The frame as a read-only (4, 4) homogeneous matrix."""
+        (cr, cp, cy), (sr, sp, sy) = np.cos(self.rpy), np.sin(self.rpy)
+        result = np.eye(4)
+        result[:3, :3] = [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+        result[:3, 3] = self.xyz
+        result.setflags(write=False)
+        return result
+
+
+@dataclass(frozen=True, repr=False)
+class Inertia(ShortRepr):
+    """Moments of inertia about a link's centre of mass, which the statics do not need but Pinocchio's model has.
+
+    ``moments`` are ixx, ixy, ixz, iyy, iyz, izz [kg·m²] along axes that ``rpy`` [rad] turns out of the link's.
+    """
+
+    moments: tuple[float, float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    rpy: Vector = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, repr=False)
+class Link(ShortRepr):
+    """A URDF link.
+
+    Attributes:
+        name: its name.
+        mass: [kg], at ``center_of_mass`` [m] in the link's frame; zero and the origin without ``<inertial>``.
+        inertia: about the centre of mass.
+        has_inertial: whether it has an ``<inertial>``, as all links with a mass do.
+        extra: XML of what else stands inside the link and is kept: visuals and collisions.
+        place: where it is written.
+    """
+
+    name: str
+    mass: float = 0.0
+    center_of_mass: Vector = (0.0, 0.0, 0.0)
+    inertia: Inertia = Inertia()
+    has_inertial: bool = False
+    extra: str = field(default="", repr=False)
+    place: Place = field(default=IN_PYTHON, compare=False, kw_only=True)
+
+    def __post_init__(self) -> None:
+        if self.mass != 0 or any((*self.center_of_mass, *self.inertia.moments, *self.inertia.rpy)):
+            object.__setattr__(self, "has_inertial", True)
+
+
+@dataclass(frozen=True, repr=False)
+class Mimic(ShortRepr):
+    """``<mimic>``: the joint's coordinate is ``multiplier`` times that of ``joint``, plus ``offset`` [m, rad]."""
+
+    joint: str
+    multiplier: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass(frozen=True, repr=False)
+class Joint(ShortRepr):
+    """A URDF joint of the spanning tree.
+
+    Attributes:
+        name: its name.
+        type: ``fixed``, ``revolute``, ``continuous``, ``prismatic``, ``floating`` or ``planar``.
+        parent, child: names of the links.
+        origin: the joint's frame in the parent link, which is the child's frame where the joint is at zero.
+        axis: in the joint's frame; a unit vector once the description is validated.
+        lower, upper: limits [rad or m], both infinite where there are none.
+        mimic: the joint that it follows, if any.
+        effort, velocity: what the drive can do [N or N·m, m/s or rad/s]; for other tools.
+        extra: XML of what else stands inside the joint and is kept: dynamics, safety controller.
+        place: where it is written.
+    """
+
+    name: str
+    type: str
+    parent: str
+    child: str
+    origin: Origin = Origin()
+    axis: Vector = (1.0, 0.0, 0.0)
+    lower: float = -math.inf
+    upper: float = math.inf
+    mimic: Mimic | None = None
+    effort: float = 0.0
+    velocity: float = 0.0
+    extra: str = field(default="", repr=False)
+    place: Place = field(default=IN_PYTHON, compare=False, kw_only=True)
+
+
+@dataclass(frozen=True, repr=False)
+class Cone(ShortRepr):
+    """The largest ``angle`` [rad] between two axes, each in the origin frame of its own side of the loop."""
+
+    angle: float
+    predecessor_axis: Vector = (0.0, 0.0, 1.0)
+    successor_axis: Vector = (0.0, 0.0, 1.0)
+
+
+@dataclass(frozen=True, repr=False)
+class Loop(ShortRepr):
+    """A joint that closes a loop, ``<loop>``.
+
+    Attributes:
+        name: its name.
+        type: one of the eight of ``docs/robot_format.md``.
+        predecessor, successor: names of the links, with the joint's frames ``predecessor_origin``, ``successor_origin`` in them.
+        axis: in the predecessor's origin frame; ``axis2`` (universal only) in the successor's. Unit vectors once validated.
+        lower, upper: limits [rad or m] of a joint with one freedom, both infinite where there are none.
+        cone: limit of a universal or spherical joint.
+        effort, velocity: as of a :class:`Joint`.
+        place: where it is written.
+    """
+
+    name: str
+    type: str
+    predecessor: str
+    successor: str
+    predecessor_origin: Origin = Origin()
+    successor_origin: Origin = Origin()
+    axis: Vector = (1.0, 0.0, 0.0)
+    axis2: Vector = (0.0, 1.0, 0.0)
+    lower: float = -math.inf
+    upper: float = math.inf
+    cone: Cone | None = None
+    effort: float = 0.0
+    velocity: float = 0.0
+    place: Place = field(default=IN_PYTHON, compare=False, kw_only=True)
+
+
+@dataclass(frozen=True, repr=False)
+class JointStiffness(ShortRepr):
+    """An elastic joint, bearing or drive, ``<joint_stiffness>``.
+
+    Attributes:
+        joint: the joint or loop.
+        linear: stiffness [N/m] along the axes of the joint's frame on the predecessor's side. Along what the joint blocks an
+            infinite value means rigid. Along a passive freedom a finite value is a spring that is relaxed at the analysed pose,
+            zero and infinity mean that there is none. None: rigid, and no spring.
+        angular: the same for rotations [N·m/rad] about these axes.
+        drive: stiffness [N/m, N·m/rad] of a driven joint's drive along its own coordinate; None or infinity: rigid.
+        place: where it is written.
+    """
+
+    joint: str
+    linear: Vector | None = None
+    angular: Vector | None = None
+    drive: float | None = None
+    place: Place = field(default=IN_PYTHON, compare=False, kw_only=True)
+
+
+@dataclass(frozen=True, repr=False)
+class Material(ShortRepr):
+    """What a beam is made of.
+
+    Attributes:
+        youngs_modulus: E [Pa].
+        poisson_ratio: ν, or None where ``shear_modulus`` G [Pa] is given; one of the two.
+        density: ρ [kg/m³]; None: the mass of the beam's link is spread along the beam.
+        thermal_expansion: α [1/K].
+    """
+
+    youngs_modulus: float
+    poisson_ratio: float | None = None
+    shear_modulus: float | None = None
+    density: float | None = None
+    thermal_expansion: float = 0.0
+
+
+@dataclass(frozen=True, repr=False)
+class BeamEnd(ShortRepr):
+    """One end of a beam: the centre of a joint or loop.
+
+    ``side`` is ``"parent"`` or ``"child"`` (of a loop: predecessor or successor) where the file says so, else None:
+    the side on which the beam's link lies. It only matters for joints that slide.
+    """
+
+    joint: str
+    side: str | None = None
+
+
+@dataclass(frozen=True, repr=False)
+class Beam(ShortRepr):
+    """An elastic beam, ``<beam>``.
+
+    Attributes:
+        link: the link that carries it.
+        section: the cross-section, from :mod:`kinetostatics.sections`.
+        material: what it is made of.
+        start, end: its ends, towards the base and towards the platform; None for the link's joints there.
+        shear_coefficient: κ of the shear stiffness κGA, or infinity for no shear deformation; None: as the section's shape or
+            its own shear areas say.
+        y_axis: direction of the section's y in the link's frame; None is enough for an isotropic section.
+        name: its name; the link's unless given.
+        place: where it is written.
+    """
+
+    link: str
+    section: Section
+    material: Material
+    start: BeamEnd | None = None
+    end: BeamEnd | None = None
+    shear_coefficient: float | None = None
+    y_axis: Vector | None = None
+    name: str = ""
+    place: Place = field(default=IN_PYTHON, compare=False, kw_only=True)
+
+    def __post_init__(self) -> None:
+        if not self.name:
+            object.__setattr__(self, "name", self.link)
+
+    @property
+    def youngs_modulus(self) -> float:
+        """E [Pa]."""
+        return self.material.youngs_modulus
+
+    @property
+    def shear_modulus(self) -> float:
+        """G [Pa], given or E / 2(1 + ν)."""
+        material = self.material
+        if material.shear_modulus is not None:
+            return material.shear_modulus
+        if material.poisson_ratio is None:
+            raise ArgumentError(f"the beam {self.name!r} has neither a shear modulus nor a Poisson ratio")
+        return material.youngs_modulus / (2 * (1 + material.poisson_ratio))
+
+    @property
+    def poisson_ratio(self) -> float:
+        """ν, given or as isotropic materials have it, E / 2G − 1; 0 where no isotropic material has such moduli."""
+        material = self.material
+        if material.poisson_ratio is not None:
+            return material.poisson_ratio
+        ratio = material.youngs_modulus / (2 * self.shear_modulus) - 1
+        return ratio if -1 < ratio <= 0.5 else 0.0
+
+    @property
+    def density(self) -> float | None:
+        """ρ [kg/m³], or None when the link's own mass is spread along the beam."""
+        return self.material.density
+
+    @property
+    def thermal_expansion(self) -> float:
+        """α [1/K]."""
+        return self.material.thermal_expansion
+
+    @property
+    def shear_areas(self) -> tuple[float, float]:
+        """κA for shear forces along the section's y and z [m²]; infinite for no shear deformation.
+
+        Raises:
+            ArgumentError: nothing says what κ is.
+        """
+        section, ratio = self.section, self.material.poisson_ratio
+        if section.shear_area_y is not None and section.shear_area_z is not None:
+            return section.shear_area_y, section.shear_area_z
+        if self.shear_coefficient is not None:
+            return self.shear_coefficient * section.area, self.shear_coefficient * section.area
+        factors = None if ratio is None else section.shear_coefficients(ratio)
+        if factors is None:
+            why = "its shear_modulus leaves Poisson's ratio open" if ratio is None else "its shape is not known"
+            areas = " (or <section> its shear_area_y and shear_area_z)" if type(section) is Section else ""
+            raise ArgumentError(f"it needs a shear_coefficient{areas}, because {why}; 'inf' means no shear")
+        return factors[0] * section.area, factors[1] * section.area

@@ -1,0 +1,272 @@
+"""A whole robot as one frozen dataclass: what a robot file says, or what you say in Python; no pose is known here.
+
+Values are looked at when the description is validated or made a robot, so that they may be wrong until then.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
+from typing import Any, NoReturn, TypeVar
+
+from kinetostatics.description.elements import (
+    IN_PYTHON,
+    Beam,
+    Inertia,
+    Joint,
+    JointStiffness,
+    Link,
+    Loop,
+    Material,
+    Origin,
+    Place,
+    Vector,
+)
+from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
+from kinetostatics.printing.mappings import mapping_words
+
+Item = TypeVar("Item")
+
+
+class Items(dict[str, Item]):
+    """A dict that cannot be changed, as everything in a description."""
+
+    def _refuse(self, *_arguments: Any, **_more: Any) -> NoReturn:
+        raise TypeError("a description is not changed in place; make a changed one with its methods or dataclasses.replace")
+
+    __setitem__ = __delitem__ = __ior__ = clear = pop = popitem = setdefault = update = _refuse  # type: ignore[assignment]
+
+    def __reduce__(self) -> Any:
+        return Items, (dict(self),)
+
+    def __repr__(self) -> str:
+        return mapping_words(self)
+
+
+def by_name(kind: str, items: Iterable[Any], *taken: Mapping[str, Any]) -> dict[str, Any]:
+    """Return named items by their names.
+
+    Args:
+        kind: what messages call them.
+        items: links, joints, loops or beams.
+        taken: others whose names they must not have.
+
+    Raises:
+        RobotFileError: two have the same name.
+    """
+    result: dict[str, Any] = {}
+    for item in items:
+        for others in (*taken, result):
+            if item.name in others:
+                reason = f"the {kind} name {item.name!r} is taken already, in {others[item.name].place}"
+                raise RobotFileError(reason, item.place.file, item.place.line)
+        result[item.name] = item
+    return result
+
+
+@dataclass(frozen=True, repr=False)
+class RobotDescription:
+    """A whole robot.
+
+    Attributes:
+        name: of the robot.
+        links, joints, loops, beams: by name. The order of the links is that of the limbs' numbers.
+        platform: name of the platform link, and ``platform_origin`` the frame o-xyz in it.
+        base: name of the base link; empty for the root of the tree, until the description is validated.
+        joint_stiffness: what is elastic in joints, by the joint's name.
+        driven: names of the driven joints and loops.
+        attributes: further attributes of ``<robot>``, names and values.
+        extra: XML of what else stands inside ``<robot>`` and is kept: materials, transmissions with more than a joint, gazebo.
+        path: of the file it was read from, as given; meshes lie beside it.
+        platform_place: where the platform is written.
+        file_warnings: what is suspicious but not wrong in the file's text, in full sentences.
+    """
+
+    name: str
+    links: Mapping[str, Link]
+    joints: Mapping[str, Joint]
+    platform: str
+    platform_origin: Origin = field(default_factory=Origin)
+    base: str = ""
+    loops: Mapping[str, Loop] = field(default_factory=dict)
+    beams: Mapping[str, Beam] = field(default_factory=dict)
+    joint_stiffness: Mapping[str, JointStiffness] = field(default_factory=dict)
+    driven: tuple[str, ...] = ()
+    attributes: tuple[tuple[str, str], ...] = ()
+    extra: str = ""
+    path: str = field(default="<python>", compare=False)
+    platform_place: Place = field(default=IN_PYTHON, compare=False, kw_only=True)
+    file_warnings: tuple[str, ...] = field(default=(), compare=False)
+    #: Whether everything has been looked at; copies that are changed start anew.
+    is_valid: bool = field(default=False, init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        for table in _TABLES:
+            object.__setattr__(self, table, Items(getattr(self, table)))
+        object.__setattr__(self, "driven", tuple(self.driven))
+
+    def __repr__(self) -> str:
+        from kinetostatics.reports.short import description_line
+
+        return description_line(self)
+
+    def _repr_html_(self) -> str:
+        from kinetostatics.reports.short import description_html
+
+        return description_html(self)
+
+    @classmethod
+    def of(
+        cls,
+        name: str,
+        *,
+        links: Iterable[Link],
+        joints: Iterable[Joint],
+        platform: str,
+        loops: Iterable[Loop] = (),
+        beams: Iterable[Beam] = (),
+        joint_stiffness: Iterable[JointStiffness] = (),
+        **more: Any,
+    ) -> RobotDescription:
+        """Make a description from lists instead of dicts; ``more`` are further attributes, as ``driven`` and ``platform_origin``.
+
+        Raises:
+            RobotFileError: two links, joints, loops or beams have the same name, or two stiffnesses the same joint.
+        """
+        joints_by_name = by_name("joint", joints)
+        stiff: dict[str, JointStiffness] = {}
+        for item in joint_stiffness:
+            if item.joint in stiff:
+                raise RobotFileError(f"the joint {item.joint!r} has two stiffnesses", item.place.file, item.place.line)
+            stiff[item.joint] = item
+        return cls(
+            name,
+            by_name("link", links),
+            joints_by_name,
+            platform,
+            loops=by_name("joint or loop", loops, joints_by_name),
+            beams=by_name("beam", beams),
+            joint_stiffness=stiff,
+            **more,
+        )
+
+    @cached_property
+    def urdf(self) -> str:
+        """The plain tree URDF, with the additional elements left in (other tools skip them); written anew, xacro expanded."""
+        from kinetostatics.files.element_writer import robot_text  # which is made of descriptions
+
+        return robot_text(self)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What is suspicious but not wrong, in full sentences; most begin with a place."""
+        from kinetostatics.kinematics.unit_hints import odd_angles, odd_materials  # which tell of descriptions
+
+        weightless = [
+            f"{beam.place}: the beam {beam.name!r} has no density and its link no <inertial>, so that it weighs nothing; write "
+            'density="0" if that is meant.'
+            for beam in self.beams.values()
+            if beam.density is None and beam.link in self.links and not self.links[beam.link].has_inertial
+        ]
+        return (*self.file_warnings, *weightless, *odd_angles(self), *odd_materials(self))
+
+    # ---- changed copies ------------------------------------------------------------------------------------------------
+
+    def with_link(self, link: Link) -> RobotDescription:
+        """Return a copy with a link more, or with this one instead of that of the same name."""
+        return replace(self, links={**self.links, link.name: link})
+
+    def with_joint(self, joint: Joint) -> RobotDescription:
+        """Return a copy with a joint more, or with this one instead of that of the same name."""
+        return replace(self, joints={**self.joints, joint.name: joint})
+
+    def with_loop(self, loop: Loop) -> RobotDescription:
+        """Return a copy with a loop more, or with this one instead of that of the same name."""
+        return replace(self, loops={**self.loops, loop.name: loop})
+
+    def with_beam(self, beam: Beam) -> RobotDescription:
+        """Return a copy with a beam more, or with this one instead of that of the same name."""
+        return replace(self, beams={**self.beams, beam.name: beam})
+
+    def with_joint_stiffness(self, stiffness: JointStiffness) -> RobotDescription:
+        """Return a copy with an elastic joint more, or with this instead of what was said of the joint."""
+        return replace(self, joint_stiffness={**self.joint_stiffness, stiffness.joint: stiffness})
+
+    def without_beam(self, name: str) -> RobotDescription:
+        """Return a copy in which a beam is rigid, with the mass of its link's ``<inertial>``.
+
+        Raises:
+            ArgumentError: there is no such beam.
+        """
+        if name not in self.beams:
+            raise ArgumentError(f"no beam {name!r}: {near_names(name, self.beams)}")
+        return replace(self, beams={key: beam for key, beam in self.beams.items() if key != name})
+
+    def with_payload(
+        self, name: str, link: str, mass: float, at: Vector = (0.0, 0.0, 0.0), inertia: Inertia | None = None
+    ) -> RobotDescription:
+        """Return a copy with a mass fixed to a link, as the link ``name`` and the fixed joint ``name_mount``.
+
+        Args:
+            name: of the new link.
+            link: that carries it; if it is elastic, ``at`` must be the end of a beam.
+            mass: [kg].
+            at: where the centre of mass is, in the frame of ``link`` [m].
+            inertia: about the centre of mass; none matters to the statics.
+
+        Raises:
+            ArgumentError: a link or joint is called so already.
+        """
+        mount = f"{name}_mount"
+        for kind, new, taken in (("link", name, self.links), ("joint", mount, {**self.joints, **self.loops})):
+            if new in taken:
+                raise ArgumentError(f"the {kind} {new!r} is there already; give the payload another name")
+        weight = Link(name, mass, inertia=inertia or Inertia())
+        return self.with_link(weight).with_joint(Joint(mount, "fixed", link, name, Origin(at)))
+
+    def changed(self, name: str, /, **values: Any) -> RobotDescription:
+        """Return a copy in which a link, joint, loop, beam or joint stiffness has other values.
+
+        ``description.changed("rod_1", section=Tube.of(0.08))`` gives a beam another diameter. A link and a beam may have the same
+        name: which of them is meant follows from the values. Of a beam the material's values may be named as well.
+
+        Args:
+            name: of what is changed.
+            values: new values of its attributes, but for the name.
+
+        Raises:
+            ArgumentError: there is nothing of that name, it has no such attribute, or several things have.
+        """
+        found = [(table, getattr(self, table)[name]) for table in _TABLES if name in getattr(self, table)]
+        if not found:
+            known = {key for table in _TABLES for key in getattr(self, table)}
+            raise ArgumentError(f"nothing in {self.name!r} is called {name!r}: {near_names(name, known)}")
+        fitting = [(table, item) for table, item in found if set(values) <= set(_attributes(item))]
+        if len(fitting) != 1:
+            kinds = " and ".join(f"a {type(item).__name__}" for _, item in fitting or found)
+            listed = ", ".join(values) or "nothing"
+            if fitting:
+                raise ArgumentError(f"{name!r} is {kinds}, and {listed} may belong to either; use with_… and dataclasses.replace")
+            has = "; ".join(f"a {type(item).__name__} has {', '.join(_attributes(item))}" for _, item in found)
+            raise ArgumentError(f"{name!r} is {kinds}, which cannot be given {listed}: {has}")
+        table, item = fitting[0]
+        mine = {key: value for key, value in values.items() if key not in _MATERIAL}
+        if len(mine) < len(values):
+            material = {key: value for key, value in values.items() if key in _MATERIAL}
+            mine["material"] = replace(mine.get("material", item.material), **material)
+        tables: dict[str, Any] = {table: {**getattr(self, table), name: replace(item, **mine)}}
+        return replace(self, **tables)
+
+
+_TABLES = ("links", "joints", "loops", "beams", "joint_stiffness")
+_MATERIAL = tuple(item.name for item in fields(Material))
+
+
+def _attributes(item: Any) -> Iterator[str]:
+    """Yield the names of what :meth:`RobotDescription.changed` can change of something."""
+    for attribute in fields(item):
+        if attribute.name not in ("name", "place") and not (isinstance(item, JointStiffness) and attribute.name == "joint"):
+            yield attribute.name
+    if isinstance(item, Beam):
+        yield from _MATERIAL

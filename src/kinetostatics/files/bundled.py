@@ -1,0 +1,133 @@
+"""The robots that come with the package, and what stands for a robot's file: a path, or the name of one of them."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+from collections.abc import Iterable
+from pathlib import Path
+
+from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
+from kinetostatics.files.xml import read_file
+
+#: In an installed package the robots lie beside this file, in a source checkout at its top.
+FOLDERS = (Path(__file__).parents[1] / "robots", Path(__file__).parents[3] / "robots")
+ENDINGS = (".urdf.xacro", ".urdf")
+
+#: The first sentence of a file's first comment.
+_ABOUT = re.compile(r"<!--\s*(.+?\.)\s", re.DOTALL)
+
+
+class Robots(dict[str, str]):
+    """What each robot that comes with the package is, by name; printed as a table."""
+
+    def __repr__(self) -> str:
+        width = max(map(len, self), default=0)
+        return "\n".join(f"{name:{width}}  {about}" for name, about in self.items())
+
+
+def robots() -> Robots:
+    """Return the robots that come with the package: a mapping from names to one sentence each.
+
+    The name of one does wherever a robot's file is asked for: ``ks.load_robot("3rps")``. A file of that name in the working
+    folder comes first.
+    """
+    return Robots({name: _about(path) for name, path in sorted(shipped_robots().items())})
+
+
+def _about(path: Path) -> str:
+    found = _ABOUT.search(path.read_text(encoding="utf-8"))
+    return " ".join(found[1].split()) if found else ""
+
+
+def shipped_robots() -> dict[str, Path]:
+    """Return the files of the robots that come with the package, by name."""
+    folder = next((item for item in FOLDERS if item.is_dir()), None)
+    if folder is None:
+        return {}
+    return {path.name.removesuffix(ending): path for ending in ENDINGS for path in sorted(folder.glob(f"*{ending}"))}
+
+
+def copy_robots(names: Iterable[str], folder: str | os.PathLike[str] = ".") -> list[Path]:
+    """Copy files of robots that come with the package.
+
+    Args:
+        names: of the robots.
+        folder: where the copies go.
+
+    Returns:
+        The copies.
+
+    Raises:
+        ArgumentError: there is no such robot, or a file of its name is there already; nothing is copied then.
+    """
+    if isinstance(names, (str, bytes)) or not isinstance(names, Iterable):
+        raise ArgumentError(f"names are {names!r}; they must be a list of names")
+    sources = [_shipped(name) for name in dict.fromkeys(names)]
+    copies = [Path(folder) / source.name for source in sources]
+    for copy in copies:
+        if os.path.lexists(copy):
+            raise ArgumentError(f"{os.fspath(copy)} is there already, and is not overwritten")
+    for source, copy in zip(sources, copies, strict=True):
+        shutil.copyfile(source, copy)
+    return copies
+
+
+def _shipped(name: str) -> Path:
+    shipped = shipped_robots()
+    if not isinstance(name, str) or name not in shipped:
+        raise ArgumentError(f"no robot {name!r} comes with the package: {near_names(name, shipped)}")
+    return shipped[name]
+
+
+def robot_path(robot: str | os.PathLike[str]) -> Path:
+    """Return the file of a robot given by a path or by the name of one that comes with the package.
+
+    Raises:
+        ArgumentError: there is neither such a file nor such a name.
+    """
+    path = _located(robot)
+    if path.is_file():
+        return path
+    name = os.fsdecode(robot)
+    if path.is_dir():
+        raise ArgumentError(f"{name!r} is a folder, not a robot file")
+    raise ArgumentError(
+        f"there is no robot file {name!r}, and no robot of that name comes with the package: {near_names(name, shipped_robots())}"
+    )
+
+
+def read_robot(robot: str | os.PathLike[str]) -> tuple[bytes, str]:
+    """Return what is in a robot's file, given as in :func:`robot_path`, and its path.
+
+    Raises:
+        RobotFileError: it cannot be read.
+        ArgumentError: it is neither a path nor a name.
+    """
+    if not isinstance(robot, (str, bytes, os.PathLike)):
+        raise ArgumentError(f"{robot!r} is neither the path of a robot's file nor the name of a robot of the package")
+    name = os.fsdecode(robot)
+    try:
+        path = _located(robot)
+        return read_file(path), name if path == Path(name) else os.fspath(path)
+    except FileNotFoundError as error:
+        raise RobotFileError(f"the file cannot be read: {error.strerror}{_perhaps(name)}", name) from None
+    except OSError as error:
+        raise RobotFileError(f"the file cannot be read: {error.strerror or error}", name) from None
+    except ValueError as error:  # a path with a null character
+        raise RobotFileError(f"the file cannot be read: {error}", name) from None
+
+
+def _located(robot: str | os.PathLike[str]) -> Path:
+    """Return the path as it is, or that of the robot whose name it is, if there is no file of that name."""
+    path = Path(os.fsdecode(robot))
+    return path if path.is_file() else shipped_robots().get(os.fsdecode(robot), path)
+
+
+def _perhaps(name: str) -> str:
+    """Return what else may be meant by a name that looks like that of a robot which comes with the package."""
+    near = near_names(re.sub(r"(\.urdf)?(\.xacro)?$", "", os.path.basename(name)), shipped_robots())
+    if near.startswith("known") and (os.path.dirname(name) or "." in name):
+        return ""
+    return f", and no robot of that name comes with the package: {near}"

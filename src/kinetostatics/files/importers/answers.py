@@ -1,0 +1,285 @@
+"""Puts together what a source says of its loops and drives and what the caller adds, and asks for what is still missing."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from kinetostatics.description.elements import Loop, Vector
+from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
+from kinetostatics.files.importers import onshape
+from kinetostatics.files.importers.loop_record import ForeignLoop, SourceRobot
+from kinetostatics.files.importers.questions import MissingFactsError, Question, listed
+from kinetostatics.files.loops import LOOP_TYPES, ONE_FREEDOM
+
+#: Types of loops that have an axis; universal has two.
+WITH_AXIS = ("revolute", "continuous", "prismatic", "cylindrical", "planar", "universal")
+
+
+@dataclass(frozen=True)
+class Answers:
+    """What the caller says; the arguments of :func:`kinetostatics.import_robot`."""
+
+    platform: str | None = None
+    base: str | None = None
+    types: Mapping[str, str] | str | None = None
+    axes: Mapping[str, Any] | None = None
+    driven: Iterable[str] | None = None
+
+
+@dataclass(frozen=True)
+class Drives:
+    """What a source says of its drives.
+
+    Attributes:
+        named: joints that its other file says to be driven, or None if there is none that says so.
+        transmissions: joints that its ``<transmission>`` elements name; these stay in the file whatever else is said.
+        note: what a question about drives should mention.
+    """
+
+    named: tuple[str, ...] | None
+    transmissions: tuple[str, ...]
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Completed:
+    """Everything that is known in the end; platform and base are None where the source itself has these elements."""
+
+    loops: tuple[Loop, ...]
+    platform: str | None
+    base: str | None
+    driven: tuple[str, ...]
+    warnings: tuple[str, ...]
+
+
+def complete(source: SourceRobot, found: Sequence[ForeignLoop], drives: Drives, answers: Answers) -> Completed:
+    """Return what source and caller say together.
+
+    Raises:
+        MissingFactsError: something is said by neither.
+        ArgumentError: an answer makes no sense.
+        RobotFileError: two loops have the same name, or a loop and a joint.
+    """
+    _check_names(source, found)
+    warnings: list[str] = []
+    questions: list[Question] = []
+    platform, base = _links(source, answers, questions)
+    types = _types(found, answers.types, questions, warnings)
+    axes = _axes(found, types, answers.axes, questions, warnings)
+    movable = [joint.name for joint in source.joints.values() if joint.type in ONE_FREEDOM]
+    movable += [loop.name for loop in found if types[loop.name] in (*ONE_FREEDOM, None)]
+    driven = _driven(source, movable, drives, answers.driven, questions, warnings)
+    if questions:
+        raise MissingFactsError(source.path, questions)
+    loops = tuple(_loop(item, types[item.name] or "", axes[item.name]) for item in found)
+    warnings.extend(filter(None, (_turned(source, loop) for loop in loops)))
+    return Completed(loops, platform, base, driven, tuple(warnings))
+
+
+def _check_names(source: SourceRobot, found: Sequence[ForeignLoop]) -> None:
+    places = {joint.name: joint.place for joint in source.joints.values()}
+    for loop in found:
+        other = places.setdefault(loop.name, loop.place)
+        if other is not loop.place:
+            reason = f"the loop's name {loop.name!r} is taken already, in {other.file}:{other.line}; rename one of them"
+            raise RobotFileError(reason, loop.place.file, loop.place.line)
+        if loop.predecessor == loop.successor:
+            reason = f"both frames of the loop {loop.name!r} are on the link {loop.predecessor!r}"
+            raise RobotFileError(reason, loop.place.file, loop.place.line)
+
+
+def _links(source: SourceRobot, answers: Answers, questions: list[Question]) -> tuple[str | None, str | None]:
+    """Return platform and base as far as they must be written."""
+    for argument, link in (("platform", answers.platform), ("base", answers.base)):
+        written = source.root.child(argument)
+        if link is not None and written is not None:
+            where = f"{written.place.file}:{written.place.line}"
+            raise ArgumentError(f"{argument} is given as {link!r}, but the source has a <{argument}> already, in {where}")
+        if link is not None and link not in source.links:
+            raise ArgumentError(f"{argument}: there is no link {link!r}; {near_names(link, source.links)}")
+    if answers.platform is None and source.root.child("platform") is None:
+        bodies = (link for link in source.links if link not in source.made and not onshape.MARK.fullmatch(link))
+        links = listed(link for link in bodies if link in source.parent_joints)
+        questions.append(Question("platform", "", '"LINK"', "LINK", f"the moving platform, one of the links {links}"))
+    root = next((link for link in source.links if link not in source.parent_joints), None)
+    if answers.platform is not None and answers.platform == (answers.base or root):
+        raise ArgumentError(f"the link {answers.platform!r} cannot be both base and platform")
+    return answers.platform, answers.base
+
+
+def _where(loop: ForeignLoop) -> str:
+    return f"{loop.name} ({loop.place.file}:{loop.place.line}), which joins {loop.predecessor} and {loop.successor}"
+
+
+def _types(
+    found: Sequence[ForeignLoop], given: Mapping[str, str] | str | None, questions: list[Question], warnings: list[str]
+) -> dict[str, str | None]:
+    """Return the loops' types; None where one is asked for."""
+    if isinstance(given, str):  # one type for all loops that have none
+        given = {loop.name: given for loop in found if loop.type is None}
+    given = _by_loop("types", given, found)
+    types: dict[str, str | None] = {}
+    for loop in found:
+        kind = given.get(loop.name)
+        if kind is not None and kind not in LOOP_TYPES:
+            raise ArgumentError(f"types: {loop.name!r} cannot be {kind!r}; {near_names(str(kind), LOOP_TYPES)}")
+        if kind is not None and loop.type not in (None, kind):
+            where = f"{loop.place.file}:{loop.place.line}"
+            warnings.append(f"{where}: the loop {loop.name!r} is taken as {kind}, as asked for; the source says {loop.type}.")
+        types[loop.name] = kind or loop.type
+        if types[loop.name] is None:
+            what = f"the type of {_where(loop)}, one of {', '.join(LOOP_TYPES)}"
+            questions.append(Question("types", loop.name, '"TYPE"', "TYPE", what))
+    return types
+
+
+def _axes(
+    found: Sequence[ForeignLoop],
+    types: Mapping[str, str | None],
+    given: Mapping[str, Any] | None,
+    questions: list[Question],
+    warnings: list[str],
+) -> dict[str, tuple[Vector, ...]]:
+    """Return the axes of the loops that have any, as unit vectors."""
+    given = _by_loop("axes", given, found)
+    axes: dict[str, tuple[Vector, ...]] = {}
+    for loop in found:
+        kind, answer = types[loop.name], given.get(loop.name)
+        count = 2 if kind == "universal" else 1
+        if kind is not None and kind not in WITH_AXIS:
+            if answer is not None:
+                raise ArgumentError(f"axes: the loop {loop.name!r} is {kind} and has no axis")
+            axes[loop.name] = ()
+        elif answer is not None:
+            axes[loop.name] = _unit_vectors(loop.name, answer, count, kind)
+            if loop.axis is not None and kind != "universal" and np.abs(np.subtract(axes[loop.name][0], loop.axis)).max() > 1e-9:
+                where = f"{loop.place.file}:{loop.place.line}"
+                warnings.append(f"{where}: the loop {loop.name!r} has the axis that was asked for; the source says {loop.axis}.")
+        elif loop.axis is not None and kind != "universal":
+            axes[loop.name] = (loop.axis,)
+        elif kind is not None:
+            questions.append(_axis_question(loop, kind, count))
+    return axes
+
+
+def _axis_question(loop: ForeignLoop, kind: str, count: int) -> Question:
+    note = f"; {loop.note}" if loop.note else ""
+    name = {"planar": "the normal", "universal": "both axes"}.get(kind, "the axis")
+    what = f"{name} of the {kind} joint {_where(loop)}: in its frame on {loop.predecessor}"
+    if count == 2:
+        return Question("axes", loop.name, "((X, Y, Z), (X, Y, Z))", "X,Y,Z/X,Y,Z", f"{what} and on {loop.successor}{note}")
+    return Question("axes", loop.name, "(X, Y, Z)", "X,Y,Z", what + note)
+
+
+def _by_loop(argument: str, given: Mapping[str, Any] | None, found: Sequence[ForeignLoop]) -> Mapping[str, Any]:
+    if given is None:
+        return {}
+    if not isinstance(given, Mapping):
+        raise ArgumentError(f"{argument} must be a dict with the loops' names as keys, not {type(given).__name__}")
+    names = [loop.name for loop in found]
+    for name in given:
+        if name not in names:
+            raise ArgumentError(f"{argument}: there is no loop {name!r}; {near_names(str(name), names)}")
+    return given
+
+
+def _unit_vectors(name: str, value: Any, count: int, kind: str | None) -> tuple[Vector, ...]:
+    try:
+        array = np.asarray(value, float)
+    except (TypeError, ValueError):
+        array = np.zeros(0)
+    wanted = "three numbers" if count == 1 else "two axes of three numbers each"
+    if array.shape != ((3,) if count == 1 else (2, 3)) or not np.isfinite(array).all():
+        raise ArgumentError(f"axes: {name!r}{f' is {kind} and' if kind else ''} needs {wanted}, not {value!r}")
+    rows = []
+    for row in array.reshape(-1, 3):
+        largest = np.abs(row).max()
+        if largest == 0:
+            raise ArgumentError(f"axes: an axis of {name!r} is zero; it must point somewhere")
+        x, y, z = (float(item) for item in row / largest / math.hypot(*(row / largest)))
+        rows.append((x, y, z))
+    return tuple(rows)
+
+
+def _driven(
+    source: SourceRobot,
+    movable: Sequence[str],
+    drives: Drives,
+    given: Iterable[str] | None,
+    questions: list[Question],
+    warnings: list[str],
+) -> tuple[str, ...]:
+    if given is not None:
+        chosen = _given_drives(given, movable)
+        if drives.named is not None and set(chosen) != set(drives.named):
+            said = listed(drives.named) or "none"
+            warnings.append(f"{source.path}: the driven joints are those that were asked for; the source says {said}.")
+    elif drives.named is not None:
+        chosen = drives.named
+    elif drives.transmissions:
+        chosen = drives.transmissions
+    else:
+        note = f"; {drives.note}" if drives.note else ""
+        what = f"the driven joints, none or some of {listed(movable)}{note}"
+        questions.append(Question("driven", "", '["JOINT", …]', "JOINT …", what))
+        return ()
+    for name in drives.transmissions:
+        if name not in chosen:
+            raise ArgumentError(f"driven: {name!r} is not among them, but the source has a <transmission> for it")
+    return tuple(name for name in chosen if name not in drives.transmissions)
+
+
+def _given_drives(given: Iterable[str], movable: Sequence[str]) -> tuple[str, ...]:
+    if isinstance(given, str):
+        raise ArgumentError(f"driven must be a list of joints: [{given!r}]")
+    chosen = tuple(given)
+    for index, name in enumerate(chosen):
+        if name not in movable:
+            raise ArgumentError(f"driven: there is no joint {name!r} with one freedom; {near_names(str(name), movable)}")
+        if name in chosen[:index]:
+            raise ArgumentError(f"driven: {name!r} is given twice")
+    return chosen
+
+
+def _loop(found: ForeignLoop, kind: str, axes: tuple[Vector, ...]) -> Loop:
+    return Loop(
+        name=found.name,
+        type=kind,
+        predecessor=found.predecessor,
+        predecessor_origin=found.predecessor_origin,
+        successor=found.successor,
+        successor_origin=found.successor_origin,
+        axis=axes[0] if axes else (1.0, 0.0, 0.0),
+        axis2=axes[1] if len(axes) > 1 else (0.0, 1.0, 0.0),
+        lower=-math.inf,
+        upper=math.inf,
+        cone=None,
+        place=found.place,
+    )
+
+
+def _turned(source: SourceRobot, loop: Loop) -> str | None:
+    """Return a warning if the loop's frames are turned against each other at zero by more than a right angle."""
+    frames = source.zero_frames
+    first = frames[loop.predecessor] @ loop.predecessor_origin.matrix
+    second = frames[loop.successor] @ loop.successor_origin.matrix
+    between = first[:3, :3].T @ second[:3, :3]
+    if loop.type in WITH_AXIS and loop.type != "universal":
+        cosine, what = float(np.dot(loop.axis, between @ loop.axis)), "its axis in one frame and in the other are"
+    elif loop.type == "fixed":
+        cosine, what = float((np.trace(between) - 1) / 2), "its two frames are turned by"
+    else:
+        return None
+    if cosine > -1e-9:
+        return None
+    angle = math.degrees(math.acos(max(cosine, -1.0)))
+    apart = f"{what} {angle:.0f}°" + ("" if loop.type == "fixed" else " apart")
+    return (
+        f"{loop.place.file}:{loop.place.line}: at the zero of all joints the loop {loop.name!r} is far from closed: {apart}; "
+        "if the robot is assembled at zero, turn one frame with <origin rpy>."
+    )

@@ -1,0 +1,250 @@
+"""From a URDF with another tool's loops to a robot file of this package, and to its description."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+from xml.sax.saxutils import escape
+
+from kinetostatics.argument_checks import check_mapping, path_name
+from kinetostatics.description.elements import Loop, Origin, Vector
+from kinetostatics.description.robot import RobotDescription
+from kinetostatics.exceptions import ArgumentError, RobotFileError
+from kinetostatics.files.bundled import read_robot
+from kinetostatics.files.importers import gepetto, isaac, onshape
+from kinetostatics.files.importers.answers import WITH_AXIS, Answers, Completed, Drives, complete
+from kinetostatics.files.importers.loop_record import ForeignLoop, SourceRobot
+from kinetostatics.files.importers.retyping import driven_after, retype
+from kinetostatics.files.links_joints import read_joints, read_links, tree_root
+from kinetostatics.files.reader import parse_robot_text
+from kinetostatics.files.xacro import expand
+from kinetostatics.files.xml import Element, parse, to_elements, to_text
+
+XACRO = "http://www.ros.org/wiki/xacro"
+
+
+@dataclass(frozen=True)
+class Conversion:
+    """A robot file made from another tool's.
+
+    Attributes:
+        text: the file: a xacro that includes the source, or a whole URDF where that is not possible.
+        loops: the loops in it.
+        includes_source: whether it includes the source.
+        warnings: what is suspicious, in full sentences.
+        path: where it was taken to lie, which is what its paths are relative to.
+    """
+
+    text: str
+    loops: tuple[Loop, ...]
+    includes_source: bool
+    warnings: tuple[str, ...]
+    path: str
+
+
+def import_robot(
+    path: str | os.PathLike[str],
+    yaml: str | os.PathLike[str] | None = None,
+    *,
+    platform: str | None = None,
+    base: str | None = None,
+    types: Mapping[str, str] | str | None = None,
+    axes: Mapping[str, Any] | None = None,
+    driven: Iterable[str] | None = None,
+    parameters: Mapping[str, object] | None = None,
+) -> RobotDescription:
+    """Read a URDF whose loops another tool has described: onshape-to-robot, Gepetto's ``robot.yaml``, or Isaac Sim.
+
+    Nothing is guessed: what neither the source nor an argument says is asked for, all of it in one error.
+    ``kinetostatics.Robot(description)`` makes a robot of the result.
+
+    Args:
+        path: the URDF (or xacro), which may have closing frames of onshape-to-robot and ``<loop_joint>``.
+        yaml: a ``robot.yaml`` of Gepetto's.
+        platform: the link that is the moving platform.
+        base: the base link, if it is not the root of the tree.
+        types: the joints that close the loops, ``{loop: type}`` with the types of ``<loop>``, or one type for all loops of
+            which the source does not say it.
+        axes: ``{loop: (x, y, z)}``, the joint's axis in the loop's frame on its predecessor; for universal two of them, the
+            second in the frame on the successor.
+        driven: the driven joints and loops; an empty list for none.
+        parameters: values of the source's xacro arguments.
+
+    Returns:
+        The description of the robot.
+
+    Raises:
+        MissingFactsError: something more must be said; a ``KinetostaticsError`` whose message lists all of it.
+        RobotFileError: the source or the YAML is wrong; the message names file and line.
+        ArgumentError: an argument makes no sense.
+        KinetostaticsError: PyYAML is missing.
+    """
+    name = path_name("path", path)
+    beside = os.path.join(os.path.dirname(name), f"<import of {os.path.basename(name)}>")
+    answers = Answers(platform, base, types, axes, driven)
+    made = convert(name, yaml, answers, parameters=parameters, out=beside)
+    description = describe(made, parameters)
+    # there is no file between the source and the description, so that messages about a loop name the source
+    places = {loop.name: loop.place for loop in made.loops}
+    loops = {key: replace(loop, place=places.get(key, loop.place)) for key, loop in description.loops.items()}
+    return replace(description, loops=loops)
+
+
+def describe(made: Conversion, parameters: Mapping[str, object] | None = None) -> RobotDescription:
+    """Return the description of a converted robot, with the warnings of the conversion."""
+    description = parse_robot_text(made.text, made.path, parameters if made.includes_source else None)
+    return replace(description, file_warnings=(*description.file_warnings, *made.warnings))
+
+
+def convert(
+    path: str | os.PathLike[str],
+    yaml: str | os.PathLike[str] | None,
+    answers: Answers,
+    *,
+    parameters: Mapping[str, object] | None = None,
+    out: str | os.PathLike[str],
+) -> Conversion:
+    """Return the robot file for a source, see :func:`import_robot`.
+
+    Args:
+        path, yaml, parameters: as there.
+        answers: what the caller says.
+        out: where the file will lie.
+
+    Raises:
+        As :func:`import_robot`.
+    """
+    source, uses_xacro = _read_source(path, {} if parameters is None else parameters)
+    loops, drives, retyped, warnings = _find(source, yaml)
+    if retyped:
+        before, source = source, _tables(source.path, retype(source, retyped))
+        source = replace(source, made=frozenset(source.links) - frozenset(before.links))
+    completed = complete(source, loops, drives, answers)
+    include = None if retyped else _include(source, uses_xacro, completed, os.fsdecode(out))
+    additions = _additions(completed)
+    if include is not None:
+        text = _including(source, include, additions)
+    else:
+        attributes = {name: value for name, value in source.root.attributes.items() if name != "xmlns:xacro"}
+        head, closing, tail = to_text(replace(source.root, attributes=attributes)).rpartition("</robot>")
+        text = f"{head.rstrip()}\n\n{additions}{closing}{tail}"
+    return Conversion(text, completed.loops, include is not None, (*warnings, *completed.warnings), os.fsdecode(out))
+
+
+def _read_source(path: str | os.PathLike[str], parameters: Mapping[str, object]) -> tuple[SourceRobot, bool]:
+    data, name = read_robot(path)
+    check_mapping("parameters", parameters, '{"rod_diameter": 0.08}')
+    document, uses_xacro = parse(data, name)
+    if uses_xacro:
+        expand(document, name, parameters)
+    elif parameters:
+        raise ArgumentError(f"{name} does not use xacro and has no parameters, but was given {', '.join(map(repr, parameters))}")
+    root = to_elements(document)
+    if root.tag != "robot":
+        raise root.error(f"the outermost element is <{root.tag}>; in a URDF it is <robot>")
+    return _tables(name, root), uses_xacro
+
+
+def _tables(path: str, root: Element) -> SourceRobot:
+    warnings: list[str] = []  # the same will come up when the new file is read
+    links = read_links(root, warnings)
+    joints = read_joints(root, links, warnings)
+    tree_root(links, joints)
+    return SourceRobot(path, root, links, joints)
+
+
+def _find(
+    source: SourceRobot, yaml: str | os.PathLike[str] | None
+) -> tuple[list[ForeignLoop], Drives, tuple[gepetto.Retyped, ...], tuple[str, ...]]:
+    """Return all loops that the three readers find, and what else the YAML says."""
+    entries = [entry for element in source.root.named("transmission") for entry in element.named("joint")]
+    transmissions = tuple(dict.fromkeys(entry.attributes.get("name", "") for entry in entries))
+    if yaml is None:
+        loops = [*onshape.read(source), *isaac.read(source)]
+        if not loops:
+            raise _nothing(source)
+        return loops, Drives(None, transmissions), (), ()
+    said = gepetto.read(source, yaml)
+    loops = [*said.loops, *onshape.read(source, said.frames), *isaac.read(source)]
+    if not loops:
+        raise RobotFileError("there is no closed_loop, and the URDF has no loops either", os.fsdecode(yaml))
+    named = None if said.driven is None else driven_after(said.driven, said.retyped)
+    return loops, Drives(named, transmissions, said.driven_note), said.retyped, said.warnings
+
+
+def _nothing(source: SourceRobot) -> RobotFileError:
+    if source.root.named("loop"):
+        return RobotFileError("its loops are in this package's format already; load it as it is", source.path)
+    beside = os.path.join(os.path.dirname(source.path), "robot.yaml")
+    hint = f"; is {beside!r} meant as well?" if os.path.isfile(beside) else ""
+    reason = "there are no loops to import: no links closing_…_1 and closing_…_2, no <loop_joint>, and no robot.yaml was given"
+    return RobotFileError(reason + hint, source.path)
+
+
+def _include(source: SourceRobot, uses_xacro: bool, completed: Completed, out: str) -> str | None:
+    """Return the path to include the source by, or None if xacro would change what it says."""
+    try:
+        path = os.path.relpath(source.path, os.path.dirname(out) or ".")
+    except ValueError:  # on another drive
+        path = os.path.abspath(source.path)
+    path = path.replace(os.sep, "/")
+    if "$" in path or not path.isprintable() or "$" in _additions(completed):
+        return None
+    return path if uses_xacro or not _has_dollar(source.root) else None
+
+
+def _has_dollar(root: Element) -> bool:
+    elements = [root]
+    for element in elements:  # grows on the way
+        if any("$" in value for value in element.attributes.values()):
+            return True
+        if any("$" in item for item in element.content if isinstance(item, str)):
+            return True
+        elements.extend(element.children)
+    return False
+
+
+def _including(source: SourceRobot, include: str, additions: str) -> str:
+    name = source.root.attributes.get("name", "")
+    return (
+        f'<?xml version="1.0"?>\n<robot name={_quoted(name)} xmlns:xacro="{XACRO}">\n'
+        "  <!-- a URDF as it is, and what it does not say in a form that we read -->\n"
+        f"  <xacro:include filename={_quoted(include)}/>\n\n{additions}</robot>\n"
+    )
+
+
+def _additions(completed: Completed) -> str:
+    """Return the elements that the source lacks."""
+    lines = []
+    if completed.platform is not None:
+        lines.append(f"  <platform link={_quoted(completed.platform)}/>\n")
+    if completed.base is not None:
+        lines.append(f"  <base link={_quoted(completed.base)}/>\n")
+    for loop in completed.loops:
+        lines.append(f"  <loop name={_quoted(loop.name)} type={_quoted(loop.type)}>\n")
+        lines.append(_side("predecessor", loop.predecessor, loop.predecessor_origin))
+        lines.append(_side("successor", loop.successor, loop.successor_origin))
+        if loop.type in WITH_AXIS:
+            lines.append(f'    <axis xyz="{_numbers(loop.axis)}"/>\n')
+        if loop.type == "universal":
+            lines.append(f'    <axis2 xyz="{_numbers(loop.axis2)}"/>\n')
+        lines.append("  </loop>\n")
+    for name in completed.driven:
+        lines.append(f"  <transmission name={_quoted(f'drive_{name}')}><joint name={_quoted(name)}/></transmission>\n")
+    return "".join(lines)
+
+
+def _side(tag: str, link: str, origin: Origin) -> str:
+    where = "" if origin == Origin() else f'<origin xyz="{_numbers(origin.xyz)}" rpy="{_numbers(origin.rpy)}"/>'
+    head = f"    <{tag} link={_quoted(link)}"
+    return f"{head}>{where}</{tag}>\n" if where else f"{head}/>\n"
+
+
+def _numbers(vector: Vector) -> str:
+    return " ".join(repr(float(item) + 0.0) for item in vector)
+
+
+def _quoted(value: str) -> str:
+    return '"' + escape(value, {'"': "&quot;"}) + '"'

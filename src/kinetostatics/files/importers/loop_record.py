@@ -1,0 +1,96 @@
+"""The one record of a loop that all readers return, and the source robot that they read it from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.description.elements import Joint, Link, Origin, Place, Vector
+from kinetostatics.exceptions import RobotFileError, near_names
+from kinetostatics.files.xml import Element
+
+
+@dataclass(frozen=True)
+class ForeignLoop:
+    """A loop as another tool wrote it; None is what that tool leaves open.
+
+    Attributes:
+        name: of the loop.
+        type: one of the types of ``<loop>``, or None.
+        predecessor, successor: the two links that the loop joins.
+        predecessor_origin, successor_origin: the joint's frame in each of them; the two coincide at the joint's zero.
+        axis: unit vector of the joint's axis in the predecessor's origin frame, or None.
+        driven: whether the joint has a drive, or None.
+        place: where it is written.
+        note: what a question about this loop should mention; empty if nothing.
+    """
+
+    name: str
+    type: str | None
+    predecessor: str
+    predecessor_origin: Origin
+    successor: str
+    successor_origin: Origin
+    axis: Vector | None
+    driven: bool | None
+    place: Place
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class SourceRobot:
+    """The URDF that loops are read from: its elements, its links and joints by name, and which links were ``made`` on import."""
+
+    path: str
+    root: Element
+    links: Mapping[str, Link]
+    joints: Mapping[str, Joint]
+    made: frozenset[str] = frozenset()
+
+    @cached_property
+    def parent_joints(self) -> dict[str, Joint]:
+        """The joint above each link, by the link's name; the root has none."""
+        return {joint.child: joint for joint in self.joints.values()}
+
+    @cached_property
+    def zero_frames(self) -> dict[str, NDArray[np.float64]]:
+        """Each link's frame in the root's at the zero of all joints, as (4, 4) matrices."""
+        frames: dict[str, NDArray[np.float64]] = {}
+        for link in self.links:
+            path = []
+            while link not in frames and link in self.parent_joints:
+                path.append(link)
+                link = self.parent_joints[link].parent
+            frames.setdefault(link, np.eye(4))
+            for below in reversed(path):
+                joint = self.parent_joints[below]
+                frames[below] = frames[joint.parent] @ joint.origin.matrix
+        return frames
+
+    def frame(self, name: str, place: Place) -> tuple[str, Origin]:
+        """Return the link and the origin in it of what Pinocchio calls a frame: a link or a joint, by its name.
+
+        A link that hangs on its parent by a fixed joint, as exporters make them to mark a frame, is a place in the parent.
+
+        Raises:
+            RobotFileError: nothing has that name, or a link and a joint elsewhere both have it.
+        """
+        joint = self.joints.get(name)
+        link = name if name in self.links else None
+        if joint is None and link is None:
+            reason = f"there is no link or joint {name!r} in {self.path}; {near_names(name, [*self.links, *self.joints])}"
+            raise RobotFileError(reason, place.file, place.line)
+        if joint is not None and link is not None and joint.child != link:
+            reason = f"{name!r} is the name of a link and of a joint elsewhere in {self.path}; rename one of them"
+            raise RobotFileError(reason, place.file, place.line)
+        if joint is None:
+            joint = self.parent_joints.get(name)
+        elif joint.type != "fixed":
+            return joint.child, Origin()
+        if joint is not None and joint.type == "fixed":
+            return joint.parent, joint.origin
+        return name, Origin()

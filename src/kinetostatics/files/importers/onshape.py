@@ -1,0 +1,77 @@
+"""Frames ``closing_…_1`` and ``closing_…_2``, which onshape-to-robot writes for a mate that closes a loop.
+
+A mate called ``closing_NAME`` gives two links without a body, ``closing_NAME_1`` and ``closing_NAME_2``, each fixed to one of
+the mated parts by a joint ``…_frame`` whose origin is the mate's coordinate system on that part
+(https://onshape-to-robot.readthedocs.io, "Handling kinematic loops"; ``onshape_to_robot/exporter_urdf.py`` ``add_frame`` and
+``assembly.py`` "Processing loop closing frames" of https://github.com/Rhoban/onshape-to-robot). Mates turn about, and slide
+along, their z axis (its "Design-time considerations", "Joint frames"), and both frames' z axes point the same way.
+
+The type of the mate is written only to MuJoCo files. Some versions add frames ``closing_NAME_1_z`` and ``closing_NAME_2_z``,
+0.1 m along z, to revolute mates and no others: where both are found there, the type is known. Drives are not written at all.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection
+
+import numpy as np
+
+from kinetostatics.description.elements import Joint
+from kinetostatics.exceptions import RobotFileError
+from kinetostatics.files.importers.loop_record import ForeignLoop, SourceRobot
+
+FRAME = re.compile(r"(closing_.+)_([12])")
+#: Names of links that only mark frames.
+MARK = re.compile(r"closing_.+_[12](_z)?")
+#: How far along z the frames of revolute mates are [m], and how exactly a file of six digits says so.
+Z_OFFSET, Z_TOLERANCE = 0.1, 1e-5
+
+
+def read(source: SourceRobot, taken: Collection[str] = ()) -> list[ForeignLoop]:
+    """Return the loops of all pairs of closing frames, except of frames in ``taken``, which another file pairs already.
+
+    Raises:
+        RobotFileError: a frame has no partner, or is not fixed to a link.
+    """
+    pairs: dict[str, dict[str, Joint]] = {}
+    for name, link in source.links.items():
+        match = FRAME.fullmatch(name)
+        if match is None or name in taken:
+            continue
+        joint = source.parent_joints.get(name)
+        if joint is None or joint.type != "fixed":
+            reason = f"the link {name!r} has the name of a loop's frame, but no fixed joint holds it; rename it if it is none"
+            raise RobotFileError(reason, link.place.file, link.place.line)
+        pairs.setdefault(match[1], {})[match[2]] = joint
+    return [_loop(source, name, sides) for name, sides in pairs.items()]
+
+
+def _loop(source: SourceRobot, name: str, sides: dict[str, Joint]) -> ForeignLoop:
+    if len(sides) < 2:
+        (there, joint), *_ = sides.items()
+        missing = f"{name}_{'2' if there == '1' else '1'}"
+        reason = f"the loop's frame {joint.child!r} has no partner: there is no link {missing!r}; rename it if it closes no loop"
+        raise RobotFileError(reason, joint.place.file, joint.place.line)
+    first, second = sides["1"], sides["2"]
+    hinge = all(_has_z_frame(source, joint) for joint in (first, second))
+    return ForeignLoop(
+        name=name,
+        type="revolute" if hinge else None,
+        predecessor=first.parent,
+        predecessor_origin=first.origin,
+        successor=second.parent,
+        successor_origin=second.origin,
+        axis=(0.0, 0.0, 1.0),
+        driven=None,
+        place=source.links[first.child].place,
+    )
+
+
+def _has_z_frame(source: SourceRobot, joint: Joint) -> bool:
+    """Whether the frame's link has beside it the one that marks a revolute mate."""
+    beside = source.parent_joints.get(f"{joint.child}_z")
+    if beside is None or beside.type != "fixed" or beside.parent != joint.parent:
+        return False
+    between = np.linalg.inv(joint.origin.matrix) @ beside.origin.matrix
+    return bool(np.abs(between[:3, 3] - (0, 0, Z_OFFSET)).max() < Z_TOLERANCE)

@@ -1,0 +1,180 @@
+"""What a robot file says of joints from outside: ``<transmission>``, ``<mimic>`` and ``<joint_stiffness>``."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping
+
+from kinetostatics.description.elements import Joint, JointStiffness, Loop, Mimic, Vector
+from kinetostatics.files.xml import Element
+from kinetostatics.files.xml_values import LONGEST, allow, number, positive_or_inf, reference, stiffnesses, text
+
+#: Types of joints and loops with exactly one freedom: they have limits and may be driven.
+ONE_FREEDOM = ("revolute", "continuous", "prismatic")
+#: Freedoms that slide and turn: along one axis, or in how many directions.
+_SLIDING = {"prismatic": 1, "cylindrical": 1, "planar": 2, "floating": 3}
+_TURNING = {"revolute": 1, "continuous": 1, "cylindrical": 1, "planar": 1, "universal": 2, "spherical": 3, "floating": 3}
+_GROUPS = {"linear": _SLIDING, "angular": _TURNING}
+#: How far an axis may lie beside an axis of the joint's frame.
+_ALIGNED = 1e-9
+
+
+def read_driven(root: Element, joints: Mapping[str, Joint], loops: Mapping[str, Loop]) -> tuple[str, ...]:
+    """Return the joints and loops that the ``<transmission>`` name."""
+    connections: list[Joint | Loop] = [*joints.values(), *loops.values()]
+    types = {item.name: item.type for item in connections}
+    driven: list[str] = []
+    for transmission in root.named("transmission"):
+        entries = transmission.named("joint")
+        if not entries:
+            raise transmission.error(f"{transmission.label} names no joint: write <joint name=…/> inside it")
+        for entry in entries:
+            name = reference(entry, "name", types, "joint")
+            if types[name] not in ONE_FREEDOM:
+                raise entry.error(
+                    f"{name!r} is {types[name]} and cannot be driven; only joints with one freedom can: " + ", ".join(ONE_FREEDOM)
+                )
+            if name in driven:
+                raise entry.error(f"{name!r} is driven by two <transmission>; name it once")
+            mimic = joints[name].mimic if name in joints else None
+            if mimic is not None:
+                raise entry.error(f"{name!r} mimics {mimic.joint!r} and cannot be driven as well; drop one of the two")
+            driven.append(name)
+    return tuple(driven)
+
+
+# ---- <mimic> -----------------------------------------------------------------------------------------------------------
+
+
+def read_mimic(joint: Element) -> Mimic | None:
+    """Read the ``<mimic>`` of a joint; what it refers to is looked at by :func:`check_mimics`."""
+    element = joint.child("mimic")
+    if element is None:
+        return None
+    allow(element, ("joint", "multiplier", "offset"))
+    kind = joint.attributes.get("type")
+    if kind not in ONE_FREEDOM:
+        raise element.error(
+            f"{joint.label} is {kind} and cannot mimic; only joints with one freedom can: {', '.join(ONE_FREEDOM)}"
+        )
+    multiplier, offset = number(element, "multiplier", 1.0), number(element, "offset", 0.0)
+    if not 1 / LONGEST <= abs(multiplier) <= LONGEST:
+        raise element.error(
+            f"multiplier={multiplier:g} of <mimic> in {joint.label} must be of a size between {1 / LONGEST:g} and "
+            f"{LONGEST:g}: the joint's coordinate is multiplier times the other's, in m and rad, plus offset"
+        )
+    if abs(offset) > LONGEST:
+        raise element.error(f"offset={offset:g} of <mimic> in {joint.label} is too large; it is in m or rad, at most {LONGEST:g}")
+    return Mimic(text(element, "joint"), multiplier, offset)
+
+
+def check_mimics(root: Element, joints: Mapping[str, Joint], loops: Collection[str], driven: Collection[str]) -> None:
+    """Raise an error unless every joint that mimics follows a driven joint of the tree."""
+    right = "a joint can mimic a driven revolute, continuous or prismatic <joint>"
+    for element in root.named("joint"):
+        mimic = joints[element.attributes["name"]].mimic
+        if mimic is None:
+            continue
+        found = element.required_child("mimic")
+        if mimic.joint in loops:
+            raise found.error(
+                f"{element.label} mimics the loop {mimic.joint!r}; {right} of the tree: cut the loop at another joint"
+            )
+        master = joints[reference(found, "joint", joints, "joint")]
+        if master.name == element.attributes["name"]:
+            raise found.error(f"{element.label} mimics itself; {right}")
+        if master.mimic is not None:
+            raise found.error(
+                f"{element.label} mimics {master.name!r}, which mimics {master.mimic.joint!r}; name the last of them"
+            )
+        if master.name not in driven:
+            state = "is not driven by a <transmission>" if master.type in ONE_FREEDOM else f"is {master.type}"
+            raise found.error(f"{element.label} mimics {master.name!r}, which {state}; {right}")
+
+
+# ---- <joint_stiffness> ---------------------------------------------------------------------------------------------------
+
+
+def read_joint_stiffness(
+    root: Element, joints: Mapping[str, Joint], loops: Mapping[str, Loop], driven: Collection[str]
+) -> dict[str, JointStiffness]:
+    """Read all ``<joint_stiffness>``.
+
+    Args:
+        root: the ``<robot>`` element.
+        joints, loops: all of them.
+        driven: the joints and loops with a transmission.
+
+    Returns:
+        What is elastic, by the joint's name; a group whose three values are infinite is the same as none.
+    """
+    result: dict[str, JointStiffness] = {}
+    for element in root.named("joint_stiffness"):
+        allow(element, ("joint", "linear", "angular", "drive"))
+        name = reference(element, "joint", {**joints, **loops}, "joint")
+        if name in result:
+            raise element.error(f"the joint {name!r} has a <joint_stiffness> already, in {result[name].place}")
+        given = [group for group in ("linear", "angular", "drive") if group in element.attributes]
+        if not given:
+            raise element.error(f"{element.label} says nothing: give linear, angular or drive")
+        joint = joints.get(name) or loops[name]
+        locked = name in driven or (isinstance(joint, Joint) and joint.mimic is not None)
+        groups = {group: _group(element, group, joint, locked) for group in ("linear", "angular")}
+        drive = _drive(element, name, driven)
+        result[name] = JointStiffness(name, groups["linear"], groups["angular"], drive, place=element.place)
+    return result
+
+
+def _drive(element: Element, name: str, driven: Collection[str]) -> float | None:
+    if "drive" not in element.attributes:
+        return None
+    if name not in driven:
+        raise element.error(
+            f"{element.label} has a drive, but {name!r} is not driven; name it in a <transmission>, or drop drive"
+        )
+    return positive_or_inf(element, "drive")
+
+
+def _group(element: Element, group: str, joint: Joint | Loop, locked: bool) -> Vector | None:
+    """Return three stiffnesses; all of them if the joint's freedoms cannot be told apart from what it blocks."""
+    if group not in element.attributes:
+        return None
+    values = stiffnesses(element, group)
+    if all(math.isinf(value) for value in values):
+        return None
+    free = 0 if locked else _GROUPS[group].get(joint.type, 0)
+    elastic = [0 < value < math.inf for value in values]
+    if free == 3 or (free and all(elastic)):
+        return values
+    if free == 2 and joint.type == "universal":
+        raise element.error(
+            f"angular of {element.label} must be three finite numbers greater than zero, or be left out, because a universal "
+            "joint's axes are not those of one frame"
+        )
+    blocked, where = {0, 1, 2}, {"linear": "along", "angular": "about"}
+    if free:
+        along = _along(joint.axis)
+        if along is None:
+            motion = "slides along" if group == "linear" else "turns about"
+            raise element.error(
+                f"{joint.name!r} {motion} an axis that is none of its frame's axes, so that {group} of "
+                f"{element.label} cannot tell its freedom from what it blocks: turn the joint's frame (<origin rpy>) so that "
+                "its axis is one of the frame's axes, or give three finite numbers greater than zero"
+            )
+        # of a plane's directions its normal is the one that is blocked
+        blocked = {along} if free == 2 else blocked - {along}
+    for index in sorted(blocked):
+        if values[index] == 0:
+            raise element.error(
+                f"{group} of {element.label} is 0 {where[group]} {'xyz'[index]}, which {joint.name!r} blocks; give a number "
+                "greater than zero, or inf for rigid"
+            )
+    return values
+
+
+def _along(axis: Vector) -> int | None:
+    """Return the number of the frame's axis along which a unit vector lies, or None."""
+    for index in range(3):
+        if math.hypot(*(value for k, value in enumerate(axis) if k != index)) <= _ALIGNED:
+            return index
+    return None

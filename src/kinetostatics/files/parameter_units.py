@@ -1,0 +1,113 @@
+"""Units of a robot file's parameters, told by what changes with them.
+
+A parameter has the unit of those numbers of the robot that change one for one with it: a length, if a rod's diameter grows by as
+much as the parameter does. Where no number does, or numbers of several kinds, its unit is not known.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import fields, is_dataclass
+from numbers import Real
+from typing import Any
+
+from kinetostatics.description.elements import Beam, Cone, Inertia, Joint, JointStiffness, Link, Loop, Material, Origin
+from kinetostatics.description.units import unit
+from kinetostatics.exceptions import ArgumentError, RobotFileError
+from kinetostatics.files.reader import read_robot_file
+from kinetostatics.sections.kinds import Rectangle, RectangularTube, Tube
+
+#: Units of the numbers of a robot, by class and field. Limits of joints follow their type.
+UNITS: dict[type, dict[str, str]] = {
+    Origin: {"xyz": "m", "rpy": "rad"},
+    Link: {"mass": "kg", "center_of_mass": "m"},
+    Inertia: {"rpy": "rad"},
+    Cone: {"angle": "rad"},
+    JointStiffness: {"linear": "N/m", "angular": "N m/rad"},
+    Material: {"youngs_modulus": "Pa", "shear_modulus": "Pa", "density": "kg/m³"},
+    Tube: {"outer_diameter": "m", "inner_diameter": "m"},
+    Rectangle: {"width": "m", "height": "m"},
+    RectangularTube: {"width": "m", "height": "m", "thickness": "m"},
+    Beam: {},
+    Joint: {},
+    Loop: {},
+}
+LIMITS = {"prismatic": "m", "revolute": "rad"}
+#: A parameter is changed by these parts of its value, or by as much if it is zero; slopes are 1 within the last.
+STEPS, SLOPE = (1e-3, 2.5e-3), 1e-6
+
+
+def parameter_unit(path: str, parameters: Mapping[str, Any], name: str) -> str:
+    """Return the SI unit of a parameter, empty if it is not certain.
+
+    Args:
+        path: of the robot file.
+        parameters: values of its parameters.
+        name: of the parameter in question.
+    """
+    value = parameters[name]
+    if isinstance(value, bool) or not isinstance(value, Real):
+        return ""
+    for sign in (1, -1):  # one of the two may be beyond what the file allows
+        steps = [sign * step * (abs(float(value)) or 1.0) for step in STEPS]
+        try:
+            before, *after = (_numbers(path, {**parameters, name: float(value) + step}) for step in (0.0, *steps))
+        except RobotFileError:
+            continue
+        found = {
+            item[1]
+            for key, item in before.items()
+            if all(_one_for_one(item, numbers.get(key), step) for numbers, step in zip(after, steps, strict=True))
+        }
+        return found.pop() if len(found) == 1 else ""
+    return ""
+
+
+def check_parameter_units(path: str, parameters: Mapping[str, Any], given: Mapping[str, str]) -> dict[str, str]:
+    """Return the units of parameters: those that the file makes certain, otherwise those with which they were given.
+
+    Args:
+        path, parameters: as in :func:`parameter_unit`.
+        given: the parameters in question, with the units that their values came with; empty: without one.
+
+    Raises:
+        ArgumentError: a parameter was given in a unit of another kind than the file's.
+    """
+    result = {}
+    for name, typed in given.items():
+        own = parameter_unit(path, parameters, name)
+        if own and typed and unit(own).dimension != unit(typed).dimension:
+            raise ArgumentError(f"the parameter {name} is given as {_said(typed)}, but in the file it is {_said(own)}")
+        result[name] = own or typed
+    return result
+
+
+def _said(name: str) -> str:
+    kind = unit(name).kind or "quantity"
+    return f"{'an' if kind[0] in 'aeiou' else 'a'} {kind} [{name.replace(' ', '·')}]"
+
+
+def _one_for_one(before: tuple[float, str], after: tuple[float, str] | None, step: float) -> bool:
+    return after is not None and abs(abs((after[0] - before[0]) / step) - 1) < SLOPE
+
+
+def _numbers(path: str, parameters: Mapping[str, Any]) -> dict[tuple[Any, ...], tuple[float, str]]:
+    """Return all numbers of a robot whose units are known, and these, by where they stand."""
+    return dict(_walk(read_robot_file(path, parameters), (), ""))
+
+
+def _walk(value: Any, place: tuple[Any, ...], own: str) -> Iterator[tuple[tuple[Any, ...], tuple[float, str]]]:
+    if is_dataclass(value):
+        units = UNITS.get(type(value), {})
+        if isinstance(value, Joint | Loop):
+            units = dict.fromkeys(("lower", "upper"), LIMITS.get(value.type, ""))
+        for field in fields(value):
+            yield from _walk(getattr(value, field.name), (*place, field.name), units.get(field.name, ""))
+    elif isinstance(value, Mapping):
+        for name, item in value.items():
+            yield from _walk(item, (*place, name), "")
+    elif isinstance(value, tuple):
+        for number, item in enumerate(value):
+            yield from _walk(item, (*place, number), own)
+    elif own and isinstance(value, Real):
+        yield place, (float(value), own)

@@ -1,0 +1,176 @@
+"""Reads robot files: URDF or xacro with the additional elements of ``docs/robot_format.md``."""
+
+from __future__ import annotations
+
+import difflib
+import os
+from collections.abc import Mapping
+from dataclasses import replace
+
+from kinetostatics.argument_checks import check_mapping
+from kinetostatics.description.elements import Link, Origin, Place
+from kinetostatics.description.robot import RobotDescription
+from kinetostatics.exceptions import ArgumentError, RobotFileError
+from kinetostatics.files.beams import read_beams
+from kinetostatics.files.bundled import read_robot
+from kinetostatics.files.element_writer import extra_of_robot, robot_element
+from kinetostatics.files.joint_attributes import check_mimics, read_driven, read_joint_stiffness
+from kinetostatics.files.links_joints import ROBOT_LEVEL, read_joints, read_links, tree_root
+from kinetostatics.files.loops import read_loops
+from kinetostatics.files.xacro import expand
+from kinetostatics.files.xml import Element, parse, to_elements
+from kinetostatics.files.xml_values import allow, new_name, origin, reference
+
+
+def read_robot_file(path: str | os.PathLike[str], parameters: Mapping[str, object] | None = None) -> RobotDescription:
+    """Read a robot file.
+
+    Args:
+        path: a URDF or xacro file, which of them is told from its content; or the name of a robot that comes with the package,
+            see :func:`kinetostatics.robots`.
+        parameters: values of the file's ``<xacro:arg>``, numbers or strings.
+
+    Returns:
+        What the file says.
+
+    Raises:
+        RobotFileError: if the file cannot be read or anything in it is wrong; with the file and line to blame.
+        ArgumentError: if ``path`` is no path, or a parameter is neither a number nor a string.
+    """
+    data, name = read_robot(path)
+    return _read(data, name, {} if parameters is None else parameters)
+
+
+def parse_robot_text(text: str, path: str = "<text>", parameters: Mapping[str, object] | None = None) -> RobotDescription:
+    """Read a robot from XML text, URDF or xacro.
+
+    Args:
+        text: the XML.
+        path: the name of the text in messages; xacro looks for included files beside it.
+        parameters: as in :func:`read_robot_file`.
+
+    Returns:
+        What the text says.
+
+    Raises:
+        RobotFileError: as in :func:`read_robot_file`.
+        ArgumentError: as in :func:`read_robot_file`.
+    """
+    return _read(text, path, {} if parameters is None else parameters)
+
+
+def _read(data: bytes | str, path: str, parameters: Mapping[str, object]) -> RobotDescription:
+    check_mapping("parameters", parameters, '{"rod_diameter": 0.08}')
+    document, uses_xacro = parse(data, path)
+    warnings: list[str] = []
+    if uses_xacro:
+        warnings = expand(document, path, parameters)
+    elif parameters:
+        names = ", ".join(map(repr, parameters))
+        raise RobotFileError(f"the file does not use xacro and has no parameters, but was given {names}", path)
+    return _describe(to_elements(document), path, warnings)
+
+
+def validate(description: RobotDescription) -> RobotDescription:
+    """Check a description that was made or changed in Python, by all rules that robot files are held to.
+
+    It is turned into the elements of a robot file, and these are read: there is no second copy of any rule.
+
+    Args:
+        description: the description; one that is valid already comes back as it is.
+
+    Returns:
+        The same description as it is read from a file: defaults filled in, axes of unit length, numbers as floats.
+
+    Raises:
+        RobotFileError: something is wrong; with the file and line to blame if it comes from a file.
+        ArgumentError: it is no description.
+    """
+    if not isinstance(description, RobotDescription):
+        raise ArgumentError(f"{description!r} is no description of a robot; load_robot and read_robot_file read files")
+    if description.is_valid:
+        return description
+    found = _describe(robot_element(description), description.path, [])
+    said = {warning.partition(": ")[2] for warning in description.file_warnings}
+    new = [warning for warning in found.file_warnings if warning.partition(": ")[2] not in said]
+    return _valid(replace(found, file_warnings=(*description.file_warnings, *new)))
+
+
+def _valid(description: RobotDescription) -> RobotDescription:
+    """Return a description, marked as valid."""
+    object.__setattr__(description, "is_valid", True)
+    return description
+
+
+def _describe(root: Element, path: str, warnings: list[str]) -> RobotDescription:
+    if root.tag != "robot":
+        raise root.error(f"the outermost element is <{root.tag}>; in a robot file it is <robot>")
+    name = new_name(root)
+    _check_robot_level(root)
+    links = read_links(root, warnings)
+    joints = read_joints(root, links, warnings)
+    tree = tree_root(links, joints)
+    loops = read_loops(root, links, joints)
+    platform, platform_origin, place = _platform(root, links)
+    base = _base(root, links, tree)
+    if base == platform:
+        raise RobotFileError(f"the link {base!r} is both base and platform", place.file, place.line)
+    driven = read_driven(root, joints, loops)
+    check_mimics(root, joints, loops, driven)
+    return _valid(
+        RobotDescription(
+            name,
+            links,
+            joints,
+            platform,
+            platform_origin,
+            base,
+            loops,
+            read_beams(root, links, {**joints, **loops}, {base: "base", platform: "platform"}),
+            read_joint_stiffness(root, joints, loops, driven),
+            driven,
+            tuple((key, value) for key, value in root.attributes.items() if key != "name"),
+            extra_of_robot(root, ("link", "joint", *ROBOT_LEVEL)),
+            path,
+            platform_place=place,
+            file_warnings=tuple(warnings),
+        )
+    )
+
+
+def _check_robot_level(root: Element) -> None:
+    """Refuse misspelled elements, which every reader would skip in silence."""
+    version = root.attributes.get("version", "1.0")
+    if version.strip() not in ("1.0", "1"):
+        raise root.error(f"version={version!r} of <robot> is unknown; URDF has version 1.0")
+    known = (*ROBOT_LEVEL, "transmission", "link", "joint")
+    materials: set[str] = set()
+    for child in root.children:
+        near = [] if child.tag in known else difflib.get_close_matches(child.tag.lower(), known, n=1, cutoff=0.75)
+        if near and ":" not in child.tag:
+            raise child.error(f"<{child.tag}> is not an element of robot files; did you mean <{near[0]}>?")
+        if child.tag == "material":
+            material = child.attributes.get("name", "")
+            if material in materials:
+                raise child.error(f"the material {material!r} is defined twice")
+            materials.add(material)
+
+
+def _platform(root: Element, links: Mapping[str, Link]) -> tuple[str, Origin, Place]:
+    found = root.named("platform")
+    if not found:
+        raise root.error('the robot has no platform; name the moving platform with <platform link="…"/>')
+    if len(found) > 1:
+        raise found[1].error("there are two <platform>; a robot has one")
+    allow(found[0], ("link",), ("origin",))
+    return reference(found[0], "link", links, "link"), origin(found[0]), found[0].place
+
+
+def _base(root: Element, links: Mapping[str, Link], tree: str) -> str:
+    found = root.named("base")
+    if not found:
+        return tree
+    if len(found) > 1:
+        raise found[1].error("there are two <base>; a robot has one")
+    allow(found[0], ("link",))
+    return reference(found[0], "link", links, "link")

@@ -1,0 +1,74 @@
+"""Writes robots to files that load as the same robots."""
+
+from __future__ import annotations
+
+import os
+import re
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from kinetostatics.argument_checks import path_name
+from kinetostatics.description.robot import RobotDescription
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.files.element_writer import robot_text
+from kinetostatics.files.reader import validate
+
+if TYPE_CHECKING:
+    from kinetostatics.robot import Robot
+
+_COMMENT = "written by kinetostatics; the elements that are not URDF's are those of its docs/robot_format.md"
+#: Files that elements name, which lie beside the file that the robot was read from.
+_FILE = re.compile(r'(<(?:mesh|texture)\b[^<>]*\bfilename=")([^"]+)(")')
+
+
+def save_robot(robot: Robot | RobotDescription, path: str | os.PathLike[str]) -> None:
+    """Write a robot to a plain URDF file that loads as the same robot, to the last digit.
+
+    What the package does not use is written too: visuals and collisions, inertias, materials, dynamics, transmissions. Not
+    written are comments, xacro's macros and attributes that URDF does not know. Names of meshes that are relative to the
+    robot's file are made relative to the new one.
+
+    Args:
+        robot: the robot, or its description.
+        path: of the new file; a file of that name is replaced.
+
+    Raises:
+        RobotFileError: the description is wrong.
+        ArgumentError: the file cannot be written, or is a xacro whose macros would be lost.
+    """
+    description = validate(robot.description if hasattr(robot, "description") else robot)
+    name = path_name("path", path)
+    text = robot_text(_beside(description, os.path.dirname(os.path.abspath(name))), _COMMENT)
+    if _uses_xacro(name):
+        raise ArgumentError(f"{name} uses xacro, and its macros would be lost; write to another file")
+    try:
+        with open(name, "w", encoding="utf-8", newline="\n") as file:
+            file.write(text)
+    except OSError as error:
+        raise ArgumentError(f"{name} cannot be written: {error.strerror or error}") from None
+    except ValueError as error:  # a path with a null character
+        raise ArgumentError(f"{name!r} cannot be written: {error}") from None
+
+
+def _uses_xacro(name: str) -> bool:
+    try:
+        with open(name, "rb") as file:
+            return b"xmlns:xacro" in file.read()
+    except (OSError, ValueError):  # it is not there yet, or writing will say why not
+        return False
+
+
+def _beside(description: RobotDescription, folder: str) -> RobotDescription:
+    """Return a description whose meshes are found from another folder."""
+    source = os.path.dirname(os.path.abspath(description.path))
+    if source == folder:
+        return description
+
+    def moved(match: re.Match[str]) -> str:
+        before, name, after = match.groups()
+        if "://" in name or os.path.isabs(name):
+            return match[0]
+        return f"{before}{os.path.relpath(os.path.join(source, name), folder)}{after}"
+
+    links = {name: replace(link, extra=_FILE.sub(moved, link.extra)) for name, link in description.links.items()}
+    return replace(description, links=links, extra=_FILE.sub(moved, description.extra))

@@ -1,0 +1,325 @@
+"""XML text to a tree of :class:`Element`, each of which knows the file and line it was written in.
+
+The tree passes through minidom, because xacro works on minidom documents. The place of an element is kept as DOM
+user data, not as an attribute: cloning (which is how xacro expands macros) carries it along, and neither xacro nor
+the text that comes out ever sees it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import re
+import stat
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+from xml.dom import expatbuilder, minidom
+from xml.parsers import expat
+
+from kinetostatics.description.elements import Place
+from kinetostatics.exceptions import RobotFileError
+
+#: Deeper documents are refused, so that nothing downstream can run out of stack.
+MAX_DEPTH = 100
+#: Larger files [bytes], more elements and attributes, and longer attributes [characters] are refused too.
+MAX_FILE, MAX_NODES, MAX_ATTRIBUTE = 10_000_000, 100_000, 10_000
+#: Longest message [characters], the file's name not counted.
+MAX_MESSAGE = 700
+
+_PLACE = "kinetostatics place"
+_NO_ELEMENT_FOUND, _TAG_MISMATCH, _UNBOUND_PREFIX = 3, 7, 27
+
+
+@dataclass(frozen=True)
+class Element:
+    """An XML element of the expanded file: its ``content`` is child elements and text in order.
+
+    ``owner`` is what it is a part of (``joint 'j1'``) where it has no line of its own.
+    """
+
+    tag: str
+    attributes: Mapping[str, str]
+    content: tuple[Element | str, ...]
+    place: Place
+    owner: str = ""
+
+    @property
+    def children(self) -> tuple[Element, ...]:
+        """The child elements."""
+        return tuple(item for item in self.content if isinstance(item, Element))
+
+    @property
+    def label(self) -> str:
+        """How messages call the element: ``<joint> 'j1'``, ``<beam> of link 'rod'`` or ``<origin>``."""
+        if self.attributes.get("name"):
+            return f"<{self.tag}> {self.attributes['name']!r}"
+        for what in ("link", "joint"):
+            if self.attributes.get(what):
+                return f"<{self.tag}> of {what} {self.attributes[what]!r}"
+        return f"<{self.tag}>"
+
+    def error(self, reason: str) -> RobotFileError:
+        """Return the error that says ``reason`` at this element's place."""
+        if self.owner and self.place.line is None and self.owner.partition(" ")[2] not in reason:
+            reason = f"{self.owner}: {reason}"
+        return RobotFileError(shortened(reason), self.place.file, self.place.line)
+
+    def named(self, tag: str) -> list[Element]:
+        """Return the child elements called ``tag``."""
+        return [child for child in self.children if child.tag == tag]
+
+    def child(self, tag: str) -> Element | None:
+        """Return the child element called ``tag``, or None; two of them are an error."""
+        found = self.named(tag)
+        if len(found) > 1:
+            raise found[1].error(f"{self.label} has two <{tag}>; leave one of them")
+        return found[0] if found else None
+
+    def required_child(self, tag: str) -> Element:
+        """Return the child element called ``tag``; none or two of them are an error."""
+        found = self.child(tag)
+        if found is None:
+            raise self.error(f"{self.label} has no <{tag}>")
+        return found
+
+
+def shortened(message: str) -> str:
+    """Return a message, without its middle if it quotes something that is very long."""
+    half = MAX_MESSAGE // 2
+    return message if len(message) <= MAX_MESSAGE else f"{message[:half]} … {message[-half:]}"
+
+
+def read_file(path: str | os.PathLike[str]) -> bytes:
+    """Return what is in an ordinary file; pipes and devices, which may never end, are refused.
+
+    Raises:
+        OSError: it cannot be read, or is too large.
+        ValueError: the path has a null character.
+    """
+    mode = os.stat(path).st_mode
+    if not stat.S_ISREG(mode) and not stat.S_ISDIR(mode):
+        raise OSError(errno.EINVAL, "it is not an ordinary file")
+    with open(path, "rb") as stream:
+        data = stream.read(MAX_FILE + 1)
+    if len(data) > MAX_FILE:
+        raise OSError(errno.EFBIG, f"it is larger than {MAX_FILE / 1e6:g} MB")
+    return data
+
+
+class _KeepPlace:
+    """User data handler that gives the clone of a node the node's place."""
+
+    def __init__(self) -> None:
+        self.count: Callable[[], None] | None = None
+
+    def handle(self, operation: int, key: str, data: object, src: minidom.Node, dst: minidom.Node | None) -> None:
+        if dst is not None:
+            if self.count is not None:
+                self.count()
+            dst.setUserData(key, data, self)  # type: ignore[arg-type]
+
+
+_KEEP_PLACE = _KeepPlace()
+
+
+@contextlib.contextmanager
+def clones_counted(count: Callable[[], None]) -> Iterator[None]:
+    """Call ``count`` whenever an element is cloned; xacro, which clones them, runs once at a time."""
+    _KEEP_PLACE.count = count
+    try:
+        yield
+    finally:
+        _KEEP_PLACE.count = None
+
+
+class _Builder(expatbuilder.ExpatBuilder):
+    """Builds a document, notes each element's line and refuses what has no business in a robot file."""
+
+    file = ""
+    depth = 0
+    nodes = 0
+    uses_xacro = False
+
+    def start_element_handler(self, name: str, attributes: list[str]) -> None:
+        self._count(1 + len(attributes) // 2)
+        super().start_element_handler(name, attributes)
+        node, line = self.curNode, self.getParser().CurrentLineNumber
+        assert isinstance(node, minidom.Element)
+        node.setUserData(_PLACE, Place(self.file, line), _KEEP_PLACE)
+        if node.tagName.startswith("xacro:") or node.hasAttribute("xmlns:xacro"):
+            self.uses_xacro = True
+        self.depth += 1
+        if self.depth > MAX_DEPTH:
+            raise RobotFileError(f"elements are nested more than {MAX_DEPTH} deep", self.file, line)
+
+    def end_element_handler(self, name: str) -> None:
+        super().end_element_handler(name)
+        self.depth -= 1
+
+    def comment_handler(self, data: str) -> None:
+        self._count(1)
+        super().comment_handler(data)
+
+    def pi_handler(self, target: str, data: str) -> None:
+        self._count(1)
+        super().pi_handler(target, data)
+
+    def _count(self, number: int) -> None:
+        self.nodes += number
+        if self.nodes > MAX_NODES:
+            reason = f"there are more than {MAX_NODES} elements and attributes"
+            raise RobotFileError(reason, self.file, self.getParser().CurrentLineNumber)
+
+    def start_doctype_decl_handler(self, *_declaration: Any) -> None:
+        reason = "a DOCTYPE, with the entities it may declare, is not allowed in a robot file; delete it"
+        raise RobotFileError(reason, self.file, self.getParser().CurrentLineNumber)
+
+
+class _NamespaceBuilder(_Builder, expatbuilder.ExpatBuilderNS):
+    """The same with XML namespaces, which xacro's documents have."""
+
+
+def parse(data: bytes | str, file: str, plain: bool = False) -> tuple[minidom.Document, bool]:
+    """Parse XML.
+
+    Args:
+        data: the text as it lies in the file, or decoded.
+        file: its name for messages.
+        plain: whether prefixes need not be declared, not even if it uses xacro.
+
+    Returns:
+        The document with the place of each element, and whether it uses xacro.
+
+    Raises:
+        RobotFileError: if it is not well-formed, too deep, or has a DOCTYPE.
+    """
+    if not data.strip():
+        raise RobotFileError("the file is empty", file)
+    # Plain URDF of old simulators may use prefixes that nobody declared, which URDF tools accept.
+    builder = _NamespaceBuilder() if _mentions_xacro(data) and not plain else _Builder()
+    builder.file = file
+    try:
+        document = builder.parseString(data)
+    except expat.ExpatError as error:
+        raise RobotFileError(_parse_failure(error, builder), file, error.lineno) from None
+    except (ValueError, LookupError) as error:  # an encoding that does not exist, or does not fit
+        raise RobotFileError(f"the text cannot be decoded: {error}", file, 1) from None
+    return document, builder.uses_xacro
+
+
+def _mentions_xacro(data: str | bytes) -> bool:
+    return "xacro" in data if isinstance(data, str) else b"xacro" in data
+
+
+def _parse_failure(error: expat.ExpatError, builder: _Builder) -> str:
+    """Say what does not parse, and which element was open."""
+    reason = f"this is not well-formed XML: {expat.ErrorString(error.code)}"
+    if error.code == _UNBOUND_PREFIX:
+        return f'{reason}; declare it, as in <robot xmlns:xacro="http://www.ros.org/wiki/xacro">'
+    node = builder.curNode
+    place = place_of(node)
+    if error.code in (_TAG_MISMATCH, _NO_ELEMENT_FOUND) and place is not None and isinstance(node, minidom.Element):
+        return f"{reason}; <{node.tagName}> of line {place.line} is not closed"
+    return reason
+
+
+def place_of(node: Any) -> Place | None:
+    """Return where the nearest element around a node of a document was written, if that is known."""
+    while isinstance(node, minidom.Node):
+        place = node.getUserData(_PLACE)
+        if isinstance(place, Place):
+            return place
+        node = node.parentNode
+    return None
+
+
+_NO_NAME = re.compile(r"[\s<>&\"'/=]|^[-.\d]|^$")
+_NO_CHARACTER = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
+
+
+def to_elements(document: minidom.Document) -> Element:
+    """Turn a document into elements; comments and processing instructions are dropped.
+
+    Raises:
+        RobotFileError: xacro has made something that is not XML or too large.
+    """
+    # loops instead of recursion, because expanded macros may be nested deep
+    order: list[tuple[Any, int]] = [(document.documentElement, 1)]
+    for node, depth in order:  # grows on the way: parents come before their children
+        _check_node(node, depth)
+        order.extend((child, depth + 1) for child in node.childNodes if child.nodeType == minidom.Node.ELEMENT_NODE)
+    built: dict[int, Element] = {}
+    for node, _ in reversed(order):
+        content: list[Element | str] = []
+        for child in node.childNodes:
+            if child.nodeType == minidom.Node.ELEMENT_NODE:
+                content.append(built.pop(id(child)))
+            elif child.nodeType in (minidom.Node.TEXT_NODE, minidom.Node.CDATA_SECTION_NODE):
+                content.append(str(child.data))
+        attributes = {str(name): str(value) for name, value in node.attributes.items()}
+        built[id(node)] = Element(node.tagName, attributes, tuple(content), place_of(node) or Place("", None))
+    return built[id(document.documentElement)]
+
+
+def _check_node(node: minidom.Element, depth: int) -> None:
+    place = place_of(node) or Place("", None)
+
+    def error(reason: str) -> RobotFileError:
+        return RobotFileError(shortened(reason), place.file, place.line)
+
+    if depth > MAX_DEPTH:
+        raise error(f"elements are nested more than {MAX_DEPTH} deep")
+    items = [(str(name), str(value)) for name, value in node.attributes.items()]
+    names, values = [node.tagName, *(name for name, _ in items)], [value for _, value in items]
+    for name in names:
+        if len(name) > MAX_ATTRIBUTE or _NO_NAME.search(name) or _NO_CHARACTER.search(name):
+            raise error(f"{name!r} is not a name for an element or attribute")
+    for name, value in items:
+        if len(value) > MAX_ATTRIBUTE:
+            raise error(f"the attribute {name!r} of <{node.tagName}> is longer than {MAX_ATTRIBUTE} characters")
+    texts = [child.data for child in node.childNodes if child.nodeType != minidom.Node.ELEMENT_NODE]
+    for text in (*values, *map(str, texts)):
+        if _NO_CHARACTER.search(text):
+            raise error(f"<{node.tagName}> has a character that XML does not allow")
+
+
+_ESCAPES = str.maketrans({"&": "&amp;", "<": "&lt;", ">": "&gt;", "\r": "&#13;"})
+# The URDF parser behind Pinocchio splits vectors at spaces only.
+_ATTRIBUTE_ESCAPES = {**_ESCAPES, **str.maketrans({'"': "&quot;", "\n": " ", "\t": " ", "\r": " "})}
+
+
+def to_text(root: Element, comment: str = "", header: bool = True, indented: bool = False) -> str:
+    """Write elements as XML text.
+
+    Args:
+        root: the outermost of them.
+        comment: what is written before it.
+        header: whether the text begins with XML's declaration.
+        indented: whether every element without text of its own gets its children on lines of their own.
+    """
+    parts = ['<?xml version="1.0"?>\n'] if header else []
+    if comment:
+        parts.append(f"<!-- {comment.replace('--', '- -')} -->\n")
+    stack: list[tuple[Element | str, int | None]] = [(root, 0 if indented else None)]  # strings are text that is ready
+    while stack:
+        item, depth = stack.pop()
+        if isinstance(item, str):
+            parts.append(item)
+            continue
+        written = (f' {name}="{value.translate(_ATTRIBUTE_ESCAPES)}"' for name, value in item.attributes.items())
+        head = f"<{item.tag}{''.join(written)}"
+        if not item.content:
+            parts.append(f"{head}/>")
+            continue
+        parts.append(f"{head}>")
+        if depth is None or not all(isinstance(part, Element) for part in item.content):
+            stack.append((f"</{item.tag}>", None))
+            content = reversed(item.content)
+            stack.extend((part.translate(_ESCAPES), None) if isinstance(part, str) else (part, None) for part in content)
+            continue
+        stack.append((f"\n{'  ' * depth}</{item.tag}>", None))
+        for part in reversed(item.content):
+            stack.extend(((part, depth + 1), (f"\n{'  ' * (depth + 1)}", None)))
+    return "".join(parts) + ("\n" if header else "")

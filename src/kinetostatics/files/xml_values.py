@@ -1,0 +1,187 @@
+"""Readers of attribute values; each raises an error that names the element, the attribute and what would be right."""
+
+from __future__ import annotations
+
+import math
+import re
+import sys
+from collections.abc import Collection, Iterable
+from typing import NoReturn
+
+from kinetostatics.description.elements import Origin, Vector
+from kinetostatics.exceptions import near_names
+from kinetostatics.files.xml import Element
+
+# float() alone would also take "1_0", "infinity" and digits of other scripts, which URDF tools do not.
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+_NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE)
+_SPACE = " \t\r\n"
+#: Longest name of anything [characters].
+MAX_NAME = 200
+#: Numbers beyond these, in SI units, are slips that would overflow later: of anything, of lengths, and the least of sizes.
+LARGEST, LONGEST, SMALLEST = 1e30, 1e9, 1e-30
+
+
+def allow(element: Element, attributes: Iterable[str], children: Iterable[str] = ()) -> None:
+    """Raise an error for an attribute or child that the element does not have; namespaced ones are others' business."""
+    attributes, children = tuple(attributes), tuple(children)
+    for name in element.attributes:
+        if name not in attributes and name != "xmlns" and ":" not in name:
+            raise element.error(_unknown(f"{name!r} is not an attribute of {element.label}", name, attributes))
+    for child in element.children:
+        if child.tag not in children and ":" not in child.tag:
+            raise child.error(_unknown(f"<{child.tag}> does not belong in {element.label}", child.tag, children))
+
+
+def _unknown(reason: str, name: str, right: Collection[str]) -> str:
+    if not right:
+        return f"{reason}, which takes none"
+    near = near_names(name, right)
+    return f"{reason}; {near}" + ("" if near.startswith("known") else f" (known: {', '.join(sorted(right))})")
+
+
+def text(element: Element, name: str) -> str:
+    """Return an attribute that must be there and not be blank."""
+    value = element.attributes.get(name)
+    if value is None:
+        raise element.error(f"{element.label} lacks the attribute {name!r}")
+    if not value.strip():
+        raise element.error(f"the attribute {name!r} of {element.label} is empty")
+    return value
+
+
+def new_name(element: Element) -> str:
+    """Return the attribute ``name``, which must be there and be short, in one line."""
+    value = text(element, "name")
+    if len(value) > MAX_NAME:
+        raise element.error(f"the name of <{element.tag}> has {len(value)} characters; {MAX_NAME} are allowed")
+    if not value.isprintable():
+        raise element.error(f"the name {value!r} of <{element.tag}> has line breaks, tabs or characters that cannot be printed")
+    return value
+
+
+def reference(element: Element, name: str, known: Collection[str], kind: str) -> str:
+    """Return an attribute that must be the name of something that exists."""
+    value = text(element, name)
+    if value not in known:
+        # A <parent link> or <joint name> of a transmission would be called by the very name that does not exist.
+        label = f"<{element.tag}>" if element.attributes.get("name", value) == value else element.label
+        near = near_names(value, known)
+        raise element.error(f"{label} refers to the {kind} {value!r}, which does not exist; {near}")
+    return value
+
+
+def _parse(element: Element, name: str, item: str, largest: float = LARGEST) -> float:
+    """Return one number of an attribute."""
+    where = f"{name}={element.attributes[name]!r} of {element.label}"
+    if _NUMBER.fullmatch(item):
+        value = float(item)
+        if abs(value) <= largest:
+            return value
+        if math.isfinite(value):
+            raise element.error(f"{where} is too large to compute with; it is in SI units, and at most {largest:g}")
+    elif not _NOT_FINITE.fullmatch(item):
+        what = "is not a number" if item == element.attributes[name] else f"is wrong: {item!r} is not a number"
+        raise element.error(f"{where} {what}")
+    raise element.error(f"{where} is not finite")
+
+
+def number(element: Element, name: str, default: float | None = None) -> float:
+    """Return a finite number; without a default the attribute must be there."""
+    if default is not None and name not in element.attributes:
+        return default
+    return _parse(element, name, text(element, name).strip(_SPACE))
+
+
+def positive(element: Element, name: str) -> float:
+    """Return a number that must be there and be greater than zero."""
+    value = number(element, name)
+    if value <= 0:
+        _wrong_sign(element, name, "greater than zero")
+    if value < SMALLEST:
+        _too_small(element, name)
+    return value
+
+
+def not_negative(element: Element, name: str, default: float | None = None) -> float:
+    """Return a number that must not be below zero."""
+    value = number(element, name, default)
+    if value < 0:
+        _wrong_sign(element, name, "zero or greater")
+    return value
+
+
+def _wrong_sign(element: Element, name: str, right: str) -> NoReturn:
+    raise element.error(f"{name}={element.attributes[name]!r} of {element.label} must be {right}")
+
+
+def _too_small(element: Element, name: str) -> NoReturn:
+    where = f"{name}={element.attributes[name]!r} of {element.label}"
+    raise element.error(f"{where} is too small to compute with; it is in SI units, and at least {SMALLEST:g}")
+
+
+def vector(element: Element, name: str, default: Vector | None = None, largest: float = LARGEST) -> Vector:
+    """Return three numbers of at most ``largest``; without a default the attribute must be there."""
+    if default is not None and name not in element.attributes:
+        return default
+    value = element.attributes.get(name)
+    if value is None:
+        raise element.error(f"{element.label} lacks the attribute {name!r}")
+    items = [item for item in re.split(f"[{_SPACE}]+", value) if item]
+    if len(items) != 3:
+        raise element.error(f"{name}={value!r} of {element.label} must be three numbers, not {len(items)}")
+    x, y, z = (_parse(element, name, item, largest) for item in items)
+    return x, y, z
+
+
+def positive_or_inf(element: Element, name: str) -> float:
+    """Return a number that must be there and be greater than zero, or "inf"."""
+    return math.inf if text(element, name).strip(_SPACE) == "inf" else positive(element, name)
+
+
+def stiffnesses(element: Element, name: str) -> Vector:
+    """Return three numbers that must be there and be zero or greater, or "inf"."""
+    items = text(element, name).split()
+    if len(items) != 3:
+        raise element.error(f"{name}={element.attributes[name]!r} of {element.label} must be three numbers, not {len(items)}")
+    x, y, z = (math.inf if item == "inf" else _parse(element, name, item) for item in items)
+    for value in (x, y, z):
+        if value < 0:
+            _wrong_sign(element, name, "three numbers that are zero or greater, or inf")
+        if 0 < value < SMALLEST:
+            _too_small(element, name)
+    return x, y, z
+
+
+def direction(element: Element, name: str, default: Vector | None = None) -> Vector:
+    """Return a unit vector along three numbers that are not all zero."""
+    value = vector(element, name, default, sys.float_info.max)
+    if abs(math.hypot(*value) - 1) < 1e-15:  # it stays as it is, so that what was written comes back
+        return value
+    largest = max(map(abs, value))
+    if largest == 0:
+        raise element.error(f"{name} of {element.label} is zero; it must point somewhere")
+    x, y, z = (item / largest for item in value)  # first to the order of 1: squares may overflow
+    length = math.hypot(x, y, z)
+    return x / length, y / length, z / length
+
+
+def origin(element: Element) -> Origin:
+    """Return the element's ``<origin xyz rpy>``, by default its own frame."""
+    found = element.child("origin")
+    if found is None:
+        return Origin()
+    allow(found, ("xyz", "rpy"))
+    zero = (0.0, 0.0, 0.0)
+    return Origin(vector(found, "xyz", zero, LONGEST), vector(found, "rpy", zero))
+
+
+def limits(limit: Element | None) -> tuple[float, float]:
+    """Return ``lower`` and ``upper``; infinite if both are left out, and zero if one of them is, as in URDF."""
+    if limit is None or not {"lower", "upper"} & set(limit.attributes):
+        return -math.inf, math.inf
+    lower, upper = number(limit, "lower", 0.0), number(limit, "upper", 0.0)
+    if lower > upper:
+        given = "" if {"lower", "upper"} <= set(limit.attributes) else " (the one left out is 0)"
+        raise limit.error(f"<limit> has lower={lower:g} above upper={upper:g}{given}")
+    return lower, upper

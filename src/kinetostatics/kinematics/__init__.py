@@ -1,0 +1,1 @@
+"""Poses: loops closed, paths followed, freedoms counted."""

@@ -1,0 +1,330 @@
+"""Poses from coordinates: what may be asked for, how it is reached, and what is said when it cannot be."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kinetostatics.argument_checks import check_choice, check_mapping, numbers, positive
+from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, near_names
+from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.kinematics.continuation import follow, reach
+from kinetostatics.kinematics.coordinate_choices import request_for, say_choices
+from kinetostatics.kinematics.loop_constraints import world_frames
+from kinetostatics.kinematics.solver import Poses, Request
+from kinetostatics.kinematics.unit_hints import odd_coordinates
+from kinetostatics.kinematics.zero_pose import accepts, gaps_at, gaps_text
+from kinetostatics.math.arrays import Array, chunks
+from kinetostatics.math.ordering import NOTHING, ranked
+from kinetostatics.math.orientation import Orientation, orientation_named, orientations_with
+from kinetostatics.mechanism.tree import Frames
+
+if TYPE_CHECKING:
+    from kinetostatics.robot import Robot
+
+
+#: Opening of a loop [m, rad] up to which it is closed whatever else is wrong.
+SURELY_CLOSED = 1e-9
+#: Residual of a loop [m, rad] above which a pose gets one correction more.
+ROUGH = 1e-13
+
+
+def assemble(
+    robot: Robot,
+    actuators: Mapping[str, ArrayLike] | None,
+    platform: Mapping[str, ArrayLike] | None,
+    orientation: str | None,
+    near: Configuration | None,
+    tolerance: float,
+    on_failure: str | None,
+) -> Configuration:
+    """See :meth:`Robot.assemble`."""
+    if actuators is not None and platform is not None:
+        raise CoordinatesError("give either actuators= or platform=, not both")
+    _check_on_failure(on_failure)
+    tolerance = positive("tolerance", tolerance, "a positive length [m] and angle [rad]", infinite=True)
+    convention = orientation_named(orientation)
+    if platform is not None:
+        request, names = _platform_request(robot, platform, orientation)
+        given: Mapping[str, ArrayLike] = platform
+    else:
+        given = actuators if actuators is not None else {name: 0.0 for name in robot.description.driven}
+        request, names = robot.actuator_request, actuator_names(robot)
+        _check_actuator_names(robot, given)
+    shape, target = _stack([given[name] for name in names], names)
+    raising = on_failure == "raise" or (on_failure is None and shape == ())
+    if raising and robot.wrong_zero is not None and not accepts(robot, tolerance):
+        raise robot.wrong_zero
+    start = robot.zero_poses
+    if near is not None:
+        if not isinstance(near, Configuration):
+            raise ArgumentError(f"near= wants a pose, not {near!r}: make one with robot.assemble(…)")
+        if near.robot is not robot:
+            raise ArgumentError("near= is a configuration of another robot")
+        if near.shape not in ((), shape):
+            raise ArgumentError(f"near= has the batch shape {near.shape}; it must be () or {shape}")
+        start = near.poses
+    request = robot.holding_idle(request)
+    origin = robot.zero_origin(request) if near is None else None
+    local = robot.local_freedoms(request)
+    poses, arrived = reach(robot.solver, request, start, target, local, origin)
+    if raising and not np.all(arrived):  # nothing is complained of that is reached alone
+        left = np.flatnonzero(~arrived)
+        begin = start if start.x.shape[1] == 1 else start.take(left)
+        found, arrived[left], gone = follow(robot.solver, request, begin, target[:, left], local, origin)
+        poses.x[:, left], poses.c[:, left] = found.x, found.c
+        if not np.all(arrived):
+            worst = int(np.argmin(arrived[left]))
+            _say_unreachable(robot, request, names, found.take(np.array([worst])), target[:, left[[worst]]], float(gone[worst]))
+
+    def again(which: NDArray[np.intp]) -> Poses:
+        return robot.solver.newton(request, poses.take(which), target[:, which], local)[0]
+
+    named = orientation if platform is not None else None
+    return _configuration(robot, poses, shape, arrived, named, convention, tolerance, raising, again=again)
+
+
+def configuration_at(robot: Robot, q: ArrayLike, tolerance: float, on_failure: str | None) -> Configuration:
+    """See :meth:`Robot.configuration`."""
+    _check_on_failure(on_failure)
+    tolerance = positive("tolerance", tolerance, "a positive length [m] and angle [rad]", infinite=True)
+    array = numbers("q", q)
+    if array.ndim == 0 or array.shape[-1] != robot.mechanism.tree.nq:
+        raise ArgumentError(f"q has the shape {array.shape}; the last axis must be nq = {robot.mechanism.tree.nq}")
+    shape = array.shape[:-1]
+    flat = np.ascontiguousarray(array.reshape(int(np.prod(shape)), array.shape[-1]).T)
+    poses = Poses(robot.equations.from_model(flat), np.zeros((3, flat.shape[1])))
+    good = np.all(np.isfinite(flat), axis=0)
+    raising = on_failure == "raise" or (on_failure is None and shape == ())
+    return _configuration(robot, poses, shape, good, None, orientation_named(None), tolerance, raising, flat)
+
+
+def _configuration(
+    robot: Robot,
+    poses: Poses,
+    shape: tuple[int, ...],
+    arrived: NDArray[np.bool_],
+    orientation: str | None,
+    convention: Orientation,
+    tolerance: float,
+    raising: bool,
+    q: Array | None = None,
+    again: Callable[[NDArray[np.intp]], Poses] | None = None,
+) -> Configuration:
+    if q is None:
+        q = robot.model_q(poses)
+    frames, residual = _frames(robot, q)
+    if again is not None:
+        # the last correction of some poses was not quite as small as foreseen
+        worst = np.max(np.abs(residual), axis=0, initial=0.0)
+        rough = np.flatnonzero(arrived & (worst > ROUGH + 2 * robot.length * robot.closing_error))
+        if rough.size:
+            better = again(rough)
+            poses.x[:, rough], poses.c[:, rough] = better.x, better.c
+            q[:, rough] = robot.model_q(better)
+            frames.rotation[..., rough], frames.position[..., rough], residual[:, rough] = _frames_of(robot, q[:, rough])
+    openings = robot.equations.openings(residual, poses.x)
+    closed = np.ones(q.shape[1], dtype=bool)
+    for metres, radians in openings.values():
+        closed &= (metres <= tolerance) & (radians <= tolerance)
+    if tolerance > SURELY_CLOSED and np.isfinite(tolerance):
+        wide = np.zeros(q.shape[1], dtype=bool)
+        for metres, radians in openings.values():
+            wide |= (metres > SURELY_CLOSED) | (radians > SURELY_CLOSED)
+        if np.any(closed & wide) and not accepts(robot, tolerance):
+            closed &= ~wide
+    if raising and not np.all(closed & arrived):
+        worst = int(np.argmin(closed & arrived))
+        _say_open(robot, {name: (float(a[worst]), float(b[worst])) for name, (a, b) in openings.items()}, tolerance)
+    reached = arrived & closed
+    q = np.where(reached, q, np.nan)
+    q.setflags(write=False)
+    return Configuration(robot, shape, convention, poses, q, frames, openings, reached)
+
+
+def _frames(robot: Robot, q: Array) -> tuple[Frames, Array]:
+    """Return all frames at Pinocchio's coordinates, and the residuals (closures, N) of the loops."""
+    N = q.shape[1]
+    bodies = robot.mechanism.tree.bodies
+    frames = Frames(np.empty((3, 3, bodies, N)), np.empty((3, bodies, N)))
+    residual = np.empty((robot.equations.closures, N))
+    for part in chunks(N):
+        frames.rotation[..., part], frames.position[..., part], residual[:, part] = _frames_of(robot, q[:, part])
+    return frames, residual
+
+
+def _frames_of(robot: Robot, q: Array) -> tuple[Array, Array, Array]:
+    frames = world_frames(robot.mechanism, robot.mechanism.forward(q))
+    return frames.rotation, frames.position, robot.equations.evaluate(frames)[0]
+
+
+def actuator_request(robot: Robot) -> Request:
+    """Return the driven joints as the solver sees them."""
+    columns, loops = [], []
+    names = [loop.name for loop in robot.equations.loops]
+    for name in robot.description.driven:
+        if name in names:
+            loops.append(names.index(name))
+        else:
+            columns.append(robot.equations.joint_of_body[robot.mechanism.body_of_joint[name]].first_v)
+    return Request(tuple(columns), tuple(loops))
+
+
+def actuator_names(robot: Robot) -> list[str]:
+    """Driven joints in the order of the request: those of the tree, then loops."""
+    loops = [loop.name for loop in robot.equations.loops]
+    return sorted(robot.description.driven, key=lambda name: name in loops)
+
+
+def _check_actuator_names(robot: Robot, given: Mapping[str, ArrayLike]) -> None:
+    driven = robot.description.driven
+    check_mapping("actuators", given, f"{{{driven[0]!r}: 0.02}}" if driven else "{}")
+    for name in given:
+        if name not in driven:
+            raise CoordinatesError(f"no driven joint {name!r}: {near_names(name, driven)}", robot.mobility.platform)
+    missing = [name for name in driven if name not in given]
+    if missing:
+        raise CoordinatesError(
+            f"actuator values are missing for {', '.join(missing)}; the robot has {len(driven)} driven joints",
+            robot.mobility.platform,
+        )
+
+
+def _platform_request(robot: Robot, platform: Mapping[str, ArrayLike], orientation: str | None) -> tuple[Request, list[str]]:
+    convention = orientation_named(orientation)
+    check_mapping("platform", platform, '{"z": 0.5}')
+    known = ("x", "y", "z", *convention.names)
+    for name in platform:
+        if name not in known:
+            raise CoordinatesError(
+                f"no platform coordinate {name!r} with orientation {convention.name!r}: "
+                + (f"it needs orientation {needed}" if (needed := orientations_with(name)) else near_names(name, known)),
+                robot.mobility.platform,
+            )
+    mobility = robot.mobility.platform
+    if len(platform) != mobility:
+        raise CoordinatesError(
+            f"{len(platform)} platform coordinates are given ({', '.join(platform) or 'none'}), but the mobility of "
+            f"{robot.name!r} is {mobility}: give exactly {mobility} of {', '.join(known)}"
+            + (f"; {say_choices(robot, convention, tuple(platform), robot.zero_poses)}" if 0 < mobility < 6 else ""),
+            mobility,
+        )
+    request = request_for(tuple(platform), convention)
+    if not robot.determines(request):
+        raise CoordinatesError(
+            f"the coordinates {', '.join(platform)} do not determine the pose of {robot.name!r}: with them held the platform "
+            f"can still move; its mobility is {mobility}; {say_choices(robot, convention, tuple(platform), robot.zero_poses)}",
+            mobility,
+        )
+    return request, [name for name in known if name in platform]
+
+
+def say_openings(robot: Robot, pose: Poses) -> str:
+    """Say in words how far loops are open at one pose."""
+    return _openings_text(robot, gaps_at(robot, pose))
+
+
+def _say_unreachable(robot: Robot, request: Request, names: list[str], pose: Poses, target: Array, gone: float) -> None:
+    mobility = robot.mobility.platform
+    nearest, _ = robot.solver.close(pose, request, target, weight=1e3)
+    wanted = ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, target[:, 0], strict=True))
+    text = (
+        f"{robot.name!r} (mobility {mobility}) cannot reach {wanted}: on the straight line from the start the loops close "
+        f"up to {100 * gone:.1f} % of the way; "
+    )
+    if gone == 0 and not robot.determines_at(request, pose):
+        convention = request.orientation
+        others = "" if convention is None else f"; {say_choices(robot, convention, names, pose)}"
+        raise CoordinatesError(
+            f"the coordinates {', '.join(names)} do not determine the pose of {robot.name!r} where the line to the target "
+            f"starts, a singular pose for them: give near= a pose beside it, or choose other coordinates{others}",
+            mobility,
+        )
+    found = robot.solver.values(request, nearest)[:, 0]
+    if float(np.abs(found - target[:, 0]).max(initial=0.0)) < 1e-3:
+        worst = max((max(pair) for pair in gaps_at(robot, nearest).values()), default=0.0)
+        if worst < 1e-9:
+            text += "the target itself can be assembled, but the line to it passes a singular pose or leaves the workspace: "
+            text += "give near= a pose beyond"
+        else:
+            text += f"at the target {say_openings(robot, nearest)}"
+    else:
+        text += (
+            "the nearest that was found is "
+            + ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, found, strict=True))
+            + f", where {say_openings(robot, nearest)}"
+        )
+    hints = odd_coordinates(robot, dict(zip(names, target, strict=True)))
+    raise AssemblyError(
+        "; ".join([text, *hints]),
+        gaps_at(robot, nearest),
+        mobility,
+    )
+
+
+def _say_open(robot: Robot, openings: dict[str, tuple[float, float]], tolerance: float) -> None:
+    worst = max(max(pair) for pair in openings.values())
+    loops = {loop.name for loop in robot.equations.loops}
+    what = "loops" if any(max(pair) > tolerance for name, pair in openings.items() if name in loops) else "coupled joints"
+    verb = "do not close" if what == "loops" else "do not fit together"
+    text = f"the {what} of {robot.name!r} {verb}: {_openings_text(robot, openings)}, more than the tolerance {tolerance:g}"
+    if robot.wrong_zero is not None:
+        text = str(robot.wrong_zero)
+    elif robot.mobility.redundant_constraints and worst < 1e-2:
+        text += (
+            f". The robot is overconstrained (by {robot.mobility.redundant_constraints}), and such loops cannot close when "
+            "the file's angles or lengths are "
+        )
+        if robot.zero_is_near:
+            text += (
+                "rounded, which is the likely reason: write them with full precision, as ${pi/2} in xacro, or accept the gap "
+                f"with a tolerance of {10 ** np.ceil(np.log10(worst)):.0e}"
+            )
+        else:
+            text += (
+                "rounded or wrong: write them with full precision, as ${pi/2} in xacro, and look at the frames, as where all "
+                f"joints are at zero, {gaps_text(robot.zero_gaps)}"
+            )
+    raise AssemblyError(text, openings, robot.mobility.platform)
+
+
+def _openings_text(robot: Robot, openings: Mapping[str, tuple[float, float]]) -> str:
+    items = list(openings.items())
+    worst = [items[k] for k in ranked([max(sizes) for _, sizes in items])]
+    shown = []
+    for name, (metres, radians) in worst[:3]:
+        metres, radians = (0.0 if size <= NOTHING * max(worst[0][1]) else size for size in (metres, radians))
+        if max(metres, radians) > 0.01 * max(worst[0][1]):
+            if name in robot.equations.couplings.names:
+                size = f"{metres:.3g} m" if metres > 0 else f"{radians:.3g} rad"
+                shown.append(f"joint {name!r} is {size} beside where its <mimic> puts it")
+            else:
+                shown.append(f"loop {name!r} stays {metres:.3g} m" + (f" and {radians:.3g} rad" if radians > 0 else "") + " open")
+    return ", ".join(shown) if shown else "no loop stays open"
+
+
+def _stack(values: list[ArrayLike], names: list[str]) -> tuple[tuple[int, ...], Array]:
+    """Broadcast coordinates against one another; return the batch shape and the (n, N) targets."""
+    arrays = []
+    for value, name in zip(values, names, strict=True):
+        try:
+            arrays.append(numbers(name, value))
+        except ArgumentError:
+            raise CoordinatesError(f"{name} = {value!r} is not a number or an array of numbers") from None
+        if arrays[-1].ndim == 0 and not np.isfinite(arrays[-1]):
+            raise CoordinatesError(f"{name} = {value!r} is not finite")
+    try:
+        shape = np.broadcast_shapes(*(array.shape for array in arrays))
+    except ValueError:
+        sizes = ", ".join(f"{name} {array.shape}" for name, array in zip(names, arrays, strict=True))
+        raise CoordinatesError(f"the coordinates' shapes do not fit together: {sizes}") from None
+    rows = [np.broadcast_to(array, shape).ravel() for array in arrays]
+    return shape, np.array(rows).reshape(len(rows), int(np.prod(shape)))
+
+
+def _check_on_failure(value: str | None) -> None:
+    if value is not None:
+        check_choice("on_failure", value, ("raise", "nan"))

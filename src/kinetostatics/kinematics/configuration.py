@@ -1,0 +1,217 @@
+"""Poses: loops closed, all frames known."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.exceptions import ArgumentError, near_names
+from kinetostatics.kinematics.solver import Poses
+from kinetostatics.math.arrays import Array, batch_first, frozen
+from kinetostatics.math.orientation import Orientation, orientation_named
+from kinetostatics.mechanism.pinocchio_loops import LoopModel, loop_model
+from kinetostatics.mechanism.tree import Frames
+from kinetostatics.printing.mappings import Named
+from kinetostatics.status import Status
+
+if TYPE_CHECKING:
+    from kinetostatics.robot import Robot
+
+
+#: Coordinates [m, rad] up to which a printed one is rounding.
+_ROUNDING = 1e-12
+
+
+@dataclass(frozen=True, repr=False)
+class LimitExceeded:
+    """A joint beyond its limits.
+
+    Attributes:
+        joint: its name.
+        value: (…) its coordinate, or for a cone the angle [m, rad].
+        lower, upper: the limits.
+        where: (…) bool, in which poses of a batch it is exceeded.
+    """
+
+    joint: str
+    value: Array
+    lower: float
+    upper: float
+    where: NDArray[np.bool_]
+
+    def __repr__(self) -> str:
+        beyond = f"{float(self.value):.6g}" if self.value.shape == () else f"{int(self.where.sum())} of {self.where.size} poses"
+        return f"<LimitExceeded {self.joint!r}: {beyond} beyond [{self.lower:.6g}, {self.upper:.6g}]>"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Configuration:
+    """A robot at one pose or a batch of poses, with closed loops. All arrays are read-only, batch axes first.
+
+    Made by :meth:`Robot.assemble` or :meth:`Robot.configuration`.
+    """
+
+    robot: Robot
+    shape: tuple[int, ...]
+    orientation: Orientation
+    poses: Poses
+    model_q: Array
+    frames: Frames
+    openings: Mapping[str, tuple[Array, Array]]
+    reached: NDArray[np.bool_]
+
+    def __repr__(self) -> str:
+        from kinetostatics.reports.short import configuration_line
+
+        return configuration_line(self)
+
+    def _repr_html_(self) -> str:
+        from kinetostatics.reports.short import configuration_html
+
+        return configuration_html(self)
+
+    def __str__(self) -> str:
+        if self.shape:
+            return repr(self)
+        found = {name: float(value) for name, value in (*self.platform.items(), *self.actuators.items())}
+        values = [f"{name} = {0.0 if abs(value) < _ROUNDING else value:.6g}" for name, value in found.items()]
+        return f"{self.robot.name}: {', '.join(values)} (m, rad; {Status(int(self.status)).name})"
+
+    @property
+    def q(self) -> Array:
+        """Pinocchio's coordinates (…, nq) [m, rad]."""
+        return batch_first(self.model_q, self.shape)
+
+    @cached_property
+    def model(self) -> Any:
+        """Pinocchio's model (``pin.Model``), which weighs what the robot weighs at this one pose: see :attr:`Robot.model`.
+
+        Raises:
+            ArgumentError: a batch of poses, or one that was not reached.
+        """
+        if self.shape or not self.reached.all():
+            raise ArgumentError("Pinocchio's model is that of one pose that is reached: take one of the batch")
+        return self.robot.weights.on_model(self.robot.mechanism.model, self.frames)
+
+    @cached_property
+    def data(self) -> Any:
+        """A ``pin.Data`` of :attr:`model`, with the frames of all links and joints and the joints' Jacobians at this one pose.
+
+        Its world is the root link of the file's tree.
+
+        Raises:
+            ArgumentError: as for :attr:`model`.
+        """
+        import pinocchio as pin
+
+        data = self.model.createData()
+        pin.computeJointJacobians(self.model, data, self.q)
+        pin.updateFramePlacements(self.model, data)
+        return data
+
+    def loop_model(self, *, anchors: bool = False) -> LoopModel:
+        """Return the robot at this one pose as Pinocchio's tree and constraints, whatever the types of its loops.
+
+        Universal, cylindrical, prismatic and planar loops, for which Pinocchio has no constraint, become joints of the tree
+        behind the others, on a body that takes half of what its neighbour weighs and is welded to it.
+
+        Args:
+            anchors: as in :meth:`Robot.constraint_models`.
+
+        Raises:
+            ArgumentError: as for :attr:`model`.
+        """
+        return loop_model(self.robot.mechanism, self.model, self.q, self.robot.length, anchors)
+
+    @cached_property
+    def residual(self) -> Array:
+        """How far the worst loop is open (…) [m or rad, the larger]."""
+        worst = np.zeros(self.model_q.shape[1])
+        for metres, radians in self.openings.values():
+            worst = np.maximum(worst, np.maximum(metres, radians))
+        return frozen(np.where(self.reached, worst, np.nan).reshape(self.shape))
+
+    def frame(self, link: str) -> Array:
+        """Return the frame of a link as (…, 4, 4) homogeneous matrices in world axes.
+
+        Raises:
+            ArgumentError: there is no such link.
+        """
+        known = self.robot.mechanism.body_of
+        if not isinstance(link, str) or link not in known:
+            raise ArgumentError(f"no link {link!r}: {near_names(link, known)}")
+        body, placement = known[link]
+        return self._homogeneous(body, placement)
+
+    @property
+    def platform_frame(self) -> Array:
+        """The frame o-xyz (…, 4, 4) in world axes."""
+        return self._homogeneous(*self.robot.mechanism.platform_frame)
+
+    def _homogeneous(self, body: int, placement: Array) -> Array:
+        R, p = self.frames.rotation[:, :, body], self.frames.position[:, body]
+        result = np.zeros((4, 4, R.shape[2]))
+        result[:3, :3] = np.einsum("ijn,jk->ikn", R, placement[:3, :3])
+        result[:3, 3] = p + np.einsum("ijn,j->in", R, placement[:3, 3])
+        result[3, 3] = 1
+        return batch_first(np.where(self.reached, result, np.nan), self.shape)
+
+    def platform_coordinates(self, orientation: str | None = None) -> dict[str, Array]:
+        """Return x, y, z of o [m] and its three orientation coordinates [rad], each (…).
+
+        Args:
+            orientation: as in :meth:`Robot.assemble`; None: the convention with which the pose was assembled.
+        """
+        convention = self.orientation if orientation is None else orientation_named(orientation)
+        R, position = self.robot.solver.platform_pose(self.frames)
+        rows = [*position, *convention.coordinates(R)]
+        names = ("x", "y", "z", *convention.names)
+        return {
+            name: frozen(np.where(self.reached, row, np.nan).reshape(self.shape)) for name, row in zip(names, rows, strict=True)
+        }
+
+    @cached_property
+    def platform(self) -> Mapping[str, Array]:
+        """All six platform coordinates, in the convention with which the pose was assembled."""
+        return Named(self.platform_coordinates())
+
+    @cached_property
+    def actuators(self) -> Mapping[str, Array]:
+        """The coordinate (…) of every driven joint [m, rad]."""
+        coordinates = self.robot.joint_coordinates(self.model_q, self.frames)
+        driven = self.robot.description.driven
+        return Named({name: frozen(coordinates[name].reshape(self.shape)) for name in driven})
+
+    @cached_property
+    def limits_exceeded(self) -> Mapping[str, LimitExceeded]:
+        """The joints beyond their limits or cones in at least one pose, by name."""
+        found: dict[str, LimitExceeded] = {}
+        for name, value, lower, upper in self.robot.limited(self.model_q, self.frames):
+            slack = 1e-9 * max(1.0, abs(lower) if np.isfinite(lower) else 0.0, abs(upper) if np.isfinite(upper) else 0.0)
+            where = self.reached & ((value < lower - slack) | (value > upper + slack))
+            if np.any(where):
+                found[name] = LimitExceeded(name, frozen(value.reshape(self.shape)), lower, upper, where.reshape(self.shape))
+        return Named(found)
+
+    @cached_property
+    def limit_exceeded(self) -> NDArray[np.bool_]:
+        """(…) whether a joint is beyond its limit or cone; False where the pose is not reached."""
+        beyond = np.zeros(self.shape, dtype=bool)
+        for item in self.limits_exceeded.values():
+            beyond |= item.where
+        beyond.setflags(write=False)
+        return beyond
+
+    @cached_property
+    def status(self) -> NDArray[np.int8]:
+        """:class:`Status` of every pose (…): OK, LIMIT_EXCEEDED or UNREACHABLE."""
+        reached = self.reached.reshape(self.shape)
+        status = np.where(reached, np.where(self.limit_exceeded, Status.LIMIT_EXCEEDED, Status.OK), Status.UNREACHABLE)
+        status = np.asarray(status.astype(np.int8))
+        status.setflags(write=False)
+        return status

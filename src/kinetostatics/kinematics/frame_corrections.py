@@ -1,0 +1,196 @@
+"""Which frame of a file is wrong: single frames that, moved or turned, would close all loops where all joints are at zero.
+
+Candidates are the origins of all joints, and of all loops on both sides. Their displacements are found by Gauss–Newton steps of
+smallest size, all candidates at once; the equations of a loop are wrenches, as in
+:mod:`kinetostatics.kinematics.loop_constraints`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.kinematics.loop_constraints import Closures
+from kinetostatics.math import rotations
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.linalg import cross
+from kinetostatics.mechanism.mechanism import ONE_FREEDOM, Mechanism
+from kinetostatics.mechanism.tree import Frames
+
+#: What loops may stay open by, in robot sizes or [rad], for a correction to count: what rounding in the rest of the file leaves.
+CLOSES = 1e-5
+#: Largest step, in robot sizes or [rad], and number of steps.
+_LARGEST, _STEPS = 0.5, 40
+#: Relative singular value below which a displacement does nothing for the loops.
+_NO_EFFECT = 1e-9
+
+
+@dataclass(frozen=True)
+class FrameCorrection:
+    """A frame and the displacement that closes all loops at zero.
+
+    Attributes:
+        joint: the joint or loop whose origin it is.
+        is_loop: whether it is a loop.
+        link: the link in which the origin is written; its axes are those of ``shift`` and ``turn``.
+        shift: (3,) how far the origin is to be moved [m].
+        turn: (3,) rotation vector by which it is to be turned about itself [rad].
+    """
+
+    joint: str
+    is_loop: bool
+    link: str
+    shift: Array
+    turn: Array
+
+    def is_motion_of(self, mechanism: Mechanism) -> bool:
+        """Whether it only moves the joint's zero along the joint's own freedom."""
+        joint = mechanism.description.joints.get(self.joint)
+        if joint is None or joint.type not in ONE_FREEDOM:
+            return False
+        moved, still = (self.shift, self.turn) if joint.type == "prismatic" else (self.turn, self.shift)
+        across = np.cross(joint.origin.matrix[:3, :3] @ np.array(joint.axis), moved)
+        return not np.any(still) and float(np.linalg.norm(across)) < CLOSES * float(np.linalg.norm(moved))
+
+    def __str__(self) -> str:
+        angle = float(np.linalg.norm(self.turn))
+        parts = [f"moving the {{}} by {_vector(self.shift)} m"] if np.any(self.shift) else []
+        parts += (
+            [f"turning {'it' if parts else 'the {}'} by {np.degrees(angle):.4g}° about {_vector(self.turn / angle)}"]
+            if angle
+            else []
+        )
+        return " and ".join(parts).format(f"origin of {'loop' if self.is_loop else 'joint'} {self.joint!r} on link {self.link!r}")
+
+
+def _vector(values: Array) -> str:
+    return f"({', '.join(f'{value:.4g}' for value in values)})"
+
+
+@dataclass(frozen=True)
+class _Candidates:
+    """N frames that may be wrong.
+
+    Attributes:
+        names: of joint or loop, whether it is a loop, and the link in which the origin is written.
+        rotation: (3, 3, N) orientation of these links.
+        origin: (3, N) the frames' origins [m].
+        carried: (2K, N) whether the frames on both sides of the K loops go with it: predecessors first.
+    """
+
+    names: list[tuple[str, bool, str]]
+    rotation: Array
+    origin: Array
+    carried: NDArray[np.bool_]
+
+
+def frame_corrections(mechanism: Mechanism, size: float) -> tuple[FrameCorrection, ...]:
+    """Return all single corrections, each as a shift or a turn alone where that does, smallest first.
+
+    Args:
+        mechanism: the robot.
+        size: its size [m], which makes turns comparable with shifts.
+    """
+    loops = [item for item in mechanism.connections.values() if item.is_loop]
+    frames = mechanism.tree.forward(mechanism.tree.neutral[:, None])
+
+    def placed(body: int, placement: Array) -> Array:
+        frame = np.eye(4)
+        frame[:3, :3], frame[:3, 3] = frames.rotation[:, :, body, 0], frames.position[:, body, 0]
+        return frame @ placement
+
+    sides = [placed(item.predecessor_body, item.predecessor_frame) for item in loops]
+    sides += [placed(item.successor_body, item.successor_frame) for item in loops]
+    candidates = _candidates(mechanism, {link: placed(*where) for link, where in mechanism.body_of.items()}, sides)
+    count, here = len(loops), np.eye(4)
+    free = [
+        replace(item, predecessor_body=k, successor_body=count + k, predecessor_frame=here, successor_frame=here)
+        for k, item in enumerate(loops)
+    ]
+    closures = Closures(free)
+    found: dict[int, FrameCorrection] = {}
+    for columns in (slice(0, 3), slice(3, 6), slice(0, 6)):
+        rotation, shift, closed = _closed(closures, np.array(sides), candidates, columns, size)
+        turn = rotations.logarithm(rotation)
+        for n in np.flatnonzero(closed):
+            if int(n) not in found:
+                back = candidates.rotation[:, :, n].T
+                moved, turned = back @ shift[:, n], back @ turn[:, n]
+                moved[np.abs(moved) < 1e-9 * size], turned[np.abs(turned) < 1e-9] = 0.0, 0.0
+                found[int(n)] = FrameCorrection(*candidates.names[n], moved, turned)
+    corrections = [found[n] for n in sorted(found)]
+    return tuple(sorted(corrections, key=lambda item: round(_extent(item, size), 6)))
+
+
+def _extent(correction: FrameCorrection, size: float) -> float:
+    return float(np.linalg.norm(correction.shift)) / size + float(np.linalg.norm(correction.turn))
+
+
+def _candidates(mechanism: Mechanism, links: dict[str, Array], sides: list[Array]) -> _Candidates:
+    """Return the frames that loops depend on; those of joints carry all that hangs on them in the tree."""
+    description = mechanism.description
+    loops = list(description.loops.values())
+    at = [loop.predecessor for loop in loops] + [loop.successor for loop in loops]
+    above = {joint.child: joint.parent for joint in description.joints.values()}
+    names: list[tuple[str, bool, str]] = []
+    origins, carried = [], []
+
+    def hangs_on(link: str, root: str) -> bool:
+        while link != root and link in above:
+            link = above[link]
+        return link == root
+
+    for joint in description.joints.values():
+        names.append((joint.name, False, joint.parent))
+        origins.append((links[joint.parent] @ joint.origin.matrix)[:3, 3])
+        carried.append([hangs_on(link, joint.child) for link in at])
+    for side in range(2):
+        for k, loop in enumerate(loops):
+            number = side * len(loops) + k
+            names.append((loop.name, True, at[number]))
+            origins.append(sides[number][:3, 3])
+            carried.append([other == number for other in range(len(at))])
+    both = np.array(carried, dtype=bool).reshape(len(names), 2, len(loops))
+    kept = np.flatnonzero(np.any(both[:, 0] != both[:, 1], axis=1))
+    return _Candidates(
+        [names[n] for n in kept],
+        np.array([links[names[n][2]][:3, :3] for n in kept]).reshape(-1, 3, 3).transpose(1, 2, 0),
+        np.array([origins[n] for n in kept]).reshape(-1, 3).T,
+        np.array([carried[n] for n in kept], dtype=bool).reshape(len(kept), len(at)).T,
+    )
+
+
+def _closed(
+    closures: Closures, sides: Array, candidates: _Candidates, columns: slice, size: float
+) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Return rotation (3, 3, N) and shift (3, N) [m] of each candidate that close the loops best, and where they do (N,)."""
+    N, count = candidates.origin.shape[1], len(closures.loops)
+    start_rotation = np.repeat(sides[:, :3, :3].transpose(1, 2, 0)[..., None], N, axis=3)
+    start_position = np.repeat(sides[:, :3, 3].T[..., None], N, axis=2)
+    sign = candidates.carried[count:].astype(float) - candidates.carried[:count]
+    sign = sign[closures.loop_of]
+    scale = np.where(closures.is_length, 1 / size, 1.0)[:, None]
+    rotation, shift = rotations.identity((N,)), np.zeros((3, N))
+    residual = np.empty((closures.closures, N))
+    for _ in range(_STEPS):
+        arm = start_position - candidates.origin[:, None]
+        moved = np.einsum("ijn,jkn->ikn", rotation, arm) + (candidates.origin + shift)[:, None]
+        turned = np.einsum("ijn,jlkn->ilkn", rotation, start_rotation)
+        frames = Frames(np.where(candidates.carried, turned, start_rotation), np.where(candidates.carried, moved, start_position))
+        residual, wrench = closures.evaluate(frames)
+        centre = candidates.origin + shift
+        moment = wrench[3:] - cross(centre[:, None], wrench[:3])
+        gradient = np.concatenate([wrench[:3] * size, moment]) * (sign * scale)
+        used = np.moveaxis(gradient[columns], (0, 1, 2), (2, 1, 0))
+        step = np.zeros((6, N))
+        step[columns] = -np.einsum("nkm,mn->kn", np.linalg.pinv(used, rcond=_NO_EFFECT), residual * scale)
+        largest = np.max(np.abs(step), axis=0, initial=0.0)
+        step *= np.minimum(1.0, _LARGEST / np.maximum(largest, 1e-300))
+        if float(np.max(largest, initial=0.0)) < 1e-14:
+            break
+        shift = shift + size * step[:3]
+        rotation = np.einsum("ijn,jkn->ikn", rotations.exponential(step[3:]), rotation)
+    gaps = list(closures.gaps(residual).values())
+    return rotation, shift, np.all([np.maximum(m / size, rad) < CLOSES for m, rad in gaps], axis=0)

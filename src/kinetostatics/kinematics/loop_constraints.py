@@ -1,0 +1,287 @@
+"""The equations of all loop joints, and of joints that follow others.
+
+The unknowns are the freedoms of a spanning tree that is Pinocchio's but for spherical joints written as three revolutes, which
+are one joint here. Every equation is a constraint wrench of a joint or of the requested coordinates, so that its gradient is
+the product of that wrench with the tree's twists. Overconstrained loops are closed in the least-squares sense.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.kinematics.mimic import Couplings
+from kinetostatics.math import rotations
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.linalg import cross, dot
+from kinetostatics.math.ordering import axis_across
+from kinetostatics.mechanism.mechanism import Connection, Mechanism
+from kinetostatics.mechanism.tree import Frames, Tree, TreeJoint
+
+Index = NDArray[np.intp]
+
+_FULL = np.eye(3)
+
+
+def across(axis: Array) -> tuple[Array, Array]:
+    """Return two unit vectors that form a right-handed frame with the unit vector ``axis`` (3,)."""
+    helper = axis_across(axis)
+    first = np.cross(axis, helper)
+    first /= np.linalg.norm(first)
+    return first, np.cross(axis, first)
+
+
+@dataclass
+class _Rows:
+    """A table of equations under construction; each entry belongs to the loop of the same position."""
+
+    loop: list[int] = field(default_factory=list)
+    predecessor: list[int] = field(default_factory=list)
+    successor: list[int] = field(default_factory=list)
+    vectors: list[list[Array]] = field(default_factory=list)
+
+    def add(self, loop: int, connection: Connection, *vectors: Array) -> None:
+        self.loop.append(loop)
+        self.predecessor.append(connection.predecessor_body)
+        self.successor.append(connection.successor_body)
+        self.vectors.append(list(vectors))
+
+    def table(self) -> _Table:
+        return _Table(
+            len(self.loop),
+            np.array(self.predecessor, dtype=np.intp),
+            np.array(self.successor, dtype=np.intp),
+            np.array(self.vectors).transpose(1, 2, 0) if self.loop else np.zeros((6, 3, 0)),
+        )
+
+
+@dataclass(frozen=True)
+class _Table:
+    """Equations of one kind: how many, the bodies (n,) on both sides, and their vectors (k, 3, n)."""
+
+    count: int
+    predecessor: Index
+    successor: Index
+    vectors: Array
+
+
+class Closures:
+    """The equations of some loops between bodies.
+
+    Attributes:
+        loops: the loop connections.
+        closures: number of the loops' equations.
+        loop_of: (closures,) the loop to which an equation belongs.
+        is_length: (closures,) whether an equation is in metres (else radians).
+    """
+
+    def __init__(self, loops: Sequence[Connection]) -> None:
+        self.loops = loops
+        distance, alignment, right_angle, turn = _Rows(), _Rows(), _Rows(), _Rows()
+        for number, loop in enumerate(self.loops):
+            frame, other = loop.predecessor_frame, loop.successor_frame
+            axis = loop.axis
+            for direction in _blocked_translations(loop.kind, axis):
+                distance.add(number, loop, frame[:3, :3] @ direction, frame[:3, 3], other[:3, 3])
+            if loop.kind in ("revolute", "continuous", "cylindrical", "planar"):
+                for direction in across(axis):
+                    alignment.add(number, loop, frame[:3, :3] @ direction, frame[:3, :3] @ axis, other[:3, :3] @ axis)
+            elif loop.kind == "universal":
+                right_angle.add(
+                    number,
+                    loop,
+                    frame[:3, :3] @ axis,
+                    other[:3, :3] @ loop.axis2,
+                    np.full(3, float(axis @ loop.axis2)),
+                )
+            elif loop.kind in ("fixed", "prismatic"):
+                turn.add(number, loop, *frame[:3, :3].T, *other[:3, :3].T)
+        rows = [distance, alignment, right_angle, turn, turn, turn]
+        self.loop_of = np.array([loop for part in rows for loop in part.loop], dtype=np.intp)
+        self.closures = len(self.loop_of)
+        self.is_length = np.arange(self.closures) < len(distance.loop)
+        self._tables = [part.table() for part in rows]
+        self._distance, self._alignment, self._right_angle, self._turn = self._tables[:4]
+
+    def evaluate(self, frames: Frames) -> tuple[Array, Array]:
+        """Return the loops' residuals (closures, N) [m, rad] and the wrenches (6, closures, N), about the world's origin."""
+        N = frames.position.shape[2]
+        residual, wrench = np.empty((self.closures, N)), np.zeros((6, self.closures, N))
+        at = 0
+        n, p, s = self._distance.count, self._distance.predecessor, self._distance.successor
+        if n:
+            local, here, there = self._distance.vectors
+            direction, point = frames.directions(p, local), frames.points(s, there)
+            residual[:n] = dot(direction, point - frames.points(p, here))
+            wrench[:3, :n], wrench[3:, :n] = direction, cross(point, direction)
+            at = n
+        n, p, s = self._alignment.count, self._alignment.predecessor, self._alignment.successor
+        if n:
+            local, mine, theirs = self._alignment.vectors
+            direction = frames.directions(p, local)
+            error = rotations.rotation_between(frames.directions(p, mine), frames.directions(s, theirs))
+            residual[at : at + n] = dot(direction, error)
+            wrench[3:, at : at + n] = direction
+            at += n
+        n, p, s = self._right_angle.count, self._right_angle.predecessor, self._right_angle.successor
+        if n:
+            mine, theirs, cosine = self._right_angle.vectors
+            a, b = frames.directions(p, mine), frames.directions(s, theirs)
+            normal = cross(a, b)
+            sine = np.sqrt(dot(normal, normal))
+            residual[at : at + n] = np.arctan2(sine, dot(a, b)) - np.arccos(cosine[0])[:, None]
+            wrench[3:, at : at + n] = normal / np.maximum(sine, 1e-12)
+            at += n
+        n, p, s = self._turn.count, self._turn.predecessor, self._turn.successor
+        if n:
+            A = frames.orientations(p, self._turn.vectors[:3].swapaxes(0, 1))
+            B = frames.orientations(s, self._turn.vectors[3:].swapaxes(0, 1))
+            error = rotations.logarithm(np.einsum("ijmn,kjmn->ikmn", B, A).reshape(3, 3, -1)).reshape(3, n, N)
+            for k in range(3):
+                residual[at : at + n], wrench[3 + k, at : at + n] = error[k], 1.0
+                at += n
+        return residual, wrench
+
+    def gaps(self, residual: Array) -> dict[str, tuple[Array, Array]]:
+        """Return how far each loop is open, ``{name: (metres (N,), radians (N,))}``."""
+        result = {}
+        for number, loop in enumerate(self.loops):
+            mine = self.loop_of == number
+            parts = [residual[mine & self.is_length], residual[mine & ~self.is_length]]
+            result[loop.name] = (np.sqrt(dot(parts[0], parts[0])), np.sqrt(dot(parts[1], parts[1])))
+        return result
+
+
+class LoopEquations(Closures):
+    """The equations of all loops of a mechanism.
+
+    Attributes:
+        tree: the spanning tree with spherical joints in one piece.
+        couplings: the joints that follow others, with an equation each.
+        count: number of all equations, the couplings' included.
+        signs: (closures, nv) how each freedom enters each equation: 1 beyond the loop's successor, −1 its predecessor.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        self._make_tree()
+        super().__init__([item for item in mechanism.connections.values() if item.is_loop])
+        self.couplings = Couplings(mechanism, self.tree)
+        self.count = self.closures + self.couplings.count
+        moves = self.tree.moves.astype(float)
+        self.signs = np.concatenate(
+            [np.zeros((0, self.tree.nv))] + [moves[table.successor] - moves[table.predecessor] for table in self._tables]
+        )
+
+    def _make_tree(self) -> None:
+        """Build the solver's tree and remember how its coordinates correspond to Pinocchio's."""
+        full = self.mechanism.tree
+        runs = {run.bodies[2]: run for run in self.mechanism.spherical_runs}
+        inside = {body for run in runs.values() for body in run.bodies}
+        joints: list[TreeJoint] = []
+        same_here: list[int] = []
+        same_there: list[int] = []
+        self.runs = []
+        nq = nv = 0
+        for joint in full.joints:
+            if joint.body in inside and joint.body not in runs:
+                continue
+            if joint.body in runs:
+                run = runs[joint.body]
+                placement = np.eye(4)
+                placement[:3, :3], placement[:3, 3] = run.orientation, run.centre
+                mine = TreeJoint("spherical", run.parent, joint.body, placement, (0.0, 0.0, 1.0), nq, nv)
+                theirs = [next(j for j in full.joints if j.body == body) for body in run.bodies]
+                self.runs.append((run, mine, theirs))
+            else:
+                mine = TreeJoint(joint.kind, joint.parent, joint.body, joint.placement, joint.axis, nq, nv)
+                same_here.extend(range(nq, nq + joint.nq))
+                same_there.extend(range(joint.first_q, joint.first_q + joint.nq))
+            joints.append(mine)
+            nq, nv = nq + mine.nq, nv + mine.nv
+        self._same_here, self._same_there = np.array(same_here, dtype=np.intp), np.array(same_there, dtype=np.intp)
+        self.tree = Tree(joints, full.bodies, nq, nv)
+        self.joint_of_body = {joint.body: joint for joint in joints}
+
+    # ---- coordinates ------------------------------------------------------------------------------------------------
+
+    def from_model(self, q: Array) -> Array:
+        """Return the solver's coordinates (nq', N) of Pinocchio's ``q`` (nq, N)."""
+        x = np.empty((self.tree.nq, q.shape[1]))
+        x[self._same_here] = q[self._same_there]
+        for run, mine, theirs in self.runs:
+            turned = rotations.identity((q.shape[1],))
+            for axis, joint in zip(run.axes.T, theirs, strict=True):
+                turned = np.einsum("ijn,jkn->ikn", turned, rotations.exponential(axis[:, None] * _angle(joint, q)))
+            R = np.einsum("ji,jkn,kl->iln", run.orientation, turned, run.orientation)
+            x[mine.first_q : mine.first_q + 4] = rotations.quaternion_of_matrix(R)
+        return x
+
+    def to_model(self, x: Array, near: Array) -> Array:
+        """Return Pinocchio's coordinates (nq, N) of ``x``; of a spherical run's two solutions the one near ``near``."""
+        q = np.empty((self.mechanism.tree.nq, x.shape[1]))
+        q[self._same_there] = x[self._same_here]
+        for run, mine, theirs in self.runs:
+            quaternion = x[mine.first_q : mine.first_q + 4]
+            R = np.einsum("ij,jkn,lk->iln", run.orientation, rotations.matrix_of_quaternion(quaternion), run.orientation)
+            angles = rotations.three_angles(run.axes, R, np.stack([_angle(joint, near) for joint in theirs]))
+            for angle, joint in zip(angles, theirs, strict=True):
+                if joint.kind == "continuous":
+                    q[joint.first_q], q[joint.first_q + 1] = np.cos(angle), np.sin(angle)
+                else:
+                    q[joint.first_q] = angle
+        return q
+
+    def forward(self, x: Array) -> Frames:
+        """Return the frames of all bodies in world axes."""
+        frames = self.tree.forward(x)
+        return world_frames(self.mechanism, frames)
+
+    # ---- residuals --------------------------------------------------------------------------------------------------
+
+    def openings(self, residual: Array, x: Array) -> dict[str, tuple[Array, Array]]:
+        """Return how far each loop is open and each follower out of place, ``{name: (metres (N,), radians (N,))}``."""
+        result = self.gaps(residual)
+        none = np.zeros(x.shape[1])
+        for name, slides, error in zip(
+            self.couplings.names, self.couplings.is_length, np.abs(self.couplings.residual(x, turns=500)), strict=True
+        ):
+            result[name] = (error, none) if slides else (none, error)
+        return result
+
+    def jacobian(self, frames: Frames, wrench: Array) -> Array:
+        """Return the gradients (closures, nv, N) of the loops' residuals with respect to the tree's freedoms."""
+        return products(self.signs, wrench, self.tree.twists(frames))
+
+
+def _blocked_translations(kind: str, axis: Array) -> list[Array]:
+    if kind == "planar":
+        return [axis]
+    if kind in ("prismatic", "cylindrical"):
+        return list(across(axis))
+    return list(_FULL)
+
+
+def world_frames(mechanism: Mechanism, frames: Frames) -> Frames:
+    """Return frames as seen from the base link, when it moves relative to the root of the tree."""
+    if mechanism.base_frame is None:
+        return frames
+    body, placement = mechanism.base_frame
+    seen = frames.relative_to(body)
+    back = placement[:3, :3].T
+    shifted = seen.position - placement[:3, 3][:, None, None]
+    return Frames(np.einsum("ij,jkbn->ikbn", back, seen.rotation), np.einsum("ij,jbn->ibn", back, shifted))
+
+
+def products(signs: Array, wrench: Array, twists: Array) -> Array:
+    """Return the powers (m, nv, N) of wrenches (6, m, N) on twists (6, nv, N), each with its sign (m, nv)."""
+    return signs[:, :, None] * np.einsum("krn,kvn->rvn", wrench, twists)
+
+
+def _angle(joint: TreeJoint, q: Array) -> Array:
+    if joint.kind == "continuous":
+        return np.asarray(np.arctan2(q[joint.first_q + 1], q[joint.first_q]))
+    return q[joint.first_q]

@@ -1,0 +1,54 @@
+"""Ordinary poses: the zero pose, and those to which the drives lead one by one, within all limits.
+
+Generic poses, near the zero pose and without symmetry, decide ranks. Ordinary ones are what people ask for; what is chosen once
+per robot must not fail there. They follow from the drives alone, whatever the frames, axes and cuts of the file.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kinetostatics.kinematics.assembly import actuator_names
+from kinetostatics.math.arrays import Array
+from kinetostatics.status import Status
+
+if TYPE_CHECKING:
+    from kinetostatics.robot import Robot
+
+
+#: Drives go no farther from zero than this [rad], or this multiple of the characteristic length.
+_FAR = 1.2
+#: How far the drives go, as parts of the way to their limits; with more drives than ``_MANY`` only the first.
+_PARTS, _MANY = (0.2, 0.6), 8
+
+
+def ordinary_poses(robot: Robot) -> Array:
+    """Return Pinocchio's coordinates (nq, N) of the closed zero pose and of a few dozen poses within the limits."""
+    zero = robot.model_q(robot.zero_poses)
+    names = actuator_names(robot)
+    if not names:
+        return zero
+    request = robot.holding_idle(robot.actuator_request)
+    local = robot.local_freedoms(request)
+    start = robot.zero_origin(request)[0]
+    ways = np.concatenate([np.diag([_reach(robot, name)[side] for name in names]) for side in (0, 1)], axis=1)
+    poses = robot.zero_poses.take(np.zeros(ways.shape[1], dtype=np.intp))
+    found = [zero]
+    for part in _PARTS if len(names) <= _MANY else _PARTS[:1]:
+        poses, good = robot.solver.newton(request, poses, start + part * ways, local)
+        poses, ways = poses.take(good), ways[:, good]
+        found.append(robot.model_q(poses))
+    reached = robot.configuration(np.hstack(found[1:]).T, tolerance=np.inf, on_failure="nan")
+    return np.hstack([zero, reached.model_q[:, reached.status == Status.OK]])
+
+
+def _reach(robot: Robot, name: str) -> tuple[float, float]:
+    """Return how far a drive goes down and up from zero [m, rad]."""
+    item = robot.mechanism.connections[name]
+    far = _FAR * (robot.length if item.kind == "prismatic" else 1.0)
+    low = item.lower if math.isfinite(item.lower) else -far
+    high = item.upper if math.isfinite(item.upper) else far
+    return min(max(low, -far), 0.0), max(min(high, far), 0.0)

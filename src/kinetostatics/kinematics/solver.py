@@ -1,0 +1,487 @@
+"""Newton's method on thousands of poses at once: closed loops and requested coordinates."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.kinematics.loop_constraints import LoopEquations, across, products
+from kinetostatics.kinematics.mimic import write_coordinate
+from kinetostatics.math import rotations
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.linalg import cross, dot, least_squares
+from kinetostatics.math.orientation import Orientation
+from kinetostatics.mechanism.tree import Frames
+from kinetostatics.printing.mappings import ShortRepr
+
+#: Largest part of a line that is tried in one go, in rad and in characteristic lengths. However steadily Newton's method
+#: converges after a larger jump, it may be on another branch: a universal joint closes just as well with one axis turned over.
+LONGEST_TURN, LONGEST_SHIFT = 0.7, 2.0
+#: Corrections become smaller by this factor at least, and each time by more than the time before unless by the second.
+_SHRINKING, _QUADRATIC = 0.4, 0.25
+#: Determinants of GᵀG below this part of the product of the squared columns tell nothing.
+SINGULAR = 1e-14
+#: How far scaled coordinates may be off on the way.
+ROUGHLY = 1e-7
+
+
+@dataclass(frozen=True)
+class Request:
+    """Which coordinates are given, besides the closed loops.
+
+    Attributes:
+        columns: freedoms of the tree that are given (driven joints of the tree).
+        loops: driven loops that are given, as numbers in ``LoopEquations.loops``.
+        positions: which of x, y, z are given.
+        angles: which orientation coordinates are given.
+        orientation: their convention.
+        held: freedoms of the tree along which no step goes.
+    The targets are (n, N): columns, loops, positions, angles in that order.
+    """
+
+    columns: tuple[int, ...] = ()
+    loops: tuple[int, ...] = ()
+    positions: tuple[int, ...] = ()
+    angles: tuple[int, ...] = ()
+    orientation: Orientation | None = None
+    held: tuple[int, ...] = ()
+
+    @property
+    def size(self) -> int:
+        """Number of given coordinates."""
+        return self.first_angle + len(self.angles)
+
+    @property
+    def first_angle(self) -> int:
+        """Which of the targets is the first angle."""
+        return len(self.columns) + len(self.loops) + len(self.positions)
+
+    @property
+    def unknown_angles(self) -> tuple[int, ...]:
+        """The orientation coordinates that the solver has to find, if any are given."""
+        return tuple(k for k in range(3) if k not in self.angles) if self.angles else ()
+
+
+@dataclass(repr=False)
+class Poses(ShortRepr):
+    """Solver state: tree coordinates ``x`` (nq', N) and the orientation coordinates ``c`` (3, N) of the platform."""
+
+    x: Array
+    c: Array
+
+    def take(self, which: NDArray[np.intp] | NDArray[np.bool_]) -> Poses:
+        """Return a copy of some poses."""
+        return Poses(self.x[:, which], self.c[:, which])
+
+
+@dataclass(frozen=True)
+class Pace:
+    """How straight lines of requested coordinates are followed.
+
+    Attributes:
+        shortest: where steps of this part of a line are too long still, it ends.
+        first_step: the same at its beginning.
+        careful: whether steps do not lead across singular poses, beside which two assembly modes are near to each other.
+    """
+
+    shortest: float
+    first_step: float = 0.0
+    careful: bool = True
+
+
+#: Of poses for which no effort is too much.
+ALONE = Pace(1e-3)
+
+
+class Solver:
+    """Newton's method for the loops, for joints that follow others and for a request.
+
+    ``length`` [m] makes lengths and angles comparable where rank and requested coordinates are judged, ``reach`` [m] where steps
+    are; ``slack`` is the scaled residual that the file's own rounding may leave.
+    """
+
+    def __init__(self, equations: LoopEquations, length: float, reach: float, slack: float = 1e-7) -> None:
+        self.equations, self.length, self.reach, self.slack = equations, length, reach, slack
+        self.tree = equations.tree
+        self.mechanism = equations.mechanism
+        self.platform_body, self.platform_placement = self.mechanism.platform_frame
+        moves = self.tree.moves.astype(float)
+        base = self.mechanism.base_frame
+        self.platform_signs = moves[self.platform_body] - (moves[base[0]] if base is not None else 0.0)
+        self._joint_of_column = {joint.first_v: joint for joint in self.tree.joints}
+        self.column_scale = np.where(self.tree.column_rotates, 1.0, length)
+        self._row_scale = np.where(equations.is_length, length, 1.0)[:, None]
+        self._free: dict[tuple[tuple[int, ...], ...], NDArray[np.intp]] = {}
+        self._scales: dict[tuple[tuple[int, ...], ...], tuple[Array, Array]] = {}
+
+    # ---- coordinates of a pose --------------------------------------------------------------------------------------
+
+    def platform_pose(self, frames: Frames) -> tuple[Array, Array]:
+        """Return the platform's orientation (3, 3, N) and the position of o (3, N)."""
+        R = frames.rotation[:, :, self.platform_body]
+        position = frames.position[:, self.platform_body] + np.einsum("ijn,j->in", R, self.platform_placement[:3, 3])
+        return np.einsum("ijn,jk->ikn", R, self.platform_placement[:3, :3]), position
+
+    def loop_coordinate(self, number: int, frames: Frames) -> Array:
+        """Return the coordinate (N,) of a one-freedom loop: successor relative to predecessor [m, rad]."""
+        loop = self.equations.loops[number]
+        one = np.array([loop.predecessor_body]), np.array([loop.successor_body])
+        axis = frames.directions(one[0], (loop.predecessor_frame[:3, :3] @ loop.axis)[:, None])[:, 0]
+        if loop.kind == "prismatic":
+            gap = frames.points(one[1], loop.successor_frame[:3, 3:])[:, 0]
+            return dot(axis, gap - frames.points(one[0], loop.predecessor_frame[:3, 3:])[:, 0])
+        side, third = across(loop.axis)
+        u = frames.directions(one[0], (loop.predecessor_frame[:3, :3] @ side)[:, None])[:, 0]
+        v = frames.directions(one[0], (loop.predecessor_frame[:3, :3] @ third)[:, None])[:, 0]
+        w = frames.directions(one[1], (loop.successor_frame[:3, :3] @ side)[:, None])[:, 0]
+        angle = np.asarray(np.arctan2(dot(v, w), dot(u, w)))
+        if np.isfinite(loop.lower + loop.upper):  # of the angles that differ by full turns the one that may be within the limits
+            angle = angle + 2 * np.pi * np.round(((loop.lower + loop.upper) / 2 - angle) / (2 * np.pi))
+        return angle
+
+    def values(self, request: Request, poses: Poses, near: Array | None = None) -> Array:
+        """Return the requested coordinates (n, N) of poses; of drives' angles that differ by full turns those near ``near``."""
+        frames = self.equations.forward(poses.x)
+        given = np.zeros((request.size, 1)) if near is None else np.where(np.isfinite(near), near, 0.0)
+        rows = [
+            self.equations.couplings.coordinate(self._joint_of_column[column], poses.x, given[row])
+            for row, column in enumerate(request.columns)
+        ]
+        for row, number in enumerate(request.loops, len(rows)):
+            value = self.loop_coordinate(number, frames)
+            if near is not None and self.equations.loops[number].kind != "prismatic":
+                value = value + 2 * np.pi * np.round((given[row] - value) / (2 * np.pi))
+            rows.append(value)
+        R, position = self.platform_pose(frames)
+        rows += [position[k] for k in request.positions]
+        if request.angles and request.orientation is not None:
+            angles = request.orientation.coordinates(R)
+            rows += [angles[k] for k in request.angles]
+        return np.array(np.broadcast_arrays(*rows)).reshape(request.size, -1) if rows else np.zeros((0, poses.x.shape[1]))
+
+    # ---- equations --------------------------------------------------------------------------------------------------
+
+    def system(self, request: Request, poses: Poses, target: Array) -> tuple[Array, Array]:
+        """Return scaled residuals (m, N) and gradients (m, n, N) of loops and request, n: free tree columns, unknown angles."""
+        equations, tree = self.equations, self.tree
+        free, (loop_factors, platform_factors) = self.free_columns(request), self._factors(request)
+        N, f, extra = poses.x.shape[1], len(free), len(request.unknown_angles)
+        rows = equations.count + len(request.loops) + len(request.positions)
+        residuals = np.empty((rows + (3 if request.angles else 0), N))
+        gradient = np.empty((residuals.shape[0], f + extra, N))
+        gradient[:, f:] = 0
+        frames = equations.forward(poses.x)
+        twists = tree.twists(frames)
+        if f < tree.nv:
+            twists = twists[:, free]
+        residual, wrench = equations.evaluate(frames)
+        at = equations.closures
+        np.divide(residual, self._row_scale, out=residuals[:at])
+        np.einsum("krn,kvn->rvn", wrench, twists, out=gradient[:at, :f])
+        gradient[:at, :f] *= loop_factors
+        if equations.couplings.count:
+            residual, coupled = equations.couplings.equations(poses.x, self.column_scale, request.columns)
+            residuals[at : at + len(residual)] = residual
+            gradient[at : at + len(residual), :f] = coupled[:, free, None]
+            at += len(residual)
+        given = len(request.columns)
+        for number in request.loops:
+            loop = equations.loops[number]
+            body = np.array([loop.predecessor_body])
+            axis = frames.directions(body, (loop.predecessor_frame[:3, :3] @ loop.axis)[:, None])[:, 0]
+            error = self.loop_coordinate(number, frames) - target[given]
+            row = np.zeros((6, 1, N))
+            if loop.kind == "prismatic":
+                point = frames.points(np.array([loop.successor_body]), loop.successor_frame[:3, 3:])[:, 0]
+                row[:3, 0], row[3:, 0], unit = axis, cross(point, axis), self.length
+            else:
+                error, unit = error - 2 * np.pi * np.round(error / (2 * np.pi)), 1.0
+                row[3:, 0] = axis
+            signs = (tree.moves[loop.successor_body].astype(float) - tree.moves[loop.predecessor_body])[None, free]
+            residuals[at] = error / unit
+            gradient[at, :f] = products(signs * self.column_scale[free] / unit, row, twists)[0]
+            at, given = at + 1, given + 1
+        if request.positions or request.angles:
+            R, position = self.platform_pose(frames)
+        for k in request.positions:
+            y, z = (k + 1) % 3, (k + 2) % 3
+            residuals[at] = (position[k] - target[given]) / self.length
+            at_o = twists[k] + twists[3 + y] * position[z] - twists[3 + z] * position[y]
+            np.multiply(at_o, platform_factors / self.length, out=gradient[at, :f])
+            at, given = at + 1, given + 1
+        if request.angles and request.orientation is not None:
+            wanted = request.orientation.matrix(poses.c)
+            residuals[at:] = rotations.logarithm(np.einsum("ijn,kjn->ikn", R, wanted))
+            np.multiply(twists[3:], platform_factors, out=gradient[at:, :f])
+            if extra:
+                gradient[at:, f:] = -request.orientation.rates(poses.c)[:, list(request.unknown_angles)]
+        return residuals, gradient
+
+    def predictors(self, request: Request, poses: Poses, target: Array, local: int = 0) -> Array:
+        """Return the scaled steps (free columns and unknown angles, n, N) per change of each coordinate, at solved poses.
+
+        ``local`` is the number of freedoms that do not move the platform; they stay as they are.
+        """
+        given, free = len(request.columns), self.free_columns(request)
+        everything = replace(request, columns=())
+        columns = self.free_columns(everything)
+        _, gradient = self.system(everything, poses, target[given:])
+        rates = np.zeros((gradient.shape[0], *target.shape))
+        for row, column in enumerate(request.columns):
+            for moved, by in [(column, 1.0), *self.equations.couplings.following(column)]:
+                rates[:, row] += gradient[:, np.searchsorted(columns, moved)] * (by / self.column_scale[moved])
+        at = self.equations.count
+        for row, number in enumerate(request.loops, given):
+            rates[at, row] = -1 / self.length if self.equations.loops[number].kind == "prismatic" else -1.0
+            at += 1
+        for row, _ in enumerate(request.positions, given + len(request.loops)):
+            rates[at, row] = -1 / self.length
+            at += 1
+        if request.angles and request.orientation is not None:
+            rates[at:, request.first_angle :] = -request.orientation.rates(poses.c)[:, list(request.angles)]
+        unknown = np.append(np.searchsorted(columns, free), np.arange(columns.size, gradient.shape[1]))
+        return np.nan_to_num(-least_squares(gradient[:, unknown.astype(np.intp)], rates, local))
+
+    def _factors(self, request: Request) -> tuple[Array, Array]:
+        """Return how scaled free columns enter the loops' scaled rows (count, f, 1), and the platform's motion (f, 1)."""
+        if (key := (request.columns, request.held)) not in self._scales:
+            free = self.free_columns(request)
+            loops = self.equations.signs[:, free] * self.column_scale[free] / self._row_scale
+            self._scales[key] = loops[:, :, None], (self.platform_signs * self.column_scale)[free, None]
+        return self._scales[key]
+
+    def free_columns(self, request: Request) -> NDArray[np.intp]:
+        """Return the freedoms of the tree that matter and are not given, by themselves or by a joint that they follow."""
+        if (key := (request.columns, request.held)) not in self._free:
+            followers = self.equations.couplings.given_with(request.columns)
+            self._free[key] = np.setdiff1d(np.arange(self.tree.nv), [*request.columns, *followers, *request.held])
+        return self._free[key]
+
+    def impose(self, request: Request, poses: Poses, target: Array) -> None:
+        """Write the given tree coordinates and angles into the poses, in place."""
+        for row, column in enumerate(request.columns):
+            write_coordinate(self._joint_of_column[column], target[row], poses.x)
+        self.equations.couplings.impose(request.columns, target, poses.x)
+        for row, k in enumerate(request.angles):
+            poses.c[k] = target[request.first_angle + row]
+
+    def advance(self, request: Request, poses: Poses, step: Array) -> Poses:
+        """Return the poses moved by a scaled step (n, N)."""
+        free = self.free_columns(request)
+        v = np.zeros((self.tree.nv, poses.x.shape[1]))
+        v[free] = step[: len(free)] * self.column_scale[free, None]
+        c = np.array(poses.c)
+        unknown = list(request.unknown_angles)
+        c[unknown] += step[len(free) :]
+        return Poses(self.tree.integrate(poses.x, v), c)
+
+    def size(self, request: Request, step: Array) -> Array:
+        """Return how large scaled steps (n, N) are: the largest turn [rad] or shift, in reaches."""
+        squares = step * step
+        slides = np.flatnonzero(~self.tree.column_rotates[self.free_columns(request)])
+        squares[slides] *= (self.length / self.reach) ** 2
+        return np.asarray(np.sqrt(np.max(squares, axis=0, initial=0.0)))
+
+    def newton(
+        self,
+        request: Request,
+        poses: Poses,
+        target: Array,
+        local: int = 0,
+        before: Array | None = None,
+        passing: NDArray[np.bool_] | None = None,
+    ) -> tuple[Poses, NDArray[np.bool_]]:
+        """Solve for ``target`` from nearby ``poses``; also return which poses converged steadily.
+
+        ``local`` is the number of freedoms that do not move the platform; they stay as they are. ``before`` (N,) are the sizes of
+        the scaled steps that predicted the starting poses, if they were predicted. Where poses are only passed on the way to
+        others, as ``passing`` (N,) says, the loops need not close as well as numbers can tell.
+
+        A pose counts as converged only if the corrections shrink at once and never less than before, as they do when Newton's
+        method converges quadratically (P. Deuflhard, Newton Methods for Nonlinear Problems, section 5.1): then the solution
+        belongs to the branch of the starting pose.
+        """
+        N = poses.x.shape[1]
+        result = Poses(np.array(poses.x), np.array(poses.c))
+        self.impose(request, result, target)
+        good = np.zeros(N, dtype=bool)
+        active = np.arange(N)
+        before = np.full(N, np.inf) if before is None else before
+        shrunk = np.full(N, _SHRINKING)  # by how much the last correction was smaller than that before
+        for _ in range(12):
+            everyone = active.size == N
+            here = result if everyone else result.take(active)
+            residual, gradient = self.system(request, here, target if everyone else target[:, active])
+            step = -least_squares(gradient, residual[:, None], local)[:, 0]
+            size = self.size(request, step)
+            ok = np.isfinite(size) & (size < 1.2)
+            with np.errstate(invalid="ignore"):
+                ratio = size / before
+            ok &= (ratio < np.minimum(_SHRINKING, np.maximum(shrunk, _QUADRATIC))) | (size < 1e-10)
+            step = np.where(ok, step, 0.0)
+            moved = self.advance(request, here, step)
+            if everyone:
+                result = moved
+            else:
+                result.x[:, active], result.c[:, active] = moved.x, moved.c
+            with np.errstate(invalid="ignore", over="ignore"):
+                following = size * ratio**2  # corrections shrink quadratically
+            last = (size < 1e-8) | ((following < 1e-13) & (size < 1e-5))
+            if passing is not None:
+                last |= passing[active] & (np.where(np.isfinite(before), following, size) < ROUGHLY)
+            done = ok & last
+            if np.any(done):  # the loops must close too, not only come as near as they can
+                left = residual + np.einsum("ij...,j...->i...", gradient, step)
+                done &= np.max(np.abs(left), axis=0, initial=0.0) < self.slack
+            good[active[done]] = True
+            going = ok & ~last
+            shrunk = np.where(np.isfinite(before), ratio, _SHRINKING)[going]
+            active, before = active[going], size[going]
+            if not active.size:
+                break
+        return result, good
+
+    def follow(
+        self,
+        request: Request,
+        start: Poses,
+        target: Array,
+        local: int = 0,
+        origin: tuple[Array, Array] | None = None,
+        pace: Pace = ALONE,
+    ) -> tuple[Poses, NDArray[np.bool_], Array]:
+        """Follow the straight line of requested coordinates from ``start`` to ``target`` (n, N).
+
+        ``local`` is the number of freedoms that do not move the platform; they stay as they are. ``origin`` is what
+        :meth:`origin` says of the start, if that is known already.
+
+        Returns:
+            The poses, whether each arrived, and how much of its way (0 … 1) each has gone.
+        """
+        N = target.shape[1]
+        # a pose knows the angle of what turns freely but for full turns: the shorter way
+        known = self.origin(request, start, target) if origin is None else origin
+        first, c = self.line_start(request, known, target, shorter=origin is None)
+        state = Poses(np.array(np.broadcast_to(start.x, (start.x.shape[0], N))), c)
+        far = np.max(np.abs(target - first) / self.longest_strides(request)[:, None], axis=0, initial=0.0)
+        longest = 1 / np.maximum(1.0, far)
+        gone, stride, steady = np.zeros(N), np.array(longest), np.ones(N, dtype=bool)
+        active = np.arange(N)
+        while active.size:
+            trial = np.minimum(gone[active] + stride[active], 1.0)
+            with np.errstate(invalid="ignore"):  # towards infinity, which nothing reaches
+                goal = first[:, active] + trial * (target[:, active] - first[:, active])
+            here = state.take(active)
+            moved, good = self.newton(request, here, goal, local, passing=trial < 1)
+            if pace.careful and not local:
+                good[good] = self._on_one_side(request, here.take(good), moved.take(good), goal[:, good])
+            arrived = active[good]
+            state.x[:, arrived], state.c[:, arrived] = moved.x[:, good], moved.c[:, good]
+            gone[arrived] = trial[good]
+            calm = arrived[steady[arrived]]
+            stride[calm] = np.minimum(2 * stride[calm], longest[calm])
+            stride[active[~good]] /= 2
+            steady[active] = good  # after a step that was too long the next is not doubled at once
+            least = np.where(gone[active] > 0, pace.shortest, max(pace.shortest, pace.first_step))
+            active = active[(gone[active] < 1) & (stride[active] > least * longest[active])]
+        return state, gone >= 1, gone
+
+    def line_start(self, request: Request, origin: tuple[Array, Array], target: Array, shorter: bool) -> tuple[Array, Array]:
+        """Return the requested coordinates (n, N) and all orientation coordinates (3, N) with which lines to targets start.
+
+        They are those of the ``origin`` but for full turns of the platform, if the ``shorter`` way is wanted, and where the axes
+        of two turns are one line, which leaves but the sum of the turns determined.
+        """
+        first = np.array(np.broadcast_to(origin[0], target.shape))
+        c = np.array(np.broadcast_to(origin[1], (3, target.shape[1])))
+        if request.angles and request.orientation is not None:
+            given = list(request.angles)
+            aim = np.array(c)
+            aim[given] = target[request.first_angle :]
+            c = request.orientation.same(c, np.where(np.isfinite(aim), aim, c), always=shorter)
+            first[request.first_angle :] = c[given]
+        return first, c
+
+    def _on_one_side(self, request: Request, first: Poses, second: Poses, target: Array) -> NDArray[np.bool_]:
+        """Return whether there is no singular pose (N,) between two poses each.
+
+        The determinants of the gradients G have one sign, or, where constraints are redundant, that of G₁ᵀ G₂ is positive.
+        """
+        gradients = [np.moveaxis(self.system(request, poses, target)[1], 2, 0) for poses in (first, second)]
+        one, two = gradients
+        with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+            sign, _ = np.linalg.slogdet(np.swapaxes(one, 1, 2) @ two)
+            regular = [
+                np.linalg.slogdet(np.swapaxes(g, 1, 2) @ g)[1] - np.sum(np.log(np.sum(g * g, axis=1)), axis=1) for g in gradients
+            ]
+        return (sign > 0) | ~(np.minimum(*regular) > np.log(SINGULAR))
+
+    def longest_strides(self, request: Request) -> Array:
+        """Return how far the requested coordinates (n,) may go in one go [m, rad]."""
+        turns = [bool(self.tree.column_rotates[column]) for column in request.columns]
+        turns += [self.equations.loops[number].kind != "prismatic" for number in request.loops]
+        turns += [False] * len(request.positions) + [True] * len(request.angles)
+        return np.where(turns, LONGEST_TURN, LONGEST_SHIFT * self.length)
+
+    def origin(self, request: Request, start: Poses, near: Array | None = None) -> tuple[Array, Array]:
+        """Return where a line starts: the requested coordinates (n, N) and all orientation coordinates (3, N) of poses.
+
+        Of drives' angles that differ by full turns those near ``near`` (n, N).
+        """
+        values = self.values(request, start, near)
+        if not request.angles or request.orientation is None:
+            return values, start.c
+        R, _ = self.platform_pose(self.equations.forward(start.x))
+        return values, request.orientation.coordinates(R)
+
+    def close(
+        self, poses: Poses, request: Request, target: Array, weight: float = 1.0, cutoff: float = 1e-9
+    ) -> tuple[Poses, float]:
+        """Close the loops of one pose from far away by damped least squares (Levenberg–Marquardt).
+
+        Args:
+            poses: one pose to start from.
+            request: what is given, and ``target`` (n, 1) its values.
+            target: see ``request``.
+            weight: of the request's equations against those of the loops.
+            cutoff: directions with a smaller relative singular value are left alone. Rounding in a file makes every motion of an
+                overconstrained robot open its loops a little; they are not to be closed by undoing the motion.
+
+        Returns:
+            The pose with the smallest residual found, and that scaled residual (largest entry).
+        """
+        here = Poses(np.array(poses.x), np.array(poses.c))
+        self.impose(request, here, target)
+        damping = 1e-6
+
+        def system(poses: Poses) -> tuple[Array, Array]:
+            residual, gradient = self.system(request, poses, target)
+            residual[self.equations.count :] *= weight
+            gradient[self.equations.count :] *= weight
+            return residual, gradient
+
+        residual, gradient = system(here)
+        for _ in range(200):
+            if not residual.size or float(np.abs(residual).max()) < 1e-15:
+                break
+            r = residual[:, 0]
+            U, values, V = np.linalg.svd(gradient[:, :, 0], full_matrices=False)
+            gain = np.where(values > cutoff * values.max(initial=0.0), values / (values**2 + damping), 0.0)
+            step = np.asarray(-(V.T @ (gain * (U.T @ r))), dtype=np.float64)
+            largest = float(np.abs(step).max(initial=0.0))
+            if largest > 0.5:
+                step *= 0.5 / largest
+            trial = self.advance(request, here, step[:, None])
+            new_residual, new_gradient = system(trial)
+            if float(np.sum(new_residual**2)) <= float(np.sum(r**2)):
+                here, residual, gradient = trial, new_residual, new_gradient
+                damping = max(damping / 10, 1e-15)
+                if largest < 1e-15:
+                    break
+            else:
+                damping *= 10
+                if damping > 1e6 or largest < 1e-14:
+                    break
+        return here, float(np.abs(residual).max(initial=0.0))

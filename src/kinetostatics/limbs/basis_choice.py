@@ -1,0 +1,323 @@
+"""Readable bases of a limb's constraint wrenches J_ic and attached wrenches J_ig: their choice and completion.
+
+The choice is made once per robot, at a few generic poses; at every pose the same candidates are evaluated
+(``docs/method.md``, sections 2 to 4).
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.exceptions import StaticsError
+from kinetostatics.limbs import force_method
+from kinetostatics.limbs.geometry import LimbGeometry
+from kinetostatics.limbs.group import LimbGroup
+from kinetostatics.limbs.wrench_candidates import (
+    Candidate,
+    as_component,
+    attached_candidates,
+    beam_candidates,
+    central_candidates,
+    common_point,
+    constraint_candidates,
+    further_candidates,
+    wrench_of,
+)
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.linalg import canonical_basis, definite, dot, normalize
+from kinetostatics.math.ordering import first_largest
+
+Index = NDArray[np.intp]
+
+#: The smallest singular value of unit wrenches of a basis that is chosen, and the smallest sine that tells a direction of theirs.
+MARGIN = 0.01
+#: Below this eigenvalue of the Gram matrix (the squared sine of an angle) a readable basis counts as degenerate.
+DEGENERATE = 1e-10
+
+
+@dataclass(frozen=True)
+class Basis:
+    """The candidates of one limb, fixed once.
+
+    Attributes:
+        constraint, attached: candidates of J_ic and of J_ig.
+        independent: which of the twists that the limb allows are independent at generic poses, for the completion of J_ic.
+        carried: the same among the platform joint's freedoms, for the completion of J_ig.
+        gap: ratio of the smallest kept to the largest dropped singular value of the limb's twists.
+    """
+
+    constraint: tuple[Candidate, ...]
+    attached: tuple[Candidate, ...]
+    independent: tuple[int, ...]
+    carried: tuple[int, ...]
+    gap: float
+
+
+def evaluate_bases(group: LimbGroup, geometry: LimbGeometry, allowed: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Return J_ic (6, n_c, g, N), J_ig (6, n_g, g, N) about o, and where (g, N) the readable bases degenerate.
+
+    There the bases are orthonormal ones, found by singular values. ``allowed`` (6, k, g, N) are twists about o that span what
+    the limb allows the platform to do; of a serial limb those of its passive joints.
+    """
+    scale = _scale(group)
+    mine = [allowed[:, k] for k in group.basis.independent]
+    columns = _columns(group, group.basis.constraint, mine, [], geometry)
+    carried = [geometry.twists[:, f] for f in group.basis.carried]
+    columns += _columns(group, group.basis.attached, carried, columns, geometry)
+    count = len(group.basis.constraint)
+    g, N = geometry.limb_axes.shape[2:]
+    J = np.stack(columns, axis=1) if columns else np.zeros((6, 0, g, N))
+    bad = _degenerate(group, J, count, scale[:, None], allowed)
+    if np.any(bad):
+        _replace(group, J, count, scale, geometry, allowed, bad)
+    return J[:, :count], J[:, count:], bad
+
+
+def _columns(
+    group: LimbGroup, part: Sequence[Candidate], twists: list[Array], known: list[Array], geometry: LimbGeometry
+) -> list[Array]:
+    """Return the wrenches (6, g, N) of candidates, completed by ones reciprocal to ``twists`` and independent of ``known``."""
+    scale = _scale(group)
+    length = group.robot.length
+    found = [wrench_of(candidate, geometry, length) for candidate in part if candidate.direction[0] != "rest"]
+    seeds = [int(c.direction[1]) for c in part if c.direction[0] == "rest"]
+    if seeds:
+        spanned = [twist / scale for twist in twists] + [w * scale for w in (*known, *found)]
+        found += [w / scale for w in _complete(spanned, _seeds(geometry, length) * scale[:, None], seeds)]
+    return found
+
+
+def _degenerate(group: LimbGroup, J: Array, count: int, scale: Array, allowed: Array) -> NDArray[np.bool_]:
+    """Return where (g, N) wrenches are dependent, not finite, or the first ``count`` not reciprocal to ``allowed`` any more."""
+    unit = normalize(J * scale)
+    bad = ~definite(np.einsum("ki...,kj...->ij...", unit, unit), DEGENERATE)  # what is not finite is not definite
+    if count and allowed.shape[1]:
+        power = np.einsum("ki...,kj...->ij...", allowed / scale, unit[:, :count])
+        bad |= np.max(np.abs(power), axis=(0, 1)) > 1e-6 + 100 * group.robot.closing_error
+    return np.asarray(bad)
+
+
+def _replace(
+    group: LimbGroup,
+    J: Array,
+    count: int,
+    scale: Array,
+    geometry: LimbGeometry,
+    allowed: Array,
+    bad: NDArray[np.bool_],
+) -> None:
+    """Put orthonormal bases, found by singular values, where the readable ones degenerate."""
+    s = scale[:, 0, 0]
+    for limb, pose in np.argwhere(bad):
+        mine = allowed[:, :, limb, pose] / s[:, None]
+        carried = geometry.twists[:, group.platform_joint, limb, pose] / s[:, None]
+        if not (np.all(np.isfinite(mine)) and np.all(np.isfinite(carried))):
+            continue
+        reciprocal = canonical_basis(np.linalg.svd(mine, full_matrices=True)[0][:, 6 - count :])
+        J[:, :count, limb, pose] = reciprocal / s[:, None]
+        known = np.hstack([carried, reciprocal])
+        rest = canonical_basis(np.linalg.svd(known, full_matrices=True)[0][:, 6 - (J.shape[1] - count) :])
+        J[:, count:, limb, pose] = rest / s[:, None]
+
+
+def choose_basis(group: LimbGroup, geometry: LimbGeometry, generic: int) -> Basis:
+    """Choose ranks and readable wrenches; for a group of one limb, whose plan is known.
+
+    Args:
+        group: the limb.
+        geometry: at generic poses, which decide ranks, and behind them at ordinary poses, at which nothing may degenerate.
+        generic: how many poses are generic.
+    """
+    if group.is_hanging:
+        return Basis((), (), (), (), np.inf)
+    tolerance = group.robot.rank_tolerance
+    twists = geometry.twists[:, :, 0] / _scale(group)
+    allowed = allowed_twists(group, geometry)
+    mine = allowed[:, :, 0] / _scale(group)
+    rank, gap = _rank_over_poses(mine[:, :, :generic], tolerance)
+    carried_rank, _ = _rank_over_poses(twists[:, group.platform_joint, :generic], tolerance)
+    if group.plan is not None:
+        rank = 6 - len(group.plan.platform)
+    n_c = 6 - rank
+    independent = tuple(_independent(mine[:, :, :generic], range(mine.shape[1]), rank))
+    carried = tuple(_independent(twists[:, :, :generic], np.flatnonzero(group.platform_joint), carried_rank))
+    joints = (group.units[0], group.unit_of, group.passive, group.rotates, [f.label for f in group.freedoms[0]])
+    candidates = itertools.chain(constraint_candidates(*joints), further_candidates(*joints, group.is_serial))
+    meeting = common_point(group, geometry)
+    if meeting is not None:
+        candidates = itertools.chain(central_candidates(*meeting, group.freedoms[0]), candidates)
+    if not group.is_serial:
+        candidates = itertools.chain(beam_candidates([beam.name for beam in group.beams[0]]), candidates)
+    choice = _Choice(group, geometry, generic)
+    constraint = choice.of(candidates, n_c, mine, mine[:, list(independent)], [])
+    known = _columns(group, constraint, [allowed[:, k] for k in independent], [], geometry)
+    carried_twists = twists[:, group.platform_joint], twists[:, list(carried)]
+    attached = choice.of(attached_candidates(*joints), 6 - carried_rank - n_c, *carried_twists, known)
+    if not group.is_serial:
+        constraint, attached = tuple(map(as_component, constraint)), tuple(map(as_component, attached))
+    return Basis(constraint, attached, independent, carried, gap)
+
+
+def allowed_twists(group: LimbGroup, geometry: LimbGeometry) -> Array:
+    """Return twists (6, k, g, N) about o that span what the limbs allow the platform to do."""
+    if group.is_serial:
+        return geometry.twists[:, group.passive]
+    assert group.plan is not None
+    A = group.joint_equations(geometry)
+    found = force_method.distribute(group.plan, A, group.joint_pattern, group.platform_sum, np.zeros((A.shape[0], *A.shape[2:])))
+    return found.allowed / group.twist_scale
+
+
+@dataclass(frozen=True)
+class _Choice:
+    """Chooses wrenches of one limb at generic poses and, behind them, ordinary ones; see :func:`choose_basis`."""
+
+    group: LimbGroup
+    geometry: LimbGeometry
+    generic: int
+
+    def of(
+        self, candidates: Iterable[Candidate], count: int, reciprocal_to: Array, independent: Array, known: list[Array]
+    ) -> tuple[Candidate, ...]:
+        """Take candidates greedily that are reciprocal to given twists and independent of those taken and ``known``.
+
+        Args:
+            candidates: in the order of preference.
+            count: how many are wanted; where the readable ones do not suffice they are completed.
+            reciprocal_to: (6, k, poses) scaled twists, of which ``independent`` (6, r, poses) are independent.
+            independent: see ``reciprocal_to``.
+            known: (6, 1, poses) wrenches that are taken already.
+        """
+        if not count:
+            return ()
+        scale = _scale(self.group)
+        length = self.group.robot.length
+        taken = [normalize(wrench[:, 0] * scale[:, 0]) for wrench in known]
+        spanned = [normalize(independent[:, k]) for k in range(independent.shape[1])]
+        judged = self._regular(spanned, taken)
+        allowed = 1e-8 + 100 * self.group.robot.closing_error
+        chosen: list[Candidate] = []
+        with np.errstate(invalid="ignore", divide="ignore"):
+            for candidate in candidates:
+                if len(chosen) == count:
+                    break
+                column = normalize(wrench_of(candidate, self.geometry, length, MARGIN)[:, 0] * scale[:, 0])
+                power = np.einsum("kin,kn->in", reciprocal_to[:, :, judged], column[:, judged])
+                if float(np.abs(power).max(initial=0.0)) < allowed and _least_singular_value([*taken, column], judged) > MARGIN:
+                    chosen.append(_told_apart(candidate, chosen))
+                    taken.append(column)
+            seeds = (_seeds(self.geometry, length) * scale[:, None])[:, :, 0]
+            ordinary = judged[judged >= self.generic]  # which are the same however the robot's file is written
+            return (*chosen, *_rest(spanned + taken, seeds, count - len(chosen), ordinary if ordinary.size else judged))
+
+    def _regular(self, spanned: list[Array], taken: list[Array]) -> Index:
+        """Return the generic poses, and the ordinary ones at which the limb is not singular: no basis is sound at those."""
+        poses = np.arange(self.geometry.limb_axes.shape[-1])
+        sound = _singular_values(spanned) > MARGIN
+        sound &= _singular_values(taken) > MARGIN
+        return poses[(poses < self.generic) | sound]
+
+
+def _told_apart(candidate: Candidate, others: list[Candidate]) -> Candidate:
+    """Return a candidate with a label that none of the others has."""
+    same = sum(other.label == candidate.label or other.label.startswith(f"{candidate.label} (") for other in others)
+    return replace(candidate, label=f"{candidate.label} ({same + 1})") if same else candidate
+
+
+def _scale(group: LimbGroup) -> Array:
+    """Return (6, 1, 1) factors that make wrenches (times them) and twists (divided by them) comparable."""
+    return np.array([group.robot.length] * 3 + [1.0] * 3).reshape(6, 1, 1)
+
+
+def _singular_values(columns: list[Array]) -> Array:
+    """Return the smallest singular value (P,) of columns (6, P) at every pose; 0 where they are not finite."""
+    if not columns:
+        return np.asarray(1.0)
+    stack = np.stack(columns, axis=1)
+    good = np.all(np.isfinite(stack), axis=(0, 1))
+    values = np.linalg.svd(np.moveaxis(np.where(good, stack, 0.0), 2, 0), compute_uv=False)
+    return np.asarray(values[:, -1])
+
+
+def _least_singular_value(columns: list[Array], judged: Index) -> float:
+    """Return the smallest singular value of columns (6, P) over the poses ``judged``; 0 where they are not finite."""
+    return float(np.min(_singular_values([column[:, judged] for column in columns])))
+
+
+def _seeds(geometry: LimbGeometry, length: float) -> Array:
+    """Return six wrenches (6, 6, g, N) along the limb axes, from which complementary wrenches are made."""
+    axes = geometry.limb_axes
+    zero = np.zeros_like(axes)
+    return np.concatenate([np.concatenate([axes, zero]), np.concatenate([zero, axes * length])], axis=1)
+
+
+def _residue(v: Array, basis: list[Array]) -> Array:
+    """Return the part of ``v`` (6, …) that is orthogonal to orthonormal vectors."""
+    for _ in range(2):  # once more against rounding
+        for unit in basis:
+            v = v - unit * dot(unit, v)
+    return v
+
+
+def _orthonormal(columns: list[Array]) -> list[Array]:
+    """Return orthonormal vectors with the span of independent columns (6, …)."""
+    basis: list[Array] = []
+    for column in columns:
+        basis.append(normalize(_residue(normalize(column), basis)))
+    return basis
+
+
+def _complete(spanned: list[Array], seeds: Array, chosen: Sequence[int]) -> list[Array]:
+    """Return unit vectors from the chosen seeds, orthogonal to all ``spanned`` (6, …) and to one another."""
+    basis = _orthonormal(spanned)
+    for seed in chosen:
+        unit = normalize(_residue(normalize(_residue(normalize(seeds[:, seed]), basis)), basis))
+        basis.append(unit)
+    return basis[len(spanned) :]
+
+
+def _rest(spanned: list[Array], seeds: Array, count: int, judged: Index) -> list[Candidate]:
+    """Choose ``count`` seeds whose completion of ``spanned`` is best conditioned at the poses ``judged``."""
+    chosen: list[int] = []
+    for number in range(count):
+        completed = [*(normalize(column) for column in spanned), *_complete(spanned, seeds, chosen)]
+        sizes = {
+            seed: _least_singular_value([*completed, normalize(seeds[:, seed])], judged)
+            for seed in range(seeds.shape[1])
+            if seed not in chosen
+        }
+        if not sizes:
+            raise StaticsError(f"no complementary wrench number {number + 1} can be found")
+        chosen.append(list(sizes)[first_largest(list(sizes.values()))])
+    return [Candidate(("rest", seed), None, f"complementary wrench {k}") for k, seed in enumerate(chosen, 1)]
+
+
+def _rank_over_poses(columns: Array, tolerance: float) -> tuple[int, float]:
+    """Return the rank of (6, k, P) scaled columns at generic poses, and the gap with which it is decided."""
+    return max(rank(columns[:, :, p], tolerance) for p in range(columns.shape[2]))
+
+
+def rank(matrix: Array, tolerance: float) -> tuple[int, float]:
+    """Return the rank of (6, k) scaled columns, and the gap between kept and dropped singular values."""
+    if matrix.shape[1] == 0:
+        return 0, np.inf
+    values = np.linalg.svd(matrix, compute_uv=False)
+    rank = int(np.sum(values > tolerance * max(values[0], 1e-300)))
+    dropped = float(values[rank]) if rank < len(values) else 0.0
+    return rank, float(values[rank - 1]) / dropped if rank and dropped > 0 else np.inf
+
+
+def _independent(twists: Array, among: Iterable[int], count: int) -> list[int]:
+    """Return ``count`` of the twists ``among`` (6, k, poses), the best independent of one another, taken one by one."""
+    chosen: list[int] = []
+    among = list(among)
+    for _ in range(count):
+        basis = _orthonormal([twists[:, f] for f in chosen])
+        rests = {int(f): _residue(twists[:, f], basis) for f in among if int(f) not in chosen}
+        chosen.append(list(rests)[first_largest([np.min(dot(rest, rest)) for rest in rests.values()])])
+    return sorted(chosen)

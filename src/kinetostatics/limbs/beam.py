@@ -1,0 +1,111 @@
+"""One straight elastic beam: compliance of its end, sag under its own weight, and its bent line.
+
+All in beam axes: x along the beam from its inner end (clamped) to its outer end, wrenches ``[f; m]`` and twists
+``[d; r]`` about the outer end. ``c`` holds the six section compliances 1/EA, 1/κGA_y, 1/κGA_z, 1/GJ, 1/EI_y, 1/EI_z.
+Source: closed forms of a cantilever, e.g. S. P. Timoshenko, Strength of Materials, part I, with shear deformation added;
+``docs/method.md``, section 5. Arrays are ``(6, …)``, batch axes last.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kinetostatics.math.arrays import Array
+
+#: Points on −1 … 1 and weights that integrate polynomials up to degree 7 exactly.
+_GAUSS = np.polynomial.legendre.leggauss(4)
+
+
+def _six(*rows: Array | float) -> Array:
+    """Return six components, broadcast against one another, as one array (6, …)."""
+    result = np.empty((6, *np.broadcast_shapes(*(np.shape(row) for row in rows))))
+    for k, row in enumerate(rows):
+        result[k] = row
+    return result
+
+
+def end_displacement(c: Array, length: Array, wrench: Array) -> Array:
+    """Return the twists (6, …) of the outer end that wrenches (6, …) at that end cause: the end compliance times them.
+
+    Args:
+        c: (6, …) section compliances.
+        length: (…) length [m].
+        wrench: (6, …) wrenches about the outer end [N, N·m].
+    """
+    axial, shear_y, shear_z, twist, bend_y, bend_z = c
+    L = length
+    fx, fy, fz, mx, my, mz = wrench
+    return _six(
+        axial * L * fx,
+        (bend_z * L**3 / 3 + shear_y * L) * fy + bend_z * L**2 / 2 * mz,
+        (bend_y * L**3 / 3 + shear_z * L) * fz - bend_y * L**2 / 2 * my,
+        twist * L * mx,
+        bend_y * (L * my - L**2 / 2 * fz),
+        bend_z * (L * mz + L**2 / 2 * fy),
+    )
+
+
+def sag(c: Array, length: Array, load: Array) -> Array:
+    """Return the twists (6, …) of the outer end under an even load ``load`` (3, …) [N/m]."""
+    axial, shear_y, shear_z, _, bend_y, bend_z = c
+    L = length
+    qx, qy, qz = load
+    return _six(
+        axial * L**2 / 2 * qx,
+        (bend_z * L**4 / 8 + shear_y * L**2 / 2) * qy,
+        (bend_y * L**4 / 8 + shear_z * L**2 / 2) * qz,
+        0.0,
+        -bend_y * L**3 / 6 * qz,
+        bend_z * L**3 / 6 * qy,
+    )
+
+
+def bent_line(c: Array, length: Array, wrench: Array, load: Array, s: Array) -> Array:
+    """Return the twists (6, …) of the section at ``s`` [m] from the inner end, about that section's centre.
+
+    Args:
+        c, length: as above.
+        wrench: (6, …) wrench at the outer end.
+        load: (3, …) even load [N/m].
+        s: (…) distance from the inner end [m].
+    """
+    axial, shear_y, shear_z, twist, bend_y, bend_z = c
+    L = length
+    fx, fy, fz, mx, my, mz = wrench
+    qx, qy, qz = load
+    even = L * s - s**2 / 2  # ∫ of the load outboard
+    point = s**2 * (3 * L - s) / 6
+    spread = s**2 * (6 * L**2 - 4 * L * s + s**2) / 24
+    slope = s**3 / 6 - L * s**2 / 2 + L**2 * s / 2
+    return _six(
+        axial * (fx * s + qx * even),
+        bend_z * (fy * point + qy * spread + mz * s**2 / 2) + shear_y * (fy * s + qy * even),
+        bend_y * (fz * point + qz * spread - my * s**2 / 2) + shear_z * (fz * s + qz * even),
+        twist * mx * s,
+        bend_y * (my * s - fz * even - qz * slope),
+        bend_z * (mz * s + fy * even + qy * slope),
+    )
+
+
+def section_wrench(length: Array, wrench: Array, load: Array, s: Array) -> Array:
+    """Return the section wrenches (6, …) at ``s``, about the section's centre: what the outboard part puts on the inboard."""
+    arm = length - s
+    fx, fy, fz, mx, my, mz = wrench
+    qx, qy, qz = load
+    return _six(
+        fx + qx * arm,
+        fy + qy * arm,
+        fz + qz * arm,
+        mx,
+        my - fz * arm - qz * arm**2 / 2,
+        mz + fy * arm + qy * arm**2 / 2,
+    )
+
+
+def strain_energy(c: Array, length: Array, wrench: Array, load: Array) -> Array:
+    """Return the strain energy (…) [J], ∫ ½ wᵀ c w ds over the beam, by Gauss–Legendre quadrature (exact: degree 4)."""
+    points, weights = _GAUSS
+    points = points.reshape((-1,) + (1,) * np.ndim(length))
+    w = section_wrench(length, wrench[:, None], load[:, None], length * (1 + points) / 2)
+    density = np.einsum("i...,ik...->k...", c, w * w)
+    return np.asarray(np.einsum("k,k...->...", weights, density) * length / 4)

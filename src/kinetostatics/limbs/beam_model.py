@@ -1,0 +1,136 @@
+"""The beams of a robot: everything about them that has numbers but no pose."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from kinetostatics.exceptions import RobotFileError
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.linalg import dot
+from kinetostatics.math.ordering import axis_across
+from kinetostatics.mechanism.beam_geometry import SAME_POINT, BeamSpan
+from kinetostatics.mechanism.mechanism import Mechanism
+from kinetostatics.mechanism.tree import Frames
+from kinetostatics.printing.mappings import ShortRepr
+from kinetostatics.sections.kinds import beam_compliance_coefficients
+
+
+@dataclass(frozen=True, repr=False)
+class BeamModel(ShortRepr):
+    """A beam's numbers that do not depend on the pose.
+
+    Attributes:
+        name: of the beam.
+        span: where it lies.
+        axes: (3, 3) beam axes x, y, z as columns, in the carrier body.
+        compliances: (6,) section compliances.
+        mass_per_length: [kg/m], or None when ``mass`` [kg] is spread over whatever length the beam has.
+        mass: see ``mass_per_length``.
+    """
+
+    name: str
+    span: BeamSpan
+    axes: Array
+    compliances: Array
+    mass_per_length: float | None
+    mass: float
+
+    def length(self, frames: Frames) -> Array:
+        """Return the length (N,) [m] at given frames."""
+        start = frames.points(np.array([self.span.start_body]), self.span.start[:, None])[:, 0]
+        end = frames.points(np.array([self.span.end_body]), self.span.end[:, None])[:, 0]
+        along = frames.directions(np.array([self.span.carrier]), self.axes[:, :1])[:, 0]
+        return dot(along, end - start)
+
+    def rod(self, frames: Frames) -> tuple[int, Any]:
+        """Return the beam as a rigid prism, at the frames of one pose: the body that carries it, and ``pin.Inertia`` in that.
+
+        About its own centre it has m (I_y + I_z)/A along its axis and m (L²/12 + I/A) across it.
+        """
+        import pinocchio as pin
+
+        span, section = self.span, self.span.beam.section
+        ends = [
+            frames.points(np.array([body]), point[:, None])[:, 0, 0]
+            for body, point in ((span.start_body, span.start), (span.end_body, span.end))
+        ]
+        R, p = frames.rotation[:, :, span.carrier, 0], frames.position[:, span.carrier, 0]
+        length = float(self.length(frames)[0])
+        mass = self.mass if self.mass_per_length is None else self.mass_per_length * length
+        about = np.array([section.I_y + section.I_z, section.I_y, section.I_z]) / section.area
+        about[1:] += length**2 / 12
+        own = mass * self.axes @ np.diag(about) @ self.axes.T
+        return span.carrier, pin.Inertia(mass, R.T @ ((ends[0] + ends[1]) / 2 - p), own)
+
+
+def make_beam_models(mechanism: Mechanism, spans: dict[str, BeamSpan], zero: Frames) -> dict[str, BeamModel]:
+    """Compute the beams' constants; ``zero`` holds the frames of one closed pose, which orients telescopes.
+
+    Raises:
+        RobotFileError: a telescope's prismatic joint does not lie along its beam, or y_axis is parallel to it.
+    """
+    models = {}
+    fixed_length: dict[str, float] = {}
+    for name, span in spans.items():
+        carrier = np.array([span.carrier])
+        start = zero.points(np.array([span.start_body]), span.start[:, None])[:, 0, 0]
+        end = zero.points(np.array([span.end_body]), span.end[:, None])[:, 0, 0]
+        direction = end - start
+        for joint in span.spanned:
+            connection = mechanism.connections[joint]
+            axis = zero.directions(
+                np.array([connection.predecessor_body]),
+                (connection.predecessor_frame[:3, :3] @ connection.axis)[:, None],
+            )[:, 0, 0]
+            if float(np.linalg.norm(direction)) < SAME_POINT:
+                direction = axis
+            if float(np.linalg.norm(np.cross(axis, direction))) > 1e-5 * float(np.linalg.norm(direction)):
+                place = span.beam.place
+                raise RobotFileError(
+                    f"<beam {name!r}>: the axis of the prismatic joint {joint!r} inside its span does not lie along the beam; "
+                    f"it is ({', '.join(f'{value:.4g}' for value in connection.axis)}) in the joint's frame (1 0 0 where <axis> "
+                    "is left out): is it, or the joint's <parent> or <origin>, wrong?",
+                    place.file,
+                    place.line,
+                )
+            direction = axis if float(axis @ direction) > 0 else -axis
+        R = zero.rotation[:, :, span.carrier, 0]
+        x = R.T @ (direction / np.linalg.norm(direction))
+        placement = mechanism.body_of[span.beam.link][1]
+        given = span.beam.y_axis
+        hint = placement[:3, :3] @ (np.array(given) if given is not None else axis_across(placement[:3, :3].T @ x))
+        y = hint - x * float(x @ hint)
+        if float(np.linalg.norm(y)) < 1e-6 * float(np.linalg.norm(hint)):
+            place = span.beam.place
+            raise RobotFileError(f"<beam {name!r}>: its y_axis is parallel to the beam", place.file, place.line)
+        y /= np.linalg.norm(y)
+        del carrier
+        beam = span.beam
+        coefficients = beam_compliance_coefficients(beam.section, beam.youngs_modulus, beam.shear_modulus, beam.shear_areas)
+        density = beam.density
+        fixed_length[name] = float(np.linalg.norm(end - start))
+        models[name] = BeamModel(
+            name,
+            span,
+            np.column_stack([x, y, np.cross(x, y)]),
+            coefficients,
+            None if density is None else density * beam.section.area,
+            0.0,
+        )
+    return {name: _with_spread_mass(mechanism, model, models, fixed_length) for name, model in models.items()}
+
+
+def _with_spread_mass(
+    mechanism: Mechanism, model: BeamModel, models: dict[str, BeamModel], lengths: dict[str, float]
+) -> BeamModel:
+    """Give a beam without density its share, by length, of its link's own mass."""
+    if model.mass_per_length is not None:
+        return model
+    link = model.span.beam.link
+    siblings = [name for name, item in models.items() if item.span.beam.link == link]
+    share = lengths[model.name] / max(sum(lengths[name] for name in siblings), 1e-300) if len(siblings) > 1 else 1.0
+    mass = mechanism.description.links[link].mass * share
+    return BeamModel(model.name, model.span, model.axes, model.compliances, None, mass)

@@ -1,0 +1,110 @@
+"""How limbs give way: compliance C_ic, Eq. (1), and sag Δ_igc, Eqs. (16), (19), (21).
+
+All are sums over beams and springs of what one wrench does along another, under chord wrenches ``(M, 6, …, limb, pose)`` about o.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from kinetostatics.limbs import beam as beam_formulas
+from kinetostatics.limbs.geometry import LimbGeometry
+from kinetostatics.limbs.group import LimbGroup, chord_sum
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.linalg import correlation
+from kinetostatics.math.screws import move_wrench
+
+#: Compliance, relative to that of its own direction alone, below which a limb or a self-stress counts as rigid.
+RIGID = 1e-12
+
+
+@dataclass(frozen=True)
+class LimbLoads:
+    """Weights of g limbs as their beams and springs carry them, whatever the chord wrenches.
+
+    Attributes:
+        beyond: (6, beams, g, N) weights outboard of each beam's outer end, about o, world axes [N, N·m].
+        spring_beyond: (6, springs, g, N) the same of each spring.
+        own: (3, beams, g, N) the beams' own weights in beam axes [N/m].
+    """
+
+    beyond: Array
+    spring_beyond: Array
+    own: Array
+
+
+def own_weights_of_beams(group: LimbGroup, geometry: LimbGeometry, gravity: Array) -> Array:
+    """Return the even loads (3, beams, g, N) [N/m], in beam axes, of the beams' weights under ``gravity`` (3, N) [m/s²]."""
+    with np.errstate(divide="ignore", invalid="ignore"):  # a telescope may be pushed together to nothing
+        given = group.beam_masses_per_length
+        spread = np.where(np.isnan(given), group.beam_masses / geometry.beam_lengths, given)
+    field = np.broadcast_to(gravity[:, None, None], (3, *spread.shape))
+    return np.einsum("ik...,i...->k...", geometry.beam_axes, field) * spread
+
+
+def strains(group: LimbGroup, geometry: LimbGeometry, columns: Array, particular: Array, loads: LimbLoads) -> tuple[Array, Array]:
+    """Return the compliance (n, n, g, N) along chord wrenches, and the sag (n, g, N) along them.
+
+    Args:
+        group, geometry: the limbs and where they are.
+        columns: (M, 6, n, g, N) chord wrenches per unit of each of n intensities.
+        particular: (M, 6, g, N) chord wrenches under the limbs' own weights.
+        loads: the weights on beams and springs.
+    """
+    n, g, N = columns.shape[2:]
+    C, sag = np.zeros((n, n, g, N)), np.zeros((n, g, N))
+    if n == 0:
+        return C, sag
+    for b in range(len(group.beams[0])):
+        c, L = group.compliances[:, b][:, None], geometry.beam_lengths[b]
+        known = chord_sum(group.beam_chords[b], particular) + loads.beyond[:, b]
+        wrench = np.concatenate([chord_sum(group.beam_chords[b], columns), known[:, None]], axis=1)
+        local = _to_axes(geometry.beam_axes[:, :, b], geometry.beam_ends[:, b], wrench)
+        moved = beam_formulas.end_displacement(c, L, local)
+        moved[:, n] += beam_formulas.sag(c[:, 0], L, loads.own[:, b])
+        product = np.einsum("ki...,kj...->ij...", local[:, :n], moved)
+        C += product[:, :n]
+        sag += product[:, n]
+    for k in range(len(group.springs[0])):
+        known = chord_sum(group.spring_chords[k], particular) + loads.spring_beyond[:, k]
+        wrench = np.concatenate([chord_sum(group.spring_chords[k], columns), known[:, None]], axis=1)
+        local = _to_axes(geometry.spring_axes[:, :, k], geometry.spring_arms[:, k], wrench)
+        product = np.einsum("ki...,kj...->ij...", local[:, :n], spring_twist(group, k, local))
+        C += product[:, :n]
+        sag += product[:, n]
+    return C, sag
+
+
+def spring_twist(group: LimbGroup, spring: int, wrench: Array) -> Array:
+    """Return the twists (6, …, g, N) of a spring's outboard side under wrenches, both at and in its joint's frame."""
+    linear, angular = group.spring_linear[:, :, spring], group.spring_angular[:, :, spring]
+    return np.concatenate(
+        [np.einsum("ijg,j...gn->i...gn", linear, wrench[:3]), np.einsum("ijg,j...gn->i...gn", angular, wrench[3:])]
+    )
+
+
+def misfit_strains(group: LimbGroup, columns: Array, misfit: Array | None) -> Array:
+    """Return what misfits (6, elements, g, N) about o do along chord wrenches (M, 6, n, g, N): (n, g, N) [m or rad]."""
+    if misfit is None:
+        return np.broadcast_to(0.0, columns.shape[2:])
+    error: Array = np.zeros(columns.shape[2:])
+    for k in range(misfit.shape[1]):
+        if error.size and np.any(misfit[:, k]):
+            error += np.einsum("in...,i...->n...", chord_sum(group.element_chords[k], columns), misfit[:, k])
+    return error
+
+
+def count_rigid(C: Array) -> int:
+    """Return along how many combinations of constraint wrenches limbs with compliance (n, n, g, N) are rigid at least."""
+    if not len(C):
+        return 0
+    values = np.linalg.eigvalsh(correlation(np.moveaxis(C, (0, 1), (-2, -1)))[0])
+    return int(np.min(np.sum(values <= RIGID, axis=-1)))
+
+
+def _to_axes(axes: Array, arm: Array, wrench: Array) -> Array:
+    """Return wrenches (6, m, g, N) about o as wrenches about the point at ``arm`` (3, g, N), in axes (3, 3, g, N)."""
+    moved = move_wrench(wrench, arm[:, None])
+    return np.concatenate([np.einsum("ji...,jm...->im...", axes, part) for part in (moved[:3], moved[3:])])

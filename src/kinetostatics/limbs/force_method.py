@@ -1,0 +1,233 @@
+"""Statics of a limb with several chords: which chord wrenches are in equilibrium with its passive joints and weights.
+
+Unknown are the wrenches X of all chords (:mod:`kinetostatics.mechanism.limbs`). Every passive freedom gives one equation, A X =
+−d; its solutions are X = X_0 + N y, and the platform feels P X, the sum of the chords that end at it. The wrenches that the limb
+can put on the platform are the image of P N; what is left of N, P N y = 0, is self-stress (``docs/method.md``, section 9; S. P.
+Timoshenko and D. H. Young, *Theory of Structures*, chapter on the force method).
+
+The equations are eliminated with pivots chosen once, at generic poses, for thousands of poses at a time. Arrays are
+``(…, limb, pose)``; lengths are scaled by the caller so that forces and moments are comparable.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.linalg import canonical_basis
+from kinetostatics.math.ordering import first_largest
+
+#: Pivots below this are not trusted; the pose is then solved by singular values.
+_SMALL_PIVOT = 1e-6
+#: A plan is good enough for another limb if its pivots there are not smaller than this.
+_GOOD_PIVOT = 1e-3
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Pivots (row, column) of the elimination, fixed once per limb.
+
+    Attributes:
+        joints: among the joints' equations.
+        platform: among the six sums of the platform's chords.
+        free: the columns that are left: self-stress.
+    """
+
+    joints: tuple[tuple[int, int], ...]
+    platform: tuple[tuple[int, int], ...]
+    free: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Distribution:
+    """What chord wrenches a limb allows; n unknowns.
+
+    Attributes:
+        particular: (n, …) X_0, in equilibrium with the weights.
+        spread: (n, 6, …) the chords' wrenches per unit of what the platform puts on the limb, for wrenches that it can carry.
+        self_stress: (n, s, …) chord wrenches that the platform does not feel.
+        allowed: (6, 6 − n_c, …) twists of the platform that the limb allows: reciprocal to all wrenches that it can carry.
+        doubtful: (…) where the pivots fail, so that the limb may have other ranks than at generic poses.
+    """
+
+    particular: Array
+    spread: Array
+    self_stress: Array
+    allowed: Array
+    doubtful: NDArray[np.bool_]
+
+
+def make_plan(A: Array, P: Array, tolerance: float) -> Plan:
+    """Choose pivots at generic poses.
+
+    Args:
+        A: (k, n, poses) the joints' equations.
+        P: (6, n) sums over the platform's chords.
+        tolerance: relative singular value below which a direction counts as dependent.
+    """
+    k = A.shape[0]
+    rank, felt = ranks(A, P, tolerance)
+    M = _stacked(A, P)
+    joints = _pivots(M, range(k), rank, [])
+    platform = _pivots(M, range(k, k + 6), felt, [column for _, column in joints])
+    used = {column for _, column in (*joints, *platform)}
+    return Plan(tuple(joints), tuple(platform), tuple(column for column in range(A.shape[1]) if column not in used))
+
+
+def suits(plan: Plan, A: Array, P: Array, tolerance: float) -> bool:
+    """Whether a plan made for one limb is good for another at the same generic poses."""
+    if ranks(A, P, tolerance) != (len(plan.joints), len(plan.platform)):
+        return False
+    M = _stacked(A, P)
+    return float(np.min(_eliminate(M, (*plan.joints, *plan.platform)), initial=1.0)) > _GOOD_PIVOT
+
+
+def distribute(plan: Plan, A: Array, filled: NDArray[np.bool_], P: Array, demand: Array) -> Distribution:
+    """Solve A X = −demand, P X = w for every wrench w that the limb can carry.
+
+    Args:
+        plan: the pivots.
+        A: (k, n, g, N) the joints' equations.
+        filled: (k, n) which of their coefficients are not zero everywhere.
+        P: (6, n) sums over the platform's chords.
+        demand: (k, g, N) what the weights put on the passive freedoms.
+    """
+    k, n = A.shape[:2]
+    batch = A.shape[2:]
+    M = np.zeros((k + 6, n + 7, *batch))
+    M[:k, :n], M[:k, n] = A, -demand
+    M[k:, :n] = P.reshape(6, n, *(1,) * len(batch))
+    M[range(k, k + 6), range(n + 1, n + 7)] = 1
+    pattern = np.zeros((k + 6, n + 7), dtype=bool)
+    pattern[:k, :n], pattern[:k, n], pattern[k:, :n] = filled, True, P != 0
+    pattern[range(k, k + 6), range(n + 1, n + 7)] = True
+    smallest = _eliminate(M, plan.joints, pattern)
+    M[k:, n], pattern[k:, n] = 0, False  # the particular solution leaves the free columns alone
+    smallest = np.minimum(smallest, _eliminate(M, plan.platform, pattern))
+    pivots = (*plan.joints, *plan.platform)
+    rows, columns = [row for row, _ in pivots], [column for _, column in pivots]
+    solved = np.zeros((n, 7, *batch))
+    solved[columns] = M[rows, n:]
+    self_stress = np.zeros((n, len(plan.free), *batch))
+    self_stress[columns] = -M[np.ix_(rows, plan.free)]
+    self_stress[list(plan.free), range(len(plan.free))] = 1
+    taken = {row for row, _ in plan.platform}
+    allowed = M[[row for row in range(k, k + 6) if row not in taken], n + 1 :].swapaxes(0, 1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        allowed = allowed / np.sqrt(np.sum(allowed * allowed, axis=0))
+    bad = ~(smallest > _SMALL_PIVOT)
+    result = Distribution(solved[:, 0], solved[:, 1:], self_stress, allowed, bad)
+    for limb, pose in np.argwhere(bad).tolist():
+        _by_singular_values(plan, limb, pose, A, P, demand, result)
+    return result
+
+
+def remainder(plan: Plan, A: Array, demand: Array, particular: Array) -> Array:
+    """Return what no chord wrenches can balance of the demand (k, g, N): the part of it that is across the columns of A.
+
+    Args:
+        plan: the pivots, of which the rank is taken.
+        A: (k, n, g, N) the joints' equations.
+        demand: (k, g, N) what the weights put on the passive freedoms.
+        particular: (n, g, N) the solution by elimination, which leaves nothing where the equations agree. Where they do not,
+            what it leaves depends on the pivots.
+    """
+    left = demand + np.einsum("kn...,n...->k...", A, particular)
+    where = np.max(np.abs(left), axis=0, initial=0.0) > 1e-10 * np.max(np.abs(demand), axis=0, initial=0.0)
+    where &= np.all(np.isfinite(A), axis=(0, 1))
+    if np.any(where):
+        images = np.linalg.svd(np.moveaxis(A[..., where], 2, 0), full_matrices=False)[0][:, :, : len(plan.joints)]
+        wanted = demand[:, where].T[..., None]
+        left[:, where] = (wanted - images @ (np.swapaxes(images, 1, 2) @ wanted))[..., 0].T
+    return left
+
+
+def _eliminate(M: Array, pivots: tuple[tuple[int, int], ...], filled: NDArray[np.bool_] | None = None) -> Array:
+    """Eliminate columns in place (Gauss–Jordan) and return the smallest absolute pivot (…); the pivots' own columns stay behind.
+
+    Args:
+        M: (rows, columns, …) the equations.
+        pivots: rows and columns.
+        filled: (rows, columns) where M is not zero throughout, kept up to date; None: everywhere.
+    """
+    filled = np.ones(M.shape[:2], dtype=bool) if filled is None else filled
+    smallest = np.full(M.shape[2:], np.inf)
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        for row, column in pivots:
+            pivot = M[row, column]
+            smallest = np.minimum(smallest, np.abs(pivot))
+            others = [int(other) for other in np.flatnonzero(filled[:, column]) if other != row]
+            filled[:, column] = False
+            runs = _runs(filled[row])
+            for run in runs:
+                M[row, run] /= pivot
+            for other in others:
+                for run in runs:
+                    M[other, run] -= M[other, column] * M[row, run]
+            filled[others] |= filled[row]
+    return smallest
+
+
+def _runs(mask: NDArray[np.bool_]) -> list[slice]:
+    """Return where a mask is true, as slices."""
+    ends = np.flatnonzero(np.diff(mask, prepend=False, append=False))
+    return [slice(first, last) for first, last in ends.reshape(-1, 2).tolist()]
+
+
+def _pivots(M: Array, rows: range, count: int, used: list[int]) -> list[tuple[int, int]]:
+    """Choose pivots one by one, the largest over all generic poses, and eliminate them from M (rows, n, poses) in place."""
+    chosen: list[tuple[int, int]] = []
+    for _ in range(count):
+        free_rows = [row for row in rows if row not in {r for r, _ in chosen}]
+        free = [column for column in range(M.shape[1]) if column not in {*used, *(c for _, c in chosen)}]
+        sizes = np.min(np.abs(M[np.ix_(free_rows, free)]), axis=2)
+        row, column = np.unravel_index(first_largest(sizes.ravel()), sizes.shape)
+        pivot = (free_rows[int(row)], free[int(column)])
+        _eliminate(M, (pivot,))
+        chosen.append(pivot)
+    return chosen
+
+
+def _by_singular_values(plan: Plan, limb: int, pose: int, A: Array, P: Array, demand: Array, result: Distribution) -> None:
+    """Put the solution at one limb and pose, where the pivots fail, found by singular values, into ``result``."""
+    one = A[..., limb, pose]
+    if not np.all(np.isfinite(one)):
+        return
+    rank, felt = len(plan.joints), len(plan.platform)
+    U, values, V = np.linalg.svd(one, full_matrices=True)
+    inverse = np.where(values[:rank] > 0, 1 / np.maximum(values[:rank], 1e-300), 0.0)
+    N = canonical_basis(V[rank:].T)
+    left, felt_values, right = np.linalg.svd(P @ N, full_matrices=True)
+    back = np.where(felt_values[:felt] > 0, 1 / np.maximum(felt_values[:felt], 1e-300), 0.0)
+    result.particular[..., limb, pose] = -V[:rank].T @ (inverse * (U[:, :rank].T @ demand[..., limb, pose]))
+    result.spread[..., limb, pose] = N @ (right[:felt].T * back) @ left[:, :felt].T
+    result.self_stress[..., limb, pose] = N @ canonical_basis(right[felt:].T)
+    result.allowed[..., limb, pose] = canonical_basis(left[:, felt:])
+
+
+def ranks(A: Array, P: Array, tolerance: float) -> tuple[int, int]:
+    """Return the rank of the joints' equations, and how many independent wrenches the platform can feel."""
+    poses = range(A.shape[2])
+    rank = max((_rank(A[:, :, p], tolerance) for p in poses), default=0)
+    return rank, max((_rank(P @ _null(A[:, :, p], rank), tolerance) for p in poses), default=0)
+
+
+def _stacked(A: Array, P: Array) -> Array:
+    return np.concatenate([A, np.broadcast_to(P[:, :, None], (6, *A.shape[1:]))])
+
+
+def _rank(matrix: Array, tolerance: float) -> int:
+    if not matrix.size:
+        return 0
+    values = np.linalg.svd(matrix, compute_uv=False)
+    return int(np.sum(values > tolerance * max(float(values[0]), 1.0)))
+
+
+def _null(matrix: Array, rank: int) -> Array:
+    """Return an orthonormal basis of the null space (n, n − rank)."""
+    if not matrix.shape[0]:
+        return np.eye(matrix.shape[1])
+    return canonical_basis(np.linalg.svd(matrix, full_matrices=True)[2][rank:].T)

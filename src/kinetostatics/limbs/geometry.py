@@ -1,0 +1,232 @@
+"""Where joints, beams and springs of limbs that are built alike are: unit twists, centres, limb axes, beam axes at many poses.
+
+All of them are fixed in bodies of the robot. Arrays are ``(component, member, limb, pose)``, world axes, arms from o.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.limbs.beam_model import BeamModel
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.linalg import cross, dot, normalize
+from kinetostatics.math.ordering import axis_across
+from kinetostatics.mechanism.joint_compliance import Spring
+from kinetostatics.mechanism.limb_joints import Unit, sides
+from kinetostatics.mechanism.limbs import Limb
+from kinetostatics.mechanism.tree import Frames
+
+if TYPE_CHECKING:
+    from kinetostatics.robot import Robot
+
+Index = NDArray[np.intp]
+
+#: Cosine of the angle between axes that count as parallel.
+_ALIKE = 1 - 1e-6
+#: A component of a unit vector above this tells which way it points.
+_CLEAR = 0.2
+
+
+@dataclass(frozen=True)
+class LimbGeometry:
+    """What N poses of a group of g limbs look like; all arms are from o [m], world axes.
+
+    Attributes:
+        axes: (3, k, g, N) axes of all freedoms; which way they point does not depend on the file, see :func:`_orientations`.
+        twists: (6, k, g, N) unit twists of all freedoms about o, outboard relative to inboard: the columns behind Eqs. (2), (4).
+        centres: (3, units + 1, g, N) joint centres, and the limb's outer end; of an axis without a centre of its own the point
+            nearest to the next joint with one along a serial limb, else to o.
+        limb_axes: (3, 3, g, N) columns x, y, z; z along the limb.
+        beam_axes: (3, 3, beams, g, N).
+        beam_lengths: (beams, g, N) [m].
+        beam_ends: (3, beams, g, N) outer ends.
+        spring_axes: (3, 3, springs, g, N) axes of the sprung joints' frames.
+        spring_arms: (3, springs, g, N) their origins.
+    """
+
+    axes: Array
+    twists: Array
+    centres: Array
+    limb_axes: Array
+    beam_axes: Array
+    beam_lengths: Array
+    beam_ends: Array
+    spring_axes: Array
+    spring_arms: Array
+
+
+class LimbSkeleton:
+    """What of alike limbs has a place, fixed in the robot's bodies.
+
+    Attributes:
+        freedoms: of every limb, the freedoms of its joints, inboard ones first.
+        rotates: (k,) which of them are rotations.
+        passive: (k,) which of them are passive.
+        unit_of: (k,) the unit that each belongs to.
+        y_choice: what the limbs' y axis follows: ``("axis", f)`` or ``("world", -1)``.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        limbs: Sequence[Limb],
+        units: Sequence[Sequence[Unit]],
+        beams: Sequence[Sequence[BeamModel]],
+        springs: Sequence[Sequence[Spring]],
+    ) -> None:
+        self._units = units[0]
+        self.freedoms = rows = [[freedom for unit in row for freedom in unit.freedoms] for row in units]
+        self.rotates = np.array([freedom.rotates for freedom in rows[0]], dtype=bool)
+        self.passive = np.array([freedom.passive for freedom in rows[0]], dtype=bool)
+        self.unit_of = np.array([k for k, unit in enumerate(units[0]) for _ in unit.freedoms], dtype=np.intp)
+        signs = np.array([[f.sign for f in row] for row in rows], dtype=float).reshape(len(rows), -1).T[..., None]
+        self._signs = signs if np.any(signs < 0) else None
+        spans = [[beam.span for beam in row] for row in beams]
+        self._axes = _Vectors([[(f.body, f.axis) for f in row] for row in rows])
+        self._beam_axes = _Vectors([[(beam.span.carrier, beam.axes) for beam in row] for row in beams], (3, 3))
+        self._spring_axes = _Vectors([[(spring.body, spring.frame[:3, :3]) for spring in row] for row in springs], (3, 3))
+        self._centres = _Vectors([[(f.centre_body, f.centre) for f in row] for row in rows])
+        self._outer_ends = _Vectors([[_outer_point(robot, limb)] for limb in limbs])
+        self._beam_starts = _Vectors([[(s.start_body, s.start) for s in row] for row in spans])
+        self._beam_ends = _Vectors([[(s.end_body, s.end) for s in row] for row in spans])
+        self._spring_points = _Vectors([[(spring.body, spring.frame[:3, 3]) for spring in row] for row in springs])
+        self._loose = _nearest_centres([unit.has_centre for unit in self._units], limbs[0].is_serial)
+        last = self._units[-1] if self._units and self._units[-1].edge == len(limbs[0].edges) - 1 else None
+        self._ends_at_joint = last is not None and (not last.has_centre or all(freedom.rotates for freedom in last.freedoms))
+        self._last_freedoms = [int(np.flatnonzero(self.unit_of == u)[-1]) for u in range(len(self._units))]
+        zero = robot.zero_frames
+        axes, arms, centres = self._joints(zero, np.zeros((3, 1)))
+        z = self._limb_z(self._beam_axes.at(zero), centres)[:, :, 0]
+        self.y_choice = self._choose_y(axes[:, :, 0, 0], z[:, 0])
+        self._world_y = axis_across(z)
+        named = np.array([unit.has_axis(freedom.rotates) for unit in units[0] for freedom in unit.freedoms], dtype=bool)
+        moments = np.where(self.rotates[:, None], cross(arms, axes)[..., 0], 0.0)
+        self._orientations = _orientations(axes[..., 0], moments, named, robot.length)[:, :, None]
+
+    def geometry(self, frames: Frames, o: Array) -> LimbGeometry:
+        """Evaluate the limbs at given frames; ``o`` (3, N) is the reference point [m]."""
+        beam_axes, spring_axes = self._beam_axes.at(frames), self._spring_axes.at(frames)
+        axes, arms, centres = self._joints(frames, o)
+        o = o[:, None, None]
+        twists = np.empty((6, *axes.shape[1:]))
+        slides = np.flatnonzero(~self.rotates)
+        twists[:3], twists[3:] = cross(arms, axes), axes
+        twists[:3, slides], twists[3:, slides] = axes[:, slides], 0.0
+        if self._signs is not None:
+            twists *= self._signs
+        axes = axes * self._orientations
+        beam_ends = self._beam_ends.points(frames)
+        z = self._limb_z(beam_axes, centres)
+        follow = axes[:, self.y_choice[1]] if self.y_choice[0] == "axis" else self._world_y[:, :, None]
+        y = normalize(follow - z * dot(z, follow))
+        return LimbGeometry(
+            axes=axes,
+            twists=twists,
+            centres=centres,
+            limb_axes=np.stack([cross(y, z), y, z], axis=1),
+            beam_axes=beam_axes,
+            beam_lengths=dot(beam_axes[:, 0], beam_ends - self._beam_starts.points(frames)),
+            beam_ends=beam_ends - o,
+            spring_axes=spring_axes,
+            spring_arms=self._spring_points.points(frames) - o,
+        )
+
+    def _joints(self, frames: Frames, o: Array) -> tuple[Array, Array, Array]:
+        """Return the freedoms' axes as in the file and arms to a point of each (3, k, g, N), and ``LimbGeometry.centres``."""
+        axes, arms = self._axes.at(frames), self._centres.points(frames) - o[:, None, None]
+        centres = np.concatenate([arms[:, self._last_freedoms], self._outer_ends.points(frames) - o[:, None, None]], axis=1)
+        for unit, near in self._loose.items():
+            along = axes[:, self._last_freedoms[unit]]
+            arm = centres[:, unit] if near is None else centres[:, unit] - centres[:, near]
+            centres[:, unit] -= along * dot(along, arm)
+        if self._ends_at_joint:  # which is where its axes meet
+            centres[:, -1] = centres[:, -2]
+        return axes, arms, centres
+
+    def _limb_z(self, beam_axes: Array, centres: Array) -> Array:
+        """Return the limbs' z axes (3, g, N): along the last beam, else from the first joint to the outer end, else up."""
+        if beam_axes.shape[2]:
+            return beam_axes[:, 0, -1]
+        axis = centres[:, -1] - centres[:, 0]
+        far = dot(axis, axis) > 1e-18
+        return np.where(far, normalize(axis), np.array([0.0, 0.0, 1.0])[:, None, None])
+
+    def _choose_y(self, axes: Array, z: Array) -> tuple[str, int]:
+        """Choose what the y axis across ``z`` (3,) follows: a passive hinge, a universal's axis, a driven hinge, or the world."""
+        hinges = ("revolute", "continuous", "cylindrical")
+        for kinds, passive in ((hinges, True), (("universal",), True), (hinges, False)):
+            for f, k in enumerate(self.unit_of):
+                wanted = self._units[k].kind in kinds and self.passive[f] == passive and self.rotates[f]
+                if wanted and abs(float(axes[:, f] @ z)) < 0.999:
+                    return "axis", f
+        return "world", -1
+
+
+class _Vectors:
+    """Points or directions (3,), or axes (3, 3), fixed in bodies: those of the k members of each of g limbs, limb by limb."""
+
+    def __init__(self, rows: list[list[tuple[int, Array]]], shape: tuple[int, ...] = (3,)) -> None:
+        g, k = len(rows), len(rows[0])
+        self._shape = (*shape, k, g)
+        self._bodies = np.array([body for row in rows for body, _ in row], dtype=np.intp).reshape(g, k).T.ravel()
+        vectors = np.array([vector for row in rows for _, vector in row], dtype=float).reshape(g, k, *shape)
+        self._vectors = np.moveaxis(vectors, (0, 1), (-1, -2)).reshape(*shape, k * g)
+
+    def points(self, frames: Frames) -> Array:
+        """Return points in the world (3, k, g, N) [m]."""
+        return self._shaped(frames.points, frames)
+
+    def at(self, frames: Frames) -> Array:
+        """Return directions (3, k, g, N) or axes (3, 3, k, g, N) in the world."""
+        return self._shaped(frames.directions if self._vectors.ndim == 2 else frames.orientations, frames)
+
+    def _shaped(self, evaluate: Callable[[Index, Array], Array], frames: Frames) -> Array:
+        N = frames.position.shape[2]
+        if not self._bodies.size:  # which indexing would pay for
+            return np.zeros((*self._shape, N))
+        return evaluate(self._bodies, self._vectors).reshape(*self._shape, N)
+
+
+def _nearest_centres(has_centre: Sequence[bool], is_serial: bool) -> dict[int, int | None]:
+    """Return for each joint without a centre the next one in the limb that has one, the outer of two, if there is any."""
+    known = [u for u, has in enumerate(has_centre) if has and is_serial]
+    return {
+        u: min(known, key=lambda other: (abs(other - u), -other), default=None) for u, has in enumerate(has_centre) if not has
+    }
+
+
+def _orientations(axes: Array, moments: Array, named: NDArray[np.bool_], length: float) -> Array:
+    """Return for every axis of g limbs the sign (k, g) with which it points as its line in space says, whatever the file writes.
+
+    At the closed zero pose it points along the world's z axis; if it is level, anticlockwise around that; if it meets the z axis,
+    along x, else along y. Axes of one limb that are parallel point the same way.
+
+    Args:
+        axes: (3, k, g) at the zero pose, as in the file.
+        moments: (3, k, g) of unit forces along them about the world's origin [m]; 0 for translations.
+        named: (k,) which axes are those of a joint alone; others do not matter.
+        length: characteristic length [m].
+    """
+    cosines = np.einsum("ikg,ihg->khg", axes, axes) * named[:, None]
+    alike = np.where(np.abs(cosines) > _ALIKE, np.sign(cosines), 0.0)
+    around = np.einsum("khg,hg->kg", alike, moments[2] * named[:, None]) / length
+    signs = np.ones(axes.shape[1:])
+    for size in (axes[1], axes[0], around, axes[2]):  # the last has the last word
+        signs = np.where(np.abs(size) > _CLEAR, np.sign(size), signs)
+    return signs
+
+
+def _outer_point(robot: Robot, limb: Limb) -> tuple[int, Array]:
+    """Return body and point (3,) [m] of a limb's outer end: its last joint's or beam's."""
+    edge = limb.edges[-1]
+    if edge.beam:
+        span = robot.beams[edge.beam].span
+        return span.end_body, span.end
+    connection = robot.mechanism.connections[str(edge.joint)]
+    body, frame = sides(edge, connection)[1]
+    return body, frame[:3, 3]

@@ -1,0 +1,123 @@
+"""Everything that weighs something: rigid links at their centre of mass, beams evenly along their length.
+
+Masses and centres are those of Pinocchio's inertias (:mod:`kinetostatics.mechanism.inertias`). The weights of one pose are
+computed by Pinocchio, those of many by the same arrays all at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.linalg import cross
+from kinetostatics.mechanism.inertias import Falling, weighed
+from kinetostatics.mechanism.tree import Frames
+
+if TYPE_CHECKING:
+    from kinetostatics.robot import Robot
+
+
+class Weights:
+    """The robot's weights.
+
+    Attributes:
+        names: a rigid link's own name, or ``beam:`` and the beam's; those of the limbs in turn, then base, then platform.
+        owner: for each of them the limb it belongs to, or ``base`` or ``platform``.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        topology = robot.topology
+        parts = [(limb.name, limb.weights) for limb in topology.limbs]
+        parts += [("base", topology.base.weights), ("platform", topology.platform.weights)]
+        self.names = [name for _, names in parts for name in names]
+        self.owner = [owner for owner, names in parts for _ in names]
+        self._number = {name: k for k, name in enumerate(self.names)}
+        rigid = [name for name in self.names if not name.startswith("beam:")]
+        self._beam_of = {
+            k: robot.beams[name.removeprefix("beam:")] for k, name in enumerate(self.names) if name.startswith("beam:")
+        }
+        self._known: list[tuple[int, Any] | None] | None = None
+        self._is_rigid = np.array([not name.startswith("beam:") for name in self.names], dtype=bool)
+        self._inertias = [robot.mechanism.link_inertias[name] for name in rigid]
+        self._mass = np.array([inertia.mass for inertia in self._inertias])
+        self._body = np.array([robot.mechanism.body_of[name][0] for name in rigid], dtype=np.intp)
+        self._centre = np.array([inertia.lever for inertia in self._inertias]).reshape(-1, 3).T
+        self._beams = list(self._beam_of.values())
+        spans = [beam.span for beam in self._beams]
+        self._ends = [
+            (
+                np.array([s.start_body for s in spans], dtype=np.intp),
+                np.array([s.start for s in spans]).reshape(-1, 3).T,
+            ),
+            (np.array([s.end_body for s in spans], dtype=np.intp), np.array([s.end for s in spans]).reshape(-1, 3).T),
+        ]
+
+    def masses(self, frames: Frames) -> Array:
+        """Return all masses (W, N) [kg]; those of telescopic beams follow the pose."""
+        N = frames.position.shape[2]
+        result = np.empty((len(self.names), N))
+        result[self._is_rigid] = self._mass[:, None]
+        if self._beams:
+            result[~self._is_rigid] = np.array(
+                [
+                    np.full(N, beam.mass) if beam.mass_per_length is None else beam.mass_per_length * beam.length(frames)
+                    for beam in self._beams
+                ]
+            )
+        return result
+
+    def centres(self, frames: Frames) -> Array:
+        """Return all centres of mass (3, W, N) [m]."""
+        N = frames.position.shape[2]
+        result = np.empty((3, len(self.names), N))
+        result[:, self._is_rigid] = frames.points(self._body, self._centre)
+        if self._beams:
+            start, end = (frames.points(bodies, points) for bodies, points in self._ends)
+            result[:, ~self._is_rigid] = (start + end) / 2
+        return result
+
+    def wrenches(self, frames: Frames, o: Array, gravity: Array) -> Array:
+        """Return the weights' wrenches (6, W, N) about ``o`` (3, N) under ``gravity`` (3, N) [m/s²]."""
+        if o.shape[1] == 1 and np.all(np.isfinite(o)):  # Pinocchio refuses what is NaN where no pose is
+            return self._wrenches_of_one(frames, o[:, 0], gravity[:, 0])
+        force = self.masses(frames)[None] * gravity[:, None]
+        return np.concatenate([force, cross(self.centres(frames) - o[:, None], force)])
+
+    def _wrenches_of_one(self, frames: Frames, o: Array, gravity: Array) -> Array:
+        bodies = self._bodies_at(frames)
+        at = {body: Falling(frames.rotation[:, :, body, 0], frames.position[:, body, 0] - o, gravity) for body, _ in bodies}
+        wrenches = [at[body].wrench(inertia) for body, inertia in bodies]
+        return np.array(wrenches).reshape(-1, 6).T[..., None]
+
+    def _bodies_at(self, frames: Frames) -> list[tuple[int, Any]]:
+        """Return body and ``pin.Inertia`` of every weight at one pose."""
+        constant = enumerate(self._constant(frames))
+        return [known if known is not None else self._beam_of[number].rod(frames) for number, known in constant]
+
+    def _constant(self, frames: Frames) -> list[tuple[int, Any] | None]:
+        """Return the same, without telescopes; any pose serves."""
+        if self._known is None:
+            rigid = iter(zip(self._body.tolist(), self._inertias, strict=True))
+            self._known = []
+            for number, is_rigid in enumerate(self._is_rigid):
+                beam = None if is_rigid else self._beam_of[number]
+                follows = beam is not None and beam.span.start_body != beam.span.end_body
+                self._known.append(None if follows else next(rigid) if beam is None else beam.rod(frames))
+        return self._known
+
+    def on_model(self, model: Any, frames: Frames) -> Any:
+        """Return a copy of Pinocchio's model of the tree that weighs what the robot weighs at one pose."""
+        return weighed(model, self._bodies_at(frames))
+
+    def sum(self, names: Iterable[str], wrenches: Array) -> Array:
+        """Return the sum (6, N) of the wrenches (6, W, N) of some weights."""
+        which = [self._number[name] for name in names]
+        return np.asarray(wrenches[:, which].sum(axis=1))
+
+    def of(self, owner: str) -> NDArray[np.bool_]:
+        """Return which weights belong to a limb, to ``base`` or to ``platform``."""
+        return np.array([item == owner for item in self.owner], dtype=bool)

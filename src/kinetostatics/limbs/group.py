@@ -1,0 +1,264 @@
+"""Limbs that are built alike, stacked: their joints, beams and springs, and which chord wrenches and weights each carries.
+
+What every edge of a limb carries is a signed sum of chord wrenches (:mod:`kinetostatics.mechanism.limbs`) and of the weights
+outboard of it. Limbs stand along an axis of their own: arrays are ``(component, column, limb, pose)``.
+"""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.limbs.force_method import Plan
+from kinetostatics.limbs.geometry import LimbGeometry, LimbSkeleton
+from kinetostatics.math.arrays import Array
+from kinetostatics.mechanism.joint_compliance import springs_of
+from kinetostatics.mechanism.limb_joints import limb_elements, limb_units
+from kinetostatics.mechanism.limbs import Edge
+from kinetostatics.mechanism.tree import Frames
+
+if TYPE_CHECKING:
+    from kinetostatics.limbs.basis_choice import Basis
+    from kinetostatics.robot import Robot
+
+
+class LimbGroup:
+    """Limbs that are built alike.
+
+    Attributes:
+        limbs: the limbs.
+        numbers: their positions among the robot's limbs.
+        units: of every limb, its joints.
+        elements: of every limb, its beams and joints, alike but for how many edges of the file they are.
+        beams, springs: of every limb, the beams and springs on its edges, inboard ones first.
+        spring_elements: which elements the springs belong to.
+        freedoms: of every limb, the freedoms of its joints, inboard ones first.
+        passive, rotates: (k,) which freedoms are passive, and which are rotations.
+        unit_of: (k,) the unit that each freedom belongs to.
+        platform_joint: (k,) which freedoms belong to the platform joint.
+        compliances: (6, beams, g, 1) section compliances.
+        beam_masses, beam_masses_per_length: (beams, g, 1) [kg], or [kg/m] where those are what is fixed, else NaN.
+        spring_linear, spring_angular: (3, 3, springs, g) [m/N], [rad/(N·m)].
+        freedom_chords, beam_chords, spring_chords, element_chords: (…, M) signs of the chord wrenches that each of them carries.
+        to_platform: (M,) which chords end at the platform.
+
+    Decided once, at generic poses (:mod:`kinetostatics.limbs.grouping`):
+
+    Attributes:
+        plan: how the chord wrenches of a limb that is not serial are found.
+        basis: the readable wrenches, alike for all but for their labels.
+        labels, attached_labels: names of the columns of J_ic and J_ig, for each limb.
+        rigid_directions: along how many combinations of its constraint wrenches the limb is rigid.
+        at_one_pose: whether that was decided at one pose, at which the limb is another one
+            (:mod:`kinetostatics.statics.limb_ranks`).
+    """
+
+    plan: Plan | None = None
+    basis: Basis
+    labels: list[tuple[str, ...]]
+    attached_labels: list[tuple[str, ...]]
+    rigid_directions: int = 0
+    at_one_pose: bool = False
+
+    def __init__(self, robot: Robot, numbers: Sequence[int]) -> None:
+        self.robot, self.numbers = robot, tuple(numbers)
+        self.limbs = [robot.all_limbs[k] for k in numbers]
+        self.units = [limb_units(robot.mechanism, limb) for limb in self.limbs]
+        self.elements = [limb_elements(limb, units) for limb, units in zip(self.limbs, self.units, strict=True)]
+        beam_edges = [[edge for edge in limb.edges if edge.beam] for limb in self.limbs]
+        self.beams = [[robot.beams[str(edge.beam)] for edge in row] for row in beam_edges]
+        sprung = [
+            [(edge, spring) for edge in limb.edges if edge.joint for spring in springs_of(robot.mechanism, edge.joint)]
+            for limb in self.limbs
+        ]
+        self.springs = [[spring for _, spring in row] for row in sprung]
+        spring_edges = [[edge for edge, _ in row] for row in sprung]
+        self._skeleton = LimbSkeleton(robot, self.limbs, self.units, self.beams, self.springs)
+        self.freedoms, self.passive = self._skeleton.freedoms, self._skeleton.passive
+        self.rotates, self.unit_of = self._skeleton.rotates, self._skeleton.unit_of
+        freedom_edges = [
+            [limb.edges[unit.edge] for unit in units for _ in unit.freedoms]
+            for limb, units in zip(self.limbs, self.units, strict=True)
+        ]
+        self.compliances = _members_last([[m.compliances for m in row] for row in self.beams], (6,))[..., None]
+        self.beam_masses = _members_last([[np.array(m.mass) for m in row] for row in self.beams], ())[..., None]
+        self.beam_masses_per_length = _members_last(
+            [[np.array(np.nan if m.mass_per_length is None else m.mass_per_length) for m in row] for row in self.beams], ()
+        )[..., None]
+        self.spring_linear = _members_last([[spring.linear for spring in row] for row in self.springs], (3, 3))
+        self.spring_angular = _members_last([[spring.angular for spring in row] for row in self.springs], (3, 3))
+        limb, elements = self.limbs[0], self.elements[0]
+        element_of = {k: number for number, element in enumerate(elements) for k in element.edges}
+        self.spring_elements = tuple(element_of[limb.edges.index(edge)] for edge in spring_edges[0])
+        self.to_platform = np.array(limb.to_platform, dtype=bool)
+        self.freedom_chords = self._chords(freedom_edges[0])
+        self.beam_chords = self._chords(beam_edges[0])
+        self.spring_chords = self._chords(spring_edges[0])
+        self.element_chords = self._chords([limb.edges[element.edges[-1]] for element in elements])
+        self.platform_joint = self._platform_joint()
+        own = [[robot.weights.names.index(name) for name in limb.weights] for limb in self.limbs]
+        most = max(map(len, own), default=0)
+        self._own_weights = np.array([row + [0] * (most - len(row)) for row in own], dtype=np.intp).reshape(len(own), most).T
+        self._outboard_of_passive = self._outboard(freedom_edges)[:, self.passive]
+        self._outboard_of_beams, self._outboard_of_springs = self._outboard(beam_edges), self._outboard(spring_edges)
+
+    def decided(self, plan: Plan | None, bases: Sequence[Basis] = (), rigid_directions: int = 0) -> LimbGroup:
+        """Return the same limbs with what is decided about them once, at generic poses; ``bases`` are those of every limb."""
+        group = copy.copy(self)
+        group.plan, group.rigid_directions = plan, rigid_directions
+        if bases:
+            group.basis = bases[0]
+            group.labels = [tuple(c.label for c in basis.constraint) for basis in bases]
+            group.attached_labels = [tuple(c.label for c in basis.attached) for basis in bases]
+        return group
+
+    def alone(self, position: int) -> LimbGroup:
+        """Return one of the limbs as a group of its own, with what is decided about it."""
+        group = LimbGroup(self.robot, [self.numbers[position]]).decided(self.plan, (), self.rigid_directions)
+        group.basis, group.labels = self.basis, [self.labels[position]]
+        group.attached_labels = [self.attached_labels[position]]
+        return group
+
+    @property
+    def is_serial(self) -> bool:
+        """Whether the limb is a single way from base to platform."""
+        return self.limbs[0].is_serial
+
+    @property
+    def is_hanging(self) -> bool:
+        """Whether these are closed chains that hang on base or platform alone."""
+        return not np.any(self.to_platform)
+
+    @property
+    def signature(self) -> tuple[object, ...]:
+        """What limbs must have in common to be stacked."""
+        return (
+            tuple((unit.kind, tuple((f.rotates, f.passive) for f in unit.freedoms)) for unit in self.units[0]),
+            tuple(element.signature for element in self.elements[0]),
+            tuple(map(tuple, self.spring_chords.tolist())),
+            self.spring_elements,
+            tuple(self.platform_joint.tolist()),
+            self.limbs[0].to_platform,
+            self.limbs[0].on_platform,
+            self._skeleton.y_choice,
+        )
+
+    def geometry(self, frames: Frames, o: Array) -> LimbGeometry:
+        """Evaluate the limbs at given frames; ``o`` (3, N) is the reference point [m]."""
+        return self._skeleton.geometry(frames, o)
+
+    def _platform_joint(self) -> NDArray[np.bool_]:
+        """Mark the freedoms of the outermost run of passive joints with neither beam nor weight between them.
+
+        Where several joints lead to the platform none is the platform joint.
+        """
+        limb = self.limbs[0]
+        inside = np.zeros(len(self.passive), dtype=bool)
+        if np.sum(self.to_platform) != 1:
+            return inside
+        last = ((int(np.flatnonzero(self.to_platform)[0]), 1),)
+        position = max(k for k, edge in enumerate(limb.edges) if edge.chords == last)
+        outermost = position
+        while position >= 0:
+            edge = limb.edges[position]
+            if edge.beam or (limb.ends[position] and position < outermost):
+                break
+            connection = self.robot.mechanism.connections[str(edge.joint)]
+            if connection.driven or connection.name in self.robot.description.joint_stiffness:
+                break
+            for k, unit in enumerate(self.units[0]):
+                if connection.name in unit.joints:
+                    inside |= self.unit_of == k
+            position -= 1
+        return inside
+
+    # ---- weights ----------------------------------------------------------------------------------------------------
+
+    def _outboard(self, edges: list[list[Edge]]) -> Array:
+        """Return the table (limbs, edges, own weights) of what is outboard of given edges."""
+        names = self.robot.weights.names
+        table = np.zeros((len(edges), len(edges[0]), len(self._own_weights)))
+        for g, (row, limb) in enumerate(zip(edges, self.limbs, strict=True)):
+            for w in range(len(limb.weights)):
+                name = names[self._own_weights[w, g]]
+                table[g, :, w] = [(name in edge.outboard) - (name in edge.excluded) for edge in row]
+        return table
+
+    def weights_outboard(self, weights: Array) -> tuple[Array, Array, Array]:
+        """Return the sums of the limbs' own weights outboard of passive freedoms, of beams' outer ends, and of springs.
+
+        Args:
+            weights: (6, W, N) wrenches of all of the robot's weights about o [N, N·m].
+
+        Returns:
+            (6, passive freedoms, g, N), (6, beams, g, N) and (6, springs, g, N).
+        """
+        own = weights[:, self._own_weights.ravel()].reshape(6, *self._own_weights.shape, weights.shape[2])
+        return (
+            np.einsum("gkw,iwgn->ikgn", self._outboard_of_passive, own),
+            np.einsum("gkw,iwgn->ikgn", self._outboard_of_beams, own),
+            np.einsum("gkw,iwgn->ikgn", self._outboard_of_springs, own),
+        )
+
+    # ---- chords -----------------------------------------------------------------------------------------------------
+
+    def _chords(self, edges: list[Edge]) -> NDArray[np.int8]:
+        """Return the signs (edges, M) of the chord wrenches that edges carry."""
+        table = np.zeros((len(edges), len(self.to_platform)), dtype=np.int8)
+        for row, edge in enumerate(edges):
+            for chord, sign in edge.chords:
+                table[row, chord] = sign
+        return table
+
+    def joint_equations(self, geometry: LimbGeometry) -> Array:
+        """Return the passive joints' equations (k, 6 M, g, N) for scaled chord wrenches: no power on any freedom [1], Eq. (2)."""
+        scaled = (geometry.twists[:, self.passive] * self.twist_scale).swapaxes(0, 1) / self.power_scale
+        signs = self.freedom_chords[self.passive]
+        rows = np.zeros((*signs.shape, *scaled.shape[1:]))
+        for freedom, chord in np.argwhere(signs).tolist():
+            rows[freedom, chord] = signs[freedom, chord] * scaled[freedom]
+        return rows.reshape(len(signs), 6 * signs.shape[1], *scaled.shape[2:])
+
+    @property
+    def joint_pattern(self) -> NDArray[np.bool_]:
+        """Which coefficients (k, 6 M) of these equations are not zero everywhere: those of the chords that a freedom carries."""
+        return np.repeat(self.freedom_chords[self.passive] != 0, 6, axis=1)
+
+    @property
+    def platform_sum(self) -> Array:
+        """The sum (6, 6 M) of the chord wrenches that the platform feels."""
+        return np.concatenate([np.eye(6) * felt for felt in self.to_platform], axis=1)
+
+    @property
+    def twist_scale(self) -> Array:
+        """Factors (6, 1, 1, 1) of twists for moments divided by the characteristic length."""
+        return np.array([1.0] * 3 + [self.robot.length] * 3).reshape(6, 1, 1, 1)
+
+    @property
+    def power_scale(self) -> Array:
+        """What powers on passive freedoms are divided by (passive freedoms, 1, 1, 1) to be comparable: 1, or the length [m]."""
+        return np.where(self.rotates[self.passive], self.robot.length, 1.0).reshape(-1, 1, 1, 1)
+
+    def felt(self, chords: Array) -> Array:
+        """Return what the platform puts on the limb (6, …) by chord wrenches (M, 6, …)."""
+        return chord_sum(self.to_platform.astype(np.int8), chords)
+
+
+def chord_sum(signs: NDArray[np.int8], chords: Array) -> Array:
+    """Return the signed sum (6, …) of chord wrenches (M, 6, …): what an edge with these ``signs`` (M,) carries of them."""
+    if len(signs) == 1 and signs[0] == 1:
+        return chords[0]
+    total = np.zeros(chords.shape[1:])
+    for number in np.flatnonzero(signs):
+        total += signs[number] * chords[number]
+    return total
+
+
+def _members_last(rows: list[list[Array]], shape: tuple[int, ...]) -> Array:
+    """Return constants of the members of g limbs as (*shape, members, g)."""
+    array: Array = np.array(rows, dtype=float).reshape(len(rows), len(rows[0]), *shape)
+    return np.moveaxis(array, (0, 1), (-1, -2))

@@ -1,0 +1,91 @@
+"""Which limbs of a robot are built alike, how each is solved, and along how many of its wrenches it is rigid: decided once."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kinetostatics.limbs import force_method
+from kinetostatics.limbs.basis_choice import Basis, choose_basis
+from kinetostatics.limbs.compliance import count_rigid
+from kinetostatics.limbs.geometry import LimbGeometry
+from kinetostatics.limbs.group import LimbGroup
+from kinetostatics.limbs.statics import limb_statics
+from kinetostatics.math.arrays import Array
+from kinetostatics.mechanism.tree import Frames
+
+if TYPE_CHECKING:
+    from kinetostatics.robot import Robot
+
+
+def make_limb_groups(robot: Robot, frames: Frames, ordinary: Frames) -> tuple[LimbGroup, ...]:
+    """Decide about every limb at generic ``frames`` and choose a basis that suits ``ordinary`` ones too; stack limbs built alike.
+
+    Raises:
+        StaticsError: a limb's wrenches cannot be completed to a basis.
+    """
+    o = robot.solver.platform_pose(frames)[1]
+    both = frames.followed_by(ordinary)
+    o_of_both = robot.solver.platform_pose(both)[1]
+    alike: dict[tuple[object, ...], list[tuple[LimbGroup, Basis]]] = {}
+    plans: dict[tuple[object, ...], list[force_method.Plan]] = {}
+    for number in range(len(robot.all_limbs)):
+        limb, basis, plan = _decided(LimbGroup(robot, [number]), (frames, o), (both, o_of_both), plans)
+        key = (
+            limb.signature,
+            tuple((c.direction, c.centre) for c in (*basis.constraint, *basis.attached)),
+            len(basis.constraint),
+            basis.independent,
+            basis.carried,
+            plan,
+            limb.rigid_directions,
+        )
+        alike.setdefault(key, []).append((limb, basis))
+    return tuple(_stacked(robot, members) for members in alike.values())
+
+
+def decided_at(robot: Robot, number: int, frames: Frames) -> LimbGroup:
+    """Return one limb with what is decided about it at one pose, for that pose alone."""
+    here = frames, robot.solver.platform_pose(frames)[1]
+    group = _decided(LimbGroup(robot, [number]), here, here, {})[0]
+    group.at_one_pose = True
+    return group
+
+
+def _decided(
+    limb: LimbGroup,
+    generic: tuple[Frames, Array],
+    both: tuple[Frames, Array],
+    plans: dict[tuple[object, ...], list[force_method.Plan]],
+) -> tuple[LimbGroup, Basis, force_method.Plan | None]:
+    """Decide about one limb at generic poses; the basis suits others behind them too."""
+    geometry = limb.geometry(*generic)
+    plan = None if limb.is_serial else _plan(limb, geometry, plans.setdefault(limb.signature, []))
+    basis = choose_basis(limb.decided(plan), limb.geometry(*both), generic[1].shape[1])
+    limb = limb.decided(plan, [basis])
+    return limb.decided(plan, [basis], _rigid_directions(limb, *generic)), basis, plan
+
+
+def _stacked(robot: Robot, members: list[tuple[LimbGroup, Basis]]) -> LimbGroup:
+    """Return limbs that are built alike, each a group of its own with its basis, as one group."""
+    first = members[0][0]
+    numbers, bases = [limb.numbers[0] for limb, _ in members], [basis for _, basis in members]
+    return LimbGroup(robot, numbers).decided(first.plan, bases, first.rigid_directions)
+
+
+def _rigid_directions(limb: LimbGroup, frames: Frames, o: Array) -> int:
+    """Return along how many combinations of its constraint wrenches a limb is rigid, at generic poses."""
+    N = o.shape[1]
+    weightless = np.zeros((6, len(limb.robot.weights.names), N))
+    return count_rigid(limb_statics(limb, frames, o, weightless, np.zeros((3, N))).C)
+
+
+def _plan(limb: LimbGroup, geometry: LimbGeometry, known: list[force_method.Plan]) -> force_method.Plan:
+    """Return a plan that another limb built alike has already, if it suits, else a new one, which is then ``known`` too."""
+    A, P, tolerance = limb.joint_equations(geometry)[:, :, 0], limb.platform_sum, limb.robot.rank_tolerance
+    for plan in known:
+        if force_method.suits(plan, A, P, tolerance):
+            return plan
+    known.append(force_method.make_plan(A, P, tolerance))
+    return known[-1]

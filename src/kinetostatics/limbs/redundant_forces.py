@@ -1,0 +1,102 @@
+"""Self-stress in limbs with rings: it takes the value that the elasticity of beams and springs gives it (the force method).
+
+Chord wrenches are ``(M, 6, …, limb, pose)`` about o; see ``docs/method.md``, section 9.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.limbs.compliance import RIGID, LimbLoads, misfit_strains, strains
+from kinetostatics.limbs.geometry import LimbGeometry
+from kinetostatics.limbs.group import LimbGroup
+from kinetostatics.limbs.wrenches import LimbWrenches
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.linalg import correlation
+
+
+@dataclass(frozen=True)
+class RelaxedLimbs:
+    """Chord wrenches of g limbs with self-stress relaxed, and how the limbs give way under them.
+
+    Attributes:
+        chords: (M, 6, n_c, g, N) chord wrenches per unit of each intensity.
+        particular: (M, 6, g, N) chord wrenches under the limbs' own weights.
+        misfit_chords: (M, 6, g, N) chord wrenches under misfits.
+        loose: (M, 6, s, g, N) self-stresses without any compliance.
+        C: (n_c, n_c, g, N) compliance C_ic, Eq. (1).
+        sag: (n_c, g, N) Δ_igc, Eqs. (16), (19), (21) [m or rad].
+        misfit: (n_c, g, N) the same of misfits; NaN where rigid rings cannot follow them.
+    """
+
+    chords: Array
+    particular: Array
+    misfit_chords: Array
+    loose: Array
+    C: Array
+    sag: Array
+    misfit: Array
+
+
+def relaxed_limbs(
+    group: LimbGroup, geometry: LimbGeometry, found: LimbWrenches, loads: LimbLoads, misfit: Array | None
+) -> RelaxedLimbs:
+    """Relax the self-stress of limbs, if they have any.
+
+    Args:
+        group, geometry: the limbs and where they are.
+        found: wrenches that are in equilibrium with passive joints and weights.
+        loads: the weights on beams and springs.
+        misfit: (6, elements, g, N) what each element's outboard side is displaced by for no force, about o; None: nothing.
+    """
+    chords, particular, self_stress = found.chords, found.particular, found.self_stress
+    if not self_stress.shape[2]:
+        C, sag = strains(group, geometry, chords, particular, loads)
+        no_stress = np.broadcast_to(0.0, particular.shape)
+        return RelaxedLimbs(chords, particular, no_stress, self_stress, C, sag, misfit_strains(group, chords, misfit))
+    n = chords.shape[2]
+    columns = np.concatenate([chords, self_stress], axis=2)
+    gram, lean = strains(group, geometry, columns, particular, loads)
+    gain, loose = _relaxation(gram, self_stress)
+    mixed = np.einsum("ab...,bj...->aj...", gain, gram[n:, :n])
+    chords = chords - np.einsum("mia...,aj...->mij...", self_stress, mixed)
+    particular = particular - np.einsum("mia...,ab...,b...->mi...", self_stress, gain, lean[n:])
+    error = misfit_strains(group, self_stress, misfit)
+    misfit_chords = -np.einsum("mia...,ab...,b...->mi...", self_stress, gain, error)
+    before = np.einsum("ii...->i...", gram[:n, :n]).max(axis=0, initial=0.0)
+    C, sag = strains(group, geometry, chords, particular, loads)
+    rounding = np.einsum("ii...->i...", C) <= 1e-20 * before
+    C = np.where(rounding[:, None] | rounding[None], 0.0, C)
+    error = np.where(_rings_contradict(group, loose, misfit), np.nan, misfit_strains(group, chords, misfit))
+    return RelaxedLimbs(chords, particular, misfit_chords, loose, C, sag, error)
+
+
+def _relaxation(gram: Array, self_stress: Array) -> tuple[Array, Array]:
+    """Return how much self-stress answers a strain along it (s, s, g, N), and the chord wrenches of rigid self-stresses.
+
+    Args:
+        gram: (n + s, n + s, g, N) compliance along n intensities and s self-stresses together.
+        self_stress: (M, 6, s, g, N) chord wrenches of the self-stresses.
+    """
+    n = len(gram) - self_stress.shape[2]
+    scaled, unit = correlation(np.moveaxis(gram, (0, 1), (-2, -1)))
+    scaled, unit = scaled[..., n:, n:], unit[..., n:]
+    values, vectors = np.linalg.eigh(scaled)
+    soft = values > RIGID
+    inverse = np.where(soft, 1 / np.where(soft, values, 1.0), 0.0)
+    gain = np.einsum("...i,...ik,...k,...jk,...j->ij...", unit, vectors, inverse, vectors, unit, optimize=True)
+    loose = np.where(soft[..., None, :], 0.0, vectors) * unit[..., :, None]
+    return gain, np.einsum("mia...,...ab->mib...", self_stress, loose)
+
+
+def _rings_contradict(group: LimbGroup, loose: Array, misfit: Array | None) -> NDArray[np.bool_]:
+    """Return where (g, N) misfits do something along self-stresses without compliance: rigid rings cannot follow them."""
+    if misfit is None:
+        return np.zeros(loose.shape[3:], dtype=bool)
+    length = group.robot.length
+    forces = np.max(np.maximum(np.abs(loose[:, :3]), np.abs(loose[:, 3:]) / length), axis=(0, 1))
+    shifts = np.max(np.maximum(np.abs(misfit[:3]), np.abs(misfit[3:]) * length), axis=(0, 1))
+    return np.asarray(np.any(np.abs(misfit_strains(group, loose, misfit)) > 1e-7 * forces * shifts, axis=0))

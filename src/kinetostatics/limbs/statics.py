@@ -1,0 +1,98 @@
+"""Limbs at many poses: constraint wrenches J_ic, attached wrenches J_ig W_ig, compliance C_ic and sag Δ_igc.
+
+All limbs are solved alike: what every edge carries is a sum of chord wrenches (:mod:`kinetostatics.mechanism.limbs`) and weights.
+Limbs that are built alike are stacked along an axis of their own: arrays are ``(component, column, limb, pose)``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.limbs.compliance import LimbLoads, own_weights_of_beams
+from kinetostatics.limbs.group import LimbGroup
+from kinetostatics.limbs.redundant_forces import relaxed_limbs
+from kinetostatics.limbs.wrenches import limb_wrenches
+from kinetostatics.math.arrays import Array
+from kinetostatics.mechanism.tree import Frames
+from kinetostatics.printing.mappings import ShortRepr
+
+
+@dataclass(frozen=True, repr=False)
+class LimbStatics(ShortRepr):
+    """A group of limbs at many poses; arrays (…, limb, pose), wrenches about o, world axes.
+
+    Attributes:
+        group: the limbs.
+        J_c, J_g: (6, n_c, g, N), (6, n_g, g, N) constraint and attached wrenches, Eqs. (2), (4).
+        W_g: (n_g, g, N) attached intensities, Eq. (3) [N or N·m].
+        R_g: (6, g, N) their sum J_ig W_ig [N, N·m].
+        C: (n_c, n_c, g, N) compliance C_ic, Eq. (1).
+        sag: (n_c, g, N) Δ_igc, Eqs. (16), (19), (21) [m or rad].
+        misfit: (n_c, g, N) the same of misfits.
+        chords: (M, 6, n_c, g, N) chord wrenches per unit of each intensity; of a serial limb J_c itself.
+        particular: (M, 6, g, N) chord wrenches under the limb's own weight; of a serial limb R_g.
+        misfit_chords: (M, 6, g, N) chord wrenches under misfits with no intensity: self-stress.
+        loose: (M, 6, s, g, N) self-stresses without any compliance: how much of them there is cannot be told.
+        loads: the weights on beams and springs.
+        unbalanced: (passive freedoms, g, N) what is left of Eq. (3) [N].
+        degenerate: (g, N) where the bases are not the readable ones.
+        doubtful: (g, N) where the limb may have other ranks than at generic poses.
+    """
+
+    group: LimbGroup
+    J_c: Array
+    J_g: Array
+    W_g: Array
+    R_g: Array
+    C: Array
+    sag: Array
+    misfit: Array
+    chords: Array
+    particular: Array
+    misfit_chords: Array
+    loose: Array
+    loads: LimbLoads
+    unbalanced: Array
+    degenerate: NDArray[np.bool_]
+    doubtful: NDArray[np.bool_]
+
+
+def limb_statics(
+    group: LimbGroup, frames: Frames, o: Array, weights: Array, gravity: Array, misfit: Array | None = None
+) -> LimbStatics:
+    """Evaluate the wrenches, compliances and sag of alike limbs.
+
+    Args:
+        group: the limbs.
+        frames: of all bodies.
+        o: (3, N) reference point [m].
+        weights: (6, W, N) wrenches of all weights about o [N, N·m].
+        gravity: (3, N) [m/s²].
+        misfit: (6, elements, g, N) what each element's outboard side is displaced by for no force, about o; None: nothing.
+    """
+    geometry = group.geometry(frames, o)
+    outboard, beyond, spring_beyond = group.weights_outboard(weights)
+    found = limb_wrenches(group, geometry, outboard)
+    loads = LimbLoads(beyond, spring_beyond, own_weights_of_beams(group, geometry, gravity))
+    relaxed = relaxed_limbs(group, geometry, found, loads, misfit)
+    return LimbStatics(
+        group=group,
+        J_c=found.J_c,
+        J_g=found.J_g,
+        W_g=found.W_g,
+        R_g=group.felt(relaxed.particular),
+        C=relaxed.C,
+        sag=relaxed.sag,
+        misfit=relaxed.misfit,
+        chords=relaxed.chords,
+        particular=relaxed.particular,
+        misfit_chords=relaxed.misfit_chords,
+        loose=relaxed.loose,
+        loads=loads,
+        unbalanced=found.unbalanced,
+        degenerate=found.degenerate | group.at_one_pose,
+        doubtful=found.doubtful,
+    )

@@ -1,0 +1,263 @@
+"""Wrenches that a person can read, from which bases are chosen: forces through joints' centres and couples along what is there.
+
+The order in which they are preferred is that of ``docs/method.md``, sections 3 and 4; those for bent links and odd joints follow.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.limbs.geometry import LimbGeometry
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.linalg import cross, dot, normalize
+from kinetostatics.math.screws import wrench_of_couple, wrench_of_force
+from kinetostatics.mechanism.limb_joints import Freedom, Unit
+
+if TYPE_CHECKING:
+    from kinetostatics.limbs.group import LimbGroup
+
+
+#: Sine of the angle between directions to which nothing is across; the same as a part of the characteristic length.
+PARALLEL = 1e-6
+#: Sine of the angle between axes that meet nowhere.
+_MEETS_NOWHERE = 1e-3
+Index = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A wrench that a person can read: a unit force through a joint's centre or a unit couple, along some direction.
+
+    Attributes:
+        direction: ``("limb", k)``: the limb's axis x, y or z; ``("beam", b)``: along its b-th beam, through whose outer end a
+            force passes; ``("axis", f)``: that of its f-th freedom; ``("cross", f, h)``: across two of them;
+            ``("cross_limb", f, k)``; ``("to", u)``: towards the centre of its u-th unit; ``("meets", f, h)``: so that the axes
+            of two freedoms are met; ``("rest", s)``: no direction but the s-th seed, see ``Basis``.
+        centre: the unit whose centre the force passes through, or two freedoms in whose axes' common point it acts; None for a
+            couple.
+        label: for people.
+    """
+
+    direction: tuple[str | int, ...]
+    centre: int | tuple[int, int] | None
+    label: str
+
+
+def wrench_of(candidate: Candidate, geometry: LimbGeometry, length: float, least: float = PARALLEL) -> Array:
+    """Return the wrenches (6, g, N) of a candidate about o; NaN where nothing tells its direction.
+
+    Args:
+        candidate: that is evaluated.
+        geometry: at the poses in question.
+        length: characteristic length [m].
+        least: sine of the smallest angle between two directions, and part of ``length`` between two points, by which these tell
+            another direction. What is smaller is rounding, or too near to it.
+    """
+    find = _Directions(geometry, length, least)
+    kind, *numbers = candidate.direction
+    which = [int(number) for number in numbers]
+    if kind == "beam":
+        return wrench_of_force(geometry.beam_axes[:, 0, which[0]], geometry.beam_ends[:, which[0]])
+    if candidate.centre is None:
+        return wrench_of_couple(find.direction(str(kind), which, None))
+    if isinstance(candidate.centre, tuple):
+        point = _meeting_point(*candidate.centre, geometry, least)
+    else:
+        point = geometry.centres[:, candidate.centre]
+    return wrench_of_force(find.direction(str(kind), which, point), point)
+
+
+@dataclass(frozen=True)
+class _Directions:
+    """Unit vectors (3, g, N), NaN where they are not told by more than ``least``; see :func:`wrench_of`."""
+
+    geometry: LimbGeometry
+    length: float
+    least: float
+
+    def direction(self, kind: str, which: list[int], point: Array | None) -> Array:
+        """Return a candidate's direction; ``point`` (3, g, N) is where it acts, if anywhere."""
+        geometry = self.geometry
+        if kind == "limb":
+            return geometry.limb_axes[:, which[0]]
+        if kind == "axis":
+            return geometry.axes[:, which[0]]
+        if kind == "cross":
+            return self._across(geometry.axes[:, which[0]], geometry.axes[:, which[1]])
+        if kind == "cross_limb":
+            return self._across(geometry.axes[:, which[0]], geometry.limb_axes[:, which[1]])
+        assert point is not None
+        if kind == "to":
+            return self._along(geometry.centres[:, which[0]] - point, self.length)
+        # planes which hold the point and an axis each
+        planes = [self._along(cross(geometry.axes[:, f], point - _foot(f, geometry)), self.length) for f in which]
+        return self._across(planes[0], planes[1])
+
+    def _across(self, a: Array, b: Array) -> Array:
+        return self._along(cross(a, b), 1.0)
+
+    def _along(self, vector: Array, size: float) -> Array:
+        return np.where(dot(vector, vector) > (self.least * size) ** 2, normalize(vector), np.nan)
+
+
+def _foot(freedom: int, geometry: LimbGeometry) -> Array:
+    """Return the point (3, g, N) of a turning freedom's axis that is nearest to o, as seen from there."""
+    twist = geometry.twists[:, freedom]
+    return cross(twist[3:], twist[:3])
+
+
+def _meeting_point(f: int, h: int, geometry: LimbGeometry, least: float = PARALLEL) -> Array:
+    """Return the point (3, g, N) of one turning freedom's axis that is nearest to another's; NaN where they are parallel."""
+    a, b = geometry.axes[:, f], geometry.axes[:, h]
+    start, normal = _foot(f, geometry), cross(a, b)
+    square = dot(normal, normal)
+    square = np.where(square > max(least, _MEETS_NOWHERE) ** 2, square, np.nan)
+    return np.asarray(start + a * dot(cross(_foot(h, geometry) - start, b), normal) / square)
+
+
+def beam_candidates(names: Sequence[str]) -> Iterator[Candidate]:
+    """Yield forces along the beams of a limb with rings, outer ones first."""
+    for b in range(len(names) - 1, -1, -1):
+        yield Candidate(("beam", b), None, f"force on the line of {names[b]}")
+
+
+def as_component(candidate: Candidate) -> Candidate:
+    """Return a candidate of a limb that is a network, with a label that says so: no force in one of its parts."""
+    words = candidate.label.split(" ", 1)
+    if words[0] not in ("force", "couple"):
+        return candidate
+    return replace(candidate, label=" component ".join(words))
+
+
+def constraint_candidates(
+    units: Sequence[Unit], unit_of: Index, passive: NDArray[np.bool_], rotates: NDArray[np.bool_], labels: list[str]
+) -> Iterator[Candidate]:
+    """Yield readable candidates of J_ic in the order of preference of ``docs/method.md``, section 3."""
+    outer = len(units)
+    at = _platform_centre(units)
+    where = [unit.label for unit in units] + ["its outer end"]
+    axes = _readable_axes(units, unit_of, passive, rotates)
+    others = [k for k in range(len(units) - 1, -1, -1) if k != at and units[k].tells_point]
+    centres = [at, *others, *([outer] if at != outer else [])]
+    yield Candidate(("limb", 2), at, f"force along limb axis at {where[at]}")
+    for centre in centres:
+        for f in axes:
+            yield Candidate(("axis", f), centre, f"force ∥ {labels[f]} at {where[centre]}")
+    for k in (1, 0):
+        yield Candidate(("limb", k), at, f"force along limb {'xyz'[k]} at {where[at]}")
+    pairs = [(f, h) for i, f in enumerate(axes) for h in axes[i + 1 :]]
+    for f, h in sorted(pairs, key=lambda pair: unit_of[pair[0]] != unit_of[pair[1]]):
+        first, second = units[unit_of[f]], units[unit_of[h]]
+        what = first.label if first is second else f"{labels[f]} and {labels[h]}"
+        yield Candidate(("cross", f, h), None, f"couple ⟂ {what}")
+    for k in (2, 0, 1):
+        yield Candidate(("limb", k), None, f"couple along limb {'xyz'[k]}")
+    for f in axes:
+        yield Candidate(("cross_limb", f, 2), None, f"couple ⟂ {labels[f]} and limb axis")
+        yield Candidate(("axis", f), None, f"couple ∥ {labels[f]}")
+    for centre in centres:
+        for f, h in pairs:
+            yield Candidate(("cross", f, h), centre, f"force ⟂ {labels[f]} and {labels[h]} at {where[centre]}")
+        for f in axes:
+            for k in range(3):
+                yield Candidate(("cross_limb", f, k), centre, f"force ⟂ {labels[f]} and limb {'xyz'[k]} at {where[centre]}")
+        for k in range(3):
+            yield Candidate(("limb", k), centre, f"force along limb {'xyz'[k]} at {where[centre]}")
+
+
+def common_point(group: LimbGroup, geometry: LimbGeometry) -> tuple[int, int] | None:
+    """Return two freedoms of different joints in whose axes' common point all passive axes of a serial limb meet, if they do."""
+    free = [int(f) for f in np.flatnonzero(group.passive)]
+    if not group.is_serial or not all(group.rotates[f] for f in free):
+        return None
+    named = [f for f in free if group.units[0][group.unit_of[f]].has_axis(True)]
+    for f, h in itertools.combinations(named[::-1], 2):
+        if group.unit_of[f] == group.unit_of[h]:
+            continue
+        point = _meeting_point(f, h, geometry)
+        gaps = [cross(point - _foot(k, geometry), geometry.axes[:, k]) for k in free]
+        if all(float(np.max(np.abs(gap))) < 1e-8 * group.robot.length for gap in gaps):
+            return f, h
+    return None
+
+
+def central_candidates(f: int, h: int, freedoms: Sequence[Freedom]) -> Iterator[Candidate]:
+    """Yield forces through the point in which all passive axes meet, along two of them and across, and the couple across."""
+    names = [freedoms[k].label for k in (f, h)]
+    yield Candidate(("axis", f), (f, h), f"force along the axis of {names[0]}")
+    yield Candidate(("axis", h), (f, h), f"force along the axis of {names[1]}")
+    yield Candidate(("cross", f, h), (f, h), f"force ⟂ {names[0]} and {names[1]} where they meet")
+    yield Candidate(("cross", f, h), None, f"couple ⟂ {names[0]} and {names[1]}")
+
+
+def further_candidates(
+    units: Sequence[Unit],
+    unit_of: Index,
+    passive: NDArray[np.bool_],
+    rotates: NDArray[np.bool_],
+    labels: list[str],
+    is_serial: bool,
+) -> Iterator[Candidate]:
+    """Yield candidates of J_ic for limbs with bent links and joints that lie anywhere."""
+    axes = _readable_axes(units, unit_of, passive, rotates)
+    for f in axes:
+        for k in (0, 1):
+            yield Candidate(("cross_limb", f, k), None, f"couple ⟂ {labels[f]} and limb {'xy'[k]}")
+    for u, v in itertools.combinations([k for k, unit in enumerate(units) if unit.has_centre], 2):
+        yield Candidate(("to", v), u, f"force along the line from {units[u].label} to {units[v].label}")
+    if not is_serial:  # whose joints are too many to look for more
+        return
+    turning = [f for f in axes if rotates[f]]
+    pairs = [(f, h) for f, h in itertools.combinations(turning, 2) if unit_of[f] != unit_of[h]]
+    for f, h in pairs:
+        for k in axes:
+            if k not in (f, h):
+                yield Candidate(("axis", k), (f, h), f"force ∥ {labels[k]} where {labels[f]} and {labels[h]} meet")
+        yield Candidate(("cross", f, h), (f, h), f"force ⟂ {labels[f]} and {labels[h]} where they meet")
+    for u in [k for k in range(len(units) - 1, -1, -1) if units[k].tells_point]:
+        for f, h in itertools.combinations(turning, 2):
+            what = f"the axes of {labels[f]} and {labels[h]}"
+            yield Candidate(("meets", f, h), u, f"force at {units[u].label} that meets {what}")
+
+
+def attached_candidates(
+    units: Sequence[Unit], unit_of: Index, passive: NDArray[np.bool_], rotates: NDArray[np.bool_], labels: list[str]
+) -> Iterator[Candidate]:
+    """Yield readable candidates of J_ig: forces through the platform joint's centre, then couples."""
+    at = _platform_centre(units)
+    where = units[at].label if at < len(units) else "its outer end"
+    for k in range(3):
+        yield Candidate(("limb", k), at, f"force along limb {'xyz'[k]} at {where}")
+    for k in range(3):
+        yield Candidate(("limb", k), None, f"couple along limb {'xyz'[k]}")
+    axes = _readable_axes(units, unit_of, passive, rotates)
+    for i, f in enumerate(axes):
+        yield Candidate(("axis", f), at, f"force ∥ {labels[f]} at {where}")
+        yield Candidate(("axis", f), None, f"couple ∥ {labels[f]}")
+        for h in axes[i + 1 :]:
+            yield Candidate(("cross", f, h), None, f"couple ⟂ {labels[f]} and {labels[h]}")
+        for k in range(3):
+            yield Candidate(("cross_limb", f, k), None, f"couple ⟂ {labels[f]} and limb {'xyz'[k]}")
+
+
+def _platform_centre(units: Sequence[Unit]) -> int:
+    """Return the unit through whose centre forces are preferred: the outermost joint that turns, if it is passive."""
+    for k in range(len(units) - 1, -1, -1):
+        if not units[k].passive:
+            break
+        if any(freedom.rotates for freedom in units[k].freedoms):
+            return k
+    return len(units)
+
+
+def _readable_axes(units: Sequence[Unit], unit_of: Index, passive: NDArray[np.bool_], rotates: NDArray[np.bool_]) -> list[int]:
+    """Return the freedoms whose axes mean something: single joints before universal ones, platform side first."""
+    free = [int(f) for f in np.flatnonzero(passive)[::-1] if units[unit_of[f]].has_axis(bool(rotates[f]))]
+    single = [f for f in free if units[unit_of[f]].kind != "universal"]
+    return [f for f in single if rotates[f]] + [f for f in free if f not in single] + [f for f in single if not rotates[f]]

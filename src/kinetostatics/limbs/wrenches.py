@@ -1,0 +1,114 @@
+"""What joints and weights alone say of the wrenches of limbs: J_ic, J_ig and W_ig, Eqs. (2)–(4), and the chord wrenches.
+
+Arrays are ``(…, limb, pose)``, wrenches about o, world axes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.limbs import force_method
+from kinetostatics.limbs.basis_choice import evaluate_bases
+from kinetostatics.limbs.geometry import LimbGeometry
+from kinetostatics.limbs.group import LimbGroup
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.linalg import Cholesky, definite, least_squares, normalize
+
+#: Below this squared sine it is seen to whether joints are dependent.
+DOUBTFUL = 1e-8
+
+
+@dataclass(frozen=True)
+class LimbWrenches:
+    """Wrenches of g limbs with M chords that passive joints carry, at N poses.
+
+    Attributes:
+        J_c, J_g: (6, n_c, g, N), (6, n_g, g, N) constraint and attached wrenches, Eqs. (2), (4).
+        W_g: (n_g, g, N) attached intensities, Eq. (3) [N or N·m].
+        chords: (M, 6, n_c, g, N) chord wrenches per unit of each intensity; of a serial limb J_c itself.
+        particular: (M, 6, g, N) chord wrenches under the limb's own weight; of a serial limb J_g W_g.
+        self_stress: (M, 6, s, g, N) chord wrenches that the platform does not feel; of a serial limb none.
+        unbalanced: (passive freedoms, g, N) what is left of Eq. (3) [N].
+        degenerate: (g, N) where the bases are not the readable ones.
+        doubtful: (g, N) where the limb's joints may be dependent, so that it carries more wrenches than elsewhere.
+    """
+
+    J_c: Array
+    J_g: Array
+    W_g: Array
+    chords: Array
+    particular: Array
+    self_stress: Array
+    unbalanced: Array
+    degenerate: NDArray[np.bool_]
+    doubtful: NDArray[np.bool_]
+
+
+def limb_wrenches(group: LimbGroup, geometry: LimbGeometry, outboard: Array) -> LimbWrenches:
+    """Find the wrenches of limbs; ``outboard`` (6, passive freedoms, g, N) are the weights outboard of each passive freedom."""
+    T = geometry.twists[:, group.passive]
+    demand = np.einsum("ik...,ik...->k...", T, outboard) / group.power_scale[:, 0]
+    return _of_serial(group, geometry, T, demand) if group.is_serial else _of_rings(group, geometry, demand)
+
+
+def _of_serial(group: LimbGroup, geometry: LimbGeometry, T: Array, demand: Array) -> LimbWrenches:
+    """Return the wrenches of serial limbs: their one chord carries just what the platform puts on them.
+
+    Args:
+        group, geometry: the limbs and where they are.
+        T: (6, k, g, N) unit twists of the passive freedoms.
+        demand: (k, g, N) power of the weights on them: Eq. (3) is Tᵀ J_ig W_ig = −demand [N].
+    """
+    J_c, J_g, degenerate = evaluate_bases(group, geometry, T)
+    W_g = np.zeros((J_g.shape[1], *demand.shape[1:]))
+    left, doubtful = demand, _crossed(group, geometry)
+    if J_g.shape[1]:
+        A = np.einsum("ik...,ij...->kj...", T, J_g) / group.power_scale
+        factor = Cholesky(np.einsum("ki...,kj...->ij...", A, A))
+        # where an attached wrench is reciprocal to all passive joints, these have become dependent
+        pivots = np.einsum("ii...->i...", factor.factor) ** 2
+        doubtful |= ~(np.min(pivots, axis=0) > DOUBTFUL * np.max(pivots, axis=0))
+        for _ in range(2):  # the second round removes the error of the normal equations
+            right = -np.einsum("ki...,k...->i...", A, left)
+            W_g = W_g + factor.solve(right[:, None])[:, 0]
+            left = demand + np.einsum("ki...,i...->k...", A, W_g)
+    none = np.zeros((1, 6, 0, *demand.shape[1:]))
+    R_g = np.einsum("ij...,j...->i...", J_g, W_g)
+    return LimbWrenches(J_c, J_g, W_g, J_c[None], R_g[None], none, left, degenerate, doubtful)
+
+
+def _crossed(group: LimbGroup, geometry: LimbGeometry) -> NDArray[np.bool_]:
+    """Return where (g, N) the twists of a platform joint may be dependent: those of one unit alone never are."""
+    carried = list(group.basis.carried)
+    if len({int(unit) for unit in group.unit_of[carried]}) < 2:
+        return np.zeros(geometry.limb_axes.shape[2:], dtype=bool)
+    twists = normalize(geometry.twists[:, carried] / group.twist_scale[::-1])
+    return ~definite(np.einsum("ki...,kj...->ij...", twists, twists), DOUBTFUL)
+
+
+def _of_rings(group: LimbGroup, geometry: LimbGeometry, demand: Array) -> LimbWrenches:
+    """Return the wrenches of limbs with several chords by the force method; ``demand`` as for serial ones."""
+    assert group.plan is not None
+    A = group.joint_equations(geometry)
+    M, batch = len(group.to_platform), demand.shape[1:]
+    found = force_method.distribute(group.plan, A, group.joint_pattern, group.platform_sum, demand)
+    left = force_method.remainder(group.plan, A, demand, found.particular)
+    scale = group.twist_scale
+    J_c, J_g, degenerate = evaluate_bases(group, geometry, found.allowed / scale)
+    n_c, n_g = J_c.shape[1], J_g.shape[1]
+    spread = found.spread.reshape(M, 6, 6, *batch)
+    chords = np.einsum("mij...,jc...->mic...", spread, J_c / scale) * scale[None]
+    particular = found.particular.reshape(M, 6, *batch) * scale[:, 0]
+    self_stress = found.self_stress.reshape(M, 6, len(group.plan.free), *batch) * scale[None]
+    total = group.felt(particular)
+    W_g = np.zeros((n_g, *batch))
+    if n_c + n_g:
+        # The particular solution is made the one whose platform wrench has only readable attached parts.
+        basis = np.concatenate([J_c, J_g], axis=1) / scale
+        parts = least_squares(basis, (total / scale[:, 0])[:, None])[:, 0]
+        W_g = parts[n_c:]
+        particular = particular - np.einsum("mic...,c...->mi...", chords, parts[:n_c])
+    return LimbWrenches(J_c, J_g, W_g, chords, particular, self_stress, left, degenerate, found.doubtful)

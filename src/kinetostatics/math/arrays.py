@@ -1,0 +1,35 @@
+"""Arrays: their type, how people get them, and the chunks in which long ones are computed."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array: TypeAlias = NDArray[np.float64]
+
+#: Poses of a chunk at most: few enough to fit into the processor's cache. Each chunk costs some milliseconds whatever its size.
+AT_ONCE = 5500
+
+
+def frozen(array: Array) -> Array:
+    """Return the array, made read-only."""
+    array.setflags(write=False)
+    return array
+
+
+def batch_first(array: Array, shape: tuple[int, ...]) -> Array:
+    """Turn ``(…components, N)`` into the read-only ``(*shape, …components)`` that people expect."""
+    if not shape:
+        return frozen(np.array(array[..., 0], order="C"))
+    turned = array.transpose(array.ndim - 1, *range(array.ndim - 1))
+    return frozen(np.ascontiguousarray(turned).reshape(shape + turned.shape[1:]))
+
+
+def chunks(poses: int) -> list[slice]:
+    """Return slices of nearly the same size that together are all of so many poses."""
+    count = -(-poses // AT_ONCE)
+    ends = [poses * k // count for k in range(count + 1)] if count else []
+    return [slice(first, last) for first, last in pairwise(ends)]

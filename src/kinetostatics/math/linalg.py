@@ -1,0 +1,199 @@
+"""Small dense linear algebra with the batch axes last, where NumPy's own routines want them first.
+
+Matrices are ``(n, m, …)``. Written out column by column, a factorization of thousands of small matrices costs
+a few passes over contiguous memory instead of thousands of LAPACK calls.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.ordering import first_largest
+
+
+def matmul(a: Array, b: Array) -> Array:
+    """Return the matrix products of ``(n, k, …)`` and ``(k, m, …)``."""
+    return np.einsum("ij...,jk...->ik...", a, b)
+
+
+def apply(a: Array, v: Array) -> Array:
+    """Return the products of matrices ``(n, k, …)`` and vectors ``(k, …)``."""
+    return np.einsum("ij...,j...->i...", a, v)
+
+
+def transpose(a: Array) -> Array:
+    """Return the transposed matrices, as a view."""
+    return np.swapaxes(a, 0, 1)
+
+
+def cross(a: Array, b: Array) -> Array:
+    """Return the cross products of ``(3, …)`` vectors, broadcasting the batch axes."""
+    first = a[1] * b[2] - a[2] * b[1]
+    result = np.empty((3, *first.shape))
+    result[0] = first
+    result[1] = a[2] * b[0] - a[0] * b[2]
+    result[2] = a[0] * b[1] - a[1] * b[0]
+    return result
+
+
+def dot(a: Array, b: Array) -> Array:
+    """Return the dot products of ``(n, …)`` vectors."""
+    return np.einsum("i...,i...->...", a, b)
+
+
+def normalize(a: Array) -> Array:
+    """Return unit vectors along the ``(n, …)`` vectors; NaN where a vector vanishes."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.asarray(a / np.sqrt(dot(a, a)))
+
+
+def correlation(matrix: Array) -> tuple[Array, Array]:
+    """Return symmetric positive semidefinite matrices (…, n, n) scaled to a unit diagonal, and the factors (…, n) for it.
+
+    Diagonal entries that are nothing but rounding beside the largest are left as they are.
+    """
+    diagonal = np.sqrt(np.maximum(np.einsum("...ii->...i", np.nan_to_num(matrix)), 0.0))
+    largest = np.max(diagonal, axis=-1, keepdims=True, initial=0.0)
+    unit = 1 / np.where(diagonal > 1e-11 * largest, diagonal, np.where(largest > 0, largest, 1.0))
+    return np.nan_to_num(matrix) * unit[..., :, None] * unit[..., None, :], unit
+
+
+def canonical_basis(basis: Array) -> Array:
+    """Return the orthonormal basis (n, k) of the space that an orthonormal one (n, k) spans, which depends on that space alone.
+
+    Gram–Schmidt of unit vectors projected onto the space: always of the one that leaves most, and of equals the first.
+    LAPACK's own basis is another one on another processor.
+    """
+    rest, found = np.array(basis), np.empty_like(basis)
+    for k in range(basis.shape[1]):
+        unit = rest[first_largest(dot(rest.T, rest.T))]
+        unit = unit / np.sqrt(unit @ unit)
+        found[:, k] = basis @ unit
+        rest = rest - np.outer(rest @ unit, unit)
+    return found
+
+
+def null_space(matrix: Array, tolerance: float) -> tuple[Array, int, float]:
+    """Return the canonical orthonormal basis of the null space (n, k), the rank, and the gap between kept and dropped values.
+
+    The entries of ``matrix`` are of the order of 1 where they are not rounding: a matrix of nothing but rounding has rank 0.
+    """
+    if matrix.size == 0:
+        return np.eye(matrix.shape[1]), 0, np.inf
+    _, values, rows = np.linalg.svd(matrix, full_matrices=True)
+    rank = int(np.sum(values > tolerance * max(values[0], 1.0)))
+    dropped = float(values[rank]) if rank < len(values) else 0.0
+    gap = float(values[rank - 1]) / dropped if rank and dropped > 0 else np.inf
+    return canonical_basis(rows[rank:].T), rank, gap
+
+
+class Cholesky:
+    """Cholesky factor of symmetric positive (semi)definite matrices ``(n, n, …)``, of which the lower triangles are read.
+
+    The smallest pivot is 1 for orthogonal columns, and at rounding level for a singular matrix.
+    """
+
+    def __init__(self, a: Array) -> None:
+        n = a.shape[0]
+        factor = np.array(a)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            for j in range(n):
+                if j:
+                    factor[j:, j] -= np.einsum("ik...,k...->i...", factor[j:, :j], factor[j, :j])
+                factor[j:, j] /= np.sqrt(factor[j, j])
+        self.factor, self._diagonal = factor, np.einsum("ii...->i...", a)
+
+    @property
+    def smallest_pivot(self) -> Array:
+        """Smallest ratio (…) of a pivot to the diagonal entry it came from; −∞ where there is no factor."""
+        with np.errstate(invalid="ignore", divide="ignore"):
+            smallest = np.min(np.einsum("ii...->i...", self.factor) ** 2 / self._diagonal, axis=0, initial=1.0)
+        return np.where(np.isnan(smallest), -np.inf, smallest)
+
+    def forward(self, b: Array) -> Array:
+        """Return L⁻¹ b for ``(n, m, …)`` right-hand sides."""
+        n = self.factor.shape[0]
+        batch = self.factor.shape[2:]
+        x = np.array(b if b.shape[2:] == batch else np.broadcast_to(b, b.shape[:2] + np.broadcast_shapes(batch, b.shape[2:])))
+        for j in range(n):
+            x[j] /= self.factor[j, j]
+            if j + 1 < n:
+                x[j + 1 :] -= self.factor[j + 1 :, j, None] * x[j]
+        return x
+
+    def backward(self, y: Array) -> Array:
+        """Return L⁻ᵀ y for ``(n, m, …)`` right-hand sides."""
+        x = np.array(y)
+        for j in range(self.factor.shape[0] - 1, -1, -1):
+            x[j] /= self.factor[j, j]
+            if j:
+                x[:j] -= self.factor[j, :j, None] * x[j]
+        return x
+
+    def smallest_eigenvalue(self) -> Array:
+        """Return a lower bound (…) of the smallest eigenvalue, at most n times too small; 0 where the factor broke down.
+
+        It is 1 / trace A⁻¹. Unlike a pivot it is as exact as the factor, whatever the order of the columns.
+        """
+        n = self.factor.shape[0]
+        unit = np.broadcast_to(np.eye(n).reshape((n, n) + (1,) * (self.factor.ndim - 2)), self.factor.shape)
+        with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+            inverse = self.forward(unit)
+            bound = 1 / np.einsum("ij...,ij...->...", inverse, inverse)
+        return np.where(np.isfinite(bound), bound, 0.0)
+
+    def solve(self, b: Array) -> Array:
+        """Return A⁻¹ b for ``(n, m, …)`` right-hand sides."""
+        return self.backward(self.forward(b))
+
+
+def definite(a: Array, limit: float) -> NDArray[np.bool_]:
+    """Return where (…) the smallest eigenvalue of symmetric matrices (n, n, …) exceeds ``limit``.
+
+    The determinant tells where it is large, which is cheap: the other eigenvalues cannot be larger together than equal ones of
+    the same sum. A pivot alone does not tell: what follows a small one is rounding.
+    """
+    n = a.shape[0]
+    if n == 0:
+        return np.ones(a.shape[2:], dtype=bool)
+    determinant = np.prod(np.einsum("ii...->i...", Cholesky(a).factor) ** 2, axis=0)
+    others = (np.einsum("ii...->...", a) / max(n - 1, 1)) ** (n - 1)
+    found = np.asarray(determinant > 10 * limit * others)
+    if not np.all(found):
+        found[~found] = Cholesky(a[:, :, ~found]).smallest_eigenvalue() > limit
+    return found
+
+
+def least_squares(a: Array, b: Array, nullity: int = 0) -> Array:
+    """Return the x (n, k, …) of least norm that minimize |a x − b| for ``a`` (m, n, …) and ``b`` (m, k, …).
+
+    Args:
+        a: matrices with columns of comparable size.
+        b: right-hand sides.
+        nullity: how many directions of x do not matter. The result has no part along them: what rounding would put there,
+            divided by next to nothing, would differ from batch to batch.
+    """
+    n = a.shape[1]
+    if n == 0:
+        return np.zeros((0, *b.shape[1:]))
+    normal = np.empty((n, n, *a.shape[2:]))
+    for i in range(n):  # the lower triangle
+        np.einsum("r...,rj...->j...", a[:, i], a[:, : i + 1], out=normal[i, : i + 1])
+    diagonal = np.arange(n)
+    sizes = normal[diagonal, diagonal]
+    normal[diagonal, diagonal] += 1e-12 * (sizes + 1e-3)
+    if nullity:  # more than what rounding of the largest columns may take from those that hardly move anything
+        normal[diagonal, diagonal] += 1e-14 * np.sum(sizes, axis=0)
+    factor = Cholesky(normal)
+    x = factor.solve(np.einsum("ri...,rk...->ik...", a, b))
+    if nullity:
+        # Directions without stiffness are what the inverse blows up: of arbitrary vectors they are all that remains.
+        arbitrary = np.random.default_rng(0).standard_normal((n, nullity))
+        free = factor.solve(np.broadcast_to(arbitrary.reshape(n, nullity, *(1,) * (a.ndim - 2)), (n, nullity, *a.shape[2:])))
+        free = free / np.sqrt(np.sum(free * free, axis=0))
+        gram = Cholesky(np.einsum("ia...,ib...->ab...", free, free))
+        for _ in range(2):
+            x = x - np.einsum("ia...,ak...->ik...", free, gram.solve(np.einsum("ia...,ik...->ak...", free, x)))
+    return x

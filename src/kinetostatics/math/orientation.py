@@ -1,0 +1,161 @@
+"""Coordinates of the platform: x, y, z of o and three numbers for its orientation.
+
+Conventions: a rotation vector ``rx ry rz`` (default); the angles ``rx ry rz`` about the axes of an Euler sequence in SciPy's
+notation ("XYZ" turns about moving, "xyz" about fixed axes; three distinct letters); or ``azimuth tilt torsion``
+(I. A. Bonev, D. Zlatanov, C. M. Gosselin, Advantages of the modified Euler angles in the design and control of PKMs,
+2002: R = R_z(azimuth) R_y(tilt) R_z(torsion − azimuth)).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.exceptions import CoordinatesError
+from kinetostatics.math import rotations
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.linalg import dot, matmul
+
+#: Angle between the axes of first and last turn, or beside half a turn [rad], that solved poses do not tell from 0.
+NEARLY_LOCKED = 1e-9
+
+
+@dataclass(frozen=True)
+class Orientation:
+    """A way to write a rotation as three numbers.
+
+    ``sequence`` holds the axes of three turns about moving axes: those of an Euler sequence, or z, y, z by azimuth, tilt and
+    torsion − azimuth; None for rotation vectors.
+    """
+
+    name: str
+    names: tuple[str, str, str]
+    sequence: tuple[int, int, int] | None = None
+
+    def matrix(self, c: Array) -> Array:
+        """Return rotation matrices (3, 3, N) of coordinates ``c`` (3, N) [rad]."""
+        if self.sequence is None:
+            return rotations.exponential(c)
+        first, second, third = (_about(axis, turn) for axis, turn in zip(self.sequence, self._turns(c), strict=True))
+        return matmul(matmul(first, second), third)
+
+    def rates(self, c: Array) -> Array:
+        """Return (3, 3, N) matrices whose k-th column is the angular velocity, in world axes, per unit rate of c[k]."""
+        if self.sequence is None:
+            return rotations.left_jacobian(c)
+        columns: list[Array] = []
+        turned = rotations.identity(c.shape[1:])
+        for axis, turn in zip(self.sequence, self._turns(c), strict=True):
+            columns.append(turned[:, axis])
+            turned = matmul(turned, _about(axis, turn))
+        if self.name == "tilt_torsion":
+            columns[0] = columns[0] - columns[2]
+            return np.stack(columns, axis=1)
+        return np.stack([columns[self.sequence.index(axis)] for axis in range(3)], axis=1)
+
+    def coordinates(self, R: Array, near: Array | None = None, locked: float = 1e-13) -> Array:
+        """Return coordinates (3, N) [rad] of rotation matrices (3, 3, N), from which :meth:`matrix` rebuilds them.
+
+        Args:
+            R: rotation matrices.
+            near: (3, N) which coordinates of the same rotation are wanted: which of the two solutions for three turns, and of
+                angles and rotation vectors that differ by full turns; without it none is larger than π, and tilts are positive.
+                Where the axes of first and last turn are one line, which leaves the first undetermined, it is as here, or else 0.
+            locked: sine of the angle between those axes up to which they count as one line; R is rebuilt as well as that.
+        """
+        if self.sequence is None:
+            c = rotations.logarithm(R)
+            return c if near is None else _nearest_vector(c, near)
+        usual = np.zeros(R.shape[1:])
+        if near is not None:
+            usual = self._turns(near)
+        elif self.name == "tilt_torsion":
+            usual[1] = np.pi / 2
+        turns = rotations.three_angles(np.eye(3)[:, list(self.sequence)], R, usual, locked)
+        if self.name != "tilt_torsion":
+            return turns[np.argsort(self.sequence)]
+        torsion = turns[0] + turns[2]
+        return np.stack([turns[0], turns[1], torsion if near is not None else torsion - _full_turns(torsion)])
+
+    def same(self, c: Array, near: Array, always: bool) -> Array:
+        """Return coordinates (3, N) of the same rotations as ``c`` that are nearer to ``near``.
+
+        They differ from ``c`` by full turns, if ``always`` or where rounding decides which of two half turns is in ``c``; and in
+        the first and last turns where their axes are one line, so that only the sum of both is determined.
+        """
+        if self.sequence is None:
+            return np.where(always | _half_turn(np.sqrt(dot(c, c))), _nearest_vector(c, near), c)
+        c = np.where(always | _half_turn(c), c + _full_turns(near - c), c)
+        second = self._turns(c)[1]
+        locked = np.abs(np.sin(second) if self.name == "tilt_torsion" else np.cos(second)) < NEARLY_LOCKED
+        if np.any(locked):
+            near = np.array(near)
+            near[1 if self.name == "tilt_torsion" else self.sequence[1]] = second
+            c = np.where(locked, self.coordinates(self.matrix(c), near, NEARLY_LOCKED), c)
+        return c
+
+    def _turns(self, c: Array) -> Array:
+        """Return the angles (3, N) of the three turns, in their order."""
+        if self.name == "tilt_torsion":
+            return np.stack([c[0], c[1], c[2] - c[0]])
+        return c[list(self.sequence or (0, 1, 2))]
+
+
+def _full_turns(angle: Array) -> Array:
+    """Return the multiples of 2π that are nearest to angles."""
+    return np.asarray(2 * np.pi * np.round(angle / (2 * np.pi)))
+
+
+def _half_turn(angle: Array) -> NDArray[np.bool_]:
+    return np.asarray(np.abs(np.abs(angle) - np.pi) < NEARLY_LOCKED)
+
+
+def _nearest_vector(c: Array, near: Array) -> Array:
+    """Return the rotation vectors (3, N) nearest to ``near`` that differ from ``c`` by full turns."""
+    angle = np.sqrt(dot(c, c))
+    axis = c / np.where(angle > 0, angle, 1.0)
+    return c + axis * _full_turns(dot(axis, near) - angle)
+
+
+def _about(axis: int, angle: Array) -> Array:
+    c, s = np.cos(angle), np.sin(angle)
+    R = np.zeros((3, 3, *angle.shape))
+    j, k = (axis + 1) % 3, (axis + 2) % 3
+    R[axis, axis] = 1
+    R[j, j], R[j, k], R[k, j], R[k, k] = c, -s, s, c
+    return R
+
+
+def orientation_named(name: str | None) -> Orientation:
+    """Return the convention of a name: None or "rotation_vector", an Euler sequence, or "tilt_torsion".
+
+    Raises:
+        CoordinatesError: there is no such convention.
+    """
+    if name is None:
+        return orientation_named("rotation_vector")
+    if not isinstance(name, str):
+        raise CoordinatesError(f"orientation is {name!r}; it must be a name: 'rotation_vector', 'XYZ', 'xyz' or 'tilt_torsion'")
+    if name == "rotation_vector":
+        return Orientation("rotation_vector", ("rx", "ry", "rz"))
+    if name == "tilt_torsion":
+        return Orientation(name, ("azimuth", "tilt", "torsion"), (2, 1, 2))
+    letters = name.lower()
+    if name not in (letters, name.upper()) or sorted(letters) != ["x", "y", "z"]:
+        raise CoordinatesError(
+            f"unknown orientation {name!r}: use 'rotation_vector', 'tilt_torsion', or three distinct letters, "
+            "'XYZ' for angles about moving axes or 'xyz' about fixed axes"
+        )
+    axes = ["xyz".index(letter) for letter in letters]
+    if name == letters:  # turning about fixed axes is turning about moving axes in the opposite order
+        axes.reverse()
+    return Orientation(name, ("rx", "ry", "rz"), (axes[0], axes[1], axes[2]))
+
+
+def orientations_with(coordinate: str) -> str:
+    """Return in words which conventions have a coordinate; nothing if none has."""
+    if coordinate in orientation_named("tilt_torsion").names:
+        return "'tilt_torsion'"
+    return "'rotation_vector' or three letters such as 'XYZ'" if coordinate in orientation_named(None).names else ""

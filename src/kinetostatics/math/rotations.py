@@ -1,0 +1,161 @@
+"""Rotations with the batch axes last: exponential, logarithm, quaternions (x, y, z, w as in Pinocchio)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.linalg import cross, dot
+
+
+def skew(v: Array) -> Array:
+    """Return the (3, 3, …) matrices of the cross product with ``v``."""
+    matrix = np.zeros((3, 3, *v.shape[1:]))
+    matrix[2, 1], matrix[0, 2], matrix[1, 0] = v
+    matrix[1, 2], matrix[2, 0], matrix[0, 1] = -v
+    return matrix
+
+
+def identity(batch: tuple[int, ...]) -> Array:
+    """Return (3, 3, …) identity matrices."""
+    return np.array(np.broadcast_to(np.eye(3).reshape((3, 3) + (1,) * len(batch)), (3, 3, *batch)))
+
+
+def exponential(v: Array) -> Array:
+    """Return the (3, 3, …) rotation matrices of rotation vectors ``v`` (3, …) [rad]."""
+    angle = np.sqrt(dot(v, v))
+    safe = np.where(angle < 1e-8, 1.0, angle)
+    sine = np.where(angle < 1e-8, 1.0, np.sin(safe) / safe)
+    cosine = np.where(angle < 1e-8, 0.5, (1 - np.cos(safe)) / safe**2)
+    matrix = skew(v)
+    return identity(v.shape[1:]) + sine * matrix + cosine * np.einsum("ij...,jk...->ik...", matrix, matrix)
+
+
+def left_jacobian(v: Array) -> Array:
+    """Return the (3, 3, …) matrices that take d(rotation vector)/dt to the angular velocity in world axes."""
+    angle = np.sqrt(dot(v, v))
+    safe = np.where(angle < 1e-4, 1.0, angle)
+    first = np.where(angle < 1e-4, 0.5 - angle**2 / 24, (1 - np.cos(safe)) / safe**2)
+    second = np.where(angle < 1e-4, 1 / 6 - angle**2 / 120, (safe - np.sin(safe)) / safe**3)
+    matrix = skew(v)
+    return identity(v.shape[1:]) + first * matrix + second * np.einsum("ij...,jk...->ik...", matrix, matrix)
+
+
+def quaternion_of_matrix(R: Array) -> Array:
+    """Return unit quaternions (4, …) with a non-negative w, by Shepperd's method (no loss of digits at any angle)."""
+    trace = R[0, 0] + R[1, 1] + R[2, 2]
+    choices = np.stack([R[0, 0], R[1, 1], R[2, 2], trace])
+    best = np.argmax(choices, axis=0)
+    q = np.empty((4, *R.shape[2:]))
+    for case in range(4):
+        where = best == case
+        if not np.any(where):
+            continue
+        M = R[:, :, where]
+        if case == 3:
+            w = 1 + M[0, 0] + M[1, 1] + M[2, 2]
+            column = np.stack([M[2, 1] - M[1, 2], M[0, 2] - M[2, 0], M[1, 0] - M[0, 1], w])
+        else:
+            i, j, k = case, (case + 1) % 3, (case + 2) % 3
+            column = np.empty((4, M.shape[2]))
+            column[i] = 1 + M[i, i] - M[j, j] - M[k, k]
+            column[j] = M[j, i] + M[i, j]
+            column[k] = M[k, i] + M[i, k]
+            column[3] = M[k, j] - M[j, k]
+        q[:, where] = column
+    q /= np.sqrt(dot(q, q))
+    return np.where(q[3] < 0, -q, q)
+
+
+def logarithm(R: Array) -> Array:
+    """Return the rotation vectors (3, …) [rad] of rotation matrices; their length is at most π."""
+    v = np.empty((3, *R.shape[2:]))
+    v[0], v[1], v[2] = R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]
+    double_sine, double_cosine = np.sqrt(dot(v, v)), R[0, 0] + R[1, 1] + R[2, 2] - 1
+    tiny = double_sine < 1e-10
+    v *= np.where(tiny, 0.5, np.arctan2(double_sine, double_cosine) / np.where(tiny, 1.0, double_sine))
+    wide = double_cosine < -1.8  # near half a turn the sine loses its digits
+    if np.any(wide):
+        q = quaternion_of_matrix(R[:, :, wide])
+        sine = np.sqrt(dot(q[:3], q[:3]))
+        v[:, wide] = q[:3] * (2 * np.arctan2(sine, q[3]) / sine)
+    return v
+
+
+def matrix_of_quaternion(q: Array) -> Array:
+    """Return the (3, 3, …) rotation matrices of unit quaternions (4, …)."""
+    x, y, z, w = q
+    R = np.empty((3, 3, *x.shape))
+    R[0, 0], R[0, 1], R[0, 2] = 1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)
+    R[1, 0], R[1, 1], R[1, 2] = 2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)
+    R[2, 0], R[2, 1], R[2, 2] = 2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)
+    return R
+
+
+def quaternion_product(a: Array, b: Array) -> Array:
+    """Return the products of quaternions (4, …)."""
+    vector = a[3] * b[:3] + b[3] * a[:3] + cross(a[:3], b[:3])
+    return np.concatenate([vector, (a[3] * b[3] - dot(a[:3], b[:3]))[None]])
+
+
+def quaternion_exponential(v: Array) -> Array:
+    """Return the unit quaternions of rotation vectors (3, …)."""
+    half = np.sqrt(dot(v, v)) / 2
+    factor = np.where(half < 1e-8, 0.5, np.sin(half) / np.where(half < 1e-8, 1.0, 2 * half))
+    return np.concatenate([v * factor, np.cos(half)[None]])
+
+
+def rotation_between(a: Array, b: Array) -> Array:
+    """Return the shortest rotation vectors that take unit vectors ``a`` to ``b`` (π about some normal if opposite)."""
+    normal = cross(a, b)
+    sine, cosine = np.sqrt(dot(normal, normal)), dot(a, b)
+    tiny = sine < 1e-12
+    vector = normal * np.where(tiny, 1.0, np.arctan2(sine, cosine) / np.where(tiny, 1.0, sine))
+    flipped = tiny & (cosine < 0)
+    if np.any(flipped):
+        helper = np.where(
+            np.abs(a[0]) < 0.7,
+            np.array([1.0, 0, 0]).reshape((3,) + (1,) * (a.ndim - 1)),
+            np.array([0, 1.0, 0]).reshape((3,) + (1,) * (a.ndim - 1)),
+        )
+        perpendicular = cross(a, helper)
+        perpendicular = perpendicular / np.sqrt(dot(perpendicular, perpendicular)) * np.pi
+        vector = np.where(flipped, perpendicular, vector)
+    return np.asarray(vector)
+
+
+def three_angles(axes: Array, R: Array, near: Array, locked: float = 1e-13) -> Array:
+    """Return angles (3, N) with exp(a q₀) exp(b q₁) exp(c q₂) = R, of the two solutions the one near ``near``.
+
+    The first turn is read from where R puts the last axis; the last is what then remains of R. So the three turns make R wherever
+    the axes are, also where first and last are one line and only the sum or the difference of their angles is determined.
+
+    Args:
+        axes: (3, 3) the unit vectors a, b, c as columns, b at right angles to a and c.
+        R: (3, 3, N) rotation matrices.
+        near: (3, N) which second angle is wanted, which first where it is not determined, and which of angles that differ by full
+            turns.
+        locked: sine of the angle between the first and the last axis up to which they count as one line.
+    """
+    a, b, c = axes.T
+    end = np.einsum("ijn,j->in", R, c)
+    height = np.einsum("i,in->n", a, end)
+    beside = end - a[:, None] * height  # across a
+    sine = np.sqrt(dot(beside, beside))
+    spread = np.arctan2(sine, height)
+    zero = float(np.arctan2(a @ np.cross(b, c), a @ c))  # the second angle at which c lies along a
+    options = np.stack([zero + spread, zero - spread])
+    options += 2 * np.pi * np.round((near[1] - options) / (2 * np.pi))
+    other = np.abs(options[1] - near[1]) < np.abs(options[0] - near[1])
+    second = np.where(other, options[1], options[0])
+    # where the second turn alone puts ``beside``, but for its length
+    start = np.cross(b, a)[:, None] * np.where(other, -1.0, 1.0)
+    first = np.where(sine > locked, np.arctan2(np.einsum("i,in->n", a, cross(start, beside)), dot(start, beside)), near[0])
+    turned = np.einsum("ijn,jkn->ikn", exponential(a[:, None] * first), exponential(b[:, None] * second))
+    across = np.einsum("ijn,j->in", R, b)
+    third = np.arctan2(
+        dot(np.einsum("ijn,j->in", turned, np.cross(c, b)), across), dot(np.einsum("ijn,j->in", turned, b), across)
+    )
+    outer = np.stack([first, third])
+    outer += 2 * np.pi * np.round((near[[0, 2]] - outer) / (2 * np.pi))
+    return np.stack([outer[0], second, outer[1]])

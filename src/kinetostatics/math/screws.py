@@ -1,0 +1,76 @@
+"""Twists, wrenches and the motion of their reference point.
+
+A twist is ``[d; r]``: linear displacement [m] of the body point at the reference point, then rotation [rad]. A wrench is
+``[f; m]``: force [N], then moment [N·m] about the reference point. With this order, Pinocchio's, the reciprocal product is
+the plain dot product of a twist and a wrench. All arrays are ``(6, …)``, ``(3, …)`` with the batch axes last.
+Source: J. K. Davidson and K. H. Hunt, Robots and Screw Theory, Oxford 2004, chapters 3 and 5.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.linalg import cross
+
+
+def wrench_of_force(force: Array, arm: Array) -> Array:
+    """Return the wrench of a force [N] that acts at ``arm`` [m] from the reference point."""
+    force, arm = np.broadcast_arrays(force, arm)
+    return np.concatenate([force, cross(arm, force)])
+
+
+def wrench_of_couple(couple: Array) -> Array:
+    """Return the wrench of a couple [N·m]."""
+    return np.concatenate([np.zeros_like(couple), couple])
+
+
+def rotation_twist(axis: Array, arm: Array) -> Array:
+    """Return the unit twist of a rotation about ``axis`` through a point at ``arm`` [m] from the reference point."""
+    axis, arm = np.broadcast_arrays(axis, arm)
+    return np.concatenate([cross(arm, axis), axis])
+
+
+def translation_twist(direction: Array) -> Array:
+    """Return the unit twist of a translation along ``direction``."""
+    return np.concatenate([direction, np.zeros_like(direction)])
+
+
+def move_wrench(wrench: Array, shift: Array) -> Array:
+    """Return the wrench about a reference point that lies ``shift`` [m] from the present one (m_o = m_p + (p − o) × f)."""
+    moment = wrench[3:] - cross(shift, wrench[:3])
+    result = np.empty((6, *moment.shape[1:]))
+    result[:3], result[3:] = wrench[:3], moment
+    return result
+
+
+def move_twist(twist: Array, shift: Array) -> Array:
+    """Return the twist at a reference point that lies ``shift`` [m] from the present one (d_o = d_p + r × (o − p))."""
+    linear = twist[:3] + cross(twist[3:], shift)
+    result = np.empty((6, *linear.shape[1:]))
+    result[:3], result[3:] = linear, twist[3:]
+    return result
+
+
+def describe_twist(twist: Array, length: float) -> str:
+    """Say in words what motion a (6,) twist at o is, for messages.
+
+    Args:
+        twist: [d; r] at o.
+        length: characteristic length [m] that tells a rotation from a translation.
+    """
+
+    def vector(v: Array) -> str:
+        return "(" + ", ".join(f"{0.0 if abs(x) < 5e-5 else x:.4g}" for x in v) + ")"
+
+    linear, angular = twist[:3], twist[3:]
+    rate = float(np.linalg.norm(angular))
+    if rate * length < 1e-6 * float(np.linalg.norm(linear)):
+        return f"a translation along {vector(linear / np.linalg.norm(linear))}"
+    axis = angular / rate
+    foot = np.cross(angular, linear) / rate**2
+    pitch = float(axis @ linear) / rate
+    words = f"a rotation about the axis {vector(axis)} through o + {vector(foot)} m"
+    if abs(pitch) > 1e-6 * length:
+        words += f" with a pitch of {pitch:.4g} m/rad"
+    return words

@@ -1,0 +1,375 @@
+"""Where beams begin and end: default ends, telescopes, and what cannot be right about them."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from kinetostatics.description.elements import Beam, BeamEnd
+from kinetostatics.exceptions import RobotFileError
+from kinetostatics.math.arrays import Array
+from kinetostatics.mechanism.mechanism import ROTATING, Connection, Mechanism, meeting_points
+
+#: Two points of one link that are closer than this [m] are the same point of the file.
+SAME_POINT = 1e-6
+
+
+@dataclass(frozen=True)
+class BeamSpan:
+    """A beam between two points of the robot.
+
+    Attributes:
+        beam: its description.
+        start_body, start: body and point (3,) in it of the end towards the base.
+        end_body, end: the same of the end towards the platform.
+        carrier: the body that carries the beam's weight.
+        start_link, end_link: the links of these bodies that the ends belong to.
+        inward, outward: the joints from the beam's link to these links; none but for a telescopic beam.
+    """
+
+    beam: Beam
+    start_body: int
+    start: Array
+    end_body: int
+    end: Array
+    carrier: int
+    start_link: str
+    end_link: str
+    inward: tuple[Connection, ...]
+    outward: tuple[Connection, ...]
+
+    @property
+    def spanned(self) -> tuple[str, ...]:
+        """Names of the prismatic joints inside a telescopic beam, from start to end."""
+        return tuple(item.name for item in (*self.inward[::-1], *self.outward) if item.kind == "prismatic")
+
+    @property
+    def reversed(self) -> BeamSpan:
+        """The same beam from its other end."""
+        return BeamSpan(
+            self.beam,
+            self.end_body,
+            self.end,
+            self.start_body,
+            self.start,
+            self.carrier,
+            self.end_link,
+            self.start_link,
+            self.outward,
+            self.inward,
+        )
+
+
+def beam_error(beam: Beam, reason: str) -> RobotFileError:
+    """Return an error that names a beam and where it is written."""
+    return RobotFileError(f"<beam {beam.name!r}>: {reason}", beam.place.file, beam.place.line)
+
+
+def ends_nowhere(mechanism: Mechanism) -> list[tuple[str, str]]:
+    """Return the links, but base and platform, that hang on one joint that moves, and these joints."""
+    description = mechanism.description
+    return [
+        (link, here[0].name)
+        for link, here in mechanism.at_link.items()
+        if len(here) == 1 and here[0].kind != "fixed" and link not in (description.base, description.platform)
+    ]
+
+
+def _point_on(link: str, path: Iterable[Connection], point: Array) -> Array:
+    """Return a point (3,) [m], given in the body at the end of a path of fixed joints and loops, in the body of ``link``."""
+    placement = np.eye(4)
+    for item in path:
+        frames = (item.predecessor_frame, item.successor_frame)
+        near, far = frames if link == item.predecessor else frames[::-1]
+        placement = placement @ near @ np.linalg.inv(far)
+        link = item.other(link)
+    return np.asarray(placement[:3, :3] @ point + placement[:3, 3])
+
+
+class SpanFinder:
+    """Finds the two ends of every beam.
+
+    Attributes:
+        base_links, platform_links: links that are rigidly part of base and platform.
+        warnings: what is suspicious, in full sentences.
+    """
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.mechanism = mechanism
+        self.description = description = mechanism.description
+        self.warnings: list[str] = []
+        self.beams_of: dict[str, list[Beam]] = {}
+        for beam in description.beams.values():
+            self.beams_of.setdefault(beam.link, []).append(beam)
+        for role, link in (("base", description.base), ("platform", description.platform)):
+            if link in self.beams_of:
+                place = self.beams_of[link][0].place
+                raise RobotFileError(
+                    f"the {role} link {link!r} is rigid and cannot carry a beam; give the beam a link of its own and join "
+                    "it by a fixed joint",
+                    place.file,
+                    place.line,
+                )
+        self.base_links = self._rigid_with(description.base)
+        self.platform_links = self._rigid_with(description.platform)
+        if self.base_links & self.platform_links:
+            place = description.platform_place
+            raise RobotFileError(
+                f"the platform {description.platform!r} is rigidly fixed to the base {description.base!r}",
+                place.file,
+                place.line,
+            )
+
+    def spans(self) -> dict[str, BeamSpan]:
+        """Return all beams by name.
+
+        Raises:
+            RobotFileError: a beam's ends make no sense, or its mass is written in two ways.
+        """
+        spans = {name: self._span(beam) for name, beam in self.description.beams.items()}
+        self._check_masses(spans)
+        return spans
+
+    def _rigid_with(self, link: str) -> set[str]:
+        """Return the links rigidly joined to ``link`` by fixed joints, stopping at elastic ones and at links that carry beams."""
+        found, queue = {link}, deque([link])
+        while queue:
+            for connection in self.mechanism.at_link[queue.popleft()]:
+                if connection.kind == "fixed" and connection.name not in self.description.joint_stiffness:
+                    for other in (connection.predecessor, connection.successor):
+                        if other not in found and other not in self.beams_of:
+                            found.add(other)
+                            queue.append(other)
+        return found
+
+    def _reaches(self, link: str, connection: Connection, target: set[str], barred: set[str]) -> bool:
+        """Whether walking out of ``link`` through ``connection`` leads to ``target`` without crossing ``barred``."""
+        first = connection.other(link)
+        seen, queue = {link, first}, deque([first])
+        while queue:
+            here = queue.popleft()
+            if here in target:
+                return True
+            if here in barred:
+                continue
+            for item in self.mechanism.at_link[here]:
+                for other in (item.predecessor, item.successor):
+                    if other not in seen:
+                        seen.add(other)
+                        queue.append(other)
+        return False
+
+    def _ends(self, beam: Beam) -> tuple[BeamEnd, BeamEnd]:
+        """Return the ends as they are written; of a link with just two joints these two are the default."""
+        here = self.mechanism.at_link[beam.link]
+        if len(here) == 1 and (beam.start is None or beam.end is None):
+            raise beam_error(
+                beam,
+                f"link {beam.link!r} ends nowhere, as {here[0].name!r} is its only joint: is a <loop> to the platform or another "
+                "link missing, or a <parent> wrong? (A tip that is free needs a fixed joint to a link of its own.)",
+            )
+        if len(here) == 2 and (beam.start is None or beam.end is None):
+            given = beam.start or beam.end
+            if given is None:
+                start, end = sorted(here, key=lambda item: self._joints_to_base(beam.link, item))
+                return BeamEnd(start.name), BeamEnd(end.name)
+            path = self._locate(beam, given)[1]
+            taken = path[0].name if path else given.joint
+            [other] = [BeamEnd(item.name) for item in here if item.name != taken]
+            return beam.start or other, beam.end or other
+        return beam.start or self._default_end(beam, True), beam.end or self._default_end(beam, False)
+
+    def _joints_to_base(self, link: str, connection: Connection) -> tuple[float, float]:
+        """Count the joints from ``link`` to the base, beginning with ``connection``: without passing the platform, and at all.
+
+        A run of passive joints that are one universal, spherical or cylindrical joint counts once. ``inf`` if none lead there.
+        """
+
+        def count(barred: set[str]) -> float:
+            first = connection.other(link)
+            found: dict[str, float] = {link: math.inf}
+            queue = deque([(first, connection, 1)])
+            while queue:
+                here, arrived, joints = queue.popleft()
+                if here in found:
+                    continue
+                found[here] = joints
+                if here in self.base_links:
+                    return joints
+                if here in barred:
+                    continue
+                for item in self.mechanism.at_link[here]:
+                    if item is arrived:
+                        continue
+                    if self._are_one_joint(here, arrived, item):
+                        queue.appendleft((item.other(here), item, joints))
+                    else:
+                        queue.append((item.other(here), item, joints + 1))
+            return math.inf
+
+        return count(self.platform_links), count(set())
+
+    def _are_one_joint(self, link: str, first: Connection, second: Connection) -> bool:
+        """Whether two joints at a bare link are (part of) one: universal, spherical or cylindrical."""
+        if self.mechanism.at_link[link] not in ([first, second], [second, first]):
+            return False
+        if link in self.beams_of or self.description.links[link].mass or first.driven or second.driven:
+            return False
+        a, b = (item.axis_on(link == item.predecessor) for item in (first, second))
+        p, q = first.centre_on(link), second.centre_on(link)
+        turning = (first.kind in ROTATING) + (second.kind in ROTATING)
+        if turning == 2:
+            return meeting_points(a, p, b, q) is not None
+        if turning == 1 and "prismatic" in (first.kind, second.kind):
+            return max(float(np.abs(np.cross(a, b)).max()), float(np.abs(np.cross(a, q - p)).max())) < 1e-9
+        return False
+
+    def _default_end(self, beam: Beam, towards_base: bool) -> BeamEnd:
+        target, barred = (self.base_links, self.platform_links)
+        if not towards_base:
+            target, barred = barred, target
+        found = [
+            connection.name
+            for connection in self.mechanism.at_link[beam.link]
+            if self._reaches(beam.link, connection, target, barred)
+        ]
+        attribute, where = ("from", "base") if towards_base else ("to", "platform")
+        if len(found) != 1:
+            which = "no joint leads" if not found else f"the joints {', '.join(found)} lead"
+            raise beam_error(
+                beam,
+                f'{which} from link {beam.link!r} towards the {where}; say which joint is meant by {attribute}="…"',
+            )
+        return BeamEnd(found[0])
+
+    def _link_path(self, start: str, goal: Callable[[str], bool], kinds: Iterable[str] | None) -> list[Connection] | None:
+        """Return the connections from link ``start`` to the nearest link that satisfies ``goal``."""
+        before: dict[str, tuple[str, Connection] | None] = {start: None}
+        queue = deque([start])
+        while queue:
+            here = queue.popleft()
+            if goal(here):
+                path: list[Connection] = []
+                step = before[here]
+                while step is not None:
+                    path.append(step[1])
+                    step = before[step[0]]
+                return path[::-1]
+            for connection in self.mechanism.at_link[here]:
+                other = connection.other(here)
+                if other not in before and (kinds is None or connection.kind in kinds):
+                    before[other] = (here, connection)
+                    queue.append(other)
+        return None
+
+    def _locate(self, beam: Beam, end: BeamEnd) -> tuple[str, list[Connection]]:
+        """Return the link in which a beam's end is fixed, and the connections from the beam's link to it."""
+        joint = self.mechanism.connections[end.joint]
+        adjacent = beam.link in (joint.predecessor, joint.successor)
+        sliding = joint.kind in ("prismatic", "cylindrical", "planar", "floating")
+        if end.side is not None and (sliding or not adjacent):
+            wanted = joint.predecessor if end.side == "parent" else joint.successor
+            goal: Callable[[str], bool] = wanted.__eq__
+        elif adjacent:
+            return beam.link, []
+        else:
+            goal = lambda link: link in (joint.predecessor, joint.successor)  # noqa: E731
+        path = self._link_path(beam.link, goal, ("prismatic", "fixed"))
+        if path is None:
+            crossing = self._link_path(beam.link, goal, None) or []
+            names = [item.name for item in crossing if item.kind not in ("prismatic", "fixed")]
+            raise beam_error(
+                beam,
+                f"its span to {end.joint!r} crosses the moving joint {', '.join(map(repr, names)) or '?'}; a beam may "
+                f"only cross prismatic joints, along whose axes it telescopes{self._ends_nowhere()}",
+            )
+        link = beam.link
+        for item in path:
+            link = item.other(link)
+        return link, path
+
+    def _ends_nowhere(self) -> str:
+        """Return words about the first link that should probably be joined to something, if there is one."""
+        for link, joint in ends_nowhere(self.mechanism):
+            return f". Link {link!r} has no joint but {joint!r}: is a <parent> wrong, or a <loop> missing?"
+        return ""
+
+    def _span(self, beam: Beam) -> BeamSpan:
+        start, end = self._ends(beam)
+        for item in (start, end):
+            if self.mechanism.connections[item.joint].kind == "floating" and item.side is None:
+                raise beam_error(beam, f"{item.joint!r} is floating: write {item.joint}:parent or {item.joint}:child")
+        start_link, inward = self._locate(beam, start)
+        end_link, outward = self._locate(beam, end)
+        connections = self.mechanism.connections
+        span = BeamSpan(
+            beam,
+            self._body(start_link),
+            connections[start.joint].centre_on(start_link),
+            self._body(end_link),
+            connections[end.joint].centre_on(end_link),
+            self._body(beam.link),
+            start_link,
+            end_link,
+            tuple(inward),
+            tuple(outward),
+        )
+        if not span.spanned:
+            first, last = self._ends_on_carrier(span)
+            if float(np.linalg.norm(last - first)) < SAME_POINT:
+                raise beam_error(beam, f"its ends {start.joint!r} and {end.joint!r} are the same point: its length is zero")
+            if beam.y_axis is not None:
+                self._check_y_axis(beam, last - first)
+        return span
+
+    @staticmethod
+    def _ends_on_carrier(span: BeamSpan) -> tuple[Array, Array]:
+        """Return both ends (3,) [m] in the carrier body, of a beam whose span crosses fixed joints and loops at most."""
+        link = span.beam.link
+        return _point_on(link, span.inward, span.start), _point_on(link, span.outward, span.end)
+
+    def _check_y_axis(self, beam: Beam, direction: Array) -> None:
+        assert beam.y_axis is not None
+        placement = self.mechanism.body_of[beam.link][1]
+        across = np.cross(placement[:3, :3] @ np.array(beam.y_axis), direction)
+        if float(np.linalg.norm(across)) < 1e-6 * float(np.linalg.norm(direction)) * float(np.linalg.norm(beam.y_axis)):
+            raise beam_error(beam, "its y_axis is parallel to the beam; give a direction across it")
+
+    def _body(self, link: str) -> int:
+        return self.mechanism.body_of[link][0]
+
+    def _check_masses(self, spans: dict[str, BeamSpan]) -> None:
+        for link, beams in self.beams_of.items():
+            given = [beam.density is not None for beam in beams]
+            if any(given) and not all(given):
+                bare = beams[given.index(False)]
+                raise beam_error(
+                    bare,
+                    f"another beam of link {link!r} has a density, which replaces the link's <inertial>; give this "
+                    "one a density too (0 for a massless beam)",
+                )
+            if not any(given) and self.description.links[link].mass > 0:
+                self._check_centre_of_mass(link, [spans[beam.name] for beam in beams])
+
+    def _check_centre_of_mass(self, link: str, spans: list[BeamSpan]) -> None:
+        """Warn where a link's centre of mass is not that of its beams, along which its mass is spread by length."""
+        names = ", ".join(repr(span.beam.name) for span in spans)
+        start = f"{spans[0].beam.place.file}:{spans[0].beam.place.line}: the centre of mass of link {link!r}"
+        if any(span.spanned for span in spans):
+            self.warnings.append(
+                f"{start} stays in the link, but its mass is spread evenly along {names}, whose length changes; give a density"
+            )
+            return
+        placement = self.mechanism.body_of[link][1]
+        centre = placement[:3, :3] @ np.array(self.description.links[link].center_of_mass) + placement[:3, 3]
+        ends = [self._ends_on_carrier(span) for span in spans]
+        lengths = [float(np.linalg.norm(last - first)) for first, last in ends]
+        middle = sum((length * (first + last) / 2 for length, (first, last) in zip(lengths, ends, strict=True)), np.zeros(3))
+        gap = float(np.linalg.norm(centre - middle / sum(lengths)))
+        if gap > 1e-3 * max(lengths):
+            what = f"the middle of its beam {names}" if len(spans) == 1 else f"that of its beams {names} together"
+            self.warnings.append(f"{start} lies {gap:.4g} m from {what}, along which the mass is spread evenly")

@@ -1,0 +1,75 @@
+"""Masses, by way of Pinocchio: every link's inertia out of its model, models that weigh the robot, the wrench of a weight."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from kinetostatics.math.arrays import Array
+
+#: Masses below this part of what moves with them are what rounding leaves of a link without mass.
+_NOTHING = 1e-14
+
+
+def link_inertias(model: Any) -> dict[str, Any]:
+    """Return every link's own ``pin.Inertia``, in the frame of the body (Pinocchio's joint) with which it moves.
+
+    Pinocchio adds up the links that fixed joints weld together; what each of them brings stays in the frame of its fixed
+    joint, and what is left is the link that hangs on the moving joint itself.
+
+    Args:
+        model: ``pin.Model`` built from a URDF.
+    """
+    import pinocchio as pin
+
+    rest = {body: pin.Inertia(inertia) for body, inertia in enumerate(model.inertias)}
+    totals = {body: inertia.mass for body, inertia in rest.items()}
+    found: dict[str, Any] = {}
+    first: dict[int, str] = {}
+    for frame in model.frames:
+        if frame.type != pin.FrameType.BODY:
+            continue
+        parent, body = model.frames[frame.parentFrame], int(frame.parentJoint)
+        if parent.type == pin.FrameType.FIXED_JOINT and parent.name != "universe":
+            found[frame.name] = pin.Inertia(parent.placement.act(parent.inertia))
+            rest[body] = pin.Inertia(rest[body] - found[frame.name]) if parent.inertia.mass else rest[body]
+        else:
+            first[body] = frame.name
+    for body, name in first.items():
+        found[name] = rest[body] if rest[body].mass > _NOTHING * totals[body] else pin.Inertia.Zero()
+    return found
+
+
+def weighed(model: Any, bodies: Iterable[tuple[int, Any]]) -> Any:
+    """Return a copy of a ``pin.Model`` in which nothing weighs but what is given: bodies, and a ``pin.Inertia`` in each."""
+    import pinocchio as pin
+
+    copy = model.copy()
+    for body in range(copy.njoints):
+        copy.inertias[body] = pin.Inertia.Zero()
+    for body, inertia in bodies:
+        if inertia.mass:
+            copy.inertias[body] = pin.Inertia(copy.inertias[body] + inertia) if copy.inertias[body].mass else inertia
+    return copy
+
+
+class Falling:
+    """A body under gravity, as seen from a reference point.
+
+    Args:
+        rotation: (3, 3) of the body.
+        arm: (3,) from the reference point to the body's origin, world axes [m].
+        gravity: (3,) in world axes [m/s²].
+    """
+
+    def __init__(self, rotation: Array, arm: Array, gravity: Array) -> None:
+        import pinocchio as pin
+
+        self._placement = pin.SE3(rotation, arm)
+        self._acceleration = self._placement.actInv(pin.Motion(gravity, np.zeros(3)))
+
+    def wrench(self, inertia: Any) -> Array:
+        """Return the weight's wrench (6,) [N, N·m] of a ``pin.Inertia`` in the body's frame, about the point, world axes."""
+        return np.asarray(self._placement.act(inertia * self._acceleration).vector)

@@ -1,0 +1,366 @@
+"""The joints of a limb as its statics see them: freedoms, universal and spherical joints, dead branches."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.ordering import axis_across
+from kinetostatics.math.screws import rotation_twist, translation_twist
+from kinetostatics.mechanism.joint_compliance import is_sprung
+from kinetostatics.mechanism.limbs import Edge, Limb
+from kinetostatics.mechanism.mechanism import ONE_FREEDOM, ROTATING, Connection, Mechanism, meeting_points
+from kinetostatics.mechanism.tree import Frames
+
+if TYPE_CHECKING:
+    from kinetostatics.robot import Robot
+
+
+@dataclass(frozen=True)
+class Freedom:
+    """One freedom of a joint: a rotation about, or a translation along, an axis fixed in a body.
+
+    ``centre`` is a point (3,) of ``centre_body`` on the axis. ``passive``: it is neither driven nor held by a spring.
+    """
+
+    rotates: bool
+    body: int
+    axis: Array
+    centre_body: int
+    centre: Array
+    sign: int
+    label: str
+    passive: bool = True
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A joint of a limb as its statics see it: runs of revolutes that meet in a point are one universal or spherical joint.
+
+    Attributes:
+        kind: URDF or loop type, ``universal`` or ``spherical`` for runs.
+        label: name for people.
+        joints: names of its joints.
+        passive: whether at least one of its freedoms is free (neither driven nor held by a spring).
+        freedoms: its freedoms, base to platform.
+        edge: position of its last joint among the limb's edges.
+        has_centre: whether its centre is a point of the machine; else it is one that the file has chosen on its axis.
+        shift: how far along its last joint's axis its centre lies from that joint's origin [m].
+    """
+
+    kind: str
+    label: str
+    joints: tuple[str, ...]
+    passive: bool
+    freedoms: tuple[Freedom, ...]
+    edge: int
+    has_centre: bool
+    shift: float = 0.0
+
+    @property
+    def tells_point(self) -> bool:
+        """Whether something passes through its centre: its axes, or a beam."""
+        return self.has_centre or any(freedom.rotates for freedom in self.freedoms)
+
+    def has_axis(self, rotates: bool) -> bool:
+        """Whether the axes of its rotations or translations are lines of the machine, not of a frame that the file has chosen."""
+        return self.kind not in ("spherical", "floating") and (rotates or self.kind != "planar")
+
+
+def has_centre(mechanism: Mechanism, connection: Connection) -> bool:
+    """Whether a joint's origin matters to the statics: it is no point of an axis that might as well be another one.
+
+    Beams end at origins, and the axes of a universal or spherical joint meet there.
+    """
+    if connection.kind not in (*ONE_FREEDOM, "cylindrical"):
+        return True
+    beams = mechanism.description.beams.values()
+    ends = {end.joint for beam in beams for end in (beam.start, beam.end) if end is not None}
+    return connection.name in ends or any(beam.link in (connection.predecessor, connection.successor) for beam in beams)
+
+
+def limb_units(mechanism: Mechanism, limb: Limb) -> tuple[Unit, ...]:
+    """Return the joints of a limb, inboard ones first, with runs of revolutes joined (fixed joints are left out)."""
+    steps: list[tuple[int, Edge, Connection]] = []
+    units: list[Unit] = []
+
+    def flush() -> None:
+        while steps:
+            for count in (3, 2, 1):
+                centres = _common_centre([(edge, item) for _, edge, item in steps[:count]]) if len(steps) >= count else None
+                if count == 1 or centres is not None:
+                    units.append(_unit_of_run(mechanism, steps[:count], centres))
+                    del steps[:count]
+                    break
+
+    stiffness = mechanism.description.joint_stiffness
+    for position, edge in enumerate(limb.edges):
+        connection = mechanism.connections[edge.joint] if edge.joint else None
+        elastic = connection is not None and connection.name in stiffness
+        if connection is not None and connection.kind in ROTATING and not connection.driven and not elastic:
+            steps.append((position, edge, connection))
+        elif connection is None or connection.kind != "fixed" or elastic:
+            flush()
+            if connection is not None and connection.kind != "fixed":
+                freedoms = freedoms_of(mechanism, connection, edge.sign)
+                passive = any(freedom.passive for freedom in freedoms)
+                fixed = has_centre(mechanism, connection)
+                units.append(Unit(connection.kind, connection.name, (connection.name,), passive, freedoms, position, fixed))
+        if limb.ends[position]:
+            flush()
+    flush()
+    return tuple(units)
+
+
+@dataclass(frozen=True)
+class Element:
+    """A beam, a joint or a run of joints that is one, as limbs that are built alike have it in the same place.
+
+    Attributes:
+        edges: positions of its edges in the limb; the last is its outboard end.
+        parent: the element on its inboard side, −1 for none.
+        chords: signs of the chord wrenches that it carries, by number.
+        unit: which of the limb's units it is, None for a beam or a fixed joint.
+        is_beam: whether it is a beam.
+        turned: whether base and platform give it no direction and it lies against the file's.
+    """
+
+    edges: tuple[int, ...]
+    parent: int
+    chords: tuple[tuple[int, int], ...]
+    unit: int | None
+    is_beam: bool
+    turned: bool
+
+    @property
+    def signature(self) -> tuple[object, ...]:
+        """What alike elements have in common."""
+        return self.parent, self.chords, self.unit, self.is_beam, self.turned and self.is_beam
+
+
+def limb_elements(limb: Limb, units: Sequence[Unit]) -> tuple[Element, ...]:
+    """Return a limb's elements, inboard ones first."""
+    unit_of = {joint: number for number, unit in enumerate(units) for joint in unit.joints}
+    found: list[Element] = []
+    ends: dict[str, int] = {}
+    pending: list[int] = []
+    for k, edge in enumerate(limb.edges):
+        pending.append(k)
+        number = unit_of.get(edge.joint) if edge.joint is not None else None
+        if number is not None and k != units[number].edge:
+            continue
+        inner = limb.edges[pending[0]].parent
+        parent = -1 if inner is None else ends[inner]
+        turned = edge.both_ways and edge.sign < 0
+        found.append(Element(tuple(pending), parent, edge.chords, number, edge.beam is not None, turned))
+        ends.update((limb.edges[j].key, len(found) - 1) for j in pending)
+        pending = []
+    return tuple(found)
+
+
+def freedoms_of(mechanism: Mechanism, connection: Connection, sign: int) -> tuple[Freedom, ...]:
+    """Return the freedoms of one joint or loop, base to platform; driven and sprung ones are not passive."""
+    stiffness = mechanism.description.joint_stiffness.get(connection.name)
+    return tuple(
+        replace(freedom, passive=not connection.driven and not is_sprung(stiffness, freedom.rotates, axis))
+        for freedom, axis in zip(_freedoms(connection, sign), _axes_in_joint(connection, sign), strict=True)
+    )
+
+
+def _axes_in_joint(connection: Connection, sign: int) -> list[Array | None]:
+    """Return the freedoms' axes in the joint's frame on the predecessor's side; None for one that moves in it."""
+    back = connection.predecessor_frame[:3, :3].T
+    return [
+        None if freedom.rotates and connection.kind == "universal" and "second" in freedom.label else back @ freedom.axis
+        for freedom in _freedoms(connection, sign)
+    ]
+
+
+def sides(edge: Edge, connection: Connection) -> tuple[tuple[int, Array], tuple[int, Array]]:
+    """Return body and joint frame on the inboard and on the outboard side."""
+    sides = (
+        (connection.predecessor_body, connection.predecessor_frame),
+        (connection.successor_body, connection.successor_frame),
+    )
+    return sides if edge.sign > 0 else (sides[1], sides[0])
+
+
+def _common_centre(run: Sequence[tuple[Edge, Connection]]) -> tuple[float, float] | None:
+    """Return where on the first and the last axis (m from the origins) those of 2 or 3 revolutes meet, None if they do not."""
+    if len(run) < 2:
+        return None
+    meetings = []
+    for (edge, connection), (next_edge, following) in itertools.pairwise(run):
+        body, frame = sides(edge, connection)[1]
+        next_body, next_frame = sides(next_edge, following)[0]
+        if body != next_body:
+            return None
+        meeting = meeting_points(
+            frame[:3, :3] @ connection.axis, frame[:3, 3], next_frame[:3, :3] @ following.axis, next_frame[:3, 3]
+        )
+        if meeting is None:
+            return None
+        meetings.append(meeting)
+    if len(meetings) == 2 and abs(meetings[0][1] - meetings[1][0]) > 1e-9:
+        return None
+    return meetings[0][0], meetings[-1][1]
+
+
+def _unit_of_run(mechanism: Mechanism, run: Sequence[tuple[int, Edge, Connection]], meeting: tuple[float, float] | None) -> Unit:
+    names = tuple(connection.name for _, _, connection in run)
+    label = names[0] if len(names) == 1 else _common_prefix(names).rstrip("_-. ") or "+".join(names)
+    first_edge, first = run[0][1], run[0][2]
+    body, frame = sides(first_edge, first)[0]
+    shift, last_shift = meeting if meeting is not None else (0.0, 0.0)
+    centre = frame[:3, 3] + shift * (frame[:3, :3] @ first.axis)
+    if len(run) == 3:
+        spun = tuple(Freedom(True, body, axis, body, centre, 1, label) for axis in np.eye(3))
+        return Unit("spherical", label, names, True, spun, run[-1][0], True, last_shift)
+    freedoms = tuple(
+        Freedom(True, connection.predecessor_body, connection.axis_on(True), body, centre, edge.sign, connection.name)
+        for _, edge, connection in run
+    )
+    if len(run) == 2:
+        return Unit("universal", label, names, True, freedoms, run[-1][0], True, last_shift)
+    return Unit("revolute", label, names, True, freedoms, run[-1][0], has_centre(mechanism, first))
+
+
+def _common_prefix(names: Sequence[str]) -> str:
+    """Return the longest start that all names share."""
+    shortest, longest = min(names), max(names)
+    same = (k for k, letter in enumerate(shortest) if longest[k : k + 1] != letter)
+    return shortest[: next(same, len(shortest))]
+
+
+def _freedoms(connection: Connection, sign: int) -> tuple[Freedom, ...]:
+    """Return the freedoms of one joint or loop of any kind, base to platform."""
+    kind, name = connection.kind, connection.name
+    here, there = connection.predecessor_body, connection.successor_body
+    frame, other = connection.predecessor_frame, connection.successor_frame
+    axis = connection.axis_on(True)
+
+    def rotation(body: int, direction: Array, label: str = name) -> Freedom:
+        centre_body, centre = (there, other[:3, 3]) if kind in ("planar", "floating") else (here, frame[:3, 3])
+        return Freedom(True, body, direction, centre_body, centre, sign, label)
+
+    def translation(direction: Array) -> Freedom:
+        return Freedom(False, here, direction, there, other[:3, 3], sign, name)
+
+    if kind == "fixed":
+        return ()
+    if kind in ROTATING:
+        found = [rotation(here, axis)]
+    elif kind == "prismatic":
+        found = [translation(axis)]
+    elif kind == "cylindrical":
+        found = [translation(axis), rotation(here, axis)]
+    elif kind == "universal":
+        second = other[:3, :3] @ connection.axis2
+        found = [rotation(here, axis, f"{name} (first axis)"), rotation(there, second, f"{name} (second axis)")]
+    elif kind == "spherical":
+        found = [rotation(here, column) for column in frame[:3, :3].T]
+    elif kind == "planar":
+        helper = axis_across(connection.axis)
+        side = np.cross(connection.axis, helper)
+        side /= np.linalg.norm(side)
+        third = np.cross(connection.axis, side)
+        found = [translation(frame[:3, :3] @ side), translation(frame[:3, :3] @ third), rotation(here, axis)]
+    else:
+        found = [translation(column) for column in frame[:3, :3].T]
+        found += [rotation(here, column) for column in frame[:3, :3].T]
+    return tuple(found if sign > 0 else found[::-1])
+
+
+class Branch:
+    """A passive joint of a dead branch: it has to be in equilibrium as it stands.
+
+    Attributes:
+        owner: the limb on which the branch hangs, or ``base`` or ``platform``.
+        joint: its name.
+        outboard: (W,) which weights it carries.
+        scale: (k,) what makes its powers comparable: 1 for a translation, the characteristic length for a rotation.
+    """
+
+    def __init__(self, robot: Robot, owner: str, edge: Edge) -> None:
+        connection = robot.mechanism.connections[str(edge.joint)]
+        self.owner, self.joint = owner, connection.name
+        self.outboard = np.array([(name in edge.outboard) - (name in edge.excluded) for name in robot.weights.names], dtype=float)
+        self._freedoms = [f for f in freedoms_of(robot.mechanism, connection, edge.sign) if f.passive]
+        self.scale = np.array([robot.length if f.rotates else 1.0 for f in self._freedoms])
+
+    def twists(self, frames: Frames, o: Array) -> Array:
+        """Return the unit twists (6, k, N) of its freedoms about o."""
+        columns = []
+        for f in self._freedoms:
+            axis = frames.directions(np.array([f.body]), f.axis[:, None])[:, 0] * f.sign
+            arm = frames.points(np.array([f.centre_body]), f.centre[:, None])[:, 0] - o
+            columns.append(rotation_twist(axis, arm) if f.rotates else translation_twist(axis))
+        return np.stack(columns, axis=1) if columns else np.zeros((6, 0, o.shape[1]))
+
+
+def dead_joints(robot: Robot) -> tuple[Branch, ...]:
+    """Return the passive joints of all dead branches."""
+    topology = robot.topology
+    parts = [(limb.name, limb.branches) for limb in robot.all_limbs]
+    parts += [("base", topology.base.edges), ("platform", topology.platform.edges)]
+    found = []
+    for owner, edges in parts:
+        for edge in edges:
+            if edge.joint is not None:
+                branch = Branch(robot, owner, edge)
+                if branch.scale.size:
+                    found.append(branch)
+    return tuple(found)
+
+
+class JointTable:
+    """All joints through which something is held, for their wrenches.
+
+    Attributes:
+        names: of the joints, fixed ones too: those of the limbs, of their branches, and of dead weights.
+        owners: for each of them the limb it belongs to, or ``base`` or ``platform``.
+        signs: for each name 1 if the predecessor is on the side whose wrench on the other is reported, else −1.
+        chords: (J, Q) signs of the chord wrenches of all limbs in turn in what the joint's outboard side puts on the inboard one.
+        outboard: (J, W) which weights it carries.
+        reported: (J,) −1 where the inboard side's wrench on the outboard side is reported, 1 where it is the other way round.
+        centre_body, centre: body (J,) and point (3, J) of its centre; of a sliding joint that on the loaded side.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        topology = robot.topology
+        found: list[tuple[Edge, int, str]] = []
+        self._first = [0]
+        for limb in robot.all_limbs:
+            found += [(edge, self._first[-1], limb.name) for edge in (*limb.edges, *limb.branches)]
+            self._first.append(self._first[-1] + len(limb.to_platform))
+        for owner, dead in (("base", topology.base), ("platform", topology.platform)):
+            found += [(edge, 0, owner) for edge in dead.edges]
+        entries = [(edge, k) for edge, k, _ in found if edge.joint is not None]
+        self.names = [str(edge.joint) for edge, _ in entries]
+        self.owners = [owner for edge, _, owner in found if edge.joint is not None]
+        self.chords = np.zeros((len(entries), self._first[-1]))
+        for row, (edge, k) in enumerate(entries):
+            for chord, sign in edge.chords:
+                self.chords[row, k + chord] = sign
+        weights = robot.weights.names
+        self.outboard = np.array(
+            [[(name in edge.outboard) - (name in edge.excluded) for name in weights] for edge, _ in entries], dtype=float
+        ).reshape(len(entries), len(weights))
+        turned = [edge.both_ways and edge.sign < 0 for edge, _ in entries]
+        self.signs = {str(edge.joint): edge.sign * (-1 if back else 1) for (edge, _), back in zip(entries, turned, strict=True)}
+        self.reported = np.where(turned, 1.0, -1.0)
+        outer = [
+            sides(edge, robot.mechanism.connections[str(edge.joint)])[0 if back else 1]
+            for (edge, _), back in zip(entries, turned, strict=True)
+        ]
+        self.centre_body = np.array([body for body, _ in outer], dtype=np.intp)
+        self.centre = np.array([frame[:3, 3] for _, frame in outer]).reshape(-1, 3).T
+
+    def chords_of(self, limb: int) -> slice:
+        """Return which columns of ``chords`` are those of a limb."""
+        return slice(self._first[limb], self._first[limb + 1])

@@ -1,0 +1,339 @@
+"""The robot as joints between bodies: the Pinocchio model, and every joint and loop with its frames on both sides.
+
+A *connection* is a joint of the tree or a loop: from here on nobody needs to know where the file cut a loop.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import os
+import sys
+import threading
+import weakref
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from kinetostatics.description.elements import Cone, Mimic, Place
+from kinetostatics.description.robot import RobotDescription
+from kinetostatics.exceptions import RobotFileError
+from kinetostatics.files.reader import validate
+from kinetostatics.math.arrays import Array
+from kinetostatics.mechanism.inertias import link_inertias
+from kinetostatics.mechanism.tree import Frames, Tree, TreeJoint
+
+#: ``data``: what Pinocchio works with, for each mechanism; every thread has its own.
+_of_thread = threading.local()
+
+ONE_FREEDOM = ("revolute", "continuous", "prismatic")
+ROTATING = ("revolute", "continuous")
+
+
+@dataclass(frozen=True)
+class Connection:
+    """A joint or loop between two links.
+
+    Attributes:
+        name, kind: its name and URDF type.
+        predecessor, successor: the links; of a tree joint the parent and the child.
+        predecessor_body, successor_body: the bodies with which they move.
+        predecessor_frame, successor_frame: the joint's frame (4, 4) on either side, in the body.
+        axis, axis2: (3,) unit vectors, in the predecessor's and the successor's joint frame.
+        lower, upper: limits of a one-freedom joint [m, rad].
+        cone: limit of a universal or spherical loop.
+        driven: whether it is locked in the statics; joints that mimic a driven one are locked with it.
+        is_loop: whether it closes a loop of the file's tree.
+        place: where it is written.
+        mimic: the driven joint that it follows, if any; only joints without one get an actuator force.
+    """
+
+    name: str
+    kind: str
+    predecessor: str
+    successor: str
+    predecessor_body: int
+    successor_body: int
+    predecessor_frame: Array
+    successor_frame: Array
+    axis: Array
+    axis2: Array
+    lower: float
+    upper: float
+    cone: Cone | None
+    driven: bool
+    is_loop: bool
+    place: Place
+    mimic: Mimic | None = None
+
+    def other(self, link: str) -> str:
+        """Return the link on the other side."""
+        return self.successor if link == self.predecessor else self.predecessor
+
+    def axis_on(self, predecessor_side: bool) -> Array:
+        """Return the axis (3,) in the body of one side; the two agree in every pose of a turning or sliding joint."""
+        frame = self.predecessor_frame if predecessor_side else self.successor_frame
+        return np.asarray(frame[:3, :3] @ self.axis)
+
+    def centre_on(self, link: str) -> Array:
+        """Return the joint's centre (3,) [m] in the body of one of its links."""
+        frame = self.predecessor_frame if link == self.predecessor else self.successor_frame
+        return np.asarray(frame[:3, 3])
+
+
+@dataclass(frozen=True)
+class SphericalRun:
+    """Three passive revolute joints with massless links between, whose axes meet in one point: a spherical joint.
+
+    Treating them as one joint avoids the pose at which three revolutes lock each other.
+
+    Attributes:
+        joints: names of the three, from parent to child.
+        bodies: their bodies.
+        parent: the body that carries the first.
+        centre: the common point (3,) in the parent body.
+        axes: (3, 3) columns: the three axes, in the parent body, with all three at zero.
+        orientation: (3, 3) orientation of the last body, whose origin is the centre, with all three at zero.
+    """
+
+    joints: tuple[str, str, str]
+    bodies: tuple[int, int, int]
+    parent: int
+    centre: Array
+    axes: Array
+    orientation: Array
+
+
+@contextlib.contextmanager
+def _silence() -> Iterator[None]:
+    """Swallow what Pinocchio's URDF parser prints on the process's own standard error."""
+    sys.stderr.flush()
+    saved, sink = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(sink, 2)
+        yield
+    finally:
+        os.dup2(saved, 2)
+        os.close(saved)
+        os.close(sink)
+
+
+def meeting_points(a: Array, p: Array, b: Array, q: Array) -> tuple[float, float] | None:
+    """Return where two lines p + s a and q + t b meet, as (s, t), or None if they are parallel or miss each other."""
+    normal = np.cross(a, b)
+    square = float(normal @ normal)
+    size = 1.0 + float(np.linalg.norm(q - p))
+    if square < 1e-12 or abs(float(normal @ (q - p))) > 1e-9 * size:
+        return None
+    return float(np.cross(q - p, b) @ normal) / square, float(np.cross(q - p, a) @ normal) / square
+
+
+class Mechanism:
+    """Bodies, connections and the tree; everything about a robot that has numbers but no pose.
+
+    Attributes:
+        description: what the file says, validated.
+        model: Pinocchio's model of the tree, with the inertias that the URDF part of the file gives.
+        connections: all joints and loops by name, fixed ones too, in the order of the file, loops last.
+        body_of: body and placement (4, 4) in it of every link.
+        tree: the tree in Pinocchio's coordinates.
+    """
+
+    def __init__(self, description: RobotDescription) -> None:
+        import pinocchio as pin
+
+        self.description = description = validate(description)
+        try:
+            with _silence():
+                self.model: Any = pin.buildModelFromXML(description.urdf)
+        except (ValueError, RuntimeError) as error:
+            raise RobotFileError(f"Pinocchio cannot read the URDF part of the file: {error}", description.path) from None
+        model = self.model
+        body_type = pin.FrameType.BODY
+        self.body_of: dict[str, tuple[int, Array]] = {
+            frame.name: (int(frame.parentJoint), np.array(frame.placement.homogeneous))
+            for frame in model.frames
+            if frame.type == body_type
+        }
+        numbers = {name: index for index, name in enumerate(model.names)}
+        self.body_of_joint = {name: numbers[name] for name in description.joints if name in numbers}
+        self.connections: dict[str, Connection] = {}
+        driven = set(description.driven)
+        for joint in description.joints.values():
+            body, placement = self.body_of[joint.parent]
+            child_body, child_placement = self.body_of[joint.child]
+            self.connections[joint.name] = Connection(
+                joint.name,
+                joint.type,
+                joint.parent,
+                joint.child,
+                body,
+                child_body,
+                placement @ joint.origin.matrix,
+                child_placement,
+                np.array(joint.axis),
+                np.array([0.0, 1.0, 0.0]),
+                joint.lower,
+                joint.upper,
+                None,
+                joint.name in driven or joint.mimic is not None,
+                False,
+                joint.place,
+                joint.mimic,
+            )
+        for loop in description.loops.values():
+            body, placement = self.body_of[loop.predecessor]
+            child_body, child_placement = self.body_of[loop.successor]
+            self.connections[loop.name] = Connection(
+                loop.name,
+                loop.type,
+                loop.predecessor,
+                loop.successor,
+                body,
+                child_body,
+                placement @ loop.predecessor_origin.matrix,
+                child_placement @ loop.successor_origin.matrix,
+                np.array(loop.axis),
+                np.array(loop.axis2),
+                loop.lower,
+                loop.upper,
+                loop.cone,
+                loop.name in driven,
+                True,
+                loop.place,
+            )
+        joints = []
+        for name, body in self.body_of_joint.items():
+            joint, number = description.joints[name], model.joints[body]
+            joints.append(
+                TreeJoint(
+                    joint.type,
+                    int(model.parents[body]),
+                    body,
+                    np.array(model.jointPlacements[body].homogeneous),
+                    joint.axis,
+                    int(number.idx_q),
+                    int(number.idx_v),
+                )
+            )
+        joints.sort(key=lambda joint: joint.body)
+        self.tree = Tree(joints, int(model.njoints), int(model.nq), int(model.nv))
+        self._place_followers()
+
+    def _place_followers(self) -> None:
+        """Put joints that follow others where they belong when all others are at zero."""
+        neutral = self.tree.neutral
+        for joint in self.tree.joints:
+            mimic = self.description.joints[self.model.names[joint.body]].mimic
+            if mimic is None:
+                continue
+            if joint.kind == "continuous":
+                neutral[joint.first_q : joint.first_q + 2] = math.cos(mimic.offset), math.sin(mimic.offset)
+            else:
+                neutral[joint.first_q] = mimic.offset
+
+    @cached_property
+    def link_inertias(self) -> dict[str, Any]:
+        """Every link's own ``pin.Inertia``, in the frame of the body with which it moves."""
+        return link_inertias(self.model)
+
+    def forward(self, q: Array) -> Frames:
+        """Return the frames of all bodies at Pinocchio's coordinates (nq, N): of one pose by Pinocchio, of many all at once."""
+        if q.shape[1] != 1:
+            return self.tree.forward(q)
+        import pinocchio as pin
+
+        if not hasattr(_of_thread, "data"):
+            _of_thread.data = weakref.WeakKeyDictionary()
+        if self not in _of_thread.data:
+            _of_thread.data[self] = self.model.createData()
+        data = _of_thread.data[self]
+        pin.forwardKinematics(self.model, data, np.ascontiguousarray(q[:, 0]))
+        placements = np.array([placement.homogeneous for placement in data.oMi])
+        return Frames(placements[:, :3, :3].transpose(1, 2, 0)[..., None], placements[:, :3, 3].T[..., None])
+
+    @cached_property
+    def at_link(self) -> dict[str, list[Connection]]:
+        """The connections of every link."""
+        result: dict[str, list[Connection]] = {name: [] for name in self.description.links}
+        for connection in self.connections.values():
+            result[connection.predecessor].append(connection)
+            result[connection.successor].append(connection)
+        return result
+
+    @cached_property
+    def platform_frame(self) -> tuple[int, Array]:
+        """Body and placement (4, 4) in it of the frame o-xyz."""
+        body, placement = self.body_of[self.description.platform]
+        return body, placement @ self.description.platform_origin.matrix
+
+    @cached_property
+    def base_frame(self) -> tuple[int, Array] | None:
+        """Body and placement of the base link if it moves relative to the root of the tree, else None.
+
+        World axes are those of the root link, or of the base link if it is not rigidly joined to the root.
+        """
+        body, placement = self.body_of[self.description.base]
+        return None if body == 0 else (body, placement)
+
+    @cached_property
+    def spherical_runs(self) -> tuple[SphericalRun, ...]:
+        """All runs of three revolutes in the tree that are spherical joints with axes at right angles in turn."""
+        beam_links = {beam.link for beam in self.description.beams.values()}
+        runs: list[SphericalRun] = []
+        taken: set[str] = set()
+
+        def following(connection: Connection) -> Connection | None:
+            link = connection.successor
+            others = [item for item in self.at_link[link] if item is not connection]
+            bare = self.description.links[link].mass == 0 and link not in beam_links
+            if bare and len(others) == 1 and not others[0].is_loop and _turns_freely(others[0]):
+                return others[0]
+            return None
+
+        for first in self.connections.values():
+            if first.is_loop or not _turns_freely(first) or first.name in taken:
+                continue
+            second = following(first)
+            third = following(second) if second else None
+            if second is None or third is None or second.name in taken or third.name in taken:
+                continue
+            run = self._spherical_run(first, second, third)
+            if run is not None:
+                runs.append(run)
+                taken.update(run.joints)
+        return tuple(runs)
+
+    def _spherical_run(self, *three: Connection) -> SphericalRun | None:
+        bodies = tuple(connection.successor_body for connection in three)
+        placements = [self.model.jointPlacements[body].homogeneous for body in bodies]
+        axes, points, frame = [], [], np.eye(4)
+        for connection, placement in zip(three, placements, strict=True):
+            frame = frame @ placement
+            axes.append(frame[:3, :3] @ connection.axis)
+            points.append(frame[:3, 3])
+        first = meeting_points(axes[0], points[0], axes[1], points[1])
+        second = meeting_points(axes[1], points[1], axes[2], points[2])
+        size = 1.0 + float(np.abs(points).max())
+        if first is None or second is None or abs(first[1] - second[0]) > 1e-9 * size:
+            return None
+        if max(abs(float(axes[0] @ axes[1])), abs(float(axes[1] @ axes[2]))) > 1e-9:
+            return None
+        centre = points[0] + first[0] * axes[0]
+        if float(np.abs(centre - points[2]).max()) > 1e-12 * size:
+            return None
+        return SphericalRun(
+            (three[0].name, three[1].name, three[2].name),
+            (bodies[0], bodies[1], bodies[2]),
+            int(self.model.parents[bodies[0]]),
+            centre,
+            np.column_stack(axes),
+            frame[:3, :3],
+        )
+
+
+def _turns_freely(connection: Connection) -> bool:
+    return connection.kind in ROTATING and not connection.driven

@@ -1,0 +1,152 @@
+"""The loops of a robot as Pinocchio's own constraints, for its dynamics with closed loops.
+
+Pinocchio can hold a point or a whole frame of one body to another. With a hinge two points are held. Any other joint becomes a
+run of hinges and slides in the tree, on a body that takes half of what its neighbour weighs and is welded to it: nothing is
+added to the robot, and no body is without mass.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.math.arrays import Array
+from kinetostatics.mechanism.mechanism import ROTATING, Connection, Mechanism
+
+#: The joints that Pinocchio can close as they are.
+CLOSED = ("fixed", "spherical", *ROTATING)
+
+
+@dataclass(frozen=True)
+class LoopModel:
+    """A robot at one pose as a tree and constraints, all Pinocchio's.
+
+    Attributes:
+        model: ``pin.Model``: that of the pose, and behind its joints those of the loops that had to become runs of joints.
+        q: (nq,) coordinates of the pose [m, rad].
+        constraints: one or two for each loop, each with the loop's name.
+    """
+
+    model: Any
+    q: Array
+    constraints: list[Any]
+
+
+def loop_model(mechanism: Mechanism, model: Any, q: Array, length: float, anchors: bool) -> LoopModel:
+    """Return a robot's tree and loops at one pose.
+
+    Args:
+        mechanism: the robot's joints and loops.
+        model: ``pin.Model`` of its tree.
+        q: (nq,) the pose.
+        length: distance [m] of the two points by which a hinge is held.
+        anchors: whether constraints of Pinocchio 4 are wanted instead of ``pin.RigidConstraintModel``.
+    """
+    import pinocchio as pin
+
+    copy, coordinates, welds = model.copy(), list(np.asarray(q)), {}
+    data = model.createData()
+    pin.forwardKinematics(model, data, np.asarray(q, dtype=float))
+    for loop in mechanism.connections.values():
+        if loop.is_loop and loop.kind not in CLOSED:
+            body, frame, other, other_frame, steps = _run(loop, data.oMi)
+            copy.inertias[other] = pin.Inertia(
+                copy.inertias[other].mass / 2, copy.inertias[other].lever, copy.inertias[other].inertia / 2
+            )
+            placement = pin.SE3(frame)
+            for number, (slides, axis, value) in enumerate(steps, 1):
+                joint = (pin.JointModelPrismaticUnaligned if slides else pin.JointModelRevoluteUnaligned)(axis)
+                body = copy.addJoint(body, joint, placement, f"{loop.name}_{number}")
+                coordinates.append(value)
+                placement = pin.SE3.Identity()
+            copy.appendBodyToJoint(body, copy.inertias[other], pin.SE3(other_frame).inverse())
+            welds[loop.name] = (body, pin.SE3.Identity(), other, pin.SE3(other_frame))
+    return LoopModel(copy, np.array(coordinates), constraint_models(mechanism, copy, length, anchors, welds))
+
+
+def constraint_models(
+    mechanism: Mechanism, model: Any, length: float, anchors: bool, welds: dict[str, tuple[Any, ...]] | None = None
+) -> list[Any]:
+    """Return Pinocchio's constraints of all loops; see :meth:`kinetostatics.Robot.constraint_models`.
+
+    Args:
+        mechanism: the robot's joints and loops.
+        model: ``pin.Model`` on which the constraints work.
+        length: distance [m] of the two points by which a hinge is held.
+        anchors: whether constraints of Pinocchio 4 are wanted instead of ``pin.RigidConstraintModel``.
+        welds: for the loops that have become runs of joints, what is welded: body and ``pin.SE3`` in it, of either side.
+    """
+    import pinocchio as pin
+
+    if anchors and not hasattr(pin, "PointAnchorConstraintModel"):
+        raise ArgumentError(f"Pinocchio {pin.__version__} has no anchor constraints; use anchors=False")
+    found: list[Any] = []
+    for loop in mechanism.connections.values():
+        if not loop.is_loop:
+            continue
+        if loop.kind not in CLOSED and welds is None:
+            raise ArgumentError(
+                f"Pinocchio has no constraint for the {loop.kind} loop {loop.name!r}: use configuration.loop_model(), "
+                "which makes such a loop a run of joints of the tree"
+            )
+        own = (loop.predecessor_body, pin.SE3(loop.predecessor_frame), loop.successor_body, pin.SE3(loop.successor_frame))
+        body, first, other, second = (welds or {}).get(loop.name, own)
+        whole = loop.kind == "fixed" or loop.kind not in CLOSED
+        for shift in [np.zeros(3), length * loop.axis] if loop.kind in ROTATING else [np.zeros(3)]:
+            by = pin.SE3(np.eye(3), shift)
+            where = (model, body, first * by, other, second * by)
+            if anchors:
+                found.append((pin.FrameAnchorConstraintModel if whole else pin.PointAnchorConstraintModel)(*where))
+            else:
+                kind = pin.ContactType.CONTACT_6D if whole else pin.ContactType.CONTACT_3D
+                found.append(pin.RigidConstraintModel(kind, *where))
+            found[-1].name = loop.name
+    return found
+
+
+def _run(loop: Connection, placements: Any) -> tuple[int, Array, int, Array, list[tuple[bool, Array, float]]]:
+    """Return a loop as a run of joints: the body and frame where it begins, those where it ends, (slides, axis, value) of each.
+
+    It begins at the predecessor, but where the successor does not move: then it runs the other way round.
+    """
+    first = placements[loop.predecessor_body].homogeneous @ loop.predecessor_frame
+    second = placements[loop.successor_body].homogeneous @ loop.successor_frame
+    between = np.linalg.inv(first) @ second
+    R, p, axis = between[:3, :3], between[:3, 3], loop.axis
+    steps: list[tuple[bool, Array, float]]
+    if loop.kind == "universal":
+        turned = _angle(axis, loop.axis2, R @ loop.axis2)
+        rest = _rotation(axis, -turned) @ R
+        steps = [(False, axis, turned), (False, loop.axis2, _turn(loop.axis2, rest))]
+    elif loop.kind == "prismatic":
+        steps = [(True, axis, float(axis @ p))]
+    elif loop.kind == "cylindrical":
+        steps = [(True, axis, float(axis @ p)), (False, axis, _turn(axis, R))]
+    else:  # planar
+        across = np.linalg.svd(axis[None])[2][1:]
+        steps = [*((True, row, float(row @ p)) for row in across), (False, axis, _turn(axis, R))]
+    if loop.successor_body:
+        return loop.predecessor_body, loop.predecessor_frame, loop.successor_body, loop.successor_frame, steps
+    back = [(slides, -along, value) for slides, along, value in reversed(steps)]
+    return 0, loop.successor_frame, loop.predecessor_body, loop.predecessor_frame, back
+
+
+def _turn(axis: Array, R: Array) -> float:
+    """Return the angle [rad] by which R turns about an axis."""
+    sine = float(axis @ [R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]])
+    return float(np.arctan2(sine, np.trace(R) - 1))
+
+
+def _angle(axis: Array, start: Array, end: Array) -> float:
+    """Return the angle [rad] about an axis from one direction to another."""
+    a, b = start - axis * (axis @ start), end - axis * (axis @ end)
+    return float(np.arctan2(axis @ np.cross(a, b), a @ b))
+
+
+def _rotation(axis: Array, angle: float) -> Array:
+    import pinocchio as pin
+
+    return np.asarray(pin.exp3(axis * angle))

@@ -1,0 +1,272 @@
+"""Forward kinematics of a spanning tree for a whole batch of poses, batch axis last.
+
+Pinocchio has no batched forward kinematics in its wheel, and its loop takes a Python call per pose. A
+:class:`Tree` takes joint placements and the layout of ``q`` from the Pinocchio model, so that ``q`` means the same in
+both, and moves thousands of poses at once. Bodies are numbered as Pinocchio numbers joints; body 0 is the root link.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.math import rotations
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.linalg import apply, matmul
+from kinetostatics.printing.mappings import ShortRepr
+
+Index = NDArray[np.intp]
+
+_SIZES = {
+    "revolute": (1, 1),
+    "continuous": (2, 1),
+    "prismatic": (1, 1),
+    "spherical": (4, 3),
+    "planar": (4, 3),
+    "floating": (7, 6),
+}
+
+
+@dataclass(frozen=True)
+class TreeJoint:
+    """One moving joint: its ``kind``, the numbers of the bodies it joins, its placement and axis in the parent body.
+
+    ``first_q``, ``first_v`` are where its coordinates and velocities start. Kinds other than ``spherical`` and their
+    coordinates are Pinocchio's: a continuous joint has (cos, sin), a planar one (x, y, cos, sin), a floating one
+    (x, y, z, quaternion); spherical has a quaternion (x, y, z, w).
+    """
+
+    kind: str
+    parent: int
+    body: int
+    placement: Array
+    axis: tuple[float, float, float]
+    first_q: int
+    first_v: int
+
+    @property
+    def nq(self) -> int:
+        """Number of coordinates."""
+        return _SIZES[self.kind][0]
+
+    @property
+    def nv(self) -> int:
+        """Number of freedoms."""
+        return _SIZES[self.kind][1]
+
+
+@dataclass(frozen=True, repr=False)
+class Frames(ShortRepr):
+    """Positions and orientations of all bodies: ``rotation`` (3, 3, B, N), ``position`` (3, B, N) [m]."""
+
+    rotation: Array
+    position: Array
+
+    def points(self, bodies: Index, local: Array) -> Array:
+        """Return world positions (3, M, N) of points ``local`` (3, M) fixed in ``bodies`` (M,)."""
+        return self.position[:, bodies] + self.directions(bodies, local)
+
+    def directions(self, bodies: Index, local: Array) -> Array:
+        """Return world components (3, M, N) of vectors ``local`` (3, M) fixed in ``bodies`` (M,)."""
+        used = [j for j in range(3) if local[j].any()] or [0]
+        result = self.rotation[:, used[0], bodies] * local[used[0]][:, None]
+        for j in used[1:]:
+            result += self.rotation[:, j, bodies] * local[j][:, None]
+        return result
+
+    def orientations(self, bodies: Index, local: Array) -> Array:
+        """Return the rotations (3, 3, M, N) of frames with orientations ``local`` (3, 3, M) in ``bodies`` (M,)."""
+        return np.einsum("ijmn,jkm->ikmn", self.rotation[:, :, bodies], local)
+
+    def followed_by(self, other: Frames) -> Frames:
+        """Return these poses and behind them others."""
+        return Frames(
+            np.concatenate([self.rotation, other.rotation], axis=-1), np.concatenate([self.position, other.position], axis=-1)
+        )
+
+    def relative_to(self, body: int) -> Frames:
+        """Return the same frames as seen from ``body``."""
+        back = np.swapaxes(self.rotation[:, :, body], 0, 1)
+        shifted = self.position - self.position[:, body][:, None]
+        return Frames(np.einsum("ijn,jkbn->ikbn", back, self.rotation), np.einsum("ijn,jbn->ibn", back, shifted))
+
+
+class _Group:
+    """Joints of one kind at one depth of the tree, moved together."""
+
+    def __init__(self, joints: Sequence[TreeJoint]) -> None:
+        self.kind = joints[0].kind
+        self.parents = np.array([joint.parent for joint in joints])
+        self.bodies = np.array([joint.body for joint in joints])
+        self.on_root = not np.any(self.parents)
+        placements = np.stack([joint.placement for joint in joints], axis=-1)
+        self.R0, self.p0 = placements[:3, :3, :, None], placements[:3, 3, :, None]
+        self.q = np.stack([np.arange(j.first_q, j.first_q + j.nq) for j in joints], axis=-1)
+        self.v = np.stack([np.arange(j.first_v, j.first_v + j.nv) for j in joints], axis=-1)
+        axis = np.array([joint.axis for joint in joints]).T
+        self.slide = np.einsum("ijm,jm->im", self.R0[..., 0], axis)[:, :, None]
+        # R0 exp(q K) = R0 (1 + K²) + sin q R0 K − cos q R0 K², with K the cross product with the unit axis.
+        K = rotations.skew(axis)[..., None]
+        self.R_sin = matmul(self.R0, K)
+        self.R_cos = -matmul(self.R_sin, K)
+        self.R_fixed = self.R0 - self.R_cos
+
+    def local(self, q: Array) -> tuple[Array, Array]:
+        """Return rotations (3, 3, k, N) and positions (3, k, N) of the bodies relative to their parents."""
+        c = q[self.q]
+        if self.kind == "revolute":
+            return self._turned(np.sin(c[0]), np.cos(c[0])), self.p0
+        if self.kind == "continuous":
+            return self._turned(c[1], c[0]), self.p0
+        if self.kind == "prismatic":
+            return self.R0, self.p0 + self.slide * c[0]
+        if self.kind == "spherical":
+            return matmul(self.R0, rotations.matrix_of_quaternion(c)), self.p0
+        if self.kind == "planar":
+            zero, one = np.zeros_like(c[0]), np.ones_like(c[0])
+            turn = np.stack([np.stack([c[2], -c[3], zero]), np.stack([c[3], c[2], zero]), np.stack([zero, zero, one])])
+            return matmul(self.R0, turn), self.p0 + apply(self.R0, np.stack([c[0], c[1], zero]))
+        return matmul(self.R0, rotations.matrix_of_quaternion(c[3:])), self.p0 + apply(self.R0, c[:3])
+
+    def _turned(self, sine: Array, cosine: Array) -> Array:
+        result = self.R_sin * sine
+        result += self.R_cos * cosine
+        result += self.R_fixed
+        return result
+
+    def integrate(self, q: Array, v: Array) -> None:
+        """Move the coordinates ``q`` (nq, N) in place by the displacement ``v`` (nv, N)."""
+        c, d = q[self.q], v[self.v]
+        if self.kind in ("revolute", "prismatic"):
+            q[self.q] = c + d
+        elif self.kind == "continuous":
+            q[self.q] = _turn(c, d[0])
+        elif self.kind == "spherical":
+            q[self.q] = _unit(rotations.quaternion_product(c, rotations.quaternion_exponential(d)))
+        elif self.kind == "planar":
+            shift = np.stack([c[2] * d[0] - c[3] * d[1], c[3] * d[0] + c[2] * d[1]])
+            q[self.q] = np.concatenate([c[:2] + shift, _turn(c[2:], d[2])])
+        else:
+            shift = apply(rotations.matrix_of_quaternion(c[3:]), d[:3])
+            turned = rotations.quaternion_product(c[3:], rotations.quaternion_exponential(d[3:]))
+            q[self.q] = np.concatenate([c[:3] + shift, _unit(turned)])
+
+    def normalize(self, q: Array) -> None:
+        """Make (cos, sin) and quaternions of unit length, in place."""
+        first = {"continuous": 0, "spherical": 0, "planar": 2, "floating": 3}.get(self.kind)
+        if first is not None:
+            q[self.q[first:]] = _unit(q[self.q[first:]])
+
+
+def _unit(q: Array) -> Array:
+    return np.asarray(q / np.sqrt(np.sum(q * q, axis=0)))
+
+
+def _turn(c: Array, angle: Array) -> Array:
+    cosine, sine = np.cos(angle), np.sin(angle)
+    return _unit(np.stack([c[0] * cosine - c[1] * sine, c[1] * cosine + c[0] * sine]))
+
+
+class Tree:
+    """A kinematic tree; see the module's text.
+
+    Attributes:
+        joints: the moving joints.
+        bodies: number of bodies, the root included.
+        nq, nv: numbers of coordinates and of freedoms.
+        column_body, column_axis, column_rotates: of every freedom, the body in which its axis is fixed, the axis (3, nv) in
+            that body, and whether it is a rotation (about an axis through the body's origin) or a translation.
+        moves: (B, nv) whether a freedom moves a body.
+    """
+
+    def __init__(self, joints: Sequence[TreeJoint], bodies: int, nq: int, nv: int) -> None:
+        self.joints, self.bodies, self.nq, self.nv = tuple(joints), bodies, nq, nv
+        depth = np.zeros(bodies, dtype=int)
+        levels: dict[tuple[int, str], list[TreeJoint]] = {}
+        self.moves = np.zeros((bodies, nv), dtype=bool)
+        self.column_body = np.zeros(nv, dtype=np.intp)
+        self.column_axis = np.zeros((3, nv))
+        self.column_rotates = np.zeros(nv, dtype=bool)
+        for joint in joints:
+            depth[joint.body] = depth[joint.parent] + 1
+            levels.setdefault((int(depth[joint.body]), joint.kind), []).append(joint)
+            columns = slice(joint.first_v, joint.first_v + joint.nv)
+            self.moves[joint.body] = self.moves[joint.parent]
+            self.moves[joint.body, columns] = True
+            self.column_body[columns] = joint.body
+            self.column_axis[:, columns], self.column_rotates[columns] = _columns(joint)
+        self._groups = [_Group(levels[key]) for key in sorted(levels)]
+
+    @cached_property
+    def neutral(self) -> Array:
+        """The coordinates (nq,) at which every joint is at its zero."""
+        q = np.zeros(self.nq)
+        for joint in self.joints:
+            if joint.kind == "continuous":
+                q[joint.first_q] = 1
+            elif joint.kind == "planar":
+                q[joint.first_q + 2] = 1
+            elif joint.kind in ("spherical", "floating"):
+                q[joint.first_q + joint.nq - 1] = 1
+        return q
+
+    def forward(self, q: Array) -> Frames:
+        """Return the frames of all bodies at coordinates ``q`` (nq, N)."""
+        N = q.shape[1]
+        R, p = np.empty((3, 3, self.bodies, N)), np.empty((3, self.bodies, N))
+        R[:, :, 0], p[:, 0] = np.eye(3)[:, :, None], 0.0
+        for group in self._groups:
+            R_local, p_local = group.local(q)
+            if group.on_root:
+                R[:, :, group.bodies], p[:, group.bodies] = R_local, p_local
+            else:
+                parent = R[:, :, group.parents]
+                if R_local.shape[-1] == 1:
+                    R_local = np.broadcast_to(R_local, (*R_local.shape[:-1], N))
+                R[:, :, group.bodies] = matmul(parent, R_local)
+                p[:, group.bodies] = p[:, group.parents] + apply(parent, np.broadcast_to(p_local, parent.shape[1:]))
+        return Frames(R, p)
+
+    def integrate(self, q: Array, v: Array) -> Array:
+        """Return the coordinates (nq, N) reached from ``q`` by the displacement ``v`` (nv, N) [m, rad]."""
+        moved = np.array(q)
+        for group in self._groups:
+            group.integrate(moved, v)
+        return moved
+
+    def normalized(self, q: Array) -> Array:
+        """Return coordinates (nq, N) near valid ones, whose (cos, sin) and quaternions are made of unit length, in place."""
+        for group in self._groups:
+            group.normalize(q)
+        return q
+
+    def twists(self, frames: Frames) -> Array:
+        """Return the unit twists (6, nv, N) of all freedoms, about the world's origin."""
+        axis = frames.directions(self.column_body, self.column_axis)
+        centre = frames.position[:, self.column_body]
+        rotates = self.column_rotates[:, None]
+        arm = centre * rotates
+        linear = np.stack(
+            [
+                arm[1] * axis[2] - arm[2] * axis[1],
+                arm[2] * axis[0] - arm[0] * axis[2],
+                arm[0] * axis[1] - arm[1] * axis[0],
+            ]
+        )
+        return np.concatenate([linear + axis * ~rotates, axis * rotates])
+
+
+def _columns(joint: TreeJoint) -> tuple[Array, Array]:
+    """Return axes (3, nv), in the body, and kinds of a joint's freedoms, in Pinocchio's order."""
+    eye = np.eye(3)
+    if joint.kind in ("revolute", "continuous", "prismatic"):
+        return np.array(joint.axis)[:, None], np.array([joint.kind != "prismatic"])
+    if joint.kind == "spherical":
+        return eye, np.ones(3, dtype=bool)
+    if joint.kind == "planar":
+        return eye, np.array([False, False, True])
+    return np.hstack([eye, eye]), np.array([False] * 3 + [True] * 3)

@@ -1,0 +1,118 @@
+"""Data that print as something short, however large the arrays in them are: read-only mappings, and dataclasses."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import MISSING, Field, fields
+from typing import Any, TypeVar
+
+import numpy as np
+
+Key = TypeVar("Key")
+Item = TypeVar("Item")
+
+#: Arrays of up to this many numbers are shown with all of them.
+FEW = 6
+#: What is shown of a mapping, and of one of its items.
+MOST_ITEMS, LONGEST = 12, 150
+#: Part of the largest number of an array below which one is rounding noise and shown as 0.
+NOISE = 1e-12
+
+
+class Named(Mapping[Key, Item]):
+    """A read-only mapping with a short ``repr``; it can be joined with others by ``|`` into a dict."""
+
+    __slots__ = ("_items",)
+
+    def __init__(self, items: Mapping[Key, Item]) -> None:
+        self._items = dict(items)
+
+    def __getitem__(self, key: Key) -> Item:
+        return self._items[key]
+
+    def __iter__(self) -> Iterator[Key]:
+        return iter(self._items)
+
+    def __len__(self) -> int:
+        return len(self._items)
+
+    def __contains__(self, key: object) -> bool:
+        return key in self._items
+
+    def __reversed__(self) -> Iterator[Key]:
+        return reversed(self._items)
+
+    def __or__(self, other: Mapping[Any, Any]) -> dict[Any, Any]:
+        return {**self, **other} if isinstance(other, Mapping) else NotImplemented
+
+    def __ror__(self, other: Mapping[Any, Any]) -> dict[Any, Any]:
+        return {**other, **self} if isinstance(other, Mapping) else NotImplemented
+
+    def copy(self) -> dict[Key, Item]:
+        """Return a dict with the same items."""
+        return dict(self._items)
+
+    def __repr__(self) -> str:
+        return mapping_words(self)
+
+    def _repr_html_(self) -> str:
+        from kinetostatics.printing.html_tables import html_table
+
+        return html_table("", ("", ""), [(str(key), words) for key, words in items_words(self)])
+
+
+def mapping_words(mapping: Mapping[Any, Any]) -> str:
+    """Return what a REPL shows of a mapping: its first items, each in short, and how many there are."""
+    lines = [f"{key!r}: {words}" if words else str(key) for key, words in items_words(mapping)]
+    together = "{" + ", ".join(lines) + "}"
+    return together if len(together) <= 100 else "{" + ",\n ".join(lines) + "}"
+
+
+def items_words(mapping: Mapping[Any, Any]) -> list[tuple[Any, str]]:
+    """Return the first keys of a mapping with their items in short; behind them how many are left out, if any are."""
+    shown = [(key, in_short(mapping[key])) for key, _ in zip(mapping, range(MOST_ITEMS), strict=False)]
+    left = len(mapping) - len(shown)
+    return [*shown, (f"… {left} more", "")] if left else shown
+
+
+def in_short(value: Any) -> str:
+    """Return a value in a few words: of arrays all numbers if they are few, else shape and range."""
+    if isinstance(value, np.ndarray):
+        return _array(value)
+    if isinstance(value, Mapping):
+        words = f"{len(value)} items: {', '.join(map(str, value))}" if value else "no items"
+    elif isinstance(value, tuple):
+        words = "(" + ", ".join(map(in_short, value)) + ")"
+    else:
+        words = repr(value)
+    return words if len(words) <= LONGEST else words[: LONGEST - 2] + " …"
+
+
+def _array(array: np.ndarray[Any, Any]) -> str:
+    known = array[np.isfinite(array)] if array.dtype.kind in "fc" else array.ravel()
+    if array.size <= FEW and array.ndim <= 1:
+        noise = NOISE * max((abs(number) for number in known.tolist()), default=0.0) if array.dtype.kind == "f" else 0
+        numbers = ["0" if abs(number) <= noise else f"{number:.6g}" for number in array.ravel().tolist()]
+        return f"[{', '.join(numbers)}]" if array.ndim else numbers[0]
+    words = f"array {array.shape}"
+    if not array.size:
+        return words
+    return f"{words}, {known.min():.6g} to {known.max():.6g}" if known.size else f"{words}, no finite number"
+
+
+class ShortRepr:
+    """A base of dataclasses made with ``repr=False``: shows the fields that are not at their defaults, each in short."""
+
+    def __repr__(self) -> str:
+        shown = [
+            f"{item.name}={in_short(getattr(self, item.name))}"
+            for item in fields(self)  # type: ignore[arg-type]
+            if item.repr and not _is_default(item, getattr(self, item.name))
+        ]
+        return f"{type(self).__name__}({', '.join(shown)})"
+
+
+def _is_default(item: Field[Any], value: Any) -> bool:
+    """Whether a field says nothing: it is at its default, or no part of what the dataclass is."""
+    default = item.default_factory() if item.default_factory is not MISSING else item.default
+    return default is not MISSING and (not item.compare or bool(value == default))

@@ -1,0 +1,196 @@
+"""Numbers with units and tables of fixed width: how reports write things down."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kinetostatics.math.ordering import EQUAL
+
+#: Part of the largest number of its kind below which a number is rounding noise and shown as 0.
+NOISE = 1e-9
+#: How far loops may stay open [m, rad] by rounding alone: no more than an assembled pose may.
+CLOSED = 1e-10
+#: Lines are kept this short where their content allows it.
+WIDTH = 110
+
+Units = tuple[tuple[str, float], ...]
+
+LENGTHS: Units = (("nm", 1e-9), ("µm", 1e-6), ("mm", 1e-3), ("m", 1.0))
+ANGLES: Units = (("nrad", 1e-9), ("µrad", 1e-6), ("mrad", 1e-3), ("rad", 1.0))
+FORCES: Units = (("N", 1.0),)
+MOMENTS: Units = (("N·m", 1.0),)
+STRESSES: Units = (("MPa", 1e6),)
+MASSES: Units = (("kg", 1.0),)
+STIFFNESSES: Units = (("N/mm", 1e3), ("N/µm", 1e6))
+TURNING_STIFFNESSES: Units = (("N·m/rad", 1.0), ("N·m/mrad", 1e3), ("kN·m/mrad", 1e6))
+ENERGIES: Units = (("µJ", 1e-6), ("mJ", 1e-3), ("J", 1.0))
+
+MISSING = "–"
+
+
+@dataclass(frozen=True)
+class Scale:
+    """How all numbers of one kind are written: in one unit, with the same decimals, so that a column can be compared.
+
+    Attributes:
+        unit: name of the unit.
+        factor: the unit in SI.
+        decimals: digits after the point.
+        noise: SI value up to which a number is shown as 0.
+    """
+
+    unit: str
+    factor: float
+    decimals: int
+    noise: float
+
+    @classmethod
+    def of(cls, values: ArrayLike, units: Units, noise: float = 0.0, digits: int = 5) -> Scale:
+        """Choose unit and decimals so that the largest of the values (SI) has ``digits`` digits.
+
+        Args:
+            values: SI; numbers that are not finite play no part.
+            units: to choose from, smallest first.
+            noise: what counts as zero in any case, SI; :data:`NOISE` of the largest value always does.
+            digits: of the largest value.
+        """
+        array = np.abs(np.asarray(values, dtype=float))
+        largest = float(np.max(array, initial=0.0, where=np.isfinite(array)))
+        noise = max(noise, NOISE * largest)
+        if largest <= noise:  # nothing but zeros: any unit will do
+            name, factor = units[min(1, len(units) - 1)]
+            return cls(name, factor, 0, noise)
+        fitting = [unit for unit in units if largest >= 0.9999995 * unit[1]]
+        name, factor = fitting[-1] if fitting else units[0]
+        before_point = math.floor(math.log10(largest / factor * (1 + EQUAL**2))) + 1
+        return cls(name, factor, min(max(digits - before_point, 0), 9), noise)
+
+    def __call__(self, value: ArrayLike) -> str:
+        """Write one number, without the unit."""
+        number = float(np.asarray(value)) * (1 + EQUAL**2)  # takes short decimals off the edge between two roundings
+        if math.isnan(number):
+            return MISSING
+        if math.isinf(number):
+            return "∞" if number > 0 else "-∞"
+        if abs(number) <= self.noise:
+            return "0"
+        if abs(number) / self.factor < 9.5 * 10.0**-self.decimals and self.decimals:  # would show a single digit, or none
+            return f"{number / self.factor:.2e}"
+        return f"{number / self.factor:.{self.decimals}f}"
+
+    def with_unit(self, value: ArrayLike) -> str:
+        """Write one number and the unit."""
+        return f"{self(value)} {self.unit}"
+
+
+def largest(values: Iterable[ArrayLike]) -> float:
+    """Return the largest magnitude among arrays, whose numbers that are not finite play no part."""
+    found = 0.0
+    for value in values:
+        array = np.abs(np.asarray(value, dtype=float))
+        found = max(found, float(np.max(array, initial=0.0, where=np.isfinite(array))))
+    return found
+
+
+@dataclass(frozen=True)
+class Magnitudes:
+    """Which displacements, rotations, forces and moments are rounding noise, SI.
+
+    Linear and angular quantities are of one kind, made comparable by a characteristic length: a twist that is a pure
+    translation has rotations that are noise, even the largest of them.
+    """
+
+    displacement: float
+    rotation: float
+    force: float
+    moment: float
+
+    @classmethod
+    def of(cls, twists: Iterable[NDArray[np.float64]], wrenches: Iterable[NDArray[np.float64]], length: float) -> Magnitudes:
+        """Find what is noise beside the largest of all twists (…, 6) and of all wrenches (…, 6)."""
+        twists, wrenches = list(twists), list(wrenches)
+        displacement = max(largest(t[..., :3] for t in twists), length * largest(t[..., 3:] for t in twists))
+        force = max(largest(w[..., :3] for w in wrenches), largest(w[..., 3:] for w in wrenches) / length)
+        return cls(NOISE * displacement, NOISE * displacement / length, NOISE * force, NOISE * force * length)
+
+
+def quantity(value: ArrayLike, units: Units, noise: float = 0.0, digits: int = 5) -> str:
+    """Write one number with the unit that suits it."""
+    return Scale.of(value, units, noise, digits).with_unit(value)
+
+
+def vector(values: Iterable[ArrayLike], scale: Scale) -> str:
+    """Write the components of a vector in brackets, with the unit."""
+    return "(" + ", ".join(scale(value) for value in values) + f") {scale.unit}"
+
+
+def table(header: Sequence[str], rows: Iterable[Sequence[str]], align: str = "") -> list[str]:
+    """Return the lines of a table.
+
+    Args:
+        header: titles of the columns.
+        rows: cells.
+        align: a letter for each column, ``l`` or ``r``; default: the first to the left, the others to the right.
+    """
+    cells = [list(header), *(list(row) for row in rows)]
+    align = align or "l" + "r" * (len(header) - 1)
+    widths = [max(len(row[k]) for row in cells) for k in range(len(header))]
+    lines = []
+    for row in cells:
+        padded = [
+            cell.ljust(width) if side == "l" else cell.rjust(width) for cell, width, side in zip(row, widths, align, strict=True)
+        ]
+        lines.append("  ".join(padded).rstrip())
+    return lines
+
+
+def wide_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
+    """Return the lines of a table that goes on below, with its first column repeated, where it is too wide."""
+    widths = [max(len(row[k]) for row in [header, *rows]) + 2 for k in range(len(header))]
+    blocks: list[list[int]] = [[]]
+    for column in range(1, len(header)):
+        if blocks[-1] and widths[0] + sum(widths[k] for k in blocks[-1]) + widths[column] > WIDTH:
+            blocks.append([])
+        blocks[-1].append(column)
+    lines: list[str] = []
+    for number, block in enumerate(blocks):
+        lines += [""] * (number > 0)
+        which = [0, *block]
+        lines += table([header[k] for k in which], [[row[k] for k in which] for row in rows])
+    return lines
+
+
+def section(title: str, lines: Iterable[str]) -> list[str]:
+    """Return a titled, indented part of a report, with an empty line before it."""
+    return ["", title, *(f"  {line}".rstrip() for line in lines)]
+
+
+def wrapped(text: str, first: str = "", width: int = WIDTH) -> list[str]:
+    """Return a text in lines; those after the first are indented by the length of ``first``."""
+    return textwrap.wrap(
+        text,
+        width,
+        initial_indent=first,
+        subsequent_indent=" " * len(first),
+        break_long_words=False,
+        break_on_hyphens=False,
+    ) or [first.rstrip()]
+
+
+def warning_lines(warnings: Iterable[str]) -> list[str]:
+    """Return the closing part of a report: its warnings, or that there are none."""
+    lines = [line for warning in warnings for line in wrapped(warning, "! ", WIDTH - 2)]
+    return section("Warnings", lines or ["none"])
+
+
+def listing(names: Sequence[str], limit: int = 6) -> str:
+    """Return names in words, ``a, b and c``; of more than ``limit`` the first and the last ones, and how many they are."""
+    if len(names) > limit:
+        return f"{', '.join(names[: limit - 2])}, … {names[-1]} ({len(names)})"
+    return " and ".join(filter(None, (", ".join(names[:-1]), *names[-1:])))

@@ -1,0 +1,243 @@
+"""Robots and results as plain numbers, strings, lists and dicts, fit for JSON.
+
+Everything is in SI units; what is not a number, infinite or not determined is None.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from kinetostatics.checks.chains import Body, Chain, Graph, JointStep, Ways
+from kinetostatics.checks.collect import RobotFacts, robot_facts
+from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.status import Status
+
+if TYPE_CHECKING:
+    from kinetostatics.results.result import Result
+    from kinetostatics.robot import Robot
+
+#: What the numbers of a result mean; batch axes come first.
+RESULT_UNITS = {
+    "general": "SI: m, rad, kg, s, N, N·m, Pa; world axes; null: not a number, infinite or not determined",
+    "batch": "arrays have the axes of `shape` first, those of `configuration` the axes of `configuration.shape`",
+    "gravity": "m/s²",
+    "load": "[force N; moment N·m] about o; platform_weight: the same of the platform's own weight",
+    "twist": "[displacement m; rotation rad] of the platform at o; contributions sum to it",
+    "mechanism_contributions": "the limbs' own weights in two ways: by attached wrenches and by deformation, Eq. (12)",
+    "source_contributions": "the same twist by what gives way: beams, elastic joints, drives, misfits; together they sum to it",
+    "part_contributions": "the same for the parts of a limb that is split by pieces through which everything passes",
+    "stiffness": "N/m, N/rad = N·m/m, N·m/rad, at o, drives locked",
+    "compliance": "m/N, m/(N·m) = rad/N, rad/(N·m), at o, drives locked",
+    "platform_wrench": "[force N; moment N·m] load and weight of the platform, about o",
+    "base_wrench": "[force N; moment N·m] what the ground puts on the robot, about the base link's origin",
+    "joint_wrenches": "[force N; moment N·m] what the base side puts on the platform side, about the joint's centre",
+    "actuator_forces": "N, of turning joints N·m, positive along the joint's positive direction",
+    "actuator_contributions": "the same forces by contribution; actuator_mechanism_contributions: the limbs' weights in two ways",
+    "paper_forces": "f_i1, f_i2, … intensities of limb i, f_ia axial force at its rod's base end (tension positive) [N or N·m]",
+    "limbs": "what the platform puts on the limb: unit wrenches [force; moment] about o, intensities in `units`; where "
+    "`is_network`, intensities are coordinates in a basis: the forces are `joint_wrenches` of its `platform_joints` and "
+    "`section_wrenches` of its `beams`",
+    "section_wrenches": "N, V_y, V_z [N], T, M_y, M_z [N·m] in beam axes: what the outer part puts on the inner",
+    "euler_ratio": "axial forces over those at which the beam's `member`, held at its `ends`, buckles by Euler",
+    "stations": "0 at the inner, 1 at the outer end of a beam; deflections in m, rotations in rad, stress in Pa",
+    "link_contributions": "[displacement m; rotation rad] of rigid links at their own origins",
+    "strain_energy": "J",
+}
+
+ROBOT_UNITS = {
+    "general": "SI: m, rad, kg, Pa; null: infinite, not known or not given",
+    "mobility": "numbers of freedoms and constraints at generic poses; redundancies: where the redundant constraints are",
+    "zero": "openings where all joints are at zero; drives [m, rad] and closing_error [scaled m or rad] at the closed zero pose",
+    "mass": "kg at the zero pose",
+    "graph": "chain from base to platform: bodies, joints, parallel ways, networks; hanging: what hangs on a body",
+    "depth": "m, the section's larger side or diameter",
+    "shear_areas": "m², null: no shear deformation",
+    "thermal_expansion": "1/K",
+    "elastic_joints": "linear [N/m] along, angular [N·m/rad] about the axes of the joint's frame; drive: its own; null: rigid",
+    "followers": "multiplier times the leader's coordinate plus offset [m, rad]",
+}
+
+RESULT_ARRAYS = ("twist", "stiffness", "compliance", "platform_wrench", "base_wrench", "strain_energy")
+RESULT_MAPPINGS = (
+    "contributions",
+    "mechanism_contributions",
+    "source_contributions",
+    "part_contributions",
+    "joint_wrenches",
+    "actuator_forces",
+    "actuator_contributions",
+    "actuator_mechanism_contributions",
+    "paper_forces",
+    "beam_contributions",
+    "link_contributions",
+)
+LIMB_ARRAYS = (
+    "constraint_wrenches",
+    "intensities",
+    "attached_wrenches",
+    "attached_intensities",
+    "compliance",
+    "stiffness",
+    "sag",
+    "wrench",
+)
+BEAM_ARRAYS = (
+    "stations",
+    "length",
+    "mass",
+    "axes",
+    "points",
+    "section_wrenches",
+    "deflections",
+    "rotations",
+    "stress",
+    "euler_ratio",
+    "strain_energy",
+)
+
+
+def plain(value: Any) -> Any:
+    """Return a value as what JSON knows; numbers that are not finite become None."""
+    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+        return {item.name: plain(getattr(value, item.name)) for item in dataclasses.fields(value)}
+    if isinstance(value, Mapping):
+        return {str(key): plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(item) for item in value]
+    if isinstance(value, (np.ndarray, np.generic, float)) and not isinstance(value, np.str_):
+        array = np.asarray(value)
+        if array.dtype.kind == "f" and not np.all(np.isfinite(array)):
+            missing = ~np.isfinite(array)
+            array = array.astype(object)
+            array[missing] = None
+        return array.tolist()
+    return value
+
+
+def robot_to_dict(robot: Robot) -> dict[str, Any]:
+    """Return what there is to know about a robot as plain values: what ``check --json`` prints."""
+    return facts_to_dict(robot_facts(robot))
+
+
+def facts_to_dict(facts: RobotFacts) -> dict[str, Any]:
+    """Return the facts about a robot as plain values."""
+    found: dict[str, Any] = plain(facts)
+    for entry, limb in zip(found["limbs"], facts.limbs, strict=True):
+        entry["graph"] = _graph(limb.graph)
+    for role, weight in (("on_base", facts.on_base), ("on_platform", facts.on_platform)):
+        if weight is not None:
+            found[role]["graph"] = _graph(weight.graph)
+    return {**found, "units": dict(ROBOT_UNITS)}
+
+
+def _graph(graph: Graph) -> dict[str, Any]:
+    hanging = [{"at": item.at, "is_ring": item.is_ring, "chain": _chain(item.chain)} for item in graph.hanging]
+    return {"chain": _chain(graph.chain), "hanging": hanging, "rings": graph.rings}
+
+
+def _chain(chain: Chain) -> list[dict[str, Any]]:
+    """Return a chain as a list of what its ``type`` says."""
+    found: list[dict[str, Any]] = []
+    for item in chain:
+        if isinstance(item, Body):
+            found.append({"type": "body", "names": list(item.names)})
+        elif isinstance(item, JointStep):
+            found.append({"type": "joint", **plain(item)})
+        elif isinstance(item, Ways):
+            ways = [_chain(way) for way in item.ways]
+            found.append({"type": "ways", "start": item.start, "end": item.end, "ways": ways})
+        else:
+            parts = [{"start": part.start, "end": part.end, "chain": _chain(part.chain)} for part in item.stretches]
+            found.append({"type": "network", "start": item.start, "end": item.end, "stretches": parts})
+    return found
+
+
+def result_to_dict(result: Result) -> dict[str, Any]:
+    """Return everything that an analysis found as plain values: what ``analyze --json`` prints.
+
+    Arrays keep the shapes that they have in the result, batch axes first.
+    """
+    robot = result.robot
+    found: dict[str, Any] = {
+        "robot": robot.name,
+        "file": robot.description.path,
+        "units": dict(RESULT_UNITS),
+        "shape": list(result.shape),
+        "status": status_names(result.status),
+        **{name: plain(where) for name, where in result.facts.items()},
+        "warnings": list(result.warnings),
+        "configuration": _configuration(result.configuration),
+        "gravity": plain(result.gravity),
+        "load": plain(result.load),
+        "platform_weight": plain(result.platform_weight),
+    }
+    found.update({name: plain(getattr(result, name)) for name in RESULT_ARRAYS})
+    for name in RESULT_MAPPINGS:
+        found[name] = plain(getattr(result, name))
+    found["actuator_units"] = {name: drive_unit(robot, name) for name in result.actuator_forces}
+    found["limbs"] = {name: _limb(limb) for name, limb in result.limbs.items()}
+    found["beams"] = {
+        name: {attribute: plain(getattr(beam, attribute)) for attribute in (*BEAM_ARRAYS, "member", "ends")}
+        for name, beam in result.beams.items()
+    }
+    return found
+
+
+def _configuration(configuration: Configuration) -> dict[str, Any]:
+    shape = configuration.shape
+    return {
+        "shape": list(shape),
+        "status": status_names(configuration.status),
+        "limit_exceeded": plain(configuration.limit_exceeded),
+        "orientation": configuration.orientation.name,
+        "platform": plain(configuration.platform),
+        "platform_frame": plain(configuration.platform_frame),
+        "actuators": plain(configuration.actuators),
+        "q": plain(configuration.q),
+        "residual": plain(configuration.residual),
+        "openings": {
+            name: {"m": plain(metres.reshape(shape)), "rad": plain(radians.reshape(shape))}
+            for name, (metres, radians) in configuration.openings.items()
+        },
+        "limits_exceeded": plain(configuration.limits_exceeded),
+    }
+
+
+def _limb(limb: Any) -> dict[str, Any]:
+    return {
+        "is_network": limb.is_network,
+        "beams": list(limb.beams),
+        "platform_joints": list(limb.platform_joints),
+        "labels": list(limb.labels),
+        "units": wrench_units(limb.labels, limb.constraint_wrenches),
+        "attached_labels": list(limb.attached_labels),
+        "attached_units": wrench_units(limb.attached_labels, limb.attached_wrenches),
+        **{name: plain(getattr(limb, name)) for name in LIMB_ARRAYS},
+    }
+
+
+def status_names(status: Any) -> Any:
+    """Return statuses as their names, in nested lists for a batch."""
+    names = np.array([item.name for item in Status], dtype=object)
+    return names[np.asarray(status, dtype=int)].tolist() if np.ndim(status) else Status(int(status)).name
+
+
+def wrench_units(labels: tuple[str, ...], wrenches: Any) -> list[str]:
+    """Return the unit of each intensity: N·m of a couple, which has no force part, else N."""
+    units = []
+    for k, label in enumerate(labels):
+        forces = np.abs(wrenches[..., :3, k])
+        known = forces[np.isfinite(forces)]
+        # degenerate poses alone have no readable wrench: then the label must do
+        couple = label.startswith("couple") if known.size == 0 else bool(np.all(known < 1e-12))
+        units.append("N·m" if couple else "N")
+    return units
+
+
+def drive_unit(robot: Robot, name: str) -> str:
+    """Return the unit of a drive's force."""
+    return "N" if robot.mechanism.connections[name].kind == "prismatic" else "N·m"

@@ -1,0 +1,74 @@
+"""Where the sag comes from: what gives way, ranked by its part of the platform's motion."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kinetostatics.math.arrays import Array
+from kinetostatics.printing.text import ANGLES, LENGTHS, Magnitudes, Scale, table
+
+if TYPE_CHECKING:
+    from kinetostatics.results.result import Result
+
+
+#: Rows of the table; what is behind them is one row.
+MOST = 8
+#: Parts of the motion that differ by less, relative to the largest, count as equal and stand in the file's order.
+ALIKE = 1e-6
+
+_KINDS = {"beams": "beam", "joints": "joint", "drives": "drive", "misfits": "misfit"}
+
+
+def source_lines(result: Result, noise: Magnitudes) -> list[str]:
+    """Rank beams, elastic joints, drives and misfits by their parts of the displacement of o; of the rotation where o stays.
+
+    A part is what one of them alone moves o, along the whole displacement, or turns, about the axis of the whole rotation: the
+    parts add up to these. The last column tells the part of what is ranked.
+    """
+    names, twists = _sources(result)
+    wholes = result.twist[:3], result.twist[3:]
+    sizes = np.array([np.linalg.norm(whole) for whole in wholes])
+    matters = sizes > (noise.displacement, noise.rotation)
+    if not names or not np.any(matters):
+        return []
+    parts = np.stack([twists[:, :3] @ wholes[0], twists[:, 3:] @ wholes[1]], axis=1)
+    parts = np.where(matters, parts / np.where(matters, sizes, 1.0), np.nan)
+    by = int(np.argmax(matters))
+    order = ranked(parts[:, by])
+    count = len(order) if len(order) <= MOST + 1 else MOST
+    rows = [(*names[k], parts[k]) for k in order[:count]]
+    if count < len(order):
+        rows.append((f"{len(order) - count} others", "", parts[order[count:]].sum(axis=0)))
+    rows.append(("total", "", np.where(matters, sizes, np.nan)))
+    shift, turn = Scale.of(parts[:, 0], LENGTHS, noise.displacement), Scale.of(parts[:, 1], ANGLES, noise.rotation)
+    cells = [(name, kind, *map(_cell, (shift, turn), part), f"{100 * part[by] / sizes[by]:.1f}") for name, kind, part in rows]
+    return table(("what", "", f"moves o [{shift.unit}]", f"turns [{turn.unit}]", "part [%]"), cells, "llrrr")
+
+
+def _sources(result: Result) -> tuple[list[tuple[str, str]], Array]:
+    """Return name and kind of everything that gives way, in the file's order, and its twist (n, 6)."""
+    robot = result.robot
+    order = {name: k for k, name in enumerate((*robot.description.beams, *robot.mechanism.connections))}
+    found = [
+        (name, _KINDS[kind], twist)
+        for kind, named in result.source_contributions.items()
+        for name, twist in sorted(named.items(), key=lambda item: order[item[0]])
+    ]
+    return [(name, kind) for name, kind, _ in found], np.reshape([twist for *_, twist in found], (-1, 6))
+
+
+def ranked(values: Array) -> list[int]:
+    """Return the order of values, the largest first; those that are alike within rounding keep their order."""
+    left, found = np.argsort(-values, kind="stable").tolist(), []
+    margin = ALIKE * float(np.max(np.abs(values), initial=0.0))
+    while left:
+        alike = [k for k in left if values[left[0]] - values[k] <= margin] or left[:1]
+        found += sorted(alike)
+        left = left[len(alike) :]
+    return found
+
+
+def _cell(scale: Scale, part: float) -> str:
+    return "0" if np.isnan(part) else scale(part)

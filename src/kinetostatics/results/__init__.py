@@ -1,0 +1,1 @@
+"""What an analysis finds, as people read it."""

@@ -1,0 +1,124 @@
+"""The beams of a result as people read them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from kinetostatics.description.elements import Beam
+from kinetostatics.limbs import beam as beam_formulas
+from kinetostatics.math.arrays import Array, frozen
+from kinetostatics.printing.mappings import Named
+from kinetostatics.results.batch import Batch
+from kinetostatics.robot import Robot
+from kinetostatics.statics.deformation import Deformation, LoadedBeams, axial_forces
+from kinetostatics.statics.solution import Solution
+
+#: Stations along a beam, ends included.
+STATIONS = 21
+FRACTIONS = frozen(np.linspace(0, 1, STATIONS))
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class BeamResult:
+    """One beam from its inner end (towards the base) to its outer end, at n stations.
+
+    Attributes:
+        name: of the beam.
+        description: what the file says of it.
+        stations: (n,) where the stations are, from 0 at the inner to 1 at the outer end.
+        length: (…) [m].
+        mass: (…) [kg].
+        axes: (…, 3, 3) beam axes x (along), y, z as columns, world axes.
+        points: (…, n, 3) the undeformed centre line [m].
+        section_wrenches: (…, n, 6) N, V_y, V_z, T, M_y, M_z in beam axes: what the outer part puts on the inner [N, N·m].
+        deflections: (…, n, 3) displacement of the centre line, world axes [m].
+        rotations: (…, n, 3) rotation of the sections, world axes [rad].
+        stress: (…) largest von Mises stress over the stations, of all six section forces [Pa]; NaN for ``<section>``, whose
+            outline is not known. Sharp inner corners of rectangular tubes do not count.
+        euler_ratio: (…) the axial forces over those at which it buckles, by Euler: 1 and more buckles. Beams in one line that are
+            welded, or slide in one another, are one member with one ratio.
+        member: names of the beams of that member, from its inner to its outer end.
+        ends: how the member's ends are taken to be held, as ``"clamped and free"``: see :mod:`kinetostatics.buckling.members`.
+        strain_energy: (…) [J].
+    """
+
+    name: str
+    description: Beam
+    stations: Array
+    length: Array
+    mass: Array
+    axes: Array
+    points: Array
+    section_wrenches: Array
+    deflections: Array
+    rotations: Array
+    stress: Array
+    euler_ratio: Array
+    strain_energy: Array
+    member: tuple[str, ...]
+    ends: str
+
+    def __repr__(self) -> str:
+        from kinetostatics.reports.short import beam_line
+
+        return beam_line(self)
+
+    def _repr_html_(self) -> str:
+        from kinetostatics.reports.short import beam_html
+
+        return beam_html(self)
+
+
+def beam_results(
+    robot: Robot, batch: Batch, solutions: Sequence[Solution], deformations: Sequence[Deformation]
+) -> Mapping[str, BeamResult]:
+    """Return the results of all beams by name, in the order of the file."""
+    found: dict[str, BeamResult] = {}
+    ratios = [euler_ratios(robot, solution) for solution in solutions]
+    members = {beam: member for member in robot.members for beam in member.beams}
+    numbers = [[_numbers(stack, solution) for stack in d.beams] for d, solution in zip(deformations, solutions, strict=True)]
+    for name, beam in robot.description.beams.items():
+        places = [d.places[name] for d in deformations]
+        pieces = [(stacks[k], position) for stacks, (k, position) in zip(numbers, places, strict=True)]
+        mine = {key: [stack[key][..., position, :] for stack, position in pieces] for key in pieces[0][0]}
+        wrenches = [np.swapaxes(w, 0, 1) for w in mine["section_wrenches"]]
+        mine["stress"] = [beam.section.largest_stress(w, beam.poisson_ratio) for w in wrenches]
+        mine["euler_ratio"] = [ratio[name] for ratio in ratios]
+        arrays = {key: batch.public(chunks) for key, chunks in mine.items()}
+        member = members[name]
+        found[name] = BeamResult(name, beam, FRACTIONS, **arrays, member=member.beams, ends=member.words)
+    return Named(found)
+
+
+def euler_ratios(robot: Robot, solution: Solution, least: float = 0.0) -> dict[str, Array]:
+    """Return of every beam the ratio (N,) of its member; see :meth:`Member.euler_ratio`."""
+    axial = axial_forces(robot, solution)
+    found: dict[str, Array] = {}
+    for member in robot.members:
+        found |= dict.fromkeys(member.beams, member.euler_ratio(robot, solution.frames, axial, least))
+    return found
+
+
+def _numbers(beams: LoadedBeams, solution: Solution) -> dict[str, Array]:
+    """Return the arrays (…, g, N) of a :class:`BeamResult`, but for the stress."""
+    wrench, load = beams.wrench.sum(axis=1), beams.load.sum(axis=1)
+    s = FRACTIONS[:, None, None] * beams.length
+    sections = beam_formulas.section_wrench(beams.length, wrench[:, None], load[:, None], s)
+    sums = {"inner": beams.inner.sum(axis=1, keepdims=True), "stretch": beams.stretch.sum(axis=0, keepdims=True)}
+    total = replace(beams, wrench=wrench[:, None], load=load[:, None], **sums)
+    lines = total.lines(FRACTIONS)[:, :, 0]
+    start = solution.o[:, None] + beams.end - beams.axes[:, 0] * beams.length
+    points = start[:, None] + beams.axes[:, :1] * s
+    return {
+        "length": beams.length,
+        "mass": beams.mass,
+        "axes": beams.axes,
+        "points": np.swapaxes(points, 0, 1),
+        "section_wrenches": np.swapaxes(sections, 0, 1),
+        "deflections": np.swapaxes(lines[:3], 0, 1),
+        "rotations": np.swapaxes(lines[3:], 0, 1),
+        "strain_energy": beam_formulas.strain_energy(beams.compliances, beams.length, wrench, load),
+    }

@@ -1,0 +1,107 @@
+"""What each contribution to the twist does to beams and links, and which part of the twist comes from what gives way.
+
+Arrays are those that people read: batch axes first, world axes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from kinetostatics.limbs.group import chord_sum
+from kinetostatics.math.arrays import Array, frozen
+from kinetostatics.math.screws import move_twist
+from kinetostatics.mechanism.limbs import Part
+from kinetostatics.printing.mappings import Named
+from kinetostatics.results.batch import Batch
+from kinetostatics.results.beam import FRACTIONS
+from kinetostatics.robot import Robot
+from kinetostatics.statics.deformation import Deformation
+from kinetostatics.statics.solution import Solution, unit_chords
+
+
+def beam_contributions(
+    robot: Robot, batch: Batch, solutions: Sequence[Solution], deformations: Sequence[Deformation]
+) -> Mapping[str, Mapping[str, Array]]:
+    """Return the lines of all beams (…, n, 6), displacement and rotation of their stations, by beam and contribution."""
+    found: dict[str, Mapping[str, Array]] = {}
+    lines = [[np.swapaxes(stack.lines(FRACTIONS), 0, 1) for stack in d.beams] for d in deformations]
+    for name in robot.description.beams:
+        places = [d.places[name] for d in deformations]
+        mine = [line[k][:, :, :, position] for line, (k, position) in zip(lines, places, strict=True)]
+        found[name] = batch.by_source(solutions[0].sources, mine)
+    return Named(found)
+
+
+def axial_contributions(
+    robot: Robot, batch: Batch, solutions: Sequence[Solution], deformations: Sequence[Deformation]
+) -> Mapping[str, Mapping[str, Array]]:
+    """Return the axial forces (…) at the outer ends of all beams, by beam and contribution."""
+    found: dict[str, Mapping[str, Array]] = {}
+    for name in robot.description.beams:
+        places = [d.places[name] for d in deformations]
+        forces = [d.beams[k].axial_force()[:, position] for d, (k, position) in zip(deformations, places, strict=True)]
+        found[name] = batch.by_source(solutions[0].sources, forces)
+    return Named(found)
+
+
+def link_contributions(
+    robot: Robot, batch: Batch, solutions: Sequence[Solution], deformations: Sequence[Deformation]
+) -> Mapping[str, Mapping[str, Array]]:
+    """Return the twists (…, 6) of all rigid links about their own origins, by link and contribution.
+
+    Links of beams are not among them, wherever they hang.
+    """
+    topology, mechanism, sources = robot.topology, robot.mechanism, solutions[0].sources
+    elastic = {beam.link for beam in robot.description.beams.values()}
+    result: dict[str, Mapping[str, Array]] = {}
+    for link in robot.description.links:
+        if link in topology.carried_by:
+            twists = [d.motions[topology.carried_by[link]][:, : len(sources)] for d in deformations]
+        elif link in elastic:
+            continue
+        elif link in topology.platform.links:
+            twists = [s.twists for s in solutions]
+        elif link in topology.base.links:
+            twists = [np.zeros_like(s.twists) for s in solutions]
+        else:
+            continue
+        body, placement = mechanism.body_of[link]
+        moved = [
+            move_twist(t, (s.frames.points(np.array([body]), placement[:3, 3:])[:, 0] - s.o)[:, None])
+            for t, s in zip(twists, solutions, strict=True)
+        ]
+        result[link] = batch.by_source(sources, moved)
+    return Named(result)
+
+
+def source_contributions(
+    robot: Robot, batch: Batch, solutions: Sequence[Solution], deformations: Sequence[Deformation]
+) -> Mapping[str, Mapping[str, Array]]:
+    """Return the parts of the twist (…, 6) by kind and name of what gives way: P_sᵀ c_s w_s (``docs/method.md``, section 6)."""
+    parts: dict[str, dict[str, list[Array]]] = {}
+    for solution, deformation in zip(solutions, deformations, strict=True):
+        units = unit_chords(robot, solution)
+        for item in deformation.yielding:
+            carried = chord_sum(item.chords, units[item.number])[:, :, list(item.positions)]
+            twists = np.einsum("iagn,ign->agn", carried, item.motion)
+            for position, name in enumerate(item.names):
+                parts.setdefault(item.kind, {}).setdefault(name, []).append(twists[:, position])
+    return Named({kind: Named({name: batch.public(chunks) for name, chunks in named.items()}) for kind, named in parts.items()})
+
+
+def part_contributions(robot: Robot, batch: Batch, sources: Mapping[str, Mapping[str, Array]]) -> Mapping[str, tuple[Array, ...]]:
+    """Sum what :func:`source_contributions` found over the parts of each limb that is split (…, 6), inboard ones first."""
+    beams, nothing = robot.description.beams, batch.public([np.zeros((6, len(batch.valid)))])
+    twists = [
+        (f"beam:{name}" if kind == "beams" or (kind == "misfits" and name in beams) else name, twist)
+        for kind, named in sources.items()
+        for name, twist in named.items()
+    ]
+
+    def of_part(part: Part) -> Array:
+        return frozen(sum((twist for key, twist in twists if key in part.keys), nothing))
+
+    limbs = [limb for limb in robot.topology.limbs if len(limb.parts) > 1]
+    return Named({limb.name: tuple(of_part(part) for part in limb.parts) for limb in limbs})

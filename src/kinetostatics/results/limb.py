@@ -1,0 +1,136 @@
+"""One limb of a result as people read it; every array is made when it is first asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import cached_property
+
+import numpy as np
+
+from kinetostatics.limbs.group import LimbGroup
+from kinetostatics.limbs.statics import LimbStatics
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.linalg import Cholesky
+from kinetostatics.results.batch import Batch
+from kinetostatics.statics.solution import Solution
+
+
+class LimbResult:
+    """One limb's wrenches, compliance and sag; wrenches are what the platform puts on the limb, about o, world axes.
+
+    Of a limb with rings or several joints to the platform, a network, intensities are coordinates of its wrench in a basis: what
+    its beams and joints carry stands in :attr:`Result.beams` and :attr:`Result.joint_wrenches`.
+
+    Attributes:
+        name: of the limb.
+        labels: what each constraint wrench is, in words.
+        attached_labels: what each attached wrench is.
+        is_network: whether it is more than a single way from base to platform.
+        beams: names of the beams between base and platform, inboard ones first.
+        platform_joints: names of its joints to the platform.
+    """
+
+    def __init__(self, batch: Batch, solutions: tuple[Solution, ...], group: LimbGroup, position: int) -> None:
+        limb = group.limbs[position]
+        self.name, self.is_network = limb.name, not limb.is_serial
+        self.beams = tuple(edge.beam for edge in limb.edges if edge.beam is not None)
+        self.platform_joints = tuple(edge.joint for edge in limb.platform_edges if edge.joint is not None)
+        self.labels, self.attached_labels = group.labels[position], group.attached_labels[position]
+        self._batch, self._solutions = batch, solutions
+
+    def __repr__(self) -> str:
+        from kinetostatics.reports.short import limb_line
+
+        return limb_line(self)
+
+    def _repr_html_(self) -> str:
+        from kinetostatics.reports.short import limb_html
+
+        return limb_html(self)
+
+    def _readable(self, pick: Callable[[Solution, int], Array], *size: int) -> Array:
+        return self._batch.public([self._where_readable(s, pick, size) for s in self._solutions])
+
+    def _where_readable(self, solution: Solution, pick: Callable[[Solution, int], Array], size: tuple[int, ...]) -> Array:
+        """Return what is picked of a chunk (*size, N), NaN where the limb's wrenches are not those of the labels."""
+        number, position = solution.places[self.name]
+        statics = solution.statics[number]
+        if statics.group.at_one_pose:
+            return np.full((*size, solution.o.shape[1]), np.nan)
+        return np.where(statics.degenerate[position], np.nan, pick(solution, number)[..., position, :])
+
+    @cached_property
+    def constraint_wrenches(self) -> Array:
+        """(…, 6, n_c) J_ic, Eq. (2), unit wrenches."""
+        return self._readable(lambda s, k: s.statics[k].J_c, 6, len(self.labels))
+
+    @cached_property
+    def attached_wrenches(self) -> Array:
+        """(…, 6, n_g) J_ig, Eq. (4), unit wrenches."""
+        return self._readable(lambda s, k: s.statics[k].J_g, 6, len(self.attached_labels))
+
+    @cached_property
+    def attached_intensities(self) -> Array:
+        """(…, n_g) W_ig, Eq. (3) [N or N·m]."""
+        return self._readable(lambda s, k: s.statics[k].W_g, len(self.attached_labels))
+
+    @cached_property
+    def compliance(self) -> Array:
+        """(…, n_c, n_c) C_ic, Eq. (1), displacement along one wrench per unit of another."""
+        return self._readable(lambda s, k: s.statics[k].C, len(self.labels), len(self.labels))
+
+    @cached_property
+    def stiffness(self) -> Array:
+        """(…, n_c, n_c) K_ic = C_ic⁻¹, Eq. (1); NaN where the limb is rigid along one of its wrenches."""
+        return self._readable(lambda s, k: _inverse(s.statics[k]), len(self.labels), len(self.labels))
+
+    @cached_property
+    def sag(self) -> Array:
+        """(…, n_c) Δ_igc, displacement along each constraint wrench under the limb's own weight, Eqs. (16), (19), (21)."""
+        return self._readable(lambda s, k: s.statics[k].sag, len(self.labels))
+
+    @cached_property
+    def _parts(self) -> list[Array]:
+        """W_ic of each contribution (n_c, S, N), NaN where it is not determined or its basis not readable."""
+        return [self._where_readable(s, _intensities, (len(self.labels), len(s.sources))) for s in self._solutions]
+
+    @cached_property
+    def intensities(self) -> Array:
+        """(…, n_c) W_ic, Eq. (11) [N or N·m]."""
+        return self._batch.public([part.sum(axis=1) for part in self._parts])
+
+    @cached_property
+    def contributions(self) -> Mapping[str, Array]:
+        """(…, n_c) W_ic of each contribution to the twist; they sum to the intensities."""
+        return self._batch.by_source(self._solutions[0].sources, self._parts)
+
+    @cached_property
+    def wrench(self) -> Array:
+        """(…, 6) total wrench J_ic W_ic + J_ig W_ig."""
+        return self._batch.public([_limb_wrench(s, *s.places[self.name]) for s in self._solutions])
+
+
+def _inverse(statics: LimbStatics) -> Array:
+    """Return K_ic (n_c, n_c, g, N) of a group of limbs; NaN where they are rigid."""
+    C = statics.C
+    if statics.group.rigid_directions:
+        return np.full_like(C, np.nan)
+    return Cholesky(C).solve(np.broadcast_to(np.eye(C.shape[0])[:, :, None, None], C.shape))
+
+
+def _intensities(solution: Solution, number: int) -> Array:
+    """Return W_ic of each contribution (n_c, S, g, N) of a group of limbs, NaN where it is not determined."""
+    return np.where(solution.undetermined[number][:, None], np.nan, solution.intensities[number])
+
+
+def _limb_wrench(solution: Solution, number: int, position: int) -> Array:
+    """Return what the platform puts on a limb (6, N) about o; NaN where it is not determined."""
+    unknown = np.any(solution.undetermined[number][:, position], axis=0)
+    return np.where(unknown, np.nan, some_limb_wrench(solution, number, position))
+
+
+def some_limb_wrench(solution: Solution, number: int, position: int) -> Array:
+    """Return what the platform puts on a limb, where that is not determined one of the possible wrenches."""
+    statics = solution.statics[number]
+    intensities = solution.intensities[number][:, :, position].sum(axis=1)
+    return np.einsum("kin,in->kn", statics.J_c[:, :, position], intensities) + statics.R_g[:, position]

@@ -1,0 +1,171 @@
+"""Poses that are nearly singular: the limbs hardly hold the platform against some motion, though they still do.
+
+Two measures of the joints' geometry, without units (lengths are compared by the robot's characteristic length):
+
+* *Hold*: the smallest component of a unit twist of the platform within the limbs' constraint wrenches, the square root of
+  min tᵀ (Σ Q_i Q_iᵀ) t with Q_i an orthonormal basis of J_ic. At a singular pose it is zero; limbs carry wrenches of the size
+  1/hold to resist a unit load along that twist. The robots in ``robots/`` have 0.12 to 1 at their zero poses.
+* *Gain* of a limb that is a network, which may nearly collapse in itself: the largest forces in its joints under a unit wrench of
+  the platform, over those at the generic poses near the zero pose. It is 1 there and infinite where the limb collapses.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.analysis import analyze
+from kinetostatics.exceptions import KinetostaticsError
+from kinetostatics.limbs.statics import LimbStatics
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.linalg import canonical_basis
+from kinetostatics.math.screws import describe_twist
+
+if TYPE_CHECKING:
+    from kinetostatics.results.result import Result
+    from kinetostatics.robot import Robot
+
+
+#: Hold below which a pose is nearly singular; so is one where a network's gain is above 1/HOLD.
+HOLD = 0.02
+#: Part of a unit twist that is left out where it is described.
+_NEGLIGIBLE = 2e-3
+
+
+@dataclass(frozen=True, eq=False)
+class NearSingularity:
+    """How well poses (N,) hold the platform: ``hold``, and the largest ``gain`` of networks, 0 without any; NaN: no numbers."""
+
+    hold: Array
+    gain: Array
+
+    @property
+    def where(self) -> NDArray[np.bool_]:
+        """Which poses (N,) are nearly singular."""
+        return (self.hold < HOLD) | (self.gain * HOLD > 1)
+
+    @property
+    def worst(self) -> int:
+        """The number of the pose that is nearest to a singular one."""
+        return int(np.nanargmin(np.minimum(self.hold, 1 / np.maximum(self.gain, 1e-300))))
+
+
+def near_singularity(result: Result) -> NearSingularity:
+    """Judge all poses of a result."""
+    valid = np.all(np.isfinite(result.twist.reshape(-1, 6)), axis=1)
+    hold, gain = np.full((2, len(valid)), np.nan)
+    if np.any(valid):
+        hold[valid] = np.sqrt(np.maximum(np.linalg.eigvalsh(_held(result)[valid])[:, 0], 0.0))
+        gain[valid] = _gains(result)[0][valid]
+    return NearSingularity(hold, gain)
+
+
+def near_singular_words(result: Result) -> str | None:
+    """Say which motion a result's platform is hardly held against, and how softly; None where no pose is nearly singular."""
+    found = near_singularity(result)
+    where = found.where
+    if not np.any(where):
+        return None
+    worst, length = found.worst, result.robot.length
+    if found.hold[worst] < HOLD:
+        values, vectors = np.linalg.eigh(_held(result)[worst])
+        twists = canonical_basis(vectors[:, values < HOLD**2]).T
+        why = f"limbs must carry about {1 / found.hold[worst]:.2g} times what loads it there"
+    else:
+        twists = _gains(result)[1][worst][None]
+        why = f"joints carry about {found.gain[worst]:.2g} times as much under such a load as near the zero pose"
+    scale = np.repeat([1.0, length], 3)
+    C = np.nan_to_num(result.compliance.reshape(-1, 6, 6)[worst]) * scale[:, None] * scale
+    motions = [describe_twist(_clean(twist) / scale, length) + _stiffness(twist, C, length) for twist in twists]
+    poses = "the pose is" if result.shape == () else f"{int(where.sum())} of {where.size} poses are"
+    at = "" if result.shape == () else ", at the worst"
+    return f"{poses} nearly singular{at}: the platform is hardly held against {' and '.join(motions)}; {why}"
+
+
+def _bases(statics: LimbStatics, length: float) -> tuple[Array, Array]:
+    """Return orthonormal bases Q (g, N, 6, n_c) of constraint wrenches, moments over the length, and R of J_ic = Q R."""
+    columns = np.moveaxis(np.nan_to_num(statics.J_c), (2, 3), (0, 1)) * np.repeat([1.0, 1 / length], 3)[:, None]
+    Q, R = np.linalg.qr(columns)
+    return Q, R
+
+
+def _held(result: Result) -> Array:
+    """Return the sums (N, 6, 6) of the projectors on the limbs' constraint wrenches."""
+    sums = []
+    for solution in result.solutions:
+        total = np.zeros((solution.o.shape[1], 6, 6))
+        for statics in solution.statics:
+            if statics.J_c.shape[1] and not statics.group.is_hanging:
+                Q = _bases(statics, result.robot.length)[0]
+                total += np.einsum("gnik,gnjk->nij", Q, Q)
+        sums.append(total)
+    return np.concatenate(sums)
+
+
+def _gains(result: Result) -> tuple[Array, Array]:
+    """Return the largest gain of all networks (N,), and the unit wrench (N, 6) that has it; 0 where there is no network."""
+    usual: list[Array] | None = None
+    gains, loads = [], []
+    for solution in result.solutions:
+        best, load = np.zeros(solution.o.shape[1]), np.zeros((solution.o.shape[1], 6))
+        for number, statics in enumerate(solution.statics):
+            if not _is_network(statics):
+                continue
+            usual = usual or _usual_forces(result.robot)
+            sizes, wrenches = _joint_forces(statics, result.robot.length)
+            ratios = sizes / usual[number][:, None]
+            for ratio, wrench in zip(ratios, wrenches, strict=True):
+                load = np.where((ratio > best)[:, None], wrench, load)
+                best = np.maximum(best, ratio)
+        gains.append(best)
+        loads.append(load)
+    return np.concatenate(gains), np.concatenate(loads)
+
+
+def _is_network(statics: LimbStatics) -> bool:
+    group = statics.group
+    return bool(statics.J_c.shape[1]) and not group.is_serial and not group.is_hanging
+
+
+def _joint_forces(statics: LimbStatics, length: float) -> tuple[Array, Array]:
+    """Return the largest joint forces (g, N) of a network under unit wrenches, and these (g, N, 6)."""
+    Q, R = _bases(statics, length)
+    forces = np.moveaxis(statics.chords[:, :3], (3, 4), (0, 1))
+    forces = np.nan_to_num(forces.reshape(*forces.shape[:2], -1, forces.shape[-1])) @ np.linalg.pinv(R)
+    _, sizes, rows = np.linalg.svd(forces, full_matrices=False)
+    return sizes[..., 0], np.einsum("gnik,gnk->gni", Q, rows[..., 0, :])
+
+
+def _usual_forces(robot: Robot) -> list[Array]:
+    """Return for each limb group the smallest of these forces (g,) at the generic poses; infinite if they are not known."""
+    unknown = [np.full(len(group.limbs), np.inf) for group in robot.limb_groups]
+    try:
+        pose = robot.configuration(
+            robot.model_q(robot.generic_poses).T, tolerance=1e-9 + 1e3 * robot.closing_error, on_failure="nan"
+        )
+        result = analyze(pose, on_failure="nan")
+    except KinetostaticsError:
+        return unknown
+    for solution in result.solutions:
+        for number, statics in enumerate(solution.statics):
+            if _is_network(statics):
+                sizes = _joint_forces(statics, robot.length)[0]
+                unknown[number] = np.minimum(unknown[number], np.min(np.where(sizes > 0, sizes, np.inf), axis=1))
+    return unknown
+
+
+def _clean(twist: Array) -> Array:
+    """Leave out what is negligible of a unit twist."""
+    return np.where(np.abs(twist) < _NEGLIGIBLE, 0.0, twist)
+
+
+def _stiffness(twist: Array, C: Array, length: float) -> str:
+    """Say the stiffness of a motion along a unit twist, of a rotation against turning; nothing where all is rigid."""
+    soft = float(twist @ C @ twist)
+    if soft <= 0:
+        return ""
+    turn = float(np.linalg.norm(_clean(twist)[3:])) / length
+    return f" ({1 / (soft * turn**2):.3g} N·m/rad)" if turn > 0 else f" ({1 / soft:.3g} N/m)"

@@ -1,0 +1,400 @@
+"""What an analysis finds, as people read it: batch axes first, read-only, SI units, world axes, reference point o.
+
+Numbers that need more work than the twist itself (joint wrenches, beams, motions of links) are computed when first asked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.math.arrays import Array, frozen
+from kinetostatics.math.screws import move_wrench
+from kinetostatics.printing.mappings import Named
+from kinetostatics.results.batch import Batch
+from kinetostatics.results.beam import BeamResult, beam_results, euler_ratios
+from kinetostatics.results.contributions import (
+    axial_contributions,
+    beam_contributions,
+    link_contributions,
+    part_contributions,
+    source_contributions,
+)
+from kinetostatics.results.limb import LimbResult, some_limb_wrench
+from kinetostatics.results.warnings import result_warnings
+from kinetostatics.robot import Robot
+from kinetostatics.statics.deformation import Deformation, deform
+from kinetostatics.statics.joint_wrenches import actuator_forces, drive_forces, joint_contributions, joint_wrenches
+from kinetostatics.statics.solution import Solution, by_mechanism, of_deformation
+from kinetostatics.status import FACTS, Status, status_of
+
+
+class Result:
+    """The result of :func:`kinetostatics.analyze`. Wrenches and twists are ``[force; moment]`` and ``[d; r]``.
+
+    Attributes:
+        configuration: the pose or poses.
+        robot: the robot.
+        shape: batch shape of all results, the configuration's broadcast against loads and gravity.
+    """
+
+    def __init__(
+        self,
+        configuration: Configuration,
+        shape: tuple[int, ...],
+        which: Any,
+        solutions: tuple[Solution, ...],
+        reached: NDArray[np.bool_],
+    ) -> None:
+        self.configuration, self.robot, self.shape = configuration, configuration.robot, shape
+        self.solutions = solutions
+        self._which, self._reached = which, reached
+
+    def __str__(self) -> str:
+        from kinetostatics.reports import result_report
+
+        return result_report(self)
+
+    def __repr__(self) -> str:
+        from kinetostatics.reports.short import result_line
+
+        return result_line(self)
+
+    def _repr_html_(self) -> str:
+        from kinetostatics.reports.short import result_html
+
+        return result_html(self)
+
+    def report(self, *, hinge_axes: Mapping[str, str] | None = None) -> str:
+        """Return the tables that ``print(result)`` shows.
+
+        Args:
+            hinge_axes: of which limbs x, not y, lies along the first hinge: ``{"limb_1": "x"}``. The paper's PRU limbs have it
+                so; their attached force is then "along limb y", as there. z is along the limb in both.
+
+        Raises:
+            ArgumentError: there is no such limb, or the axis is neither "x" nor "y".
+        """
+        from kinetostatics.reports import result_report
+
+        return result_report(self, hinge_axes)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything as plain numbers, lists and strings: what ``--json`` prints."""
+        from kinetostatics.reports import result_to_dict
+
+        return result_to_dict(self)
+
+    # ---- turning chunks into batches --------------------------------------------------------------------------------
+
+    @cached_property
+    def _valid(self) -> NDArray[np.bool_]:
+        return self._reached & ~self._any_pose(lambda s: s.singular)
+
+    @cached_property
+    def _batch(self) -> Batch:
+        return Batch(self.shape, self._valid)
+
+    def _any_pose(self, pick: Callable[[Solution], NDArray[np.bool_]]) -> NDArray[np.bool_]:
+        """Return what is picked of every chunk (N,)."""
+        return np.concatenate([pick(s) for s in self.solutions])
+
+    def _fact(self, pick: Callable[[Solution], NDArray[np.bool_]]) -> NDArray[np.bool_]:
+        """Return what is picked of every chunk (…), False where there are no numbers."""
+        return self._truth(self._valid & self._any_pose(pick))
+
+    def _truth(self, flat: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        found = flat.reshape(self.shape)
+        found.setflags(write=False)
+        return found
+
+    def _gather(self, pick: Callable[[Solution], Array]) -> Array:
+        """Return what is picked of every chunk (…, N), batch first."""
+        return self._public([pick(s) for s in self.solutions])
+
+    def _public(self, chunks: list[Array]) -> Array:
+        return self._batch.public(chunks)
+
+    # ---- the platform -----------------------------------------------------------------------------------------------
+
+    @cached_property
+    def status(self) -> NDArray[np.int8]:
+        """:class:`Status` of every pose (…), the worst of what is true of it: see :attr:`facts`."""
+        numbers = np.where(self._valid, Status.OK, Status.SINGULAR)
+        base = np.where(self._reached, numbers, Status.UNREACHABLE).astype(np.int8).reshape(self.shape)
+        status = status_of(base, self.facts)
+        status.setflags(write=False)
+        return status
+
+    @cached_property
+    def facts(self) -> Mapping[str, NDArray[np.bool_]]:
+        """What is true of every pose (…), by name: those of :data:`kinetostatics.status.FACTS`, none hiding another."""
+        return Named({name: getattr(self, name) for name in FACTS})
+
+    @cached_property
+    def limit_exceeded(self) -> NDArray[np.bool_]:
+        """(…) whether a joint is beyond its limit or cone, which changes no number; False where the pose is not reached."""
+        return self._truth(self.configuration.limit_exceeded.ravel()[self._which])
+
+    @cached_property
+    def indeterminate(self) -> NDArray[np.bool_]:
+        """(…) whether rigid limbs, or rigid rings, leave open how they share forces: those are NaN, the twist is valid."""
+        return self._fact(lambda s: s.indeterminate)
+
+    @cached_property
+    def basis_degenerate(self) -> NDArray[np.bool_]:
+        """(…) whether the readable wrench basis of a limb degenerates: its intensities are NaN, all else stays."""
+        return self._fact(lambda s: s.basis_degenerate)
+
+    @cached_property
+    def buckles(self) -> NDArray[np.bool_]:
+        """(…) whether a member buckles by Euler, see :attr:`BeamResult.euler_ratio`: the pose cannot carry its loads."""
+        if not self.robot.members:
+            return self._truth(np.zeros(len(self._valid), dtype=bool))
+        chunks = [euler_ratios(self.robot, s, least=1.0) for s in self.solutions]
+        worst = np.concatenate([np.max(list(chunk.values()), axis=0) for chunk in chunks])
+        return self._truth(self._valid & (worst >= 1))
+
+    @cached_property
+    def twist(self) -> Array:
+        """(…, 6) displacement of o and rotation of the platform, world axes [m, rad], Eq. (12)."""
+        return self._gather(lambda s: s.twists.sum(axis=1))
+
+    @cached_property
+    def contributions(self) -> Mapping[str, Array]:
+        """What load, platform weight and each limb's own weight contribute to the twist (…, 6); they sum to it."""
+        return self._batch.by_source(self.solutions[0].sources, [s.twists for s in self.solutions])
+
+    @cached_property
+    def _by_mechanism(self) -> tuple[Solution, ...]:
+        return tuple(by_mechanism(self.robot, solution) for solution in self.solutions)
+
+    @cached_property
+    def mechanism_contributions(self) -> Mapping[str, Mapping[str, Array]]:
+        """How each limb's own weight moves the platform (…, 6): ``{"limb_1": {"attached": …, "deformation": …}, …}``.
+
+        ``attached`` is the work of its attached wrenches, −C J_ig W_ig, ``deformation`` that of its elastic deformation along its
+        constraint wrenches, C J_ic K_ic Δ_igc: the second decoupling of Eq. (12). Together they are the limb's contribution. Each
+        of them depends on the choice of J_ig (``docs/method.md``, section 4); their sum does not.
+        """
+        twists = self._batch.by_source(self._by_mechanism[0].sources, [s.twists for s in self._by_mechanism])
+        return Named({limb.name: _two_ways(twists, limb.name) for limb in self.robot.topology.limbs})
+
+    @cached_property
+    def by_mechanism(self) -> Result:
+        """The same result with two contributions of every limb's weight: everything that is told by contribution is split.
+
+        "limb_1" is what the limb's attached wrenches do, "deformation of limb_1" what its deformation does; see
+        :attr:`mechanism_contributions`. The forces that hold the limb's own weight belong to the first, the strains that they
+        cause in the limb to the second.
+        """
+        return Result(self.configuration, self.shape, self._which, self._by_mechanism, self._reached)
+
+    @cached_property
+    def stiffness(self) -> Array:
+        """(…, 6, 6) tangent stiffness K at o, drives locked, Eq. (12); NaN where rigid limbs make it infinite."""
+        return self._gather(lambda s: s.stiffness)
+
+    @cached_property
+    def compliance(self) -> Array:
+        """(…, 6, 6) compliance C at o, drives locked."""
+        return self._gather(lambda s: s.compliance)
+
+    @cached_property
+    def load(self) -> Array:
+        """(…, 6) external load about o, world axes [N, N·m]."""
+        return self._gather(lambda s: s.load)
+
+    @cached_property
+    def platform_weight(self) -> Array:
+        """(…, 6) weight of the platform and of what hangs on it, about o, world axes [N, N·m]."""
+        return self._gather(lambda s: s.platform_weight)
+
+    @cached_property
+    def gravity(self) -> Array:
+        """(…, 3) gravity, world axes [m/s²]."""
+        return self._gather(lambda s: s.gravity)
+
+    @cached_property
+    def platform_wrench(self) -> Array:
+        """(…, 6) what the world puts on the platform: load and platform weight, about o, Eq. (5)."""
+        return self._gather(lambda s: s.load + s.platform_weight)
+
+    # ---- limbs ------------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def limbs(self) -> Mapping[str, LimbResult]:
+        """The limbs by name, in the order of the file."""
+        found = {
+            limb.name: LimbResult(self._batch, self.solutions, group, position)
+            for group in self.robot.limb_groups
+            for position, limb in enumerate(group.limbs)
+        }
+        return Named({limb.name: found[limb.name] for limb in self.robot.topology.limbs})
+
+    @cached_property
+    def paper_forces(self) -> Mapping[str, Mapping[str, Array]]:
+        """The limbs' forces by the paper's names: ``{"limb_1": {"f_11": …, "f_12": …, "f_1a": …}, …}``, (…) [N or N·m].
+
+        f_ik is the intensity W_ick, Eq. (11). f_ia, Eq. (17), is the axial force at the base end of the limb's innermost beam,
+        tension positive: what holds the rod there, which is the drive's force only where the whole rod hangs on the drive. Limbs
+        that are networks, of which intensities are mere coordinates, are left out; so is f_ia of limbs without a beam.
+        """
+        found = {}
+        for number, (name, limb) in enumerate(self.limbs.items(), 1):
+            if limb.is_network:
+                continue
+            forces = {f"f_{number}{k + 1}": limb.intensities[..., k] for k in range(limb.intensities.shape[-1])}
+            if limb.beams:
+                forces[f"f_{number}a"] = self.beams[limb.beams[0]].section_wrenches[..., 0, 0]
+            found[name] = Named(forces)
+        return Named(found)
+
+    # ---- joints -----------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def _joint_wrenches(self) -> list[Array]:
+        return [joint_wrenches(self.robot, solution) for solution in self.solutions]
+
+    @cached_property
+    def _joint_contributions(self) -> list[Array]:
+        return [joint_contributions(self.robot, solution) for solution in self.solutions]
+
+    @cached_property
+    def joint_wrenches(self) -> Mapping[str, Array]:
+        """(…, 6) what the base side of each joint puts on the platform side, at the joint's centre, world axes [N, N·m].
+
+        In a ring, where base and platform give a joint no direction, it is what its predecessor puts on its successor.
+        """
+        chunks = self._joint_wrenches
+        return Named({name: self._public([w[:, k] for w in chunks]) for name, k in self._joints_in_order()})
+
+    @cached_property
+    def joint_contributions(self) -> Mapping[str, Mapping[str, Array]]:
+        """(…, 6) what each contribution to the twist adds to each joint's wrench, by joint and contribution."""
+        chunks = self._joint_contributions
+        sources = self.solutions[0].sources
+        return Named({name: self._batch.by_source(sources, [w[:, k] for w in chunks]) for name, k in self._joints_in_order()})
+
+    def _joints_in_order(self) -> list[tuple[str, int]]:
+        """Return the names of the joints, in the order of the file, and their places in the joint table."""
+        places = {name: k for k, name in enumerate(self.robot.joint_table.names)}
+        return [(name, places[name]) for name in self.robot.mechanism.connections if name in places]
+
+    @cached_property
+    def actuator_forces(self) -> Mapping[str, Array]:
+        """(…) force or torque of each drive, positive along its joint's positive direction [N or N·m], Eq. (17).
+
+        A drive that other joints mimic moves them too: their forces count with their multipliers.
+        """
+        chunks = [actuator_forces(self.robot, solution) for solution in self.solutions]
+        return Named({name: self._public([chunk[name] for chunk in chunks]) for name in chunks[0]})
+
+    @cached_property
+    def actuator_contributions(self) -> Mapping[str, Mapping[str, Array]]:
+        """(…) what each contribution to the twist adds to each drive's force, by drive and contribution [N or N·m]."""
+        pairs = zip(self.solutions, self._joint_contributions, strict=True)
+        chunks = [drive_forces(self.robot, solution, wrenches) for solution, wrenches in pairs]
+        sources = self.solutions[0].sources
+        return Named({name: self._batch.by_source(sources, [chunk[name] for chunk in chunks]) for name in chunks[0]})
+
+    @cached_property
+    def actuator_mechanism_contributions(self) -> Mapping[str, Mapping[str, Mapping[str, Array]]]:
+        """(…) the same two ways, see :attr:`mechanism_contributions`, in each drive's force, by drive and limb [N or N·m].
+
+        Together they are what the limb's weight adds to the force (:attr:`actuator_contributions`). Where a robot is not
+        overconstrained deformation adds nothing.
+        """
+        chunks = [drive_forces(self.robot, s, joint_contributions(self.robot, s)) for s in self._by_mechanism]
+        sources = self._by_mechanism[0].sources
+        forces = {name: self._batch.by_source(sources, [chunk[name] for chunk in chunks]) for name in chunks[0]}
+        limbs = [limb.name for limb in self.robot.topology.limbs]
+        return Named({name: Named({limb: _two_ways(force, limb) for limb in limbs}) for name, force in forces.items()})
+
+    @cached_property
+    def base_wrench(self) -> Array:
+        """(…, 6) what the ground puts on the robot, about the base link's origin, world axes [N, N·m]."""
+        total: list[Array] = []
+        body, placement = self.robot.mechanism.body_of[self.robot.description.base]
+        for solution in self.solutions:
+            weights = solution.weights
+            sum_at_o = weights[:, self.robot.weights.of("base")].sum(axis=1)
+            for number, statics in enumerate(solution.statics):
+                if statics.group.is_hanging:
+                    continue  # its weight is that of base or platform
+                for position, limb in enumerate(statics.group.limbs):
+                    own = self.robot.weights.sum(limb.weights, weights)
+                    sum_at_o = sum_at_o + some_limb_wrench(solution, number, position) + own
+            origin = solution.frames.points(np.array([body]), placement[:3, 3:])[:, 0]
+            total.append(-move_wrench(sum_at_o, origin - solution.o))
+        return self._public(total)
+
+    # ---- deformation ------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def _deformations(self) -> tuple[Deformation, ...]:
+        return tuple(deform(self.robot, solution) for solution in self.solutions)
+
+    @property
+    def _motions(self) -> tuple[Robot, Batch, tuple[Solution, ...], tuple[Deformation, ...]]:
+        return self.robot, self._batch, self.solutions, self._deformations
+
+    @cached_property
+    def beams(self) -> Mapping[str, BeamResult]:
+        """The beams by name: section wrenches, bent lines, stresses."""
+        return beam_results(*self._motions)
+
+    @cached_property
+    def beam_contributions(self) -> Mapping[str, Mapping[str, Array]]:
+        """What each contribution does to each beam's line: (…, n, 6) displacement and rotation of its stations, world axes.
+
+        They sum to the deflections of :attr:`beams`, but for beams that hang on the base alone: no contribution is theirs.
+        """
+        return beam_contributions(*self._motions)
+
+    @cached_property
+    def axial_contributions(self) -> Mapping[str, Mapping[str, Array]]:
+        """What each contribution adds to the axial force at each beam's outer end (…) [N], tension positive."""
+        return axial_contributions(*self._motions)
+
+    @cached_property
+    def link_contributions(self) -> Mapping[str, Mapping[str, Array]]:
+        """What each contribution does to each rigid link: (…, 6) twist of the link about its own origin, world axes."""
+        return link_contributions(*self._motions)
+
+    @cached_property
+    def source_contributions(self) -> Mapping[str, Mapping[str, Array]]:
+        """What gives way where: ``{"beams": {name: (…, 6)}, "joints": …, "drives": …, "misfits": …}``, twists at o, world axes.
+
+        Each is the part of the twist that the deformation of one beam, joint or drive (or its misfit) makes, P_sᵀ c_s w_s with
+        P_s its wrenches under unit loads of the platform; together they are the twist (``docs/method.md``, section 6). Making
+        one of them rigid does not remove exactly that amount, because the forces redistribute.
+        """
+        return source_contributions(*self._motions)
+
+    @cached_property
+    def part_contributions(self) -> Mapping[str, tuple[Array, ...]]:
+        """What gives way in the parts of each limb that is split by pieces through which everything passes (…, 6)."""
+        return part_contributions(self.robot, self._batch, self.source_contributions)
+
+    # ---- energies and warnings --------------------------------------------------------------------------------------
+
+    @cached_property
+    def strain_energy(self) -> Array:
+        """(…) strain energy of all beams and elastic joints [J]."""
+        springs = self._public([deformation.spring_energy for deformation in self._deformations])
+        return frozen(sum((beam.strain_energy for beam in self.beams.values()), springs))
+
+    @cached_property
+    def warnings(self) -> tuple[str, ...]:
+        """What to be careful about, in full sentences."""
+        return result_warnings(self)
+
+
+def _two_ways(contributions: Mapping[str, Array], limb: str) -> Mapping[str, Array]:
+    return Named({"attached": contributions[limb], "deformation": contributions[of_deformation(limb)]})

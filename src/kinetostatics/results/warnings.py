@@ -1,0 +1,111 @@
+"""What to be careful about in a result, in full sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kinetostatics.kinematics.unit_hints import odd_limits
+from kinetostatics.results.near_singular import near_singular_words
+
+if TYPE_CHECKING:
+    from kinetostatics.results.result import Result
+
+#: Part of the Euler load above which the linear theory is doubtful.
+EULER_WARNING = 0.05
+#: Displacement, relative to the characteristic length, and rotation [rad] of the platform above which it is doubtful, too.
+LARGE_MOTION = 0.1
+#: Part of a self-stress below which a joint has no part in it.
+NOTHING = 1e-9
+#: Gap of the loops [m, rad] above which it is worth mentioning.
+OPEN_LOOPS = 1e-9
+
+
+def result_warnings(result: Result) -> tuple[str, ...]:
+    """Return the warnings of the robot and of its poses under their loads."""
+    robot = result.robot
+    found = [*_buckling(result), *robot.description.warnings, *robot.topology.warnings, *odd_limits(robot)]
+    found += _open_loops(result) + _large_motions(result)
+    near = near_singular_words(result)
+    found += [near] if near else []
+    for item in result.configuration.limits_exceeded.values():
+        found.append(
+            f"{item.joint} is beyond its limits [{item.lower:.6g}, {item.upper:.6g}]"
+            + (f": {float(item.value):.6g}" if item.value.shape == () else f" in {int(item.where.sum())} poses")
+        )
+    found += _slender(result)
+    if np.any(result.indeterminate):
+        found.append(undetermined_parts(result))
+    return tuple(found)
+
+
+def _ratios(result: Result) -> Iterator[tuple[str, float]]:
+    """Yield every member in words, with the largest ratio of its axial forces to those at which it buckles."""
+    seen: set[str] = set()
+    for beam in result.beams.values():
+        if beam.name not in seen:
+            seen.update(beam.member)
+            what = f"beam {beam.name}" if len(beam.member) == 1 else f"the member {', '.join(beam.member)}"
+            yield f"{what} ({beam.ends})", float(np.max(np.nan_to_num(beam.euler_ratio), initial=0.0))
+
+
+def _buckling(result: Result) -> list[str]:
+    return [
+        f"{what} buckles: its axial force is {100 * worst:.3g} % of its Euler load"
+        for what, worst in _ratios(result)
+        if worst >= 1
+    ]
+
+
+def _slender(result: Result) -> list[str]:
+    return [
+        f"the axial force of {what} reaches {100 * worst:.3g} % of its Euler load; linear theory underestimates its deflection"
+        for what, worst in _ratios(result)
+        if EULER_WARNING < worst < 1
+    ]
+
+
+def _open_loops(result: Result) -> list[str]:
+    open_by = float(np.nanmax(result.configuration.residual, initial=0.0))
+    if open_by <= OPEN_LOOPS:
+        return []
+    return [f"the loops stay open by up to {open_by:.2g} m or rad: angles or lengths of the file are rounded"]
+
+
+def _large_motions(result: Result) -> list[str]:
+    """Say where the platform moves more than small displacements allow."""
+    twist = np.nan_to_num(result.twist)
+    shift = float(np.linalg.norm(twist[..., :3], axis=-1).max(initial=0.0))
+    turn = float(np.linalg.norm(twist[..., 3:], axis=-1).max(initial=0.0))
+    if shift < LARGE_MOTION * result.robot.length and turn < LARGE_MOTION:
+        return []
+    return [
+        f"the platform moves by {shift:.3g} m and {turn:.3g} rad, which linear theory does not cover: look for wrong units "
+        "in moduli, diameters and masses"
+    ]
+
+
+def undetermined_parts(result: Result) -> str:
+    """Say which rigid limbs, and which joints of rigid rings, share forces that statics cannot tell."""
+    rigid: dict[str, None] = {}
+    rings: dict[str, dict[str, None]] = {}
+    for solution in result.solutions:
+        for item, undetermined in zip(solution.statics, solution.undetermined, strict=True):
+            for position, limb in enumerate(item.group.limbs):
+                if np.any(undetermined[:, position]):
+                    rigid[limb.name] = None
+                loose = item.loose[:, :, :, position]
+                for edge in limb.edges if np.any(loose) else ():
+                    carried = np.sum([sign * loose[chord] for chord, sign in edge.chords], axis=0)
+                    if edge.joint and np.max(np.abs(carried)) > NOTHING * np.max(np.abs(loose)):
+                        rings.setdefault(limb.name, {})[edge.joint] = None
+    what = [f"the rigid limbs {', '.join(rigid)} overconstrain one another"] if rigid else []
+    what += [
+        f"the rigid rings in {limb} ({', '.join(joints)}) are overconstrained in themselves" for limb, joints in rings.items()
+    ]
+    return (
+        f"{' and '.join(what) or 'rigid parts are overconstrained'}: how they share their forces is not determined; "
+        "undetermined forces are NaN"
+    )

@@ -1,0 +1,1 @@
+"""All limbs together: equilibrium of the platform, and what deforms."""

@@ -1,0 +1,167 @@
+"""Misfits: what joints and beams are off by before anything is loaded.
+
+A joint's assembly error is a twist of its platform side relative to its base side; a beam is longer by a length error and by
+α ΔT L. What the limbs cannot give way to moves the platform and stresses an overconstrained robot (``docs/method.md``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from kinetostatics.argument_checks import finite_numbers
+from kinetostatics.exceptions import ArgumentError, near_names
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.screws import move_twist
+from kinetostatics.mechanism.limb_joints import sides
+from kinetostatics.mechanism.limbs import Edge
+from kinetostatics.mechanism.tree import Frames
+
+if TYPE_CHECKING:
+    from kinetostatics.limbs.group import LimbGroup
+    from kinetostatics.robot import Robot
+
+
+JOINT_KEYS, BEAM_KEYS, FRAMES = ("twist", "frame"), ("length", "temperature"), ("world", "joint")
+
+
+@dataclass(frozen=True)
+class JointMisfit:
+    """A joint's error ``twist`` [m, rad], in world axes at the joint's centre or in the joint's own frame."""
+
+    twist: Array
+    in_joint_frame: bool
+
+
+@dataclass(frozen=True)
+class BeamMisfit:
+    """A beam's ``length`` error [m] and its ``temperature`` rise [K]."""
+
+    length: Array
+    temperature: Array
+
+
+@dataclass(frozen=True)
+class Misfits:
+    """The misfits of joints and beams by name; arrays as given, or for a chunk of poses with the batch axis last."""
+
+    robot: Robot
+    joints: Mapping[str, JointMisfit]
+    beams: Mapping[str, BeamMisfit]
+
+    def arrays(self) -> list[Array]:
+        """Return all arrays, component axis last, to find their common batch shape."""
+        found = [item.twist for item in self.joints.values()]
+        for beam in self.beams.values():
+            found += [beam.length, beam.temperature]
+        return found
+
+    def map(self, change: Callable[[Array], Array]) -> Misfits:
+        """Return the misfits with every array changed."""
+        return Misfits(
+            self.robot,
+            {name: replace(item, twist=change(item.twist)) for name, item in self.joints.items()},
+            {name: BeamMisfit(change(item.length), change(item.temperature)) for name, item in self.beams.items()},
+        )
+
+    @property
+    def names(self) -> frozenset[str]:
+        """Names of the joints and beams that are off."""
+        return frozenset((*self.joints, *self.beams))
+
+    def of(self, group: LimbGroup, frames: Frames, o: Array) -> Array | None:
+        """Return what each element's outboard side is displaced by (6, elements, g, N), about o; None where nothing is."""
+        if not any(self.concerns(edge) for limb in group.limbs for edge in limb.edges):
+            return None
+        result = np.zeros((6, len(group.elements[0]), len(group.limbs), o.shape[1]))
+        for position, (limb, elements) in enumerate(zip(group.limbs, group.elements, strict=True)):
+            for k, element in enumerate(elements):
+                for edge in element.edges:
+                    result[:, k, position] += self.of_edge(limb.edges[edge], frames, o)
+        return result
+
+    def concerns(self, edge: Edge) -> bool:
+        """Whether an edge is off."""
+        return edge.joint in self.joints or edge.beam in self.beams
+
+    def of_edge(self, edge: Edge, frames: Frames, o: Array) -> Array:
+        """Return what an edge's outboard side is displaced by relative to its inboard side (6, N), about o."""
+        if edge.joint in self.joints:
+            return self._of_joint(edge, self.joints[str(edge.joint)], frames, o)
+        result = np.zeros((6, o.shape[1]))
+        if edge.beam in self.beams:
+            model, given = self.robot.beams[str(edge.beam)], self.beams[str(edge.beam)]
+            alpha = self.robot.description.beams[model.name].thermal_expansion
+            axis = frames.directions(np.array([model.span.carrier]), model.axes[:, :1])[:, 0]
+            result[:3] = axis * (given.length[0] + alpha * given.temperature[0] * model.length(frames))
+        return result
+
+    def _of_joint(self, edge: Edge, misfit: JointMisfit, frames: Frames, o: Array) -> Array:
+        connection = self.robot.mechanism.connections[str(edge.joint)]
+        turned = edge.both_ways and edge.sign < 0
+        twist = -misfit.twist if turned else misfit.twist
+        if misfit.in_joint_frame:
+            body, frame = connection.predecessor_body, connection.predecessor_frame
+            axes = frames.orientations(np.array([body]), frame[:3, :3, None])[:, :, 0]
+            twist = np.concatenate([np.einsum("ijn,jn->in", axes, twist[:3]), np.einsum("ijn,jn->in", axes, twist[3:])])
+        else:
+            body, frame = sides(edge, connection)[0 if turned else 1]
+        centre = frames.points(np.array([body]), frame[:3, 3:])[:, 0]
+        return move_twist(twist, o - centre)
+
+
+def parse_misfits(robot: Robot, misfits: Mapping[str, Any]) -> Misfits:
+    """Return misfits as people give them, checked.
+
+    Raises:
+        ArgumentError: an unknown name, a wrong shape, or a value that is not finite.
+    """
+    if not isinstance(misfits, Mapping):
+        raise ArgumentError(f"misfits= wants a mapping from names of joints and beams to their misfits, not {misfits!r}")
+    joints: dict[str, JointMisfit] = {}
+    beams: dict[str, BeamMisfit] = {}
+    known_joints, known_beams = robot.mechanism.connections, robot.description.beams
+    for name, value in misfits.items():
+        is_beam = name in known_beams
+        if is_beam and name in known_joints:
+            wants_beam = isinstance(value, Mapping) and not set(value) & set(JOINT_KEYS)
+            is_beam = wants_beam
+        if is_beam:
+            if not isinstance(value, Mapping) or not value or set(value) - set(BEAM_KEYS):
+                raise ArgumentError(
+                    f"the misfit of beam {name!r} is {value!r}; it must be a mapping with 'length' [m] or 'temperature' [K]"
+                )
+            length, rise = (finite_numbers(f"{key} of {name!r}", value.get(key, 0.0)) for key in BEAM_KEYS)
+            if np.any(rise) and known_beams[name].thermal_expansion == 0:
+                raise ArgumentError(
+                    f"beam {name!r} has no thermal_expansion, so a temperature does nothing to it: write thermal_expansion [1/K] "
+                    "in its <beam> element (steel: 1.2e-5)"
+                )
+            beams[name] = BeamMisfit(length[..., None], rise[..., None])
+        elif name in known_joints:
+            if name not in robot.joint_table.names:
+                raise ArgumentError(
+                    f"joint {name!r} lies within the rigid base or platform, or holds nothing: a misfit of it has no effect; "
+                    "give the misfit to the joints that hold the limbs there"
+                )
+            frame = "world"
+            if isinstance(value, Mapping):
+                if "twist" not in value or set(value) - set(JOINT_KEYS):
+                    raise ArgumentError(
+                        f"the misfit of joint {name!r} is {value!r}; it must be a twist, or a mapping with 'twist' and 'frame'"
+                    )
+                frame, value = value.get("frame", "world"), value["twist"]
+            if not isinstance(frame, str) or frame not in FRAMES:
+                raise ArgumentError(f"the frame of the misfit of joint {name!r} is {frame!r}; it must be 'world' or 'joint'")
+            twist = finite_numbers(f"the misfit of joint {name!r}", value)
+            if twist.ndim == 0 or twist.shape[-1] != 6:
+                raise ArgumentError(
+                    f"the misfit of joint {name!r} has the shape {twist.shape}; its last axis must have 6 entries"
+                )
+            joints[name] = JointMisfit(twist, frame == "joint")
+        else:
+            raise ArgumentError(f"misfits= names no joint or beam {name!r}: {near_names(name, [*known_joints, *known_beams])}")
+    return Misfits(robot, joints, beams)

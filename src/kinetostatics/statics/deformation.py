@@ -1,0 +1,414 @@
+"""How the whole robot moves under load: every joint's outer side, every rigid link, every beam's bent line.
+
+The platform's twist and the beams' own deformations fix how far the passive joints turn; from base to platform the motions
+then add up. Everything is linear, so each contribution to the twist has motions of its own, along an axis S. Limbs built
+alike stay stacked: arrays are ``(component, S, limb, pose)``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.limbs import beam as beam_formulas
+from kinetostatics.limbs.beam_model import BeamModel
+from kinetostatics.limbs.compliance import spring_twist
+from kinetostatics.limbs.geometry import LimbGeometry
+from kinetostatics.limbs.group import LimbGroup, chord_sum
+from kinetostatics.limbs.statics import LimbStatics
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.linalg import least_squares
+from kinetostatics.math.screws import move_twist, move_wrench
+from kinetostatics.mechanism.joint_compliance import Spring, springs_of
+from kinetostatics.mechanism.limbs import Edge
+from kinetostatics.robot import Robot
+from kinetostatics.statics.solution import Solution
+
+
+@dataclass(frozen=True)
+class LoadedBeams:
+    """Alike beams of g limbs with what loads them, for each contribution; wrenches and loads in beam axes.
+
+    Attributes:
+        models: the beams.
+        compliances: (6, g, 1) section compliances.
+        axes: (3, 3, g, N) beam axes in the world.
+        length: (g, N) [m].
+        mass: (g, N) [kg].
+        end: (3, g, N) arm from o to the outer end.
+        wrench: (6, S, g, N) wrench at the outer end.
+        load: (3, S, g, N) own weight [N/m].
+        inner: (6, S, g, N) motion of the inner end as a rigid body, about o, world axes.
+        stretch: (S, g, N) how much longer it is by itself, by error or warmth [m].
+        elsewhere: (S, g, N) of the axial force at the end that reports tell, what belongs to other contributions than the strains
+            that it causes [N]; see :func:`kinetostatics.statics.solution.by_mechanism`.
+    """
+
+    models: tuple[BeamModel, ...]
+    compliances: Array
+    axes: Array
+    length: Array
+    mass: Array
+    end: Array
+    wrench: Array
+    load: Array
+    inner: Array
+    stretch: Array
+    elsewhere: Array
+
+    def axial_force(self) -> Array:
+        """Return the axial force (S, g, N) at the outer end by the contributions that forces belong to, tension positive."""
+        return np.asarray(self.wrench[0] + self.elsewhere)
+
+    def end_twist(self) -> Array:
+        """Return what their own deformation adds to everything outboard (6, S, g, N), about o, world axes."""
+        c = self.compliances[:, None]
+        local = beam_formulas.end_displacement(c, self.length, self.wrench)
+        local += beam_formulas.sag(c, self.length, self.load)
+        return move_twist(rotate(self.axes, local), -self.end[:, None])
+
+    def turned(self, outer: Array) -> LoadedBeams:
+        """Return the same beams from their other ends, whose motions as rigid bodies are ``outer`` (6, S, g, N)."""
+        back = np.array([-1.0, 1.0, -1.0]).reshape(3, 1, 1)
+        start = beam_formulas.section_wrench(self.length, self.wrench, self.load, np.zeros_like(self.length))
+        signs = np.tile(back, (2, 1, 1))[:, None]
+        return replace(
+            self,
+            axes=self.axes * back[None],
+            end=self.end - self.axes[:, 0] * self.length,
+            wrench=-start * signs,
+            load=self.load * back[:, None],
+            inner=outer,
+        )
+
+    def lines(self, fractions: Array) -> Array:
+        """Return displacement and rotation (6, n, S, g, N) of stations at given fractions of the length, world axes."""
+        s = fractions[:, None, None, None] * self.length
+        c = self.compliances[:, None, None]
+        local = beam_formulas.bent_line(c, self.length, self.wrench[:, None], self.load[:, None], s)
+        arm = self.end[:, None, None] - self.axes[:, 0, None, None] * (self.length - s)
+        moved = rotate(self.axes, local) + move_twist(self.inner[:, None], arm)
+        moved[:3] += self.axes[:, 0, None, None] * (fractions[:, None, None, None] * self.stretch)
+        return moved
+
+
+def rotate(axes: Array, screws: Array, back: bool = False) -> Array:
+    """Turn twists or wrenches (6, …, g, N) from the axes (3, 3, g, N) into world axes, or back."""
+    result = np.empty(screws.shape)
+    for rows in (slice(0, 3), slice(3, 6)):
+        result[rows] = np.einsum("ji...gn,j...gn->i...gn" if back else "ij...gn,j...gn->i...gn", axes, screws[rows])
+    return result
+
+
+@dataclass(frozen=True)
+class Yielding:
+    """What gives way, in alike places of g limbs: beams, joints, drives or misfits.
+
+    Attributes:
+        kind: ``beams``, ``joints``, ``drives`` or ``misfits``.
+        names: of the beams or joints.
+        group, number: the limbs, and the number of their group.
+        positions: which of the group's limbs are meant.
+        chords: (M,) signs of the chord wrenches that it carries.
+        motion: (6, g, N) of its outboard side relative to its inboard side, all contributions together, about o.
+    """
+
+    kind: str
+    names: tuple[str, ...]
+    group: LimbGroup
+    number: int
+    positions: tuple[int, ...]
+    chords: NDArray[np.int8]
+    motion: Array
+
+
+@dataclass(frozen=True)
+class Deformation:
+    """Motions of one chunk of poses, about o, world axes; the S axis holds the contributions.
+
+    Attributes:
+        motions: twist (6, S, N) of the outer side of every joint and beam, by the edge's key.
+        beams: the loaded beams.
+        yielding: what gives way in the limbs.
+        spring_energy: (N,) strain energy of all elastic joints and drives of the limbs [J].
+    """
+
+    motions: dict[str, Array]
+    beams: list[LoadedBeams]
+    yielding: list[Yielding]
+    spring_energy: Array
+
+    @cached_property
+    def places(self) -> Mapping[str, tuple[int, int]]:
+        """Which of the stacks of loaded beams every beam is in, and its position there, by name."""
+        return {model.name: (k, position) for k, stack in enumerate(self.beams) for position, model in enumerate(stack.models)}
+
+
+def deform(robot: Robot, solution: Solution) -> Deformation:
+    """Compute the motions of everything in one chunk of poses."""
+    out = Deformation({}, [], [], np.zeros(solution.o.shape[1]))
+    for number in range(len(solution.statics)):
+        _deform_limbs(solution, number, out)
+    S = len(solution.sources)
+    branches: list[tuple[tuple[Edge, ...], int, int, Array | None]]
+    branches = [(limb.branches, 2 + k, solution.place_of_strains(k), None) for k, limb in enumerate(robot.topology.limbs)]
+    hanging = [(limb.branches, 1 if limb.on_platform else S) for limb in robot.topology.hanging]
+    branches += [(edges, own, own, None) for edges, own in (*hanging, (robot.topology.base.edges, S))]
+    branches.append((robot.topology.platform.edges, 1, 1, solution.twists))
+    for edges, forces, strains, root in branches:
+        if edges:
+            _deform_branches(robot, solution, edges, forces, strains, root, out)
+    return out
+
+
+def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
+    statics = solution.statics[number]
+    group = statics.group
+    geometry = group.geometry(solution.frames, solution.o)
+    # what strains the limbs; forces may belong to other contributions than what they strain
+    chords, share = solution.chord_wrenches(number, strains=True), solution.share(group, strains=True)
+    moved_share = solution.share(group) - share
+    S, g, N = chords.shape[2:]
+    elements, signs = group.elements[0], group.element_chords
+    gives: dict[int, Array] = {}  # by element: what its elasticity and its misfit add to everything outboard (6, S, g, N)
+    beam_of: dict[int, LoadedBeams] = {}
+    everyone = tuple(range(g))
+    for b, k in enumerate(k for k, element in enumerate(elements) if element.is_beam):
+        axes, end, length = geometry.beam_axes[:, :, b], geometry.beam_ends[:, b], geometry.beam_lengths[b]
+        models = tuple(row[b] for row in group.beams)
+        mass = np.stack([_mass(model, length[m]) for m, model in enumerate(models)])
+        total = chord_sum(signs[k], chords) + share * statics.loads.beyond[:, None, b]
+        wrench = rotate(axes, move_wrench(total, end[:, None]), back=True)
+        load = share * statics.loads.own[:, None, b]
+        own = chord_sum(signs[k], statics.particular)[:3] + statics.loads.beyond[:3, b]
+        own = np.einsum("ign,ign->gn", axes[:, 0], own) + elements[k].turned * statics.loads.own[0, b] * length
+        beams = LoadedBeams(
+            models,
+            group.compliances[:, b],
+            axes,
+            length,
+            mass,
+            end,
+            wrench,
+            load,
+            inner=np.zeros((6, S, g, N)),  # not known yet
+            stretch=np.zeros((S, g, N)),
+            elsewhere=moved_share * own,
+        )
+        beam_of[k] = beams
+        gives[k] = beams.end_twist()
+        names = tuple(model.name for model in models)
+        out.yielding.append(Yielding("beams", names, group, number, everyone, signs[k], gives[k].sum(axis=1)))
+    for spring, k in enumerate(group.spring_elements):
+        axes, arm = geometry.spring_axes[:, :, spring], geometry.spring_arms[:, spring]
+        total = chord_sum(signs[k], chords) + share * statics.loads.spring_beyond[:, None, spring]
+        wrench = rotate(axes, move_wrench(total, arm[:, None]), back=True)
+        local = spring_twist(group, spring, wrench)
+        out.spring_energy[:] += np.einsum("ign,ign->n", wrench.sum(axis=1), local.sum(axis=1)) / 2
+        moved = move_twist(rotate(axes, local), -arm[:, None])
+        gives[k] = gives.get(k, 0.0) + moved
+        names = tuple(row[spring].joint for row in group.springs)
+        kind = "drives" if group.springs[0][spring].is_drive else "joints"
+        out.yielding.append(Yielding(kind, names, group, number, everyone, signs[k], moved.sum(axis=1)))
+    _add_misfits(solution, number, gives, beam_of, out)
+    turned = _joint_motions(solution, statics, geometry, gives, signs, S)
+    # from base to platform the motions of all elements add up
+    root = np.zeros((6, S, g, N))
+    if group.limbs[0].on_platform:
+        root += solution.twists[:, :, None]
+    motions: list[Array] = []
+    for k, element in enumerate(elements):
+        inner = motions[element.parent] if element.parent >= 0 else root
+        outer = inner
+        if k in beam_of:
+            beam_of[k] = replace(beam_of[k], inner=inner)
+        if k in gives:
+            outer = outer + gives[k]
+        for f in np.flatnonzero(group.unit_of == element.unit) if element.unit is not None else ():
+            outer = outer + geometry.twists[:, None, f] * turned[f]
+        motions.append(outer)
+        for position, limb in enumerate(group.limbs):
+            edges = group.elements[position][k].edges
+            out.motions.update((limb.edges[edge].key, inner[:, :, position]) for edge in edges[:-1])
+            out.motions[limb.edges[edges[-1]].key] = outer[:, :, position]
+    for k, beams in beam_of.items():
+        out.beams.append(beams.turned(motions[k]) if elements[k].turned else beams)
+
+
+def _add_misfits(
+    solution: Solution, number: int, gives: dict[int, Array], beam_of: dict[int, LoadedBeams], out: Deformation
+) -> None:
+    """Add what is off in a group of limbs to what its elements give, and list it by name."""
+    statics, errors, misfits = solution.statics[number], solution.errors[number], solution.misfits
+    if errors is None or misfits is None:
+        return
+    group = statics.group
+    S = solution.share(group).shape[0]
+    signs, source = group.element_chords, solution.sources.index("misfit")
+    for k in range(errors.shape[1]):
+        if np.any(errors[:, k]):
+            more = np.zeros((6, S, *errors.shape[2:]))
+            more[:, source] = errors[:, k]
+            gives[k] = gives.get(k, 0.0) + more
+            if k in beam_of:
+                stretch = np.zeros((S, *errors.shape[2:]))
+                stretch[source] = np.einsum("ign,ign->gn", beam_of[k].axes[:, 0], errors[:3, k])
+                beam_of[k] = replace(beam_of[k], stretch=stretch)
+    for position, limb in enumerate(group.limbs):
+        for k, element in enumerate(group.elements[position]):
+            for edge in (limb.edges[index] for index in element.edges):
+                if misfits.concerns(edge):
+                    motion = misfits.of_edge(edge, solution.frames, solution.o)[:, None]
+                    name = str(edge.joint or edge.beam)
+                    out.yielding.append(Yielding("misfits", (name,), group, number, (position,), signs[k], motion))
+
+
+def _mass(model: BeamModel, length: Array) -> Array:
+    return np.full_like(length, model.mass) if model.mass_per_length is None else model.mass_per_length * length
+
+
+def _joint_motions(
+    solution: Solution, statics: LimbStatics, geometry: LimbGeometry, gives: dict[int, Array], signs: NDArray[np.int8], S: int
+) -> Array:
+    """Return how far all freedoms move (k, S, g, N) so that the limbs stay together; local freedoms stay.
+
+    Along every chord the motions of all edges that carry it sum to that of the platform, or to none in a ring.
+    """
+    group = statics.group
+    M, (g, N) = len(group.to_platform), geometry.limb_axes.shape[2:]
+    turned = np.zeros((len(group.passive), S, g, N))
+    passive = np.flatnonzero(group.passive)
+    if not passive.size or not M:
+        return turned
+    gap = np.zeros((M, 6, S, g, N))
+    for chord in np.flatnonzero(group.to_platform):
+        gap[chord] = solution.twists[:, :, None]
+    for k, motion in gives.items():
+        for chord in np.flatnonzero(signs[k]):
+            gap[chord] -= signs[k, chord] * motion
+    scale = np.array([1 / group.robot.length] * 3 + [1.0] * 3).reshape(6, 1, 1, 1)
+    twists = geometry.twists[:, passive] * scale
+    A = (group.freedom_chords[passive].T[:, None, :, None, None] * twists).reshape(6 * M, len(passive), g, N)
+    left = (gap * scale[None]).reshape(6 * M, S, g, N)
+    sizes = np.sqrt(np.sum(A * A, axis=0))
+    sizes = np.where(sizes > 0, sizes, 1.0)
+    A = A / sizes
+    rank = 6 - statics.J_c.shape[1] if group.plan is None else len(group.plan.joints)
+    result = np.zeros((len(passive), S, g, N))
+    for _ in range(2):  # the second round removes the error of the normal equations
+        step = least_squares(A, left, len(passive) - rank)
+        result += step
+        left = left - np.einsum("ij...,js...->is...", A, step)
+    turned[passive] = result / sizes[:, None]
+    return turned
+
+
+def _deform_branches(
+    robot: Robot, solution: Solution, edges: tuple[Edge, ...], forces: int, strains: int, root: Array | None, out: Deformation
+) -> None:
+    """Let dead branches follow what they hang on, their beams bent by their own weight.
+
+    Args:
+        robot: the robot.
+        solution: the chunk of poses.
+        edges: joints and beams of the branches, inboard ones first.
+        forces: which contribution their weight belongs to; the number of contributions for what hangs on the base: it moves
+            nothing but itself, and has a place of its own behind them.
+        strains: which contribution the strains belong to that their weight causes in them.
+        root: motion of what they hang on where an edge has no parent; None: it stands still.
+        out: where the motions are put.
+    """
+    frames, misfits = solution.frames, solution.misfits
+    share, elsewhere = np.zeros((2, max(len(solution.sources), forces + 1), 1, 1))
+    share[strains] = 1
+    elsewhere[forces] += 1
+    elsewhere[strains] -= 1
+    still = np.zeros((6, len(share), solution.o.shape[1]))
+    for edge in edges:
+        if edge.parent is None:
+            motion = still if root is None else root
+        else:
+            motion = out.motions[edge.parent]
+        off = np.zeros((6, len(share), solution.o.shape[1]))
+        if misfits is not None and misfits.concerns(edge):
+            off[:, solution.sources.index("misfit")] = misfits.of_edge(edge, frames, solution.o)
+        if edge.beam is not None:
+            model = robot.beams[edge.beam]
+            axes = frames.orientations(np.array([model.span.carrier]), model.axes[:, :, None])
+            end = frames.points(np.array([model.span.end_body]), model.span.end[:, None]) - solution.o[:, None]
+            length = model.length(frames)[None]
+            beyond = robot.weights.sum(edge.outboard, solution.weights)[:, None]
+            local = rotate(axes, move_wrench(beyond, end), back=True)
+            mass = _mass(model, length)
+            load = np.einsum("jign,jn->ign", axes, solution.gravity) * mass / length
+            beams = LoadedBeams(
+                (model,),
+                model.compliances[:, None, None],
+                axes,
+                length,
+                mass,
+                end,
+                local[:, None] * share,
+                load[:, None] * share,
+                motion[:, :, None],
+                np.einsum("ign,isn->sgn", axes[:, 0], off[:3]),
+                elsewhere * local[0],
+            )
+            out.beams.append(beams)
+            motion = motion + beams.end_twist()[:, :, 0]
+        for spring in springs_of(robot.mechanism, edge.joint) if edge.joint else ():
+            motion = motion + _spring_motion(robot, solution, edge, spring)[:, None] * share[:, 0]
+        out.motions[edge.key] = motion + off
+
+
+def _spring_motion(robot: Robot, solution: Solution, edge: Edge, spring: Spring) -> Array:
+    """Return the motion (6, N), about o, of what a spring of a dead branch carries."""
+    frames, body = solution.frames, np.array([spring.body])
+    axes = frames.orientations(body, spring.frame[:3, :3, None])
+    arm = frames.points(body, spring.frame[:3, 3:]) - solution.o[:, None]
+    carried = robot.weights.sum(edge.outboard, solution.weights) - robot.weights.sum(edge.excluded, solution.weights)
+    local = rotate(axes, move_wrench(carried[:, None], arm), back=True)
+    yielded = np.concatenate(
+        [np.einsum("ij,jkn->ikn", spring.linear, local[:3]), np.einsum("ij,jkn->ikn", spring.angular, local[3:])]
+    )
+    return move_twist(rotate(axes, yielded), -arm)[:, 0]
+
+
+def axial_forces(robot: Robot, solution: Solution) -> dict[str, Array]:
+    """Return of every beam the axial forces at its inner and outer end, tension positive [N], and its length [m]: (3, N).
+
+    The same as in :func:`deform`, in a fraction of its time.
+    """
+    found: dict[str, Array] = {}
+    for number, statics in enumerate(solution.statics):
+        group = statics.group
+        elements, signs = group.elements[0], group.element_chords
+        if not any(element.is_beam for element in elements):
+            continue
+        geometry = group.geometry(solution.frames, solution.o)
+        chords, share = solution.chord_wrenches(number), solution.share(group).sum(axis=0)
+        for b, k in enumerate(k for k, element in enumerate(elements) if element.is_beam):
+            total = chord_sum(signs[k], chords)[:3].sum(axis=1) + share * statics.loads.beyond[:3, b]
+            outer = np.einsum("ign,ign->gn", geometry.beam_axes[:, 0, b], total)
+            inner = outer + share * statics.loads.own[0, b] * geometry.beam_lengths[b]
+            both = [outer, inner] if elements[k].turned else [inner, outer]
+            all_three = np.stack([*both, geometry.beam_lengths[b]])
+            found.update((row[b].name, all_three[:, m]) for m, row in enumerate(group.beams))
+    for edge in (edge for edges in _branches(robot) for edge in edges if edge.beam is not None):
+        model = robot.beams[str(edge.beam)]
+        axis = solution.frames.directions(np.array([model.span.carrier]), model.axes[:, :1])[:, 0]
+        length = model.length(solution.frames)
+        outer = np.einsum("in,in->n", axis, robot.weights.sum(edge.outboard, solution.weights)[:3])
+        inner = outer + np.einsum("in,in->n", axis, solution.gravity) * _mass(model, length)
+        found[model.name] = np.stack([inner, outer, length])
+    return found
+
+
+def _branches(robot: Robot) -> list[tuple[Edge, ...]]:
+    """Return everything that hangs on something else, inboard edges first."""
+    found = [limb.branches for limb in (*robot.topology.limbs, *robot.topology.hanging)]
+    return [*found, robot.topology.base.edges, robot.topology.platform.edges]

@@ -1,0 +1,129 @@
+"""Wrenches of all joints and forces of all drives, from the limbs' chord wrenches and the weights; one chunk of poses at a time.
+
+Wrenches are what a joint's base side puts on its platform side, at the joint's centre, world axes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.screws import move_wrench
+from kinetostatics.robot import Robot
+from kinetostatics.statics.solution import Solution
+
+#: Part of a way in which forces are open below which one of them is not: mere rounding.
+_NOTHING = 1e-9
+
+
+def joint_wrenches(robot: Robot, solution: Solution) -> Array:
+    """Return the wrenches (6, J, N) of all joints of the robot's joint table, NaN where rigid parts leave them open."""
+    return _masked(_carried(robot, solution), _open_wrenches(robot, solution))
+
+
+def actuator_forces(robot: Robot, solution: Solution) -> dict[str, Array]:
+    """Return the force or torque (N,) of each drive, positive along its coordinate, NaN where rigid parts leave it open."""
+    table = robot.joint_table
+    followers = [joint.name for joint in robot.mechanism.connections.values() if joint.mimic is not None]
+    names = [name for name in (*robot.description.driven, *followers) if name in table.names]
+    which = [table.names.index(name) for name in names]
+    forces = drive_forces(robot, solution, _carried(robot, solution, which), names)
+    leeway = _open_wrenches(robot, solution, which)
+    if leeway is None:
+        return forces
+    changes = drive_forces(robot, solution, leeway, names)
+    return {name: np.where(np.max(np.abs(changes[name]), axis=0) > _NOTHING, np.nan, force) for name, force in forces.items()}
+
+
+def _carried(robot: Robot, solution: Solution, joints: Sequence[int] | None = None) -> Array:
+    """Return the wrenches (6, J, N) of some joints of the table; None: of all. What is open has one of its possible values."""
+    table = robot.joint_table
+    which = slice(None) if joints is None else list(joints)
+    chords = np.zeros((6, table.chords.shape[1], solution.o.shape[1]))
+    for number, statics in enumerate(solution.statics):
+        total = solution.total_chord_wrenches(number)
+        for position, limb in enumerate(statics.group.numbers):
+            chords[:, table.chords_of(limb)] = total[:, :, position].swapaxes(0, 1)
+    carried = np.einsum("jq,iqn->ijn", table.chords[which], chords)
+    carried += np.einsum("jw,iwn->ijn", table.outboard[which], solution.weights)
+    return table.reported[which][:, None] * move_wrench(carried, _arms(robot, solution, which))
+
+
+def joint_contributions(robot: Robot, solution: Solution) -> Array:
+    """Return the wrenches (6, J, S, N) by contribution; the weights of what hangs on the base belong to none."""
+    table, S = robot.joint_table, len(solution.sources)
+    chords = np.zeros((6, table.chords.shape[1], S + 1, solution.o.shape[1]))
+    for number, statics in enumerate(solution.statics):
+        parts = solution.chord_wrenches(number)
+        for position, limb in enumerate(statics.group.numbers):
+            chords[:, table.chords_of(limb), : parts.shape[2]] = parts[:, :, :, position].swapaxes(0, 1)
+    carried = np.einsum("jq,iqsn->ijsn", table.chords, chords)
+    place = {"base": S, "platform": 1} | {name: k for k, name in enumerate(solution.sources)}
+    own = np.array([place[owner] for owner in table.owners], dtype=np.intp)
+    carried[:, np.arange(len(own)), own] += np.einsum("jw,iwn->ijn", table.outboard, solution.weights)
+    wrenches = table.reported[:, None, None] * move_wrench(carried[:, :, :S], _arms(robot, solution)[:, :, None])
+    return _masked(wrenches, _open_wrenches(robot, solution))
+
+
+def drive_forces(robot: Robot, solution: Solution, wrenches: Array, names: Sequence[str] | None = None) -> dict[str, Array]:
+    """Return the force or torque (…, N) of each drive, positive along its coordinate, from joint wrenches (6, J, …, N).
+
+    A drive that other joints mimic moves them too: their forces count with their multipliers. ``names`` are those of the joints
+    that the wrenches belong to; None: all of the robot's joint table.
+    """
+    table = robot.joint_table
+    places = {name: k for k, name in enumerate(table.names if names is None else names)}
+
+    def along(joint: str) -> Array:
+        if joint not in places:
+            return np.zeros(wrenches.shape[2:])
+        connection = robot.mechanism.connections[joint]
+        axis = solution.frames.directions(np.array([connection.predecessor_body]), connection.axis_on(True)[:, None])[:, 0]
+        mine = wrenches[:, places[joint]]
+        part = mine[:3] if connection.kind == "prismatic" else mine[3:]
+        return np.asarray(table.signs[joint] * np.einsum("in,i...n->...n", axis, part))
+
+    forces = {name: along(name) for name in robot.description.driven}
+    for joint in robot.mechanism.connections.values():
+        if joint.mimic is not None:
+            forces[joint.mimic.joint] = forces[joint.mimic.joint] + joint.mimic.multiplier * along(joint.name)
+    return forces
+
+
+def _arms(robot: Robot, solution: Solution, which: slice | list[int] = slice(None)) -> Array:
+    table = robot.joint_table
+    return solution.frames.points(table.centre_body[which], table.centre[:, which]) - solution.o[:, None]
+
+
+def _masked(wrenches: Array, leeway: Array | None) -> Array:
+    """Return joint wrenches (6, J, …, N), NaN where one may change by something."""
+    if leeway is None:
+        return wrenches
+    unknown = np.max(np.abs(leeway), axis=(0, 2)) > _NOTHING
+    return np.where(unknown.reshape(unknown.shape[0], *(1,) * (wrenches.ndim - 3), unknown.shape[1]), np.nan, wrenches)
+
+
+def _open_wrenches(robot: Robot, solution: Solution, joints: Sequence[int] | None = None) -> Array | None:
+    """Return the ways (6, J, K, N) in which rigid parts leave joint wrenches open, each of the size 1; None if there are none."""
+    table, N = robot.joint_table, solution.o.shape[1]
+    # what rigid limbs leave open between them changes the forces of several limbs together
+    shared = np.zeros((6, table.chords.shape[1], max((item.shape[1] for item in solution.open), default=0), N))
+    ways = [shared]
+    for number, statics in enumerate(solution.statics):
+        together = np.einsum("mkign,iagn->mkagn", statics.chords, solution.open[number])
+        loose = np.zeros((6, table.chords.shape[1], statics.loose.shape[2], N))
+        for position, limb in enumerate(statics.group.numbers):
+            which = table.chords_of(limb)
+            shared[:, which, : together.shape[2]] = together[:, :, :, position].swapaxes(0, 1)
+            loose[:, which] = statics.loose[:, :, :, position].swapaxes(0, 1)
+        ways.append(loose)
+    ways = [way for way in ways if np.any(way)]
+    if not ways:
+        return None
+    carried = np.einsum("jq,iqan->ijan", table.chords, np.concatenate(ways, axis=2))
+    moved = move_wrench(carried, _arms(robot, solution)[:, :, None])
+    sizes = np.maximum(np.abs(moved[:3]), np.abs(moved[3:]) / robot.length).max(axis=(0, 1))
+    moved = moved / np.where(sizes > 0, sizes, 1.0)
+    return moved if joints is None else moved[:, list(joints)]

@@ -1,0 +1,77 @@
+"""Poses at which a limb is not what it is elsewhere: its joints become dependent, so that it carries more wrenches.
+
+Ranks and bases belong to the robot (``docs/method.md``, section 2). Where a limb is stretched, or two of its axes fall together,
+its passive joints allow one motion less, and it resists one wrench more. Such a limb is decided about at that very pose.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from kinetostatics.limbs import force_method
+from kinetostatics.limbs.basis_choice import rank
+from kinetostatics.limbs.group import LimbGroup
+from kinetostatics.limbs.grouping import decided_at
+from kinetostatics.limbs.statics import LimbStatics
+from kinetostatics.math.arrays import Array
+from kinetostatics.mechanism.tree import Frames
+
+if TYPE_CHECKING:
+    from kinetostatics.robot import Robot
+
+
+def groups_of_poses(robot: Robot, frames: Frames, o: Array, statics: tuple[LimbStatics, ...]) -> dict[int, tuple[LimbGroup, ...]]:
+    """Return the limbs' groups for every pose at which they are others than at generic poses.
+
+    Args:
+        robot: the robot.
+        frames, o: N poses.
+        statics: of the usual groups there.
+    """
+    doubtful = np.zeros(o.shape[1], dtype=bool)
+    for item in statics:
+        doubtful |= np.any(item.doubtful, axis=0)
+    found = {}
+    for pose in np.flatnonzero(doubtful & np.all(np.isfinite(o), axis=0)).tolist():
+        here = Frames(frames.rotation[..., pose : pose + 1], frames.position[..., pose : pose + 1])
+        changed = {number for item in statics for number in _changed(item, here, o[:, pose : pose + 1], pose)}
+        if changed:
+            found[pose] = tuple(group for item in statics for group in _regrouped(robot, item.group, changed, here))
+    return found
+
+
+def _changed(item: LimbStatics, frames: Frames, o: Array, pose: int) -> list[int]:
+    """Return the numbers of a group's limbs whose ranks at one pose are not those at generic poses."""
+    group, tolerance = item.group, item.group.robot.rank_tolerance
+    places = np.flatnonzero(item.doubtful[:, pose]).tolist()
+    if not places:
+        return []
+    geometry = group.geometry(frames, o)
+    if group.is_serial:
+        usual = (6 - len(group.basis.constraint), len(group.basis.carried))
+    else:
+        assert group.plan is not None
+        usual = (len(group.plan.joints), len(group.plan.platform))
+        A = group.joint_equations(geometry)
+    found = []
+    for place in places:
+        twists = geometry.twists[:, :, place, 0] / group.twist_scale[::-1, :, 0, 0]
+        if group.is_serial:
+            ranks = rank(twists[:, group.passive], tolerance)[0], rank(twists[:, group.platform_joint], tolerance)[0]
+        else:
+            ranks = force_method.ranks(A[:, :, place], group.platform_sum, tolerance)
+        if ranks != usual:
+            found.append(group.numbers[place])
+    return found
+
+
+def _regrouped(robot: Robot, group: LimbGroup, changed: set[int], frames: Frames) -> list[LimbGroup]:
+    """Return the limbs of a group, those that have changed decided about at one pose."""
+    if not changed.intersection(group.numbers):
+        return [group]
+    return [
+        decided_at(robot, number, frames) if number in changed else group.alone(place)
+        for place, number in enumerate(group.numbers)
+    ]

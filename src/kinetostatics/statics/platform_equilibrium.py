@@ -1,0 +1,247 @@
+"""The platform held by its limbs: Eqs. (11) and (12) for any right-hand sides, elastic and rigid limbs together.
+
+A limb with compliance C along its wrenches J contributes J C⁻¹ Jᵀ to the stiffness. Along the directions in which a limb is
+rigid the platform can only move as they allow (the saddle form of ``docs/method.md``, section 6).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.limbs.statics import LimbStatics
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.linalg import Cholesky, correlation
+
+if TYPE_CHECKING:
+    from kinetostatics.robot import Robot
+
+
+#: Smallest pivot of the scaled stiffness, whose entries differ by orders of magnitude: mere rounding.
+SINGULAR = 1e-14
+#: Part of the loads up to which Eq. (5) may stay unbalanced by rounding.
+_BALANCED = 1e-12
+#: Relative singular value below which rigid wrenches count as dependent.
+_DEPENDENT = 1e-9
+
+
+@dataclass(frozen=True)
+class _Split:
+    """Wrenches of partly rigid limbs: W = rigid μ + soft ν, with the compliances of ν; arrays (g, N, …)."""
+
+    rigid: Array  # (g, N, n, r)
+    soft: Array  # (g, N, n, n - r)
+    stiffness: Array  # (g, N, n - r)
+    J: Array  # (g, N, 6, n)
+
+
+class PlatformEquilibrium:
+    """Operators of one chunk of N poses, ready for right-hand sides.
+
+    Attributes:
+        scale: (6,) factors that make wrenches comparable.
+        compliance, stiffness: (6, 6, N) at o; the stiffness is NaN where rigid limbs make it infinite.
+        singular: (N,) whether the platform can still move.
+        indeterminate: (N,) whether rigid limbs leave open how they share their forces.
+        undetermined: for each group (n_c, g, N) whether an intensity cannot be determined.
+        open: for each group (n_c, k, g, N) how intensities may change together without the platform feeling it.
+    """
+
+    def __init__(self, robot: Robot, statics: tuple[LimbStatics, ...], N: int) -> None:
+        self._statics = statics
+        self.scale = np.array([1.0] * 3 + [1 / robot.length] * 3)
+        K = np.zeros((6, 6, N))
+        self._factors: list[Cholesky | _Split | None] = []
+        self._halves: list[Array | None] = []
+        for item in statics:
+            half: Array | None = None
+            if item.J_c.shape[1] == 0:
+                self._factors.append(None)
+            elif item.group.rigid_directions:
+                split = _split(item)
+                self._factors.append(split)
+                soft = split.J @ split.soft
+                K += np.einsum("gnik,gnk,gnjk->ijn", soft, split.stiffness, soft)
+            else:
+                factor = Cholesky(item.C)
+                self._factors.append(factor)
+                half = factor.forward(np.swapaxes(item.J_c, 0, 1))
+                K += np.einsum("kign,kjgn->ijn", half, half)
+            self._halves.append(half)
+        self._K = K
+        splits = [factor for factor in self._factors if isinstance(factor, _Split)]
+        self._rigid = _RigidPart(K, splits, self.scale) if splits else None
+        self.undetermined = [np.zeros((*item.J_c.shape[1:],), dtype=bool) for item in statics]
+        self.open = [np.zeros((item.J_c.shape[1], 0, *item.J_c.shape[2:])) for item in statics]
+        if self._rigid is not None:
+            self.compliance, self.singular, self.indeterminate = self._rigid.compliance, self._rigid.singular, self._rigid.loose
+            self.stiffness = np.full_like(K, np.nan)
+            places = [k for k, factor in enumerate(self._factors) if isinstance(factor, _Split)]
+            for k, directions, split in zip(places, self._rigid.open(splits), splits, strict=True):
+                size = np.moveaxis(np.sqrt(np.sum(split.rigid**2, axis=-1)), -1, 0)
+                self.undetermined[k] = np.max(np.abs(directions), axis=1, initial=0.0) > _DEPENDENT * np.where(
+                    size > 0, size, 1.0
+                )
+                self.open[k] = directions
+        else:
+            self.compliance, self.singular = _invert(K, self.scale)
+            self.stiffness, self.indeterminate = K, np.zeros(N, dtype=bool)
+
+    def solve(self, right: Array, strains: Sequence[Array]) -> tuple[Array, list[Array]]:
+        """Return the twists (6, S, N) and intensities, for each group (n_c, S, g, N).
+
+        Args:
+            right: (6, S, N) what the world puts on the platform, less what it puts on the limbs whatever their intensities.
+            strains: for each group (n_c, S, g, N) what the limbs' ends move along their wrenches without any intensity.
+        """
+        total = np.array(right)
+        for item, factor, half, strain in zip(self._statics, self._factors, self._halves, strains, strict=True):
+            if isinstance(factor, _Split):
+                soft = factor.J @ factor.soft
+                total += np.einsum("gnia,gna,gnka,ksgn->isn", soft, factor.stiffness, factor.soft, strain, optimize=True)
+            elif half is not None and isinstance(factor, Cholesky) and np.any(strain):
+                for s in np.flatnonzero(np.any(strain, axis=(0, 2, 3))):
+                    total[:, s] += np.einsum("kign,kgn->in", half, factor.forward(strain[:, s, None])[:, 0])
+            del item
+        splits = [factor for factor in self._factors if isinstance(factor, _Split)]
+        if self._rigid is None:
+            twists = np.einsum("ijn,jsn->isn", self.compliance, total)
+            multipliers: list[Array] = []
+        else:
+            given = [strain for strain, factor in zip(strains, self._factors, strict=True) if isinstance(factor, _Split)]
+            twists, multipliers = self._rigid.solve(total, splits, given)
+        intensities = self._intensities(twists, strains, multipliers)
+        if self._rigid is None:
+            self._refine(right, twists, intensities)
+        return twists, intensities
+
+    def _intensities(self, twists: Array, strains: Sequence[Array], multipliers: list[Array]) -> list[Array]:
+        """Return W_ic by Eq. (11)."""
+        rest = iter(multipliers)
+        result: list[Array] = []
+        for item, factor, strain in zip(self._statics, self._factors, strains, strict=True):
+            if factor is None:
+                result.append(np.zeros_like(strain))
+                continue
+            pull = np.einsum("kign,ksn->isgn", item.J_c, twists) - strain
+            if isinstance(factor, Cholesky):
+                result.append(factor.solve(pull))
+                continue
+            W = np.einsum("gnia,gna,gnka,ksgn->isgn", factor.soft, factor.stiffness, factor.soft, pull, optimize=True)
+            result.append(W + np.einsum("gnir,rsgn->isgn", factor.rigid, next(rest)))
+        return result
+
+    def _refine(self, right: Array, twists: Array, intensities: list[Array]) -> None:
+        """Let the platform move, in place, by what rounding has left unbalanced of Eq. (5)."""
+        left = right
+        for item, W in zip(self._statics, intensities, strict=True):
+            left = left - np.einsum("kign,isgn->ksn", item.J_c, W)
+        sizes = np.max(np.abs(right), axis=(1, 2), initial=0.0)
+        if np.all(np.max(np.abs(left), axis=(1, 2), initial=0.0) <= _BALANCED * np.maximum(sizes, np.max(sizes) * self.scale)):
+            return
+        step = np.einsum("ijn,jsn->isn", self.compliance, left)
+        twists += step
+        for item, W, factor in zip(self._statics, intensities, self._factors, strict=True):
+            if isinstance(factor, Cholesky):
+                W += factor.solve(np.einsum("kign,ksn->isgn", item.J_c, step))
+
+
+def _split(item: LimbStatics) -> _Split:
+    """Split the wrenches of partly rigid limbs by the eigenvectors of their compliance."""
+    scaled, unit = correlation(np.moveaxis(item.C, (0, 1), (-2, -1)))
+    values, vectors = np.linalg.eigh(scaled)
+    combined = unit[..., :, None] * vectors
+    r = item.group.rigid_directions
+    return _Split(
+        combined[..., :r],
+        combined[..., r:],
+        1 / np.maximum(values[..., r:], 1e-300),
+        np.moveaxis(item.J_c, (2, 3), (0, 1)),
+    )
+
+
+def _invert(K: Array, scale: Array) -> tuple[Array, NDArray[np.bool_]]:
+    """Return the compliance (6, 6, N) of a stiffness, and where (N,) there is none."""
+    factor = Cholesky(K * scale[:, None, None] * scale[None, :, None])
+    unit = np.broadcast_to(np.eye(6)[:, :, None], K.shape)
+    compliance = factor.solve(unit) * scale[:, None, None] * scale[None, :, None]
+    return (compliance + np.swapaxes(compliance, 0, 1)) / 2, ~np.asarray(factor.smallest_pivot > SINGULAR)
+
+
+class _RigidPart:
+    """The motions that rigid wrenches leave the platform, and what those wrenches must carry; arrays (N, …), scaled."""
+
+    def __init__(self, K: Array, splits: list[_Split], scale: Array) -> None:
+        self.scale = scale
+        columns = [np.moveaxis(split.J @ split.rigid, 0, 2) for split in splits]  # (N, 6, g, r)
+        J = np.concatenate([column.reshape(*column.shape[:2], -1) for column in columns], axis=2) * scale[:, None]
+        N = J.shape[0]
+        finite = np.all(np.isfinite(J), axis=(1, 2))
+        J = np.where(finite[:, None, None], J, 0.0)
+        self.sizes = np.sqrt(np.sum(J * J, axis=1))
+        self.sizes = np.where(self.sizes > 0, self.sizes, 1.0)
+        self.U, values, self.V = np.linalg.svd(J / self.sizes[:, None], full_matrices=True)
+        self.rank = np.sum(values > _DEPENDENT * values[:, :1], axis=1)
+        self.K = np.nan_to_num(np.moveaxis(K, 2, 0) * np.outer(scale, scale))
+        self.inverse, self.singular = np.zeros((N, 6, 6)), ~finite
+        self.gain = np.zeros((N, J.shape[2], 6))  # multipliers per unit wrench that the rigid part must carry
+        self.free: list[Array] = []
+        unknown = np.zeros((N, J.shape[2], J.shape[2]))
+        for rank in np.unique(self.rank):
+            which = self.rank == rank
+            U, V, motions = self.U[which], self.V[which], self.U[which][:, :, rank:]
+            reduced = np.swapaxes(motions, 1, 2) @ self.K[which] @ motions
+            bad = np.zeros(int(which.sum()), dtype=bool)
+            if rank < 6:
+                largest = np.max(np.einsum("nii->ni", self.K[which]), axis=1)
+                bad = ~(np.linalg.eigvalsh(reduced)[:, 0] > 100 * SINGULAR * largest)
+                reduced = np.where(bad[:, None, None], np.eye(6 - rank), reduced)
+                self.inverse[which] = motions @ np.linalg.solve(reduced, np.swapaxes(motions, 1, 2))
+            self.gain[which] = np.swapaxes(V[:, :rank], 1, 2) / values[which][:, None, :rank] @ np.swapaxes(U[:, :, :rank], 1, 2)
+            unknown[which, :, : J.shape[2] - rank] = np.swapaxes(V[:, rank:], 1, 2)
+            self.singular[which] |= bad
+        self.unknown = unknown / self.sizes[:, :, None]
+        self.loose = np.any(np.abs(unknown) > _DEPENDENT, axis=(1, 2))
+        self.compliance = np.moveaxis(self.inverse * np.outer(scale, scale), 0, 2)
+
+    def open(self, splits: list[_Split]) -> list[Array]:
+        """Return for each partly rigid group (n_c, k, g, N) the changes of intensities that the rigid wrenches leave open."""
+        result, at = [], 0
+        for split in splits:
+            g, N, _, r = split.rigid.shape
+            part = self.unknown[:, at : at + g * r].reshape(N, g, r, -1)
+            result.append(np.einsum("gnir,ngrk->ikgn", split.rigid, part))
+            at += g * r
+        return result
+
+    def solve(self, right: Array, splits: list[_Split], strains: list[Array]) -> tuple[Array, list[Array]]:
+        """Return twists (6, S, N), and for each partly rigid group the multipliers (r, S, g, N) of its rigid wrenches."""
+        force = np.moveaxis(right * self.scale[:, None, None], 2, 0)
+        given = []
+        for split, strain in zip(splits, strains, strict=True):
+            along, size = (
+                np.einsum("gnir,isgn->ngrs", *pair) for pair in ((split.rigid, strain), (abs(split.rigid), abs(strain)))
+            )
+            given.append(np.where(np.abs(along) > _DEPENDENT * size, along, 0.0))  # along rigid directions nothing sags
+        wanted = np.concatenate([part.reshape(part.shape[0], -1, part.shape[3]) for part in given], axis=1)
+        wanted = wanted / self.sizes[:, :, None]
+        shift = np.swapaxes(self.gain, 1, 2) @ wanted
+        moved = shift + self.inverse @ (force - self.K @ shift)
+        multipliers = self.gain @ (force - self.K @ moved)
+        if np.any(wanted):
+            # rigid limbs cannot follow misfits that contradict one another
+            null = np.einsum("nra,nrs->nas", self.unknown * self.sizes[:, :, None], wanted)
+            against = np.max(np.abs(null), axis=1, initial=0.0) > _DEPENDENT * np.max(np.abs(wanted), axis=1, initial=0.0)
+            moved = np.where(against[:, None], np.nan, moved)
+            multipliers = np.where(against[:, None], np.nan, multipliers)
+        multipliers = multipliers / self.sizes[:, :, None]
+        parts, at = [], 0
+        for split in splits:
+            g, N, _, r = split.rigid.shape
+            parts.append(multipliers[:, at : at + g * r].reshape(N, g, r, -1).transpose(2, 3, 1, 0))
+            at += g * r
+        return np.moveaxis(moved, 0, 2) * self.scale[:, None, None], parts

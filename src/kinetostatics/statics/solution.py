@@ -1,0 +1,295 @@
+"""Platform equilibrium of one chunk of poses, Eqs. (11), (12): limbs, loads and gravity → twist, intensities and chord wrenches.
+
+Everything here has the batch axis last; :mod:`kinetostatics.results.result` turns it for people.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.limbs.group import LimbGroup
+from kinetostatics.limbs.statics import LimbStatics, limb_statics
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.linalg import definite, normalize
+from kinetostatics.mechanism.tree import Frames
+from kinetostatics.printing.mappings import ShortRepr
+from kinetostatics.statics.assembly_errors import Misfits
+from kinetostatics.statics.platform_equilibrium import PlatformEquilibrium
+
+if TYPE_CHECKING:
+    from kinetostatics.robot import Robot
+
+
+#: Smallest eigenvalue of the Gram matrix of all unit wrenches (a squared sine) above which the platform counts as held.
+HELD = 1e-12
+#: Largest part of a limb's weight that may stay unbalanced on its passive joints.
+UNBALANCED = 1e-7
+
+
+@dataclass(frozen=True, repr=False)
+class Solution(ShortRepr):
+    """Equilibrium of one chunk of N poses; wrenches about o, world axes.
+
+    Attributes:
+        frames, o, gravity: the poses, o (3, N) [m], and the field (3, N) [m/s²].
+        weights: (6, W, N) the robot's weights [N, N·m].
+        statics: the groups of limbs.
+        misfits: what joints and beams are off by, and ``errors`` for each group (6, elements, g, N) or None.
+        errors: see ``misfits``.
+        sources: names of the twist's contributions.
+        twists: (6, S, N) contributions to the twist [m, rad], Eq. (12).
+        compliance, stiffness: (6, 6, N).
+        intensities: for each group W_ic of each contribution (n_c, S, g, N), Eq. (11).
+        load, platform_weight: (6, N) external load and weight of the platform [N, N·m].
+        singular: (N,) whether the platform or a limb can still move: no number means anything.
+        indeterminate: (N,) whether rigid limbs or rings leave forces open.
+        basis_degenerate: (N,) whether the readable wrench basis of a limb degenerates.
+        undetermined: for each group (n_c, g, N) whether an intensity cannot be determined.
+        open: for each group (n_c, k, g, N) how intensities may change together without the platform feeling it.
+        unbalanced: for each limb or dead weight, how much of its weight its passive joints cannot carry (N,).
+    """
+
+    frames: Frames
+    o: Array
+    gravity: Array
+    weights: Array
+    statics: tuple[LimbStatics, ...]
+    misfits: Misfits | None
+    errors: tuple[Array | None, ...]
+    sources: tuple[str, ...]
+    twists: Array
+    compliance: Array
+    stiffness: Array
+    intensities: tuple[Array, ...]
+    load: Array
+    platform_weight: Array
+    singular: NDArray[np.bool_]
+    indeterminate: NDArray[np.bool_]
+    basis_degenerate: NDArray[np.bool_]
+    undetermined: tuple[NDArray[np.bool_], ...]
+    open: tuple[Array, ...]
+    unbalanced: Mapping[str, Array]
+
+    @cached_property
+    def places(self) -> Mapping[str, tuple[int, int]]:
+        """The group of every limb, and its position there, by name."""
+        return {
+            limb.name: (number, position)
+            for number, item in enumerate(self.statics)
+            for position, limb in enumerate(item.group.limbs)
+        }
+
+    def share(self, group: LimbGroup, strains: bool = False) -> Array:
+        """Return (S, g, 1): 1 for the contribution that the forces of each limb's own weight belong to.
+
+        What hangs on the base alone contributes to nothing: its place is one behind all sources.
+
+        Args:
+            group: of limbs.
+            strains: instead, for the contribution that the strains which these forces cause belong to; it is another one after
+                :func:`by_mechanism`.
+        """
+        hanging_on_base = group.is_hanging and not group.limbs[0].on_platform
+        share = np.zeros((len(self.sources) + hanging_on_base, len(group.limbs), 1))
+        for position, number in enumerate(group.numbers):
+            if group.is_hanging:
+                place = len(self.sources) if hanging_on_base else 1
+            else:
+                place = self.place_of_strains(number) if strains else 2 + number
+            share[place, position] = 1
+        return share
+
+    def place_of_strains(self, limb: int) -> int:
+        """Return which contribution the strains belong to that a limb's own weight causes in it."""
+        deformation = of_deformation(self.sources[2 + limb])
+        return self.sources.index(deformation) if deformation in self.sources else 2 + limb
+
+    def chord_wrenches(self, number: int, strains: bool = False) -> Array:
+        """Return the chord wrenches (M, 6, S, g, N) of each contribution in a group of limbs; ``strains``: see :meth:`share`."""
+        statics = self.statics[number]
+        share = self.share(statics.group, strains)
+        intensities = self.intensities[number]
+        if share.shape[0] > intensities.shape[1]:
+            intensities = np.concatenate([intensities, np.zeros_like(intensities[:, :1])], axis=1)
+        total = np.einsum("mkign,isgn->mksgn", statics.chords, intensities)
+        total += share * statics.particular[:, :, None]
+        if "misfit" in self.sources:
+            total[:, :, self.sources.index("misfit")] += statics.misfit_chords
+        return total
+
+    def total_chord_wrenches(self, number: int) -> Array:
+        """Return the chord wrenches (M, 6, g, N) of all contributions together in a group of limbs."""
+        statics = self.statics[number]
+        total = np.einsum("mkign,ign->mkgn", statics.chords, self.intensities[number].sum(axis=1))
+        total += statics.particular
+        if "misfit" in self.sources:
+            total += statics.misfit_chords
+        return total
+
+
+def solve(
+    robot: Robot,
+    frames: Frames,
+    load: Array,
+    gravity: Array,
+    misfits: Misfits | None = None,
+    groups: tuple[LimbGroup, ...] | None = None,
+) -> Solution:
+    """Solve Eq. (12) for N poses.
+
+    Args:
+        robot: the robot.
+        frames: of all bodies.
+        load: (6, N) external load about o [N, N·m].
+        gravity: (3, N) [m/s²].
+        misfits: what joints and beams are off by.
+        groups: the limbs; None: as they are at generic poses.
+    """
+    _, o = robot.solver.platform_pose(frames)
+    weights = robot.weights.wrenches(frames, o, gravity)
+    groups = robot.limb_groups if groups is None else groups
+    errors = tuple(None if misfits is None else misfits.of(group, frames, o) for group in groups)
+    statics = tuple(limb_statics(group, frames, o, weights, gravity, error) for group, error in zip(groups, errors, strict=True))
+    platform_weight = weights[:, robot.weights.of("platform")].sum(axis=1)
+    sources = ("load", "platform_weight", *(limb.name for limb in robot.topology.limbs))
+    if misfits is not None:
+        sources += ("misfit",)
+    balance = PlatformEquilibrium(robot, statics, o.shape[1])
+    twists, intensities = balance.solve(*_by_contribution(sources, statics, load, platform_weight))
+    unbalanced = _unbalanced(robot, frames, o, weights, statics)
+    return Solution(
+        frames=frames,
+        o=o,
+        gravity=gravity,
+        weights=weights,
+        statics=statics,
+        misfits=misfits,
+        errors=errors,
+        sources=sources,
+        twists=twists,
+        compliance=balance.compliance,
+        stiffness=balance.stiffness,
+        intensities=tuple(intensities),
+        load=load,
+        platform_weight=platform_weight,
+        singular=_singular(statics, balance, unbalanced),
+        indeterminate=balance.indeterminate | _of_any_limb([np.any(item.loose, axis=(0, 1, 2)) for item in statics], o.shape[1]),
+        basis_degenerate=_of_any_limb([item.degenerate for item in statics], o.shape[1]),
+        undetermined=tuple(balance.undetermined),
+        open=tuple(balance.open),
+        unbalanced=unbalanced,
+    )
+
+
+def by_mechanism(robot: Robot, solution: Solution) -> Solution:
+    """Return the same equilibrium with every limb's own weight in two parts: how it acts on the platform.
+
+    A limb's contribution is what its attached wrenches do, −C J_ig W_ig of Eq. (12), with the name of the limb; what its beams'
+    and springs' deformation does, C J_ic K_ic Δ_igc, is one more contribution, with the name from :func:`of_deformation`.
+    The forces that hold the limb's own weight belong to the first, the strains that they cause in the limb to the second.
+    """
+    limbs = [limb.name for limb in robot.topology.limbs]
+    if solution.sources[2 + len(limbs) : 2 + 2 * len(limbs)] == tuple(map(of_deformation, limbs)):
+        return solution  # it has been done
+    balance = PlatformEquilibrium(robot, solution.statics, solution.o.shape[1])
+    sources = (*solution.sources[: 2 + len(limbs)], *map(of_deformation, limbs), *solution.sources[2 + len(limbs) :])
+    right, strains = _by_contribution(solution.sources, solution.statics, solution.load, solution.platform_weight)
+    first, last = slice(2, 2 + len(limbs)), 2 + len(limbs)
+    right = np.concatenate([right[:, :last], np.zeros_like(right[:, first]), right[:, last:]], axis=1)
+    moved = []
+    for strain in strains:
+        none = np.zeros_like(strain[:, first])
+        moved.append(np.concatenate([strain[:, :2], none, strain[:, first], strain[:, last:]], axis=1))
+    twists, intensities = balance.solve(right, moved)
+    return replace(solution, sources=sources, twists=twists, intensities=tuple(intensities))
+
+
+def of_deformation(limb: str) -> str:
+    """Return the name of what a limb's own weight does by deforming the limb."""
+    return f"deformation of {limb}"
+
+
+def unit_chords(robot: Robot, solution: Solution) -> list[Array]:
+    """Return for each group the chord wrenches (M, 6, 6, g, N) under unit loads at o, world axes."""
+    N = solution.o.shape[1]
+    balance = PlatformEquilibrium(robot, solution.statics, N)
+    none = [np.zeros((item.J_c.shape[1], 6, *item.J_c.shape[2:])) for item in solution.statics]
+    _, intensities = balance.solve(np.broadcast_to(np.eye(6)[:, :, None], (6, 6, N)), none)
+    return [np.einsum("mkign,isgn->mksgn", item.chords, W) for item, W in zip(solution.statics, intensities, strict=True)]
+
+
+def _by_contribution(
+    sources: tuple[str, ...], statics: Iterable[LimbStatics], load: Array, platform_weight: Array
+) -> tuple[Array, list[Array]]:
+    """Return the right-hand sides of Eqs. (12) and (11), a column for each contribution.
+
+    Returns:
+        What the world puts on the platform, less the limbs' attached wrenches (6, S, N); and for each group what sag and misfits
+        move its limbs' ends along their wrenches (n_c, S, g, N).
+    """
+    right = np.zeros((6, len(sources), load.shape[1]))
+    right[:, 0], right[:, 1] = load, platform_weight
+    strains = []
+    for item in statics:
+        strain = np.zeros((item.J_c.shape[1], len(sources), *item.J_c.shape[2:]))
+        if not item.group.is_hanging:
+            for position, number in enumerate(item.group.numbers):
+                right[:, 2 + number] -= item.R_g[:, position]
+                if item.group.rigid_directions < len(strain):  # else nothing sags: what there is, is rounding
+                    strain[:, 2 + number, position] = item.sag[:, position]
+        if sources[-1] == "misfit":
+            strain[:, -1] = item.misfit
+        strains.append(strain)
+    return right, strains
+
+
+# ---- what has no answer ----------------------------------------------------------------------------------------------
+
+
+def _singular(statics: Iterable[LimbStatics], balance: PlatformEquilibrium, unbalanced: Mapping[str, Array]) -> NDArray[np.bool_]:
+    """Return where (N,) the platform can still move, or a limb cannot hold its weight."""
+    singular = balance.singular | ~_held(statics, balance.scale, len(balance.singular))
+    for part in unbalanced.values():
+        singular = singular | (part > UNBALANCED)
+    return singular
+
+
+def _of_any_limb(groups: Sequence[NDArray[np.bool_]], N: int) -> NDArray[np.bool_]:
+    """Return where (N,) something is true of a limb, from whether it is of each limb (g, N) of the groups."""
+    found = np.zeros(N, dtype=bool)
+    for group in groups:
+        found |= np.any(group, axis=0)
+    return found
+
+
+def _held(statics: Iterable[LimbStatics], scale: Array, N: int) -> NDArray[np.bool_]:
+    """Return where (N,) the limbs' wrenches hold the platform: the smallest eigenvalue of their Gram matrix tells."""
+    gram = np.zeros((6, 6, N))
+    for item in statics:
+        unit = normalize(item.J_c * scale[:, None, None, None])
+        gram += np.einsum("ikgn,jkgn->ijn", unit, unit)
+    return definite(gram, HELD)
+
+
+def _unbalanced(robot: Robot, frames: Frames, o: Array, weights: Array, statics: Iterable[LimbStatics]) -> dict[str, Array]:
+    """Return, by limb and dead weight, the part (N,) of its weight that its passive joints cannot carry."""
+    result: dict[str, Array] = {}
+    for item in statics:
+        for position, limb in enumerate(item.group.limbs):
+            own = weights[:3, robot.weights.of(limb.name)]
+            total = np.sqrt(np.sum(own**2, axis=0)).sum(axis=0)
+            left = np.max(np.abs(item.unbalanced[:, position]), axis=0, initial=0.0)
+            result[limb.name] = np.maximum(result.get(limb.name, 0.0), left / np.where(total > 0, total, 1.0))
+    for branch in robot.branches:
+        carried = np.einsum("w,iwn->in", branch.outboard, weights)
+        total = np.sqrt(np.sum((weights[:3] * branch.outboard[:, None]) ** 2, axis=0)).sum(axis=0)
+        power = np.abs(np.einsum("ikn,in->kn", branch.twists(frames, o), carried)) / branch.scale[:, None]
+        part = np.max(power, axis=0, initial=0.0) / np.where(total > 0, total, 1.0)
+        result[branch.owner] = np.maximum(result.get(branch.owner, 0.0), part)
+    return result

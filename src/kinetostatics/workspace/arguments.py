@@ -1,0 +1,182 @@
+"""From the arguments of a sweep to its plan, with all complaints about them."""
+
+from __future__ import annotations
+
+import importlib.util
+import itertools
+import os
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kinetostatics.analysis import analyze
+from kinetostatics.argument_checks import check_choice, check_mapping, positive
+from kinetostatics.description.units import find_unit
+from kinetostatics.exceptions import ArgumentError, KinetostaticsError
+from kinetostatics.files.bundled import robot_path
+from kinetostatics.files.parameter_units import check_parameter_units
+from kinetostatics.kinematics.unit_hints import odd_coordinates
+from kinetostatics.math.orientation import orientation_named
+from kinetostatics.robot import Robot, load_robot
+from kinetostatics.statics.assembly_errors import parse_misfits
+from kinetostatics.workspace import provenance
+from kinetostatics.workspace.assembling import assemble
+from kinetostatics.workspace.grid import Axis, Field, coordinate_units, read_field, split_values
+from kinetostatics.workspace.plan import Plan, Source, saying
+
+#: Robots that are built before anything is computed, at most.
+TRIED = 50
+
+
+def need(package: str, *more: str, extra: str = "sweep") -> None:
+    """See to it that packages are there.
+
+    Raises:
+        KinetostaticsError: one is missing; the message says how to install it.
+    """
+    for name in (package, *more):
+        if importlib.util.find_spec(name) is None:
+            raise KinetostaticsError(f"this sweep needs {name}: pip install 'kinetostatics[{extra}]'")
+
+
+def read_plan(
+    robot: Any,
+    platform: Mapping[str, ArrayLike] | None,
+    actuators: Mapping[str, ArrayLike] | None,
+    orientation: str | None,
+    load: Any,
+    gravity: Any,
+    point: Any,
+    frame: str,
+    misfits: Mapping[str, Any] | None,
+    parameters: Mapping[str, Any] | None,
+    beams: bool,
+    tolerance: float,
+    ways: bool = False,
+    given_units: Mapping[str, str] | None = None,
+) -> tuple[Plan, Robot]:
+    """Return the plan of a sweep, and its first robot; the arguments are those of :func:`kinetostatics.sweep`.
+
+    Raises:
+        ArgumentError: one makes no sense.
+        RobotFileError: the robot's file is wrong.
+    """
+    if platform is not None and actuators is not None:
+        raise ArgumentError("give either platform= or actuators=, not both")
+    check_choice("frame", frame, ("world", "platform"))
+    for what, value in (("load", load), ("gravity", gravity)):
+        if value is None:
+            raise ArgumentError(f"{what} is None; it must be an array of numbers")
+    varying, constants = split_values("parameters", {} if parameters is None else parameters, "parameter")
+    start = {**constants, **{axis.name: axis.values[0].item() for axis in varying}}
+    with saying({axis.name: start[axis.name] for axis in varying}):
+        first, source = _source(robot, start, bool(varying))
+    varying = _with_units(varying, source.path, start, given_units)
+    kind = "platform" if platform is not None else "actuators"
+    given = platform if platform is not None else actuators
+    if given is None:
+        given = dict.fromkeys(first.description.driven, 0.0)
+    if misfits is not None:
+        parse_misfits(first, misfits)
+    check_mapping(kind, given, '{"z": [0.4, 0.5, 0.6]}')
+    orientation_named(orientation)
+    units = coordinate_units(first, kind, list(given))
+    coordinates, held = split_values(kind, given, "coordinate", units)
+    fields, cases = _fields({"load": (load, 6), "gravity": (gravity, 3), "point": (point, 3)}, [*varying, *coordinates])
+    plan = Plan(
+        source,
+        kind,
+        (*varying, *cases, *coordinates),
+        held,
+        constants if parameters else {},
+        orientation,
+        fields["load"],
+        fields["gravity"],
+        fields.get("point"),
+        frame,
+        misfits,
+        positive("tolerance", tolerance, "a positive length [m] and angle [rad]", infinite=True),
+        bool(beams),
+        bool(ways),
+        provenance.versions(),
+    )
+    plan.keep((0,) * len(varying), first)
+    return plan, first
+
+
+def _with_units(varying: Sequence[Axis], path: str, start: Mapping[str, Any], given: Mapping[str, str] | None) -> list[Axis]:
+    """Return the axes of parameters with units, as far as these are known, having looked at units that are given."""
+    given = {} if given is None else given
+    check_mapping("parameter_units", given, '{"rod_diameter": "m"}')
+    for name, text in given.items():
+        known = find_unit(text) if isinstance(text, str) else None
+        if name not in start or known is None or known.size != 1:
+            raise ArgumentError(f"parameter_units: {name!r}: {text!r} is not the SI unit of one of parameters=")
+    names = [*dict.fromkeys([*given, *(axis.name for axis in varying)])]
+    units = check_parameter_units(path, start, {name: given.get(name, "") for name in names})
+    return [replace(axis, units=units[axis.name]) for axis in varying]
+
+
+def _source(robot: Any, parameters: Mapping[str, Any], varying: bool) -> tuple[Robot, Source]:
+    """Return the first robot, and where the others come from."""
+    if isinstance(robot, (str, os.PathLike)):
+        path = os.fspath(robot_path(robot))
+        found = load_robot(path, parameters)
+    elif parameters:
+        raise ArgumentError(
+            "parameters belong to the robot's file: give its path instead of a robot that is loaded already, with all values "
+            "that are not the file's own in parameters="
+        )
+    else:
+        found = robot if isinstance(robot, Robot) else Robot(robot)
+        path = found.description.path
+    description = found.description
+    files = provenance.files_of(description)
+    return found, Source(path, None if varying else description, files, provenance.text_digest(description))
+
+
+def _fields(given: Mapping[str, tuple[Any, int]], known: Sequence[Axis]) -> tuple[dict[str, Field], list[Axis]]:
+    """Return load, gravity and point, and the dimensions that they add to the grid."""
+    fields: dict[str, Field] = {}
+    cases: list[Axis] = []
+    for what, (value, size) in given.items():
+        if value is None:
+            continue
+        fields[what], axes = read_field(what, value, size)
+        for axis in axes:
+            same = next((item for item in (*known, *cases) if item.name == axis.name), None)
+            if same is None:
+                cases.append(axis)
+            elif not np.array_equal(same.values, axis.values):
+                raise ArgumentError(f"{what} varies along {axis.name!r}, but with other values than the grid has there")
+    return fields, cases
+
+
+def try_plan(plan: Plan, first: Robot) -> None:
+    """Let coordinates and vectors be complained about before anything is computed.
+
+    Raises:
+        CoordinatesError: coordinates are missing, unknown, or do not determine the pose.
+        ArgumentError: another argument makes no sense.
+    """
+    for hint in odd_coordinates(first, {**plan.held, **{axis.name: axis.values for axis in plan.axes_of("coordinate")}}):
+        warnings.warn(hint, stacklevel=3)
+    corner = plan.coordinates(tuple(slice(0, 1) for _ in plan.axes_of("coordinate")))
+    configuration = assemble(plan, first, corner)
+    analyze(configuration, frame=plan.frame, misfits=plan.misfits, on_failure="nan")
+
+
+def try_robots(plan: Plan) -> None:
+    """Let the robot's file be complained about with other parameters too, unless they are many.
+
+    Raises:
+        RobotFileError: the file is wrong with some of them.
+    """
+    combinations = list(itertools.islice(plan.combinations(), TRIED + 1))
+    if len(combinations) <= TRIED:
+        for combination in combinations:
+            plan.robot(combination)

@@ -1,0 +1,1 @@
+"""Poses of a map in another assembly mode: found, followed and mended."""

@@ -1,0 +1,168 @@
+"""The numbers of one block of the grid."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.analysis import analyze
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.results.gravity_ways import force_ways, twist_ways
+from kinetostatics.status import WITHOUT_NUMBERS, Status, status_of
+from kinetostatics.workspace.assembling import assemble
+from kinetostatics.workspace.grid import Block
+from kinetostatics.workspace.plan import Combination, Plan
+from kinetostatics.workspace.schema import NO_MODE, POSES, ROBOTS, ZERO_MODE, Labels, numbered, variables
+
+if TYPE_CHECKING:
+    from kinetostatics.kinematics.configuration import Configuration
+    from kinetostatics.results.result import Result
+
+Array = NDArray[Any]
+
+
+def compute_block(plan: Plan, labels: Labels, block: Block) -> dict[str, Array]:
+    """Return the variables of a block, each over the block's part of its dimensions.
+
+    Every pose is reached on the straight line from the zero pose; what grid neighbours say is another matter, see
+    :mod:`kinetostatics.workspace.assembly_modes.repair`.
+
+    Raises:
+        RobotFileError: the file is wrong for a combination of parameters.
+        ArgumentError: parameters change what the robot is made of.
+    """
+    cases, coordinates = plan.part(block, "case"), plan.part(block, "coordinate")
+    combinations = list(plan.combinations(block))
+    parts = []
+    for combination in combinations:
+        configuration = assemble(plan, plan.robot(combination), plan.coordinates(coordinates))
+        parts.append(pose_numbers(plan, labels, combination, configuration, cases, coordinates))
+    found = {}
+    for name, item in variables(labels).items():
+        lengths = [b.stop - b.start for b, axis in zip(block, plan.axes, strict=True) if axis.kind in item.kinds]
+        stacked = parts[0][name] if len(parts) == 1 else np.stack([part[name] for part in parts])
+        tail = stacked.shape[stacked.ndim - len(item.labels) :]
+        found[name] = stacked.reshape((*lengths, *tail))
+    return found
+
+
+def pose_numbers(
+    plan: Plan,
+    labels: Labels,
+    combination: Combination,
+    configuration: Configuration,
+    cases: Block,
+    coordinates: Block,
+    which: NDArray[np.intp] | None = None,
+) -> dict[str, Array]:
+    """Return the variables of poses (N,) of one robot, each (cases…, N, …) or (N, …).
+
+    Args:
+        plan: of the sweep.
+        labels: of the Dataset.
+        combination: the robot.
+        configuration: the poses.
+        cases: which cases of loads.
+        coordinates: the block of the coordinate axes in which the poses lie.
+        which: numbers of the poses in that block; None: all.
+    """
+    at = (*(slice(k, k + 1) for k in combination), *cases, *coordinates)
+    counts = tuple(piece.stop - piece.start for piece in cases)
+    count = int(np.prod([piece.stop - piece.start for piece in coordinates])) if coordinates else 1
+
+    def spread(values: Any) -> Any:
+        values = values.reshape(values.shape[len(combination) :])  # one robot
+        if any(size > 1 for size in values.shape[len(cases) : -1]):
+            full = np.broadcast_to(values, (*values.shape[: len(cases)], *_sizes(coordinates), values.shape[-1]))
+            values = full.reshape(*values.shape[: len(cases)], count, values.shape[-1])
+            return values if which is None else values[..., which, :]
+        return values.reshape(*values.shape[: len(cases)], 1, values.shape[-1])
+
+    result = analyze(
+        configuration,
+        spread(plan.load.of(plan.axes, at)),
+        spread(plan.gravity.of(plan.axes, at)),
+        point=None if plan.point is None else spread(plan.point.of(plan.axes, at)),
+        frame=plan.frame,
+        misfits=plan.misfits,
+        on_failure="nan",
+    )
+    return _extract(plan, labels, combination, result, (*counts, configuration.shape[0]))
+
+
+def _sizes(block: Block) -> tuple[int, ...]:
+    return tuple(piece.stop - piece.start for piece in block)
+
+
+def _extract(plan: Plan, labels: Labels, combination: Combination, result: Result, shape: tuple[int, ...]) -> dict[str, Array]:
+    configuration, robot = result.configuration, result.robot
+    if tuple(result.contributions) != labels.sources or robot.description.driven != labels.actuators:
+        raise ArgumentError(
+            f"with {_say(plan.parameters(combination))} the robot has other limbs or drives than with the first values of the "
+            "parameters; sweep such robots one by one"
+        )
+    first = (0,) * (len(shape) - 1)
+    pose = configuration.platform_coordinates(plan.orientation)
+    reached = configuration.status != Status.UNREACHABLE
+    facts = dict(result.facts)
+    found: dict[str, Array] = {
+        "status": result.status,
+        "mode": np.where(reached, ZERO_MODE, NO_MODE).astype(np.int8),
+        "twist": result.twist,
+        "contribution": np.stack([result.contributions[name] for name in labels.sources], axis=-2),
+        "stiffness": result.stiffness[first],
+        "compliance": result.compliance[first],
+        "platform_pose": np.stack([pose[name] for name in labels.pose], axis=-1),
+        "q": configuration.q,
+        "characteristic_length": np.array(robot.length),
+    }
+    if labels.actuators:
+        found["actuator_force"] = np.stack([result.actuator_forces[name] for name in labels.actuators], axis=-1)
+        position = np.stack([configuration.actuators[name] for name in labels.actuators], axis=-1)
+        found["actuator_position"] = np.where(reached[:, None], position, np.nan)
+    if labels.ways:
+        found["gravity_way"] = np.stack([twist_ways(result)[way] for way in labels.ways], axis=-2)
+    if labels.ways and labels.actuators:
+        forces, parts = force_ways(result), result.actuator_contributions
+        ways = [np.stack([forces[name][way] for way in labels.ways], axis=-1) for name in labels.actuators]
+        found["actuator_gravity_way"] = np.stack(ways, axis=-2)
+        split = [np.stack([parts[name][source] for source in labels.sources], axis=-1) for name in labels.actuators]
+        found["actuator_contribution"] = np.stack(split, axis=-2)
+    matches = True
+    for name, wanted, attribute in (
+        ("intensity", labels.wrenches, ("labels", "intensities")),
+        ("attached_intensity", labels.attached, ("attached_labels", "attached_intensities")),
+    ):
+        columns = {
+            (limb.name, label): getattr(limb, attribute[1])[..., k]
+            for limb in result.limbs.values()
+            for k, label in enumerate(numbered(getattr(limb, attribute[0])))
+        }
+        matches &= set(columns) == {(limb, label) for limb, label, _ in wanted}
+        if wanted:
+            nothing = np.full(shape, np.nan)
+            found[name] = np.stack([columns.get((limb, label), nothing) for limb, label, _ in wanted], axis=-1)
+    if not matches:  # the readable wrenches are others than those of the first robot
+        facts["basis_degenerate"] = ~np.isin(result.status, WITHOUT_NUMBERS)
+        found["status"] = status_of(result.status, facts)
+    if labels.beams:
+        beams = [result.beams[name] for name in labels.beams]
+        found["beam_stress"] = np.stack([beam.stress for beam in beams], axis=-1)
+        found["beam_euler_ratio"] = np.stack([beam.euler_ratio for beam in beams], axis=-1)
+        lengths = [np.sqrt((beam.deflections**2).sum(axis=-1)).max(axis=-1) for beam in beams]
+        found["beam_deflection"] = np.stack(lengths, axis=-1)
+    found |= facts
+    return {name: _full(found[name], item.kinds, shape) for name, item in variables(labels).items()}
+
+
+def _full(array: Array, kinds: Sequence[str], shape: tuple[int, ...]) -> Array:
+    """Return an array over all cases and poses that its variable varies with, where it came out the same for all."""
+    wanted = () if kinds == ROBOTS else shape[-1:] if kinds == POSES else shape
+    return array if array.shape[: len(wanted)] == wanted else np.broadcast_to(array, wanted + array.shape[len(wanted) :])
+
+
+def _say(parameters: Mapping[str, object]) -> str:
+    return ", ".join(f"{name} = {value}" for name, value in parameters.items()) or "these values"

@@ -1,0 +1,103 @@
+"""A sweep as dask arrays: a graph with one task a block, which computes it wherever dask wants it computed."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.workspace.assembly_modes.repair import finish
+from kinetostatics.workspace.block import compute_block
+from kinetostatics.workspace.grid import Block, block_sizes, chunk_sizes, cut
+from kinetostatics.workspace.plan import Plan
+from kinetostatics.workspace.schema import ZERO_MODE, Labels, template, variables
+from kinetostatics.workspace.targets import Memory, joint_state, patch, tails, write_block
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: Poses of a chunk with chunks="auto".
+AUTO = 20_000
+
+
+@dataclass(frozen=True, eq=False)
+class Job:
+    """What all tasks of a graph share; dask sends it once to every worker."""
+
+    plan: Plan
+    labels: Labels
+
+
+def lazy_block(job: Job, bounds: tuple[tuple[int, int], ...]) -> dict[str, NDArray[Any]]:
+    """Return the variables of a block, which knows nothing of the blocks beside it."""
+    plan, labels = job.plan, job.labels
+    block: Block = tuple(slice(*pair) for pair in bounds)
+    memory = Memory(plan, labels, block)
+    write_block(memory, plan, labels, block, compute_block(plan, labels, block))
+    cases, region = plan.part(block, "case"), plan.part(block, "coordinate")
+    sizes = tuple(piece.stop - piece.start for piece in region)
+    for combination in plan.combinations(block):
+        here = (*(slice(k, k + 1) for k in combination), *region)
+        one = (0,) * len(combination)
+        q, mode = joint_state(memory, labels, here)[one], memory.read("mode", here)[one]
+        finished = finish(plan, labels, combination, cases, region, q, mode == ZERO_MODE)
+        patch(memory, plan, labels, combination, cases, region, finished, sizes)
+    return memory.arrays
+
+
+def lazy_dataset(plan: Plan, labels: Labels, chunks: Mapping[str, int] | str) -> xr.Dataset:
+    """Return a Dataset of dask arrays.
+
+    Args:
+        plan: of the sweep.
+        labels: of the Dataset.
+        chunks: sizes of the blocks by dimension, or "auto".
+
+    Raises:
+        ArgumentError: the chunks make no sense.
+    """
+    import dask.array as da
+    from dask.highlevelgraph import HighLevelGraph
+
+    if isinstance(chunks, str):
+        if chunks != "auto":
+            raise ArgumentError(f"chunks is {chunks!r}; it must be sizes by dimension, or 'auto'")
+        sizes = block_sizes(plan.axes, AUTO)
+    else:
+        sizes = chunk_sizes(plan.axes, chunks)
+    token = plan.identity[:16] + "-" + "-".join(map(str, sizes))
+    job, blocks = f"sweep-plan-{token}", f"sweep-{token}"
+    counts = [range(-(-n // size)) for n, size in zip(plan.shape, sizes, strict=True)]
+    numbers = [tuple(int(k) for k in place) for place in np.ndindex(*(len(count) for count in counts))]
+    graph: dict[Any, Any] = {job: {job: Job(plan, labels)}, blocks: {}}
+    for place, block in zip(numbers, cut(plan.shape, sizes), strict=True):
+        bounds = tuple((piece.start, piece.stop) for piece in block)
+        graph[blocks][(blocks, *place)] = (lazy_block, job, bounds)
+    dependencies: dict[str, set[str]] = {job: set(), blocks: {job}}
+    whole = template(plan, labels)
+    own = tails(labels)
+    data = {}
+    for name, item in variables(labels).items():
+        layer = f"sweep-{name}-{token}"
+        mine = [axis.kind in item.kinds for axis in plan.axes]
+        zeros = (0,) * len(own[name])
+        tasks: dict[Any, Any] = {}
+        for place in numbers:
+            if any(k and not here for k, here in zip(place, mine, strict=True)):
+                continue  # alike in all blocks along axes that it does not have
+            own_place = tuple(k for k, here in zip(place, mine, strict=True) if here)
+            tasks[(layer, *own_place, *zeros)] = (operator.getitem, (blocks, *place), name)
+        pieces = tuple(
+            tuple(min(size, n - start) for start in range(0, n, size))
+            for n, size, here in zip(plan.shape, sizes, mine, strict=True)
+            if here
+        )
+        found = HighLevelGraph({**graph, layer: tasks}, {**dependencies, layer: {blocks}})
+        array = da.Array(found, layer, (*pieces, *((n,) for n in own[name])), dtype=item.dtype)  # type: ignore[no-untyped-call]
+        data[name] = (whole[name].dims, array, whole[name].attrs)
+    return whole.assign(data)
