@@ -1,8 +1,8 @@
 """Small mistakes, put into the numeric code one at a time: which of them do the tests notice?
 
     python tests/mutate.py                       # a sample from every module of the core
-    python tests/mutate.py sections solution     # from these modules
-    python tests/mutate.py solution --count 40 --seed 3 --jobs 2
+    python tests/mutate.py sections/kinds statics/solution   # from these modules
+    python tests/mutate.py statics/solution --count 40 --seed 3 --jobs 2
     python tests/mutate.py --map                 # find out again which test reaches which line: some minutes
     python tests/mutate.py --map test_screws     # the same for some files of tests, say new ones
 
@@ -43,12 +43,16 @@ MAP = ROOT / "build" / "tests_of_lines.json"
 WITHOUT_EFFECT = Path(__file__).parent / "mutants_without_effect.txt"
 
 #: The modules in which a mistake makes a wrong number.
-CORE = """batches beam_models beam_result beam_spans beams cells closure configuration continuation contributions couplings
-deformation equilibrium facts force_method inertias joint_wrenches kinematics limb_compliance limb_geometry
-limb_group limb_grouping limb_joints limb_ranks limb_result limb_self_stress limb_wrenches limbs linalg mechanism
-misfits near_singular ordering orientation platform_equilibrium pose_spread report_text result result_warnings
-rigid_pieces robot rotations screws section_shear sections solution solver spanning springs tolerances topology
-von_mises weights wrench_bases wrench_candidates zero_pose indices/sag indices/stiffness""".split()
+CORE = """analysis indices/sag indices/stiffness kinematics/chebyshev kinematics/configuration kinematics/continuation
+kinematics/loop_constraints kinematics/mimic kinematics/pose_spread kinematics/solver kinematics/zero_pose
+limbs/basis_choice limbs/beam limbs/beam_model limbs/compliance limbs/force_method limbs/geometry limbs/gravity
+limbs/group limbs/grouping limbs/redundant_forces limbs/statics limbs/wrench_candidates limbs/wrenches math/linalg
+math/ordering math/orientation math/rotations math/screws mechanism/beam_geometry mechanism/edge_directions
+mechanism/inertias mechanism/joint_compliance mechanism/limb_joints mechanism/limbs mechanism/mechanism
+mechanism/rigid_bodies mechanism/tree printing/text results/batch results/beam results/contributions results/limb
+results/near_singular results/result results/warnings robot sections/kinds sections/shear sections/von_mises
+statics/assembly_errors statics/deformation statics/joint_wrenches statics/limb_ranks statics/platform_equilibrium
+statics/solution status tolerances""".split()
 
 #: Tests that reach the core by way of a browser, other processes or large maps tell little about single numbers for their time.
 SLOW = re.compile(
@@ -204,7 +208,7 @@ class _Recorder:
 
 def make_map(names: list[str]) -> None:
     """Run the tests of some files, each in a process of its own, and write down which of them reach which line."""
-    files = [path for path in sorted((ROOT / "tests").glob("test_*.py")) if path.stem in names]
+    files = [path for path in sorted((ROOT / "tests").rglob("test_*.py")) if path.stem in names]
     part = MAP.with_suffix(".part")
     MAP.parent.mkdir(exist_ok=True)
     for file in files:
@@ -214,7 +218,7 @@ def make_map(names: list[str]) -> None:
             part.write_text(json.dumps(_lines_of_tests(file)), encoding="utf-8")
             os._exit(0)
         if os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 0:
-            _write_map(f"tests/{file.name}::", json.loads(part.read_text(encoding="utf-8")))
+            _write_map(f"{file.relative_to(ROOT).as_posix()}::", json.loads(part.read_text(encoding="utf-8")))
     part.unlink(missing_ok=True)
 
 
@@ -282,8 +286,8 @@ def tests_of(mutant: Mutant, known: dict) -> list[str]:
                 inside = range(node.body[0].lineno, node.end_lineno + 1)
                 found = {test for line in inside for test in lines.get(str(line), ()) if test}
     if name and not found:
-        mine = f"tests/test_{mutant.module.rpartition('/')[2]}.py::"
-        found = _tests_of_name(name[1], known, {name[1]}) | {test for test in known["seconds"] if test.startswith(mine)}
+        mine = f"/test_{mutant.module.rpartition('/')[2]}.py::"
+        found = _tests_of_name(name[1], known, {name[1]}) | {test for test in known["seconds"] if mine in test}
     found.discard("")
     # the quickest of every file, then the second quickest: files have subjects of their own
     files: dict[str, list[str]] = {}
@@ -364,8 +368,8 @@ def main() -> int:
     parser.add_argument("--jobs", type=int, default=1, help="how many are tried at a time")
     parser.add_argument("--map", action="store_true", help="find out which test reaches which line, nothing else")
     options = parser.parse_args()
-    sys.path.insert(0, str(ROOT / "tests"))
-    every = [path.stem for path in sorted((ROOT / "tests").glob("test_*.py")) if not SLOW.match(path.name)]
+    sys.path.insert(0, str(ROOT / "tests" / "support"))
+    every = [path.stem for path in sorted((ROOT / "tests").rglob("test_*.py")) if not SLOW.match(path.name)]
     if options.map or not MAP.exists():
         make_map(options.modules or every)
     if options.map:

@@ -1,0 +1,422 @@
+"""The command line: what it prints where, exit codes, and every error in one line."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import urllib.request
+from pathlib import Path
+
+import numpy as np
+import pytest
+from places import ROBOTS
+
+import kinetostatics as ks
+from kinetostatics.cli.arguments import parse_items, parse_parameters, parse_quantity
+from kinetostatics.cli.main import COMMANDS, main
+from kinetostatics.files.bundled import robot_path, shipped_robots
+
+#: configuration 2 of the 3RPS in the paper
+CONFIGURATION_2 = "--platform z=500mm azimuth=-170deg tilt=10deg --orientation tilt_torsion --gravity 0 0 -9.8".split()
+#: "recovered" values of paper_tables.json
+TWIST = [4.96878e-08, 5.26152e-08, -7.411e-08, 5.25908e-08, -2.22135e-08, 2.58967e-08]
+DRIVES = [385.4348, 364.7818, 367.832]
+
+#: A slider-crank whose drive at zero is out of reach of the rod, but whose loop closes elsewhere.
+STRETCHED = """
+<robot name="stretched">
+  <link name="base"/>
+  <link name="slider"/>
+  <link name="rod"/>
+  <link name="platform">
+    <inertial><mass value="2"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
+  </link>
+  <joint name="slide" type="prismatic">
+    <parent link="base"/><child link="slider"/><origin xyz="1.2 0 0"/><axis xyz="1 0 0"/>
+    <limit lower="-2" upper="2" effort="0" velocity="0"/>
+  </joint>
+  <joint name="ankle" type="continuous"><parent link="slider"/><child link="rod"/><axis xyz="0 1 0"/></joint>
+  <joint name="knee" type="continuous">
+    <parent link="rod"/><child link="platform"/><origin xyz="-0.5 0 0.1"/><axis xyz="0 1 0"/>
+  </joint>
+  <platform link="platform"/>
+  <loop name="pivot" type="revolute">
+    <predecessor link="base"/><successor link="platform"><origin xyz="-0.3 0 0"/></successor><axis xyz="0 1 0"/>
+  </loop>
+  <beam link="rod" from="ankle" to="knee" youngs_modulus="2e11" poisson_ratio="0.3" density="7800">
+    <circle diameter="0.03"/>
+  </beam>
+  <transmission name="drive"><joint name="slide"/></transmission>
+</robot>
+"""
+
+
+def run(capsys, *arguments):
+    """Run the command line in this process; return exit code, standard output and standard error."""
+    code = main([str(item) for item in arguments])
+    captured = capsys.readouterr()
+    return code, captured.out, captured.err
+
+
+def fails(capsys, *arguments):
+    """Run what must fail, and return the one line on standard error."""
+    code, out, err = run(capsys, *arguments)
+    assert code == 2 and out == ""
+    assert err.startswith("kinetostatics: error: ") and err.count("\n") == 1 and err.endswith("\n")
+    return err
+
+
+def process(*arguments, **options):
+    options = {"capture_output": True, "text": True, "encoding": "utf-8", "timeout": 60, **options}
+    return subprocess.run([sys.executable, "-m", "kinetostatics", *map(str, arguments)], check=False, **options)
+
+
+# ---- values ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("0.5", 0.5),
+        ("500mm", 0.5),
+        ("-20um", -2e-5),
+        ("3µm", 3e-6),
+        ("2 m", 2.0),
+        ("180deg", np.pi),
+        ("-1.5rad", -1.5),
+        ("-1e-3", -1e-3),
+        ("+.5E2", 50.0),
+        ("1e3mm", 1.0),
+        (" -5 ", -5.0),
+        ("3.", 3.0),
+    ],
+)
+def test_quantities(text, value):
+    assert parse_quantity(text) == pytest.approx(value, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "kind", "message"),
+    [
+        ("", None, "not a number"),
+        ("nan", None, "not a number"),
+        ("inf", None, "not a number"),
+        ("1e999", None, "too large"),
+        ("1,5", None, "not a number"),
+        ("--2", None, "not a number"),
+        ("2inch", None, "unknown unit 'inch'"),
+        ("2e", None, "unknown unit 'e'"),
+        ("2deg", "length", "a length is needed"),
+        ("2mm", "angle", "an angle is needed"),
+        ("2mm", "number", "a plain number is needed"),
+    ],
+)
+def test_bad_quantities(text, kind, message):
+    with pytest.raises(ks.ArgumentError, match=message):
+        parse_quantity(text, kind)
+
+
+def test_items():
+    assert parse_items("--set", ["a=1", " b = x=y "]) == {"a": "1", "b": "x=y"}
+    assert parse_parameters(["d=80mm", "n=3", "name=two words", "angle=${pi}", "t=5nmi", "E=70GPa"]) == {
+        "d": 0.08,
+        "n": "3",
+        "name": "two words",
+        "angle": "${pi}",
+        "t": "5nmi",
+        "E": 70e9,
+    }
+    for bad in (["a"], ["=1"], ["a="], [""]):
+        with pytest.raises(ks.ArgumentError, match="name=value"):
+            parse_items("--set", bad)
+    with pytest.raises(ks.ArgumentError, match="'a' is given twice"):
+        parse_items("--set", ["a=1", "a=2"])
+
+
+# ---- robots ----------------------------------------------------------------------------------------------------------
+
+
+def test_shipped_robots():
+    assert set(shipped_robots()) == {path.name.removesuffix(".urdf.xacro") for path in ROBOTS.glob("*.urdf.xacro")}
+    assert robot_path("3rps").samefile(ROBOTS / "3rps.urdf.xacro")
+    assert robot_path(ROBOTS / "2pru_upr.urdf.xacro") == ROBOTS / "2pru_upr.urdf.xacro"
+    with pytest.raises(ks.ArgumentError, match="did you mean '3rps'"):
+        robot_path("3rsp")
+    with pytest.raises(ks.ArgumentError, match="is a folder"):
+        robot_path(ROBOTS)
+
+
+def test_a_file_comes_before_a_shipped_robot(tmp_path, monkeypatch):
+    (tmp_path / "3rps").write_text((ROBOTS / "2pru_upr.urdf.xacro").read_text(encoding="utf-8"), encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    assert robot_path("3rps") == Path("3rps")
+
+
+# ---- help ------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("command", [[], *([name] for name in COMMANDS)])
+def test_help_has_an_example(capsys, command):
+    code, out, err = run(capsys, *command, "--help")
+    assert code == 0 and err == ""
+    assert "usage: kinetostatics" in out and "examples:\n  kinetostatics" in out
+
+
+def test_help_lists_all_commands(capsys):
+    out = run(capsys, "--help")[1]
+    assert {line.split()[0] for line in out.splitlines() if line.startswith("    ") and line[4] != " "} == {*COMMANDS}
+
+
+def test_version(capsys):
+    assert run(capsys, "--version") == (0, f"kinetostatics {ks.__version__}\n", "")
+
+
+# ---- check -----------------------------------------------------------------------------------------------------------
+
+
+def test_check(capsys):
+    code, out, err = run(capsys, "check", "3rps")
+    assert code == 0 and err == ""
+    assert out.rstrip("\n") == str(ks.load_robot(ROBOTS / "3rps.urdf.xacro")).replace(str(ROBOTS), str(robot_path("3rps").parent))
+    assert "limb_1: R P(driven) S" in out
+
+
+def test_check_with_parameters(capsys):
+    code, out, _ = run(capsys, "check", "3rps", "--set", "rod_diameter=80mm", "--set", "home_length=0.5")
+    assert code == 0 and "circle ⌀80 mm" in out and "500.00  telescopic" in out
+
+
+def test_check_json(capsys):
+    code, out, err = run(capsys, "check", "2pru_upr", "--json")
+    found = json.loads(out)
+    assert code == 0
+    assert err == "kinetostatics: warning: bearings and drives count as rigid: the file gives no <joint_stiffness>\n"
+    assert (found["mobility"]["platform"], found["mobility"]["redundant_constraints"]) == (3, 3)
+
+
+def test_check_of_a_robot_that_cannot_be_analysed(capsys, tmp_path):
+    path = tmp_path / "open.urdf"
+    path.write_text(
+        STRETCHED.replace('<successor link="platform"><origin xyz="-0.3 0 0"', '<successor link="platform"><origin xyz="0 9 0"')
+    )
+    code, out, err = run(capsys, "check", path)
+    assert code == 1 and err == "" and "Cannot be analysed\n  ! the loops of 'stretched' cannot be closed" in out
+    code, out, err = run(capsys, "check", path, "--json")
+    assert code == 1 and json.loads(out)["mobility"] is None
+    assert err.startswith("kinetostatics: warning: the loops of 'stretched' cannot be closed")
+
+
+# ---- analyze ---------------------------------------------------------------------------------------------------------
+
+
+def test_analyze_prints_the_paper(capsys):
+    code, out, err = run(capsys, "analyze", "3rps", *CONFIGURATION_2)
+    assert code == 0 and err == ""
+    totals = [line.split()[-1] for line in out.splitlines() if line.startswith(("  x [nm]", "  y [nm]", "  z [nm]"))]
+    assert totals[:3] != totals[3:]  # the twist, and behind it what gravity does, which is the same here, with more digits
+    np.testing.assert_allclose([float(text) for text in totals[:3]], [1e9 * v for v in TWIST[:3]], atol=6e-4)
+    drives = out.partition("\nDrives")[2].partition("\n\n")[0]
+    forces = [line.split()[3] for line in drives.splitlines() if line.startswith("  prismatic_")]
+    np.testing.assert_allclose([float(text) for text in forces], DRIVES, atol=6e-3)
+
+
+def test_analyze_json_is_the_result(capsys):
+    code, out, err = run(capsys, "analyze", "3rps", *CONFIGURATION_2, "--json")
+    assert code == 0 and err == ""
+    found = json.loads(out)
+    np.testing.assert_allclose(found["twist"], TWIST, rtol=1e-5)
+    np.testing.assert_allclose([found["actuator_forces"][f"prismatic_{k}"] for k in (1, 2, 3)], DRIVES, atol=6e-5)
+    robot = ks.load_robot(ROBOTS / "3rps.urdf.xacro")
+    pose = robot.assemble(platform={"z": 0.5, "azimuth": np.radians(-170), "tilt": np.radians(10)}, orientation="tilt_torsion")
+    expected = ks.analyze(pose, gravity=(0, 0, -9.8)).to_dict()
+    expected["file"] = found["file"]
+    np.testing.assert_allclose(found.pop("twist"), expected.pop("twist"), rtol=1e-12)
+    assert found.keys() == expected.keys()
+    assert found["limbs"].keys() == expected["limbs"].keys()
+    # arrays stand in one line each, so that the output can be read
+    assert max(map(len, out.splitlines())) < 6000 and len(out.splitlines()) > 100
+
+
+def test_default_pose_is_all_drives_at_zero(capsys):
+    found = json.loads(run(capsys, "analyze", "2pru_upr", "--json")[1])
+    assert list(found["configuration"]["actuators"].values()) == [0.0, 0.0, 0.0]
+    assert found["gravity"] == [0.0, 0.0, -9.81]
+
+
+def test_default_pose_where_zero_does_not_close(capsys, tmp_path):
+    path = tmp_path / "stretched.urdf"
+    path.write_text(STRETCHED)
+    code, out, err = run(capsys, "analyze", path)
+    assert code == 0, err
+    assert out.startswith("! the loops do not close with all drives at zero")
+    code, out, err = run(capsys, "analyze", path, "--json")
+    assert code == 0 and err.startswith("kinetostatics: warning: the loops do not close with all drives at zero")
+    assert json.loads(out)["warnings"][0].startswith("the loops do not close")
+    assert "cannot reach slide = 0" in fails(capsys, "analyze", path, "--actuators", "slide=0")
+
+
+def test_actuators_with_units_and_negative_values(capsys):
+    options = "--actuators prismatic_1=-1e-2 prismatic_2=20mm --actuators prismatic_3=-.005m --json"
+    code, out, _ = run(capsys, "analyze", "3rps", *options.split())
+    assert code == 0
+    actuators = json.loads(out)["configuration"]["actuators"]
+    assert list(actuators.values()) == pytest.approx([-0.01, 0.02, -0.005], abs=1e-12)
+
+
+def test_load_at_a_point(capsys):
+    options = "--load 0 0 -1e3 -.5 0 0 --point 100mm -20um 0 --frame platform --gravity 0 0 0 --json".split()
+    code, out, err = run(capsys, "analyze", "3rps", *options)
+    assert code == 0, err
+    np.testing.assert_allclose(json.loads(out)["load"], [0, 0, -1000, -0.5 + 20e-6 * 1000, 100, 0], atol=1e-11)
+
+
+def test_parameters_reach_the_file(capsys):
+    thin = json.loads(run(capsys, "analyze", "3rps", "--set", "rod_diameter=50mm", "--json")[1])
+    assert thin["beams"]["rod_1"]["mass"] == pytest.approx(0.25 * np.pi * 0.05**2 * 0.55 * 7820, rel=1e-12)
+
+
+def test_warnings(capsys):
+    arguments = ["analyze", "3rps", "--platform", "z=1.5", "rx=0", "ry=0"]
+    code, out, err = run(capsys, *arguments)
+    assert code == 0 and err == "" and "! prismatic_1 is beyond its limits" in out
+    code, out, err = run(capsys, *arguments, "--json")
+    assert code == 0 and len(json.loads(out)["warnings"]) == 3
+    assert [line.startswith("kinetostatics: warning: prismatic_") for line in err.splitlines()] == [True] * 3
+
+
+def test_orientation_changes_what_is_printed(capsys):
+    out = run(capsys, "analyze", "3rps", "--platform", "z=.5", "rx=2deg", "ry=-5deg", "--orientation", "XYZ")[1]
+    assert "rx 2.0000°  ry -5.0000°" in out and "(angles 'XYZ')" in out
+
+
+# ---- errors ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ("", "COMMAND"),
+        ("chek 3rps", "there is no command 'chek': did you mean 'check'?"),
+        ("check", "ROBOT is missing; it comes before the options"),
+        ("check --set rod_diameter=1 3rps", "ROBOT is missing; it comes before the options"),
+        ("check 3rps --fast", "unrecognized arguments: --fast"),
+        ("check 3rp", "no robot file '3rp'"),
+        ("check 3rps --set rod_diam=0.1", "did you mean 'rod_diameter'?"),
+        ("check 3rps --set rod_diameter=0.1 rod_diameter=0.2", "'rod_diameter' is given twice"),
+        ("check 3rps --set rod_diameter", "not of the form name=value"),
+        ("check 3rps --set rod_diameter=-0.1", "3rps.urdf.xacro:"),
+        ("analyze 3rps --platform", "expected at least one argument"),
+        ("analyze 3rps --platform z=0.5 rx=0", "the mobility of '3rps' is 3"),
+        ("analyze 3rps --platform z=0.5 rx=0 rx=1deg", "'rx' is given twice"),
+        ("analyze 3rps --platform z=0.5 rx=0 ry=two", "--platform: ry: 'two' is not a number"),
+        ("analyze 3rps --platform z=5deg rx=0 ry=0", "--platform: z: '5deg' is an angle, but a length is needed"),
+        ("analyze 3rps --platform z=0.5 rx=0 yaw=0", "no platform coordinate 'yaw'"),
+        ("analyze 3rps --platform z=0.5 azimuth=0 tilt=0", "it needs orientation 'tilt_torsion'"),
+        ("analyze 3rps --platform z=0.5 rx=0 tilt=0 --orientation tilt_torsion", "it needs orientation 'rotation_vector' or"),
+        ("analyze 2pru_upr --platform z=0.6 x=0 rx=0", "do not determine the pose"),
+        ("analyze 3rps --platform z=0.5 rx=0 ry=0 --actuators prismatic_1=0", "not allowed with argument"),
+        ("analyze 2pru_upr --platform z=3 rx=0 ry=0", "cannot reach"),
+        ("analyze 3rps --actuators prismatic_1=0 prismatic_2=0", "missing for prismatic_3"),
+        ("analyze 3rps --actuators prismatic_1=1deg prismatic_2=0 prismatic_3=0", "a length is needed"),
+        ("analyze 3rps --actuators prism_1=0", "no driven joint 'prism_1'"),
+        ("analyze 3rps --orientation XXX", "unknown orientation 'XXX'"),
+        ("analyze 3rps --load 0 0 -1e3", "expected 6 arguments"),
+        ("analyze 3rps --load 0 0 -1e3 0 0 5mm", "a moment is needed"),
+        ("analyze 3rps --gravity 0 0 down", "--gravity: 'down' is not a number"),
+        ("analyze 3rps --frame tool", "invalid choice: 'tool'"),
+        ("analyze 3rps --tolerance -1e-3", "must be a positive length"),
+        ("analyze 3rps --js", "unrecognized arguments: --js"),
+    ],
+)
+def test_errors_are_one_line(capsys, arguments, message):
+    assert message in fails(capsys, *arguments.split())
+
+
+def test_file_errors_name_the_line(capsys, tmp_path):
+    path = tmp_path / "bad.urdf"
+    path.write_text('<robot name="bad">\n  <link name="base"/>\n  <linc name="a"/>\n</robot>\n')
+    assert f"{path}:3: <linc>" in fails(capsys, "check", path)
+
+
+def test_singular_poses_are_errors(capsys, tmp_path):
+    path = tmp_path / "loose.urdf"
+    path.write_text(STRETCHED.replace('<transmission name="drive"><joint name="slide"/></transmission>', ""))
+    assert "with the drives locked the platform of 'stretched' can still move" in fails(capsys, "analyze", path)
+
+
+# ---- as a program ----------------------------------------------------------------------------------------------------
+
+
+def test_python_dash_m():
+    done = process("analyze", "3rps", *CONFIGURATION_2, "--json")
+    assert done.returncode == 0 and done.stderr == ""
+    np.testing.assert_allclose(json.loads(done.stdout)["twist"], TWIST, rtol=1e-5)
+    done = process("analyze", "4rps")
+    assert done.returncode == 2 and done.stdout == "" and done.stderr.count("\n") == 1
+
+
+def test_viewers_are_not_imported_by_an_analysis():
+    code = (
+        "import sys; from kinetostatics.cli.main import main; main(['analyze', '3rps']); "
+        "assert not {'yourdfpy', 'meshcat', 'trimesh', 'scipy'} & set(sys.modules), 'heavy imports'"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, encoding="utf-8", check=False)
+    assert done.returncode == 0, done.stderr
+
+
+def test_terminals_without_greek():
+    environment = {**os.environ, "PYTHONIOENCODING": "ascii"}
+    done = process("analyze", "3rps", env=environment)
+    assert done.returncode == 0 and done.stderr == "" and "?m" in done.stdout
+    done = process("analyze", "3rps", "--json", env=environment)
+    assert json.loads(done.stdout)["limbs"]["limb_1"]["labels"][1] == "force ∥ revolute_1 at spherical_1"
+
+
+@pytest.mark.skipif(os.name != "posix", reason="pipes and devices of POSIX")
+def test_output_that_cannot_be_written():
+    done = process("analyze", "3rps", stdout=open("/dev/full", "w"), capture_output=False, stderr=subprocess.PIPE)
+    assert done.returncode == 2
+    assert done.stderr == "kinetostatics: error: No space left on device\n"
+    reader, writer = os.pipe()
+    os.close(reader)
+    done = process("analyze", "3rps", "--json", stdout=writer, capture_output=False, stderr=subprocess.PIPE)
+    os.close(writer)
+    assert done.returncode == 1 and done.stderr == ""
+
+
+def test_tolerances_prints_the_worst_only(capsys):
+    code, out, _ = run(capsys, "tolerances", "2pru_upr", "--top", 3)
+    known = ks.load_robot("2pru_upr").description
+    known = {*known.joints, *known.loops, *known.beams}
+    rows = [line.split()[:2] for line in out.splitlines() if line.startswith("  ") and line.split()[0] in known]
+    ranked = ks.tolerances(ks.load_robot("2pru_upr").assemble())
+    assert code == 0 and rows == [[row.name, row.error] for row in ranked.rows[:3]]
+
+
+@pytest.mark.parametrize("top", ["-1", "0", "2.7"])
+def test_tolerances_of_no_whole_number_of_rows(capsys, top):
+    code, out, err = run(capsys, "tolerances", "2pru_upr", f"--top={top}")
+    assert code == 2 and out == "" and f"--top is {top}; it must be a whole number" in err
+
+
+def test_tolerances_json_is_the_table(capsys):
+    code, out, _ = run(capsys, "tolerances", "2pru_upr", "--length", "20um", "--top", 4, "--json")
+    ranked = ks.tolerances(ks.load_robot("2pru_upr").assemble(), length=2e-5).to_dict()
+    assert code == 0 and json.loads(out)["errors"] == json.loads(json.dumps(ranked["errors"][:4]))
+
+
+def test_live_view_answers_until_it_is_interrupted():
+    command = [sys.executable, "-m", "kinetostatics", "view", "3rps", "--live", "--ways", "--port", "0"]
+    quiet = {**os.environ, "BROWSER": "true"}  # a browser that does nothing
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=quiet) as server:
+        try:
+            line = server.stdout.readline()
+            url = re.search(r"live at (http://\S+)", line)[1]
+            with urllib.request.urlopen(url, timeout=30) as answer:
+                page = answer.read().decode()
+        finally:
+            server.send_signal(signal.SIGINT)
+            _, complaints = server.communicate(timeout=30)
+    assert "3rps" in page and "limb_3: deformation" in page and server.returncode == 0 and "Traceback" not in complaints

@@ -1,0 +1,188 @@
+"""Signs of life: on a terminal something is said within two seconds, and nothing is left of it; elsewhere nothing is said."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import pty
+import struct
+import sys
+import termios
+import time
+import warnings
+from contextlib import contextmanager, redirect_stderr
+
+import pytest
+from places import TESTS
+
+import kinetostatics as ks
+from kinetostatics.cli.main import COMMANDS, main
+from kinetostatics.printing.waiting import pausing, waiting
+
+FOREIGN = str(TESTS / "foreign" / "five_bar_onshape.urdf")
+#: For every command that computes: arguments, what is made slow, and what is said.
+SLOW = {
+    "check": (["five_bar"], "kinetostatics.robot.load_robot", "checking"),
+    "analyze": (["five_bar"], "kinetostatics.analysis.analyze", "analyzing"),
+    "sweep": (["five_bar", "--platform", "x=0,0.01", "y=0.3", "--out", "new.nc"], "PLAN", "planning the sweep"),
+    "view": (["five_bar", "--html", "page.html"], "kinetostatics.viewer.page_html", "making the page"),
+    "verify": (["five_bar"], "kinetostatics.verification.verify", "verifying"),
+    "tolerances": (["five_bar"], "kinetostatics.tolerances.tolerances", "trying errors one by one"),
+    "import": (
+        [FOREIGN, "--platform", "tool", "--types", "revolute", "--driven", "motor_1", "motor_2"],
+        "kinetostatics.files.importers.convert.convert",
+        "importing",
+    ),
+    "plot": (["map.nc", "--out", "figure.svg", "--kind", "line"], "kinetostatics.plots.save", "drawing"),
+}
+
+
+@contextmanager
+def terminal(columns=100):
+    """Make standard error a terminal; yields what reads all that has been written to it."""
+    ours, theirs = pty.openpty()
+    fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24 * (columns > 0), columns, 0, 0))
+    os.set_blocking(ours, False)
+
+    def read() -> str:
+        sys.stderr.flush()
+        found = b""
+        while True:
+            try:
+                found += os.read(ours, 1 << 16)
+            except BlockingIOError:
+                return found.decode()
+
+    with open(theirs, "w", encoding="utf-8", buffering=1) as stream, redirect_stderr(stream):
+        yield read
+    os.close(ours)
+
+
+def screen(text: str) -> list[str]:
+    """Return the lines that stay on a terminal."""
+    lines = []
+    for part in text.split("\n"):
+        line = ""
+        for piece in part.split("\r"):
+            line = piece + line[len(piece) :]
+        lines.append(line.rstrip())
+    return lines
+
+
+def slow(function, seconds=1.3):
+    """Return a function that takes its time."""
+
+    def wrapped(*args, **options):
+        time.sleep(seconds)
+        return function(*args, **options)
+
+    return wrapped
+
+
+def make_slow(monkeypatch, name, seconds=1.3):
+    """Let a function take its time."""
+    module, _, attribute = ("kinetostatics.workspace.run.read_plan" if name == "PLAN" else name).rpartition(".")
+    __import__(module)
+    monkeypatch.setattr(sys.modules[module], attribute, slow(getattr(sys.modules[module], attribute), seconds))
+
+
+@pytest.fixture
+def place(tmp_path, monkeypatch):
+    """A folder with a map."""
+    monkeypatch.chdir(tmp_path)
+    ks.sweep("five_bar", {"x": [0.0, 0.01], "y": 0.3}, out="map.nc").close()
+    return tmp_path
+
+
+def test_every_command_that_computes_is_tried():
+    assert set(SLOW) == set(COMMANDS) - {"robots"}
+
+
+@pytest.mark.parametrize("command", SLOW)
+def test_commands_say_within_two_seconds_what_they_do(command, place, monkeypatch):
+    arguments, name, words = SLOW[command]
+    if command == "verify":
+        pytest.importorskip("openseespy")
+    make_slow(monkeypatch, name)
+    with terminal() as read:
+        assert main([command, *arguments]) == 0
+        text = read()
+    assert f"{words} … 1 s" in text
+    left = screen(text)
+    assert left[-1] == "" and all(line.startswith("kinetostatics: warning:") for line in left[:-1]), left
+
+
+@pytest.mark.parametrize("command", SLOW)
+def test_nothing_is_said_where_nobody_looks_on(command, place, monkeypatch, capsys):
+    arguments, name, words = SLOW[command]
+    if command == "verify":
+        pytest.importorskip("openseespy")
+    monkeypatch.setattr("kinetostatics.printing.waiting.EVERY", 0.02)
+    make_slow(monkeypatch, name, 0.1)
+    assert main([command, *arguments, *(["--json"] if command in ("check", "analyze", "verify", "tolerances") else [])]) == 0
+    written = capsys.readouterr()
+    assert f"{words} …" not in written.out
+    assert all(line.startswith("kinetostatics: warning:") for line in written.err.splitlines())
+
+
+def test_a_sweep_says_what_it_does_and_its_clock_goes_on(place, monkeypatch):
+    make_slow(monkeypatch, "kinetostatics.workspace.run.perform")
+    with terminal() as read:
+        ks.sweep("five_bar", {"x": [0.0, 0.01], "y": [0.3, 0.31]})
+        text = read()
+        assert "computing:   0%" in text and "0.00/4.00 [00:01<" in text
+        assert "comparing neighbours: 100%" in text and "4.00/4.00 [00:02<" in text
+        assert screen(text) == [""]
+        ks.sweep("five_bar", {"x": [0.0, 0.01], "y": 0.3}, progress=False)
+        assert main(["sweep", "five_bar", "--platform", "x=0,0.01", "y=0.3", "--out", "quiet.nc", "--quiet"]) == 0
+        assert read() == ""
+
+
+def test_terminals_that_do_not_know_their_width_are_taken_for_usual_ones():
+    with terminal(columns=0) as read:
+        ks.sweep("five_bar", {"x": [0.0, 0.01], "y": 0.3})
+        text = read()
+        assert "2.00/2.00" in text, text
+
+
+def test_without_tqdm_a_sweep_still_says_what_it_does(monkeypatch):
+    monkeypatch.setitem(sys.modules, "tqdm.auto", None)
+    make_slow(monkeypatch, "kinetostatics.workspace.run.perform")
+    with terminal() as read:
+        ks.sweep("five_bar", {"x": [0.0, 0.01], "y": 0.3})
+        assert "sweeping 2 poses … 1 s" in read()
+
+
+def test_notebooks_have_a_bar(monkeypatch, capsys):
+    monkeypatch.setattr("kinetostatics.workspace.progress.in_notebook", lambda: True)
+    ks.sweep("five_bar", {"x": [0.0, 0.01], "y": 0.3})
+    assert "2.00/2.00" in capsys.readouterr().err
+
+
+def test_warnings_and_questions_stand_on_lines_of_their_own(monkeypatch):
+    monkeypatch.setattr("kinetostatics.printing.waiting.EVERY", 0.1)
+    with terminal() as read, warnings.catch_warnings():
+        warnings.simplefilter("always")
+        warnings.showwarning = lambda message, *_more: print(f"warning: {message}", file=sys.stderr)
+        with waiting("thinking"):
+            time.sleep(0.3)
+            warnings.warn("odd", stacklevel=1)
+            time.sleep(0.3)
+            with pausing():
+                print("which one?", file=sys.stderr)
+                time.sleep(0.3)
+            time.sleep(0.3)
+        text = read()
+    first, second, third = text.split("\n")
+    assert all("thinking … " in part for part in (first, second, third)), text
+    assert screen(text) == ["warning: odd", "which one?", ""]
+
+
+def test_the_line_is_gone_after_an_error_too(monkeypatch):
+    monkeypatch.setattr("kinetostatics.printing.waiting.EVERY", 0.1)
+    with terminal() as read:
+        with pytest.raises(ZeroDivisionError), waiting("dividing"):
+            time.sleep(0.3)
+            raise ZeroDivisionError
+        text = read()
+    assert "dividing … 0 s" in text and screen(text) == [""]

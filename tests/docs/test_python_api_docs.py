@@ -1,0 +1,75 @@
+"""The code of ``docs/python_api.md`` runs, and prints what stands there; so does the example."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from places import ROOT
+
+import kinetostatics as ks
+
+PAGE = (ROOT / "docs" / "python_api.md").read_text(encoding="utf-8")
+sys.path.insert(0, str(ROOT / "examples"))
+
+
+def test_every_block_runs_and_prints_what_it_says(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "robots").symlink_to(ROOT / "robots")
+    monkeypatch.chdir(tmp_path)
+    blocks = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+    names: dict[str, Any] = {}
+    for block in blocks:
+        exec(compile(block, "python_api.md", "exec"), names)  # the page's own text
+        said = re.findall(r"(?:^|print\(.*\)  )# (.*)$", block, re.MULTILINE)
+        assert capsys.readouterr().out.splitlines() == said
+    assert len(blocks) == 10 and (tmp_path / "stronger.urdf").exists()
+
+
+def test_the_table_names_all_fields() -> None:
+    """Every class of the table has the fields that stand there, in this order, and no others but for other tools' sake."""
+    for classes, cell in re.findall(r"^\| (`[A-Z].*?) \| .*? \| (.*) \|$", PAGE, re.MULTILINE):
+        found = re.findall(r"`(\w+)`", cell)
+        expected = []
+        for name in re.findall(r"`(\w+)`", classes):
+            expected += list(getattr(ks.description, name).__dataclass_fields__)
+        hidden = {"place", "platform_place", "extra", "path", "attributes", "file_warnings", "is_valid", "has_inertial"}
+        if classes == "`Loop`":
+            hidden |= {"effort", "velocity"}
+        assert found == [name for name in expected if name not in hidden], classes
+
+
+def test_links_of_the_page() -> None:
+    for target in re.findall(r"\]\(([^)#:]+)\)", PAGE):
+        assert (ROOT / "docs" / target).exists(), target
+
+
+def test_the_example_prints_and_writes(tmp_path: Path) -> None:
+    path = tmp_path / "tripod.urdf"
+    command = [sys.executable, str(ROOT / "examples" / "robot_without_a_file.py"), str(path)]
+    printed = subprocess.run(command, check=True, capture_output=True, text=True, encoding="utf-8").stdout
+    assert printed.rstrip().endswith("what it loads as is the same: True")
+
+
+def test_the_examples_numbers() -> None:
+    """The upright tripod by symmetry and statics; thicker legs hold the camera better."""
+    example = pytest.importorskip("robot_without_a_file")
+    bare = ks.analyze(ks.Robot(example.tripod()).assemble())
+    np.testing.assert_allclose(bare.twist[[0, 1, 3, 4, 5]], 0, atol=1e-15)
+    force = [float(value) for value in bare.actuator_forces.values()]
+    length, area = np.hypot(0.2, 0.8), np.pi / 4 * (0.03**2 - 0.026**2)
+    rod = 2700 * area * length
+    cosine, sine = 0.8 / length, 0.2 / length
+    # moments about the hinge: the ball's force across the leg holds half the rod's weight, and the cylinder's at 0.15 m
+    across = 9.81 * sine * (rod / 2 + 0.5 * 0.15 / length)
+    along = (9.81 * 8.0 / 3 + across * sine) / cosine  # a third of the table hangs on each ball
+    assert force == [pytest.approx(along + 9.81 * rod * cosine, rel=1e-10)] * 3
+    camera = example.with_camera(example.tripod())
+    stiff = example.with_legs(camera, 0.05)
+    assert camera.beams["rod_2"].section.outer_diameter == 0.03 and stiff.beams["rod_2"].section.outer_diameter == 0.05
+    tilt = [abs(ks.analyze(ks.Robot(item).assemble()).twist[4]) for item in (camera, stiff)]
+    assert tilt[1] < tilt[0] / 4

@@ -1,0 +1,150 @@
+"""What the README says is what the code does."""
+
+import re
+import shlex
+import sys
+
+import numpy as np
+import pytest
+from places import ROOT
+
+from kinetostatics.cli.main import main
+
+README = (ROOT / "README.md").read_text(encoding="utf-8")
+sys.path.insert(0, str(ROOT / "examples"))
+reproduce_paper = pytest.importorskip("reproduce_paper")
+
+
+def between(name):
+    found = re.search(rf"<!-- {name}: begin -->\n(.*?)<!-- {name}: end -->", README, re.DOTALL)
+    assert found, name
+    return found.group(1)
+
+
+def test_tables_in_the_readme_are_those_that_the_example_computes():
+    assert between("paper tables").strip() == reproduce_paper.tables().strip(), (
+        "stale: run python examples/reproduce_paper.py --write-readme"
+    )
+
+
+def test_write_readme_changes_only_what_stands_between_the_markers(tmp_path):
+    copy = tmp_path / "README.md"
+    copy.write_text(README, encoding="utf-8")
+    reproduce_paper.write_readme(copy, "other")
+    text = copy.read_text(encoding="utf-8")
+    assert text == README.replace(between("paper tables"), "\nother\n")
+
+
+def test_the_complete_example_runs(monkeypatch, capsys):
+    monkeypatch.chdir(ROOT)
+    code = re.search(r"```python\n(.*?)```", between("example"), re.DOTALL).group(1)
+    names = {}
+    exec(compile(code, "README.md", "exec"), names)  # the README's own text
+    assert names["result"].actuator_forces["prismatic_1"] > 0
+    assert names["path"].twist.shape == (1000, 6)
+    np.testing.assert_array_equal(names["path"].status, 0)
+    assert "limb_1" in capsys.readouterr().out
+
+
+def test_files_that_the_readme_links_to_exist():
+    for target in re.findall(r"\]\(([^)#:]+)\)", README):
+        assert (ROOT / target).exists(), target
+
+
+def test_modules_named_in_the_readme_exist():
+    rooms = README.split("## The code")[1].split("## Citing")[0]
+    for row in re.findall(r"^\| (`.*?) \|", rooms, re.MULTILINE):
+        for name in re.findall(r"`([a-z_*]+)`", row):
+            assert list((ROOT / "src" / "kinetostatics").glob(name + "*")), name
+
+
+def test_the_example_of_misfits_runs(monkeypatch, capsys):
+    monkeypatch.chdir(ROOT)
+    code = re.search(r"```python\n(.*?)```", between("misfits"), re.DOTALL).group(1)
+    names = {}
+    exec(compile(code, "README.md", "exec"), names)  # the README's own text
+    assert abs(names["result"].contributions["misfit"][0]) > 1e-5
+    assert "prismatic_1" in capsys.readouterr().out
+
+
+def test_the_commands_for_maps_write_what_they_say(monkeypatch, tmp_path, capsys):
+    pytest.importorskip("matplotlib").use("Agg")
+    pytest.importorskip("h5netcdf")
+    monkeypatch.chdir(tmp_path)
+    commands = [shlex.split(line) for line in between("maps").splitlines() if line.startswith("kinetostatics ")]
+    assert [command[1] for command in commands] == ["sweep", "plot", "plot"]
+    for command in commands:
+        if command[1] == "sweep":  # a coarser grid
+            command = [word.replace(":72", ":12").replace(":26", ":6") for word in command]
+        assert main(command[1:]) == 0, capsys.readouterr().err
+        assert (tmp_path / command[command.index("--out") + 1]).exists()
+    assert "648 poses (z 9 × azimuth 12 × tilt 6)" in capsys.readouterr().out
+
+
+def test_the_picture_of_a_map_is_what_its_command_draws(monkeypatch, tmp_path, capsys):
+    """The same quantity, axes and height as in the command, drawn by the example that draws the picture."""
+    plots = pytest.importorskip("matplotlib")
+    plots.use("Agg")
+    example = pytest.importorskip("paper_workspace")
+    command = next(line for line in between("maps").splitlines() if " plot " in line)
+    figure = dict(example.figures(coarse=True))["round_3rps"]
+    assert "--x azimuth --y tilt --at z=0.65 --out" in command and figure.get_title() == "z = 0.65 m"
+    assert (figure.name, figure.figure.axes[1].get_ylabel()) == ("polar", "linear sag [µm]")
+    assert (figure.get_thetamin(), figure.get_thetamax()) == (0, 360) and 50 <= figure.get_rmax() <= 52.5
+    assert "docs/pictures/round_3rps.png" in README.split("## Workspace maps")[1].split("##")[0]
+    plots.pyplot.close("all")
+
+
+def test_the_section_on_maps_leads_to_its_pages():
+    section = README.split("## Workspace maps")[1].split("\n## ")[0]
+    assert {"docs/workspace.md", "docs/workspace_figures.md", "docs/benchmarks.md"} <= set(re.findall(r"\]\(([^)]+)\)", section))
+    figures = (ROOT / "docs" / "workspace_figures.md").read_text(encoding="utf-8")
+    assert all(f"figure_{number}.png" in figures for number in (6, 7, 12, 13)) and "maxima: begin" in figures
+    measured = (ROOT / "docs" / "benchmarks.md").read_text(encoding="utf-8")
+    assert all(word in measured for word in ("Beside OpenSeesPy", "Beside Pinocchio", "wanted", "**no**"))
+
+
+def test_the_readme_counts_the_robots():
+    words = {16: "Sixteen", 17: "Seventeen", 18: "Eighteen"}
+    assert f"{words[len(list((ROOT / 'robots').glob('*.urdf.xacro')))]} robots come with it" in README
+
+
+def test_the_page_on_the_paper_is_fresh_and_every_line_of_it_is_true():
+    """docs/paper.md: the paper's formulas beside the package, Eqs. (2) to (24)."""
+    page = pytest.importorskip("paper_step_by_step")
+    assert page.PAGE.read_text(encoding="utf-8") == page.page(), "stale: run python examples/paper_step_by_step.py --write"
+    rows = [row for _, found in page.pages() for row in found]
+    assert len(rows) > 45 and max(row.difference for row in rows) < 1e-12
+    equations = " ".join(row.equation for row in rows)
+    assert all(
+        f"({number})" in equations for number in (2, 4, 5, 6, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 24)
+    )
+
+
+def test_the_page_on_the_paper_names_what_there_is():
+    page = pytest.importorskip("paper_step_by_step")
+    result = reproduce_paper.analyze("3rps", 2)
+    found = result.to_dict()
+    for _, _, attributes, keys, _, _ in page.SYMBOLS:
+        for attribute in attributes.split(", "):
+            if attribute.startswith("result"):
+                eval(attribute, {"result": result})
+        for key in keys.split(", "):
+            inner = found
+            for part in key.split(".") if key != "–" else ():
+                inner = inner[part]
+
+
+@pytest.mark.parametrize("key", reproduce_paper.COMMANDS)
+def test_each_table_of_the_paper_has_a_command_that_prints_its_numbers(key, capsys):
+    from kinetostatics.cli.main import main
+
+    command, ours = reproduce_paper.COMMANDS[key], reproduce_paper.ours(*key)
+    assert command in README and main(command.split()[1:]) == 0
+    out = capsys.readouterr().out
+    numbers = [abs(float(found)) for found in re.findall(r"-?\d+\.\d+", out)]
+    twist = {"m": [abs(x) for x in ours["twist"][:3]], "rad": [abs(x) for x in ours["twist"][3:]]}
+    for size, powers in ((twist["m"], (1e6, 1e9)), (twist["rad"], (1e6, 1e9)), (ours["f1"] + ours["f2"] + ours["fa"], (1.0,))):
+        for value in size:
+            if value > max(1e-6 * max(size), 1e-15):
+                assert any(abs(number - value * power) < 2e-3 * number for power in powers for number in numbers), (value, out)

@@ -1,0 +1,88 @@
+"""Whole random mechanisms with serial limbs, written as files, against finite elements in OpenSees.
+
+Joint types and axes, points, sections, masses, rigid links, loads, cuts and the spelling of universal and spherical joints are
+random (``small_robots.random_spec`` and ``write``); those with other limbs are in ``test_random_hybrids.py``. As many as half a
+minute allows by default;
+
+    KINETOSTATICS_RANDOM_ROBOTS=5000 python -m pytest -q tests/properties/test_random_robots.py
+
+tries that many. Every failure found becomes an ``@example`` here.
+"""
+
+import os
+from importlib.util import find_spec
+
+import finite_elements
+import numpy as np
+import pinocchio as pin
+import pytest
+import small_robots as sr
+from hypothesis import assume, example, given, settings
+from hypothesis import strategies as st
+
+import kinetostatics as ks
+
+pytestmark = pytest.mark.skipif(
+    find_spec("openseespy") is None and not os.environ.get("KINETOSTATICS_REQUIRE_OPENSEES"),
+    reason="needs OpenSeesPy: pip install 'kinetostatics[verify]'",
+)
+
+COUNT = int(os.environ.get("KINETOSTATICS_RANDOM_ROBOTS", "50"))
+
+#: Serial limbs as machines have them, base to platform; a small letter is a driven joint.
+LIMBS = ["RpS", "UpS", "pUS", "rUS", "pRS", "rRS", "pUU", "rUU", "UpU", "SpU", "pRU", "UpR", "SpR", "pRRR", "rRRR", "CrS", "pCS",
+         "RpU", "S", "CpU", "rCU", "RRpU", "p", "r", "rrp", "US", "SR"]  # fmt: skip
+#: Relative: how far we and finite elements may differ, and how far these may scatter to be believed.
+CLOSE, SURE = 1e-6, 2e-7
+FREEDOMS = {"R": 1, "P": 1, "U": 2, "C": 2, "S": 3}
+
+
+def wrenches(limb):
+    """How many constraint wrenches the limb has, if its axes are in general position."""
+    return max(6 - sum(FREEDOMS.get(letter, 0) for letter in limb), 0)
+
+
+@settings(max_examples=COUNT, deadline=None)
+@given(
+    st.lists(st.sampled_from(LIMBS), min_size=2, max_size=6).filter(lambda limbs: sum(map(wrenches, limbs)) >= 6),
+    st.integers(0, 2**31),
+)
+@example(["RpS", "RpS", "RpS"], 0)
+@example(["pRU", "pRU", "UpR"], 1)
+@example(["UpS"] * 6, 2)
+@example(["rrp"], 3)
+def test_random_robots_agree_with_finite_elements(kinds, seed):
+    rng = np.random.default_rng(seed)
+    spec = sr.random_spec(kinds, seed)
+    assume(spec.beams)
+    file = sr.write(
+        spec, tree=int(rng.integers(len(kinds))), cuts=[int(rng.integers(len(k))) for k in kinds], twirl=seed,
+        whole=bool(rng.integers(2)), piece=int(rng.integers(3)), flip=bool(rng.integers(2)), order=rng.permutation(len(kinds)),
+    )  # fmt: skip
+    robot = file.robot()
+    pose = robot.configuration(pin.neutral(robot.model))
+    load, gravity = rng.standard_normal(6) * 50, rng.standard_normal(3) * 5
+    try:
+        result = ks.analyze(pose, load, gravity)
+    except ks.StaticsError:
+        answer = finite_elements.solve(spec, file, pose, load, gravity)
+        assume(answer.gap > 1e9)  # else almost singular
+        assert answer.free or answer.unbalanced > 1e-6
+        return
+    assume(np.linalg.cond(scaled(result.compliance, robot.length)) < 1e10)
+    found = ks.verify(pose, load, gravity)
+    if max(found.scatter.values()) < SURE:
+        assert max(found.differences.values()) < CLOSE, str(found)
+        return
+    answer = finite_elements.solve(spec, file, pose, load, gravity)  # where OpenSees has lost its digits
+    assume(answer.gap > 1e9)
+    unit = np.repeat([1.0, robot.length], 3)
+    softness = float(np.linalg.norm(scaled(answer.compliance, robot.length)))
+    moved = max(float(np.linalg.norm(answer.twist * unit)), 0.1 * softness)
+    assert np.linalg.norm((result.twist - answer.twist) * unit) < CLOSE * moved
+    assert np.linalg.norm(scaled(result.compliance - answer.compliance, robot.length)) < CLOSE * softness
+
+
+def scaled(compliance, length):
+    unit = np.array([1.0] * 3 + [length] * 3)
+    return compliance * np.outer(unit, unit) + 1e-300 * np.eye(6)

@@ -1,0 +1,219 @@
+"""Runs the blocks of docs/describe_your_own_robot.md and writes its answers and tables: ``python tests/support/guide_pages.py``.
+
+A block of XML is merged into the lift table's file: what has the tag and name of something in the file replaces it, what is new
+goes before ``</robot>``. After ``<!-- lift: only once -->`` the file is as before when the next block of commands is done.
+Of long answers ``<!-- shows: Robot; Errors 9 -->`` above the block names the paragraphs that are shown, and how many lines.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import re
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import guide_mistakes_of_files as of_files
+import guide_mistakes_of_robots as of_robots
+from guide_mistakes import ROOT, Mistake, provoke
+
+from kinetostatics.cli.main import main
+
+PAGE = ROOT / "docs" / "describe_your_own_robot.md"
+FILE = "lift_table.urdf.xacro"
+TABLES: dict[str, tuple[Mistake, ...]] = {
+    name: getattr(module, name)
+    for module, names in (
+        (of_files, ("FILES", "XACROS", "VALUES", "TREES", "ROLES", "LOOPS", "DRIVES", "BEAMS")),
+        (of_robots, ("SPANS", "POSES", "STATICS", "PYTHON", "WARNINGS")),
+    )
+    for name in names
+}
+_BLOCK = re.compile(
+    r"(?:<!-- (?P<mark>(?:lift|shows)[^>]*?) -->\n)?^```(?P<kind>\w+)\n(?P<text>.*?)^```$", re.DOTALL | re.MULTILINE
+)
+_START = re.compile(r"^  <(?!/)([\w:]+|!--)")
+_KEY = re.compile(r"^  <([\w:]+)(?: [\w:]+=\"[^\"]*\")*? ((?:name|link|joint)=\"[^\"]*\")", re.MULTILINE)
+
+
+@dataclass(frozen=True)
+class Block:
+    """A block of the page: where its text begins and ends in it, its language, and the mark above it."""
+
+    kind: str
+    mark: str
+    text: str
+    start: int
+    end: int
+
+
+def blocks(page: str) -> list[Block]:
+    """Return all blocks of a page, in order."""
+    return [
+        Block(found["kind"], found["mark"] or "", found["text"], found.start("text"), found.end("text"))
+        for found in _BLOCK.finditer(page)
+    ]
+
+
+# ---- merging ---------------------------------------------------------------------------------------------------------------
+
+
+def merge(file: str, block: str) -> str:
+    """Return a robot file with a block of elements merged into it."""
+    match = re.match(r"(.*?<robot[^>]*>\n)(.*)(</robot>\n)$", file, re.DOTALL)
+    assert match is not None
+    head, body, tail = match.groups()
+    parts = list(_elements(body))
+    for number, new in enumerate(_elements(block)):
+        key = _key(new)
+        same = [k for k, part in enumerate(parts) if key is not None and _key(part) == key]
+        if same:
+            old = parts[same[0]]
+            comment = re.match(r"(?:  <!--.*?-->\s*\n)*", old, re.DOTALL)
+            kept = comment[0] if comment is not None and not new.startswith("  <!--") else ""
+            parts[same[0]] = kept + new.rstrip("\n") + "\n" + ("\n" if old.endswith("\n\n") else "")
+        else:
+            if number == 0 and not parts[-1].endswith("\n\n"):
+                parts[-1] += "\n"
+            parts.append(new)
+    return head + "".join(parts) + tail
+
+
+def _elements(body: str) -> Iterator[str]:
+    """Yield the elements of ``<robot>``, each with the comments before and the blank lines after it."""
+    part, complete = "", False
+    for line in body.splitlines(keepends=True):
+        start = _START.match(line)
+        if start and complete:
+            yield part
+            part, complete = "", False
+        part += line
+        if start and start[1] != "!--":
+            complete = True
+    yield part
+
+
+def _key(element: str) -> tuple[str, ...] | None:
+    found = _KEY.search(element)
+    return found.groups() if found else None
+
+
+# ---- running ---------------------------------------------------------------------------------------------------------------
+
+
+def run(command: str) -> str:
+    """Return what a command line prints, errors too."""
+    program, *arguments = command.removeprefix("$ ").split()
+    assert program == "kinetostatics"
+    output = io.StringIO()
+    with contextlib.redirect_stdout(output), contextlib.redirect_stderr(output):
+        main(arguments)
+    return "".join(f"{line.rstrip()}\n" for line in output.getvalue().splitlines())
+
+
+def excerpt(text: str, mark: str) -> str:
+    """Return the paragraphs of an answer that a mark names; … stands for what is left out."""
+    if not mark.startswith("shows: "):
+        return text
+    wanted = [re.fullmatch(r"(.*?)(?: (\d+))?", item) for item in mark.removeprefix("shows: ").split("; ")]
+    kept: list[str] = []
+    for paragraph in text.rstrip("\n").split("\n\n"):
+        limits = [item[2] for item in wanted if item is not None and paragraph.strip().startswith(item[1])]
+        if limits:
+            lines = paragraph.split("\n")
+            count = int(limits[0] or len(lines))
+            kept.append("\n".join(lines[:count] + ["  …"] * (count < len(lines))))
+        elif kept[-1:] != ["…"]:
+            kept.append("…")
+    return "\n\n".join(kept) + "\n"
+
+
+@contextlib.contextmanager
+def working_in(folder: Path) -> Iterator[None]:
+    """Work in another folder."""
+    before = os.getcwd()
+    os.chdir(folder)
+    try:
+        yield
+    finally:
+        os.chdir(before)
+
+
+def answers(page: str, folder: Path) -> tuple[list[tuple[Block, str]], str]:
+    """Run a page.
+
+    Returns:
+        Every block with answers, and what it is to be: commands with what they print, or what the Python above prints;
+        and the robot's file in the end.
+    """
+    found: list[tuple[Block, str]] = []
+    names: dict[str, object] = {}
+    file, once, printed = "", "", ""
+    with working_in(folder):
+        for block in blocks(page):
+            if block.kind == "xml":
+                changed = merge(file, block.text) if file else block.text
+                if block.mark == "lift: only once":
+                    once = changed
+                else:
+                    file = changed
+                Path(FILE).write_text(once or file, encoding="utf-8")
+            elif block.kind == "console":
+                commands = [line for line in block.text.splitlines() if line.startswith("$ ")]
+                found.append((block, "".join(f"{command}\n{excerpt(run(command), block.mark)}" for command in commands)))
+                once = ""
+                Path(FILE).write_text(file, encoding="utf-8")
+            elif block.kind == "python":
+                output = io.StringIO()
+                with contextlib.redirect_stdout(output):
+                    exec(block.text, names)
+                printed = output.getvalue()
+            elif block.kind == "text":
+                found.append((block, printed))
+    return found, file
+
+
+# ---- tables ----------------------------------------------------------------------------------------------------------------
+
+
+def table(rows: list[tuple[Mistake, list[str]]]) -> str:
+    """Return the table of some mistakes and the messages that answer them."""
+    lines = ["| what is written | what is answered | what helps |", "|---|---|---|"]
+    for mistake, messages in rows:
+        cells = (mistake.written, "<br>".join(_as_code(message) for message in messages), mistake.cure)
+        lines.append("| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def _as_code(message: str) -> str:
+    assert "`" not in message and "\n" not in message
+    return f"`{message}`"
+
+
+def marked(name: str) -> re.Pattern[str]:
+    """Return the pattern of the table called ``name`` in the page."""
+    return re.compile(rf"(?<=<!-- mistakes: {name} -->\n).*?(?=<!-- end -->)", re.DOTALL)
+
+
+def write() -> None:
+    """Write answers and tables into the page, and the last state of the file."""
+    page = PAGE.read_text(encoding="utf-8")
+    with tempfile.TemporaryDirectory() as folder:
+        found, file = answers(page, Path(folder))
+    for block, answer in reversed(found):
+        page = page[: block.start] + answer + page[block.end :]
+    for name, mistakes in TABLES.items():
+        rows = []
+        for mistake in mistakes:
+            with tempfile.TemporaryDirectory() as folder:
+                rows.append((mistake, provoke(mistake, Path(folder))[0]))
+        page = marked(name).sub(lambda _, rows=rows: table(rows), page, count=1)
+    PAGE.write_text(page, encoding="utf-8")
+    (ROOT / "examples" / "guide_robot" / FILE).write_text(file, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    write()

@@ -1,0 +1,203 @@
+"""``kinetostatics check`` of every robot in ``robots/`` and of the odd ones of ``odd_robots.py``, compared with texts.
+
+The texts lie in ``golden/``: words are compared exactly, numbers to a thousandth, and the last digit may round either way.
+After a change that is meant, ``python tests/unit/checks/test_check_golden.py`` writes them anew; look at what differs.
+"""
+
+import json
+import re
+from functools import cache
+
+import pytest
+from odd_robots import ODD
+from places import ROOT, TESTS
+
+import kinetostatics as ks
+from kinetostatics.checks.chains import joints_of
+from kinetostatics.checks.collect import robot_facts
+from kinetostatics.reports import robot_to_dict
+from kinetostatics.reports.robot import facts_report
+
+GOLDEN = TESTS / "golden"
+
+ROBOTS = sorted(path.name.partition(".")[0] for path in (ROOT / "robots").iterdir())
+NAMES = [*ROBOTS, *(make.__name__ for make in ODD)]
+
+#: A number that is not part of a name.
+NUMBER = re.compile(r"(?<![\w.])[-−]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w.]*\d)")
+
+
+@cache
+def robot(name):
+    if name in ROBOTS:
+        return ks.load_robot(ROOT / "robots" / f"{name}.urdf.xacro")
+    return next(make for make in ODD if make.__name__ == name)()
+
+
+@cache
+def facts(name):
+    return robot_facts(robot(name))
+
+
+def report(name):
+    return facts_report(facts(name)).replace(f"{ROOT}/", "")
+
+
+def words_and_numbers(line):
+    """Return a line without its numbers, white space in one, and its numbers."""
+    return " ".join(NUMBER.sub("#", line).split()), [found[0].replace("−", "-") for found in NUMBER.finditer(line)]
+
+
+def same(number, other):
+    """Whether two printed numbers agree to a thousandth, or but for the last digit."""
+    mantissa, _, exponent = other.partition("e")
+    last = 10.0 ** (int(exponent or 0) - len(mantissa.partition(".")[2]))
+    return abs(float(number) - float(other)) <= max(1e-3 * abs(float(other)), 1.01 * last * ("." in mantissa))
+
+
+# ---- the texts ---------------------------------------------------------------------------------------------------------
+
+
+def test_there_is_a_text_for_each_and_no_other():
+    assert sorted(path.stem for path in GOLDEN.glob("*.txt")) == sorted(NAMES)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_check_says_what_it_said(name):
+    found, expected = report(name).splitlines(), (GOLDEN / f"{name}.txt").read_text(encoding="utf-8").splitlines()
+    for mine, theirs in zip(found, expected, strict=False):
+        (words, numbers), (wanted, values) = words_and_numbers(mine), words_and_numbers(theirs)
+        assert words == wanted
+        assert all(map(same, numbers, values)), (mine, theirs)
+    assert len(found) == len(expected)
+
+
+def test_the_comparison_notices_what_it_should():
+    line = "rod_1, … rod_3 (3)  circle ⌀100 mm       550.00  telescopic  200  33.780"
+    words, numbers = words_and_numbers(line)
+    assert numbers == ["3", "100", "550.00", "200", "33.780"] and words.startswith("rod_1, … rod_3 (#) circle ⌀# mm")
+    assert words_and_numbers("limb_1 at −0.5 and 3e-05")[1] == ["-0.5", "3e-05"]
+    assert words_and_numbers("limb_2")[0] != words_and_numbers("limb_1")[0]
+    assert same("3.7e-05", "3.6e-05") and not same("3.8e-05", "3.6e-05") and same("0.00008", "0.00008")
+    assert same("33.78", "33.77") and not same("33.9", "33.78") and not same("3", "2") and not same("1e-05", "1e-06")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_lines_are_short_and_say_no_machine_words(name):
+    text = report(name)
+    assert max(len(line) for line in text.splitlines()) <= 120
+    assert not re.search(r"\bnan\b|\binf\b(?! for rigid)|None|array|np\.|\[\]", text)
+
+
+# ---- what is warned of -------------------------------------------------------------------------------------------------
+
+#: What is said of most robots.
+RIGID = "bearings and drives count as rigid: the file gives no <joint_stiffness>"
+#: All else that is warned of in the robots of the package: meant, and said in the files.
+MEANT = {
+    "6rus": ["stubby"],  # cranks
+    "anymal_standing": ["stubby", "stubby", "the actuation is redundant"],  # thighs, and the housings of the knees
+    "tripteron": ["stubby"],
+    "ur10": ["stubby"],  # the housing of the elbow
+}
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_nothing_is_warned_of_in_the_packages_robots_but_what_is_meant(name):
+    found, meant = [text for text in facts(name).warnings if text != RIGID], MEANT.get(name, [])
+    assert len(found) == len(meant), found
+    assert facts(name).warnings.count(RIGID) == (not robot(name).description.joint_stiffness)
+    for warning, words in zip(found, meant, strict=True):
+        assert words in warning
+    assert not facts(name).problems
+
+
+#: Of every odd robot, words of the warnings and problems that it is odd for.
+ODDITIES = {
+    "units_of_sections": ["thicker (100.0 m) than long", "Young's modulus of 200 Pa", "density of 7.82 kg/m³"],
+    "units_of_lengths": ["the robot is 640.3 m large"],
+    "stubby_and_wiry": [
+        "is stubby",
+        "times as long as thick (30.00 µm)",
+        "shear modulus of 4e+11",
+        "thermal expansion of 12 1/K",
+    ],
+    "masses": ["weighs 2.774 kg by its density", "weighs nothing, as its density is 0", "'bare' has no density and its link no"],
+    "rounded_angles": ["angles or lengths are probably rounded"],
+    "far_from_closed": ["far from closed: open by 150.0 mm at other_head"],
+    "drive_out_of_reach": ["open by 400.0 mm at pivot", "has slide at -374.3 mm"],
+    "beyond_limits": ["at the zero pose foot (0°) is beyond its limits"],
+    "open_loops": ["cannot be closed", "limb_2 has nothing elastic"],
+    "soft_and_hard_joints": ["foot along x is 50 N/m", "the drive of foot is 20 N·m/rad", "along x is 1e+13 N/m"],
+    "no_drives": ["only 0 drives for a mobility of 1"],
+    "two_drives": ["2 drives for 1 freedom"],
+    "rigid_limbs": ["the limbs limb_1 and limb_2 have nothing elastic"],
+    "followers": ["far from closed", "limb_2 has nothing elastic"],
+    "braced_frame": ["limb_1 cannot hold its own weight", "limb_2 has nothing elastic"],
+    "seven_axes": [],
+    "loose_parts": ["what hangs on the platform cannot hold itself"],
+}
+
+
+@pytest.mark.parametrize("name", ODDITIES)
+def test_odd_robots_are_warned_of(name):
+    found = [*facts(name).problems, *facts(name).warnings]
+    for words in ODDITIES[name]:
+        assert sum(words in item for item in found) == 1, (words, found)
+
+
+# ---- numbers for programs ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_same_as_plain_values(name):
+    found = json.loads(json.dumps(robot_to_dict(robot(name)), allow_nan=False))
+    mobility = found["mobility"]
+    if facts(name).zero.closing_error is None:
+        assert mobility is None and found["mass"] is None and found["problems"]
+        return
+    counted = robot(name).mobility
+    assert (mobility["platform"], mobility["local"]) == (counted.platform, counted.local)
+    assert mobility["redundant_constraints"] == counted.redundant_constraints
+    assert sum(item["count"] for item in mobility["local_freedoms"]) == counted.local
+    assert sum(item["count"] for item in mobility["redundancies"]) == counted.redundant_constraints
+    assert len(mobility["coordinates"]) == counted.platform
+    for plain, limb in zip(found["limbs"], robot(name).topology.limbs, strict=True):
+        joints = [joint for step in plain["joints"] for joint in step["joints"]]
+        assert sorted(joints) == sorted(edge.joint for edge in limb.edges if edge.joint and _moves(name, edge.joint, joints))
+        assert plain["graph"]["rings"] == len(limb.to_platform) - 1
+    lengths = {beam["name"]: beam["length"] for beam in found["beams"]}
+    for beam, model in robot(name).beams.items():
+        assert lengths[beam] == pytest.approx(float(model.length(robot(name).zero_frames)[0]), rel=1e-9)
+
+
+def _moves(name, joint, shown):
+    """Whether a joint moves, or is a weld that is shown because it stands at the base or the platform."""
+    return robot(name).mechanism.connections[joint].kind != "fixed" or joint in shown
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_coordinates_that_are_named_place_the_platform(name):
+    one = robot(name)
+    zero = one.assemble().platform
+    wanted = {key: float(zero[key]) for key in facts(name).mobility.coordinates}
+    pose = one.assemble(platform=wanted)
+    for key, value in pose.platform.items():
+        assert float(value) == pytest.approx(float(zero[key]), abs=1e-9)
+
+
+def test_chains_name_every_joint_once():
+    for name in NAMES:
+        for limb in facts(name).limbs:
+            steps = [*joints_of(limb.graph.chain), *(step for item in limb.graph.hanging for step in joints_of(item.chain))]
+            names = [joint for step in steps for joint in step.joints]
+            assert len(names) == len(set(names))
+
+
+if __name__ == "__main__":
+    GOLDEN.mkdir(exist_ok=True)
+    for old in GOLDEN.glob("*.txt"):
+        if old.stem not in NAMES:
+            old.unlink()
+    for each in NAMES:
+        (GOLDEN / f"{each}.txt").write_text(report(each) + "\n", encoding="utf-8")

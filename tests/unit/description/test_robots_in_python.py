@@ -1,0 +1,408 @@
+"""Robots without a file: made of dataclasses, changed after loading, and checked by the rules of robot files."""
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from places import ROOT
+
+import kinetostatics as ks
+from kinetostatics.description import (
+    Beam,
+    BeamEnd,
+    Cone,
+    Inertia,
+    Joint,
+    JointStiffness,
+    Link,
+    Loop,
+    Material,
+    Mimic,
+    Origin,
+    RobotDescription,
+)
+from kinetostatics.files.reader import parse_robot_text
+from kinetostatics.sections import Rectangle, RectangularTube, Section, Tube
+
+STEEL = Material(210e9, 0.3, density=7850)
+Y = (0, 1, 0)
+
+
+def parallelogram() -> RobotDescription:
+    """The example of ``docs/robot_format.md``."""
+    return RobotDescription.of(
+        "parallelogram",
+        links=[
+            Link("ground"),
+            Link("left"),
+            Link("right"),
+            Link("plate", 3, (0.2, 0, 0), Inertia((0.01, 0, 0, 0.04, 0, 0.04))),
+        ],
+        joints=[
+            Joint("a", "revolute", "ground", "left", axis=Y, lower=-1, upper=1, effort=100, velocity=1),
+            Joint("b", "continuous", "left", "plate", Origin((0, 0, 0.3)), Y),
+            Joint("d", "continuous", "ground", "right", Origin((0.4, 0, 0)), Y),
+        ],
+        loops=[Loop("c", "continuous", "right", "plate", Origin((0, 0, 0.3)), Origin((0.4, 0, 0)), Y)],
+        platform="plate",
+        platform_origin=Origin((0.2, 0, 0)),
+        beams=[
+            Beam("left", Tube.of(0.02), STEEL, BeamEnd("a"), BeamEnd("b")),
+            Beam("right", Tube.of(0.03, 0.02), STEEL, BeamEnd("d"), BeamEnd("c")),
+        ],
+        driven=["a"],
+    )
+
+
+def from_docs() -> RobotDescription:
+    text = (ROOT / "docs" / "robot_format.md").read_text()
+    found = re.search(r"```xml\n(<\?xml.*?)```", text, re.DOTALL)
+    assert found is not None
+    return parse_robot_text(found[1].replace('<transmission name="motor">', '<transmission name="drive_a">'), "docs.urdf")
+
+
+def test_the_documentations_example_in_python() -> None:
+    description = parallelogram()
+    assert not description.is_valid and description.path == "<python>"
+    assert ks.validate(description) == from_docs()
+    robot = ks.Robot(description)
+    assert robot.description == from_docs() and "right" in repr(robot.description.beams)
+    expected = ks.analyze(ks.Robot(from_docs()).assemble(actuators={"a": 0.2}), (0, 0, -100, 0, 0, 0))
+    found = ks.analyze(robot.assemble(actuators={"a": 0.2}), (0, 0, -100, 0, 0, 0))
+    np.testing.assert_array_equal(found.twist, expected.twist)
+    assert str(found) == str(expected) and "<python>" in str(robot)
+
+
+def test_numbers_may_be_numpys_and_axes_of_any_length() -> None:
+    description = parallelogram()
+    joints: dict[str, Any] = {
+        name: replace(
+            joint, axis=np.array([0, 5, 0]), origin=Origin(np.array(joint.origin.xyz), [0, 0, 0]), lower=np.float32(joint.lower)
+        )  # type: ignore[arg-type]
+        for name, joint in description.joints.items()
+    }
+    assert ks.validate(replace(description, joints=joints, driven=("a",))) == from_docs()
+
+
+def test_links_have_an_inertial_where_it_says_something() -> None:
+    for link, expected in [
+        (Link("a"), False),
+        (Link("a", mass=1), True),
+        (Link("a", center_of_mass=np.array([0, 0, 1])), True),  # type: ignore[arg-type]
+        (Link("a", inertia=Inertia(np.array([0, 0, 0, 0, 0, 1]))), True),  # type: ignore[arg-type]
+        (Link("a", has_inertial=True), True),
+        (replace(Link("a", mass=1), mass=2), True),
+    ]:
+        assert link.has_inertial is expected
+
+
+def test_visuals_are_drawn() -> None:
+    visuals = pytest.importorskip("kinetostatics.viewer.visuals")
+    sphere = "<visual><geometry><sphere radius='0.1'/></geometry><material name='red'/></visual>"
+    colour = "<material name='red'><color rgba='1 0 0 1'/></material>"
+    description = replace(parallelogram().changed("plate", extra=sphere), extra=colour)
+    found = visuals.link_visuals(ks.validate(description))
+    assert list(found) == ["plate"]
+    np.testing.assert_allclose(found["plate"].colours, [[1, 0, 0]] * len(found["plate"].colours), atol=0.01)
+    np.testing.assert_allclose(np.abs(found["plate"].surface.vertices).max(axis=0), 0.1, rtol=0.02)
+
+
+def test_a_description_is_never_changed_in_place() -> None:
+    description = from_docs()
+    for change in (
+        lambda: description.beams.__setitem__("left", description.beams["right"]),  # type: ignore[attr-defined]
+        lambda: description.links.pop("left"),  # type: ignore[attr-defined]
+        lambda: description.joints.update(a=1),  # type: ignore[attr-defined]
+        lambda: description.loops.clear(),  # type: ignore[attr-defined]
+    ):
+        with pytest.raises(TypeError, match="not changed in place"):
+            change()
+
+
+def test_text_is_never_stale() -> None:
+    """After a change the text, Pinocchio's model and the results are those of the changed robot."""
+    description = from_docs()
+    assert '<circle diameter="0.02"/>' in description.urdf
+    thick = description.changed("left", section=Tube.of(0.025))
+    assert not thick.is_valid and '<circle diameter="0.025"/>' in thick.urdf and '<circle diameter="0.02"/>' not in thick.urdf
+    assert '<circle diameter="0.02"/>' in description.urdf
+    longer = thick.changed("b", origin=Origin((0, 0, 0.35))).changed("c", predecessor_origin=Origin((0, 0, 0.35)))
+    robot = ks.Robot(longer)
+    assert robot.assemble().platform["z"] == pytest.approx(0.35, abs=1e-12)
+    assert max(placement.translation[2] for placement in robot.model.jointPlacements) == 0.35
+
+
+@pytest.mark.parametrize("name", ["3rps", "2pru_upr"])
+def test_another_diameter_is_what_the_files_parameter_makes(name: str) -> None:
+    path = ROOT / "robots" / f"{name}.urdf.xacro"
+    wanted = ks.load_robot(path, {"rod_diameter": 0.083})
+    description = ks.read_robot_file(path)
+    for beam in description.beams.values():
+        assert beam.shear_areas[0] == beam.section.area  # κ = 1 in both files
+        description = description.changed(beam.name, section=Tube.of(0.083))
+    robot = ks.Robot(description)
+    found, expected = (ks.analyze(item.assemble(), (1, 2, 3, 4, 5, 6)) for item in (robot, wanted))
+    np.testing.assert_array_equal(found.twist, expected.twist)
+    assert found.actuator_forces == expected.actuator_forces
+
+
+def test_shear_follows_the_section() -> None:
+    beam = from_docs().beams["right"]
+    for section in (Tube.of(0.05), Rectangle.of(0.02, 0.03), Section(1e-3, 1e-7, 1e-7, 2e-7, 5e-4, 6e-4)):
+        other = replace(beam, section=section)
+        factors = section.shear_coefficients(0.3)
+        expected = [5e-4, 6e-4] if factors is None else np.array(factors) * section.area
+        np.testing.assert_allclose(other.shear_areas, expected, rtol=1e-15)
+    assert replace(beam, shear_coefficient=math.inf).shear_areas == (math.inf, math.inf)
+    assert replace(beam, material=replace(STEEL, youngs_modulus=100e9)).shear_modulus == 100e9 / 2.6
+    with pytest.raises(ks.ArgumentError, match="shear_coefficient"):
+        _ = replace(beam, section=Section(1, 1, 1, 1)).shear_areas
+    with pytest.raises(ks.ArgumentError, match="Poisson"):
+        _ = replace(beam, material=Material(1e9)).shear_modulus
+
+
+def test_payload() -> None:
+    """A payload does what its weight does as a load, and counts as platform weight."""
+    description = ks.read_robot_file(ROOT / "robots" / "3rps.urdf.xacro")
+    at, mass = (0.05, -0.02, 0.1), 3.0
+    robot = ks.Robot(description.with_payload("box", "platform", mass, at))
+    bare = ks.Robot(description)
+    poses = [item.assemble(platform={"z": 0.55, "rx": 0.1, "ry": -0.05}) for item in (robot, bare)]
+    found, empty = (ks.analyze(pose) for pose in poses)
+    arm = poses[0].frame("box")[:3, 3] - poses[0].platform_frame[:3, 3]
+    np.testing.assert_allclose(arm, poses[0].frame("platform")[:3, :3] @ at, atol=1e-12)
+    weight = np.array([0, 0, -9.81 * mass])
+    loaded = ks.analyze(poses[1], np.concatenate([weight, np.cross(arm, weight)]))
+    np.testing.assert_allclose(found.twist, loaded.twist, rtol=1e-9, atol=1e-20)
+    assert np.abs(found.twist - empty.twist).max() > 1e-9
+    with pytest.raises(ks.ArgumentError, match="the link 'rod_1' is there already"):
+        description.with_payload("rod_1", "platform", 1.0)
+    with pytest.raises(ks.ArgumentError, match="the joint 'box_mount' is there already"):
+        description.with_joint(Joint("box_mount", "fixed", "platform", "rod_1")).with_payload("box", "platform", 1.0)
+
+
+def test_small_changes() -> None:
+    description = from_docs()
+    softer = description.changed("left", youngs_modulus=70e9, density=2700)
+    assert softer.beams["left"].material == Material(70e9, 0.3, density=2700)
+    assert softer.beams["left"].section == Tube.of(0.02) and softer.beams["right"] == description.beams["right"]
+    assert description.changed("plate", mass=5).links["plate"].mass == 5
+    assert description.changed("a", lower=-2).joints["a"].lower == -2
+    assert description.changed("c", type="revolute").loops["c"].type == "revolute"
+    assert list(softer.links) == list(description.links)  # the limbs keep their numbers
+    stiff = description.with_joint_stiffness(JointStiffness("a", drive=1e4))
+    assert stiff.changed("a", drive=2e4).joint_stiffness["a"].drive == 2e4
+    assert list(description.without_beam("left").beams) == ["right"]
+    again = description.without_beam("left").with_beam(description.beams["left"])
+    assert ks.validate(again) == replace(description, beams={name: description.beams[name] for name in ("right", "left")})
+    warned = description.changed("left", density=None)
+    assert any("'left'" in text and "weighs nothing" in text for text in ks.Robot(warned).description.warnings)
+    assert ks.Robot(warned.changed("left", density=0)).description.warnings == ()
+    grown = (
+        description.with_link(Link("pole", 0.1))
+        .with_joint(Joint("pole_foot", "fixed", "plate", "pole", Origin((0.2, 0, 0))))
+        .with_loop(Loop("brace", "spherical", "ground", "pole", Origin((0.2, 0, 0.3))))
+    )
+    assert list(ks.Robot(grown).description.loops) == ["c", "brace"]
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda d: d.changed("lift", mass=1), "nothing in 'parallelogram' is called 'lift': did you mean 'left'?"),
+        (lambda d: d.changed("left", diameter=1), "'left' is a Link and a Beam, which cannot be given diameter: a Link has mass"),
+        (lambda d: d.changed("a", mass=1), "'a' is a Joint, which cannot be given mass: a Joint has type, parent"),
+        (lambda d: d.changed("a", name="b"), "cannot be given name"),
+        (lambda d: d.changed("left"), "'left' is a Link and a Beam, and nothing may belong to either"),
+        (lambda d: d.changed("left", mass=1, section=Tube.of(1)), "cannot be given mass, section"),
+        (lambda d: d.without_beam("lef"), "no beam 'lef': did you mean 'left'?"),
+        (lambda d: ks.Robot("robot.urdf"), "'robot.urdf' is no description of a robot; load_robot"),
+    ],
+)
+def test_changes_that_cannot_be(change: Callable[[RobotDescription], Any], words: str) -> None:
+    with pytest.raises(ks.ArgumentError, match=re.escape(words)):
+        change(parallelogram())
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: Tube.of(-1), "outer_diameter=-1 of a section must be a finite number greater than zero; it is in metres"),
+        (lambda: Tube.of(math.nan), "outer_diameter=nan"),
+        (lambda: Tube.of("0.1"), "outer_diameter='0.1'"),  # type: ignore[arg-type]
+        (lambda: Tube.of(1, -1), "inner_diameter=-1"),
+        (lambda: Tube.of(0.02, 0.02), "inner_diameter=0.02 must be less than outer_diameter=0.02"),
+        (lambda: Rectangle.of(1, 0), "height=0"),
+        (lambda: RectangularTube.of(1, 2), "thickness=0.0"),
+        (lambda: RectangularTube.of(1, 2, 0.5), "thickness=0.5 must be less than half the smaller side, 1"),
+    ],
+)
+def test_impossible_sections(make: Callable[[], Section], words: str) -> None:
+    with pytest.raises(ks.ArgumentError, match=re.escape(words)):
+        make()
+
+
+def beam(**values: Any) -> Callable[[RobotDescription], RobotDescription]:
+    return lambda description: description.changed("left", **values)
+
+
+def material(**values: Any) -> Callable[[RobotDescription], RobotDescription]:
+    return lambda description: description.changed("left", material=replace(STEEL, **values))
+
+
+def joint(name: str = "a", **values: Any) -> Callable[[RobotDescription], RobotDescription]:
+    return lambda description: description.changed(name, **values)
+
+
+def whole(**values: Any) -> Callable[[RobotDescription], RobotDescription]:
+    return lambda description: replace(description, **values)
+
+
+NAN, INF = math.nan, math.inf
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        # what refers to something
+        (joint(parent="grund"), ["'grund'", "did you mean 'ground'"]),
+        (joint(parent="left"), ["'a'", "itself"]),
+        (joint("d", child="left"), ["two parents"]),
+        (joint("a", parent="plate"), ["cycle"]),
+        (joint("c", successor="plat"), ["did you mean 'plate'"]),
+        (beam(start=BeamEnd("x")), ["'x'", "does not exist"]),
+        (beam(start=BeamEnd("a", "left")), [":parent"]),
+        (beam(start=BeamEnd("b")), ["zero length"]),
+        (whole(platform="plates"), ["did you mean 'plate'"]),
+        (whole(platform="ground"), ["both base and platform"]),
+        (whole(base="grnd"), ["did you mean 'ground'"]),
+        (whole(driven=("a", "a")), ["two <transmission>"]),
+        (whole(driven=("plate",)), ["'plate'", "does not exist"]),
+        (whole(links={}), ["no links"]),
+        (lambda d: d.with_link(Link("lost")), ["'lost'", "no parent joint"]),
+        (lambda d: d.with_beam(replace(d.beams["left"], name="two")), ["two beams on the same span"]),
+        (lambda d: d.with_beam(Beam("plate", Tube.of(1), STEEL)), ["platform", "stays rigid"]),
+        (lambda d: d.with_loop(replace(d.loops["c"], name="a")), ["joint or loop name 'a' is taken"]),
+        (lambda d: d.with_joint_stiffness(JointStiffness("b", drive=1)), ["'b'", "not driven"]),
+        (lambda d: d.with_joint_stiffness(JointStiffness("x", drive=1)), ["'x'", "does not exist"]),
+        (lambda d: d.with_joint_stiffness(JointStiffness("a", linear=(1, 0, 1))), ["0 along y"]),
+        (joint("d", mimic=Mimic("b")), ["'b'", "not driven"]),
+        (joint("d", mimic=Mimic("a", 0)), ["multiplier=0"]),
+        # types and names
+        (joint(type="revolut"), ["did you mean 'revolute'"]),
+        (joint("c", type="sperical"), ["did you mean 'spherical'"]),
+        (joint("c", type="spherical"), ["no <axis>"]),
+        (joint("c", cone=Cone(1.0)), ["<cone>"]),
+        (joint("c", lower=-1, upper=1), ["continuous", "unlimited"]),
+        (whole(name="two\nlines"), ["line breaks"]),
+        (whole(name=""), ["'name'", "empty"]),
+        (whole(name=None), ["'name'"]),
+        (whole(name=5), ["name of robot is 5", "text"]),
+        (whole(links={"a": Link("b")}), ["kept as 'a'", "'b'", "agree"]),
+        (whole(links={"a": "b"}), ["kept as 'a'"]),
+        # numbers
+        (joint(axis=(0, 0, 0)), ["zero", "somewhere"]),
+        (joint(axis=(0, 1)), ["three numbers, not 2"]),
+        (joint(axis=1), ["axis of joint 'a' is 1", "three numbers"]),
+        (joint(axis=(0, "up", 0)), ["axis of joint 'a' is 'up'", "number"]),
+        (joint(axis=(0, NAN, 1)), ["'0 nan 1'", "finite"]),
+        (joint(lower=2), ["lower=2", "upper=1"]),
+        (joint(upper=INF), ["upper='inf'", "finite"]),
+        (joint(effort=-1), ["effort", "zero or greater"]),
+        (joint(origin=Origin((0, 0, 1e10))), ["too large"]),
+        (lambda d: d.changed("plate", mass=-1), ["value='-1'", "zero or greater"]),
+        (lambda d: d.changed("plate", mass=INF), ["finite"]),
+        (lambda d: d.changed("plate", mass="3 kg"), ["mass of link 'plate' is '3 kg'", "number"]),
+        (lambda d: d.changed("plate", inertia=Inertia((1, 1))), ["2 moments", "ixx"]),  # type: ignore[arg-type]
+        (material(youngs_modulus=0), ["youngs_modulus", "greater than zero"]),
+        (material(poisson_ratio=0.6), ["poisson_ratio=0.6"]),
+        (material(poisson_ratio=None), ["neither poisson_ratio nor shear_modulus"]),
+        (material(shear_modulus=1e9), ["both poisson_ratio and shear_modulus"]),
+        (material(density=-1), ["density", "zero or greater"]),
+        (material(density=None), ["all give a density or none"]),
+        (beam(section=Tube(1, 1, 1, 1, outer_diameter=1, inner_diameter=2)), ["inner_diameter=2", "less than outer_diameter=1"]),
+        (beam(section=Tube(1, 1, 1, 1)), ["diameter", "greater than zero"]),
+        (beam(section=Rectangle.of(1, 2)), ["y_axis"]),
+        (beam(section=Rectangle(1, 1, 1, 1, width=1)), ["height", "greater than zero"]),
+        (beam(section=Section(1, 1, 1, 1)), ["shear_coefficient"]),
+        (beam(section=Section(1, 1, 1, 1, 1)), ["both shear_area_y and shear_area_z"]),
+        (beam(section=replace(Tube.of(0.02), outer_diameter=0.03)), ["other numbers than its sizes", "Tube.of(…)"]),
+        (beam(section="thick"), ["'thick'", "kinetostatics.sections"]),
+        (beam(shear_coefficient=0), ["shear_coefficient", "greater than zero"]),
+        # XML that is kept
+        (lambda d: d.changed("plate", extra="<visual>"), ["extra of link 'plate'", "well-formed"]),
+        (lambda d: d.changed("plate", extra="thick"), ["extra of link 'plate'", "text outside"]),
+        (lambda d: d.changed("plate", extra="<visual><origin xyz='1 2'/></visual>"), ["three numbers"]),
+        (lambda d: d.changed("plate", extra="<inertial/>"), ["two <inertial>"]),
+        (lambda d: d.changed("a", extra="<dynamics/>"), ["damping"]),
+        (whole(extra="<platfrom/>"), ["did you mean <platform>"]),
+        (whole(extra="<!DOCTYPE x>"), ["extra of the description"]),
+        (whole(attributes=(("a b", "c"),)), ["'a b'", "attribute"]),
+        (whole(attributes=(("a", "\x00"),)), ["'\\x00'", "attribute"]),
+        (whole(attributes=(("version", "7"),)), ["version='7'"]),
+        (
+            lambda d: (
+                d.with_link(Link("x"))
+                .with_joint(Joint("a:child", "fixed", "left", "x"))
+                .changed("left", start=BeamEnd("a", "child"))
+            ),
+            ["child side of 'a'", "called 'a:child'"],
+        ),
+    ],
+)
+def test_every_rule_of_files_holds_in_python(change: Callable[[RobotDescription], RobotDescription], words: list[str]) -> None:
+    """The same for a description made in Python and one that was read and changed; nothing but one clear message."""
+    other = lambda d: d.with_beam(Beam("left", Tube.of(0.02), STEEL, BeamEnd("b"), BeamEnd("a"), name="back"))  # noqa: E731
+    for before in (parallelogram(), from_docs()):
+        description = change(other(before) if "all give a density or none" in words else before)
+        with pytest.raises(ks.RobotFileError) as caught:
+            ks.Robot(description)
+        for word in words:
+            assert word in str(caught.value)
+        assert "\n" not in str(caught.value)
+        assert caught.value.file in {before.path, "<python>"}
+        with pytest.raises(ks.RobotFileError):
+            ks.validate(description)
+
+
+def test_lists_with_names_twice() -> None:
+    links = [Link("a"), Link("b")]
+    joints = [Joint("j", "fixed", "a", "b")]
+    for values, words in [
+        ({"links": [*links, Link("a")]}, "the link name 'a' is taken already"),
+        ({"joints": [*joints, *joints]}, "the joint name 'j' is taken already"),
+        ({"loops": [Loop("j", "fixed", "a", "b")]}, "the joint or loop name 'j' is taken already"),
+        ({"beams": [Beam("a", Tube.of(1), STEEL)] * 2}, "the beam name 'a' is taken already"),
+        ({"joint_stiffness": [JointStiffness("j")] * 2}, "the joint 'j' has two stiffnesses"),
+    ]:
+        given: dict[str, Any] = {"links": links, "joints": joints, "platform": "b", **values}
+        with pytest.raises(ks.RobotFileError, match=f"<python>: {words}"):
+            RobotDescription.of("r", **given)
+
+
+def test_errors_name_the_line_of_what_was_read() -> None:
+    description = from_docs()
+    place = description.beams["left"].place
+    assert place.line is not None and str(place) == f"docs.urdf:{place.line}"
+    with pytest.raises(ks.RobotFileError, match=f"docs.urdf:{place.line}: .*youngs_modulus"):
+        ks.Robot(description.changed("left", youngs_modulus=-1))
+    with pytest.raises(ks.RobotFileError, match=r"<python>: joint 'new': <parent> refers to the link 'leftt'.*'left'"):
+        ks.Robot(description.with_joint(Joint("new", "fixed", "leftt", "plate")))
+
+
+def test_warnings_of_the_file_are_said_once() -> None:
+    text = (ROOT / "docs" / "robot_format.md").read_text()
+    text = text[text.index("<?xml") : text.index("</robot>") + len("</robot>")]
+    text = text.replace('<link name="left"/>', '<link name="left"><visul/></link>').replace(
+        'type="revolute"', 'type="continuous"', 1
+    )
+    description = parse_robot_text(text, "docs.urdf")
+    assert [re.sub(r":\d+: .*", "", line) for line in description.warnings] == ["docs.urdf"] * 2
+    changed = ks.validate(description.changed("plate", mass=5))
+    assert changed.warnings == description.warnings
+    made = parallelogram().changed("left", extra="<visul/>")
+    assert [line for line in ks.Robot(made).description.warnings if "<visul>" in line and line.startswith("<python>: ")]

@@ -1,0 +1,809 @@
+"""Loops of onshape-to-robot, Gepetto and Isaac Sim: the same robot as in our format, and questions instead of guesses."""
+
+import math
+import random
+import re
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import yaml
+from places import ROOT, TESTS
+
+import kinetostatics as ks
+from kinetostatics.cli import main as cli
+from kinetostatics.exceptions import ArgumentError, KinetostaticsError, RobotFileError
+from kinetostatics.files.importers import ForeignLoop, gepetto, isaac, onshape
+from kinetostatics.files.importers import convert as conversion
+from kinetostatics.files.reader import parse_robot_text
+
+FOREIGN = TESTS / "foreign"
+FIVE_BAR = FOREIGN / "five_bar_onshape.urdf"
+FOUR_BAR = FOREIGN / "four_bar_isaac.urdf"
+GEPETTO = FOREIGN / "five_bar_gepetto.urdf", FOREIGN / "five_bar_gepetto.yaml"
+RRS = FOREIGN / "3rrs_gepetto.urdf", FOREIGN / "3rrs_gepetto.yaml"
+HINGE = {"types": "revolute", "platform": "tool", "driven": ["motor_1", "motor_2"]}
+
+
+def inertial(mass, *com):
+    inertia = 'ixx="0.001" ixy="0" ixz="0" iyy="0.001" iyz="0" izz="0.001"'
+    xyz = " ".join(map(repr, com))
+    return f'<inertial><origin xyz="{xyz}"/><mass value="{mass}"/><inertia {inertia}/></inertial>'
+
+
+def beams(*links):
+    rest = 'youngs_modulus="70e9" poisson_ratio="0.3" density="2700"><tube outer_diameter="0.03" inner_diameter="0.024"/></beam>'
+    return "".join(f'<beam link="{link}" {rest}' for link in links)
+
+
+def elastic(made, *links):
+    """The robot with elastic links; the links that mark frames, which weigh 1e-9 kg, weigh nothing."""
+    text = re.sub('value="1e-0?9"', 'value="0"', made.urdf.replace("</robot>", f"{beams(*links)}</robot>"))
+    return ks.Robot(parse_robot_text(text))
+
+
+def hinge(name, parent, child, xyz, axis="0 1 0", kind="continuous"):
+    return (
+        f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/>'
+        f'<origin xyz="{xyz}"/><axis xyz="{axis}"/></joint>'
+    )
+
+
+def five_bar():
+    """The five-bar by hand: link frames along the world's axes, cut at the other side of the tool, hinges about y."""
+    return ks.Robot(
+        parse_robot_text(f"""<robot name="by_hand">
+    <link name="base">{inertial(1, 0, 0, -0.05)}</link>
+    <link name="crank_1">{inertial(0.8, -0.075, 0, 0.1)}</link>
+    <link name="tool">{inertial(2, -0.175, 0, -0.15)}</link>
+    <link name="crank_2">{inertial(0.8, 0.075, 0, 0.1)}</link>
+    <link name="rod_2">{inertial(1.2, -0.175, 0, 0.15)}</link>
+    {hinge("motor_1", "base", "crank_1", "-0.2 0 0")}
+    {hinge("motor_2", "base", "crank_2", "0.2 0 0")}
+    {hinge("passive_2", "crank_2", "rod_2", "0.15 0 0.2")}
+    {hinge("closing_tool", "rod_2", "tool", "-0.35 0 0.3")}
+    <loop name="passive_1" type="revolute">
+      <predecessor link="crank_1"><origin xyz="-0.15 0 0.2"/></predecessor>
+      <successor link="tool"><origin xyz="-0.35 0 -0.3"/></successor><axis xyz="0 1 0"/>
+    </loop>
+    <platform link="tool"><origin xyz="-0.35 0 -0.3"/></platform>
+    <transmission name="m"><joint name="motor_1"/><joint name="motor_2"/></transmission>
+    {beams("crank_1", "crank_2", "rod_2")}
+  </robot>""")
+    )
+
+
+def rrs():
+    """The 3-RRS by hand: along the world's axes, the platform in the tree behind limb 2, limbs 1 and 3 cut at their balls.
+
+    The platform's link has its origin at the ball of limb 2.
+    """
+
+    def around(i, radius, height=0.0):
+        angle = 2 * math.pi * (i - 1) / 3
+        return np.array([radius * math.cos(angle), radius * math.sin(angle), height])
+
+    def written(point):
+        return " ".join(map(repr, point.tolist()))
+
+    ball = around(2, 0.15)
+    center = np.array([0.01, 0.02, 0]) - ball
+    parts = [f'<link name="base">{inertial(1, 0, 0, -0.05)}</link><link name="platform">{inertial(2.5, *center.tolist())}</link>']
+    for i in (1, 2, 3):
+        across = written(around(i + 0.75, 1))
+        parts.append(f'<link name="crank_{i}">{inertial(0.5, *around(i, 0.05, 0.1).tolist())}</link>')
+        parts.append(f'<link name="rod_{i}">{inertial(0.4, *around(i, -0.125, 0.125).tolist())}</link>')
+        parts.append(hinge(f"mot{i}", "base", f"crank_{i}", written(around(i, 0.3)), across))
+        parts.append(hinge(f"free{i}", f"crank_{i}", f"rod_{i}", written(around(i, 0.1, 0.2)), across))
+        tip = written(around(i, -0.25, 0.25))
+        if i == 2:
+            parts.append('<link name="a"/><link name="b"/>')
+            parts.append(hinge("ball_z", "rod_2", "a", tip, "0 0 1"))
+            parts.append(hinge("ball_y", "a", "b", "0 0 0", "0 1 0"))
+            parts.append(hinge("ball_x", "b", "platform", "0 0 0", "1 0 0"))
+        else:
+            parts.append(
+                f'<loop name="ball_{i}" type="spherical"><predecessor link="rod_{i}"><origin xyz="{tip}"/></predecessor>'
+                f'<successor link="platform"><origin xyz="{written(around(i, 0.15) - ball)}"/></successor></loop>'
+            )
+    parts.append(f'<platform link="platform"><origin xyz="{written(around(1, 0.15) - ball)}"/></platform>')
+    parts.append("".join(f'<transmission name="{i}"><joint name="mot{i}"/></transmission>' for i in (1, 2, 3)))
+    parts.append(beams(*(f"{part}_{i}" for part in ("crank", "rod") for i in (1, 2, 3))))
+    return ks.Robot(parse_robot_text(f'<robot name="by_hand">{"".join(parts)}</robot>'))
+
+
+def four_bar(kind):
+    closure = '<axis xyz="0 1 0"/>' if kind == "revolute" else ""
+    return ks.Robot(
+        parse_robot_text(f"""<robot name="by_hand">
+    <link name="base">{inertial(1, 0, 0, -0.05)}</link>
+    <link name="crank">{inertial(0.7, 0.025, 0, 0.15)}</link>
+    <link name="coupler">{inertial(1.5, 0.2, 0, 0.025)}</link>
+    <link name="rocker">{inertial(0.9, 0.025, 0, 0.175)}</link>
+    {hinge("drive", "base", "crank", "-0.2 0 0")}
+    {hinge("elbow", "crank", "coupler", "0.05 0 0.3")}
+    {hinge("hinge", "base", "rocker", "0.2 0 0")}
+    <loop name="closure" type="{kind}">
+      <predecessor link="rocker"><origin xyz="0.05 0 0.35"/></predecessor>
+      <successor link="coupler"><origin xyz="0.4 0 0.05"/></successor>{closure}
+    </loop>
+    <platform link="coupler"/>
+    <transmission name="m"><joint name="drive"/></transmission>
+    {beams("crank", "rocker")}
+  </robot>""")
+    )
+
+
+def assert_same(made, by_hand, actuators, signs=(), load=(20.0, -5.0, -100.0, 1.0, 2.0, -3.0)):
+    """Analyses of one pose of both agree; ``signs`` of joints whose axes point the other way in ``made``. Same o, world axes."""
+    signs = {name: 1 for name in actuators} | dict(signs)
+    expected = ks.analyze(by_hand.assemble(actuators=actuators), load=load)
+    found = ks.analyze(made.assemble(actuators={name: signs[name] * value for name, value in actuators.items()}), load=load)
+    for name in ("twist", "compliance", "base_wrench", "platform_weight"):
+        close(getattr(found, name), getattr(expected, name), name)
+    close(found.contributions["load"], expected.contributions["load"], "load")
+    for name in actuators:
+        close(signs[name] * found.actuator_forces[name], expected.actuator_forces[name], name)
+
+
+def close(found, expected, name):
+    scale = np.abs(expected).max()
+    assert scale > 0, name
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-9 * scale, err_msg=name)
+
+
+# ---- the same robot ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("actuators", [{"motor_1": 0.0, "motor_2": 0.0}, {"motor_1": 0.3, "motor_2": 0.2}])
+def test_closing_frames_give_the_robot(actuators):
+    made = elastic(ks.import_robot(FIVE_BAR, **HINGE), "crank_1", "crank_2", "rod_2")
+    assert_same(made, five_bar(), actuators, {"motor_2": -1})
+
+
+@pytest.mark.parametrize("actuators", [{"motor_1": 0.0, "motor_2": 0.0}, {"motor_1": 0.3, "motor_2": 0.2}])
+def test_pair_of_whole_frames_gives_the_robot(actuators):
+    """One side of the weld is a revolute's own frame, so the weld closes the same five-bar."""
+    made = elastic(ks.import_robot(*GEPETTO, platform="tool"), "crank_1", "crank_2", "rod_2")
+    assert made.description.loops["closedloop1"].type == "fixed"
+    assert made.description.driven == ("motor_1", "motor_2")
+    assert_same(made, five_bar(), actuators, {"motor_2": -1})
+
+
+@pytest.mark.parametrize("actuators", [(0.0, 0.0, 0.0), (0.1, -0.05, 0.15)])
+def test_pairs_of_points_and_a_spherical_joint_give_the_robot(actuators):
+    made = elastic(ks.import_robot(*RRS, platform="platform"), *(f"{part}_{i}" for part in ("crank", "rod") for i in (1, 2, 3)))
+    assert [loop.type for loop in made.description.loops.values()] == ["spherical", "spherical"]
+    assert made.mobility.platform == 3
+    assert_same(made, rrs(), {f"mot{i}": value for i, value in enumerate(actuators, 1)})
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.4])
+@pytest.mark.parametrize("kind", ["revolute", "spherical"])
+def test_loop_joints_give_the_robot(tmp_path, kind, angle):
+    source = tmp_path / "robot.urdf"
+    source.write_text(FOUR_BAR.read_text().replace('name="closure" type="revolute"', f'name="closure" type="{kind}"'))
+    # the hinge's axis, y in the world, in the loop's frame on the coupler: written down independently when the file was made
+    axes = {"closure": (0.1519506855116402, 0.95254130791737635, -0.26377271633661575)} if kind == "revolute" else None
+    description = ks.import_robot(source, platform="coupler", driven=["drive"], axes=axes)
+    assert_same(elastic(description, "crank", "rocker"), four_bar(kind), {"drive": angle})
+
+
+def test_command_writes_a_file_that_includes_the_source(tmp_path, capsys):
+    """The file that is written, with beams added to it, is the robot; the source is included as it is."""
+    source = tmp_path / "cad" / "robot.urdf"
+    source.parent.mkdir()
+    shutil.copy(FIVE_BAR, source)
+    out = tmp_path / "robot.urdf.xacro"
+    arguments = ["--types", "closing_tool=revolute", "--platform", "tool", "--driven", "motor_1", "motor_2", "--out", str(out)]
+    assert cli.main(["import", str(source), *arguments]) == 0
+    printed = capsys.readouterr()
+    assert printed.out == f"{out}: 1 loop, platform tool, driven: motor_1, motor_2\n"
+    assert printed.err == ""
+    text = out.read_text()
+    assert '<xacro:include filename="cad/robot.urdf"/>' in text
+    assert source.read_bytes() == FIVE_BAR.read_bytes()
+    robot = ks.load_robot(out)
+    assert robot.description.loops["closing_tool"].type == "revolute"
+    assert cli.main(["import", str(source), *arguments]) == 2  # a file that may have beams by now is not overwritten
+    assert "exists already" in capsys.readouterr().err
+    out.write_text(text.replace("</robot>", f"{beams('crank_1', 'crank_2', 'rod_2')}</robot>"))
+    with_frames = ks.analyze(ks.load_robot(out).assemble(), load=(0, 0, -100, 0, 0, 0))
+    np.testing.assert_allclose(
+        with_frames.twist, ks.analyze(five_bar().assemble(), load=(0, 0, -100, 0, 0, 0)).twist, rtol=1e-8, atol=1e-15
+    )
+
+
+def test_command_prints_without_out(capsys, monkeypatch):
+    monkeypatch.chdir(FOREIGN)
+    yaml = ["--yaml", "five_bar_gepetto.yaml", "--platform", "tool"]
+    assert cli.main(["import", "five_bar_gepetto.urdf", *yaml]) == 0
+    text = capsys.readouterr().out
+    assert '<xacro:include filename="five_bar_gepetto.urdf"/>' in text
+    assert parse_robot_text(text, "here").loops["closedloop1"].successor == "rod_2"
+
+
+def test_command_makes_a_whole_file_where_joints_change(tmp_path, capsys):
+    """The included file could not be changed, so there is no include; comments on loops and drives are the same."""
+    out = tmp_path / "robot.urdf"
+    assert cli.main(["import", str(RRS[0]), "--yaml", str(RRS[1]), "--platform", "platform", "--out", str(out)]) == 0
+    assert capsys.readouterr().err == ""
+    text = out.read_text()
+    assert "xacro" not in text
+    found = ks.load_robot(out).description
+    axes = {"to_rotule_1_X": (1, 0, 0), "to_rotule_1_Y": (0, 1, 0), "to_rotule_1_Z": (0, 0, 1)}
+    assert {name: found.joints[name].axis for name in axes} == axes
+    assert [found.joints[name].parent for name in axes] == ["rod_1", "to_rotule_1_X_link", "to_rotule_1_Y_link"]
+    assert found.joints["to_rotule_1_Z"].child == "platform"
+    assert found.driven == ("mot1", "mot2", "mot3")
+    assert "to_rotule_1" not in found.joints
+
+
+@pytest.mark.parametrize("name", ["a b&c<[1]'.urdf", "$(x) ${1}.urdf"])
+def test_odd_names_of_files_links_and_robots(tmp_path, monkeypatch, capsys, name):
+    text = (
+        FIVE_BAR.read_text()
+        .replace('"tool"', '"to&quot;o&amp;l ${1}"')
+        .replace('robot name="onshape"', 'robot name="a&lt;b$(c)"')
+    )
+    written(tmp_path, text, name)
+    monkeypatch.chdir(tmp_path)
+    arguments = ["--types", "revolute", "--platform", 'to"o&l ${1}', "--driven", "motor_1", "--out", "out.urdf"]
+    assert cli.main(["import", name, *arguments]) == 0
+    capsys.readouterr()
+    found = ks.load_robot("out.urdf").description
+    assert (found.name, found.platform, found.loops["closing_tool"].successor) == ("a<b$(c)", 'to"o&l ${1}', 'to"o&l ${1}')
+
+
+def test_folder_of_out_must_exist(tmp_path, capsys):
+    out = tmp_path / "nowhere" / "robot.urdf"
+    assert cli.main(["import", str(GEPETTO[0]), "--yaml", str(GEPETTO[1]), "--platform", "tool", "--out", str(out)]) == 2
+    assert f"--out: there is no folder {out.parent}" in capsys.readouterr().err
+
+
+def test_spellings_on_the_command_line(capsys):
+    """One type for all, axes with commas or spaces, an empty list of drives."""
+    assert cli.main(["import", str(FIVE_BAR), "--types", "spherical", "--platform", "tool", "--driven"]) == 0
+    assert 'type="spherical"' in (text := capsys.readouterr().out) and "transmission" not in text and "axis" not in text
+    for axis in ("0,-2,0", "0 -2 0"):
+        assert cli.main(["import", str(FOUR_BAR), "--axes", f"closure={axis}", "--platform", "coupler", "--driven", "drive"]) == 0
+        assert '<axis xyz="0.0 -1.0 0.0"/>' in capsys.readouterr().out
+    universal = ["--types", "closing_tool=universal", "--axes", "closing_tool=0,0,1/1,0,0", "--platform", "tool", "--driven"]
+    assert cli.main(["import", str(FIVE_BAR), *universal]) == 0
+    text = capsys.readouterr().out
+    assert '<axis xyz="0.0 0.0 1.0"/>' in text and '<axis2 xyz="1.0 0.0 0.0"/>' in text
+    assert cli.main(["import", str(FOUR_BAR), "--axes", "closure=up"]) == 2
+    assert "not of the form X,Y,Z" in capsys.readouterr().err
+
+
+# ---- what a source says, and what it does not ----------------------------------------------------------------------
+
+
+def asked(*arguments, **answers):
+    with pytest.raises(ks.MissingFactsError) as caught:
+        ks.import_robot(*arguments, **answers)
+    return caught.value, [(question.argument, question.loop) for question in caught.value.questions]
+
+
+def test_everything_that_is_missing_is_asked_for_at_once():
+    error, questions = asked(FIVE_BAR)
+    line = line_of(FIVE_BAR, '<link name="closing_tool_1">')
+    assert questions == [("platform", ""), ("types", "closing_tool"), ("driven", "")]
+    assert error.source == str(FIVE_BAR)
+    assert isinstance(error, KinetostaticsError)
+    message = str(error)
+    for part in (
+        'platform="LINK"',
+        'types={"closing_tool": "TYPE"}',
+        'driven=["JOINT", …]',
+        f"closing_tool ({FIVE_BAR}:{line}), which joins rod_2 and tool",
+        "motor_1, passive_1, motor_2, passive_2",
+    ):
+        assert part in message
+    assert "axes" not in message  # mates turn about z
+
+
+def line_of(path, part):
+    return next(number for number, line in enumerate(path.read_text().splitlines(), 1) if part in line)
+
+
+def test_command_asks_for_everything_at_once(capsys):
+    assert cli.main(["import", str(FOUR_BAR)]) == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    lines = printed.err.splitlines()
+    assert lines[0] == f"kinetostatics: error: {FOUR_BAR} does not say everything; give also"
+    assert [line.strip() for line in lines[1:] if line.startswith("  --")] == [
+        "--platform LINK",
+        "--axes closure=X,Y,Z",
+        "--driven JOINT …",
+    ]
+    assert (
+        f"closure ({FOUR_BAR}:{line_of(FOUR_BAR, '<loop_joint')}), which joins coupler and rocker: in its frame on coupler"
+        in printed.err
+    )
+
+
+def test_answers_leave_fewer_questions():
+    assert asked(FIVE_BAR, platform="tool", driven=[])[1] == [("types", "closing_tool")]
+    assert asked(FIVE_BAR, platform="tool", driven=[], types={"closing_tool": "universal"})[1] == [("axes", "closing_tool")]
+    assert asked(FIVE_BAR, types="revolute", driven=["motor_1"])[1] == [("platform", "")]
+    assert asked(*GEPETTO)[1] == asked(*RRS)[1] == [("platform", "")]
+    assert ks.import_robot(*GEPETTO, platform="tool", driven=[]).driven == ()
+
+
+def test_types_that_the_source_leaves_out(tmp_path):
+    """Loaders differ in what a missing ``type`` means; a ``<loop_joint>`` without a type means nothing."""
+    yaml = written(tmp_path, GEPETTO[1].read_text().replace("type: ['6d']\n", ""))
+    assert asked(GEPETTO[0], yaml, platform="tool")[1] == [("types", "closedloop1")]
+    source = written(tmp_path, FOUR_BAR.read_text().replace(' type="revolute">\n    <link1', ">\n    <link1"), "robot.urdf")
+    assert asked(source, platform="coupler", driven=["drive"])[1] == [("types", "closure")]
+    assert asked(source, platform="coupler", driven=["drive"], types={"closure": "planar"})[1] == [("axes", "closure")]
+
+
+def test_drives_that_the_source_leaves_out(tmp_path):
+    """Without ``name_mot`` nothing is known; and where a name is also a part of another, it is not certain what is meant."""
+    yaml = written(tmp_path, "closed_loop: [['closedloop1_A', 'closedloop1_B']]\ntype: ['6d']\n")
+    assert asked(GEPETTO[0], yaml, platform="tool")[1] == [("driven", "")]
+    source = written(tmp_path, GEPETTO[0].read_text().replace('name="passive_1"', 'name="motor_1_bearing"'), "robot.urdf")
+    error, questions = asked(source, GEPETTO[1], platform="tool")
+    assert questions == [("driven", "")]
+    assert "also part of those of motor_1_bearing" in str(error)
+    both = written(tmp_path, GEPETTO[1].read_text().replace("'motor_2'", "'motor_2', 'motor_1_bearing'"))
+    assert ks.import_robot(source, both, platform="tool").driven == ("motor_1", "motor_1_bearing", "motor_2")
+
+
+def test_frames_that_mark_revolute_mates_say_the_type(tmp_path):
+    def marked(height, of="rod_2"):
+        marks = ""
+        for name, link in (("closing_tool_1", of), ("closing_tool_2", "tool")):
+            head, _, rest = FIVE_BAR.read_text().partition(f'<joint name="{name}_frame"')
+            del head
+            xyz, rpy = re.search(r'xyz="([^"]*)" rpy="([^"]*)"', rest).groups()
+            x, y, z = map(float, xyz.split())
+            # these frames' z axes are along the link's own z, up or down
+            shifted = z + height * (-1 if abs(float(rpy.split()[0])) > 1 else 1)
+            marks += f'<link name="{name}_z"/><joint name="{name}_z_frame" type="fixed"><parent link="{link}"/>'
+            marks += f'<child link="{name}_z"/><origin xyz="{x!r} {y!r} {shifted!r}" rpy="{rpy}"/></joint>'
+        return written(tmp_path, FIVE_BAR.read_text().replace("</robot>", f"{marks}</robot>"), "robot.urdf")
+
+    made = ks.import_robot(marked(0.1), platform="tool", driven=["motor_1", "motor_2"])
+    assert made.loops["closing_tool"].type == "revolute"
+    assert made.loops["closing_tool"].axis == (0, 0, 1)
+    for wrong in (marked(0.2), marked(0.1, of="crank_2")):
+        assert asked(wrong, platform="tool", driven=[])[1] == [("types", "closing_tool")]
+
+
+def test_answers_against_the_source_are_taken_and_noted():
+    made = ks.import_robot(*GEPETTO, platform="tool", types={"closedloop1": "spherical"}, driven=["motor_1"])
+    assert made.loops["closedloop1"].type == "spherical"
+    assert made.driven == ("motor_1",)
+    line = line_of(GEPETTO[1], "closed_loop")
+    assert any(f"{GEPETTO[1]}:{line}: the loop 'closedloop1' is taken as spherical" in item for item in made.warnings)
+    assert any("the source says motor_1, motor_2" in item for item in made.warnings)
+    made = ks.import_robot(FIVE_BAR, **HINGE, axes={"closing_tool": (1, 0, 0)})
+    assert any("has the axis that was asked for" in item for item in made.warnings)
+    assert not any("asked for" in item for item in ks.import_robot(FIVE_BAR, **HINGE, axes={"closing_tool": (0, 0, 2)}).warnings)
+    assert not any(
+        "asked for" in item for item in ks.import_robot(*GEPETTO, platform="tool", types={"closedloop1": "fixed"}).warnings
+    )
+
+
+def test_frames_that_face_each_other_are_warned_of(tmp_path):
+    text = FIVE_BAR.read_text()
+    start = text.index('<joint name="closing_tool_2_frame"')
+    rpy = re.search(r'rpy="([^"]*)"', text[start:])[1]
+    roll, pitch, yaw = map(float, rpy.split())
+    text = text[:start] + text[start:].replace(f'rpy="{rpy}"', f'rpy="{roll + math.pi!r} {pitch!r} {yaw!r}"', 1)
+    made = ks.import_robot(written(tmp_path, text, "robot.urdf"), **HINGE)
+    assert any("far from closed: its axis in one frame and in the other are 180° apart" in item for item in made.warnings)
+    assert not any("far from closed" in item for item in ks.import_robot(FIVE_BAR, **HINGE).warnings)
+
+
+def test_what_the_source_has_in_our_format_stays(tmp_path):
+    """onshape-to-robot appends such elements to the URDF by its option ``additional_xml``."""
+    ours = '<platform link="tool"/><base link="base"/><transmission name="t"><joint name="motor_1"/></transmission></robot>'
+    source = written(tmp_path, FIVE_BAR.read_text().replace("</robot>", ours), "robot.urdf")
+    made = ks.import_robot(source, types="revolute")
+    assert (made.platform, made.base, made.driven) == ("tool", "base", ("motor_1",))
+    assert ks.import_robot(source, types="revolute", driven=["motor_2", "motor_1"]).driven == ("motor_1", "motor_2")
+    with pytest.raises(ArgumentError, match=r"'motor_1' is not among them, but the source has a <transmission> for it"):
+        ks.import_robot(source, types="revolute", driven=["motor_2"])
+    with pytest.raises(
+        ArgumentError, match=f"platform is given as 'tool', but the source has a <platform> already, in {source}:"
+    ):
+        ks.import_robot(source, types="revolute", platform="tool")
+
+
+def test_pairs_in_the_yaml_go_before_frames_of_the_same_name(tmp_path):
+    yaml = written(tmp_path, "closed_loop: [['closing_tool_2', 'closing_tool_1']]\ntype: ['3D']\nname_mot: [motor]\n")
+    made = ks.import_robot(FIVE_BAR, yaml, platform="tool")
+    assert [(loop.name, loop.type, loop.predecessor) for loop in made.loops.values()] == [("closing_tool", "spherical", "tool")]
+    assert made.driven == ("motor_1", "motor_2")
+
+
+def test_all_three_sources_in_one_robot(tmp_path):
+    text = FIVE_BAR.read_text().replace(
+        "</robot>",
+        '<link name="spare"/><joint name="s" type="fixed"><parent link="crank_1"/><child link="spare"/></joint>'
+        '<loop_joint name="brace" type="spherical"><link1 link="crank_1"/><link2 link="rod_2" xyz="0 0 0.1"/></loop_joint>'
+        "</robot>",
+    )
+    yaml = written(tmp_path, "closed_loop: [[spare, crank_2]]\ntype: [3d]\nname_mot: []\n")
+    made = ks.import_robot(written(tmp_path, text, "robot.urdf"), yaml, platform="tool", types="revolute")
+    assert {loop.name: loop.type for loop in made.loops.values()} == {
+        "spare_crank_2": "spherical",
+        "closing_tool": "revolute",
+        "brace": "spherical",
+    }
+    assert made.loops["brace"].successor_origin.xyz == (0, 0, 0.1)
+    assert made.loops["spare_crank_2"].predecessor == "crank_1"
+
+
+def test_readers_return_one_kind_of_record():
+    source, _ = conversion._read_source(FIVE_BAR, {})
+    (loop,) = onshape.read(source)
+    assert (loop.type, loop.axis, loop.driven, loop.predecessor, loop.successor) == (None, (0, 0, 1), None, "rod_2", "tool")
+    (isaac_loop,) = isaac.read(conversion._read_source(FOUR_BAR, {})[0])
+    assert (isaac_loop.type, isaac_loop.axis, isaac_loop.driven) == ("revolute", None, None)
+    (gepetto_loop,) = gepetto.read(conversion._read_source(GEPETTO[0], {})[0], GEPETTO[1]).loops
+    assert (gepetto_loop.type, gepetto_loop.axis, gepetto_loop.driven) == ("fixed", None, False)
+    assert {type(item) for item in (loop, isaac_loop, gepetto_loop)} == {ForeignLoop}
+    with pytest.raises(AttributeError):
+        loop.type = "fixed"
+
+
+def test_other_joint_types_of_gepetto(tmp_path):
+    """UJOINT_ZX turns about z first and then about x of the joint's frame, whatever its axis was; FIXED is fixed."""
+    rest = "closed_loop: [['closedloop2_A', 'closedloop2_B'], ['closedloop3_A', 'closedloop3_B']]\ntype: [3d, 3d]\n"
+    yaml = written(
+        tmp_path, f"{rest}name_mot: [mot, to_rotule]\njoint_name: [to_rotule_1, free2]\njoint_type: [UJOINT_ZX, FIXED]\n"
+    )
+    made = ks.import_robot(RRS[0], yaml, platform="platform")
+    before = parse_robot_text(RRS[0].read_text().replace("</robot>", '<platform link="platform"/></robot>')).joints
+    first, second = made.joints["to_rotule_1_Z"], made.joints["to_rotule_1_X"]
+    assert (first.axis, second.axis) == ((0, 0, 1), (1, 0, 0))
+    assert first.origin == before["to_rotule_1"].origin and second.origin.xyz == second.origin.rpy == (0, 0, 0)
+    assert (first.parent, first.child, second.parent, second.child) == (
+        "rod_1",
+        "to_rotule_1_Z_link",
+        "to_rotule_1_Z_link",
+        "platform",
+    )
+    assert made.driven == ("mot1", "to_rotule_1_Z", "to_rotule_1_X", "mot2", "mot3")
+    assert (made.joints["free2"].type, made.joints["free2"].origin) == ("fixed", before["free2"].origin)
+    spherical = written(tmp_path, f"{rest}name_mot: [mot, to_rotule]\njoint_name: [to_rotule_1]\njoint_type: [SPHERICAL]\n")
+    with pytest.raises(RobotFileError, match=r"robot\.yaml:4: the joint 'to_rotule_1' is spherical, and name_mot drives it"):
+        ks.import_robot(RRS[0], spherical, platform="platform")
+
+
+def test_xacro_sources_are_included_with_their_arguments(tmp_path):
+    text = FOUR_BAR.read_text().replace(
+        '<robot name="four_bar">', '<robot name="four_bar" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+    )
+    text = text.replace("<link name=", '<xacro:arg name="mass" default="1.5"/><link name=', 1).replace(
+        'mass value="1.5"', 'mass value="$(arg mass)"'
+    )
+    source = written(tmp_path, text, "robot.urdf.xacro")
+    answers = {"platform": "coupler", "driven": ["drive"], "axes": {"closure": (0, 0, 1)}}
+    assert ks.import_robot(source, **answers).links["coupler"].mass == 1.5
+    assert ks.import_robot(source, **answers, parameters={"mass": 4}).links["coupler"].mass == 4
+    with pytest.raises(RobotFileError, match="no <xacro:arg> for the parameter 'mas'"):
+        ks.import_robot(source, **answers, parameters={"mas": 4})
+    with pytest.raises(ArgumentError, match="has no parameters"):
+        ks.import_robot(FOUR_BAR, **answers, parameters={"mass": 4})
+
+
+def test_text_that_xacro_would_change_is_copied(tmp_path):
+    """A URDF in which ``$(find …)`` stands for itself cannot be included in a xacro."""
+    shape = '<visual><geometry><mesh filename="$(find no_such_package)/a &amp; b.stl"/></geometry></visual></link>'
+    source = written(tmp_path, FIVE_BAR.read_text().replace("</link>", shape, 1), "robot.urdf")
+    made = ks.import_robot(source, **HINGE)
+    assert "$(find no_such_package)/a &amp; b.stl" in made.urdf
+    assert ks.Robot(made).mobility.platform == 2
+
+
+def test_rounded_files_close_within_their_digits(tmp_path):
+    """Newer versions of onshape-to-robot write six digits, which an overconstrained loop cannot close exactly."""
+    numbers = re.compile(r'(?<=[" ])-?\d+\.\d{7,}(?:e-?\d+)?(?=[" ])')
+    text = numbers.sub(lambda match: f"{float(match[0]):g}", FIVE_BAR.read_text())
+    assert text != FIVE_BAR.read_text()
+    robot = elastic(ks.import_robot(written(tmp_path, text, "robot.urdf"), **HINGE), "crank_1", "crank_2", "rod_2")
+    with pytest.raises(ks.AssemblyError, match="open"):
+        robot.assemble()
+    load = (20, -5, -100, 1, 2, -3)
+    rounded = ks.analyze(robot.assemble(tolerance=1e-5), load=load)
+    np.testing.assert_allclose(rounded.twist, ks.analyze(five_bar().assemble(), load=load).twist, rtol=1e-3, atol=1e-9)
+
+
+# ---- what is wrong is refused --------------------------------------------------------------------------------------
+
+
+def written(folder, text, name="robot.yaml"):
+    path = folder / name
+    path.write_bytes(text) if isinstance(text, bytes) else path.write_text(text)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("answers", "message"),
+    [
+        ({"platform": "tol"}, r"platform: there is no link 'tol'; did you mean 'tool'"),
+        ({"platform": "base"}, r"the link 'base' cannot be both base and platform"),
+        ({"base": "tool"}, r"the link 'tool' cannot be both base and platform"),
+        ({"base": "bse"}, r"base: there is no link 'bse'; did you mean 'base'"),
+        ({"types": {"closing_tol": "revolute"}}, r"types: there is no loop 'closing_tol'; did you mean 'closing_tool'"),
+        ({"types": {"closing_tool": "hinge"}}, r"types: 'closing_tool' cannot be 'hinge'"),
+        ({"types": "ball"}, r"types: 'closing_tool' cannot be 'ball'"),
+        ({"types": ["revolute"]}, r"types must be a dict with the loops' names as keys, not list"),
+        (
+            {"types": "spherical", "axes": {"closing_tool": (0, 0, 1)}},
+            r"axes: the loop 'closing_tool' is spherical and has no axis",
+        ),
+        ({"axes": {"closing_tool": (0, 0)}}, r"axes: 'closing_tool' is revolute and needs three numbers, not \(0, 0\)"),
+        ({"axes": {"closing_tool": "z"}}, r"axes: 'closing_tool' is revolute and needs three numbers, not 'z'"),
+        ({"axes": {"closing_tool": (0, math.nan, 1)}}, r"needs three numbers"),
+        ({"axes": {"closing_tool": (0, 0, 0)}}, r"axes: an axis of 'closing_tool' is zero"),
+        ({"types": "universal", "axes": {"closing_tool": (0, 0, 1)}}, r"needs two axes of three numbers each"),
+        (
+            {"types": "universal", "axes": {"closing_tool": ((0, 0, 1), (0, 0, 1))}},
+            r"the two axes of <loop> 'closing_tool' are parallel",
+        ),
+        ({"driven": "motor_1"}, r"driven must be a list of joints: \['motor_1'\]"),
+        ({"driven": ["motor_3"]}, r"driven: there is no joint 'motor_3' with one freedom; did you mean"),
+        ({"driven": ["closing_tool_1_frame"]}, r"driven: there is no joint 'closing_tool_1_frame' with one freedom"),
+        ({"driven": ["motor_1", "motor_1"]}, r"driven: 'motor_1' is given twice"),
+    ],
+)
+def test_wrong_answers(answers, message):
+    with pytest.raises((ArgumentError, RobotFileError), match=message):
+        ks.import_robot(FIVE_BAR, **{**HINGE, **answers})
+
+
+def test_loops_themselves_may_be_driven():
+    assert ks.import_robot(FIVE_BAR, types="revolute", platform="tool", driven=["closing_tool"]).driven == ("closing_tool",)
+    with pytest.raises(ArgumentError, match="there is no joint 'closing_tool' with one freedom"):
+        ks.import_robot(FIVE_BAR, types="spherical", platform="tool", driven=["closing_tool"])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (
+            '"closing_tool_2"',
+            '"closing_tol_2"',
+            r"the loop's frame 'closing_tool_1' has no partner: there is no link 'closing_tool_2'",
+        ),
+        ('name="closing_tool_1_frame" type="fixed"', 'name="closing_tool_1_frame" type="floating"', r"no fixed joint holds it"),
+        ('"closing_tool_', '"shutting_tool_', r"there are no loops to import"),
+        ('<robot name="onshape">', '<robot name="onshape"><loop name="a"/>', None),
+        ('link name="rod_2"', 'link name="rod_3"', r"refers to the link 'rod_2', which does not exist; did you mean 'rod_3'"),
+        ('"motor_1" type="revolute"', '"motor_1" type="ball"', r"has the type 'ball'"),
+        ('"motor_1"', '"closing_tool"', r"the loop's name 'closing_tool' is taken already, in .*robot\.urdf:\d+"),
+        ("<robot", "<!DOCTYPE robot><robot", r"a DOCTYPE"),
+        ("</robot>", "", r"not well-formed"),
+        ("robot", "sdf", r"the outermost element is <sdf>"),
+    ],
+)
+def test_wrong_closing_frames(tmp_path, old, new, message):
+    source = written(tmp_path, FIVE_BAR.read_text().replace(old, new), "robot.urdf")
+    if message is None:  # our own loops, and malformed ones, are left to our own reader
+        message = "lacks the attribute 'type'"
+    with pytest.raises(RobotFileError, match=message) as caught:
+        ks.import_robot(source, **HINGE)
+    assert caught.value.file.startswith(str(tmp_path))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("<link2", "<link1", r"has two <link1>; call the second one <link2>"),
+        (
+            '<link2 link="rocker"',
+            '<link2 link="roker"',
+            r"refers to the link 'roker', which does not exist; did you mean 'rocker'",
+        ),
+        ('<link2 link="rocker"', '<link2 body="rocker"', r"'body' is not an attribute"),
+        ('<link2 link="rocker"', '<link2 link="coupler"', r"joins the link 'coupler' to itself"),
+        ('type="revolute">\n    <link1', 'type="floating">\n    <link1', r"floating, which joins nothing"),
+        ('type="revolute">\n    <link1', 'type="ball">\n    <link1', r"has the type 'ball', which Isaac Sim does not have"),
+        ('<loop_joint name="closure"', "<loop_joint", r"lacks the attribute 'name'"),
+        ('<loop_joint name="closure"', '<loop_joint name="drive"', r"the loop's name 'drive' is taken already"),
+        ('<link1 link="coupler" xyz="', '<link1 link="coupler" xyz="nan ', r"must be three numbers, not 4"),
+        ('<link1 link="coupler" xyz="', '<link1 link="coupler" roll="1" xyz="', r"'roll' is not an attribute"),
+        ("<loop_joint", '<loop_joint damping="1"', r"'damping' is not an attribute"),
+    ],
+)
+def test_wrong_loop_joints(tmp_path, old, new, message):
+    text = FOUR_BAR.read_text()
+    source = written(tmp_path, text.replace(old, new), "robot.urdf")
+    with pytest.raises(RobotFileError, match=message) as caught:
+        ks.import_robot(source, platform="coupler", driven=["drive"], axes={"closure": (0, 1, 0)})
+    assert caught.value.file == str(source)
+    assert caught.value.line >= line_of(FOUR_BAR, "<loop_joint")
+
+
+def test_foreign_axes_are_not_taken_but_mentioned(tmp_path):
+    """Drake's old element of the same name had an axis; in which frame, nobody says here."""
+    source = written(tmp_path, FOUR_BAR.read_text().replace("</loop_joint>", '<axis xyz="0 1 0"/></loop_joint>'), "robot.urdf")
+    error, questions = asked(source, platform="coupler", driven=["drive"])
+    assert questions == [("axes", "closure")]
+    assert "its <axis xyz='0 1 0'> is not an element of Isaac Sim's format" in str(error)
+
+
+PAIRS = "closed_loop: [['closedloop1_A', 'closedloop1_B']]\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "message"),
+    [
+        ("", None, r"the file is empty"),
+        ("just words", 1, r"the file is a single value; robot\.yaml is a mapping"),
+        ("- closed_loop", 1, r"the file is a list"),
+        ("a: [", 1, r"this is not YAML"),
+        ("a: b: c", 1, r"this is not YAML: .*mapping values are not allowed"),
+        ("\ta: b", 1, r"this is not YAML"),
+        (b"\xff\xfe\xfa", None, r"cannot be decoded"),
+        (b"closed_loop: \x00", None, r"this is not YAML"),
+        ("name_mot: [motor]\n", None, r"there is no closed_loop, and the URDF has no loops either"),
+        ("closed_loop: []\n", None, r"there is no closed_loop, and the URDF has no loops either"),
+        ("closed_loops: []\n", 1, r"the key 'closed_loops' is unknown; did you mean 'closed_loop'"),
+        (f"{PAIRS}{PAIRS}", 2, r"the key 'closed_loop' comes twice"),
+        ("? [a]\n: b\n", 1, r"a key must be text, not a list"),
+        ("1: b\n", 1, r"a key must be text, and YAML takes '1' for a number; put it in quotes"),
+        ("closed_loop: 3\n", 1, r"closed_loop must be a list, not a single value"),
+        ("closed_loop: {a: b}\n", 1, r"closed_loop must be a list, not a mapping"),
+        ("closed_loop: [a, b]\n", 1, r"an entry of closed_loop must be a list"),
+        ("closed_loop:\n  - [a, b, c]\n", 2, r"must be a pair of frames, not 3"),
+        ("closed_loop: [[a, a]]\n", 1, r"closed_loop pairs 'a' with itself"),
+        ("closed_loop: [[a, [b]]]\n", 1, r"a frame of closed_loop must be text, not a list"),
+        ("closed_loop: [[a, 1]]\n", 1, r"YAML takes '1' for a number"),
+        ("closed_loop: [[a, '']]\n", 1, r"must be text in one line, not ''"),
+        (
+            "closed_loop: [['closedloop1_A', 'closedlop1_B']]\n",
+            1,
+            r"there is no link or joint 'closedlop1_B' in .*; did you mean",
+        ),
+        ("closed_loop: [['closedloop1_B', 'rod_2']]\ntype: [3d]\n", 1, r"both frames of the loop .* are on the link 'rod_2'"),
+        (f"{PAIRS}type: [3d, 6d]\n", 2, r"type has 2 entries, and closed_loop has 1"),
+        (f"{PAIRS}type: 6d\n", 2, r"type must be a list"),
+        (f"{PAIRS}type: [5d]\n", 2, r"type says '5d'; known: 3d .* 6d"),
+        (f"{PAIRS}type: [6d]\nname_mot: [motr]\n", 3, r"name_mot says 'motr', which is in no movable joint's name; did you mean"),
+        (f"{PAIRS}type: [6d]\nname_mot: motor\n", 3, r"name_mot must be a list"),
+        (f"{PAIRS}type: [6d]\njoint_name: [passive_1]\n", 3, r"there is joint_name but no joint_type"),
+        (f"{PAIRS}joint_type: [SPHERICAL]\n", 2, r"there is joint_type but no joint_name"),
+        (f"{PAIRS}joint_name: [passive_1]\njoint_type: []\n", 3, r"joint_type has 0 entries, and joint_name has 1"),
+        (
+            f"{PAIRS}joint_name: [pasive_1]\njoint_type: [SPHERICAL]\n",
+            2,
+            r"joint_name says 'pasive_1', which does not exist; did you",
+        ),
+        (f"{PAIRS}joint_name: [closedloop1_B_frame]\njoint_type: [FIXED]\n", 2, r"which is fixed in the URDF"),
+        (
+            f"{PAIRS}joint_name: [passive_1]\njoint_type: [CARDAN]\n",
+            3,
+            r"joint_type of 'passive_1' is 'CARDAN', whose axes are not known",
+        ),
+        (f"{PAIRS}joint_name: [passive_1, passive_1]\njoint_type: [FIXED, FIXED]\n", 2, r"joint_name has 'passive_1' twice"),
+        (
+            "closed_loop: !!python/object/apply:os.system ['touch stolen']\n",
+            1,
+            r"python/object/apply:os\.system object, which is not read",
+        ),
+        (
+            "closed_loop: [!!python/name:os.system '', b]\n",
+            1,
+            r"closed_loop must be a list, not a .*python/name:os\.system object",
+        ),
+        ("!!python/object:object {}\n", 1, r"the file is a python/object:object object, which is not read"),
+        (f"a: &a [x, x]\nb: &b [*a]\n{PAIRS}type: *b\n", 1, r"an entry of type must be text, not a list"),
+        ("closed_loop: " + "[" * 5000, None, r"nested too deep|not YAML"),
+        ("# " + "x" * 200_000, None, r"larger than 100 kB"),
+        ("closed_loop: [" + "[closedloop1_A, closedloop1_B], " * 251 + "]\n", 1, r"more than 250 pairs"),
+        ("closed_loop: *nowhere\n", 1, r"this is not YAML: .*undefined alias"),
+    ],
+)
+def test_wrong_yaml(tmp_path, monkeypatch, text, line, message):
+    monkeypatch.chdir(tmp_path)
+    yaml = written(tmp_path, text)
+    with pytest.raises(RobotFileError, match=message) as caught:
+        ks.import_robot(GEPETTO[0], yaml, platform="tool", driven=[], types="fixed")
+    assert (caught.value.file, caught.value.line) == (str(yaml), line)
+    assert len(str(caught.value)) < 1500
+    assert not (tmp_path / "stolen").exists()
+
+
+def test_unknown_keys_of_the_yaml_are_warned_of(tmp_path):
+    yaml = written(tmp_path, GEPETTO[1].read_text() + "closed_loop_number: 1\nauthor: us\n")
+    with pytest.raises(RobotFileError, match="'closed_loop_number' is unknown; did you mean 'closed_loop'"):
+        ks.import_robot(GEPETTO[0], yaml, platform="tool")
+    yaml = written(tmp_path, GEPETTO[1].read_text() + "author: us\n")
+    assert any(
+        "robot.yaml:4: the key 'author' is ignored" in item
+        for item in ks.import_robot(GEPETTO[0], yaml, platform="tool").warnings
+    )
+
+
+def test_damaged_yaml_never_ends_in_a_traceback(tmp_path):
+    source, _ = conversion._read_source(RRS[0], {})
+    text, chance = RRS[1].read_bytes(), random.Random(8)
+    outcomes = set()
+    for _ in range(400):
+        damaged = bytearray(text)
+        for _ in range(chance.randint(1, 4)):
+            at = chance.randrange(len(damaged))
+            piece = bytes(chance.choice(b"[]{}:,'\"-!&*|>%@#\n\t \x00\xc3aX3") for _ in range(chance.randint(0, 3)))
+            damaged[at : at + chance.randint(0, 6)] = piece
+        try:
+            gepetto.read(source, written(tmp_path, bytes(damaged)))
+            outcomes.add("read")
+        except RobotFileError as error:
+            assert error.file == str(tmp_path / "robot.yaml")
+            outcomes.add("refused")
+    assert outcomes == {"read", "refused"}
+
+
+def test_missing_files_and_libraries(tmp_path, monkeypatch):
+    with pytest.raises(RobotFileError, match=r"nowhere\.urdf: the file cannot be read: No such file"):
+        ks.import_robot(tmp_path / "nowhere.urdf")
+    with pytest.raises(RobotFileError, match=r"nowhere\.yaml: the file cannot be read: No such file"):
+        ks.import_robot(GEPETTO[0], tmp_path / "nowhere.yaml")
+    shutil.copy(GEPETTO[0], tmp_path / "robot.urdf")
+    shutil.copy(GEPETTO[1], tmp_path / "robot.yaml")
+    with pytest.raises(RobotFileError, match=r"there are no loops to import: .*robot\.yaml' meant as well"):
+        ks.import_robot(tmp_path / "robot.urdf")
+    with pytest.raises(RobotFileError, match=r"its loops are in this package's format already"):
+        ks.import_robot(TESTS / "five_bar_rounded.urdf")
+    monkeypatch.setitem(sys.modules, "yaml", None)
+    with pytest.raises(KinetostaticsError, match=r"pip install 'kinetostatics\[foreign\]'"):
+        ks.import_robot(*GEPETTO, platform="tool")
+
+
+def test_command_in_a_process_of_its_own(tmp_path):
+    command = [sys.executable, "-m", "kinetostatics", "import", str(FIVE_BAR), "--types", "revolute", "--platform", "tool"]
+    done = subprocess.run([*command, "--driven", "motor_1", "motor_2"], capture_output=True, text=True, cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    (tmp_path / "robot.urdf.xacro").write_text(done.stdout)
+    assert ks.load_robot(tmp_path / "robot.urdf.xacro").mobility.platform == 2
+    done = subprocess.run([*command, "--out", str(tmp_path / "new.urdf")], capture_output=True, text=True, cwd=tmp_path)
+    assert done.returncode == 2 and "--driven JOINT" in done.stderr and not (tmp_path / "new.urdf").exists()
+
+
+# ---- the documentation ---------------------------------------------------------------------------------------------
+
+
+def test_the_page_shows_what_the_commands_print(tmp_path, monkeypatch, capsys):
+    page = (ROOT / "docs" / "foreign_loops.md").read_text()
+    (block,) = re.findall(r"```console\n(.*?)```", page, re.DOTALL)
+    monkeypatch.chdir(tmp_path)
+    for path in FOREIGN.iterdir():
+        shutil.copy(path, tmp_path)
+    for command in block.split("$ ")[1:]:
+        line, _, expected = command.partition("\n")
+        cli.main(line.split()[1:])
+        printed = capsys.readouterr()
+        assert printed.out + printed.err == expected
+    made = (tmp_path / "five_bar.urdf.xacro").read_text()
+    (shown,) = re.findall(r"```xml\n(<robot.*?)```", page, re.DOTALL)
+    made = re.sub(r"(<origin) [^/]*", r'\1 xyz="…" rpy="…"', made)
+    without_comment = re.sub(r" *<!--.*-->\n", "", made).partition("\n")[2]
+    assert without_comment == shown
+
+
+def test_the_page_shows_the_sample_of_gepetto():
+    page = (ROOT / "docs" / "foreign_loops.md").read_text()
+    (block,) = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
+    assert yaml.safe_load(block) == {**yaml.safe_load(RRS[1].read_text()), "type": ["3d", "3d"]}
+
+
+def test_the_python_of_the_page(monkeypatch):
+    page = (ROOT / "docs" / "foreign_loops.md").read_text()
+    (block,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    monkeypatch.chdir(ROOT)
+    names = {}
+    exec(block, names)
+    assert names["robot"].mobility.platform == 2
+    # messages about its loops name the source
+    assert names["description"].loops["closing_tool"].place.line == line_of(FIVE_BAR, '<link name="closing_tool_1">')

@@ -1,0 +1,800 @@
+"""Reading robot files: what is read, and that every mistake is named with its file and line.
+
+In the bad files below the comment ``<!--!-->`` marks the line that the error must name.
+"""
+
+import math
+import re
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pinocchio as pin
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from places import ROOT
+
+from kinetostatics.description import BeamEnd, Origin
+from kinetostatics.exceptions import ArgumentError, RobotFileError
+from kinetostatics.files.reader import parse_robot_text, read_robot_file
+
+GOOD = """<?xml version="1.0"?>
+<robot name="r">
+  <!-- a comment -->
+  <link name="ground"/>
+  <link name="rod"><inertial><origin xyz="0 0 0.5"/><mass value="2"/>
+    <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
+  <link name="plate"/>
+  <joint name="hinge" type="revolute">
+    <parent link="ground"/><child link="rod"/>
+    <axis xyz="0 2 0"/>
+    <limit lower="-1" upper="1" effort="0" velocity="0"/>
+  </joint>
+  <joint name="ball" type="floating">
+    <origin xyz="0 0 1" rpy="0 0 0.5"/>
+    <parent link="rod"/><child link="plate"/>
+  </joint>
+  <platform link="plate"><origin xyz="0 0 0.1"/></platform>
+  <loop name="strut" type="universal">
+    <predecessor link="ground"><origin xyz="1 0 0"/></predecessor><successor link="plate"/>
+  </loop>
+  <beam link="rod" from="hinge" to="ball" youngs_modulus="200e9" poisson_ratio="0.3" density="7800">
+    <circle diameter="0.01"/>
+  </beam>
+  <transmission name="drive"><joint name="hinge"/></transmission>
+</robot>
+"""
+
+LOOP = '<loop name="strut" type="universal">'
+BEAM = '<beam link="rod" from="hinge" to="ball" youngs_modulus="200e9" poisson_ratio="0.3" density="7800">'
+CIRCLE = '<circle diameter="0.01"/>'
+HINGE = '<joint name="hinge" type="revolute">'
+BALL = '<joint name="ball" type="floating">'
+LIMIT = '<limit lower="-1" upper="1" effort="0" velocity="0"/>'
+PLATFORM = '<platform link="plate"><origin xyz="0 0 0.1"/></platform>'
+DRIVE = '<transmission name="drive"><joint name="hinge"/></transmission>'
+CHILD = '<child link="rod"/>'
+UNWEIGHED_BEAM = BEAM.replace('to="ball"', 'to="strut"').replace('density="7800"', 'name="two"')
+BARE_BEAM = BEAM.replace(' poisson_ratio="0.3"', "")
+END = "</robot>"
+
+# (what is replaced, by what, words of the message)
+BAD: list[tuple[str, str, list[str]]] = [
+    # XML
+    ('<child link="plate"/>', '<child link="plate">\n</joint><!--!-->', ["well-formed", "<child> of line 15"]),
+    (CHILD, '<child link="rod" link="x"/><!--!-->', ["well-formed", "duplicate"]),
+    (CHILD, "<child link=rod/><!--!-->", ["well-formed"]),
+    (CHILD, "<child link='&x;'/><!--!-->", ["well-formed", "entity"]),
+    (CHILD, "<xacro:child/><!--!-->", ["prefix", "xmlns:xacro"]),
+    ('<?xml version="1.0"?>\n', "<!DOCTYPE robot><!--!-->\n", ["DOCTYPE"]),
+    ('<?xml version="1.0"?>\n', '<!DOCTYPE robot SYSTEM "http://example.org/x.dtd"><!--!-->\n', ["DOCTYPE"]),
+    (
+        '<?xml version="1.0"?>\n',
+        '<!DOCTYPE robot [<!ENTITY x SYSTEM "file:///etc/passwd">]><!--!-->\n',
+        ["DOCTYPE", "entities"],
+    ),
+    ('<link name="ground"/>', "<a>" * 5000 + "</a>" * 5000 + "<!--!-->", ["deep"]),
+    # <robot>
+    ('<robot name="r">', "<robot><!--!-->", ["name"]),
+    ('<robot name="r">', '<robot name="r" version="3"><!--!-->', ["version", "'3'"]),
+    (END, '<material name="m"/>\n<material name="m"/><!--!-->\n</robot>', ["material", "twice"]),
+    # links
+    ('<link name="ground"/>', '<link name="ground"/>\n<link name="ground"/><!--!-->', ["ground", ":4"]),
+    ('<link name="ground"/>', '<link name="ground"/><link/><!--!-->', ["'name'"]),
+    ('<link name="ground"/>', '<link name="ground"/><link name=" "/><!--!-->', ["'name'", "empty"]),
+    ('<mass value="2"/>', '<mass value="-2"/><!--!-->', ["value='-2'", "zero or greater"]),
+    ('<mass value="2"/>', '<mass value="heavy"/><!--!-->', ["'heavy'", "not a number"]),
+    ('<mass value="2"/>', '<mass value="2_0"/><!--!-->', ["'2_0'", "not a number"]),
+    ('<mass value="2"/>', '<mass value="nan"/><!--!-->', ["'nan'", "finite"]),
+    ('<mass value="2"/>', '<mass value="1e999"/><!--!-->', ["'1e999'", "finite"]),
+    ('<mass value="2"/>', '<mass value=""/><!--!-->', ["'value'", "empty"]),
+    ('<mass value="2"/>', "<mass/><!--!-->", ["'value'"]),
+    ('<origin xyz="0 0 0.5"/><mass value="2"/>', "<!--!-->", ["<mass>"]),
+    ('<mass value="2"/>', '<mass value="2"/>\n<mass value="2"/><!--!-->', ["two <mass>"]),
+    ('<origin xyz="0 0 0.5"/>', '<origin xyz="0 0 inf"/><!--!-->', ["finite", "<origin>"]),
+    ('<inertia ixx="1" ixy="0"', '<!--!--><inertia ixx="1"', ["'ixy'"]),
+    ('<inertia ixx="1"', '<!--!--><inertia ixx="-1"', ["'-1'", "zero or greater"]),
+    ('<link name="plate"/>', '<link name="plate"><visual><origin xyz="0 0"/><!--!--></visual></link>', ["three", "2"]),
+    (
+        '<link name="plate"/>',
+        '<link name="plate"><collision><origin rpy="0 0 nan"/><!--!--></collision></link>',
+        ["nan"],
+    ),
+    ('<link name="plate"/>', '<link name="plate"><beam/><!--!--></link>', ["directly inside <robot>"]),
+    # joints
+    (HINGE, HINGE.replace("revolute", "revolut") + "<!--!-->", ["'revolut'", "did you mean 'revolute'"]),
+    (HINGE, HINGE.replace("revolute", "spherical") + "<!--!-->", ["'spherical'", "<loop>"]),
+    (HINGE, '<joint name="hinge"><!--!-->', ["'type'"]),
+    (BALL, '<joint name="hinge" type="floating"><!--!-->', ["'hinge'", "taken"]),
+    (f'<parent link="ground"/>{CHILD}', CHILD, ["<parent>"]),
+    (CHILD, "", ["<child>"]),
+    ('<parent link="ground"/>', '<parent link="grond"/><!--!-->', ["'grond'", "did you mean 'ground'"]),
+    ('<parent link="ground"/>', "<parent/><!--!-->", ["'link'"]),
+    (CHILD, '<child link="rods"/><!--!-->', ["'rods'", "did you mean 'rod'"]),
+    (CHILD, CHILD + "\n" + CHILD + "<!--!-->", ["two <child>"]),
+    (CHILD + "\n", '<child link="ground"/>\n', ["'hinge'", "'ground'", "itself"]),
+    ('<axis xyz="0 2 0"/>', '<axis xyz="0 0 0"/><!--!-->', ["zero"]),
+    ('<axis xyz="0 2 0"/>', '<axis xyz="0 2"/><!--!-->', ["three", "2"]),
+    ('<axis xyz="0 2 0"/>', '<axis xyz="0 2 0 0"/><!--!-->', ["three", "4"]),
+    ('<axis xyz="0 2 0"/>', '<axis xyz=""/><!--!-->', ["three", "0"]),
+    ('<axis xyz="0 2 0"/>', "<axis/><!--!-->", ["'xyz'"]),
+    ('<axis xyz="0 2 0"/>', '<axis xyz="0 y 0"/><!--!-->', ["'y'", "not a number"]),
+    (LIMIT, "", ["<limit>", "effort", "velocity"]),
+    (LIMIT, '<limit lower="0" upper="1" velocity="0"/><!--!-->', ["'effort'"]),
+    (LIMIT, '<limit lower="0" upper="1" effort="0"/><!--!-->', ["'velocity'"]),
+    (LIMIT, '<limit effort="-1" velocity="0"/><!--!-->', ["effort", "zero or greater"]),
+    (LIMIT, '<limit lower="2" upper="1" effort="0" velocity="0"/><!--!-->', ["lower=2", "upper=1"]),
+    (LIMIT, '<limit lower="2" effort="0" velocity="0"/><!--!-->', ["lower=2", "upper=0", "left out is 0"]),
+    (LIMIT, '<limit lower="-inf" effort="0" velocity="0"/><!--!-->', ["'-inf'", "finite"]),
+    (LIMIT, LIMIT + '<mimic joint="ball" multiplier="0"/><!--!-->', ["<mimic>", "multiplier=0", "'hinge'"]),
+    (LIMIT, LIMIT + '<platform link="rod"/><!--!-->', ["directly inside <robot>"]),
+    (LIMIT, LIMIT + "<dynamics/><!--!-->", ["damping", "friction"]),
+    (LIMIT, LIMIT + '<dynamics damping="x"/><!--!-->', ["damping", "not a number"]),
+    (LIMIT, LIMIT + "<safety_controller/><!--!-->", ["k_velocity"]),
+    (LIMIT, LIMIT + '<calibration rising="x"/><!--!-->', ["rising"]),
+    ('<origin xyz="0 0 1" rpy="0 0 0.5"/>', '<origin xyz="0 0 1" ryp="0 0 1"/><!--!-->', ["'ryp'", "rpy"]),
+    ('<origin xyz="0 0 1" rpy="0 0 0.5"/>', '<origin rpy="0 0 1e400"/><!--!-->', ["finite"]),
+    (BALL, '<joint name="ball" type="planar"><!--!-->', ["planar", "xy plane", "0 0 1", "<loop>"]),
+    (BALL, '<joint name="ball" type="planar"><axis xyz="0 1 1"/><!--!-->', ["planar", "xy plane"]),
+    # the tree
+    (
+        END,
+        '<joint name="second" type="fixed"><!--!--><parent link="ground"/><child link="plate"/></joint></robot>',
+        ["'plate'", "two parents", "'ball'", "'second'", "<loop>"],
+    ),
+    (END, '<link name="lost"/><!--!--></robot>', ["'ground'", "'lost'", "no parent"]),
+    (
+        '<link name="ground"/>',
+        '<link name="ground"/><!--!-->\n<joint name="round" type="fixed"><parent link="plate"/><child link="ground"/></joint>',
+        ["cycle", "'ground'", "'rod'", "'plate'"],
+    ),
+    (
+        '<link name="ground"/>',
+        '<link name="ground"/><link name="a"/><!--!--><link name="b"/>'
+        '<joint name="ab" type="fixed"><parent link="a"/><child link="b"/></joint>'
+        '<joint name="ba" type="fixed"><parent link="b"/><child link="a"/></joint>',
+        ["cycle", "'a'", "'b'"],
+    ),
+    # misspelled elements, and ours that are not there yet
+    (PLATFORM, '<platfrom link="plate"/><!--!-->', ["<platfrom>", "did you mean <platform>"]),
+    (END, "<beams/><!--!--></robot>", ["<beams>", "did you mean <beam>"]),
+    (END, "<loops/><!--!--></robot>", ["<loops>", "did you mean <loop>"]),
+    (END, "<Loop/><!--!--></robot>", ["<Loop>", "did you mean <loop>"]),
+    (END, "<transmision/><!--!--></robot>", ["did you mean <transmission>"]),
+    (END, '<joint_stiffness joint="hinge"/><!--!--></robot>', ["<joint_stiffness>", "linear, angular or drive"]),
+    # base and platform
+    (PLATFORM, '<platform link="plate"/>\n<platform link="rod"/><!--!-->', ["two <platform>"]),
+    (PLATFORM, '<platform link="plat"/><!--!-->', ["'plat'", "did you mean 'plate'"]),
+    (PLATFORM, "<platform/><!--!-->", ["'link'"]),
+    (PLATFORM, '<platform link="plate" orgin="0 0 0"/><!--!-->', ["'orgin'", "link"]),
+    (PLATFORM, '<platform link="plate"><orgin/><!--!--></platform>', ["<orgin>", "did you mean 'origin'"]),
+    (PLATFORM, '<platform link="plate"><origin xyz="0 0 x"/><!--!--></platform>', ["'x'", "not a number"]),
+    (PLATFORM, '<platform link="ground"/><!--!-->', ["'ground'", "both base and platform"]),
+    (END, '<base link="plate"/></robot>', ["'plate'", "both base and platform"]),
+    (END, '<base link="grund"/><!--!--></robot>', ["did you mean 'ground'"]),
+    (END, '<base link="ground"/>\n<base link="ground"/><!--!--></robot>', ["two <base>"]),
+    (END, '<base name="ground"/><!--!--></robot>', ["'name'", "known: link"]),
+    (END, '<base link="ground"><origin/><!--!--></base></robot>', ["<origin>", "none"]),
+    # loops
+    (LOOP, '<loop name="hinge" type="universal"><!--!-->', ["'hinge'", "taken"]),
+    (LOOP, '<loop type="universal"><!--!-->', ["'name'"]),
+    (LOOP, '<loop name="strut"><!--!-->', ["'type'"]),
+    (LOOP, '<loop name="strut" type="sperical"><!--!-->', ["'sperical'", "did you mean 'spherical'"]),
+    (LOOP, '<loop name="strut" type="universal" axis="1 0 0"><!--!-->', ["'axis'", "name, type"]),
+    (LOOP, LOOP + "<origin/><!--!-->", ["<origin>", "predecessor"]),
+    (LOOP, LOOP + "<axes/><!--!-->", ["<axes>", "did you mean"]),
+    ('<successor link="plate"/>', "", ["<successor>"]),
+    ('<successor link="plate"/>', '<successor link="plates"/><!--!-->', ["did you mean 'plate'"]),
+    ('<successor link="plate"/>', '<successor name="plate"/><!--!-->', ["'name'", "link"]),
+    ('<successor link="plate"/>', '<successor link="plate"><axis/><!--!--></successor>', ["<axis>", "origin"]),
+    ('<predecessor link="ground"><origin xyz="1 0 0"/></predecessor>', '<predecessor link="plate"/>', ["itself"]),
+    ('<origin xyz="1 0 0"/>', '<origin xyz="1 0 -inf"/><!--!-->', ["finite"]),
+    (LOOP, LOOP + '<axis xyz="0 0 0"/><!--!-->', ["zero"]),
+    (LOOP, LOOP + '<axis xyz="0 1 0"/><!--!-->', ["parallel"]),
+    (LOOP, LOOP + '<axis2 xyz="-1 0 0"/><!--!-->', ["parallel"]),
+    (LOOP, '<loop name="strut" type="spherical"><axis xyz="1 0 0"/><!--!-->', ["spherical", "no <axis>"]),
+    (LOOP, '<loop name="strut" type="fixed"><axis xyz="1 0 0"/><!--!-->', ["fixed", "no <axis>"]),
+    (LOOP, '<loop name="strut" type="revolute"><axis2 xyz="0 1 0"/><!--!-->', ["revolute", "no <axis2>"]),
+    (LOOP, '<loop name="strut" type="spherical"><axis2 xyz="0 1 0"/><!--!-->', ["no <axis2>"]),
+    (LOOP, LOOP + '<limit lower="0" upper="1"/><!--!-->', ["universal", "<limit>", "<cone>"]),
+    (LOOP, '<loop name="strut" type="planar"><limit/><!--!-->', ["planar", "<limit>"]),
+    (LOOP, '<loop name="strut" type="revolute"><limit lower="1" upper="0"/><!--!-->', ["lower=1"]),
+    (LOOP, '<loop name="strut" type="revolute"><limit min="1"/><!--!-->', ["'min'", "lower"]),
+    (LOOP, '<loop name="strut" type="continuous"><limit lower="0" upper="1"/><!--!-->', ["unlimited", "revolute"]),
+    (LOOP, '<loop name="strut" type="revolute"><cone angle="1"/><!--!-->', ["<cone>", "universal and spherical"]),
+    (LOOP, LOOP + '<cone angle="0"/><!--!-->', ["greater than zero"]),
+    (LOOP, LOOP + '<cone angle="30"/><!--!-->', ["π", "radians"]),
+    (LOOP, LOOP + "<cone/><!--!-->", ["'angle'"]),
+    (LOOP, LOOP + '<cone angle="1" axis="0 0 1"/><!--!-->', ["'axis'", "predecessor_axis"]),
+    (LOOP, LOOP + '<cone angle="1" successor_axis="0 0 0"/><!--!-->', ["zero"]),
+    # beams
+    (BEAM, BEAM.replace('link="rod"', 'link="rot"') + "<!--!-->", ["'rot'", "did you mean 'rod'"]),
+    (BEAM, BEAM.replace('link="rod" ', "") + "<!--!-->", ["'link'"]),
+    (BEAM, BEAM.replace('link="rod"', 'link="plate"') + "<!--!-->", ["platform", "fixed joint"]),
+    (BEAM, BEAM.replace('link="rod"', 'link="ground"') + "<!--!-->", ["base", "fixed joint"]),
+    (BEAM, BEAM.replace("density", "desity") + "<!--!-->", ["'desity'", "did you mean 'density'"]),
+    (BEAM, BEAM.replace('to="ball"', 'to="bal"') + "<!--!-->", ["'bal'", "did you mean 'ball'"]),
+    (BEAM, BEAM.replace('to="ball"', 'to="bal:child"') + "<!--!-->", ["'bal'", "did you mean 'ball'"]),
+    (BEAM, BEAM.replace('to="ball"', 'to="ball:left"') + "<!--!-->", [":parent", "'left'"]),
+    (BEAM, BEAM.replace('to="ball"', 'to=""') + "<!--!-->", ["'to'", "empty"]),
+    (BEAM, BEAM.replace('to="ball"', 'to="hinge"') + "<!--!-->", ["zero length"]),
+    (BEAM, BEAM.replace("200e9", "0") + "<!--!-->", ["youngs_modulus", "greater than zero"]),
+    (BEAM, BEAM.replace(' youngs_modulus="200e9"', "") + "<!--!-->", ["'youngs_modulus'"]),
+    (BEAM, BEAM.replace("7800", "-1") + "<!--!-->", ["density", "zero or greater"]),
+    (BEAM, BEAM.replace("0.3", "0.51") + "<!--!-->", ["poisson_ratio=0.51", "0.5"]),
+    (BEAM, BEAM.replace("0.3", "-1") + "<!--!-->", ["poisson_ratio=-1"]),
+    (BEAM, BARE_BEAM + "<!--!-->", ["neither poisson_ratio nor shear_modulus"]),
+    (BEAM, BEAM[:-1] + ' shear_modulus="1e9"><!--!-->', ["both poisson_ratio and shear_modulus"]),
+    (BEAM, BARE_BEAM[:-1] + ' shear_modulus="1e9"><!--!-->', ["shear_coefficient", "Poisson"]),
+    (BEAM, BARE_BEAM[:-1] + ' shear_modulus="0" shear_coefficient="1"><!--!-->', ["shear_modulus", "greater"]),
+    (BEAM, BEAM[:-1] + ' shear_coefficient="0"><!--!-->', ["shear_coefficient", "greater than zero"]),
+    (BEAM, BEAM[:-1] + ' shear_coefficient="-inf"><!--!-->', ["shear_coefficient", "finite"]),
+    (BEAM, BEAM[:-1] + ' thermal_expansion="nan"><!--!-->', ["thermal_expansion", "finite"]),
+    (BEAM, BEAM[:-1] + ' y_axis="0 0 0"><!--!-->', ["y_axis", "zero"]),
+    (BEAM, BEAM[:-1] + ' y_axis="0 1"><!--!-->', ["y_axis", "three"]),
+    (BEAM, BEAM[:-1] + ' name=""><!--!-->', ["'name'", "empty"]),
+    (BEAM, f"{BEAM}{CIRCLE}</beam>\n{BEAM}<!--!-->", ["two beams on the same span", ":21"]),
+    (BEAM, f"{BEAM}{CIRCLE}</beam>\n{BEAM.replace('ball', 'strut')}<!--!-->", ["'rod'", "taken", ":21"]),
+    (BEAM, f"{BEAM}{CIRCLE}</beam>\n{UNWEIGHED_BEAM}<!--!-->", ["density", "all", ":21"]),
+    # sections
+    (f"{CIRCLE}", "", ["no sections", "<circle>", "<rectangular_tube>"]),
+    (CIRCLE, f"{CIRCLE}\n{CIRCLE}<!--!-->", ["2 sections"]),
+    (CIRCLE, '<cirle diameter="0.01"/><!--!-->', ["<cirle>", "did you mean 'circle'"]),
+    (CIRCLE, '<circle radius="0.01"/><!--!-->', ["'radius'", "diameter"]),
+    (CIRCLE, '<circle diameter="0"/><!--!-->', ["diameter", "greater than zero"]),
+    (CIRCLE, '<circle diameter="1e300"/><!--!-->', ["too large"]),
+    (CIRCLE, '<circle diameter="1e-300"/><!--!-->', ["too small"]),
+    (CIRCLE, '<circle diameter="1"><tube/><!--!--></circle>', ["<tube>"]),
+    (CIRCLE, '<tube outer_diameter="0.1" inner_diameter="0.1"/><!--!-->', ["inner_diameter=0.1", "less than"]),
+    (CIRCLE, '<tube outer_diameter="0.1"/><!--!-->', ["'inner_diameter'"]),
+    (CIRCLE, '<rectangle width="0.1"/><!--!-->', ["'height'"]),
+    (CIRCLE, '<rectangle width="0.1" height="-0.1"/><!--!-->', ["height", "greater than zero"]),
+    (CIRCLE, '<rectangular_tube width="0.1" height="0.2" thickness="0.05"/><!--!-->', ["thickness=0.05", "half"]),
+    (CIRCLE, '<section area="1" I_y="1" I_z="1"/><!--!-->', ["'J'"]),
+    (CIRCLE, '<section area="1" I_y="1" I_z="1" J="1" shear_area_y="1"/><!--!-->', ["both shear_area_y and"]),
+    (CIRCLE, '<section area="1" I_y="1" I_z="1" J="1" shear_area_y="1" shear_area_z="-1"/><!--!-->', ["shear_area_z"]),
+    (BEAM + "\n    " + CIRCLE, BEAM + '<!--!--><rectangle width="0.1" height="0.2"/>', ["y_axis", "width"]),
+    (
+        BEAM + "\n    " + CIRCLE,
+        BEAM + '<!--!--><section area="1" I_y="1" I_z="1" J="1"/>',
+        ["shear_coefficient", "shape"],
+    ),
+    (
+        BEAM + "\n    " + CIRCLE,
+        BEAM + '<!--!--><section area="1" I_y="1" I_z="1" J="1" shear_area_y="1" shear_area_z="0.5"/>',
+        ["y_axis"],
+    ),
+    (
+        BEAM + "\n    " + CIRCLE,
+        BEAM[:-1] + ' shear_coefficient="1"><!--!--><section area="1" I_y="1" I_z="1" J="1" shear_area_y="1" shear_area_z="1"/>',
+        ["shear_coefficient and shear areas"],
+    ),
+    # transmissions
+    (DRIVE, '<transmission><joint name="hing"/><!--!--></transmission>', ["'hing'", "did you mean 'hinge'"]),
+    (DRIVE, "<transmission><joint/><!--!--></transmission>", ["'name'"]),
+    (DRIVE, '<transmission name="t"/><!--!-->', ["names no joint"]),
+    (DRIVE, '<transmission><joint name="ball"/><!--!--></transmission>', ["'ball'", "floating", "driven"]),
+    (DRIVE, '<transmission><joint name="strut"/><!--!--></transmission>', ["'strut'", "universal", "driven"]),
+    (DRIVE, DRIVE + "\n" + DRIVE + "<!--!-->", ["'hinge'", "two", "once"]),
+]
+
+
+def change(text: str, old: str, new: str) -> str:
+    assert old in text
+    return text.replace(old, new, 1)
+
+
+def marked_line(text: str) -> int | None:
+    """Return the number of the line with the mark, None without it."""
+    lines = [number for number, line in enumerate(text.splitlines(), 1) if "<!--!-->" in line]
+    return lines[0] if lines else None
+
+
+@pytest.mark.parametrize(("old", "new", "words"), BAD)
+def test_bad_file_is_refused_with_line_and_reason(old: str, new: str, words: list[str]) -> None:
+    text = change(GOOD, old, new)
+    with pytest.raises(RobotFileError) as caught:
+        parse_robot_text(text, "robots/bad.urdf")
+    error = caught.value
+    assert error.file == "robots/bad.urdf"
+    assert error.line is not None
+    assert error.line == (marked_line(text) or error.line)
+    assert str(error) == f"robots/bad.urdf:{error.line}: {error.reason}"
+    assert "\n" not in str(error)
+    for word in words:
+        assert word in str(error)
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "words"),
+    [
+        ("", None, ["empty"]),
+        (" \n\t", None, ["empty"]),
+        ("<robot", 1, ["well-formed"]),
+        ("hello", 1, ["well-formed"]),
+        ("<!-- only a comment -->", 1, ["well-formed", "no element"]),
+        ("\n<urdf/>", 2, ["<urdf>", "<robot>"]),
+        ("<robot name='r'/>", 1, ["no links"]),
+        ("<robot name='r'>\n<link name='a'/></robot>", 1, ["no platform", "<platform link="]),
+        ("\ud800", 1, ["decoded"]),
+        ("<a>" * 100_000, 1, ["deep"]),
+    ],
+)
+def test_bad_text(text: str, line: int | None, words: list[str]) -> None:
+    with pytest.raises(RobotFileError) as caught:
+        parse_robot_text(text)
+    assert (caught.value.file, caught.value.line) == ("<text>", line)
+    for word in words:
+        assert word in str(caught.value)
+
+
+def test_files_that_cannot_be_read(tmp_path: Path) -> None:
+    empty, binary, encoding = tmp_path / "empty.urdf", tmp_path / "binary.urdf", tmp_path / "encoding.urdf"
+    empty.write_text("")
+    binary.write_bytes(b"<robot name='\xff\xfe'/>")
+    encoding.write_bytes(b"<?xml version='1.0' encoding='klingon'?><robot name='r'/>")
+    for path, word in [
+        (tmp_path / "none.urdf", "No such file"),
+        (tmp_path, "directory"),
+        (empty, "empty"),
+        (binary, "well-formed"),
+        (encoding, "encoding"),
+        (Path(f"{tmp_path}\0"), "null"),
+    ]:
+        with pytest.raises(RobotFileError, match=word) as caught:
+            read_robot_file(path)
+        assert caught.value.file == str(path)
+
+
+def test_everything_of_a_small_file_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "small.urdf"
+    path.write_text(GOOD)
+    robot = read_robot_file(str(path))
+    assert (robot.name, robot.path, robot.warnings) == ("r", str(path), ())
+    assert list(robot.links) == ["ground", "rod", "plate"]
+    rod, ground = robot.links["rod"], robot.links["ground"]
+    assert (rod.mass, rod.center_of_mass, rod.has_inertial) == (2.0, (0.0, 0.0, 0.5), True)
+    assert (ground.mass, ground.center_of_mass, ground.has_inertial) == (0.0, (0.0, 0.0, 0.0), False)
+    assert (rod.place.file, rod.place.line) == (str(path), 5)
+    hinge, ball = robot.joints["hinge"], robot.joints["ball"]
+    assert (hinge.type, hinge.parent, hinge.child) == ("revolute", "ground", "rod")
+    assert (hinge.axis, hinge.lower, hinge.upper, hinge.origin) == ((0.0, 1.0, 0.0), -1.0, 1.0, Origin())
+    assert (ball.axis, ball.lower, ball.upper) == ((1.0, 0.0, 0.0), -math.inf, math.inf)
+    assert ball.origin == Origin((0.0, 0.0, 1.0), (0.0, 0.0, 0.5))
+    assert (hinge.place.line, ball.place.line) == (8, 13)
+    assert (robot.base, robot.platform, robot.platform_origin) == ("ground", "plate", Origin((0.0, 0.0, 0.1)))
+    assert robot.platform_place.line == 17
+    loop = robot.loops["strut"]
+    assert (loop.type, loop.predecessor, loop.successor) == ("universal", "ground", "plate")
+    assert (loop.predecessor_origin, loop.successor_origin) == (Origin((1.0, 0.0, 0.0)), Origin())
+    assert (loop.axis, loop.axis2, loop.cone) == ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), None)
+    assert (loop.lower, loop.upper, loop.place.line) == (-math.inf, math.inf, 18)
+    beam = robot.beams["rod"]
+    assert (beam.name, beam.link, beam.start, beam.end) == ("rod", "rod", BeamEnd("hinge"), BeamEnd("ball"))
+    assert (beam.youngs_modulus, beam.density, beam.thermal_expansion, beam.y_axis) == (200e9, 7800.0, 0.0, None)
+    assert beam.shear_modulus == pytest.approx(200e9 / 2.6)
+    area = math.pi / 4 * 0.01**2
+    assert beam.section.area == pytest.approx(area)
+    assert beam.shear_areas == pytest.approx([6 * 1.3 / 8.8 * area] * 2)
+    assert beam.place.line == 21
+    assert robot.driven == ("hinge",)
+
+
+def test_the_urdf_text_loads_in_pinocchio_and_reads_again() -> None:
+    robot = parse_robot_text(GOOD.replace('name="r"', 'name="ü &lt;&quot;"').replace("0 0 0.1", "0\t0\n&#10;0.1"))
+    model = pin.buildModelFromXML(robot.urdf)
+    assert (model.nq, model.name) == (8, 'ü <"')
+    assert "beam" in robot.urdf and "kinetostatics" not in robot.urdf
+    again = parse_robot_text(robot.urdf)
+    assert again.name == robot.name
+    assert (again.platform_origin, list(again.joints)) == (robot.platform_origin, list(robot.joints))
+
+
+@pytest.mark.parametrize("kind", ["fixed", "revolute", "continuous", "prismatic", "cylindrical", "planar"])
+def test_loop_types(kind: str) -> None:
+    axis = "" if kind == "fixed" else '<axis xyz="0 0 -3"/>'
+    loop = parse_robot_text(change(GOOD, LOOP, f'<loop name="strut" type="{kind}">{axis}')).loops["strut"]
+    assert (loop.type, loop.axis) == (kind, (0.0, 0.0, -1.0) if axis else (1.0, 0.0, 0.0))
+
+
+def test_loop_limits_and_cones() -> None:
+    text = change(GOOD, LOOP, '<loop name="strut" type="prismatic"><limit lower="-2"/>')
+    loop = parse_robot_text(text).loops["strut"]
+    assert (loop.lower, loop.upper) == (-2.0, 0.0)
+    spherical = '<loop name="strut" type="spherical"><cone angle="3.14159265359" predecessor_axis="0 4 0"/>'
+    cone = parse_robot_text(change(GOOD, LOOP, spherical)).loops["strut"].cone
+    assert cone is not None
+    assert (cone.angle, cone.predecessor_axis, cone.successor_axis) == (math.pi, (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+    skew = parse_robot_text(change(GOOD, LOOP, LOOP + '<axis xyz="0 0 1"/><axis2 xyz="0 1 1"/>')).loops["strut"]
+    assert skew.axis2 == pytest.approx((0.0, math.sqrt(0.5), math.sqrt(0.5)))
+
+
+def test_tree_joint_limits() -> None:
+    def hinge(limit: str, kind: str = "revolute") -> tuple[float, float]:
+        text = change(change(GOOD, LIMIT, limit), HINGE, HINGE.replace("revolute", kind))
+        joint = parse_robot_text(text).joints["hinge"]
+        return joint.lower, joint.upper
+
+    assert hinge('<limit effort="1" velocity="1"/>') == (-math.inf, math.inf)
+    assert hinge('<limit upper="0.5" effort="1" velocity="1"/>', "prismatic") == (0.0, 0.5)
+    assert hinge("", "continuous") == (-math.inf, math.inf)
+    assert hinge(LIMIT, "continuous") == (-math.inf, math.inf)
+
+
+def test_tree_joint_axes() -> None:
+    def ball(kind: str, axis: str) -> tuple[float, float, float]:
+        robot = parse_robot_text(change(GOOD, BALL, f'<joint name="ball" type="{kind}">{axis}'))
+        pin.buildModelFromXML(robot.urdf)
+        return robot.joints["ball"].axis
+
+    assert ball("planar", '<axis xyz="0 0 -5"/>') == (0.0, 0.0, -1.0)
+    assert ball("fixed", '<axis xyz="0 0 0"/>') == (1.0, 0.0, 0.0)
+    assert ball("continuous", "") == (1.0, 0.0, 0.0)
+    assert ball("continuous", '<axis xyz="1e-200 0 0"/>') == (1.0, 0.0, 0.0)
+    assert ball("continuous", '<axis xyz="1e300 1e300 0"/>') == pytest.approx((math.sqrt(0.5), math.sqrt(0.5), 0.0))
+
+
+@pytest.mark.parametrize(
+    ("section", "area", "shear"),
+    [
+        ('<circle diameter="2"/>', math.pi, 6 * 1.3 / (7 + 1.8)),
+        ('<tube outer_diameter="2" inner_diameter="1"/>', 0.75 * math.pi, None),
+        ('<rectangle width="1" height="2"/>', 2.0, 13 / 15.3),
+        ('<rectangular_tube width="3" height="4" thickness="1"/>', 10.0, None),
+    ],
+)
+def test_sections(section: str, area: float, shear: float | None) -> None:
+    text = change(change(GOOD, CIRCLE, section), BEAM, BEAM[:-1] + ' y_axis="0 3 0">')
+    beam = parse_robot_text(text).beams["rod"]
+    assert beam.section.area == pytest.approx(area)
+    assert beam.y_axis == (0.0, 1.0, 0.0)
+    if shear is not None:
+        assert beam.shear_areas == pytest.approx((shear * area, shear * area))
+    assert 0 < beam.shear_areas[0] < area
+
+
+def test_shear_of_sections() -> None:
+    def beam(attributes: str, section: str = CIRCLE) -> tuple[float, float, float]:
+        head = BARE_BEAM[:-1] + f" {attributes}>"
+        read = parse_robot_text(change(change(GOOD, CIRCLE, section), BEAM, head)).beams["rod"]
+        return read.shear_modulus, *read.shear_areas
+
+    numbers = 'area="2" I_y="1" I_z="3" J="4"'
+    area = math.pi / 4 * 0.01**2
+    assert beam('shear_modulus="8e9" shear_coefficient="0.5"') == pytest.approx((8e9, area / 2, area / 2))
+    assert beam('shear_modulus="8e9" shear_coefficient="inf"') == (8e9, math.inf, math.inf)
+    general = f'<section {numbers} shear_area_y="0.6" shear_area_z="0.7"/>'
+    assert beam('shear_modulus="8e9" y_axis="1 0 0"', general) == (8e9, 0.6, 0.7)
+    assert beam('poisson_ratio="0.5" y_axis="1 0 0" shear_coefficient="1"', f"<section {numbers}/>")[1:] == (2.0, 2.0)
+
+
+def test_beam_ends_with_sides_and_defaults() -> None:
+    telescope = BEAM.replace('"hinge"', '"hinge:parent"').replace('"ball"', '"strut:child"')
+    beam = parse_robot_text(change(GOOD, BEAM, telescope)).beams["rod"]
+    assert (beam.start, beam.end) == (BeamEnd("hinge", "parent"), BeamEnd("strut", "child"))
+    beam = parse_robot_text(change(GOOD, BEAM, BEAM.replace(' from="hinge" to="ball"', ""))).beams["rod"]
+    assert (beam.start, beam.end) == (None, None)
+    beam = parse_robot_text(GOOD.replace('"ball"', '"a:child"')).beams["rod"]
+    assert beam.end == BeamEnd("a:child")
+
+
+def test_several_beams_on_one_link() -> None:
+    second = BEAM.replace('to="ball"', 'to="strut" name="other"')
+    robot = parse_robot_text(change(GOOD, BEAM, f"{second}{CIRCLE}</beam>{BEAM}"))
+    assert list(robot.beams) == ["other", "rod"]
+
+
+def test_driven_joints_in_order_with_the_children_that_ros_adds() -> None:
+    transmissions = (
+        '<transmission name="b"><type>t/Simple</type><joint name="strut"><hardwareInterface/></joint>'
+        '<actuator name="m"><mechanicalReduction>1</mechanicalReduction></actuator></transmission>'
+        '<transmission><joint name="hinge"/><joint name="ball"/></transmission>'
+    )
+    text = change(change(GOOD, DRIVE, transmissions), LOOP, '<loop name="strut" type="prismatic">')
+    text = change(text, BALL, '<joint name="ball" type="continuous">')
+    assert parse_robot_text(text).driven == ("strut", "hinge", "ball")
+
+
+def test_base_may_be_another_link_than_the_root() -> None:
+    text = change(GOOD, BEAM, BEAM.replace('"rod"', '"rod"'))
+    text = re.sub(r"<beam.*</beam>", '<base link="rod"/>', text, flags=re.DOTALL)
+    assert parse_robot_text(text).base == "rod"
+
+
+def test_elements_of_others_are_ignored() -> None:
+    others = (
+        '<gazebo reference="rod"><beam/></gazebo><ros2_control name="x"><joint name="hinge"/></ros2_control>'
+        '<material name="m"><color rgba="1 1 1 1"/></material><sensor name="s"/><x:y xmlns:x="urn:x" x:z="1"/>'
+        "<unbound:prefix/>text"
+    )
+    robot = parse_robot_text(change(GOOD, END, others + END))
+    assert robot.warnings == ()
+    pin.buildModelFromXML(robot.urdf)
+
+
+def test_warnings() -> None:
+    text = change(change(GOOD, ' density="7800"', ""), "<inertial>", "<intertial>")
+    text = change(text, "</inertial>", "</intertial>")
+    text = change(text, '<axis xyz="0 2 0"/>', '<axes xyz="0 2 0"/>')
+    text = change(text, HINGE, HINGE.replace("revolute", "continuous"))
+    warnings = parse_robot_text(text, "w.urdf").warnings
+    assert [re.match(r"w.urdf:(\d+): ", line).group(1) for line in warnings] == ["5", "10", "11", "8", "21"]  # type: ignore[union-attr]
+    for line, word in zip(warnings, ["<inertial>", "<axis>", "continuous", "no <axis>", "weighs nothing"], strict=True):
+        assert word in line
+        assert line.endswith((".", "?"))
+    massless = BEAM.replace("7800", "0")
+    assert parse_robot_text(change(change(GOOD, BEAM, massless), '<mass value="2"/>', '<mass value="0"/>')).warnings == ()
+
+
+# xacro
+
+
+XACRO = GOOD.replace('<robot name="r">', '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">')
+
+
+def xacro(body: str) -> str:
+    return change(XACRO, END, body + END)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Iterator[Path]:
+    """A folder whose name would be trouble if it ever went through xacro's evaluation."""
+    path = tmp_path / "a folder ${with} $(arg trouble)"
+    path.mkdir()
+    yield path
+
+
+def test_xacro_parameters() -> None:
+    arguments = (
+        '<xacro:arg name="d" default="0.01"/><xacro:arg name="n" default="a"/>'
+        '<xacro:if value="0"><xacro:arg name="unused" default="1"/></xacro:if>'
+    )
+    text = change(XACRO, '<link name="ground"/>', arguments + '<link name="ground"/>')
+    text = change(text, CIRCLE, '<circle diameter="${2*$(arg d)}"/>').replace('"hinge"', '"$(arg n)"')
+
+    def diameter(**parameters: object) -> float:
+        return parse_robot_text(text, parameters=parameters).beams["rod"].section.outer_diameter  # type: ignore[attr-defined,no-any-return]
+
+    assert diameter() == 0.02
+    assert diameter(d=0.1 + 0.2) == 2 * (0.1 + 0.2)
+    assert diameter(d=3) == 6.0
+    assert diameter(d="0.5", unused=True) == 1.0
+    assert list(parse_robot_text(text, parameters={"n": "$ b"}).joints) == ["$ b", "ball"]
+    with pytest.raises(RobotFileError, match=r"parameter 'dd'; .*known: d, n, unused|did you mean 'd'"):
+        diameter(dd=1)
+    with pytest.raises(ArgumentError, match="'d' must be a number or a string, not list"):
+        diameter(d=[1])
+    with pytest.raises(RobotFileError, match=r"does not use xacro.*'d'"):
+        parse_robot_text(GOOD, parameters={"d": 1})
+    assert parse_robot_text(GOOD, parameters={}).name == "r"
+
+
+def test_xacro_keeps_order_and_places(folder: Path) -> None:
+    inner = folder / "inner part.xacro"
+    inner.write_text(
+        '<robot xmlns:xacro="http://www.ros.org/wiki/xacro">\n'
+        '<xacro:macro name="tool" params="name *at">\n'
+        '  <link name="${name}"/>\n'
+        '  <joint name="to_${name}" type="fixed"><parent link="plate"/><child link="${name}"/>\n'
+        '    <xacro:insert_block name="at"/></joint>\n'
+        "</xacro:macro>\n<link name='extra'/>\n</robot>"
+    )
+    outer = folder / "outer.urdf"  # xacro by its content, not by its name
+    outer.write_text(xacro(
+        '<xacro:include filename="inner part.xacro"/>\n'
+        '<xacro:tool name="t1"><origin xyz="1 0 0"/></xacro:tool>\n'
+        '<xacro:tool name="t2"><origin xyz="2 0 0"/></xacro:tool>\n'
+        '<joint name="e" type="fixed"><parent link="plate"/><child link="extra"/></joint>'
+    ))  # fmt: skip
+    robot = read_robot_file(outer)
+    assert list(robot.links) == ["ground", "rod", "plate", "extra", "t1", "t2"]
+    assert list(robot.joints) == ["hinge", "ball", "to_t1", "to_t2", "e"]
+    assert robot.joints["to_t2"].origin.xyz == (2.0, 0.0, 0.0)
+    for name, line in [("extra", 7), ("t1", 3), ("t2", 3)]:
+        assert (robot.links[name].place.file, robot.links[name].place.line) == (str(inner), line)
+    assert robot.links["rod"].place.file == str(outer)
+    assert "xacro" not in robot.urdf
+    assert pin.buildModelFromXML(robot.urdf).nq == 8
+
+
+BAD_XACRO: list[tuple[str, list[str]]] = [
+    ('<link name="${oops}"/><!--!-->', ["'oops' is not defined"]),
+    ('<link name="a">${oops}</link><!--!-->', ["'oops' is not defined"]),
+    ('<link name="${1/}"/><!--!-->', ["xacro cannot expand", "1/"]),
+    ('<link name="${1/0}"/><!--!-->', ["division by zero"]),
+    ('<link name="${"/><!--!-->', ["invalid expression"]),
+    ('<link name="${[].__class__}"/><!--!-->', ["__class__"]),
+    ('<link name="$(arg oops)"/><!--!-->', ["no xacro argument 'oops'", "<xacro:arg"]),
+    ('<xacro:arg name="oop" default="1"/><link name="$(arg oops)"/><!--!-->', ["'oops'", "did you mean 'oop'"]),
+    ('<xacro:arg name="oops"/><!--!-->', ["missing attribute 'default'"]),
+    ('<link name="$(find package)"/><!--!-->', ["$(find", "ROS", "relative"]),
+    ('<xacro:include filename="$(find package)/x.xacro"/><!--!-->', ["$(find", "ROS"]),
+    ('<link name="$(eval 1 +)"/><!--!-->', ["invalid syntax"]),
+    ('<link name="$(env KINETOSTATICS_NOT_SET)"/><!--!-->', ["KINETOSTATICS_NOT_SET", "not set"]),
+    ('<link name="$(oops x)"/><!--!-->', ["Unknown substitution command"]),
+    ("<xacro:oops/><!--!-->", ["unknown macro name", "xacro:oops"]),
+    ('<xacro:include filename="none.xacro"/><!--!-->', ["cannot read", "none.xacro", "No such file"]),
+    ("<xacro:include/><!--!-->", ["filename"]),
+    ('<xacro:if value="maybe"><link name="a"/></xacro:if><!--!-->', ["maybe", "boolean"]),
+    ('<xacro:macro name="m" params="a"/>\n<xacro:m/><!--!-->', ["Undefined parameters", "a"]),
+    ('<xacro:macro name="m" params="a"/>\n<xacro:m a="1" b="2"/><!--!-->', ["Invalid parameter", "b"]),
+    ('<xacro:macro name="m" params="*a"/>\n<xacro:m/><!--!-->', ["Not enough blocks"]),
+    (
+        '<xacro:macro name="m" params="a">\n<link name="${a}${oops}"/><!--!-->\n</xacro:macro>\n<xacro:m a="1"/>',
+        ["'oops' is not defined", "in the macro called at <text>:28"],
+    ),
+    ('<xacro:macro name="m">\n<xacro:m/><!--!-->\n</xacro:macro><xacro:m/>', ["come to an end"]),
+    ('<xacro:property name="p" value="${p}"/>\n<link name="${p}"/><!--!-->', ["circular", "p"]),
+    (
+        '<xacro:macro name="m" params="x">\n<beam link="rod" y="${x}"/><!--!-->\n</xacro:macro>\n<xacro:m x="1"/>',
+        ["'y' is not an attribute of <beam> of link 'rod'"],
+    ),
+    ('<xacro:property name="x" value="${-1}"/>\n<base link="r${x}"/><!--!-->', ["'r-1'", "known: ground, plate, rod"]),
+    ("<!DOCTYPE x>", ["well-formed"]),
+]
+
+
+@pytest.mark.parametrize(("body", "words"), BAD_XACRO)
+def test_bad_xacro_is_refused_with_line_and_reason(body: str, words: list[str], capfd: pytest.CaptureFixture[str]) -> None:
+    text = xacro(body)
+    with pytest.raises(RobotFileError) as caught:
+        parse_robot_text(text)
+    assert caught.value.file == "<text>"
+    assert caught.value.line == (marked_line(text) or caught.value.line)
+    assert "\n" not in str(caught.value)
+    for word in words:
+        assert word in str(caught.value)
+    assert capfd.readouterr() == ("", "")
+    # Nothing of the failure stays behind in xacro's module.
+    assert parse_robot_text(xacro("")).name == "r"
+
+
+@pytest.mark.parametrize(
+    ("inner", "words"),
+    [
+        ("<robot>\n<link name='a'>\n</robot><!--!-->", ["well-formed", "<link> of line 2"]),
+        ("<robot>\n\n<link name='rod'/><!--!-->\n</robot>", ["'rod'", "taken", "outer.xacro:5"]),
+        ("<robot xmlns:xacro='x'>\n<link name='${oops}'/><!--!-->\n</robot>", ["'oops' is not defined"]),
+        ("<!DOCTYPE robot><!--!-->\n<robot/>", ["DOCTYPE"]),
+        ("<robot xmlns:xacro='x'>\n<xacro:include filename='inner.xacro'/><!--!-->\n</robot>", ["come to an end"]),
+        ("", ["empty"]),
+    ],
+)
+def test_bad_included_file(folder: Path, inner: str, words: list[str]) -> None:
+    (folder / "inner.xacro").write_text(inner)
+    outer = folder / "outer.xacro"
+    outer.write_text(xacro('<xacro:include filename="inner.xacro"/>'))
+    with pytest.raises(RobotFileError) as caught:
+        read_robot_file(outer)
+    assert (caught.value.file, caught.value.line) == (str(folder / "inner.xacro"), marked_line(inner))
+    for word in words:
+        assert word in str(caught.value)
+
+
+def test_bad_macro_of_an_included_file(folder: Path) -> None:
+    inner = folder / "inner.xacro"
+    inner.write_text('<robot xmlns:xacro="x"><xacro:macro name="m" params="x">\n<platform link="${x}"/>\n</xacro:macro></robot>')
+    (folder / "outer.xacro").write_text(xacro('<xacro:include filename="inner.xacro"/>\n<xacro:m x="rods"/>'))
+    with pytest.raises(RobotFileError, match="two <platform>") as caught:
+        read_robot_file(folder / "outer.xacro")
+    assert (caught.value.file, caught.value.line) == (str(inner), 2)
+
+
+def test_optional_include_and_parameters_of_includes(folder: Path) -> None:
+    (folder / "inner.xacro").write_text('<robot xmlns:xacro="x"><xacro:arg name="far" default="1"/></robot>')
+    outer = folder / "outer.xacro"
+    body = '<xacro:include filename="none.xacro" optional="true"/><xacro:include filename="inner.xacro"/>'
+    outer.write_text(xacro(body))
+    assert read_robot_file(outer, {"far": 2}).warnings == ()
+    with pytest.raises(RobotFileError, match="known: far"):
+        read_robot_file(outer, {"xyz": 2})
+
+
+def test_a_robot_is_extended_by_a_xacro_that_includes_it(folder: Path) -> None:
+    plain = GOOD[: GOOD.index("  <platform")] + END
+    (folder / "plain.urdf").write_text(plain)
+    outer = folder / "outer.xacro"
+    outer.write_text('<robot name="o" xmlns:xacro="x"><xacro:include filename="plain.urdf"/><platform link="plate"/></robot>')
+    assert read_robot_file(outer).joints["hinge"].place.file == str(folder / "plain.urdf")
+
+
+def test_what_xacro_warns_of_becomes_a_warning(capfd: pytest.CaptureFixture[str]) -> None:
+    robot = parse_robot_text(xacro('<xacro:property name="pi" value="3"/><xacro:include filename="none*.xacro"/>'))
+    assert "redefining global symbol: pi" in robot.warnings[0]
+    assert "none*.xacro" in robot.warnings[1]
+    assert all(line.startswith("<text>: ") and line.endswith(".") for line in robot.warnings)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_xacro_prints_nothing(capfd: pytest.CaptureFixture[str]) -> None:
+    parse_robot_text(xacro("${xacro.message('hello')}${xacro.error('bad')}${python.print_location() if 0 else ''}"))
+    assert capfd.readouterr() == ("", "")
+
+
+def test_xacro_in_threads() -> None:
+    failures: list[BaseException] = []
+
+    def work(index: int) -> None:
+        try:
+            text = xacro('<xacro:arg name="n" default="x"/><material name="$(arg n)"/>')
+            assert f'<material name="m{index}"/>' in parse_robot_text(text, parameters={"n": f"m{index}"}).urdf
+            with pytest.raises(RobotFileError):
+                parse_robot_text(xacro("${oops}"))
+        except BaseException as error:  # pytest's own failures are no Exception
+            failures.append(error)
+
+    threads = [threading.Thread(target=work, args=(index,)) for index in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert failures == []
+
+
+def test_the_example_of_the_documentation_is_read() -> None:
+    page = (ROOT / "docs" / "robot_format.md").read_text(encoding="utf-8")
+    example = re.findall(r"```xml\n(.*?)```", page, re.DOTALL)[0]
+    robot = parse_robot_text(example)
+    assert (list(robot.beams), list(robot.loops), robot.driven, robot.warnings) == (
+        ["left", "right"],
+        ["c"],
+        ("a",),
+        (),
+    )
+    assert pin.buildModelFromXML(robot.urdf).nv == 3
+
+
+def test_reading_urdf_imports_neither_pinocchio_nor_xacro() -> None:
+    code = (
+        "import sys; from kinetostatics.files.reader import parse_robot_text; parse_robot_text(sys.argv[1]); "
+        "assert not {'pinocchio', 'xacro', 'yaml', 'meshcat'} & set(sys.modules)"
+    )
+    subprocess.run([sys.executable, "-c", code, GOOD], check=True)
+
+
+# random mutations
+
+
+NUMBERS = ["", "nan", "inf", "-inf", "1e999", "-1", "0", "1e300", "1e-320", "9" * 400, "0 0 0", "1 1", "${1/0}"]
+NAMES = ["x", "rod", "hinge", "plate", "&lt;", "fixed", "planar", "$(arg x)", "a:child"]
+SOURCES = [
+    GOOD,
+    XACRO,
+    change(change(GOOD, CIRCLE, '<rectangular_tube width="3" height="4" thickness="1"/>'), BEAM,
+           BEAM[:-1] + ' y_axis="0 1 0" shear_coefficient="1" thermal_expansion="1e-5" name="b">'),
+    change(GOOD, LOOP, LOOP + '<axis xyz="0 0 1"/><axis2 xyz="1 0 0"/><cone angle="1" successor_axis="0 0 1"/>'),
+    change(change(GOOD, CIRCLE, '<section area="1" I_y="1" I_z="2" J="1" shear_area_y="1" shear_area_z="1"/>'), BEAM,
+           BEAM[:-1] + ' y_axis="0 1 0">'),
+]  # fmt: skip
+
+
+@settings(max_examples=400, deadline=None)
+@given(st.data())
+def test_mutated_files_are_read_or_refused(data: st.DataObject) -> None:
+    text = data.draw(st.sampled_from(SOURCES))
+    for _ in range(data.draw(st.integers(1, 3))):
+        what = data.draw(st.sampled_from(["value", "tag", "delete", "duplicate", "characters"]))
+        pattern = {"value": r'(?<==")[^"]*', "tag": r"(?<=[</])\w+"}.get(what, r"<\w+[^<>]*/>|</?\w+[^<>]*>| \w+=\"[^\"]*\"")
+        spots = list(re.finditer(pattern, text))
+        if not spots:
+            continue
+        spot = data.draw(st.sampled_from(spots))
+        if what == "value":
+            new = data.draw(st.sampled_from(NUMBERS + NAMES))
+        elif what == "tag":
+            new = data.draw(st.sampled_from(["beam", "loop", "link", "joint", "platform", "x", "xacro:if", "origin"]))
+        elif what == "characters":
+            new = data.draw(st.text(max_size=4))
+        else:
+            new = "" if what == "delete" else spot.group() * 2
+        text = text[: spot.start()] + new + text[spot.end() :]
+    try:
+        robot = parse_robot_text(text)
+    except RobotFileError as error:
+        assert str(error).startswith("<text>")
+        assert error.line is not None or not text.strip()
+    else:
+        pin.buildModelFromXML(robot.urdf)

@@ -1,0 +1,107 @@
+"""Robots that come with the package: their names stand for their files everywhere, and they can be listed and copied."""
+
+import json
+import shutil
+import sys
+from pathlib import Path
+
+import pytest
+from places import ROBOTS
+
+import kinetostatics as ks
+from kinetostatics.cli.main import main
+from kinetostatics.files.bundled import shipped_robots
+
+NAMES = sorted(path.name.removesuffix(".urdf.xacro") for path in ROBOTS.glob("*.urdf.xacro"))
+
+
+def test_a_name_is_a_robot_in_python(monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    for name in ("3rps", Path("3rps"), b"3rps"):
+        assert Path(ks.read_robot_file(name).path).samefile(ROBOTS / "3rps.urdf.xacro")
+    robot = ks.load_robot("3rps", {"rod_diameter": 0.08})
+    assert robot.description.beams["rod_1"].section.outer_diameter == 0.08
+    with pytest.raises(ks.RobotFileError, match="its loops are in this package's format already"):
+        ks.import_robot("3rps")
+
+
+def test_a_file_of_the_name_comes_first_everywhere(monkeypatch, tmp_path, capsys):
+    monkeypatch.chdir(tmp_path)
+    shutil.copy(ROBOTS / "2pru_upr.urdf.xacro", "3rps")
+    assert ks.load_robot("3rps").name == "2pru_upr"
+    assert ks.sweep("3rps").attrs["robot_name"] == "2pru_upr"
+    assert main(["check", "3rps", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["name"] == "2pru_upr"
+
+
+def test_a_folder_of_the_name_does_not_hide_the_robot(monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    Path("3rps").mkdir()
+    assert ks.load_robot("3rps").name == "3rps"
+
+
+@pytest.mark.parametrize(
+    ("name", "hint"),
+    [
+        ("3rsp", "no robot of that name comes with the package: did you mean '3rps'"),
+        ("3rps.urdf", "did you mean '3rps'"),
+        ("robots/tricep.urdf.xacro", "did you mean 'tricept'"),
+        ("zzzz", f"known: {NAMES[0]}, "),
+    ],
+)
+def test_other_names_list_what_is_near(monkeypatch, tmp_path, name, hint):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ks.RobotFileError, match="No such file") as caught:
+        ks.load_robot(name)
+    assert hint in str(caught.value) and caught.value.file == name
+
+
+def test_a_path_that_is_like_no_robot_gets_no_hint(tmp_path):
+    with pytest.raises(ks.RobotFileError, match=r"No such file or directory$"):
+        ks.load_robot(tmp_path / "zzzz.urdf")
+
+
+@pytest.mark.parametrize("wrong", [None, 3, 0.5, ["3rps"], {}])
+def test_what_is_no_path(wrong):
+    with pytest.raises(ks.ArgumentError, match="is neither the path of a robot's file nor the name"):
+        ks.load_robot(wrong)
+
+
+def test_every_robot_is_listed_with_what_it_is():
+    found = ks.robots()
+    assert sorted(found) == NAMES == list(found)
+    assert found["3rps"].startswith("3RPS: three telescopic rods") and found["3rps"].endswith("under the platform.")
+    assert all(about.endswith(".") and "\n" not in about and 30 < len(about) < 160 for about in found.values()), found
+    assert repr(found).splitlines() == [f"{name:{max(map(len, NAMES))}}  {found[name]}" for name in NAMES]
+
+
+def test_the_command_lists_them(capsys):
+    assert main(["robots"]) == 0
+    assert capsys.readouterr().out == f"{ks.robots()}\n"
+    assert main(["robots", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out) == dict(ks.robots())
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_copy_is_the_same_robot(monkeypatch, tmp_path, capsys, name):
+    monkeypatch.chdir(tmp_path)
+    assert main(["robots", "--copy", name]) == 0
+    assert capsys.readouterr().out == f"wrote {name}.urdf.xacro\n"
+    assert ks.read_robot_file(f"{name}.urdf.xacro").urdf == ks.read_robot_file(name).urdf
+
+
+def test_copies_overwrite_nothing(monkeypatch, tmp_path, capsys):
+    monkeypatch.chdir(tmp_path)
+    Path("delta.urdf.xacro").write_text("mine")
+    Path("exechon.urdf.xacro").symlink_to("nowhere")
+    for name in ("delta", "exechon"):
+        assert main(["robots", "--copy", "3rps", name]) == 2
+        assert f"{name}.urdf.xacro is there already, and is not overwritten" in capsys.readouterr().err
+    assert Path("delta.urdf.xacro").read_text() == "mine" and not Path("3rps.urdf.xacro").exists()
+    assert main(["robots", "--copy", "dleta"]) == 2
+    assert "did you mean 'delta'?" in capsys.readouterr().err
+
+
+def test_robots_without_their_folder(monkeypatch, tmp_path):
+    monkeypatch.setattr(sys.modules["kinetostatics.files.bundled"], "FOLDERS", (tmp_path / "none",))
+    assert main(["robots"]) == 0 and dict(ks.robots()) == shipped_robots() == {}

@@ -1,0 +1,307 @@
+"""Joints that follow others: positions against closed forms and against Pinocchio."""
+
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from places import CASES, ROOT
+
+import kinetostatics as ks
+from kinetostatics.description import Mimic
+from kinetostatics.files.reader import parse_robot_text
+
+ROD, DISTANCE = 0.5, 0.6
+
+#: Two sliders on one rail, which a belt moves towards one another; their rods carry the platform between them.
+BELT = f"""<robot name="belt">
+  <link name="ground"/><link name="left"/><link name="right"/><link name="left_rod"/>
+  <link name="plate"><inertial><mass value="2"/><inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/></inertial></link>
+  <joint name="motor" type="prismatic">
+    <parent link="ground"/><child link="left"/><axis xyz="1 0 0"/><limit effort="0" velocity="0"/>
+  </joint>
+  <joint name="belt" type="prismatic">
+    <parent link="ground"/><child link="right"/><axis xyz="1 0 0"/><limit effort="0" velocity="0"/>
+    <mimic joint="motor" multiplier="{{multiplier}}" offset="{DISTANCE}"/>
+  </joint>
+  <joint name="left_foot" type="continuous">
+    <parent link="left"/><child link="left_rod"/><origin rpy="0 0.9272952180016122 0"/><axis xyz="0 1 0"/>
+  </joint>
+  <joint name="left_head" type="continuous">
+    <parent link="left_rod"/><child link="plate"/><origin xyz="0 0 {ROD}" rpy="0 -0.9272952180016122 0"/><axis xyz="0 1 0"/>
+  </joint>
+  <platform link="plate"/>
+  <loop name="right_foot" type="revolute">
+    <predecessor link="right"/><successor link="plate"><origin xyz="0.3 0 -0.4"/></successor><axis xyz="0 1 0"/>
+  </loop>
+  <transmission name="drive"><joint name="motor"/></transmission>
+</robot>"""
+
+
+def belt(multiplier: float) -> ks.Robot:
+    return ks.Robot(parse_robot_text(BELT.replace("{multiplier}", repr(multiplier))))
+
+
+def height(gap: np.ndarray | float) -> np.ndarray | float:
+    """Height of the platform above sliders that are ``gap`` apart: its right rod is fixed to it, both rods have one length."""
+    return np.sqrt(ROD**2 - (gap / 2) ** 2)
+
+
+@pytest.mark.parametrize("multiplier", [-1.0, 0.25, -0.4])
+def test_belt_with_given_drive(multiplier: float) -> None:
+    robot = belt(multiplier)
+    assert (robot.mobility.platform, robot.mobility.local, robot.mobility.redundant_constraints) == (1, 0, 3)
+    motor = np.linspace(-0.15, 0.2, 9)
+    poses = robot.assemble(actuators={"motor": motor})
+    right = multiplier * motor + DISTANCE
+    np.testing.assert_allclose(poses.frame("right")[:, :3, 3], np.stack([right, 0 * right, 0 * right], -1), atol=1e-15)
+    np.testing.assert_allclose(poses.platform["x"], (motor + right) / 2, atol=1e-12)
+    np.testing.assert_allclose(poses.platform["z"], height(right - motor), atol=1e-12)
+    assert list(poses.actuators) == ["motor"] and poses.residual.max() < 1e-12
+    np.testing.assert_array_equal(poses.actuators["motor"], motor)
+
+
+def test_belt_with_given_platform() -> None:
+    robot = belt(0.25)
+    x = np.linspace(0.2, 0.45, 6)
+    poses = robot.assemble(platform={"x": x})
+    motor = (2 * x - DISTANCE) / 1.25
+    np.testing.assert_allclose(poses.actuators["motor"], motor, atol=1e-12)
+    np.testing.assert_allclose(poses.platform["z"], height(0.25 * motor + DISTANCE - motor), atol=1e-12)
+    assert poses.residual.max() < 1e-12
+    # sliders that move towards one another lift the platform straight up
+    with pytest.raises(ks.CoordinatesError, match="do not determine"):
+        belt(-1.0).assemble(platform={"x": 0.3})
+    up = belt(-1.0).assemble(platform={"z": 0.45})
+    assert 2 * up.actuators["motor"] == pytest.approx(DISTANCE - 2 * np.sqrt(ROD**2 - 0.45**2), abs=1e-12)
+    with pytest.raises(ks.CoordinatesError, match="mobility of 'belt' is 1"):
+        robot.assemble(platform={"x": 0.3, "z": 0.4})
+
+
+def test_coordinates_that_do_not_fit() -> None:
+    robot = belt(-1.0)
+    q = np.array(robot.assemble(actuators={"motor": 0.05}).q)
+    assert robot.configuration(q).residual < 1e-12
+    # move both sliders and so the whole chain: the loop stays closed, but the belt slips
+    names = list(robot.model.names)
+    for joint in ("motor", "belt"):
+        q[robot.model.joints[names.index(joint)].idx_q] += 0.01
+    with pytest.raises(ks.AssemblyError, match=r"coupled joints of 'belt' do not fit.*'belt' is 0\.02 m beside .*<mimic>"):
+        robot.configuration(q)
+    assert robot.configuration(q, on_failure="nan").status == ks.Status.UNREACHABLE
+    with pytest.raises(ks.CoordinatesError, match="no driven joint 'belt'"):
+        robot.assemble(actuators={"motor": 0.0, "belt": 0.0})
+
+
+@pytest.mark.parametrize("multiplier", [-1.0, 0.25])
+def test_the_drive_carries_its_followers(multiplier: float) -> None:
+    """The motor's force is the virtual work of the platform's weight, as if the belt were not there to be seen."""
+    rod = '<beam link="left_rod" youngs_modulus="2e11" poisson_ratio="0.3" density="0"><circle diameter="0.02"/></beam></robot>'
+    robot = ks.Robot(parse_robot_text(BELT.replace("{multiplier}", repr(multiplier)).replace("</robot>", rod)))
+    motor = 0.1
+    result = ks.analyze(robot.assemble(actuators={"motor": motor}), gravity=(0, 0, -10))
+    gap = (multiplier - 1) * motor + DISTANCE
+    rise = -gap / 4 / height(gap) * (multiplier - 1)  # of the platform per metre of the motor
+    assert result.actuator_forces == {"motor": pytest.approx(20 * rise, rel=1e-12)}
+
+
+GRIPPER = """<robot name="gripper">
+  <link name="ground"/><link name="tool"/><link name="jaw_1"/><link name="jaw_2"/><link name="screw"/>
+  <joint name="wrist" type="continuous">
+    <parent link="ground"/><child link="tool"/><origin xyz="0 0 1"/><axis xyz="0 0 1"/>
+  </joint>
+  <joint name="spindle" type="continuous"><parent link="tool"/><child link="screw"/><axis xyz="1 0 0"/></joint>
+  <joint name="left" type="prismatic">
+    <parent link="tool"/><child link="jaw_1"/><axis xyz="1 0 0"/><limit effort="0" velocity="0" lower="0" upper="0.05"/>
+    <mimic joint="spindle" multiplier="0.002" offset="0.01"/>
+  </joint>
+  <joint name="right" type="prismatic">
+    <parent link="tool"/><child link="jaw_2"/><axis xyz="-1 0 0"/><limit effort="0" velocity="0"/>
+    <mimic joint="spindle" multiplier="0.002" offset="0.01"/>
+  </joint>
+  <platform link="tool"/>
+  <transmission name="drives"><joint name="wrist"/><joint name="spindle"/></transmission>
+</robot>"""
+
+
+def test_gripper_on_a_wrist() -> None:
+    robot = ks.Robot(parse_robot_text(GRIPPER))
+    assert (robot.mobility.platform, robot.mobility.local) == (1, 1)
+    assert robot.assemble().frame("jaw_1")[0, 3] == 0.01
+    wrist, spindle = np.meshgrid([0.0, 0.4, -3.0], [0.0, 5.0, 12.0, -20.0])
+    poses = robot.assemble(actuators={"wrist": wrist, "spindle": spindle})
+    opening = 0.01 + 0.002 * spindle  # of several turns too
+    for jaw, sign in (("jaw_1", 1), ("jaw_2", -1)):
+        expected = np.stack([sign * opening * np.cos(wrist), sign * opening * np.sin(wrist), np.ones_like(wrist)], axis=-1)
+        np.testing.assert_allclose(poses.frame(jaw)[..., :3, 3], expected, atol=1e-15)
+    exceeded = poses.limits_exceeded["left"]
+    np.testing.assert_array_equal(exceeded.where, (opening < 0) | (opening > 0.05))
+    # q knows an angle but for whole turns, of which the jaw may have followed several
+    assert np.all(robot.configuration(poses.q).status != ks.Status.UNREACHABLE)
+    off = np.array(poses.q)
+    off[..., robot.model.joints[robot.model.getJointId("left")].idx_q] += 1e-3
+    assert np.all(robot.configuration(off).status == ks.Status.UNREACHABLE)
+
+
+def test_gears_turn_on_and_on() -> None:
+    """Both joints continuous: a platform geared down from a motor, followed over many turns."""
+    text = GRIPPER.replace('<platform link="tool"/>', '<platform link="screw"/>').replace(
+        '<axis xyz="1 0 0"/></joint>', '<axis xyz="0 0 1"/><mimic joint="wrist" multiplier="-0.3" offset="0.2"/></joint>'
+    )
+    text = text[: text.index('  <joint name="left"')] + text[text.index('  <platform link="screw"/>') :]
+    text = text.replace('<link name="jaw_1"/><link name="jaw_2"/>', "").replace('<joint name="spindle"/></trans', "</trans")
+    robot = ks.Robot(parse_robot_text(text))
+    motor = np.linspace(-400, 400, 41)
+    poses = robot.assemble(actuators={"wrist": motor})
+    angle = 0.7 * motor + 0.2
+    np.testing.assert_allclose(poses.frame("screw")[:, 0, :2], np.stack([np.cos(angle), -np.sin(angle)], -1), atol=1e-12)
+    angle = np.linspace(-3.1, 3.1, 15)  # takes the motor beyond half a turn both ways
+    motor = (angle - 0.2) / 0.7
+    poses = robot.assemble(platform={"rz": angle})
+    np.testing.assert_allclose(poses.frame("tool")[:, 0, :2], np.stack([np.cos(motor), -np.sin(motor)], -1), atol=1e-12)
+    assert poses.residual.max() < 1e-12
+
+
+def test_one_drive_for_two_legs() -> None:
+    """A 3-RPS whose third leg follows the first: the poses are those of three drives, and the drive carries both legs."""
+    description = ks.read_robot_file(ROOT / "robots" / "3rps.urdf.xacro")
+    multiplier, offset = -0.4, 0.01
+    description_2 = replace(
+        description.changed("prismatic_3", mimic=Mimic("prismatic_1", multiplier, offset)), driven=("prismatic_1", "prismatic_2")
+    )
+    three, two = ks.Robot(description), ks.Robot(description_2)
+    assert (two.mobility.platform, two.mobility.local, two.mobility.redundant_constraints) == (2, 0, 0)
+    first, second = np.random.default_rng(1).uniform(-0.03, 0.03, (2, 300))
+    poses = two.assemble(actuators={"prismatic_1": first, "prismatic_2": second})
+    expected = three.assemble(actuators={"prismatic_1": first, "prismatic_2": second, "prismatic_3": multiplier * first + offset})
+    np.testing.assert_allclose(poses.q, expected.q, atol=1e-12)
+    assert list(poses.actuators) == ["prismatic_1", "prismatic_2"]
+    wanted = {name: expected.platform[name] for name in ("z", "ry")}
+    back = two.assemble(platform=wanted)
+    np.testing.assert_allclose(back.q, expected.q, atol=1e-9)
+    found, free = ks.analyze(poses, (1, 2, 3, 4, 5, 6)), ks.analyze(expected, (1, 2, 3, 4, 5, 6))
+    np.testing.assert_allclose(found.twist, free.twist, rtol=1e-9, atol=1e-18)
+    forces = free.actuator_forces
+    assert list(found.actuator_forces) == ["prismatic_1", "prismatic_2"]
+    np.testing.assert_allclose(
+        found.actuator_forces["prismatic_1"], forces["prismatic_1"] + multiplier * forces["prismatic_3"], rtol=1e-9
+    )
+    np.testing.assert_allclose(found.actuator_forces["prismatic_2"], forces["prismatic_2"], rtol=1e-9)
+
+
+def tree(random: np.random.Generator, kinds: tuple[str, ...], serial: bool) -> str:
+    """Return a random robot without loops in which most joints follow the first or the fourth."""
+    count, leaders = 8, (0, 3)
+    joints = []
+    for n in range(count):
+        kind = random.choice(kinds)
+        origin, turn, axis = (" ".join(repr(float(value)) for value in random.normal(size=3)) for _ in range(3))
+        multiplier, offset = (float(value) for value in random.normal(size=2))
+        leader = leaders[0] if n < leaders[1] else random.choice(leaders)
+        parent = n if serial else random.integers(n + 1)
+        joints.append(
+            f'<joint name="j{n}" type="{kind}"><parent link="l{parent}"/><child link="l{n + 1}"/>'
+            f'<origin xyz="{origin}" rpy="{turn}"/><axis xyz="{axis}"/>'
+            + ("" if kind == "continuous" else '<limit effort="0" velocity="0"/>')
+            + ("" if n in leaders else f'<mimic joint="j{leader}" multiplier="{multiplier!r}" offset="{offset!r}"/>')
+            + "</joint>"
+        )
+    links = "".join(f'<link name="l{n}"/>' for n in range(count + 1))
+    drives = "".join(f'<joint name="j{n}"/>' for n in leaders)
+    return (
+        f'<robot name="tree">{links}{"".join(joints)}<platform link="l{count}"/>'
+        f'<transmission name="drives">{drives}</transmission></robot>'
+    )
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_random_mimics_agree_with_pinocchio(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    # Pinocchio's own mimic joints: a follower hangs behind its leader and has coordinates of the same kind.
+    own = seed % 2 == 0
+    text = tree(random, ("revolute", "prismatic") if own else ("revolute", "prismatic", "continuous"), serial=own)
+    robot = ks.Robot(parse_robot_text(text))
+    model = pin.buildModelFromXML(text, own)
+    assert model.nv == (2 if own else 8)
+    data = model.createData()
+    values = {name: random.uniform(-3, 3, 5) for name in robot.description.driven}
+    poses = robot.assemble(actuators=values)
+    for k in range(5):
+        q = pin.neutral(model)
+        for name, joint in robot.description.joints.items():
+            if not own or name in values:
+                mimic = joint.mimic
+                value = values[name][k] if mimic is None else mimic.multiplier * values[mimic.joint][k] + mimic.offset
+                place = model.joints[model.getJointId(name)]
+                q[place.idx_q : place.idx_q + place.nq] = [value] if place.nq == 1 else [np.cos(value), np.sin(value)]
+        pin.framesForwardKinematics(model, data, q)
+        for link in robot.description.links:
+            expected = data.oMf[model.getFrameId(link)].homogeneous
+            np.testing.assert_allclose(poses.frame(link)[k], expected, atol=1e-12)
+
+
+LEAD = 0.005 / (2 * np.pi)
+
+
+def test_a_screw_counts_its_turns() -> None:
+    """Motor and slide are z = lead · angle / 2π apart, 20 turns and more from zero."""
+    screw = ks.load_robot(CASES / "screw_continuous.urdf")
+    z = np.array([0.1, -0.03, 0.0024, 0.0026, 0.0])
+    poses = screw.assemble(platform={"z": z})
+    np.testing.assert_allclose(poses.actuators["motor"], z / LEAD, atol=1e-9)
+    np.testing.assert_allclose(screw.assemble(actuators=poses.actuators).platform["z"], z, atol=1e-12)
+    there = screw.configuration(poses.q)
+    np.testing.assert_allclose(there.actuators["motor"], z / LEAD, atol=1e-9)
+    turns = np.linspace(-200.0, 200.0, 11)
+    np.testing.assert_allclose(screw.assemble(actuators={"motor": turns}).actuators["motor"], turns, atol=1e-9)
+    up = screw.assemble(platform={"z": 0.1})
+    np.testing.assert_allclose(screw.assemble(actuators={"motor": 0.0}, near=up).platform["z"], 0.0, atol=1e-12)
+    found = ks.sweep(screw, platform={"z": z})
+    np.testing.assert_allclose(found["actuator_position"].sel(actuator="motor"), z / LEAD, atol=1e-9)
+
+
+def jack(*followers: str) -> ks.Robot:
+    """A motor that turns on and on, and joints that follow it; the last carries the platform."""
+    links = "".join(f'<link name="l{k}"/>' for k in range(len(followers)))
+    joints = "".join(
+        f'<joint name="f{k}" {kind}><parent link="ground"/><child link="l{k}"/>{rest}<axis xyz="0 0 1"/></joint>'
+        for k, (kind, rest) in enumerate(follower.split("|") for follower in followers)
+    )
+    return ks.Robot(
+        parse_robot_text(
+            f'<robot name="jack"><link name="ground"/><link name="rotor"/>{links}<joint name="motor" type="continuous">'
+            f'<parent link="ground"/><child link="rotor"/><axis xyz="0 0 1"/></joint>{joints}'
+            f'<platform link="l{len(followers) - 1}"/><transmission name="t"><joint name="motor"/></transmission></robot>'
+        )
+    )
+
+
+GEAR = 'type="continuous"|<mimic joint="motor" multiplier="{}" offset="0.3"/>'
+SCREW = 'type="prismatic"|<limit effort="1" velocity="1"/><mimic joint="motor" multiplier="{}" offset="0.02"/>'
+
+
+def test_gears_of_all_ratios_tell_turns_together() -> None:
+    """One wheel turns back after two turns of the motor, another after three: both after six."""
+    gears = jack(GEAR.format(0.5), GEAR.format(1 / 3))
+    angle = np.array([0.0, 3.5, -9.0, 12.0, 18.0, -18.5])
+    poses = gears.assemble(actuators={"motor": angle})
+    np.testing.assert_allclose(poses.actuators["motor"], angle, atol=1e-9)
+    beyond = gears.assemble(actuators={"motor": angle + 12 * np.pi})
+    np.testing.assert_allclose(beyond.actuators["motor"], angle, atol=1e-9)
+    np.testing.assert_allclose(beyond.frame("l0"), poses.frame("l0"), atol=1e-12)
+
+
+def test_screws_on_one_motor_have_made_the_same_turns() -> None:
+    """Slides that are each where some number of turns puts it, but not the same, do not fit together."""
+    jacks = jack(SCREW.format(2e-3), GEAR.format(0.25), SCREW.format(3e-3))
+    angle = np.array([0.4, 40.0, -70.0])
+    poses = jacks.assemble(actuators={"motor": angle})
+    np.testing.assert_allclose(poses.actuators["motor"], angle, atol=1e-9)
+    np.testing.assert_allclose(poses.platform["z"], 3e-3 * angle + 0.02, atol=1e-12)
+    q = np.array(poses.q[1])
+    slide = jacks.model.joints[jacks.model.getJointId("f0")].idx_q
+    q[slide] += 2e-3 * 2 * np.pi
+    with pytest.raises(ks.AssemblyError, match="do not fit together"):
+        jacks.configuration(q)
+    held = jacks.assemble(platform={"z": 0.2})
+    np.testing.assert_allclose(held.frame("l0")[2, 3], 0.02 + 2e-3 * 0.18 / 3e-3, atol=1e-12)

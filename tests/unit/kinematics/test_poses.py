@@ -1,0 +1,917 @@
+"""Closing loops, reaching poses, and what is said about poses and robots that make no sense."""
+
+import re
+import warnings
+from dataclasses import replace
+from functools import cache
+
+import finite_elements
+import numpy as np
+import pinocchio as pin
+import pytest
+import small_robots as sr
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from places import ROBOTS, TESTS
+
+import kinetostatics as ks
+from kinetostatics.files.reader import parse_robot_text
+
+seeds = st.integers(0, 10**6)
+paper = st.sampled_from(("3rps", "2pru_upr"))
+
+#: the workspaces, as platform coordinates: lower and upper ends
+WORKSPACE = {
+    "3rps": ({"z": (0.35, 0.75), "rx": (-0.45, 0.45), "ry": (-0.45, 0.45)}, None),
+    "2pru_upr": ({"z": (0.3, 0.6), "rx": (-0.25, 0.25), "ry": (-0.25, 0.25)}, "XYZ"),
+}
+
+
+@cache
+def robot(name):
+    return ks.load_robot(ROBOTS / f"{name}.urdf.xacro")
+
+
+def robot_of_text(text):
+    return ks.Robot(parse_robot_text(text))
+
+
+def random_targets(name, rng, shape=()):
+    ranges, orientation = WORKSPACE[name]
+    return {key: rng.uniform(*ends, shape) for key, ends in ranges.items()}, orientation
+
+
+# ---- reaching the workspace ----------------------------------------------------------------------------------------------
+
+
+@given(paper, seeds)
+def test_the_whole_workspace_is_reached_from_the_zero_pose(name, seed):
+    targets, orientation = random_targets(name, np.random.default_rng(seed), (40,))
+    poses = robot(name).assemble(platform=targets, orientation=orientation)
+    assert np.all(poses.residual < 1e-12)
+    assert np.all((poses.status == ks.Status.OK) | (poses.status == ks.Status.LIMIT_EXCEEDED))
+    for key, values in targets.items():
+        np.testing.assert_allclose(poses.platform[key], values, rtol=0, atol=1e-12)
+    # q closes the loops by itself: Pinocchio's frames agree
+    model, i = robot(name).model, int(seed % 40)
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, np.array(poses.q[i]))
+    platform = data.oMf[model.getFrameId("platform")].homogeneous
+    np.testing.assert_allclose(poses.platform_frame[i], platform, rtol=0, atol=1e-12)
+    again = robot(name).configuration(poses.q)
+    assert np.all(again.residual < 1e-12)
+
+
+@given(paper, seeds)
+def test_forward_of_inverse_is_the_same_pose(name, seed):
+    rng = np.random.default_rng(seed)
+    targets, orientation = random_targets(name, rng)
+    inverse = robot(name).assemble(platform=targets, orientation=orientation)
+    near = robot(name).assemble(actuators=dict(inverse.actuators), near=inverse)
+    np.testing.assert_allclose(near.platform_frame, inverse.platform_frame, rtol=0, atol=1e-11)
+    forward = robot(name).assemble(actuators=dict(inverse.actuators))
+    np.testing.assert_allclose(forward.platform_frame, inverse.platform_frame, rtol=0, atol=1e-10)
+    np.testing.assert_allclose(forward.q, inverse.q, rtol=0, atol=1e-9)
+
+
+@given(paper, seeds)
+def test_drives_are_reached(name, seed):
+    rng = np.random.default_rng(seed)
+    span = {"3rps": 0.08, "2pru_upr": 0.08}[name]
+    targets = {joint: rng.uniform(-span, span, (5, 4)) for joint in robot(name).description.driven}
+    poses = robot(name).assemble(actuators=targets)
+    assert poses.shape == (5, 4) == poses.residual.shape
+    assert np.all(poses.residual < 1e-12)
+    for joint, values in targets.items():
+        np.testing.assert_allclose(poses.actuators[joint], values, rtol=0, atol=1e-13)
+
+
+def test_lengths_of_the_3rps_follow_from_its_geometry():
+    """Inverse kinematics by hand: platform points to base points."""
+    targets, _ = random_targets("3rps", np.random.default_rng(1), (30,))
+    poses = robot("3rps").assemble(platform=targets)
+    for k, azimuth in enumerate(np.radians([0, -120, 120]), 1):
+        out = np.array([np.cos(azimuth), np.sin(azimuth), 0])
+        head = poses.platform_frame @ np.append(0.2 * out, 1)
+        rod = head[:, :3] - 0.3 * out
+        np.testing.assert_allclose(0.55 + poses.actuators[f"prismatic_{k}"], np.linalg.norm(rod, axis=1), atol=1e-12)
+        np.testing.assert_allclose(rod @ [-out[1], out[0], 0], 0, atol=1e-12)  # in the revolute joint's plane
+
+
+@settings(max_examples=6)
+@given(seeds)
+def test_orientation_conventions_agree(seed):
+    rng = np.random.default_rng(seed)
+    angles = {key: rng.uniform(-0.4, 0.4) for key in ("rx", "ry", "rz")}
+    position = {key: v + rng.uniform(-0.03, 0.03) for key, v in zip("xyz", (0.02, -0.01, 0.73), strict=True)}
+    one = small("gough")
+    pose = one.assemble(platform={**position, **angles})
+    np.testing.assert_allclose(
+        pose.platform_frame[:3, :3], pin.exp3(np.array([angles["rx"], angles["ry"], angles["rz"]])), atol=1e-12
+    )
+    for name in ("XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX", "xyz", "xzy", "yxz", "yzx", "zxy", "zyx", "tilt_torsion"):
+        coordinates = {key: float(value) for key, value in pose.platform_coordinates(name).items()}
+        again = one.assemble(platform=coordinates, orientation=name)
+        np.testing.assert_allclose(again.platform_frame, pose.platform_frame, rtol=0, atol=1e-11)
+        for key, value in coordinates.items():
+            assert again.platform[key] == pytest.approx(value, abs=1e-11)
+        if name != "tilt_torsion":
+            R = np.eye(3)
+            for axis in name.lower():
+                turn = pin.utils.rotate(axis, float(coordinates[f"r{axis}"]))
+                R = R @ turn if name.isupper() else turn @ R
+            np.testing.assert_allclose(R, pose.platform_frame[:3, :3], atol=1e-12)
+    azimuth, tilt, torsion = (float(pose.platform_coordinates("tilt_torsion")[k]) for k in ("azimuth", "tilt", "torsion"))
+    normal = np.array([np.sin(tilt) * np.cos(azimuth), np.sin(tilt) * np.sin(azimuth), np.cos(tilt)])
+    np.testing.assert_allclose(pose.platform_frame[:3, 2], normal, atol=1e-12)
+    R = pin.utils.rotate("z", azimuth) @ pin.utils.rotate("y", tilt) @ pin.utils.rotate("z", torsion - azimuth)
+    np.testing.assert_allclose(pose.platform_frame[:3, :3], R, atol=1e-12)
+
+
+@cache
+def small(name):
+    specs = {
+        "gough": sr.gough, "gough_sps": lambda: sr.gough("S"), "puu3": sr.puu3, "four_bar": sr.four_bar,
+        "planar_3rrr": sr.planar_3rrr,
+    }  # fmt: skip
+    return sr.robot_of(specs[name]())
+
+
+@given(st.sampled_from(("3rps", "2pru_upr", "four_bar", "planar_3rrr")), seeds)
+def test_the_assembly_mode_is_that_of_fine_continuation(name, seed):
+    one = robot(name) if name in WORKSPACE else small(name)
+    rng = np.random.default_rng(seed)
+    span = {"3rps": 0.12, "2pru_upr": 0.08, "four_bar": 0.9, "planar_3rrr": 0.5}[name]
+    target = {joint: rng.uniform(-span, span) for joint in one.description.driven}
+    direct = one.assemble(actuators=target, on_failure="nan")
+    pose = one.assemble()
+    for s in np.linspace(0, 1, 61)[1:]:
+        pose = one.assemble(actuators={k: s * v for k, v in target.items()}, near=pose, on_failure="nan")
+        if pose.status == ks.Status.UNREACHABLE:
+            break
+    assert (pose.status == ks.Status.UNREACHABLE) == (direct.status == ks.Status.UNREACHABLE)
+    np.testing.assert_allclose(direct.platform_frame, pose.platform_frame, rtol=0, atol=1e-9)
+
+
+def test_near_chooses_the_assembly_mode():
+    one = small("four_bar")
+    # the coupler folded down: the other way to close the four-bar at the same crank angle
+    zero = one.assemble()
+    elbow = np.array([0.1, 0, 0.5]), np.array([0.9, 0, 0.7]), np.array([0.8, 0, 0.0])
+    A, B, D = elbow
+    along = (D - A) / np.linalg.norm(D - A)
+    mirrored = A + 2 * along * ((B - A) @ along) - (B - A)
+    heading = [np.arctan2(*(v[[2, 0]])) for v in (B - A, mirrored - A)]
+    turn = heading[0] - heading[1]  # about +y
+    follower = np.arctan2(*(B - D)[[2, 0]]) - np.arctan2(*(mirrored - D)[[2, 0]])
+    q = pin.neutral(one.model)
+    names = list(one.model.names)
+    values = {"head_1": turn, "foot_2": follower}
+    for joint, value in values.items():
+        q[one.model.joints[names.index(joint)].idx_q] = value
+    other = one.configuration(q, tolerance=1e-9)
+    assert other.residual < 1e-9
+    near = one.assemble(actuators={"foot_1": 0.05}, near=other)
+    far = one.assemble(actuators={"foot_1": 0.05})
+    assert near.residual < 1e-12 and far.residual < 1e-12
+    assert np.linalg.norm(near.platform_frame[:3, 3] - other.platform_frame[:3, 3]) < 0.1
+    assert np.linalg.norm(far.platform_frame[:3, 3] - zero.platform_frame[:3, 3]) < 0.1
+    assert np.linalg.norm(far.platform_frame[:3, 3] - near.platform_frame[:3, 3]) > 0.2
+    with pytest.raises(ks.ArgumentError, match="another robot"):
+        one.assemble(near=robot("3rps").assemble())
+
+
+def test_near_takes_a_batch_of_the_same_shape():
+    one = robot("3rps")
+    poses = one.assemble(platform={"z": [0.5, 0.55, 0.6], "rx": 0.1, "ry": 0.0})
+    moved = one.assemble(platform={"z": [0.51, 0.56, 0.61], "rx": 0.1, "ry": 0.05}, near=poses)
+    assert moved.shape == (3,) and np.all(moved.residual < 1e-12)
+    with pytest.raises(ks.ArgumentError, match="shape"):
+        one.assemble(platform={"z": [0.51, 0.56], "rx": 0.1, "ry": 0.05}, near=poses)
+
+
+def test_shapes_broadcast():
+    one = robot("3rps")
+    poses = one.assemble(platform={"z": np.linspace(0.5, 0.6, 4)[:, None], "rx": np.linspace(-0.1, 0.1, 3), "ry": 0.0})
+    assert poses.shape == (4, 3) and poses.q.shape == (4, 3, one.model.nq)
+    assert poses.frame("rod_2").shape == (4, 3, 4, 4)
+    empty = one.assemble(platform={"z": np.zeros((0, 3)), "rx": 0.0, "ry": 0.0})
+    assert empty.shape == (0, 3) and ks.analyze(empty).twist.shape == (0, 3, 6)
+
+
+# ---- complaints about coordinates ----------------------------------------------------------------------------------------
+
+
+def test_unreachable_poses():
+    one = robot("3rps")
+    with pytest.raises(ks.AssemblyError) as caught:
+        one.assemble(actuators={"prismatic_1": 2.0, "prismatic_2": -0.3, "prismatic_3": -0.3})
+    error = caught.value
+    assert error.mobility == 3 and "mobility 3" in str(error)
+    worst = max(error.residuals, key=lambda name: max(error.residuals[name]))
+    assert worst in ("spherical_2", "spherical_3") and worst in str(error)
+    assert error.residual == max(max(pair) for pair in error.residuals.values()) > 1e-3
+    number = f"{error.residuals[worst][0]:.3g}"
+    assert number in str(error)
+    with pytest.raises(ks.AssemblyError, match=r"mobility 3.*loop '(universal_2|revolute_3)' stays"):
+        robot("2pru_upr").assemble(platform={"z": 0.9, "rx": 0, "ry": 0}, orientation="XYZ")
+
+
+def test_unreachable_poses_of_a_batch_are_nan():
+    one = robot("2pru_upr")
+    poses = one.assemble(platform={"z": [0.6, 0.9, 0.5], "rx": 0.05, "ry": 0.0}, orientation="XYZ")
+    np.testing.assert_array_equal(poses.status, [ks.Status.OK, ks.Status.UNREACHABLE, ks.Status.OK])
+    found = ks.analyze(poses)
+    np.testing.assert_array_equal(found.status, poses.status)
+    everything = [
+        poses.q, poses.residual, poses.platform_frame, poses.frame("rod_1"), found.twist, found.stiffness, found.compliance,
+        found.base_wrench, found.contributions["limb_2"], found.joint_wrenches["universal_2"], found.strain_energy,
+        found.actuator_forces["prismatic_1"], found.limbs["limb_1"].intensities, found.limbs["limb_1"].compliance,
+        found.beams["rod_3"].deflections, found.beams["rod_3"].stress, found.platform_wrench, poses.platform["z"],
+        poses.actuators["prismatic_1"], found.link_contributions["platform"]["load"], found.beams["rod_1"].length,
+    ]  # fmt: skip
+    for array in everything:
+        assert np.all(np.isnan(array[1])) and np.all(np.isfinite(array[[0, 2]]))
+    alone = one.assemble(platform={"z": 0.9, "rx": 0.05, "ry": 0.0}, orientation="XYZ", on_failure="nan")
+    assert alone.status == ks.Status.UNREACHABLE and np.all(np.isnan(alone.q))
+    assert np.all(np.isnan(ks.analyze(alone, on_failure="nan").twist))
+    with pytest.raises(ks.AssemblyError):
+        one.assemble(platform={"z": [0.6, 0.9], "rx": 0.05, "ry": 0.0}, orientation="XYZ", on_failure="raise")
+
+
+@pytest.mark.parametrize("seed", [0, 1, 1017, 50048])
+def test_large_batches_reach_what_poses_alone_reach(seed):
+    """Scattered over and beyond both discs that a five-bar's arms reach, in whatever order, some of them far away."""
+    robot, rng = ks.load_robot(ROBOTS / "five_bar.urdf.xacro"), np.random.default_rng(seed)
+    x, y = rng.uniform(-0.45, 0.45, 4000), rng.uniform(0.03, 0.5, 4000)
+    x[::101], y[::101] = rng.uniform(3, 9, x[::101].size), -40.0
+    found = robot.assemble(platform={"x": x, "y": y}, on_failure="nan")
+    reach = np.maximum(np.hypot(x + 0.1375, y), np.hypot(x - 0.1375, y))
+    reached = found.status != ks.Status.UNREACHABLE
+    assert not np.any(reached & (reach > 0.46))
+    assert np.all(reached[reach < 0.4595]), "a batch takes larger steps, but for half a millimetre it is the same"
+    # each element of the batch is the pose alone
+    for k in rng.choice(np.flatnonzero(reached), 20):
+        alone = robot.assemble(platform={"x": x[k], "y": y[k]})
+        np.testing.assert_allclose(found.q[k], alone.q, atol=1e-9)
+
+
+def test_far_poses_do_not_spoil_a_batch():
+    robot = ks.load_robot(ROBOTS / "2pru_upr.urdf.xacro")
+    z, rx, ry = (
+        a.ravel() for a in np.meshgrid(np.linspace(0.3, 0.6, 12), np.linspace(-0.2, 0.2, 12), np.linspace(-0.2, 0.2, 12))
+    )
+    near = robot.assemble(platform={"z": z, "rx": rx, "ry": ry}, orientation="XYZ", on_failure="nan")
+    assert np.all(near.status == ks.Status.OK)
+    far = np.arange(5, z.size, 100)
+    z[far] = 7.0
+    both = robot.assemble(platform={"z": z, "rx": rx, "ry": ry}, orientation="XYZ", on_failure="nan")
+    others = np.setdiff1d(np.arange(z.size), far)
+    assert np.all(both.status[far] == ks.Status.UNREACHABLE) and np.all(both.status[others] == ks.Status.OK)
+    np.testing.assert_allclose(both.q[others], near.q[others], atol=1e-10)
+    with pytest.raises(ks.AssemblyError, match=r"cannot reach z = 7"):
+        robot.assemble(platform={"z": z, "rx": rx, "ry": ry}, orientation="XYZ", on_failure="raise")
+
+
+@pytest.mark.parametrize("odd", [np.nan, np.inf, 1e300])
+@pytest.mark.parametrize("count", [20, 500])
+def test_numbers_that_are_no_place_do_not_spoil_a_batch(odd, count):
+    robot = ks.load_robot(ROBOTS / "five_bar.urdf.xacro")
+    x, y = np.linspace(-0.1, 0.1, count), np.full(count, 0.3)
+    x[7] = odd
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        warnings.filterwarnings("ignore", r"x = 1e\+300 m is .* times the robot's size")  # what is asked for makes no sense
+        found = robot.assemble(platform={"x": x, "y": y}, on_failure="nan")
+    assert found.status[7] == ks.Status.UNREACHABLE and np.all(np.isnan(found.q[7]))
+    assert np.all(np.delete(found.status, 7) == ks.Status.OK)
+
+
+def test_a_batch_of_nothing_but_far_poses():
+    robot = ks.load_robot(ROBOTS / "five_bar.urdf.xacro")
+    found = robot.assemble(platform={"x": np.linspace(5, 6, 500), "y": np.linspace(7, 3, 500)}, on_failure="nan")
+    assert np.all(found.status == ks.Status.UNREACHABLE) and np.all(np.isnan(found.q))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"platform": {"z": 0.5}}, "1 platform coordinate.*mobility.* 3.*exactly 3"),
+        ({"platform": {"x": 0, "y": 0, "z": 0.5, "rx": 0}}, "4 platform coordinates.*mobility.* 3"),
+        ({"platform": {"z": 0.5, "rx": 0, "roll": 0}}, "'roll'.*rx"),
+        ({"platform": {"z": 0.5, "rx": 0, "tilt": 0}}, "'tilt'"),
+        ({"platform": {"z": 0.5, "azimuth": 0, "rx": 0}, "orientation": "tilt_torsion"}, "'rx'"),
+        ({"platform": {"x": 0, "y": 0, "z": 0.5}}, "do not determine"),
+        ({"platform": {"z": 0.5, "rz": 0, "rx": 0}}, "do not determine"),
+        ({"platform": {"z": 0.5, "rx": 0, "ry": 0}, "orientation": "XXY"}, "orientation 'XXY'"),
+        ({"platform": {"z": 0.5, "rx": 0, "ry": 0}, "orientation": "Xyz"}, "orientation 'Xyz'"),
+        ({"platform": {"z": "high", "rx": 0, "ry": 0}}, "z = 'high'"),
+        ({"platform": {"z": np.nan, "rx": 0, "ry": 0}}, "finite"),
+        ({"platform": {"z": [0.5, 0.6], "rx": [0, 0, 0], "ry": 0}}, "shapes"),
+        ({"actuators": {"prismatic_1": 0}}, "missing.*prismatic_2, prismatic_3"),
+        ({"actuators": {"prismatic_1": 0, "prismatic_2": 0, "prismatic_3": 0, "prismatic_4": 0}}, "'prismatic_4'.*mean"),
+        ({"actuators": {"prismatic_1": 0, "prismatic_2": 0, "revolute_3": 0}}, "revolute_3"),
+        ({"actuators": {}, "platform": {}}, "not both"),
+    ],
+)  # fmt: skip
+def test_wrong_coordinates(arguments, words):
+    with pytest.raises(ks.CoordinatesError) as caught:
+        robot("3rps").assemble(**arguments)
+    assert re.search(words, str(caught.value)), str(caught.value)
+    assert isinstance(caught.value, ValueError)
+
+
+def test_an_untilted_pose_has_any_azimuth():
+    pose = robot("3rps").assemble(platform={"z": 0.5, "azimuth": 0.3, "tilt": 0.0}, orientation="tilt_torsion")
+    np.testing.assert_allclose(pose.platform_frame[:3, :3], np.eye(3), atol=1e-12)
+
+
+@pytest.mark.parametrize("arguments", [{"tolerance": 0}, {"tolerance": -1e-6}, {"on_failure": "skip"}])
+def test_other_bad_arguments(arguments):
+    with pytest.raises(ks.ArgumentError):
+        robot("3rps").assemble(**arguments)
+
+
+def test_configurations_that_do_not_close():
+    one = robot("3rps")
+    q = np.array(one.assemble().q)
+    assert one.configuration(q).residual < 1e-12
+    q[0] += 1e-3
+    with pytest.raises(ks.AssemblyError, match="spherical_"):
+        one.configuration(q)
+    assert one.configuration(q, tolerance=1e-2).residual > 1e-5
+    assert one.configuration([q, q]).status.tolist() == [ks.Status.UNREACHABLE] * 2
+    with pytest.raises(ks.ArgumentError, match="nq = "):
+        one.configuration([0, 0])
+    with pytest.raises(ks.ArgumentError, match="no link 'rod_9'"):
+        one.assemble().frame("rod_9")
+
+
+# ---- limits --------------------------------------------------------------------------------------------------------------
+
+
+def test_limits_and_cones():
+    one = robot("3rps")
+    fine = one.assemble(platform={"z": 0.5, "rx": 0, "ry": 0})
+    assert fine.status == ks.Status.OK and not fine.limits_exceeded
+    high = one.assemble(platform={"z": 1.1, "rx": 0, "ry": 0})
+    assert high.status == ks.Status.LIMIT_EXCEEDED
+    assert set(high.limits_exceeded) == {"prismatic_1", "prismatic_2", "prismatic_3"}
+    item = high.limits_exceeded["prismatic_1"]
+    assert item.upper == pytest.approx(0.45) and item.value == pytest.approx(np.hypot(1.1, 0.1) - 0.55) and item.where
+    found = ks.analyze(high)
+    assert found.status == ks.Status.LIMIT_EXCEEDED and np.all(np.isfinite(found.twist))
+    assert any("prismatic_1" in warning for warning in found.warnings)
+    batch = one.assemble(platform={"z": [0.5, 0.5, 1.1], "rx": [0.0, 1.0, 0.0], "ry": 0})
+    assert batch.status.tolist() == [ks.Status.OK, ks.Status.LIMIT_EXCEEDED, ks.Status.LIMIT_EXCEEDED]
+    for item in batch.limits_exceeded.values():
+        np.testing.assert_array_equal(item.where, (item.value < item.lower - 1e-9) | (item.value > item.upper + 1e-9))
+    tilted = one.assemble(platform={"z": 0.5, "rx": 1.0, "ry": 0})
+    cones = {joint: item for joint, item in tilted.limits_exceeded.items() if joint.startswith("spherical_")}
+    assert {"spherical_2", "spherical_3"} & set(cones)
+    for k in (2, 3):  # the angle between rod and normal, by hand
+        angle = np.arccos(tilted.frame(f"rod_{k}")[:3, 2] @ tilted.platform_frame[:3, 2])
+        assert (f"spherical_{k}" in cones) == (angle > np.radians(60))
+        if f"spherical_{k}" in cones:
+            assert cones[f"spherical_{k}"].value == pytest.approx(angle)
+
+
+# ---- rounded angles ------------------------------------------------------------------------------------------------------
+
+
+def rounded(text, digits=4):
+    """Return the text of a robot whose angles are rounded."""
+
+    def short(match):
+        return 'rpy="' + " ".join(f"{float(v):.{digits}f}" for v in match[1].split()) + '"'
+
+    return re.sub(r'rpy="([^"]*)"', short, text)
+
+
+@pytest.mark.parametrize(("seed", "digits"), [(1, 4), (2, 4), (3, 4), (5, 6)])
+def test_rounded_angles_of_an_overconstrained_robot(seed, digits):
+    exact = ks.analyze(sr.robot_of(sr.pru2_upr()).assemble(), gravity=(0, 0, 9.8))
+    # with four digits the frames are turned by right angles, with six in any way
+    one = robot_of_text(rounded(sr.write(sr.pru2_upr(), twirl=seed, right=digits == 4).text, digits))
+    with pytest.raises(ks.AssemblyError) as caught:
+        one.assemble()
+    assert "rounded" in str(caught.value) and "tolerance" in str(caught.value)
+    assert 1e-8 < caught.value.residual < 1e-4
+    pose = one.assemble(tolerance=1e-4)
+    assert pose.residual == pytest.approx(caught.value.residual, rel=1e-3)
+    found = ks.analyze(pose, gravity=(0, 0, 9.8))
+    np.testing.assert_allclose(found.twist, exact.twist, rtol=0, atol=1e-4 * np.abs(exact.twist).max())
+    for joint, force in exact.actuator_forces.items():
+        assert found.actuator_forces[joint] == pytest.approx(force, rel=1e-4)
+    assert [limb.labels for limb in found.limbs.values()] == [limb.labels for limb in exact.limbs.values()]
+    assert one.mobility.platform == 3 and one.mobility.redundant_constraints == 3
+    many = one.assemble(platform={"z": [0.45, 0.55], "rx": 0.1, "ry": [0.05, -0.1]}, orientation="XYZ", tolerance=1e-4)
+    assert many.status.tolist() == [ks.Status.OK] * 2
+
+
+def test_rounded_angles_are_forgiven_where_nothing_is_overconstrained():
+    text = sr.write(sr.rps3(), twirl=1, right=True).text
+    assert robot_of_text(rounded(text)).assemble().residual < 1e-12
+
+
+def test_a_right_angle_written_1_5708():
+    text = """<robot name="slide">
+      <link name="base"/><link name="a"/><link name="b"/><link name="platform"/>
+      <joint name="a1" type="prismatic"><parent link="base"/><child link="a"/><origin rpy="0 1.5708 0"/><axis xyz="1 0 0"/>
+        <limit lower="-1" upper="1" effort="0" velocity="0"/></joint>
+      <joint name="a2" type="fixed"><parent link="a"/><child link="platform"/><origin xyz="0 0 0.5" rpy="0 -1.5708 0"/></joint>
+      <joint name="b1" type="prismatic"><parent link="base"/><child link="b"/><origin xyz="0 1 0"/><axis xyz="0 0 1"/>
+        <limit lower="-1" upper="1" effort="0" velocity="0"/></joint>
+      <platform link="platform"/>
+      <loop name="b2" type="revolute"><predecessor link="b"><origin xyz="0.5 0 0"/></predecessor>
+        <successor link="platform"><origin xyz="0 1 0" rpy="1.5708 0 0"/></successor></loop>
+      <beam link="a" from="a1" to="a2" youngs_modulus="2e11" poisson_ratio="0.3" density="0"><circle diameter="0.03"/></beam>
+      <beam link="b" from="b1" to="b2" youngs_modulus="2e11" poisson_ratio="0.3" density="0"><circle diameter="0.03"/></beam>
+      <transmission name="d"><joint name="b1"/></transmission>
+    </robot>"""
+    with pytest.raises(ks.AssemblyError, match="rounded"):
+        robot_of_text(text).assemble(actuators={"b1": 0.3})
+    one = robot_of_text(text)
+    pose = one.assemble(actuators={"b1": 0.3}, tolerance=1e-4)
+    assert 0 < pose.residual < 1e-4
+    exact = robot_of_text(text.replace("1.5708", repr(np.pi / 2)))
+    good = ks.analyze(exact.assemble(actuators={"b1": 0.3}), load=(1, 2, 3, 4, 5, 6))
+    found = ks.analyze(pose, load=(1, 2, 3, 4, 5, 6))
+    assert one.mobility == replace(exact.mobility, gap=one.mobility.gap)
+    np.testing.assert_allclose(found.twist, good.twist, rtol=0, atol=1e-4 * np.abs(good.twist).max())
+
+
+# ---- poses and robots that cannot be held --------------------------------------------------------------------------------
+
+
+def without_drives(spec, count):
+    """Return the spec with its first ``count`` drives taken away."""
+    limbs = []
+    for limb in spec.limbs:
+        joints = []
+        for joint in limb.joints:
+            off = joint.driven and count > 0
+            count -= off
+            joints.append(replace(joint, driven=joint.driven and not off))
+        limbs.append(replace(limb, joints=tuple(joints)))
+    return replace(spec, limbs=tuple(limbs))
+
+
+def test_singular_pose_names_the_free_twist():
+    # four-bar with coupler and follower in one line: the driven crank leaves the coupler an infinitesimal freedom
+    y = (0, 1, 0)
+    points = {1: ((0, 0, 0), (0, 0, 0.5)), 2: ((0.8, 0, 0), (0.48, 0, 0.2))}
+    limbs = tuple(
+        sr.Limb((sr.Joint(f"foot_{n}", "R", a, y, driven=n == 1), sr.Joint(f"head_{n}", "R", b, y)), (sr.Link(f"crank_{n}"),))
+        for n, (a, b) in points.items()
+    )
+    beams = tuple(sr.Beam(f"crank_{n}", f"crank_{n}", f"foot_{n}", f"head_{n}", sr.circle(0.03)) for n in points)
+    spec = sr.Spec(limbs, beams, o=(0, 0, 0.5), mass=1.0, com=(0.3, 0, 0.4))
+    one = sr.robot_of(spec)
+    pose = one.configuration(pin.neutral(one.model))
+    with pytest.raises(ks.SingularPoseError) as caught:
+        ks.analyze(pose, (1, 0, 0, 0, 0, 0), (0, 0, 0))
+    free = caught.value.free_twists
+    assert free.shape == (6, 1)
+    direction = free[:, 0] / np.abs(free[:, 0]).max()
+    np.testing.assert_allclose(np.abs(direction), [0, 0, 0, 0, 1, 0], atol=1e-9)  # turns about head_1, where o is
+    assert "singular" in str(caught.value) and "rotation" in str(caught.value).lower()
+    batch = ks.analyze(one.configuration(np.zeros((2, one.model.nq))), (1, 0, 0, 0, 0, 0), (0, 0, 0))
+    assert batch.status.tolist() == [ks.Status.SINGULAR] * 2
+    assert np.all(np.isnan(batch.twist)) and np.all(np.isnan(batch.joint_wrenches["head_2"]))
+
+
+@pytest.mark.parametrize("name", ["rps3", "pru2_upr", "planar_3rrr"])
+def test_a_missing_drive(name):
+    spec = without_drives(getattr(sr, name)(), 1)
+    one = sr.robot_of(spec)
+    with pytest.raises(ks.SingularPoseError, match=r"2 drives.*mobility of 3") as caught:
+        ks.analyze(one.configuration(pin.neutral(one.model)))
+    assert caught.value.free_twists.shape[1] == 1
+
+
+def test_a_limb_that_cannot_hold_its_own_weight():
+    spec = sr.gough()
+    # a seventh limb of two struts with ball joints at their ends sags like a rope
+    joints = (
+        sr.Joint("ball_a", "S", (0.9, 0, 0)), sr.Joint("ball_b", "S", (0.8, 0.2, 0.3)), sr.Joint("ball_c", "S", (0.6, 0, 0.75)),
+    )  # fmt: skip
+    extra = sr.Limb(joints, (sr.Link("strut_a", 1.0, (0.85, 0.1, 0.15)), sr.Link("strut_b", 1.0, (0.7, 0.1, 0.525))))
+    one = sr.robot_of(replace(spec, limbs=(*spec.limbs, extra)))
+    pose = one.configuration(pin.neutral(one.model))
+    with pytest.raises(ks.LimbEquilibriumError) as caught:
+        ks.analyze(pose)
+    assert caught.value.limb == "limb_7" and "limb_7" in str(caught.value)
+    assert set(caught.value.joints) >= {j for j in one.description.joints if j.startswith("ball_")}
+    for joint in caught.value.joints:
+        assert joint in str(caught.value)
+    assert ks.analyze(pose, on_failure="nan").status == ks.Status.SINGULAR
+    # weightless it is no more than a loose thing between base and platform
+    light = replace(extra, links=(sr.Link("strut_a"), sr.Link("strut_b")))
+    one = sr.robot_of(replace(spec, limbs=(*spec.limbs, light)))
+    same = ks.analyze(one.configuration(pin.neutral(one.model)), gravity=(0, 0, -9.81))
+    plain = sr.robot_of(spec)
+    np.testing.assert_allclose(same.twist, ks.analyze(plain.assemble()).twist, rtol=1e-9)
+
+
+def test_a_strut_that_spins_between_spherical_joints_is_fine():
+    one = small("gough_sps")
+    assert (one.mobility.platform, one.mobility.local, one.mobility.redundant_constraints) == (6, 6, 0)
+    assert str(one.mobility) == "6 (+6 local)"
+    found = ks.analyze(one.assemble(), load=(10, 20, 30, 1, 2, 3))
+    other = ks.analyze(small("gough").assemble(), load=(10, 20, 30, 1, 2, 3))
+    np.testing.assert_allclose(found.twist, other.twist, rtol=1e-9)
+    for joint, force in other.actuator_forces.items():
+        assert found.actuator_forces[joint] == pytest.approx(force, rel=1e-9)
+
+
+def test_limbs_that_cannot_be_held_are_named_even_if_the_platform_is():
+    # a strut between ball joints whose weight lies off its axis would spin; a rod of even weight would not
+    spec = sr.gough("S")
+    limb = spec.limbs[0]
+    heavy = replace(limb, links=(sr.Link("cylinder_1", 2.0, (0.5, 0.3, 0.2)), limb.links[1]))
+    one = sr.robot_of(replace(spec, limbs=(heavy, *spec.limbs[1:])))
+    with pytest.raises(ks.LimbEquilibriumError, match="limb_1"):
+        ks.analyze(one.assemble())
+
+
+# ---- rigid limbs ---------------------------------------------------------------------------------------------------------
+
+
+def test_rigid_limbs_beside_elastic_ones():
+    spec = sr.gough(density=0.0)
+    rigid = replace(spec, beams=spec.beams[2:])
+    stiff = replace(spec, beams=tuple(replace(b, E=b.E * (1e7 if k < 2 else 1)) for k, b in enumerate(spec.beams)))
+    load = (10, -20, 30, 4, 5, -6)
+    found = ks.analyze(sr.robot_of(rigid).assemble(), load)
+    nearly = ks.analyze(sr.robot_of(stiff).assemble(), load)
+    assert found.status == ks.Status.OK
+    np.testing.assert_allclose(found.twist, nearly.twist, rtol=0, atol=1e-6 * np.abs(nearly.twist).max())
+    np.testing.assert_allclose(found.compliance, nearly.compliance, rtol=0, atol=1e-6 * nearly.compliance.max())
+    assert np.all(np.isnan(found.stiffness))
+    for joint, force in nearly.actuator_forces.items():
+        assert found.actuator_forces[joint] == pytest.approx(force, rel=1e-6)
+    assert np.linalg.matrix_rank(found.compliance / np.abs(found.compliance).max(), tol=1e-9) == 4
+    parts = found.link_contributions["rod_1"]  # links of rigid limbs move with their joints
+    assert set(parts) == set(found.contributions) and "rod_1" not in found.beams
+    # all rigid: the platform stays where it is, the forces are those of statics
+    still = ks.analyze(sr.robot_of(replace(spec, beams=())).assemble(), load)
+    np.testing.assert_allclose(still.twist, 0, atol=1e-20)
+    for joint, force in found.actuator_forces.items():
+        assert still.actuator_forces[joint] == pytest.approx(force, rel=1e-9)
+    assert still.link_contributions["rod_1"]["load"] == pytest.approx(np.zeros(6), abs=1e-18)
+
+
+def walls(*limbs, mass=2.0, beams=()):
+    return sr.Spec(limbs, beams, o=(0, 0, 1), mass=mass, com=(0, 0, 1))
+
+
+def wall(n, y, kind="R", driven=True):
+    """A column whose foot is a drive, or a rail along x, and whose head is a drive."""
+    foot = sr.Joint(f"foot_{n}", kind, (0, y, 0), (1, 0, 0), driven=driven)
+    joints = (foot, sr.Joint(f"head_{n}", "R", (0, y, 1), (0, 1, 0), driven=True))
+    return sr.Limb(joints, (sr.Link(f"column_{n}"),))
+
+
+def test_rigid_limbs_that_fight():
+    beam = sr.Beam("third", "column_3", "foot_3", "head_3", sr.circle(0.05))
+    one = sr.robot_of(walls(wall(1, -1), wall(2, 1), wall(3, 0.5), mass=10.0, beams=(beam,)))
+    found = ks.analyze(one.assemble(), load=(10, 0, 0, 0, 0, 0))
+    assert found.status == ks.Status.INDETERMINATE
+    np.testing.assert_allclose(found.twist, 0, atol=1e-20)
+    for limb in ("limb_1", "limb_2"):
+        assert np.all(np.isnan(found.limbs[limb].intensities))
+        assert np.all(np.isnan(found.limbs[limb].wrench))
+    assert np.all(np.isnan(found.joint_wrenches["foot_1"]))
+    assert np.isnan(found.actuator_forces["foot_2"])
+    assert any("limb_1" in warning and "limb_2" in warning for warning in found.warnings)
+    # the elastic third one, between base and a platform that stands still, carries only its own weight
+    q = 7850 * sr.circle(0.05).area * 9.81
+    assert found.limbs["limb_3"].wrench[2] == pytest.approx(q / 2, rel=1e-9)
+    assert np.all(np.isfinite(found.joint_wrenches["foot_3"]))
+    assert np.all(np.isfinite(found.beams["third"].deflections))
+
+
+def test_only_what_the_rigid_limbs_leave_open_is_nan():
+    # the second wall is on a rail along x: all of the load along x goes to the first
+    one = sr.robot_of(walls(wall(1, -1), wall(2, 1, "P", False)))
+    found = ks.analyze(one.assemble(), load=(10, 0, 0, 0, 0, 0))
+    assert found.status == ks.Status.INDETERMINATE
+    np.testing.assert_allclose(found.twist, 0, atol=1e-20)
+    assert np.all(np.isnan(found.joint_wrenches["foot_1"][1:3]))
+    # what the base puts on the robot as a whole is determined
+    np.testing.assert_allclose(found.base_wrench, [-10, 0, 2 * 9.81, 0, -10, 0], rtol=0, atol=1e-9)
+
+
+# ---- unusual robots ------------------------------------------------------------------------------------------------------
+
+BEAM = 'youngs_modulus="200e9" poisson_ratio="0.3" density="7850"><circle diameter="0.05"/></beam>'
+LIMIT = '<limit lower="-3" upper="3" effort="0" velocity="0"/>'
+MASS = '<inertial><origin xyz="{}"/><mass value="{}"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'
+
+
+def test_a_limb_without_links():
+    """A hinge directly between base and platform, and a column beside it."""
+    text = f"""<robot name="flap">
+      <link name="base"/><link name="column"/>
+      <link name="platform">{MASS.format("0.5 0 0", 4)}</link>
+      <joint name="hinge" type="revolute"><parent link="base"/><child link="platform"/><origin xyz="0 0 1"/>
+        <axis xyz="0 1 0"/>{LIMIT}</joint>
+      <joint name="foot" type="revolute"><parent link="base"/><child link="column"/><origin xyz="1 0 0"/>
+        <axis xyz="0 1 0"/>{LIMIT}</joint>
+      <platform link="platform"><origin xyz="1 0 0"/></platform>
+      <loop name="head" type="revolute"><predecessor link="column"><origin xyz="0 0 1"/></predecessor>
+        <successor link="platform"><origin xyz="1 0 0"/></successor><axis xyz="0 1 0"/></loop>
+      <beam link="column" {BEAM}
+    </robot>"""
+    one = robot_of_text(text)
+    assert [limb.links for limb in one.topology.limbs] == [("column",), ()]
+    found = ks.analyze(one.assemble(), load=(0, 0, -100, 0, 0, 0))
+    assert found.status == ks.Status.OK
+    A = np.pi * 0.05**2 / 4
+    q = 7850 * A * 9.81
+    assert found.twist[2] == pytest.approx(-(100 + 2 * 9.81 + q / 2) / (200e9 * A), rel=1e-9)
+    assert found.twist[4] == pytest.approx(-found.twist[2], rel=1e-9)
+    assert found.joint_wrenches["hinge"][2] == pytest.approx(2 * 9.81, rel=1e-9)
+    np.testing.assert_allclose(found.joint_wrenches["hinge"][4], 0, atol=1e-9)
+
+
+def portal_text(extra="", loops=""):
+    text = sr.write(sr.portal(mass=5.0)).text
+    return text.replace("</robot>", extra + loops + "</robot>")
+
+
+def hang(name, parent, xyz, mass, kind="fixed", axis="0 1 0", com="0 0 -0.2"):
+    limit = LIMIT if kind != "fixed" else ""
+    return (
+        f'<link name="{name}">{MASS.format(com, mass)}</link><joint name="{name}_joint" type="{kind}"><parent link="{parent}"/>'
+        f'<child link="{name}"/><origin xyz="{xyz}"/><axis xyz="{axis}"/>{limit}</joint>'
+    )
+
+
+def test_dead_weight_on_base_platform_and_limb():
+    plain = ks.analyze(robot_of_text(portal_text()).assemble())
+    A = np.pi * 0.05**2 / 4
+    # on the base: only the ground feels it
+    base = ks.analyze(robot_of_text(portal_text(hang("box", "base", "2 0 0", 3.0))).assemble())
+    np.testing.assert_allclose(base.twist, plain.twist, rtol=1e-12)
+    np.testing.assert_allclose(base.base_wrench - plain.base_wrench, [0, 0, 3 * 9.81, 0, -2 * 3 * 9.81, 0], atol=1e-9)
+    # on the platform, at rest on a hinge below it: the platform's weight. The platform's link sits at a column's head.
+    pendulum = hang("bob", "platform", "0.4 0 0", 3.0, "revolute")
+    found = ks.analyze(robot_of_text(portal_text(pendulum)).assemble())
+    lower = found.contributions["platform_weight"] - plain.contributions["platform_weight"]
+    np.testing.assert_allclose(lower[2], -3 * 9.81 / 2 / (200e9 * A), rtol=1e-9)
+    np.testing.assert_allclose(found.joint_wrenches["bob_joint"], [0, 0, 3 * 9.81, 0, 0, 0], atol=1e-9)
+    moved = sum(found.link_contributions["bob"].values())
+    assert moved[2] == pytest.approx(found.twist[2], rel=1e-9)
+    # on a limb, at the column's head, fixed to the column: the limb's weight
+    extra = hang("lamp", "column_1", "0 0 1", 3.0)
+    found = ks.analyze(robot_of_text(portal_text(extra)).assemble())
+    more = found.beams["column_1"].section_wrenches[0, 0] - plain.beams["column_1"].section_wrenches[0, 0]
+    assert more == pytest.approx(-3 * 9.81, rel=1e-2)  # nearly all of it goes down this column
+    np.testing.assert_allclose(found.base_wrench[2] - plain.base_wrench[2], 3 * 9.81, rtol=1e-9)
+    assert found.contributions["limb_1"][2] < plain.contributions["limb_1"][2]
+
+
+def test_dead_weight_that_would_swing():
+    extra = hang("bob", "platform", "0.4 0 0", 3.0, "revolute", com="0.3 0 0")
+    one = robot_of_text(portal_text(extra))
+    with pytest.raises(ks.LimbEquilibriumError, match=r"platform.*bob_joint") as caught:
+        ks.analyze(one.assemble())
+    assert caught.value.joints == ("bob_joint",)
+    driven = extra + '<transmission name="d"><joint name="bob_joint"/></transmission>'
+    found = ks.analyze(robot_of_text(portal_text(driven)).assemble())
+    assert abs(found.actuator_forces["bob_joint"]) == pytest.approx(3 * 9.81 * 0.3, rel=1e-9)
+    sideways = robot_of_text(portal_text(hang("bob", "platform", "0.4 0 0", 3.0, "revolute")))
+    with pytest.raises(ks.LimbEquilibriumError):
+        ks.analyze(sideways.assemble(), gravity=(1, 0, -9.81))
+    assert ks.analyze(sideways.assemble(), gravity=(0, 1, -9.81)).status == ks.Status.OK
+
+
+def test_what_hangs_in_the_middle_of_a_beam_is_refused():
+    with pytest.raises(ks.RobotFileError, match=r"lamp_joint.*column_1.*split"):
+        robot_of_text(portal_text(hang("lamp", "column_1", "0 0 0.5", 3.0)))
+
+
+def test_a_base_that_is_not_the_root():
+    """The same robot with the tree rooted elsewhere: world axes and origin are the base's."""
+    plain = sr.write(sr.rps3()).text
+    # a root link in front of the base, joined by a free joint or by a turned fixed one
+    floating = plain.replace(
+        "<platform ", '<link name="root"/><joint name="free" type="floating"><parent link="root"/><child link="base"/>'
+        '<origin xyz="1 2 3" rpy="0.3 0.2 0.1"/></joint><base link="base"/><platform ', 1,
+    )  # fmt: skip
+    targets = {"prismatic_1": 0.03, "prismatic_2": -0.02, "prismatic_3": 0.01}
+    expected = ks.analyze(robot_of_text(plain).assemble(actuators=targets), (1, 2, 3, 4, 5, 6))
+    one = robot_of_text(floating)
+    found = ks.analyze(one.assemble(actuators=targets), (1, 2, 3, 4, 5, 6))
+    np.testing.assert_allclose(found.twist, expected.twist, rtol=0, atol=1e-9 * np.abs(expected.twist).max())
+    np.testing.assert_allclose(found.base_wrench, expected.base_wrench, rtol=0, atol=1e-9 * 100)
+    np.testing.assert_allclose(found.configuration.platform_frame, expected.configuration.platform_frame, rtol=0, atol=1e-12)
+
+
+def test_a_platform_in_the_middle_of_the_tree_and_a_base_at_its_leaf():
+    spec = sr.rps3()
+    text = sr.write(spec).text
+    # the robot upside down: what was the platform carries what was the base
+    swapped = text.replace('<platform link="platform">', '<base link="platform"/><platform link="base">').replace(
+        re.search(r'<platform link="platform">(.*?)</platform>', text)[1], ""
+    )
+    swapped = swapped.replace('<platform link="base"></platform>', '<platform link="base"/>')
+    for n in (1, 2, 3):  # beams run from base to platform
+        ends = re.search(rf'link="rod_{n}" from="(\w+)" to="(\w+)"', swapped)
+        swapped = swapped.replace(ends[0], f'link="rod_{n}" from="{ends[2]}" to="{ends[1]}"')
+    one, plain = robot_of_text(swapped), robot_of_text(text)
+    assert one.mobility.platform == 3
+    pose, same = one.assemble(), plain.assemble()
+    np.testing.assert_allclose(
+        pose.platform_frame @ np.r_[np.zeros(3), 1], np.linalg.inv(same.frame("platform"))[:, 3], atol=1e-12
+    )
+    # pushing the one is pushing the other with the opposite force at the same point
+    load = np.array([10.0, 20, 30, 1, 2, 3])
+    first, second = ks.analyze(pose, load, (0, 0, 0)), ks.analyze(same, -load, (0, 0, 0), point=(0, 0, 0))
+    assert first.strain_energy == pytest.approx(second.strain_energy, rel=1e-9)
+    for joint, force in second.actuator_forces.items():
+        assert first.actuator_forces[joint] == pytest.approx(force, rel=1e-9)
+
+
+def test_a_platform_at_a_fixed_child():
+    spec = sr.rps3()
+    plain = sr.write(spec).text
+    tool = '<link name="tool"/><joint name="flange" type="fixed"><parent link="platform"/><child link="tool"/>'
+    tool += '<origin xyz="0.1 0.2 0.3" rpy="0.4 0 0"/></joint>'
+    text = re.sub(r'<platform link="platform">.*?</platform>', tool + '<platform link="tool"/>', plain)
+    one, other = robot_of_text(text), robot_of_text(plain)
+    load = np.array([10.0, -20, 30, 4, 5, 6])
+    targets = {"prismatic_1": 0.03, "prismatic_2": -0.02, "prismatic_3": 0.01}
+    pose, same = one.assemble(actuators=targets), other.assemble(actuators=targets)
+    o = pose.platform_frame[:3, 3]
+    np.testing.assert_allclose(pose.frame("tool"), pose.platform_frame)
+    found, expected = ks.analyze(pose, load), ks.analyze(same, load, point=o)
+    moved = expected.twist[:3] + np.cross(expected.twist[3:], o - same.platform_frame[:3, 3])
+    np.testing.assert_allclose(found.twist, np.concatenate([moved, expected.twist[3:]]), rtol=1e-9, atol=1e-18)
+    for joint, force in expected.actuator_forces.items():
+        assert found.actuator_forces[joint] == pytest.approx(force, rel=1e-10)
+
+
+def test_a_driven_loop():
+    """A drive at the cut: its coordinate, force and limits are those of the same joint in the tree."""
+    spec = sr.rps3()
+    limbs = tuple(replace(limb) for limb in spec.limbs)
+    tree = sr.robot_of(replace(spec, limbs=limbs))
+    cut = sr.robot_of(spec, cuts=[1, 1, 1], tree=0)
+    assert {"prismatic_2", "prismatic_3"} <= set(cut.description.loops)
+    targets = {"prismatic_1": 0.05, "prismatic_2": -0.04, "prismatic_3": 0.02}
+    one, other = cut.assemble(actuators=targets), tree.assemble(actuators=targets)
+    np.testing.assert_allclose(one.platform_frame, other.platform_frame, atol=1e-12)
+    for joint, value in targets.items():
+        assert one.actuators[joint] == pytest.approx(value, abs=1e-12)
+    first, second = ks.analyze(one), ks.analyze(other)
+    for joint, force in second.actuator_forces.items():
+        assert first.actuator_forces[joint] == pytest.approx(force, rel=1e-9)
+
+
+def test_a_tree_whose_joints_are_all_driven():
+    beams = tuple(sr.Beam(f"column_{n}", f"column_{n}", f"foot_{n}", f"head_{n}", sr.circle(0.05)) for n in (1, 2))
+    hinge = sr.Limb((sr.Joint("foot_2", "F", (0, 1, 0)), sr.Joint("head_2", "R", (0, 1, 1), (0, 1, 0))), (sr.Link("column_2"),))
+    spec = walls(wall(1, -1), hinge, beams=beams)
+    file = sr.write(spec, twirl=1)
+    pose = file.robot().assemble()
+    assert pose.residual < 1e-12
+    answer = finite_elements.solve(spec, file, pose)
+    np.testing.assert_allclose(ks.analyze(pose).twist, answer.twist, rtol=0, atol=1e-9 * np.abs(answer.twist).max())
+
+
+@pytest.mark.parametrize(
+    ("kinds", "seed"),
+    [
+        (["PrRC", "C"], 247),
+        (["ppC", "C"], 105),
+        (["PSr", "C", "SCC"], 351),
+        (["rrpr", "SS", "Sp"], 197),
+        (["p", "SS", "SRp"], 85),
+    ],
+)
+def test_a_pose_at_which_a_readable_basis_degenerates_keeps_its_twist(kinds, seed):
+    """With all slides at zero, centres on both sides of a slide coincide, and so may two forces of a basis."""
+    spec = sr.random_spec(kinds, seed)
+    file = sr.write(spec)
+    one = file.robot()
+    pose = one.configuration(pin.neutral(one.model))
+    found = ks.analyze(pose)
+    answer = finite_elements.solve(spec, file, pose)
+    assert found.status in (ks.Status.OK, ks.Status.BASIS_DEGENERATE)
+    np.testing.assert_allclose(found.twist, answer.twist, rtol=0, atol=1e-7 * np.abs(answer.twist).max() + 1e-18)
+    for joint, wrench in answer.joint_wrenches.items():
+        np.testing.assert_allclose(found.joint_wrenches[file.runs[joint][-1]], wrench, rtol=0, atol=1e-5)
+    lost = [limb for limb in found.limbs.values() if np.any(np.isnan(limb.intensities))]
+    assert bool(lost) == (found.status == ks.Status.BASIS_DEGENERATE)
+    for limb in lost:
+        assert np.all(np.isnan(limb.intensities)) and np.all(np.isfinite(limb.wrench))
+
+
+@pytest.mark.parametrize(("kinds", "seed"), [(["SrC", "RpR", "SUpp"], 257)])
+def test_a_limb_whose_twists_are_nearly_dependent_has_a_basis(kinds, seed):
+    """One of its singular values is below 1e-2, far above rounding."""
+    one = sr.robot_of(sr.random_spec(kinds, seed))
+    assert ks.analyze(one.configuration(pin.neutral(one.model))).status == ks.Status.OK
+
+
+def test_missing_mass_of_beams_is_spread_from_the_links():
+    spec = sr.four_bar()
+    heavy, same = sr.robot_of(spec), sr.robot_of(sr.with_link_masses(spec))
+    first, second = ks.analyze(heavy.assemble()), ks.analyze(same.assemble())
+    np.testing.assert_allclose(first.twist, second.twist, rtol=1e-10, atol=1e-18)
+    assert first.beams["crank_1"].mass == pytest.approx(second.beams["crank_1"].mass, rel=1e-12)
+
+
+STAGES = """<robot name="stages"><link name="base"/><link name="cylinder"/>
+<link name="middle"><inertial><mass value="3"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<link name="rod"/><link name="tip"/><platform link="tip"/>
+<joint name="root" type="fixed"><parent link="base"/><child link="cylinder"/></joint>
+<joint name="p1" type="prismatic"><parent link="cylinder"/><child link="middle"/><origin xyz="0 0 0.4"/><axis xyz="0 0 1"/>
+<limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
+<joint name="p2" type="prismatic"><parent link="middle"/><child link="rod"/><origin xyz="0 0 0.4"/><axis xyz="0 0 1"/>
+<limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
+<joint name="head" type="fixed"><parent link="rod"/><child link="tip"/><origin xyz="0 0 0.4"/></joint>
+<transmission name="t"><joint name="p1"/><joint name="p2"/></transmission>
+<beam link="CARRIER" from="root" to="head" youngs_modulus="2e11" poisson_ratio="0.3" density="7850">
+<circle diameter="0.04"/></beam></robot>"""
+
+
+@pytest.mark.parametrize(("carrier", "above_p1", "above_p2"), [("rod", 3, 0), ("middle", 0, 0), ("cylinder", 3, 0)])
+def test_drives_of_a_telescope_carry_the_links_beyond_them(carrier, above_p1, above_p2):
+    """Each drive holds the links outboard of it, and the beam if that is carried by one of them."""
+    text = STAGES.replace("CARRIER", carrier)
+    if carrier == "middle":  # its own mass is replaced by the beam's
+        above_p1 = 0
+    robot = ks.Robot(ks.robot_file.parse_robot_text(text))
+    result = ks.analyze(robot.assemble(), gravity=(0, 0, -10))
+    beam = 7850 * np.pi * 0.02**2 * 1.2
+    on_p1 = above_p1 + (beam if carrier in ("middle", "rod") else 0)
+    on_p2 = above_p2 + (beam if carrier == "rod" else 0)
+    assert float(result.actuator_forces["p1"]) == pytest.approx(10 * on_p1)
+    assert float(result.actuator_forces["p2"]) == pytest.approx(10 * on_p2, abs=1e-9)
+    assert result.base_wrench[2] == pytest.approx(10 * (beam + (0 if carrier == "middle" else 3)))
+
+
+def test_local_freedoms_that_are_driven_are_not_free():
+    """A passive pendulum hangs on a fixed rod, and a driven arm on the base: neither moves the platform."""
+    mass = (
+        '<inertial><origin xyz="0 0 -0.1"/><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    )
+    text = f"""<robot name="local"><link name="base"/><link name="rod"/><link name="tip"/><platform link="tip"/>
+    <link name="pendulum">{mass}</link><link name="arm">{mass}</link>
+    <joint name="foot" type="fixed"><parent link="base"/><child link="rod"/></joint>
+    <joint name="head" type="fixed"><parent link="rod"/><child link="tip"/><origin xyz="0 0 0.5"/></joint>
+    <joint name="swing" type="continuous"><parent link="rod"/><child link="pendulum"/><origin xyz="0 0 0.5"/>
+    <axis xyz="0 1 0"/></joint>
+    <joint name="turn" type="continuous"><parent link="base"/><child link="arm"/><origin xyz="1 0 0"/><axis xyz="0 1 0"/></joint>
+    <transmission name="t"><joint name="turn"/></transmission>
+    <beam link="rod" from="foot" to="head" youngs_modulus="2e11" poisson_ratio="0.3" density="7850"><circle diameter="0.04"/>
+    </beam></robot>"""
+    robot = ks.Robot(ks.robot_file.parse_robot_text(text))
+    pose = robot.assemble(actuators={"turn": 0.7})
+    assert pose.status == ks.Status.OK
+    assert float(pose.actuators["turn"]) == pytest.approx(0.7)
+    result = ks.analyze(pose)
+    assert float(result.actuator_forces["turn"]) == pytest.approx(9.81 * 0.1 * np.sin(0.7))
+
+
+@pytest.mark.parametrize("rounded", ["1.57", "1.5703", "1.571", "1.5708"])
+def test_rounding_does_not_change_the_assembly_mode(rounded):
+    """Closing a rounded loop a little better far away is not what was asked for."""
+    text = (TESTS / "five_bar_rounded.urdf").read_text()
+    exact = ks.Robot(ks.robot_file.parse_robot_text(text.replace('"1.57 0 0"', '"1.5707963267948966 0 0"')))
+    robot = ks.Robot(ks.robot_file.parse_robot_text(text.replace('"1.57 0 0"', f'"{rounded} 0 0"')))
+    assert robot.mobility.platform == exact.mobility.platform == 2
+    with pytest.raises(ks.AssemblyError, match="rounded"):
+        robot.assemble()
+    for drives in ({"A1": 0, "A2": 0}, {"A1": 0.2, "A2": -0.1}):
+        found = ks.analyze(robot.assemble(actuators=drives, tolerance=2e-3))
+        wanted = ks.analyze(exact.assemble(actuators=drives))
+        np.testing.assert_allclose(found.configuration.platform_frame, wanted.configuration.platform_frame, atol=2e-3)
+        np.testing.assert_allclose(found.twist, wanted.twist, atol=1e-2 * np.abs(wanted.twist).max())
+        assert any("open" in warning for warning in found.warnings)
+
+
+@pytest.mark.parametrize("on", ["base", "tip"])
+def test_beams_of_dead_branches_bend_under_their_own_weight(on):
+    """A bracket that only hangs on base or platform is a cantilever: q L²/2 at its root, q L⁴/8EI at its tip."""
+    text = f"""<robot name="bracket"><link name="base"/><link name="rod"/><link name="tip"/><platform link="tip"/>
+    <link name="arm"/><link name="end"/>
+    <joint name="foot" type="fixed"><parent link="base"/><child link="rod"/></joint>
+    <joint name="head" type="fixed"><parent link="rod"/><child link="tip"/><origin xyz="0 0 0.5"/></joint>
+    <joint name="inner" type="fixed"><parent link="{on}"/><child link="arm"/></joint>
+    <joint name="outer" type="fixed"><parent link="arm"/><child link="end"/><origin xyz="0.4 0 0"/></joint>
+    <beam link="rod" from="foot" to="head" youngs_modulus="2e11" poisson_ratio="0.3" density="0"><circle diameter="0.05"/></beam>
+    <beam link="arm" from="inner" to="outer" youngs_modulus="2e11" poisson_ratio="0.3" density="7850" shear_coefficient="inf">
+    <circle diameter="0.02"/></beam></robot>"""
+    result = ks.analyze(ks.Robot(ks.robot_file.parse_robot_text(text)).assemble(), gravity=(0, 0, -10))
+    q, length, EI = 7850 * np.pi * 0.01**2 * 10, 0.4, 2e11 * np.pi * 0.01**4 / 4
+    beam = result.beams["arm"]
+    assert np.hypot(*beam.section_wrenches[0, 4:]) == pytest.approx(q * length**2 / 2)
+    twist = np.zeros(6) if on == "base" else result.twist
+    rigid = twist[2] - twist[4] * length
+    assert beam.deflections[-1, 2] - rigid == pytest.approx(-q * length**4 / (8 * EI))
+    assert beam.strain_energy == pytest.approx(q**2 * length**5 / (40 * EI))

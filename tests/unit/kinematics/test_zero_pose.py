@@ -1,0 +1,205 @@
+"""Zero poses that do not close: legal ones, rounded ones, and mistakes, whose frame is named."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import small_robots as sr
+from places import TESTS
+
+import kinetostatics as ks
+from kinetostatics.cli.main import main
+from kinetostatics.description import Origin
+from kinetostatics.kinematics.frame_corrections import frame_corrections
+from kinetostatics.kinematics.zero_pose import are_within, gaps_text
+from kinetostatics.math import rotations
+
+FRAME_OFF = TESTS / "cases" / "frame_off_by_100mm.urdf.xacro"
+
+
+def moved(description, joint, link, shift, turn=(0.0, 0.0, 0.0)):
+    """Return a description with the origin of a joint or of one side of a loop displaced, in the axes of the link it is in."""
+
+    def elsewhere(origin):
+        R = rotations.exponential(np.asarray(turn, dtype=float)) @ origin.matrix[:3, :3]
+        pitch = np.arctan2(-R[2, 0], np.hypot(R[0, 0], R[1, 0]))
+        rpy = (np.arctan2(R[2, 1], R[2, 2]), pitch, np.arctan2(R[1, 0], R[0, 0]))
+        return Origin(tuple(np.array(origin.xyz) + shift), tuple(map(float, rpy)))
+
+    if joint in description.joints:
+        item = description.joints[joint]
+        assert item.parent == link
+        return replace(description, joints={**description.joints, joint: replace(item, origin=elsewhere(item.origin))})
+    item = description.loops[joint]
+    side = "predecessor_origin" if item.predecessor == link else "successor_origin"
+    return replace(description, loops={**description.loops, joint: replace(item, **{side: elsewhere(getattr(item, side))})})
+
+
+def largest_gap(robot):
+    return max(max(pair) for pair in robot.zero_gaps.values())
+
+
+# ---- the machine with one frame 100 mm off -------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def frame_off():
+    return ks.load_robot(FRAME_OFF)
+
+
+def test_check_says_every_gap_and_the_frame_and_fails(capsys):
+    assert main(["check", str(FRAME_OFF)]) == 1
+    out = " ".join(capsys.readouterr().out.split())
+    assert "where all joints are at zero they are open by 100.0 mm at tip_2, tip_3 and tip_4" in out
+    assert "loops 'tip_2', 'tip_3', 'tip_4' are 0.1 m open" in out
+    for origin in ("joint 'rail_1' on link 'base'", "joint 'pin_1' on link 'slider_1'"):
+        assert f"moving the origin of {origin} by (-0.1, 0, 0) m" in out
+    assert "tolerance" not in out and "rounded" not in out
+
+
+@pytest.mark.parametrize("tolerance", [None, "1e-4", "1e-3", "0.01", "0.2"])
+def test_analyze_says_the_same_and_no_tolerance_helps(tolerance, capsys):
+    main(["check", str(FRAME_OFF)])
+    checked = " ".join(capsys.readouterr().out.split())
+    assert main(["analyze", str(FRAME_OFF), *(["--tolerance", tolerance] if tolerance else [])]) == 2
+    said = " ".join(capsys.readouterr().err.split()).removeprefix("kinetostatics: error: ")
+    assert said in checked and "0.1 m open" in said and "rounded" not in said
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-2, 0.2])
+def test_no_pose_of_it_is_all_right(frame_off, tolerance):
+    zero = dict.fromkeys(frame_off.description.driven, 0.0)
+    with pytest.raises(ks.AssemblyError, match="moving the origin of joint 'rail_1'"):
+        frame_off.assemble(tolerance=tolerance)
+    batch = frame_off.assemble(actuators={**zero, "rail_1": [0.0, 0.01]}, tolerance=tolerance)
+    assert batch.status.tolist() == [ks.Status.UNREACHABLE] * 2
+    q = frame_off.model_q(frame_off.zero_poses)[:, 0]
+    assert frame_off.configuration(q, tolerance=tolerance, on_failure="nan").status == ks.Status.UNREACHABLE
+
+
+def test_what_is_proposed_closes_it(frame_off):
+    corrections = frame_corrections(frame_off.mechanism, frame_off.size)
+    assert [item.joint for item in corrections] == ["rail_1", "pin_1", "tip_1"]
+    for item in corrections:
+        assert np.linalg.norm(item.shift) == pytest.approx(0.1, rel=1e-9) and not np.any(item.turn)
+        mended = ks.Robot(moved(frame_off.description, item.joint, item.link, item.shift))
+        assert largest_gap(mended) < 1e-12
+    assert ks.analyze(mended.assemble()).status == ks.Status.OK
+
+
+# ---- one frame of other machines displaced -------------------------------------------------------------------------------
+
+OVERCONSTRAINED = ("2pru_upr", "five_bar", "orthoglide", "planar_3rrr", "spherical_3rrr", "tripteron", "exechon")
+
+
+@pytest.mark.parametrize("seed", range(28))
+def test_a_displaced_frame_is_found(seed):
+    """Any joint or side of a loop, shifted or turned: undoing it is among what is proposed, in a size no larger, and all that
+    is proposed closes the loops."""
+    rng = np.random.default_rng(seed)
+    exact = ks.load_robot(OVERCONSTRAINED[seed % len(OVERCONSTRAINED)]).description
+    frames = [(joint.name, joint.parent) for joint in exact.joints.values()]
+    frames += [(loop.name, link) for loop in exact.loops.values() for link in (loop.predecessor, loop.successor)]
+    joint, link = frames[rng.integers(len(frames))]
+    size = 10 ** rng.uniform(-3, -1)
+    change = rng.standard_normal(3) * size
+    wrong = moved(exact, joint, link, *((change, (0, 0, 0)) if seed % 3 else ((0, 0, 0), change)))
+    robot = ks.Robot(wrong)
+    if largest_gap(robot) < 1e-9:  # along what the loops leave free, or of something that no loop depends on
+        assert not robot.has_wrong_zero and robot.closing_error < 1e-12
+        return
+    corrections = frame_corrections(robot.mechanism, robot.size)
+    [mine] = [item for item in corrections if (item.joint, item.link) == (joint, link)]
+    assert np.linalg.norm(mine.shift) / robot.size + np.linalg.norm(mine.turn) < 1.05 * np.linalg.norm(change) * max(
+        1, 1 / robot.size
+    )
+    for item in corrections:
+        assert largest_gap(ks.Robot(moved(wrong, item.joint, item.link, item.shift, item.turn))) < 2e-5
+    if robot.has_wrong_zero:
+        with pytest.raises(ks.AssemblyError, match="A frame in the file is wrong"):
+            robot.assemble(tolerance=1e-3)
+    else:  # the joints close it: another machine, but one that exists
+        assert robot.closing_error < 1e-9 or robot.closing_error < 1e-5
+
+
+def test_a_mistake_that_nearly_closes_elsewhere_is_one():
+    """2 mm off, but with the joints elsewhere the loops close to micrometres."""
+    exact = ks.load_robot("2pru_upr").description
+    shift = (6.15076679e-06, 1.49372769e-03, -1.37068928e-03)
+    robot = ks.Robot(moved(exact, "universal_2", exact.loops["universal_2"].successor, shift))
+    assert 1e-5 < robot.closing_error < 1e-4 and robot.has_wrong_zero
+    with pytest.raises(ks.AssemblyError, match=r"universal_2.*moving"):
+        robot.assemble(tolerance=1e-3)
+
+
+# ---- what is legal stays so ----------------------------------------------------------------------------------------------
+
+
+def other_zero(description, joint, angle):
+    """Return a description in which a hinge reads ``angle`` less than before."""
+    item = description.joints[joint]
+    axis = item.origin.matrix[:3, :3] @ np.array(item.axis)
+    return moved(description, joint, item.parent, (0, 0, 0), angle * axis / np.linalg.norm(axis))
+
+
+@pytest.mark.parametrize(("name", "joint"), [("five_bar", "elbow_1"), ("planar_3rrr", "elbow_2"), ("2pru_upr", "revolute_1")])
+def test_another_zero_of_a_joint_is_no_mistake(name, joint):
+    """Loops far from closed where all joints are at zero, which the joints close."""
+    robot = ks.Robot(other_zero(ks.load_robot(name).description, joint, 0.1))
+    assert largest_gap(robot) > 1e-2 and not robot.has_wrong_zero
+    assert robot.closing_error < 1e-9
+
+
+@pytest.mark.parametrize("joint", ["revolute_1", "revolute_2"])
+def test_another_zero_and_rounded_angles_are_no_mistake(joint):
+    """Rounding is excused by a tolerance then, which is not proposed, as the gap at zero might be a mistake too."""
+    rounded = 1.5707963 - np.pi / 2
+    description = other_zero(ks.load_robot("2pru_upr").description, joint, 0.05)
+    loop = description.loops["universal_2"]
+    robot = ks.Robot(moved(description, "universal_2", loop.predecessor, (0, 0, 0), (50 * rounded, 50 * rounded, 50 * rounded)))
+    assert 1e-9 < robot.closing_error < 1e-5 and not robot.has_wrong_zero
+    pose = robot.configuration(robot.model_q(robot.zero_poses)[:, 0], tolerance=1e-5)
+    assert pose.status == ks.Status.OK
+    with pytest.raises(ks.AssemblyError, match="rounded or wrong") as caught:
+        robot.configuration(pose.q)
+    assert "a tolerance of" not in str(caught.value)
+
+
+@pytest.mark.parametrize(("gap", "accepted"), [(0.9e-4, True), (0.9e-3, True), (1.1e-3, False)])
+def test_a_tolerance_excuses_a_thousandth_of_the_size_at_most(gap, accepted):
+    """A four-bar linkage whose second crank stands out of the plane by part of its size."""
+    exact = sr.write(sr.four_bar()).description()
+    size = ks.Robot(exact).size
+    loop = exact.loops["head_2"]
+    robot = ks.Robot(moved(exact, "head_2", loop.predecessor, (0, gap * size, 0)))
+    assert robot.has_wrong_zero == (gap > 1e-4)
+    with pytest.raises(ks.AssemblyError) as caught:
+        robot.assemble()
+    assert ("accept the gap with a tolerance" in str(caught.value)) == (gap < 1e-4)
+    assert ("moving the origin" in str(caught.value)) == (gap > 1e-4)
+    assert ("rounded" in str(caught.value)) == (gap < 1e-3)
+    result = robot.assemble(tolerance=2e-3, on_failure="nan")
+    assert result.status == (ks.Status.OK if accepted else ks.Status.UNREACHABLE)
+    if 1e-4 < gap < 1e-3:  # less than the gap does not do, even where the loops are open by less
+        assert robot.assemble(tolerance=0.8 * gap * size, on_failure="nan").status == ks.Status.UNREACHABLE
+
+
+def test_two_mistakes_have_no_single_remedy():
+    exact = ks.load_robot("planar_3rrr").description
+    links = {name: exact.loops[name].predecessor for name in exact.loops}
+    wrong = exact
+    for number, (name, link) in enumerate(links.items()):
+        wrong = moved(wrong, name, link, (0.0, 0.0, 0.01 * (number + 1)))
+    robot = ks.Robot(wrong)
+    assert frame_corrections(robot.mechanism, robot.size) == ()
+    with pytest.raises(ks.AssemblyError, match="No single one, moved or turned, would close all loops at zero"):
+        robot.assemble()
+
+
+def test_gaps_in_words():
+    gaps = {"a": (0.1, 0.0), "b": (0.0, 2e-9), "c": (0.1, 0.0), "d": (1e-10, 1e-10), "e": (0.2, 0.3)}
+    words = "loops 'a', 'c' are 0.1 m open, loop 'b' is 2e-09 rad open, loop 'e' is 0.2 m and 0.3 rad open"
+    assert gaps_text(gaps) == f"{words} (1 other closed)"
+    assert gaps_text({**gaps, "f": (0.0, 0.0)}) == f"{words} (2 others closed)"
+    assert gaps_text({"a": (0.1, 0.0)}) == "loop 'a' is 0.1 m open" and gaps_text({"d": (0.0, 0.0)}) == ""
+    assert are_within(gaps, 0.2, 0.3) and not are_within(gaps, 0.19, 0.3) and not are_within(gaps, 0.2, 0.29)

@@ -1,0 +1,220 @@
+"""What Pinocchio supplies: frames, masses and weights, models that weigh the robot, loops as its own constraints."""
+
+import re
+from functools import cache
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from loop_robots import FREEDOMS, Held
+from places import ROOT
+
+import kinetostatics as ks
+from kinetostatics.files.reader import parse_robot_text
+from kinetostatics.mechanism.pinocchio_loops import LoopModel
+from kinetostatics.mechanism.tree import Frames
+
+ROBOTS = list(ks.robots())
+GRAVITY = np.array([0.7, -1.1, -9.6])
+
+
+@cache
+def robot(name):
+    return ks.load_robot(name)
+
+
+@cache
+def poses(name):
+    """The zero pose and one without symmetry."""
+    machine = robot(name)
+    found = [machine.assemble()]
+    drives = dict(found[0].actuators)
+    rng = np.random.default_rng(5)
+    for scale in (0.1, 0.03, 0.01):
+        moved = {drive: float(value) + scale * float(rng.uniform(-1, 1)) * machine.length for drive, value in drives.items()}
+        other = machine.assemble(actuators=moved, on_failure="nan")
+        if other.status != ks.Status.UNREACHABLE:
+            return [*found, other]
+    return found
+
+
+def each_pose(function):
+    return pytest.mark.parametrize("number", [0, 1])(pytest.mark.parametrize("name", ROBOTS)(function))
+
+
+def pose_of(name, number):
+    if number >= len(poses(name)):
+        pytest.skip("its redundant drives cannot be moved one by one")
+    return poses(name)[number]
+
+
+@each_pose
+def test_frames_of_one_pose_are_those_of_a_batch(name, number):
+    pose = pose_of(name, number)
+    mechanism = pose.robot.mechanism
+    one, many = mechanism.forward(pose.model_q), mechanism.forward(np.repeat(pose.model_q, 3, axis=1))
+    np.testing.assert_allclose(one.rotation[..., 0], many.rotation[..., 1], rtol=0, atol=1e-14)
+    np.testing.assert_allclose(one.position[..., 0], many.position[..., 1], rtol=0, atol=1e-14)
+
+
+@each_pose
+def test_every_weight_is_that_of_pinocchio(name, number):
+    """Link by link, beam by beam: what one pose takes from Pinocchio, and what a batch computes all at once."""
+    pose = pose_of(name, number)
+    weights, frames = pose.robot.weights, pose.frames
+    o, gravity = np.array([[0.3], [-0.2], [0.5]]), GRAVITY[:, None]
+    twice = Frames(np.repeat(frames.rotation, 2, axis=-1), np.repeat(frames.position, 2, axis=-1))
+    batch = weights.wrenches(twice, np.repeat(o, 2, axis=1), np.repeat(gravity, 2, axis=1))[..., 1]
+    one = weights.wrenches(frames, o, gravity)[..., 0]
+    scale = np.abs(batch).max()
+    np.testing.assert_allclose(one, batch, rtol=0, atol=1e-13 * scale)
+    for position, link in enumerate(weights.names):
+        if not link.startswith("beam:"):  # beside the file's own numbers
+            given = pose.robot.description.links[link]
+            R, p = (pose.frame(link)[:3, k] for k in (slice(0, 3), 3))
+            force = given.mass * GRAVITY
+            moment = np.cross(R @ given.center_of_mass + p - o[:, 0], force)
+            if pose.robot.mechanism.base_frame is None:
+                np.testing.assert_allclose(one[:, position], np.r_[force, moment], rtol=0, atol=1e-13 * scale)
+
+
+@each_pose
+def test_the_model_weighs_the_robot(name, number):
+    pose = pose_of(name, number)
+    machine, model = pose.robot, pose.model
+    masses, centres = machine.weights.masses(pose.frames)[:, 0], machine.weights.centres(pose.frames)[:, :, 0]
+    moving = pin.computeTotalMass(model)
+    assert moving + model.inertias[0].mass == pytest.approx(masses.sum(), rel=1e-13)
+    first_moment = pin.centerOfMass(model, model.createData(), pose.q) * moving
+    first_moment = first_moment + model.inertias[0].mass * model.inertias[0].lever
+    if machine.mechanism.base_frame is None:
+        np.testing.assert_allclose(first_moment, centres @ masses, rtol=0, atol=1e-12 * masses.sum())
+        zero = ks.analyze(pose, gravity=GRAVITY, on_failure="nan")
+        np.testing.assert_allclose(zero.base_wrench[:3], -masses.sum() * GRAVITY, rtol=1e-9, atol=1e-9 * masses.sum())
+
+
+def test_the_robot_s_own_model_is_that_of_its_zero_pose():
+    machine = robot("3rps")
+    assert pin.computeTotalMass(machine.model) == pytest.approx(pin.computeTotalMass(machine.assemble().model), rel=1e-14)
+    lower = machine.assemble(platform={"z": 0.4, "rx": 0.0, "ry": 0.0})
+    assert pin.computeTotalMass(lower.model) < 0.9 * pin.computeTotalMass(machine.model)
+    assert machine.mechanism.model.nq == machine.model.nq
+
+
+def test_a_beam_is_a_solid_cylinder():
+    """m r²/2 along it, m (3 r² + L²)/12 across it."""
+    text = """<robot name="rod"><link name="base"/><link name="rod"/><link name="platform"/>
+      <joint name="hinge" type="revolute"><parent link="base"/><child link="rod"/><axis xyz="0 1 0"/>
+        <limit lower="-1" upper="1" effort="0" velocity="0"/></joint>
+      <joint name="tip" type="fixed"><parent link="rod"/><child link="platform"/><origin xyz="0 0 0.8"/></joint>
+      <platform link="platform"/>
+      <beam link="rod" from="hinge" to="tip" youngs_modulus="2e11" poisson_ratio="0.3" density="7800">
+        <circle diameter="0.1"/></beam>
+      <transmission name="drive"><joint name="hinge"/></transmission></robot>"""
+    model = ks.Robot(parse_robot_text(text)).model
+    mass, r, L = 7800 * np.pi * 0.05**2 * 0.8, 0.05, 0.8
+    inertia = model.inertias[1]
+    assert inertia.mass == pytest.approx(mass, rel=1e-14)
+    np.testing.assert_allclose(inertia.lever, [0, 0, L / 2], atol=1e-15)
+    about = mass * np.array([(3 * r**2 + L**2) / 12] * 2 + [r**2 / 2])
+    np.testing.assert_allclose(inertia.inertia, np.diag(about), rtol=1e-12, atol=1e-12)
+    # the physical pendulum's torque and inertia about its hinge
+    q = np.array([0.3])
+    torque = pin.computeGeneralizedGravity(model, model.createData(), q)
+    np.testing.assert_allclose(torque, [-mass * 9.81 * L / 2 * np.sin(0.3)], rtol=1e-12)
+    np.testing.assert_allclose(pin.crba(model, model.createData(), q), [[about[0] + mass * L**2 / 4]], rtol=1e-12)
+
+
+def test_data_is_of_the_pose():
+    pose = robot("3rps").assemble(platform={"z": 0.5, "rx": 0.1, "ry": -0.1})
+    frame = pose.data.oMf[pose.model.getFrameId("rod_2")]
+    np.testing.assert_allclose(frame.homogeneous, pose.frame("rod_2"), atol=1e-14)
+
+
+def test_a_batch_has_no_single_model():
+    batch = robot("3rps").assemble(platform={"z": [0.5, 0.55], "rx": 0.0, "ry": 0.0})
+    with pytest.raises(ks.ArgumentError, match="one pose"):
+        batch.model  # noqa: B018
+
+
+# ---- loops ---------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("anchors", [False, True])
+@each_pose
+def test_drives_hold_the_robot_in_pinocchio_too(name, number, anchors):
+    """Gravity of Pinocchio's tree is balanced by its loop constraints and by the drives, with the forces that we find."""
+    if anchors and not hasattr(pin, "PointAnchorConstraintModel"):
+        pytest.skip("Pinocchio 3 has no anchors")
+    pose = pose_of(name, number)
+    _balanced(pose, pose.loop_model(anchors=anchors), anchors)
+    if name not in ("2pru_upr", "linear_delta"):  # without universal loops
+        _balanced(pose, LoopModel(pose.model, pose.q, pose.robot.constraint_models(anchors=anchors)), anchors)
+
+
+def _balanced(pose, closed, anchors):
+    machine, model, data = pose.robot, closed.model, closed.model.createData()
+    pin.computeJointJacobians(model, data, closed.q)
+    rows = [np.zeros((0, model.nv))]
+    for constraint in closed.constraints:
+        its = constraint.createData()
+        constraint.calc(model, data, its)
+        its = constraint.jacobian(model, data, its) if anchors else pin.getConstraintJacobian(model, data, constraint, its)
+        rows.append(its.reshape(-1, model.nv))
+    drives = [drive for drive in machine.description.driven if drive in machine.mechanism.body_of_joint]
+    columns = np.eye(model.nv)[:, [model.joints[machine.mechanism.body_of_joint[drive]].idx_v for drive in drives]]
+    gravity = pin.computeGeneralizedGravity(model, model.createData(), closed.q)
+    unknowns = np.hstack([columns, np.concatenate(rows).T])
+    found = np.linalg.lstsq(unknowns, gravity, rcond=1e-10)[0]
+    scale = max(np.abs(gravity).max(), 1e-3)
+    np.testing.assert_allclose(unknowns @ found, gravity, rtol=0, atol=1e-11 * scale)
+    if len(drives) == machine.mobility.platform == len(machine.description.driven):  # as many drives as freedoms
+        ours = [float(ks.analyze(pose).actuator_forces[drive]) for drive in drives]
+        np.testing.assert_allclose(found[: len(drives)], ours, rtol=0, atol=1e-9 * scale)
+
+
+@pytest.mark.parametrize("swap", [False, True])
+@pytest.mark.parametrize("kind", [kind for kind, count in FREEDOMS.items() if count])
+def test_a_loop_of_any_type_becomes_constraints_of_pinocchio(kind, swap):
+    """Between ground and platform, whichever of them the file calls predecessor: a run of joints ends on what moves."""
+    held = Held(kind, 12, swap=swap)
+    pose = held.robot().assemble(actuators=held.actuators(held.random_q(np.random.default_rng(3))))
+    closing, closed = pose.robot.mechanism.connections["closing"], pose.loop_model()
+    assert (closing.successor_body == 0) == swap and (closing.predecessor_body == 0) != swap
+    masses = [sum(inertia.mass for inertia in model.inertias) for model in (closed.model, pose.model)]
+    assert masses[0] == pytest.approx(masses[1], rel=1e-12)
+    _balanced(pose, closed, anchors=False)
+
+
+def test_loops_that_pinocchio_does_not_know_are_named():
+    with pytest.raises(ks.ArgumentError, match="universal loop 'universal_2'"):
+        robot("2pru_upr").constraint_models()
+
+
+@pytest.mark.parametrize("name", ["3rps", "five_bar"])
+def test_constraint_dynamics_keeps_the_robot_still(name):
+    """Held by our forces, the robot does not begin to move; without them it falls."""
+    pose = poses(name)[1]
+    machine, model = pose.robot, pose.model
+    models = machine.constraint_models()
+    datas = [constraint.createData() for constraint in models]
+    data, still = model.createData(), np.zeros(model.nv)
+    pin.initConstraintDynamics(model, data, models, *([datas] if hasattr(pin, "PointAnchorConstraintModel") else []))
+    settings = pin.ProximalSettings(1e-13, 1e-12, 60)
+    model.gravity.linear = GRAVITY
+    torques = np.zeros(model.nv)
+    for drive, force in ks.analyze(pose, gravity=GRAVITY).actuator_forces.items():
+        torques[model.joints[machine.mechanism.body_of_joint[drive]].idx_v] = force
+    held = pin.constraintDynamics(model, data, pose.q, still, torques, models, datas, settings)
+    falling = pin.constraintDynamics(model, data, pose.q, still, still, models, datas, settings)
+    assert np.abs(held).max() < 1e-6 * np.abs(falling).max() and np.abs(falling).max() > 0.1
+
+
+def test_the_page_about_pinocchio_is_true(capsys):
+    page = (ROOT / "docs" / "pinocchio.md").read_text(encoding="utf-8")
+    names = {}
+    blocks = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    for block in blocks:
+        exec(compile(block, "pinocchio.md", "exec"), names)  # the page's own text
+    assert len(blocks) == 2
+    assert float(capsys.readouterr().out.split()[-1]) < 1e-9

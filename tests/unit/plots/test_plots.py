@@ -1,0 +1,985 @@
+"""Figures of workspace maps: they show the numbers of the map, name units, say what is missing, and read in grey."""
+
+import itertools
+import shlex
+import subprocess
+import sys
+import textwrap
+import warnings
+import xml.etree.ElementTree as ElementTree
+
+import numpy as np
+import pytest
+from places import ROOT
+from small_maps import map_of
+
+import kinetostatics as ks
+from kinetostatics.cli.main import main
+
+matplotlib = pytest.importorskip("matplotlib", reason="needs Matplotlib: pip install 'kinetostatics[plot]'")
+matplotlib.use("Agg")
+
+from matplotlib import pyplot as plt  # noqa: E402
+from matplotlib.collections import PolyCollection  # noqa: E402
+from matplotlib.colors import to_rgba  # noqa: E402
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection  # noqa: E402
+
+from kinetostatics.plots.display_units import coordinate_unit, display_unit  # noqa: E402
+from kinetostatics.plots.masks import edges  # noqa: E402
+from kinetostatics.plots.ranges import main_range  # noqa: E402
+from kinetostatics.plots.solids import cells_of, outer_faces  # noqa: E402
+from kinetostatics.plots.style import COLOURS, DASHES, MARKERS, figure_of  # noqa: E402
+
+Z = np.array([0.3, 0.4, 0.5, 0.6])
+RX = np.radians(np.linspace(-20, 20, 9))
+RY = np.radians(np.linspace(-15, 15, 7))
+
+
+@pytest.fixture(autouse=True)
+def no_figures_left():
+    yield
+    plt.close("all")
+
+
+@pytest.fixture(scope="module")
+def ds():
+    """A map with every status somewhere, all numbers different."""
+    z, rx, ry = np.meshgrid(Z, RX, RY, indexing="ij")
+    twist = 1e-6 * np.stack([3 * rx + z, ry - z, -10 * z, rx * ry, ry**2 + z, 0 * z], axis=-1)
+    status = np.zeros(z.shape, np.int8)
+    status[np.hypot(rx, ry) > 0.36] = ks.Status.UNREACHABLE
+    status[:, 0, 2:4] = ks.Status.LIMIT_EXCEEDED
+    status[1, 5, 3] = ks.Status.SINGULAR
+    gone = np.isin(status, [ks.Status.UNREACHABLE, ks.Status.SINGULAR])
+    twist[gone] = np.nan
+    mode = np.where(status == ks.Status.UNREACHABLE, -1, 0)
+    mode[:, -1][mode[:, -1] == -1] = 1
+    found = map_of(
+        {"z": (Z, "m"), "rx": (RX, "rad"), "ry": (RY, "rad")},
+        twist=twist,
+        compliance=np.eye(6) * 1e-7 * (1 + z)[..., None, None],
+        forces={"p1": 1000 * z + 100 * rx, "p2": 900 * z},
+        status=status,
+        pose=np.stack([rx, ry, z, rx, ry, 0 * z], axis=-1),
+    )
+    return found.assign(mode=(("z", "rx", "ry"), mode.astype(np.int8)))
+
+
+def texts_of(figure):
+    return [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+
+
+def overlaps(figure):
+    """Return pairs of texts of a figure that lie on one another."""
+    figure.canvas.draw()
+    renderer = figure.canvas.get_renderer()
+    boxes = []
+    for axes in figure.axes:
+        texts = [axes.title, axes.xaxis.label, axes.yaxis.label]
+        for axis in (axes.xaxis, axes.yaxis):
+            low, high = sorted(axis.get_view_interval())
+            texts += [tick.label1 for tick in axis.get_major_ticks() if low <= tick.get_loc() <= high]
+            texts += [tick.label2 for tick in axis.get_major_ticks() if low <= tick.get_loc() <= high]
+        boxes += [(text.get_text(), text.get_window_extent(renderer)) for text in texts if text.get_visible()]
+    boxes += [("legend", legend.get_window_extent(renderer)) for legend in figure.legends]
+    boxes = [(text, box.shrunk(0.97, 0.97)) for text, box in boxes if text.strip()]
+    outside = [(text, "off the page") for text, box in boxes if box.x0 < figure.bbox.x0 or box.x1 > figure.bbox.x1]
+    return outside + [(a, b) for (a, one), (b, two) in itertools.combinations(boxes, 2) if one.overlaps(two)]
+
+
+# ---- slices ------------------------------------------------------------------------------------------------------------
+
+
+def test_slice_shows_the_maps_numbers_and_units(ds):
+    ax = ks.plot.slice(ds, "twist:x", x="rx", y="ry", z=0.5)
+    mesh = ax.collections[0]
+    expected = ks.indices.quantity(ds, "twist:x").sel(z=0.5).values.T * 1e6
+    np.testing.assert_allclose(mesh.get_array().filled(np.nan), expected, rtol=1e-14)
+    corners = mesh.get_coordinates()
+    np.testing.assert_allclose((corners[:-1, :-1] + corners[1:, 1:])[0, :, 0] / 2, np.degrees(RX), atol=1e-12)
+    np.testing.assert_allclose((corners[:-1, :-1] + corners[1:, 1:])[:, 0, 1] / 2, np.degrees(RY), atol=1e-12)
+    assert (ax.get_xlabel(), ax.get_ylabel(), ax.get_title()) == ("rx [°]", "ry [°]", "z = 0.5 m")
+    assert ax.figure.axes[1].get_ylabel() == "displacement along x [µm]"
+    assert not overlaps(ax.figure)
+
+
+def test_slice_hatches_what_has_no_number_and_says_why(ds):
+    ax = ks.plot.slice(ds, "linear_sag", x="rx", y="ry", z=0.4)
+    hatched = {item.get_label(): item for item in ax.collections if isinstance(item, PolyCollection) and item.get_hatch()}
+    here = ds.sel(z=0.4)
+    expected = {
+        "unreachable": ((here.status == 2) & (here["mode"] != 1)).values,
+        "only another assembly mode": ((here.status == 2) & (here["mode"] == 1)).values,
+        "beyond joint limits": (here.status == 1).values,
+        "singular": (here.status == 3).values,
+    }
+    assert set(hatched) == set(expected) and all(where.any() for where in expected.values())
+    assert sorted(texts_of(ax.figure)) == sorted(expected)
+    assert len({item.get_hatch() for item in hatched.values()}) == 4
+    for name, where in expected.items():
+        inside = np.zeros_like(where)
+        for path in hatched[name].get_paths():
+            for i, j in np.ndindex(*where.shape):
+                inside[i, j] |= path.contains_point((np.degrees(RX[i]), np.degrees(RY[j])))
+        np.testing.assert_array_equal(inside, where, err_msg=name)
+    # legends show what the cells look like
+    for legend in ax.figure.legends:
+        for patch, text in zip(legend.get_patches(), legend.get_texts(), strict=True):
+            assert patch.get_hatch() == hatched[text.get_text()].get_hatch()
+    np.testing.assert_array_equal(ax.collections[0].get_array().mask.T, np.any(list(expected.values()), axis=0))
+
+
+def test_slice_with_poses_beyond_limits(ds):
+    ax = ks.plot.slice(ds, "linear_sag", x="rx", y="ry", z=0.6, beyond_limits=True)
+    assert "beyond joint limits" not in texts_of(ax.figure)
+    assert np.isfinite(ax.collections[0].get_array().filled(np.nan)[2, 0])
+
+
+def test_slice_takes_the_nearest_pose_and_says_which(ds):
+    assert ks.plot.slice(ds, "twist:x", x="rx", y="z", ry=np.radians(6)).get_title() == "ry = 5°"
+    ax = ks.plot.slice(ds, "twist:x", at={"rx": 0.0})
+    assert (ax.get_xlabel(), ax.get_ylabel(), ax.get_title()) == ("z [m]", "ry [°]", "rx = 0°")
+
+
+def test_what_the_sweep_held_stands_above_the_figure(ds):
+    held = ds.isel(z=1, drop=True).assign_coords(z=((), 0.45, {"units": "m"}), rod_diameter=((), 0.08))
+    assert ks.plot.slice(held, x="rx", y="ry").get_title() == "z = 0.45 m"
+    assert ks.plot.line(held, "twist:x", x="rx", ry=0.0).get_title() == "ry = 0°, z = 0.45 m"
+
+
+def test_slice_in_other_units_with_limits_of_colours(ds):
+    ax = ks.plot.slice(ds, "twist:ry", x="rx", y="ry", z=0.5, unit="deg", limits=(2e-5, 3e-5))
+    np.testing.assert_allclose(
+        ax.collections[0].get_array().filled(np.nan), np.degrees(ks.indices.quantity(ds, "twist:ry").sel(z=0.5).values.T)
+    )
+    assert ax.collections[0].get_clim() == (2e-5, 3e-5)
+    assert ax.figure.axes[1].get_ylabel() == "rotation about y [°]"
+    colorbar = ax.collections[0].colorbar
+    assert colorbar.extend == "max"  # some values are larger, none is smaller
+
+
+def test_slice_draws_constant_quantities_without_contours(ds):
+    ax = ks.plot.slice(ds, "twist:rz", x="rx", y="ry", z=0.5)
+    assert ax.figure.axes[1].get_ylabel() == "rotation about z [rad]"
+    assert len(ax.texts) == 0
+
+
+@pytest.mark.parametrize(
+    "options, message",
+    [
+        ({"x": "rx", "y": "ry"}, r"z has 4 values, from z = 0.3 m to z = 0.6 m: say at which, z=…"),
+        ({"x": "rx", "y": "rx", "z": 0.5}, "must be different"),
+        ({"x": "rx", "y": "rz", "z": 0.5}, "'rz' is not swept: did you mean"),
+        ({"x": "rx", "y": "ry", "z": 0.8}, "z = 0.8 m is outside the map, which goes from 0.3 to 0.6 m"),
+        ({"x": "rx", "y": "ry", "z": float("nan")}, "outside the map"),
+        ({"x": "rx", "y": "z", "at": {"rx": 0.0, "ry": 0.0}}, "rx is an axis of the figure"),
+        ({"at": {"rx": 0.0, "ry": 0.0}}, "a slice needs two coordinates with several values; not fixed are: z"),
+        ({"x": "rx", "y": "ry", "z": 0.5, "unit": "kN"}, "unit 'kN' is not one for values in m: m, mm, µm"),
+    ],
+)
+def test_slices_that_make_no_sense(ds, options, message):
+    with pytest.raises(ks.ArgumentError, match=message):
+        ks.plot.slice(ds, "linear_sag", **options)
+
+
+def test_a_slice_without_any_number_says_why(ds):
+    with pytest.raises(ks.ArgumentError, match=r"no pose of this slice has a number \(unreachable\)"):
+        ks.plot.slice(ds.assign(status=ds.status * 0 + 2).drop_vars("mode"), x="rx", y="ry", z=0.5)
+
+
+def test_slice_over_names(ds):
+    named = ds.isel(ry=3, drop=True).rename(z="material").assign_coords(material=["steel", "brass", "oak", "ash"])
+    ax = ks.plot.slice(named, "twist:x", x="rx", y="material")
+    assert [text.get_text() for text in ax.get_yticklabels()] == ["steel", "brass", "oak", "ash"]
+    assert ks.plot.line(named, "twist:x", at={"material": "oak"}).get_title() == "material = oak"
+    with pytest.raises(ks.ArgumentError, match="no material 'gold'"):
+        ks.plot.line(named, "twist:x", at={"material": "gold"})
+
+
+def test_a_lazy_map_is_computed_only_where_it_is_shown(ds):
+    array = pytest.importorskip("dask.array")
+    seen = []
+
+    def note(block, block_info=None):
+        if block_info:
+            seen.append(block_info[0]["chunk-location"][0])
+        return block
+
+    lazy = ds.chunk({"z": 1})
+    twist = array.map_blocks(note, lazy.twist.data, dtype=float, meta=np.empty((0,) * 4))
+    ax = ks.plot.slice(lazy.assign(twist=lazy.twist.copy(data=twist)), "linear_sag", x="rx", y="ry", z=0.5)
+    assert set(seen) == {2}
+    reference = ks.plot.slice(ds, "linear_sag", x="rx", y="ry", z=0.5)
+    np.testing.assert_allclose(*(item.collections[0].get_array().filled(0) for item in (ax, reference)), rtol=1e-14)
+
+
+# ---- azimuth and tilt --------------------------------------------------------------------------------------------------
+
+AZIMUTH = np.radians(np.arange(-180, 180, 30))
+TILT = np.radians(np.arange(0, 50, 10))
+
+
+@pytest.fixture(scope="module")
+def tilts():
+    """A map over azimuth and tilt, all numbers different, a few poses out of reach at the rim."""
+    turn, tilt, z = np.meshgrid(AZIMUTH, TILT, [0.4, 0.5], indexing="ij")
+    status = np.zeros(turn.shape, np.int8)
+    status[(tilt > 0.6) & (np.cos(3 * turn) > 0.5)] = ks.Status.UNREACHABLE
+    twist = 1e-6 * np.stack([turn + 10 * tilt + z] * 6, axis=-1)
+    twist[status > 0] = np.nan
+    return map_of(
+        {"azimuth": (AZIMUTH, "rad"), "tilt": (TILT, "rad"), "z": ([0.4, 0.5], "m")},
+        twist=twist,
+        compliance=np.eye(6) * 1e-7,
+        status=status,
+    )
+
+
+def cell_at(ax, azimuth, tilt):
+    """Return what a polar slice shows at a place [°], and whether it is hatched there."""
+    mesh = ax.collections[0]
+    x, y = mesh.get_coordinates()[0, :, 0], mesh.get_coordinates()[:, 0, 1]
+    column = np.searchsorted(x, np.radians(azimuth)) - 1
+    if column < 0:
+        column = np.searchsorted(x, np.radians(azimuth + 360)) - 1
+    value = mesh.get_array().filled(np.nan)[np.searchsorted(y, tilt) - 1, column % (len(x) - 1)]
+    # what lies over one another on the page, wherever the turn is cut
+    page = ax.transData.transform((np.radians(azimuth), tilt))
+    areas = [item for item in ax.collections if isinstance(item, PolyCollection) and item.get_hatch()]
+    return value, any(
+        item.get_transform().transform_path(path).contains_point(page) for item in areas for path in item.get_paths()
+    )
+
+
+@pytest.mark.parametrize("names", [("azimuth", "tilt"), ("tilt", "azimuth"), (None, None)])
+def test_azimuth_goes_round_and_tilt_outwards(tilts, names):
+    ax = ks.plot.slice(tilts, "twist:x", *names, z=0.5)
+    assert ax.name == "polar"
+    expected = ks.indices.quantity(tilts, "twist:x").sel(z=0.5).values * 1e6
+    ax.figure.draw_without_rendering()
+    for i, j in np.ndindex(*expected.shape):
+        # near all four borders of the cell: it is where its pose is, and as wide as half the way to its neighbours
+        for across, out in itertools.product((-14.9, 0.0, 14.9), (-4.9, 4.9) if j else (0.1, 4.9)):
+            value, hatched = cell_at(ax, np.degrees(AZIMUTH[i]) + across, np.degrees(TILT[j]) + out)
+            np.testing.assert_allclose(value, expected[i, j], rtol=1e-14)
+            assert hatched == np.isnan(expected[i, j])
+    assert ax.get_thetamin() == 0 and ax.get_thetamax() == 360 and ax.get_rmax() == pytest.approx(45)
+    # 0° to the right, 90° upwards
+    (right, middle), (over, top) = ax.transData.transform([(0.0, 40.0), (np.pi / 2, 40.0)])
+    assert right > over and top > middle
+    assert ax.get_xlabel() == "azimuth round, tilt outwards [°]" and ax.get_title() == "z = 0.5 m"
+    assert ax.figure.axes[1].get_ylabel() == "displacement along x [µm]"
+    assert [text.get_text() for text in ax.get_xticklabels()] == ["0°", "45°", "90°", "135°", "180°", "−135°", "−90°", "−45°"]
+    names = [text.get_text() for tick, text in zip(ax.get_yticks(), ax.get_yticklabels(), strict=True) if tick <= 45]
+    assert names == ["10°", "20°", "30°", "40°"]
+    assert "unreachable" in texts_of(ax.figure)
+
+
+def test_round_slices_have_round_cells(tilts):
+    ax = ks.plot.slice(tilts, "twist:x", z=0.5)
+    corners = ax.collections[0].get_coordinates()
+    assert np.degrees(np.diff(corners[0, :, 0])).max() <= 2 + 1e-9  # Matplotlib draws sides straight
+    assert corners[:, 0, 1].min() == 0
+    (area,) = (item for item in ax.collections if item.get_hatch())
+    for path in area.get_paths():
+        assert np.degrees(np.abs(np.diff(path.vertices[: len(path.vertices) // 2, 0]))).max() <= 2 + 1e-9
+
+
+def test_lines_of_equal_value_go_all_the_way_round(tilts):
+    level = tilts.assign(twist=tilts.twist * 0 + 1e-6 * tilts.tilt).where(tilts.tilt < 0.6)
+    ax = ks.plot.slice(level.assign(status=tilts.status), "twist:x", z=0.5, contours=3)
+    (lines,) = (item for item in ax.collections if type(item).__name__ == "QuadContourSet")
+    for path in lines.get_paths():
+        assert np.ptp(path.vertices[:, 0]) == pytest.approx(2 * np.pi)
+
+
+def test_a_sector_is_a_sector_and_a_turn_that_ends_where_it_begins_is_one(tilts):
+    part = tilts.isel(azimuth=slice(6, 10))  # 0 to 90°
+    ax = ks.plot.slice(part, "twist:x", z=0.5)
+    assert (ax.get_thetamin(), ax.get_thetamax()) == pytest.approx((-15, 105))
+    assert [text.get_text() for text in ax.get_xticklabels()] == ["−15°", *(f"{k}°" for k in range(0, 106, 15))]
+    closed = np.append(AZIMUTH, np.pi)
+    both = tilts.sel(azimuth=np.append(AZIMUTH, AZIMUTH[0])).assign_coords(azimuth=("azimuth", closed, {"units": "rad"}))
+    ax = ks.plot.slice(both, "twist:x", z=0.5)
+    x = ax.collections[0].get_coordinates()[0, :, 0]
+    np.testing.assert_allclose(x[[0, -1]], [-np.pi, np.pi])  # the pose at ±180° has half a cell on either side
+    uneven = tilts.isel(azimuth=[0, 4, 8, 11])  # -180°, -60°, 60°, 150°
+    x = ks.plot.slice(uneven, "twist:x", z=0.5).collections[0].get_coordinates()[0, :, 0]
+    np.testing.assert_allclose(np.degrees(x[[0, -1]]), [-195, 165])
+
+
+def test_what_does_not_go_round_is_rectangular(tilts):
+    for other in (
+        tilts.assign_coords(tilt=("tilt", TILT - 0.2, {"units": "rad"})),
+        tilts.assign_coords(azimuth=("azimuth", AZIMUTH * 1.5, {"units": "rad"})),
+    ):
+        assert ks.plot.slice(other, "twist:x", z=0.5).name == "rectilinear"
+        with pytest.raises(ks.ArgumentError, match="the tilts 0 or more and the azimuths within one turn"):
+            ks.plot.slice(other, "twist:x", z=0.5, polar=True)
+    ax = ks.plot.slice(tilts, "twist:x", z=0.5, polar=False)
+    assert (ax.name, ax.get_xlabel(), ax.get_ylabel()) == ("rectilinear", "azimuth [°]", "tilt [°]")
+    assert ks.plot.slice(tilts, "twist:x", x="azimuth", y="z", tilt=0.2).name == "rectilinear"
+    with pytest.raises(ks.ArgumentError, match="this one is of azimuth and z"):
+        ks.plot.slice(tilts, "twist:x", x="azimuth", y="z", tilt=0.2, polar=True)
+
+
+def test_the_axes_that_are_given_decide(tilts):
+    figure = plt.figure(layout="constrained")
+    flat, round_ = figure.add_subplot(1, 2, 1), figure.add_subplot(1, 2, 2, projection="polar")
+    for ax in (flat, round_):
+        assert ks.plot.slice(tilts, "twist:x", z=0.5, ax=ax) is ax
+    assert flat.get_xlabel() == "azimuth [°]" and round_.get_xlabel() == "azimuth round, tilt outwards [°]"
+    with pytest.raises(ks.ArgumentError, match="axes made with projection='polar'"):
+        ks.plot.slice(tilts, "twist:x", z=0.5, polar=True, ax=flat)
+    for options in ({"polar": False, "z": 0.5}, {"x": "azimuth", "y": "z", "tilt": 0.2}):
+        with pytest.raises(ks.ArgumentError, match="axes without projection='polar'"):
+            ks.plot.slice(tilts, "twist:x", ax=round_, **options)
+
+
+# ---- lines -------------------------------------------------------------------------------------------------------------
+
+
+def test_lines_show_the_maps_numbers(ds):
+    ax = ks.plot.line(ds, ["twist:x", "twist:y", "twist:z"], x="rx", z=0.5, ry=0.0)
+    for line, name in zip(ax.get_lines(), ["twist:x", "twist:y", "twist:z"], strict=True):
+        np.testing.assert_allclose(line.get_xdata(), np.degrees(RX), rtol=1e-14)
+        expected = ks.indices.quantity(ds, name).sel(z=0.5, ry=0.0, method="nearest").values * 1e6
+        np.testing.assert_allclose(line.get_ydata(), expected, rtol=1e-14)
+    assert np.isnan(ax.get_lines()[0].get_ydata()[0])  # beyond a limit
+    assert (ax.get_xlabel(), ax.get_ylabel(), ax.get_title()) == ("rx [°]", "displacement [µm]", "z = 0.5 m, ry = 0°")
+    assert texts_of(ax.figure) == [
+        "displacement along x",
+        "displacement along y",
+        "displacement along z",
+        "beyond joint limits",
+    ]
+    assert not overlaps(ax.figure)
+
+
+def test_the_ways_of_gravity_are_drawn():
+    """At a tilt of 10° platform −22.0, attached −2.2, deformation −49.9 nm, see test_mechanism_contributions.py."""
+    platform = {"z": 0.5, "azimuth": np.radians(-170), "tilt": np.radians([0, 10, 20])}
+    ds = ks.sweep("3rps", platform, orientation="tilt_torsion", gravity=(0, 0, -9.8), ways=True)
+    ways = [f"gravity_way:{way}:z" for way in ("platform_weight", "attached", "deformation")]
+    drive = [f"actuator_gravity_way:prismatic_1:{way}" for way in ("platform_weight", "attached", "deformation")]
+    assert {*ways, *drive, "actuator_contribution:prismatic_3:limb_1"} < set(ks.indices.names(ds))
+    ax = ks.plot.line(ds, ways, x="tilt", unit="nm")
+    assert [line.get_ydata()[1] for line in ax.get_lines()] == pytest.approx([-22.0350, -2.2028, -49.8725], abs=1e-3)
+    said = ("platform weight", "attached wrenches", "deformation")
+    assert texts_of(ax.figure) == [f"displacement along z by {name}" for name in said]
+    assert ax.get_ylabel() == "displacement along z [nm]"
+    ax = ks.plot.line(ds, drive, x="tilt")
+    assert texts_of(ax.figure) == [f"force of prismatic_1 by {name}" for name in said]
+    assert ax.get_ylabel() == "force of prismatic_1 [N]"
+    np.testing.assert_array_equal(ax.get_lines()[2].get_ydata(), 0)  # not what rounding has left
+    assert ax.get_lines()[1].get_ydata()[1] > 300
+    with pytest.raises(ks.ArgumentError, match="no way 'atached': did you mean 'attached'"):
+        ks.plot.line(ds, "gravity_way:atached:z")
+    with pytest.raises(ks.ArgumentError, match=r"does not say how gravity acts; sweep with ways=True \(--ways\)"):
+        ks.plot.line(ds.drop_dims("way"), "gravity_way:attached:z")
+
+
+def test_ranges_without_numbers_are_hatched(ds):
+    ax = ks.plot.line(ds, "linear_sag", x="rx", z=0.5, ry=RY[0])
+    (area,) = (item for item in ax.collections if item.get_label() == "unreachable")
+    inside = [any(path.contains_point((x, 0.5)) for path in area.get_paths()) for x in np.degrees(RX)]
+    here = ds.sel(z=0.5).isel(ry=0)
+    np.testing.assert_array_equal(inside, (here.status == 2) & (here["mode"] != 1))
+    assert area.get_hatch()
+
+
+def test_a_series_has_a_line_for_each_value(ds):
+    ax = ks.plot.line(ds, "largest_actuator_force", x="rx", series="z", ry=0.0)
+    assert texts_of(ax.figure)[:4] == ["z = 0.3 m", "z = 0.4 m", "z = 0.5 m", "z = 0.6 m"]
+    assert ax.get_ylabel() == "largest actuator force [N]"
+    expected = ks.indices.largest_actuator_force(ds).sel(ry=0.0, method="nearest").values
+    for line, row in zip(ax.get_lines(), expected, strict=True):
+        np.testing.assert_allclose(line.get_ydata(), row, rtol=1e-14)
+
+
+def test_lines_differ_without_colour(ds):
+    lines = ks.plot.line(ds, [f"twist:{c}" for c in "xyz"], x="z", rx=0.0, ry=0.0).get_lines()
+    for get in ("get_marker", "get_linestyle"):
+        assert len({str(getattr(line, get)()) for line in lines}) == 3 or get == "get_linestyle"
+    assert len({str(line._unscaled_dash_pattern) for line in lines}) == 3
+    assert len(set(MARKERS)) == len(set(map(str, DASHES))) == 6
+    greys = [np.dot(to_rgba(line.get_color())[:3], [0.2126, 0.7152, 0.0722]) for line in lines]
+    assert np.all(np.diff(greys) > 0.15)
+
+
+@pytest.mark.parametrize(
+    "what, options, message",
+    [
+        (["twist:x", "twist:rx"], {"x": "rx", "z": 0.5, "ry": 0}, "quantities in m and rad do not go into one figure"),
+        ([], {}, "one to 6 quantities"),
+        (["twist:x", "twist:y"], {"series": "z", "x": "rx", "ry": 0}, "a series shows one"),
+        ("twist:x", {"series": "z", "x": "z", "rx": 0, "ry": 0}, "z cannot be the axis and the series"),
+        ("twist:x", {"x": "rx", "z": 0.5}, "ry has 7 values"),
+        ("twist:x", {"z": 0.5, "rx": 0, "ry": 0}, "a line needs one coordinate with several values; not fixed are: none"),
+    ],
+)
+def test_lines_that_make_no_sense(ds, what, options, message):
+    with pytest.raises(ks.ArgumentError, match=message):
+        ks.plot.line(ds, what, **options)
+
+
+# ---- surfaces ----------------------------------------------------------------------------------------------------------
+
+
+def faces(ax):
+    """Return the corners (m, 4, 3) of the first collection of axes."""
+    collection = ax.collections[0]
+    assert isinstance(collection, Poly3DCollection)
+    return np.asarray(collection._faces)
+
+
+def quads_of(values):
+    good = np.isfinite(values)
+    return int((good[:-1, :-1] & good[1:, :-1] & good[:-1, 1:] & good[1:, 1:]).sum())
+
+
+def test_surfaces_have_the_maps_numbers_at_their_corners(ds):
+    ax = ks.plot.surface(ds, "twist:x", x="rx", y="ry", over={"z": [0.3, 0.6]})
+    values = ks.indices.quantity(ds, "twist:x")
+    shown = faces(ax)
+    assert len(shown) == sum(quads_of(values.sel(z=z).values) for z in (0.3, 0.6)) > 0
+    there = {tuple(np.round(corner, 9)) for corner in shown.reshape(-1, 3)}
+    expected = set()
+    for z in (0.3, 0.6):
+        here = values.sel(z=z).values
+        for i, j in np.argwhere(np.isfinite(here)):
+            expected.add(tuple(np.round([np.degrees(RX[i]), np.degrees(RY[j]), here[i, j] * 1e6], 9)))
+    assert there <= expected and len(there) > 0.9 * len(expected)
+    assert (ax.get_xlabel(), ax.get_ylabel(), ax.get_title()) == ("rx [°]", "ry [°]", "displacement along x [µm]")
+    assert texts_of(ax.figure)[:2] == ["z = 0.3 m", "z = 0.6 m"]
+    assert {"unreachable", "beyond joint limits"} <= set(texts_of(ax.figure))
+
+
+def test_surfaces_are_named_by_what_tells_them_apart(ds):
+    """And not by what is the same for all of them."""
+    held = ds.assign_coords(x=((), 0.25, {"units": "m"})).expand_dims(y=[0.1])
+    held["y"].attrs["units"] = "m"
+    ax = ks.plot.surface(held.transpose("y", ...), "twist:x", x="rx", y="ry", over={"z": [0.3, 0.58]})
+    assert texts_of(ax.figure)[:2] == ["z = 0.3 m", "z = 0.6 m"]
+    assert ax.get_title() == "displacement along x [µm], y = 0.1 m, x = 0.25 m"
+    ax = ks.plot.line(held, "twist:x", x="rx", series="z", ry=0.0)
+    assert texts_of(ax.figure)[:4] == ["z = 0.3 m", "z = 0.4 m", "z = 0.5 m", "z = 0.6 m"]
+    assert ax.get_title() == "ry = 0°, y = 0.1 m, x = 0.25 m"
+
+
+def test_surfaces_over_the_coordinate_that_is_left(ds):
+    ax = ks.plot.surface(ds, "actuator_force:p1")
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("rx [°]", "ry [°]")
+    assert texts_of(ax.figure)[:4] == ["z = 0.3 m", "z = 0.4 m", "z = 0.5 m", "z = 0.6 m"]
+    other = ks.plot.surface(ds, "actuator_force:p1", x="z", y="ry", over="rx")
+    assert [text for text in texts_of(other.figure) if text.startswith("rx")] == [
+        f"rx = {angle}°" for angle in ("−20", "−10", "0", "10", "20")
+    ]
+
+
+def test_one_surface_has_a_colour_bar(ds):
+    ax = ks.plot.surface(ds, "linear_sag", x="rx", y="ry", z=0.5)
+    assert ax.get_title() == "z = 0.5 m"
+    assert ax.figure.axes[1].get_ylabel() == "linear sag [µm]"
+    assert len(faces(ax)) == quads_of(ks.indices.linear_sag(ds).sel(z=0.5).values)
+    floor = [item for item in ax.collections[1:] if isinstance(item, Poly3DCollection)]
+    assert sum(len(item._faces) for item in floor) == int(np.isnan(ks.indices.linear_sag(ds).sel(z=0.5)).sum())
+
+
+@pytest.mark.parametrize(
+    "options, message",
+    [
+        ({"x": "rx", "y": "ry", "over": "rx"}, "rx cannot be an axis"),
+        ({"x": "rx", "y": "ry", "over": {"z": [0.3], "rx": [0]}}, "over= takes one coordinate"),
+        ({"x": "rx", "y": "ry", "over": {"z": [0.9]}}, "outside the map"),
+        ({"at": {"z": 0.3, "rx": 0}}, "a surface needs two coordinates"),
+    ],
+)
+def test_surfaces_that_make_no_sense(ds, options, message):
+    with pytest.raises(ks.ArgumentError, match=message):
+        ks.plot.surface(ds, "twist:x", **options)
+    with pytest.raises(ks.ArgumentError, match="projection='3d'"):
+        ks.plot.surface(ds, "twist:x", ax=plt.figure().add_subplot())
+
+
+# ---- workspaces --------------------------------------------------------------------------------------------------------
+
+
+def test_outer_faces_of_cells():
+    cells = np.zeros((3, 3, 3), bool)
+    cells[0, 1, 2] = True
+    assert {tuple(node) for node in outer_faces(cells).reshape(-1, 3)} == set(itertools.product((0, 1), (1, 2), (2, 3)))
+    assert len(outer_faces(cells)) == 6
+    cells[1, 1, 2] = True  # a neighbour: they share a face
+    assert len(outer_faces(cells)) == 10
+    assert len(outer_faces(np.ones((2, 3, 4), bool))) == 2 * (2 * 3 + 3 * 4 + 2 * 4)
+    # every face is a square of four different nodes that differ in two directions
+    for face in outer_faces(cells):
+        assert len({tuple(node) for node in face}) == 4 and np.ptp(face, axis=0).sum() == 2
+
+
+def test_cells_need_eight_good_corners():
+    good = np.ones((3, 4, 5), bool)
+    assert cells_of(good).all() and cells_of(good).shape == (2, 3, 4)
+    good[1, 1, 1] = False
+    assert cells_of(good).sum() == 24 - 8
+
+
+def test_workspace_is_the_body_of_valid_poses(ds):
+    ax = ks.plot.workspace(ds, "linear_sag", cut=False)
+    sag = ks.indices.linear_sag(ds)
+    values = sag.transpose("rx", "ry", "z").values
+    expected = outer_faces(cells_of(np.isfinite(values)))
+    shown = faces(ax)
+    assert len(shown) == len(expected) > 0
+    grid = np.stack(np.meshgrid(np.degrees(RX), np.degrees(RY), Z, indexing="ij"), axis=-1)
+    np.testing.assert_allclose(shown, grid[tuple(np.moveaxis(expected, -1, 0))], rtol=1e-12)
+    assert (ax.get_xlabel(), ax.get_ylabel(), ax.get_zlabel()) == ("rx [°]", "ry [°]", "z [m]")
+    bar = ax.figure.axes[1]
+    assert bar.get_ylabel() == "linear sag [µm]"
+    means = values[tuple(np.moveaxis(expected, -1, 0))].mean(axis=1) * 1e6
+    np.testing.assert_allclose(bar.get_ylim(), (means.min(), means.max()), rtol=1e-12)
+    (note,) = texts_of(ax.figure)
+    part = 100 * float((ds.status == 1).mean())
+    assert note.startswith("not drawn: ") and f"beyond joint limits {part:.2g} %" in note and "unreachable" in note
+
+
+def test_workspace_cut_open(ds):
+    whole, cut = (ks.plot.workspace(ds, "linear_sag", cut=cut) for cut in (False, True))
+    corner = np.array([np.degrees(RX[-2]), np.degrees(RY[1]), 0.6])  # towards the viewer
+    shown = ks.plot.workspace(ds, "linear_sag", limits=(0, 1e-9))
+    assert shown.figure.axes[1].get_ylim() == (0, 1e-9)
+    gap = [np.abs(faces(ax) - corner).max(axis=-1).min() for ax in (whole, cut)]
+    assert gap[0] < 1e-9 < gap[1]
+
+
+def test_workspace_of_drives_is_shown_where_o_is(ds):
+    driven = ds.rename(z="p_1", rx="p_2", ry="p_3")
+    ax = ks.plot.workspace(driven, "linear_sag", cut=False)
+    assert (ax.get_xlabel(), ax.get_ylabel(), ax.get_zlabel()) == ("x [m]", "y [m]", "z [m]")
+    reach = faces(ax).reshape(-1, 3)
+    good = np.isfinite(ks.indices.linear_sag(driven))
+    np.testing.assert_allclose(reach[:, 2].max(), 0.6)
+    assert reach[:, 0].max() <= RX[np.any(good, axis=(0, 2))].max() + 1e-12
+    explicit = ks.plot.workspace(ds, "linear_sag", ["x", "y", "z"], cut=False)
+    np.testing.assert_allclose(np.sort(faces(explicit), axis=None), np.sort(faces(ax), axis=None))
+
+
+@pytest.mark.parametrize(
+    "options, message",
+    [
+        ({"axes": ("rx", "ry")}, "three axes, not 2"),
+        ({"axes": ("rx", "ry", "w")}, "'rx' is neither swept nor|'w' is neither"),
+        ({"z": 0.5}, "a workspace needs three coordinates"),
+    ],
+)
+def test_workspaces_that_make_no_sense(ds, options, message):
+    with pytest.raises(ks.ArgumentError, match=message):
+        ks.plot.workspace(ds, **options)
+    with pytest.raises(ks.ArgumentError, match="no cell of the map"):
+        ks.plot.workspace(ds.assign(status=ds.status * 0 + 2))
+
+
+# ---- little to show ----------------------------------------------------------------------------------------------------
+
+
+def test_one_row_has_one_name(ds, tilts):
+    row = ds.isel(z=[2], ry=[1])
+    ax = ks.plot.slice(row, "twist:x", x="rx", y="z")
+    assert [text.get_text() for text in ax.get_yticklabels()] == ["0.5"] and ax.get_title() == "ry = −10°"
+    ax = ks.plot.line(row, "twist:x")
+    assert ax.get_title() == "z = 0.5 m, ry = −10°"
+    with pytest.raises(ks.ArgumentError, match="ry has one value, and a surface needs several along both"):
+        ks.plot.surface(row, "twist:x", x="rx", y="ry")
+    ax = ks.plot.slice(tilts.isel(tilt=[2]), "twist:x", z=0.5, x="azimuth", y="tilt")
+    assert [text.get_text() for text in ax.get_yticklabels()] == ["20°"]
+
+
+def test_one_pose_is_a_number(ds):
+    ax = ks.plot.slice(ds.isel(z=[2], rx=[4], ry=[3]), "twist:x", x="rx", y="z")
+    bar = ax.figure.axes[1]
+    assert bar.get_yticks() == pytest.approx([500.0]) and bar.get_ylabel() == "displacement along x [nm]"
+
+
+def test_what_rounding_leaves_of_0_is_0(ds):
+    noise = ds.twist.copy(deep=True)
+    noise[..., 5] = 1e-22 * np.random.default_rng(2).normal(size=noise.shape[:-1])
+    noise[..., 1] *= 1e-9
+    noisy = ds.assign(twist=noise.where(ds.twist.notnull()))
+    shown = ks.plot.slice(noisy, "twist:rz", x="rx", y="ry", z=0.5).collections[0].get_array()
+    assert np.all(shown.compressed() == 0) and shown.mask.any()
+    small = ks.plot.slice(noisy, "twist:y", x="rx", y="ry", z=0.5).collections[0].get_array()  # small, but there
+    assert np.ptp(small.compressed()) > 0
+    assert np.all(ks.plot.line(noisy, ["twist:rx", "twist:rz"], x="rx", z=0.5, ry=0.0).get_lines()[1].get_ydata()[2:-2] == 0)
+
+
+def test_a_flat_body_is_drawn(ds, recwarn):
+    flat = ds.assign(platform_pose=ds.platform_pose * xr_one(ds)).rename(z="p_1", rx="p_2", ry="p_3")
+    ax = ks.plot.workspace(flat, "linear_sag", cut=False)
+    assert np.ptp(faces(ax)[..., 0]) == 0 and np.ptp(ax.get_xlim()) > 0 and not recwarn.list
+
+
+def xr_one(ds):
+    """Return factors that leave all positions but x."""
+    return (ds.platform_coordinate != "x").astype(float)
+
+
+# ---- values far beyond all others --------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def spike(ds):
+    """The map with one pose beside a singularity."""
+    twist = ds.twist.copy(deep=True)
+    twist[2, 4, 3] = 0.5
+    return ds.assign(twist=twist)
+
+
+def test_one_pose_beside_a_singularity_does_not_take_all_colours(ds, spike):
+    ax = ks.plot.slice(spike, "twist:x", x="rx", y="ry", z=0.5)
+    others = ks.indices.quantity(ds, "twist:x").sel(z=0.5).values * 1e6
+    low, high = ax.collections[0].get_clim()
+    assert low == pytest.approx(np.nanmin(others)) and np.nanquantile(others, 0.9) < high < 1.2 * np.nanmax(others)
+    assert ax.collections[0].colorbar.extend == "max"
+    assert ax.figure.axes[1].get_ylabel() == "displacement along x [µm], up to 5e+05"  # and it says so
+    assert ax.collections[0].get_array().max() == pytest.approx(5e5)
+    ax = ks.plot.slice(spike, "twist:x", x="rx", y="ry", z=0.5, limits=(0, 500), unit="mm")
+    assert ax.collections[0].get_clim() == (0, 500) and ax.figure.axes[1].get_ylabel() == "displacement along x [mm]"
+
+
+def test_one_pose_beside_a_singularity_does_not_flatten_surfaces(ds, spike):
+    ax = ks.plot.surface(spike, "twist:x", x="rx", y="ry", z=0.5)
+    most = np.nanmax(ks.indices.quantity(ds, "twist:x").sel(z=0.5).values) * 1e6
+    assert faces(ax)[..., 2].max() < 1.2 * most
+    bar = ax.figure.axes[1]
+    assert bar.get_ylabel() == "displacement along x [µm], up to 5e+05"
+    ax = ks.plot.surface(spike, "twist:x", x="rx", y="ry", over={"z": [0.3, 0.5]}, limits=None)
+    assert ax.get_title() == "displacement along x [µm], up to 5e+05" and faces(ax)[..., 2].max() < 1.2 * most
+    ax = ks.plot.surface(ds, "twist:x", x="rx", y="ry", z=0.5, limits=(0, 1))
+    assert faces(ax)[..., 2].min() == 0 and faces(ax)[..., 2].max() == 1
+    assert "up to" not in ax.figure.axes[1].get_ylabel()
+
+
+def test_ranges():
+    rng = np.random.default_rng(1)
+    smooth = rng.normal(size=1000)
+    assert main_range(smooth) == (smooth.min(), smooth.max())
+    low, high = main_range(np.append(smooth, [1e3, -1e4]))
+    assert -3 < low < -1 and 1 < high < 3
+    few = np.array([0.0, 1.0, 1e6])
+    assert main_range(few) == (0, 1e6)
+    assert main_range(np.append(np.zeros(999), 1.0)) == (0, 1)
+
+
+@pytest.mark.parametrize("limits", [(2, 1), (1, 1), (0, np.inf), (1,), "ab"])
+@pytest.mark.parametrize("kind", ["slice", "surface", "workspace"])
+def test_limits_that_are_no_range(ds, kind, limits):
+    with pytest.raises(ks.ArgumentError, match="must be two numbers, the smaller one first"):
+        getattr(ks.plot, kind)(ds, "twist:x", limits=limits)
+
+
+def test_grids_in_any_order_are_drawn_sorted(ds):
+    mixed = ds.isel(rx=[3, 0, 8, 1, 2, 7, 6, 5, 4], ry=slice(None, None, -1))
+    one, two = (ks.plot.slice(item, "twist:x", x="rx", y="ry", z=0.5).collections[0] for item in (ds, mixed))
+    np.testing.assert_array_equal(one.get_array().filled(-1), two.get_array().filled(-1))
+    np.testing.assert_array_equal(one.get_coordinates(), two.get_coordinates())
+    one, two = (ks.plot.line(item, "twist:x", x="rx", z=0.5, ry=0.0).get_lines()[0] for item in (ds, mixed))
+    np.testing.assert_array_equal(one.get_xydata(), two.get_xydata())
+
+
+def test_numbers_of_lines_stay_on_the_axes():
+    grid = {"x": (np.linspace(-0.5, 0.5, 21), "m"), "y": (np.linspace(-0.5, 0.5, 31), "m")}
+    twist = np.zeros((21, 31, 6))
+    twist[..., 0] = 1e-6 * np.linspace(0, 300, 31)
+    ax = ks.plot.slice(map_of(grid, twist=twist, compliance=np.eye(6)), "twist:x")
+    ax.figure.draw_without_rendering()
+    boxes = [text.get_window_extent() for text in ax.texts]
+    assert len(boxes) >= 4
+    for box in boxes:
+        assert ax.bbox.x0 <= box.x0 and box.x1 <= ax.bbox.x1 and ax.bbox.y0 <= box.y0 and box.y1 <= ax.bbox.y1
+
+
+@pytest.mark.parametrize("names, height, same", [("xy", 0.5, True), ("zx", 2.0, True), ("xy", 9.0, False), ("xq", 0.5, False)])
+def test_positions_in_space_are_drawn_as_they_are(names, height, same):
+    grid = {names[0]: (np.linspace(0, 1, 11), "m"), names[1]: (np.linspace(0, height, 11), "m")}
+    twist = 1e-6 * np.arange(121.0).reshape(11, 11, 1)
+    ax = ks.plot.slice(map_of(grid, twist=twist, compliance=np.eye(6)), "twist:x")
+    ax.figure.draw_without_rendering()
+    (x0, y0), (x1, y1) = ax.transData.transform([(0, 0), (1, height)])
+    assert ((y1 - y0) / (x1 - x0) == pytest.approx(height, rel=1e-6)) == same
+    assert x1 - x0 > 0.35 * ax.figure.bbox.width  # and fill the page
+    assert not overlaps(ax.figure)
+
+
+def test_a_body_in_space_is_drawn_as_it_is(ds):
+    driven = ds.rename(z="p_1", rx="p_2", ry="p_3")
+    ax = ks.plot.workspace(driven, "linear_sag", cut=False)
+    size = np.ptp(faces(ax).reshape(-1, 3), axis=0)
+    np.testing.assert_allclose(ax._box_aspect / max(ax._box_aspect), size / size.max(), rtol=1e-9)
+    body = ks.plot.workspace(ds, "linear_sag")  # z over rx and ry: as the page likes it
+    assert not np.allclose(body._box_aspect, ax._box_aspect)
+
+
+def test_a_long_legend_does_not_squeeze_the_figure(ds):
+    heights = []
+    for what in ("twist:x", [f"twist:{c}" for c in "xyz"]):
+        ax = ks.plot.line(ds, what, x="rx", z=0.5, ry=RY[0])
+        ax.figure.draw_without_rendering()
+        heights.append(ax.bbox.height)
+    assert heights[1] > 0.8 * heights[0]
+
+
+def test_reasons_on_the_floor_are_told_apart(ds):
+    (legend,) = ks.plot.surface(ds, "twist:x", x="rx", y="ry", over={"z": [0.4]}).figure.legends
+    greys = {text.get_text(): patch.get_facecolor() for text, patch in zip(legend.get_texts(), legend.get_patches(), strict=True)}
+    floor = [greys[name] for name in ("unreachable", "beyond joint limits", "singular", "only another assembly mode")]
+    assert len(set(floor)) == 4
+
+
+# ---- units and looks ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "units, largest, expected",
+    [
+        ("m", 2.6e-5, (1e-6, "µm")),
+        ("m", 1e-6, (1e-6, "µm")),
+        ("m", 9.99e-7, (1e-9, "nm")),
+        ("m", 5e-12, (1e-9, "nm")),
+        ("m", 0.9, (1e-3, "mm")),
+        ("m", 3.0, (1.0, "m")),
+        ("rad", 1.3e-4, (1e-6, "µrad")),
+        ("N", 496.0, (1.0, "N")),
+        ("N", 4960.0, (1e3, "kN")),
+        ("N m", 12.0, (1.0, "N·m")),
+        ("N/m", 3e7, (1e6, "MN/m")),
+        ("N m/rad", 3e4, (1e3, "kN·m/rad")),
+        ("1", 0.01, (1.0, "1")),
+        ("Pa", 1.03e6, (1e6, "MPa")),
+        ("m/N", 3e-8, (1e-9, "nm/N")),
+        ("rad/(N m)", 3e-5, (1e-6, "µrad/(N·m)")),
+        ("N/rad", 3e5, (1e3, "kN/rad")),
+        ("furlong", 7.0, (1.0, "furlong")),
+        ("m", 0.0, (1.0, "m")),
+    ],
+)
+def test_units_that_people_read(units, largest, expected):
+    assert display_unit(units, [-largest, np.nan, largest / 3]) == expected
+
+
+def test_coordinates_are_in_degrees_and_metres(ds):
+    ax = ks.plot.line(ds, "platform_pose:rx", x="rx", z=0.5, ry=0.0)
+    assert ax.get_ylabel() == "platform pose rx [°]"
+    np.testing.assert_allclose(ax.get_lines()[0].get_ydata()[1:-1], np.degrees(RX)[1:-1], atol=1e-12)
+    assert ks.plot.line(ds, "platform_pose:z", x="z", rx=0.0, ry=0.0).get_ylabel() == "platform pose z [m]"
+    assert ks.plot.line(ds, "platform_pose:rx", x="rx", z=0.5, ry=0.0, unit="mrad").get_ylabel() == "platform pose rx [mrad]"
+
+
+def test_units_that_are_asked_for():
+    assert display_unit("rad", [1e-5], "deg") == (pytest.approx(np.pi / 180), "°")
+    assert display_unit("N/m", [1e7], "N/um") == (1e6, "N/µm")
+    assert coordinate_unit("m", [0.3, 0.6]) == (1.0, "m")
+    assert coordinate_unit("m", [0.05, 0.08]) == (1e-3, "mm")
+    assert coordinate_unit("rad", [0.1])[1] == "°"
+
+
+def test_colours_get_brighter_all_the_way():
+    rgb = matplotlib.colormaps[COLOURS](np.linspace(0, 1, 64))[:, :3]
+    grey = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4) @ [0.2126, 0.7152, 0.0722]
+    assert np.all(np.diff(grey) > 0) and grey[0] < 0.05 and grey[-1] > 0.6
+
+
+def test_edges_of_cells():
+    np.testing.assert_allclose(edges(np.array([1.0, 2.0, 4.0])), [0.5, 1.5, 3.0, 5.0])
+    np.testing.assert_allclose(edges(np.array([3.0])), [2.5, 3.5])
+
+
+@pytest.mark.parametrize("kind", ["slice", "line", "surface", "workspace"])
+def test_figures_are_written(ds, kind, tmp_path):
+    options = {"slice": {"x": "rx", "y": "ry", "z": 0.5}, "line": {"x": "rx", "z": 0.5, "ry": 0.1}}.get(kind, {})
+    for ending in ("svg", "pdf", "png"):
+        one, two = tmp_path / f"one.{ending}", tmp_path / f"two.{ending}"
+        ks.plot.save(getattr(ks.plot, kind)(ds, "linear_sag", **options), one, dpi=100)
+        ax = getattr(ks.plot, kind)(ds, "linear_sag", **options)
+        ks.plot.save(figure_of(ax), two, dpi=100)
+        assert one.read_bytes() == two.read_bytes(), ending  # no date, no random names
+    root = ElementTree.parse(tmp_path / "one.svg").getroot()
+    assert root.tag.endswith("svg")
+    # lines, not pixels, but for the ramp of the colour bar
+    assert len(list(root.iter("{http://www.w3.org/2000/svg}image"))) == (kind in ("slice", "workspace"))
+    assert (tmp_path / "one.pdf").read_bytes().startswith(b"%PDF")
+    assert plt.imread(tmp_path / "one.png").shape[0] > 100
+    with pytest.raises(ks.ArgumentError, match=r"written as \.pdf, \.svg, \.png"):
+        ks.plot.save(ax, tmp_path / "one.jpg")
+
+
+def test_figures_leave_matplotlibs_settings_alone(ds):
+    before = dict(matplotlib.rcParams)
+    ks.plot.slice(ds, x="rx", y="ry", z=0.5)
+    assert dict(matplotlib.rcParams) == before
+
+
+def test_panels_share_a_figure(ds):
+    figure, panels = plt.subplots(1, 2, layout="constrained", figsize=(7, 3))
+    for ax, z in zip(panels, (0.4, 0.5), strict=True):
+        assert ks.plot.slice(ds, x="rx", y="ry", z=z, ax=ax) is ax
+    assert len(texts_of(figure)) == len(set(texts_of(figure)))  # nothing is explained twice
+
+
+@pytest.mark.parametrize(
+    "missing, wanted, message",
+    [
+        ("matplotlib", "plot", "figures need Matplotlib: pip install 'kinetostatics[plot]'"),
+        ("xarray", "plot", "figures need xarray: pip install 'kinetostatics[plot]'"),
+        ("xarray", "indices", "workspace maps need xarray: pip install 'kinetostatics[sweep]'"),
+    ],
+)
+def test_what_is_not_installed_is_named(missing, wanted, message):
+    code = f"""
+        import sys
+        sys.modules[{missing!r}] = None
+        import kinetostatics as ks
+        try:
+            ks.{wanted}
+        except ks.KinetostaticsError as error:
+            print(error)
+    """
+    done = subprocess.run([sys.executable, "-c", textwrap.dedent(code)], capture_output=True, text=True, check=True)
+    assert done.stdout == message + "\n"
+
+
+# ---- the command -------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def stored(ds, tmp_path_factory):
+    pytest.importorskip("h5netcdf")
+    path = tmp_path_factory.mktemp("map") / "map.nc"
+    ds.to_netcdf(path, engine="h5netcdf")
+    return path
+
+
+def run(capsys, *arguments):
+    code = main(["plot", *map(str, arguments)])
+    captured = capsys.readouterr()
+    return code, captured.out, captured.err
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        "--what linear_sag --x rx --y ry --at z=500mm",
+        "--kind surface --what twist:x --x rx --y ry --over z --unit µm",
+        "--kind workspace --what stiffness_along:z --unit N/um --whole",
+        "--kind line --what twist:x twist:y --x z --at rx=5deg ry=0",
+        "--kind line --what actuator_force:p1 --x z --series rx --at ry=0 --beyond-limits",
+        "--what linear_sag --x rx --y ry --at z=0.5 --limits 0 6 --unit µm",
+        "--kind surface --what linear_sag --x rx --y ry --at z=0.5 --limits 0 6 --unit µm",
+    ],
+)
+def test_command_writes_figures(capsys, stored, tmp_path, options):
+    out = tmp_path / "figure.svg"
+    assert run(capsys, stored, *options.split(), "--out", out) == (0, f"wrote {out}\n", "")
+    assert ElementTree.parse(out).getroot().tag.endswith("svg")
+    assert plt.get_fignums() == []
+
+
+def test_command_writes_png(capsys, stored, tmp_path):
+    out = tmp_path / "figure.png"
+    assert run(capsys, stored, "--x", "rx", "--y", "ry", "--at", "z=0.5", "--dpi", "80", "--out", out)[0] == 0
+    assert out.read_bytes().startswith(b"\x89PNG")
+
+
+def test_command_lists_what_there_is(capsys, stored):
+    code, out, err = run(capsys, stored, "--list")
+    assert (code, err) == (0, "")
+    assert "  z: 4 values, 0.3 to 0.6 m\n" in out
+    for line in ("  linear_sag [m]", "  twist:rz [rad]", "  actuator_force:p1 [N]", "  stiffness_along:rx [N m/rad]"):
+        assert line + "\n" in out
+
+
+@pytest.mark.parametrize(
+    "options, message",
+    [
+        ("--what linear_sag", "--out FILE is missing"),
+        ("--what linear_zag --x rx --y ry --at z=0.5 --out a.svg", "did you mean 'linear_sag'"),
+        ("--x rx --y ry --out a.svg", "z has 4 values"),
+        ("--at q=1 --out a.svg", "--at: 'q' is not swept"),
+        ("--at z=5deg --out a.svg", "--at: z: '5deg' is an angle, but a length is needed"),
+        ("--x rx --y ry --at z=0.5 --out a.doc", "figures are written as .pdf, .svg, .png"),
+        ("--kind line --y ry --out a.svg", "--y is not an option of a line"),
+        ("--kind line --limits 0 1 --out a.svg", "--limits is not an option of a line"),
+        ("--kind surface --whole --out a.svg", "--whole is not an option of a surface"),
+        ("--kind line --rectangular --out a.svg", "--rectangular is not an option of a line"),
+        (
+            "--limits 2 1 --x rx --y ry --at z=0.5 --out a.svg",
+            "limits are 2 and 1; they must be two numbers, the smaller one first",
+        ),
+        ("--limits 1 low --out a.svg", "--limits: 'low' is not a number"),
+        ("--dpi 0 --x rx --y ry --at z=0.5 --out a.png", "--dpi: 0 is not between 10 and 2400 dots per inch"),
+        ("--dpi many --out a.png", "--dpi: 'many' is not a number"),
+        ("--what twist:x twist:y --out a.svg", "a slice shows one quantity, not 2"),
+        ("--kind pie --out a.svg", "invalid choice"),
+    ],
+)
+def test_command_says_what_is_wrong_in_one_line(capsys, stored, options, message, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    code, out, err = run(capsys, stored, *options.split())
+    assert (code, out) == (2, "") and message in err and err.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_command_refuses_other_files(capsys, tmp_path):
+    xr = pytest.importorskip("xarray")
+    pytest.importorskip("h5netcdf")
+    other, text = tmp_path / "other.nc", tmp_path / "text.nc"
+    xr.Dataset({"a": 1}).to_netcdf(other, engine="h5netcdf")
+    text.write_text("no map")
+    for path, message in (
+        (other, "not a workspace map of kinetostatics sweep"),
+        (text, "not a netCDF file or zarr folder"),
+        (tmp_path / "none.nc", "No such file or directory"),
+    ):
+        code, _, err = run(capsys, path, "--out", "a.svg")
+        assert code == 2 and message in err and err.count("\n") == 1
+
+
+def test_the_examples_of_sweep_and_plot_run_as_they_are_printed(capsys, tmp_path, monkeypatch):
+    for package in ("h5netcdf", "zarr"):
+        pytest.importorskip(package)
+    monkeypatch.chdir(tmp_path)
+    commands = []
+    for name in ("sweep", "plot"):
+        assert main([name, "--help"]) == 0
+        said = capsys.readouterr().out.partition("examples:")[2]
+        commands += [shlex.split(line)[1:] for line in said.splitlines() if line.strip()]
+    assert [command[0] for command in commands] == ["sweep"] * 5 + ["plot"] * 7
+    for command in commands:
+        assert main(command) == 0, capsys.readouterr().err
+        assert "--list" in command or (tmp_path / command[command.index("--out") + 1]).exists()
+    # nothing goes wrong; a map of many heights has more surfaces than a figure shows
+    assert all("the figure shows surfaces of 5 of the" in line for line in capsys.readouterr().err.splitlines())
+
+
+def test_pictures_of_the_documentation_exist():
+    root = ROOT / "docs"
+    page = root / "workspace_figures.md"
+    if page.exists():
+        for name in page.read_text(encoding="utf-8").split("](pictures/")[1:]:
+            assert (root / "pictures" / name.split(")")[0]).exists()
+
+
+@pytest.mark.parametrize("count", [2, 3, 4, 5, 7, 9])
+def test_a_surface_for_each_of_few_values_and_the_middle_one_of_many(ds, count):
+    values = np.linspace(-0.2, 0.2, count)
+    many = ds.isel(z=0, drop=True).expand_dims(rz=values)
+    many.rz.attrs["units"] = "rad"
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        ax = ks.plot.surface(many, "linear_sag", x="rx", y="ry", over="rz")
+    left_out = f"5 of the {count} values of rz"
+    assert [str(item.message) for item in said] == [f"the figure shows surfaces of {left_out}"] * (count > 5)
+    assert (left_out in ax.get_title()) == (count > 5)
+    named = [text.get_text() for text in figure_of(ax).legends[0].get_texts()]
+    assert len([name for name in named if "rz" in name]) == min(count, 5)
+    assert count % 2 == 0 or any("= 0" in name for name in named)

@@ -1,0 +1,549 @@
+"""What people read: the exact words and numbers that matter of reports, and plain numbers that equal the arrays."""
+
+import json
+import re
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+import small_robots as small
+from hybrid_robots import random_hybrid
+from mechanisms import random_cuts, write_mechanism
+from places import ROBOTS
+
+import kinetostatics as ks
+from kinetostatics.checks.chains import bodies_of, joints_of
+from kinetostatics.checks.collect import robot_facts
+from kinetostatics.checks.parts import section_words
+from kinetostatics.files.reader import parse_robot_text
+from kinetostatics.printing.text import ANGLES, FORCES, LENGTHS, Magnitudes, Scale, quantity, table, wide_table
+from kinetostatics.reports import result_report, result_to_dict, robot_report, robot_to_dict
+from kinetostatics.reports.robot import facts_report
+from kinetostatics.sections import Rectangle, RectangularTube, Section, Tube
+
+#: A revolute loop that is out of reach: no pose closes it.
+OPEN = """
+<robot name="open">
+  <link name="base"/>
+  <link name="arm"/>
+  <link name="platform"/>
+  <joint name="shoulder" type="continuous">
+    <parent link="base"/><child link="arm"/><axis xyz="0 0 1"/>
+  </joint>
+  <joint name="elbow" type="continuous">
+    <parent link="arm"/><child link="platform"/><origin xyz="0.1 0 0"/><axis xyz="0 0 1"/>
+  </joint>
+  <platform link="platform"/>
+  <loop name="far" type="revolute">
+    <predecessor link="base"><origin xyz="5 0 0"/></predecessor>
+    <successor link="platform"><origin xyz="0.1 0 0"/></successor>
+    <axis xyz="0 0 1"/>
+  </loop>
+  <beam link="arm" from="shoulder" to="elbow" youngs_modulus="2e11" poisson_ratio="0.3" density="7800">
+    <tube outer_diameter="0.05" inner_diameter="0.04"/>
+  </beam>
+  <transmission name="drive"><joint name="shoulder"/></transmission>
+</robot>
+"""
+
+
+@cache
+def robot(name):
+    return ks.load_robot(ROBOTS / f"{name}.urdf.xacro")
+
+
+@cache
+def configuration_2():
+    pose = robot("3rps").assemble(
+        platform={"z": 0.5, "azimuth": np.radians(-170), "tilt": np.radians(10)}, orientation="tilt_torsion"
+    )
+    return ks.analyze(pose, gravity=(0, 0, -9.8))
+
+
+@cache
+def batch():
+    """Four poses of the 2PRU-UPR of which the last cannot be reached."""
+    pose = robot("2pru_upr").assemble(platform={"z": np.array([[0.5, 0.6], [0.55, 3.0]]), "rx": 0.1, "ry": 0})
+    return ks.analyze(pose)
+
+
+def driven(spec, wanted):
+    """Return a spec in which the joints whose names satisfy ``wanted`` are driven."""
+    limbs = (
+        replace(limb, joints=tuple(replace(joint, driven=wanted(joint.name)) for joint in limb.joints)) for limb in spec.limbs
+    )
+    return replace(spec, limbs=tuple(limbs))
+
+
+def part(text, title):
+    """Return the lines of the part of a report whose title begins with ``title``."""
+    found = re.search(rf"^{re.escape(title)}[^\n]*\n((?:  [^\n]*\n?|\n(?=  ))*)", text, re.MULTILINE)
+    assert found, f"no part {title!r} in\n{text}"
+    return [line.strip() for line in found[1].splitlines() if line.strip()]
+
+
+def row(text, title, name):
+    """Return the cells, split at white space, of the only row of a part that begins with ``name``."""
+    rows = [line for line in part(text, title) if line.startswith(name + " ")]
+    assert len(rows) == 1, (name, rows)
+    return rows[0].split()
+
+
+# ---- numbers ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("value", "units", "expected"),
+    [
+        (4.96878e-8, LENGTHS, "49.688 nm"),
+        (-2.373368e-5, LENGTHS, "-23.734 µm"),
+        (1.5e-3, LENGTHS, "1.5000 mm"),
+        (1e-3, LENGTHS, "1.0000 mm"),
+        (2.0, LENGTHS, "2.0000 m"),
+        (3.2e-4, ANGLES, "320.00 µrad"),
+        (1234567.0, FORCES, "1234567 N"),
+        (0.0, FORCES, "0 N"),
+        (float("nan"), FORCES, "– N"),
+        (float("inf"), FORCES, "∞ N"),
+    ],
+)
+def test_quantity(value, units, expected):
+    assert quantity(value, units) == expected
+
+
+def test_a_column_has_one_unit_and_the_same_decimals():
+    scale = Scale.of([1e-3, 2e-6, 5e-9, 1e-14, -1e-13], LENGTHS)
+    assert [scale(v) for v in (1e-3, 2.5e-4, 1e-14, -1e-13)] == ["1.0000", "0.2500", "0", "0"]
+    assert scale(5e-9) == "5.00e-06"  # small, but not noise: never shown as 0.0000
+
+
+def test_noise_is_measured_across_kinds():
+    translation = np.array([0, 0, -8e-8, 2e-22, 0, 5e-21])
+    wrench = np.array([0, 0, 400.0, 1e-14, 0, 0])
+    noise = Magnitudes.of([translation], [wrench], 0.2)
+    assert Scale.of(translation[3:], ANGLES, noise.rotation)(5e-21) == "0"
+    assert Scale.of(wrench[3:], FORCES, noise.moment)(1e-14) == "0"
+
+
+def test_tables_align():
+    lines = table(("name", "value"), [("a", "1.25"), ("long name", "-10.00")])
+    assert lines == ["name        value", "a            1.25", "long name  -10.00"]
+
+
+def test_wide_tables_go_on_below():
+    header = ["", *(f"contribution_{k}" for k in range(12))]
+    lines = wide_table(header, [["x", *("1.0" for _ in range(12))]])
+    assert max(map(len, lines)) <= 110
+    assert sum(line.startswith("x") for line in lines) == 2
+    assert all(name in " ".join(lines) for name in header)
+
+
+@pytest.mark.parametrize(
+    ("section", "words"),
+    [
+        (Tube.of(0.1), "circle ⌀100 mm"),
+        (Tube.of(0.06, 0.05), "tube ⌀60/50 mm"),
+        (Rectangle.of(0.04, 0.02), "rectangle 40×20 mm"),
+        (RectangularTube.of(0.04, 0.02, 0.003), "box 40×20×3 mm"),
+        (Section(1e-4, 2e-9, 3e-9, 4e-9), "A 100 mm², I_y 2000, I_z 3000 mm⁴"),
+    ],
+)
+def test_section_words(section, words):
+    assert section_words(section) == words
+
+
+# ---- the result ------------------------------------------------------------------------------------------------------
+
+# "recovered" values of the paper's configuration 2 of the 3RPS, see paper_tables.json: twist in nm and µrad, forces in N
+TWIST = {"x": 49.6878, "y": 52.6152, "z": -74.11, "rx": 0.0525908, "ry": -0.0222135, "rz": 0.0258967}
+ALONG_THE_ROD = [63.8998, 77.2695, 74.0326]
+ACROSS_THE_ROD = [1.0048, 0.5385, 1.5125]
+DRIVES = [385.4348, 364.7818, 367.832]
+
+
+def test_configuration_2_of_the_paper_as_printed():
+    text = result_report(configuration_2())
+    assert text == str(configuration_2())
+    assert text.splitlines()[0] == "Analysis of '3rps': OK, the loops close, all joints are within their limits"
+    twist = part(text, "Twist of the platform at o, world axes")
+    assert twist[0].split() == ["load", "platform_weight", "limb_1", "limb_2", "limb_3", "total"]
+    for line, (name, expected) in zip(twist[1:], TWIST.items(), strict=True):
+        cells = line.split()
+        assert cells[:2] == [name, "[nm]" if len(name) == 1 else "[µrad]"]
+        assert float(cells[-1]) == pytest.approx(expected, abs=6e-4 if len(name) == 1 else 6e-6)
+        assert sum(map(float, cells[2:-1])) == pytest.approx(float(cells[-1]), abs=3e-3 if len(name) == 1 else 3e-5)
+    limbs = part(text, "Limbs")
+    along = [line.split() for line in limbs if "force along limb axis" in line]
+    across = [line.split() for line in limbs if "force ∥ revolute" in line]
+    for cells, value in zip([*along, *across], [*ALONG_THE_ROD, *ACROSS_THE_ROD], strict=True):
+        assert cells[-1] == "N" and cells[-3] == "constraint"
+        assert abs(float(cells[-2])) == pytest.approx(value, abs=6e-4)
+    assert sum(line.split()[-3] == "attached" for line in limbs[1:]) == 3
+    for k, expected in enumerate(DRIVES, 1):
+        cells = row(text, "Drives", f"prismatic_{k}")
+        assert float(cells[3]) == pytest.approx(expected, abs=6e-3)
+        assert (cells[2], cells[4]) == ("mm", "N")
+        assert float(row(text, "Beams", f"rod_{k}")[3]) == pytest.approx(-expected, abs=6e-3)
+    assert part(text, "Warnings") == ["none"]
+
+
+def test_pose_and_units_as_printed():
+    text = result_report(configuration_2())
+    assert part(text, "Pose")[:4] == [
+        "o            x -1.4276  y 0.5196  z 500.0000 mm",
+        "orientation  azimuth -170.0000°  tilt 10.0000°  torsion 0°  (tilt and torsion)",
+        "actuators    prismatic_1 -5.6969 mm, prismatic_2 -61.7645 mm, prismatic_3 -51.9018 mm",
+        "gravity      (0, 0, -9.800) m/s²",
+    ]
+    assert part(text, "Joints")[0].endswith("force [N]  moment [N·m]")
+    assert row(text, "Joints", "spherical_2")[-1] == "0"  # a ball carries no moment: noise is not shown
+    assert [line.split()[0] for line in part(text, "Ground")] == ["force", "moment"]
+    header = part(text, "Beams")[0]
+    for title in ("length [mm]", "mass [kg]", "stress [MPa]", "N/N_Euler [%]", "end moves [nm]"):
+        assert title in header
+    stiffness = part(text, "Stiffness")
+    assert stiffness[1].startswith("x [N/µm]") and stiffness[4].startswith("rx [kN·m/mrad]")
+    assert float(stiffness[3].split()[2]) == pytest.approx(configuration_2().stiffness[2, 2] / 1e6, abs=6e-3)
+    free = 1 / configuration_2().compliance[2, 2]
+    assert float(stiffness[3].split()[3]) == pytest.approx(free / 1e6, abs=6e-3)
+
+
+def test_rounding_noise_is_shown_as_zero():
+    text = result_report(ks.analyze(robot("3rps").assemble()))
+    for name in ("x", "y", "rx", "ry", "rz"):
+        assert row(text, "Twist", name)[-1] == "0"
+    assert row(text, "Twist", "z")[-1] != "0"
+    assert "e-1" not in "\n".join(text.split("Twist", 1)[1:])
+
+
+def test_couples_are_in_newton_metres():
+    text = result_report(ks.analyze(robot("2pru_upr").assemble()))
+    couples = [line.split() for line in part(text, "Limbs") if "couple" in line]
+    assert len(couples) == 3 and all(cells[-1] == "N·m" for cells in couples)
+
+
+def test_turning_drives_and_loads():
+    four_bar = small.robot_of(small.four_bar())
+    text = result_report(ks.analyze(four_bar.assemble(actuators={"foot_1": 0.1}), load=[10, 0, 5, 0, 2, 0]))
+    name, position, _, unit, *_ = row(text, "Drives", "foot_1")
+    assert (name, position, unit) == ("foot_1", "5.7296°", "N·m")
+    assert "load at o    force (10.000, 0, 5.000) N, moment (0, 2.0000, 0) N·m" in part(text, "Pose")
+
+
+def test_limits_are_warned_of():
+    text = result_report(ks.analyze(robot("3rps").assemble(platform={"z": 1.5, "rx": 0, "ry": 0})))
+    assert "LIMIT_EXCEEDED, a joint is beyond its limit, which changes no number" in text
+    assert sum("is beyond its limits" in line for line in part(text, "Warnings")) == 3
+
+
+def test_poses_without_numbers():
+    pose = robot("2pru_upr").assemble(platform={"z": 3.0, "rx": 0, "ry": 0}, on_failure="nan")
+    text = result_report(ks.analyze(pose, on_failure="nan"))
+    assert "UNREACHABLE, the loops do not close" in text
+    assert "Twist" not in text and "nan" not in text
+    loose = small.robot_of(driven(small.four_bar(), lambda name: False))
+    text = result_report(ks.analyze(loose.assemble(), on_failure="nan"))
+    assert "SINGULAR" in text.splitlines()[0]
+    assert part(text, "What can still move")[0].startswith("- the platform: a rotation about the axis (0, ")
+
+
+def test_cantilever_without_joints():
+    text = result_report(ks.analyze(small.robot_of(small.cantilever()).assemble(), load=[0, 0, -100, 0, 0, 0]))
+    assert "actuators    none" in part(text, "Pose")
+    assert "Drives" not in text
+    assert sum("constraint" in line for line in part(text, "Limbs")) == 6
+
+
+# ---- a batch ---------------------------------------------------------------------------------------------------------
+
+
+def test_batch_report():
+    text = result_report(batch())
+    assert text.splitlines()[0] == "Analysis of '2pru_upr': 4 poses, batch shape (2, 2)"
+    assert row(text, "Status", "OK")[1] == "3"
+    assert row(text, "Status", "UNREACHABLE")[1] == "1"
+    assert row(text, "Extremes", "platform z") == "platform z mm 500.00 [0, 0] 600.00 [0, 1]".split()
+    forces = batch().actuator_forces["prismatic_3"]
+    cells = row(text, "Extremes", "force of prismatic_3")
+    assert cells[3] == "N"
+    assert float(cells[4]) == pytest.approx(np.nanmin(forces), abs=6e-3)
+    size = 1e6 * np.linalg.norm(batch().twist[..., :3], axis=-1)
+    cells = row(text, "Extremes", "displacement of o")
+    assert cells[3] == "µm" and float(cells[-3]) == pytest.approx(np.nanmax(size), abs=6e-4)
+
+
+def test_batch_in_which_nothing_succeeds():
+    pose = robot("2pru_upr").assemble(platform={"z": np.array([3.0, 4.0]), "rx": 0, "ry": 0})
+    text = result_report(ks.analyze(pose))
+    assert row(text, "Status", "UNREACHABLE")[1] == "2"
+    assert "Extremes" not in text
+
+
+def test_batch_of_loads_at_one_pose():
+    loads = np.zeros((3, 6))
+    loads[:, 2] = [-100, 0, 100]
+    result = ks.analyze(robot("3rps").assemble(), load=loads)
+    assert "3 poses, batch shape (3,)" in result_report(result)
+    found = result_to_dict(result)
+    assert found["configuration"]["shape"] == [] and found["shape"] == [3]
+    np.testing.assert_allclose(found["load"], loads, rtol=1e-14)
+
+
+# ---- plain numbers ---------------------------------------------------------------------------------------------------
+
+
+def assert_same(plain, array):
+    array = np.asarray(array)
+    np.testing.assert_array_equal(np.array(plain, dtype=float).reshape(array.shape), array)
+
+
+@pytest.mark.parametrize("make", [configuration_2, batch])
+def test_json_round_trip_equals_the_arrays(make):
+    result = make()
+    found = json.loads(json.dumps(result.to_dict(), allow_nan=False))
+    for name in ("twist", "stiffness", "compliance", "platform_wrench", "base_wrench", "strain_energy"):
+        assert_same(found[name], getattr(result, name))
+    for name in ("contributions", "joint_wrenches", "actuator_forces"):
+        assert list(found[name]) == list(getattr(result, name))
+        for key, array in getattr(result, name).items():
+            assert_same(found[name][key], array)
+    for name in ("beam_contributions", "link_contributions"):
+        for key, sources in getattr(result, name).items():
+            for source, array in sources.items():
+                assert_same(found[name][key][source], array)
+    for name, limb in result.limbs.items():
+        plain = found["limbs"][name]
+        assert plain["labels"] == list(limb.labels) and plain["attached_labels"] == list(limb.attached_labels)
+        for key in ("constraint_wrenches", "intensities", "attached_wrenches", "attached_intensities", "compliance"):
+            assert_same(plain[key], getattr(limb, key))
+        assert_same(plain["sag"], limb.sag)
+        assert_same(plain["wrench"], limb.wrench)
+    for name, beam in result.beams.items():
+        for key in ("length", "mass", "points", "section_wrenches", "deflections", "rotations", "stress", "axes"):
+            assert_same(found["beams"][name][key], getattr(beam, key))
+    configuration = found["configuration"]
+    assert_same(configuration["q"], result.configuration.q)
+    assert_same(configuration["residual"], result.configuration.residual)
+    for group in ("platform", "actuators"):
+        for key, array in getattr(result.configuration, group).items():
+            assert_same(configuration[group][key], array)
+
+
+def test_json_of_configuration_2_of_the_paper():
+    found = configuration_2().to_dict()
+    factors = [1e-9] * 3 + [1e-6] * 3
+    np.testing.assert_allclose(found["twist"], np.multiply(list(TWIST.values()), factors), rtol=1e-5)
+    for k in range(3):
+        limb = found["limbs"][f"limb_{k + 1}"]
+        assert limb["units"] == ["N", "N"] and limb["attached_units"] == ["N"]
+        np.testing.assert_allclose(np.abs(limb["intensities"]), [ALONG_THE_ROD[k], ACROSS_THE_ROD[k]], atol=6e-5)
+        assert found["actuator_forces"][f"prismatic_{k + 1}"] == pytest.approx(DRIVES[k], abs=6e-5)
+    assert found["status"] == "OK" and found["warnings"] == [] and found["shape"] == []
+    assert found["gravity"] == [0.0, 0.0, -9.8] and found["load"] == [0.0] * 6
+    assert found["configuration"]["orientation"] == "tilt_torsion"
+    assert set(found["actuator_units"].values()) == {"N"}
+    assert "m" in found["units"]["twist"] and "N·m" in found["units"]["joint_wrenches"]
+
+
+def test_batch_as_plain_numbers():
+    found = batch().to_dict()
+    assert found["status"] == [["OK", "OK"], ["OK", "UNREACHABLE"]]
+    assert found["twist"][1][1] == [None] * 6
+    assert found["limbs"]["limb_1"]["units"] == ["N", "N", "N·m"]
+    over = ks.analyze(robot("3rps").assemble(platform={"z": np.array([0.5, 1.5]), "rx": 0, "ry": 0})).to_dict()
+    exceeded = over["configuration"]["limits_exceeded"]["prismatic_1"]
+    assert exceeded["where"] == [False, True]
+
+
+# ---- the robot -------------------------------------------------------------------------------------------------------
+
+
+def summary(text):
+    """Return the rows of a report's first part, the lines of each joined."""
+    lines = re.sub(r"\n {10,}", " ", text.split("\n\n")[0]).splitlines()[1:]
+    return dict(re.split(r"\s{2,}", line.strip(), maxsplit=1) for line in lines)
+
+
+def test_robot_report_of_the_3rps():
+    text = robot_report(robot("3rps"))
+    assert text == str(robot("3rps"))
+    found = summary(text)
+    assert found["mobility"] == "3; z, rx, ry place the platform"
+    assert found["redundant constraints"] == "0 (not overconstrained)"
+    assert found["drives"] == "3: prismatic_1, prismatic_2, prismatic_3"
+    assert found["mass"] == "120.99 kg at the zero pose, telescopic beams' masses follow the pose"
+    assert found["file"].endswith("3rps.urdf.xacro")
+    limbs = part(text, "Limbs")
+    first = [line for line in limbs if line.startswith("limb_")]
+    assert first == ["limb_1: R P(driven) S", *(f"limb_{k}: R P(driven) S, like limb_1" for k in (2, 3))]
+    assert "base —revolute_1→ cylinder_1 —prismatic_1 (driven)→ rod_1 —spherical_1_{x,y,z}→ platform" in limbs
+    assert "base —revolute_3→ cylinder_3 —prismatic_3 (driven)→ rod_3 —spherical_3→ platform" in limbs
+    assert "beams      rod_1 from revolute_1 to spherical_1" in limbs
+    assert "constraint force along limb axis at spherical_1" in limbs
+    assert "force ∥ revolute_1 at spherical_1" in limbs
+    assert "attached   force along limb x at spherical_1" in limbs
+    beam = " ".join(part(text, "Beams")[1].split())
+    assert beam == "rod_1, rod_2 and rod_3 circle ⌀100 mm 550.00 telescopic 200 76.923 7820 33.780"
+    assert "mass    19.654 kg" in part(text, "On the platform")
+    assert part(text, "Warnings") == ["! bearings and drives count as rigid: the file gives no <joint_stiffness>"]
+
+
+def test_overconstraint_and_local_freedoms():
+    text = robot_report(robot("2pru_upr"))
+    assert summary(text)["redundant constraints"] == (
+        "3 (overconstrained) 3 between limb_1, limb_2 and limb_3: they brace by a force along x and a couple about z "
+        "errors of lengths, angles and temperature lock in forces: see kinetostatics tolerances"
+    )
+    words = [line.split(": ")[1] for line in part(text, "Limbs") if line.startswith("limb_")]
+    assert words == ["P(driven) R U", "P(driven) R U, like limb_1", "U P(driven) R"]
+    found = summary(robot_report(small.robot_of(small.gough("S"))))
+    assert found["mobility"].startswith("6 (+6 local)")
+    assert found["local freedoms"] == "rod_1, rod_2, rod_3, rod_4, rod_5 and rod_6 spin about their own axes"
+
+
+def test_too_few_and_too_many_drives():
+    text = robot_report(small.robot_of(driven(small.four_bar(), lambda name: False)))
+    assert summary(text)["drives"] == "none"
+    problems = " ".join(part(text, "Cannot be analysed"))
+    assert "with the drives locked the platform of 'small' can still move: a rotation" in problems
+    assert "only 0 drives for a mobility of 1" in problems
+    text = robot_report(small.robot_of(driven(small.four_bar(), lambda name: name.startswith("foot"))))
+    assert "2 drives for 1 freedom: the actuation is redundant" in " ".join(part(text, "Warnings"))
+
+
+def test_rigid_limbs_and_stubby_beams_are_warned_of():
+    spec = small.puu3()
+    text = robot_report(small.robot_of(replace(spec, beams=spec.beams[:1])))
+    assert "the limbs limb_2 and limb_3 have nothing elastic between base and platform and count as rigid" in " ".join(
+        part(text, "Warnings")
+    )
+    assert "beams      none: rigid" in part(text, "Limbs")
+    facts = robot_facts(small.robot_of(small.cantilever(0.1, section=small.circle(0.05))))
+    assert any("beam arm is stubby: its length of 100.0 mm is only 2 times its depth" in text for text in facts.warnings)
+
+
+def test_singular_zero_pose_is_told_from_a_robot_that_never_stands():
+    # coupler and follower in one line: at zero, and only near it, the locked crank does not hold the platform
+    y = (0, 1, 0)
+    limbs, beams = [], []
+    for n, foot, head in ((1, (0, 0, 0), (0, 0, 0.3)), (2, (1.0, 0, 0), (0.4, 0, 0.18))):
+        joints = (small.Joint(f"foot_{n}", "R", foot, y, driven=n == 1), small.Joint(f"head_{n}", "R", head, y))
+        limbs.append(small.Limb(joints, (small.Link(f"crank_{n}"),)))
+        beams.append(small.Beam(f"crank_{n}", f"crank_{n}", f"foot_{n}", f"head_{n}", small.circle(0.03)))
+    flat = small.Spec(tuple(limbs), tuple(beams), o=(0.5, 0, 0), mass=1.0, com=(0.5, 0, 0))
+    warnings = robot_facts(small.robot_of(flat)).warnings
+    assert any(text.startswith("at the zero pose ") for text in warnings), warnings
+
+
+def test_rounded_angles_are_warned_of():
+    text = small.write(small.pru2_upr(), twirl=1).text
+    rounded = re.sub(r"\d\.\d{6,}", lambda number: f"{float(number[0]):.5f}", text)
+    facts = robot_facts(ks.Robot(parse_robot_text(rounded)))
+    assert 1e-12 < facts.zero.closing_error < 1e-4
+    assert any("the loops stay open by" in warning and "rounded" in warning for warning in facts.warnings)
+
+
+def test_robot_whose_loops_cannot_close_still_gets_a_report():
+    broken = ks.Robot(parse_robot_text(OPEN))
+    text = robot_report(broken)
+    assert summary(text)["zero pose"] == "the loops do not close; where all joints are at zero they are open by 4.800 m at far"
+    assert summary(text)["mobility"] == "not known"
+    assert "limb_1: R(driven) R" in part(text, "Limbs")
+    assert "tube ⌀50/40 mm" in " ".join(part(text, "Beams"))
+    assert part(text, "Cannot be analysed")[0].startswith("! the loops of 'open' cannot be closed")
+    found = robot_to_dict(broken)
+    assert found["mobility"] is None and len(found["problems"]) == 1
+
+
+def test_robot_as_plain_values():
+    found = json.loads(json.dumps(robot_to_dict(robot("2pru_upr")), allow_nan=False))
+    mobility = found["mobility"]
+    assert (mobility["platform"], mobility["local"], mobility["redundant_constraints"]) == (3, 0, 3)
+    assert mobility["coordinates"] == ["z", "rx", "ry"] and mobility["redundant_drives"] == mobility["unheld"] == 0
+    assert mobility["redundancies"] == [
+        {
+            "count": 3,
+            "limbs": ["limb_1", "limb_2", "limb_3"],
+            "joints": [],
+            "beams": [],
+            "wrenches": ["a force along x", "a couple about z"],
+        }
+    ]
+    assert found["drives"] == ["prismatic_1", "prismatic_2", "prismatic_3"]
+    weights = robot("2pru_upr").weights.masses(robot("2pru_upr").zero_frames)
+    assert found["mass"] == pytest.approx(float(weights.sum()), rel=1e-14)
+    assert [limb["word"] for limb in found["limbs"]] == ["P(driven) R U", "P(driven) R U", "U P(driven) R"]
+    assert [limb["like"] for limb in found["limbs"]] == [None, "limb_1", None]
+    chain = found["limbs"][2]["graph"]["chain"]
+    assert [item["type"] for item in chain] == ["joint", "body", "joint", "body", "joint"]
+    assert chain[0]["joints"] == ["universal_3_x", "universal_3_y"] and chain[1]["names"] == ["cylinder_3"]
+    assert (chain[2]["name"], chain[2]["kind"], chain[2]["driven"]) == ("prismatic_3", "prismatic", True)
+    assert found["zero"]["drives"] == {"prismatic_1": 0.0, "prismatic_2": 0.0, "prismatic_3": 0.0}
+    assert (found["beams"][2]["start"], found["beams"][2]["end"]) == ("universal_3", "revolute_3")
+    assert found["limbs"][2]["constraint_wrenches"][2] == "couple ⟂ universal_3"
+    assert found["beams"][2]["telescopic"] is True and found["beams"][0]["length"] == pytest.approx(0.7)
+    assert found["problems"] == []
+    assert found["warnings"] == ["bearings and drives count as rigid: the file gives no <joint_stiffness>"]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_reports_of_random_robots_can_be_written(seed):
+    robot = small.robot_of(small.random_spec(["Rpus", "PUr", "uPS", "SpS"], seed))
+    assert robot_report(robot)
+    json.dumps(robot_to_dict(robot), allow_nan=False)
+    result = ks.analyze(robot.assemble(), on_failure="nan")
+    assert result_report(result)
+    json.dumps(result.to_dict(), allow_nan=False)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 9, 13, 22])
+def test_hybrid_limbs_of_any_shape_are_explained(seed):
+    """Frames, rings, braces and what hangs: every joint stands in a chain once, and all that is redundant has a place."""
+    mechanism = random_hybrid(seed)
+    one = write_mechanism(mechanism, cuts=random_cuts(mechanism, np.random.default_rng(seed))).robot()
+    facts = robot_facts(one)
+    assert facts_report(facts)
+    assert sum(item.count for item in facts.mobility.redundancies) == one.mobility.redundant_constraints
+    assert sum(item.count for item in facts.mobility.local_freedoms) == one.mobility.local
+    assert len(facts.mobility.coordinates) == one.mobility.platform
+    for found, limb in zip(facts.limbs, one.topology.limbs, strict=True):
+        chains = [found.graph.chain, *(item.chain for item in found.graph.hanging)]
+        shown = [joint for chain in chains for step in joints_of(chain) for joint in step.joints]
+        moving = {edge.joint for edge in (*limb.edges, *limb.branches) if edge.joint and _moves(one, edge.joint)}
+        assert len(shown) == len(set(shown)) and moving <= set(shown)
+        assert {edge.beam for edge in limb.edges if edge.beam} <= {name for chain in chains for name in bodies_of(chain)}
+        assert found.graph.rings == len(limb.to_platform) - 1
+        assert len(set(found.constraint_wrenches)) == len(found.constraint_wrenches)
+    for item in facts.mobility.redundancies:
+        inside = [limb for limb in one.all_limbs if item.limbs == (limb.name,)]
+        for limb in inside:
+            assert set(item.joints) <= {edge.joint for edge in limb.edges}
+
+
+def _moves(one, joint):
+    return one.mechanism.connections[joint].kind != "fixed"
+
+
+def test_tables_name_the_limbs_axes_as_the_paper_does():
+    """The paper's PRU limbs have x along the hinge: their attached force is along y there, W_ig1 = −0.5 q_iy L."""
+    found = ks.analyze(ks.load_robot("2pru_upr").assemble(), gravity=(0, 0, 9.8))
+    ours, theirs = result_report(found), found.report(hinge_axes={"limb_1": "x", "limb_2": "x"})
+    intensity = {}
+    for text, axis in ((ours, "x"), (theirs, "y")):
+        line = next(line for line in text.splitlines() if f"force along limb {axis} at universal_1" in line)
+        intensity[axis] = float(line.split()[-2])
+    limb = found.limbs["limb_1"]
+    rod = found.robot.description.beams["rod_1"]
+    weight = rod.density * rod.section.area * found.gravity
+    along = found.beams["rod_1"].points[-1] - found.beams["rod_1"].points[0]
+    length = np.linalg.norm(along)
+    y = np.cross(along / length, [1.0, 0, 0])  # z × x, x along the hinge
+    sign = np.sign(limb.attached_wrenches[:3, 0] @ y)
+    assert sign * float(limb.attached_intensities[0]) == pytest.approx(-0.5 * weight @ y * length, rel=1e-12)  # Eq. (18)
+    assert intensity["y"] == -intensity["x"] != 0
+    assert "limb x" not in theirs.partition("limb_3")[0].partition("\nLimbs")[2]
+    with pytest.raises(ks.ArgumentError, match="no limb 'limb_9'"):
+        found.report(hinge_axes={"limb_9": "x"})
+    with pytest.raises(ks.ArgumentError, match="must be 'x' or 'y'"):
+        found.report(hinge_axes={"limb_1": "z"})

@@ -1,0 +1,201 @@
+"""Everything that is true of a pose is said of it: no fact hides another, and maps are masked by facts."""
+
+import importlib
+import json
+
+import numpy as np
+import pytest
+import xarray as xr
+from places import CASES
+
+import kinetostatics as ks
+from kinetostatics.files.bundled import robot_path
+from kinetostatics.files.reader import parse_robot_text
+from kinetostatics.status import FACTS, status_of
+from kinetostatics.workspace.summary import summary
+
+S = np.linspace(-0.3, 0.3, 7)
+BEYOND = np.abs(S) > 0.1 + 1e-9
+
+
+def two_rigid():
+    """A slide on two rigid rails, of 0.1 m to both sides."""
+    return ks.load_robot(CASES / "two_rigid.urdf")
+
+
+@pytest.fixture(scope="module")
+def far():
+    """It swept to three times its limits."""
+    return ks.sweep(two_rigid(), actuators={"s": S})
+
+
+# ---- results ---------------------------------------------------------------------------------------------------------
+
+
+def test_a_pose_beyond_its_limits_is_said_to_be_so_whatever_else_is_true():
+    result = ks.analyze(two_rigid().assemble(actuators={"s": S}))
+    assert np.all(result.status == ks.Status.INDETERMINATE) and np.all(result.indeterminate)
+    np.testing.assert_array_equal(result.limit_exceeded, BEYOND)
+    np.testing.assert_array_equal(result.configuration.limit_exceeded, BEYOND)
+    assert not result.basis_degenerate.any()
+    assert set(result.facts) == set(FACTS)
+    for where in result.facts.values():
+        assert where.dtype == bool and not where.flags.writeable
+    loads = ks.analyze(two_rigid().assemble(actuators={"s": S}), load=np.zeros((2, 1, 6)))
+    np.testing.assert_array_equal(loads.limit_exceeded, [BEYOND] * 2)
+    one = ks.analyze(two_rigid().assemble(actuators={"s": 0.3}))
+    assert one.limit_exceeded.shape == () and one.limit_exceeded and one.indeterminate
+
+
+def test_reports_name_every_fact():
+    words = str(ks.analyze(two_rigid().assemble(actuators={"s": 0.3})))
+    head = words[: words.index("\n\n")].splitlines()
+    assert head[0].startswith("Analysis of 'two_rigid': INDETERMINATE, ") and head[1].startswith("  also LIMIT_EXCEEDED, ")
+    inside = str(ks.analyze(two_rigid().assemble()))
+    assert "LIMIT_EXCEEDED" not in inside and "  also" not in inside
+    batch = str(ks.analyze(two_rigid().assemble(actuators={"s": S})))
+    rows = {line.split()[0]: line.split()[1] for line in batch.splitlines() if line.startswith("  ") and "_" not in line[:2]}
+    assert (rows["INDETERMINATE"], rows["LIMIT_EXCEEDED"], rows["4"]) == ("7", "4", "of")
+    assert "OK" not in rows
+
+
+def test_json_tells_the_facts():
+    found = json.loads(json.dumps(ks.analyze(two_rigid().assemble(actuators={"s": S})).to_dict()))
+    assert found["limit_exceeded"] == found["configuration"]["limit_exceeded"] == BEYOND.tolist()
+    assert found["indeterminate"] == [True] * 7 and found["basis_degenerate"] == [False] * 7
+    one = ks.analyze(two_rigid().assemble(actuators={"s": 0.3})).to_dict()
+    assert one["limit_exceeded"] is True and one["basis_degenerate"] is False
+
+
+def test_a_singular_pose_beyond_a_limit_is_both():
+    """A drive that does not hold what it carries: the platform swings freely about the other joint."""
+    text = (CASES / "two_rigid.urdf").read_text()
+    text = text[: text.index("<loop")] + text[text.index("</loop>") + 7 :]
+    text = text.replace(
+        '<platform link="p"/>',
+        '<joint name="f" type="revolute"><parent link="p"/><child link="q"/><axis xyz="0 0 1"/>'
+        '<limit lower="-1" upper="1" effort="1" velocity="1"/></joint><link name="q"/><platform link="q"/>',
+    )
+    one = ks.analyze(ks.Robot(parse_robot_text(text)).assemble(actuators={"s": [0.0, 0.3]}), on_failure="nan")
+    assert np.all(one.status == ks.Status.SINGULAR)
+    np.testing.assert_array_equal(one.limit_exceeded, [False, True])
+    assert not one.indeterminate.any()
+
+
+def test_nothing_is_true_of_a_pose_that_is_not_reached():
+    robot = ks.load_robot(robot_path("orthoglide"))
+    result = ks.analyze(robot.assemble(platform={"x": [0.0, 9.0], "y": 0.0, "z": 0.0}))
+    assert result.status.tolist() == [ks.Status.OK, ks.Status.UNREACHABLE]
+    assert not any(where.any() for where in result.facts.values())
+
+
+def test_the_status_is_the_worst_of_the_facts():
+    base = np.array([0, 0, 0, 0, 2, 3, 0], dtype=np.int8)
+    facts = {
+        "limit_exceeded": np.array([0, 1, 1, 1, 1, 1, 0], dtype=bool),
+        "basis_degenerate": np.array([0, 0, 1, 1, 1, 1, 1], dtype=bool),
+        "indeterminate": np.array([0, 0, 0, 1, 1, 1, 0], dtype=bool),
+    }
+    assert status_of(base, facts).tolist() == [0, 1, 5, 4, 2, 3, 5]
+
+
+# ---- maps ------------------------------------------------------------------------------------------------------------
+
+
+def test_a_map_beyond_the_limits_is_not_valid_there(far):
+    assert far["limit_exceeded"].dtype == bool
+    np.testing.assert_array_equal(far["limit_exceeded"], BEYOND)
+    np.testing.assert_array_equal(far["indeterminate"], True)
+    np.testing.assert_array_equal(ks.indices.valid(far), ~BEYOND)
+    assert np.all(ks.indices.valid(far, beyond_limits=True))
+    at = ks.sweep(two_rigid(), actuators={"s": [-0.3, 0.2, 0.3]})
+    with pytest.raises(ks.ArgumentError, match="no pose of the map is valid and within the joints' limits"):
+        ks.indices.best(at, "linear_sag")
+    assert ks.indices.best(at, "linear_sag", beyond_limits=True).facts == ("limit_exceeded", "indeterminate")
+    assert ks.indices.best(far, "linear_sag").facts == ("indeterminate",)
+
+
+def test_a_summary_counts_every_fact(far):
+    words = summary(far)
+    assert "\n           4 beyond a joint's limit\n           7 with undetermined forces\n" in words
+    assert "\n           4 of them counted more than once\n" in words
+    assert "no pose is within the joints' limits" in summary(far.isel(s=[0, 6]))
+
+
+@pytest.mark.parametrize("ending", ["nc", "zarr"])
+def test_facts_are_stored(far, tmp_path, ending):
+    for _ in range(2):  # the second call opens what is there
+        stored = ks.sweep(two_rigid(), actuators={"s": S}, out=tmp_path / f"map.{ending}")
+        for name in FACTS:
+            assert stored[name].dtype == bool
+            np.testing.assert_array_equal(stored[name], far[name])
+        stored.close()
+
+
+def test_maps_without_facts_are_read_by_their_status(far):
+    old = ks.sweep(two_rigid(), actuators={"s": S}).drop_vars(list(FACTS))
+    old["status"][0], old["status"][1], old["status"][2] = ks.Status.LIMIT_EXCEEDED, ks.Status.OK, ks.Status.BASIS_DEGENERATE
+    np.testing.assert_array_equal(ks.indices.valid(old), [False] + [True] * 6)
+    assert ks.indices.best(old.isel(s=[2]), "linear_sag").facts == ("basis_degenerate",)
+    assert "1 beyond a joint's limit" in summary(old) and "4 with undetermined forces" in summary(old)
+
+
+def test_figures_say_that_poses_are_beyond_the_limits(far):
+    pytest.importorskip("matplotlib")
+    from kinetostatics.plots.masks import masks_of
+    from kinetostatics.plots.selection import select
+
+    shown = select(far, "linear_sag", ["s"], {}, False)
+    assert [(mask.label, mask.where.tolist()) for mask in masks_of(shown.values, shown.status)] == [
+        ("beyond joint limits", BEYOND.tolist())
+    ]
+    lost = select(far, "intensity:limb_2: force along limb axis at its outer end", ["s"], {}, True)
+    assert [mask.label for mask in masks_of(lost.values, lost.status)] == ["not determined"]
+    part = select(far, "intensity:limb_2: force along limb axis at its outer end", ["s"], {}, False)
+    masks = {mask.label: mask.where for mask in masks_of(part.values, part.status)}
+    np.testing.assert_array_equal(masks["beyond joint limits"], BEYOND)
+    np.testing.assert_array_equal(masks["not determined"], ~BEYOND)
+
+
+@pytest.mark.parametrize("name", ["2pru_upr", "exechon", "orthoglide", "tripteron"])
+def test_a_robot_without_beams_has_the_same_limits(name):
+    """Rigid, these robots are overconstrained: their statics is indeterminate at all poses."""
+    description = ks.load_robot(robot_path(name)).description
+    elastic = ks.Robot(description)
+    for beam in description.beams:
+        description = description.without_beam(beam)
+    rigid = ks.Robot(description)
+    limits = {item.name: item for item in description.joints.values()}
+    drives = {name: limits[name] for name in elastic.description.driven}
+    zero = {drive: float(value) for drive, value in elastic.assemble().actuators.items()}
+    first = next(iter(drives))
+    values = np.linspace(drives[first].lower, drives[first].upper, 5)
+    grid = {**zero, first: np.concatenate([values, [drives[first].upper + 1e-3, drives[first].lower - 1e-3]])}
+    maps = [ks.sweep(robot, actuators=grid) for robot in (elastic, rigid)]
+    beyond = maps[0]["status"] == ks.Status.LIMIT_EXCEEDED
+    assert beyond.any() and not beyond.all()
+    reached = maps[1]["status"] != ks.Status.UNREACHABLE
+    assert np.all(maps[1]["status"].where(reached, 4) == ks.Status.INDETERMINATE)
+    np.testing.assert_array_equal(maps[1]["limit_exceeded"], beyond)
+    np.testing.assert_array_equal(ks.indices.valid(maps[1]), ks.indices.valid(maps[0]))
+
+
+# ---- check -----------------------------------------------------------------------------------------------------------
+
+
+def test_check_foresees_that_forces_are_not_determined(capsys):
+    from kinetostatics.cli.main import main
+
+    assert main(["check", str(CASES / "two_rigid.urdf")]) == 0
+    words = " ".join(capsys.readouterr().out.split())
+    assert "! the rigid limbs limb_1, limb_2 overconstrain one another: how they share their forces is not determined" in words
+    assert main(["check", "3rps"]) == 0
+    assert "not determined" not in capsys.readouterr().out
+
+
+def test_a_fact_without_a_status_is_true_of_no_pose_of_an_older_map(monkeypatch):
+    facts = importlib.import_module("kinetostatics.status")
+    older = xr.Dataset({"status": ("s", np.array([0, 1, 2], dtype=np.int8))})
+    assert facts.in_map(older, "limit_exceeded").values.tolist() == [False, True, False]
+    monkeypatch.setattr(facts, "FACTS", {"new": facts.Fact("new", None, "", "")})
+    assert not facts.in_map(older, "new").any()

@@ -1,0 +1,184 @@
+"""Poses at which the readable wrenches of a limb degenerate: its intensities are NaN, every other number is right."""
+
+import itertools
+
+import finite_elements
+import numpy as np
+import pinocchio as pin
+import pytest
+from mechanisms import Beam, Edge, Joint, Link, Mechanism, circle, write_mechanism
+from places import CASES
+
+import kinetostatics as ks
+from kinetostatics.files.bundled import robot_path
+from kinetostatics.limbs import basis_choice as wrench_bases
+from kinetostatics.math.linalg import Cholesky, definite
+
+
+def test_two_wrenches_that_coincide_lose_nothing_but_intensities(monkeypatch):
+    """By a choice that looks at generic poses only, a force of J_ic and one of J_ig were the same line but for 1e-5."""
+    robot = ks.load_robot(CASES / "basis_degenerates_to_nan.urdf")
+    found = ks.analyze(robot.assemble())
+    assert found.status == ks.Status.OK
+    same_but_intensities(found, monkeypatch)
+
+
+def test_columns_are_dependent_though_no_pivot_says_so():
+    """After a small pivot the next one is rounding."""
+    rng = np.random.default_rng(1)
+    fooled = 0
+    for size in 10.0 ** rng.uniform(-5, -4, 200):
+        a, b, c = np.linalg.qr(rng.standard_normal((6, 3)))[0].T
+        columns = np.array([a, a + size * (b + c), a + size * (b - c), b, c])
+        columns /= np.linalg.norm(columns, axis=1)[:, None]
+        gram = (columns @ columns.T)[..., None]
+        assert not definite(gram, 1e-10)
+        assert definite(gram[np.ix_([0, 3, 4], [0, 3, 4])], 1e-10)
+        fooled += bool(Cholesky(gram).smallest_pivot > 1e-10)
+    assert fooled > 5
+    assert definite(np.zeros((0, 0, 3)), 1e-10).tolist() == [True] * 3
+
+
+def same_but_intensities(found, monkeypatch):
+    """Compare a result with that of orthonormal bases in all limbs: physics does not know what describes a limb."""
+    monkeypatch.setattr(wrench_bases, "DEGENERATE", 2.0)
+    other = ks.analyze(found.configuration)
+    assert other.basis_degenerate
+    for name in ("twist", "stiffness", "compliance", "base_wrench", "strain_energy"):
+        close(getattr(found, name), getattr(other, name))
+    for name in ("joint_wrenches", "actuator_forces"):
+        close(*(list(getattr(result, name).values()) for result in (found, other)))
+    close(*([limb.wrench for limb in result.limbs.values()] for result in (found, other)))
+    for name, beam in found.beams.items():
+        close(beam.deflections, other.beams[name].deflections)
+        close(beam.section_wrenches, other.beams[name].section_wrenches)
+
+
+def close(found, wanted):
+    np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-9 * np.max(np.abs(wanted)))
+
+
+@pytest.mark.parametrize("name", ["2pru_upr", "delta", "tricept", "orthoglide"])
+def test_numbers_do_not_depend_on_the_wrenches_that_describe_limbs(name, monkeypatch):
+    same_but_intensities(ks.analyze(ks.load_robot(robot_path(name)).assemble()), monkeypatch)
+
+
+# ---- limbs whose joints are dependent at a pose: they resist one wrench more there -------------------------------------------
+
+X, Y, Z = (1, 0, 0), (0, 1, 0), (0, 0, 1)
+#: An elastic arm with six drives, which holds the platform wherever it is and lets the other limb take any pose.
+POINTS = [(0, -1.0, 0), (0.1, -1.05, 0.3), (-0.1, -0.9, 0.5), (0.2, -0.7, 0.6), (0.1, -0.5, 0.9), (0, -0.3, 0.8), (0, -0.1, 0.85)]
+AXES = [Z, X, Y, X, Z, (0.3, 0.5, 0.8)]
+
+
+def held(edges, links, beams, o=(0, 0, 0.8)):
+    """Return a robot of that arm and another limb, and its file; ``edges`` are joints with the links inside and outside."""
+    arm = [Joint(f"a{k}", "R", POINTS[k], AXES[k], driven=True) for k in range(6)] + [Joint("a6", "F", POINTS[6])]
+    names = ["base", *(f"arm{k}" for k in range(6)), "platform"]
+    own = [Edge(joint, *names[k : k + 2]) for k, joint in enumerate(arm)]
+    bars = [Beam(f"arm{k}", f"arm{k}", f"a{k}", f"a{k + 1}", circle(0.05)) for k in range(6)]
+    bars += [Beam(link, link, start, end, circle(0.03)) for link, (start, end) in beams.items()]
+    return Mechanism(
+        (*own, *(Edge(*edge) for edge in edges)), (*map(Link, names[1:-1]), *links), tuple(bars), o, 3.0, (0.02, 0.03, 0.83)
+    )
+
+
+def serial(*joints, weights=None):
+    """Return such a robot whose other limb is one chain, with a beam wherever two centres lie apart."""
+    names = ["base", *(f"x{k}" for k in range(len(joints) - 1)), "platform"]
+    edges = [(joint, *names[k : k + 2]) for k, joint in enumerate(joints)]
+    ends = {f"x{k}": (a.name, b.name) for k, (a, b) in enumerate(itertools.pairwise(joints)) if a.centre != b.centre}
+    return held(edges, [Link(name, *(weights or {}).get(name, ())) for name in names[1:-1]], ends)
+
+
+def flat_parallelogram(height=0.4):
+    """Two bars hinged to the base and to a frame, all hinges on one vertical line; a spherical joint and a strut above."""
+    at = [Joint(f"r{k}", "R", (0.5, 0, z), Y) for k, z in enumerate((0, height, 0.2, 0.2 + height))]
+    edges = [(at[0], "base", "x0"), (at[1], "x0", "frame"), (at[2], "base", "x1"), (at[3], "x1", "frame")]
+    edges += [(Joint("s0", "S", (0.5, 0, 0.7)), "frame", "x2"), (Joint("s1", "U", (0.1, 0.2, 0.8), X, Y), "x2", "platform")]
+    beams = {"x0": ("r0", "r1"), "x1": ("r2", "r3"), "x2": ("s0", "s1")}
+    return held(edges, [Link(name) for name in ("x0", "x1", "frame", "x2")], beams)
+
+
+def joints(letters, points, axes, axes2=None, driven=()):
+    return [
+        Joint(f"j{k}", letter, point, axis, X if axes2 is None else axes2[k], driven=k in driven)
+        for k, (letter, point, axis) in enumerate(zip(letters, points, axes, strict=True))
+    ]
+
+
+FOOT, KNEE, HEAD = (0.5, 0, 0), (0.5, 0, 0.4), (0.5, 0, 0.8)
+DEPENDENT = {
+    "a stretched leg with parallel hinges": serial(*joints("PRRR", (FOOT, FOOT, KNEE, HEAD), (X, Y, Y, Y), driven=[0])),
+    "a stretched leg between balls": serial(*joints("SRS", (FOOT, KNEE, HEAD), (Z, Y, Z))),
+    "a leg folded onto a cross": serial(*joints("RRU", (FOOT, KNEE, FOOT), (Y, Y, Y))),
+    "a leg folded onto a ball": serial(*joints("RRS", (FOOT, KNEE, FOOT), (Y, Y, Z))),
+    "crosses on one line": serial(*joints("UUS", (FOOT, KNEE, HEAD), (X, Z, Z), (Z, X, X))),
+    "parallel slides": serial(*joints("PRPR", (FOOT, FOOT, FOOT, (0.5, 0.2, 0.2)), (Y, X, Y, X), driven=[1])),
+    "parallel slides in the platform joint": serial(*joints("RPRP", (FOOT, HEAD, HEAD, HEAD), (Z, Y, X, Y))),
+    "a flat parallelogram": flat_parallelogram(),
+}
+
+
+def compared(mechanism):
+    """Return what is found at the zero pose, compared with finite elements."""
+    file = write_mechanism(mechanism, cuts=cuts_of(mechanism))
+    robot = file.robot()
+    pose = robot.configuration(pin.neutral(robot.model))
+    found, answer = ks.analyze(pose), finite_elements.solve(mechanism, file, pose)
+    assert answer.unbalanced < 1e-9 and not answer.free and answer.gap > 1e8
+    close(found.twist, answer.twist)
+    close(found.compliance, answer.compliance)
+    sure = {joint for joint in answer.joint_wrenches if answer.sure[joint]}
+    assert len(sure) > 6
+    for joint in sure:
+        sign = -1 if joint in answer.inward and not mechanism.joints[joint].kind == "F" else 1
+        wanted = answer.joint_wrenches[joint]
+        np.testing.assert_allclose(
+            found.joint_wrenches[file.runs[joint][-1]], sign * wanted, rtol=0, atol=1e-8 * np.abs(wanted).max() + 1e-6
+        )
+    return found
+
+
+def cuts_of(mechanism):
+    return {edge.joint.name for edge in mechanism.edges[7:] if edge.outer == "platform" or edge.joint.name == "r3"}
+
+
+@pytest.mark.parametrize("name", DEPENDENT)
+def test_a_limb_whose_joints_are_dependent_carries_one_wrench_more(name):
+    found = compared(DEPENDENT[name])
+    assert found.status == ks.Status.BASIS_DEGENERATE
+    limb = found.limbs["limb_2"]
+    assert np.all(np.isnan(limb.intensities)) and limb.intensities.shape == (len(limb.labels),)
+    assert np.all(np.isfinite(limb.wrench)) and limb.compliance.shape == (len(limb.labels),) * 2
+    assert np.all(np.isfinite(found.limbs["limb_1"].intensities))
+    assert np.all(np.isfinite(next(iter(found.joint_contributions.values()))["load"]))
+    close(sum(found.contributions.values()), found.twist)
+    parts = [twist for kind in found.source_contributions.values() for twist in kind.values()]
+    close(sum(parts), found.twist)
+
+
+@pytest.mark.parametrize("name", DEPENDENT)
+def test_such_a_pose_in_a_batch_is_the_pose_alone(name):
+    mechanism = DEPENDENT[name]
+    robot = write_mechanism(mechanism, cuts=cuts_of(mechanism)).robot()
+    zero, others = pin.neutral(robot.model), robot.model_q(robot.generic_poses).T
+    batch = ks.analyze(robot.configuration([zero, others[0], zero, others[1], zero], tolerance=1e-8))
+    assert batch.basis_degenerate.tolist() == [True, False, True, False, True]
+    for k in range(5):
+        alone = ks.analyze(robot.configuration(batch.configuration.q[k], tolerance=1e-8), on_failure="nan")
+        assert alone.status == batch.status[k]
+        close(batch.twist[k], alone.twist)
+        close(batch.base_wrench[k], alone.base_wrench)
+        close([w[k] for w in batch.joint_wrenches.values()], list(alone.joint_wrenches.values()))
+        for limb, mine in batch.limbs.items():
+            np.testing.assert_allclose(mine.intensities[k], alone.limbs[limb].intensities, rtol=1e-6, atol=1e-7)
+        for beam, mine in batch.beams.items():
+            close(mine.deflections[k], alone.beams[beam].deflections)
+
+
+def test_a_stretched_leg_that_gravity_bends_holds_nothing():
+    level = serial(*joints("PRRR", ((0.9, 0, 0.8), (0.9, 0, 0.8), (0.5, 0, 0.8), (0.1, 0, 0.8)), (X, Y, Y, Y), driven=[0]))
+    robot = write_mechanism(level, cuts=cuts_of(level)).robot()
+    with pytest.raises(ks.LimbEquilibriumError, match="limb_2 cannot hold its own weight"):
+        ks.analyze(robot.configuration(pin.neutral(robot.model)))

@@ -1,0 +1,531 @@
+"""The check by finite elements: every robot agrees with it, it is right by itself, and it notices what is wrong.
+
+Skipped with a reason where OpenSeesPy is missing, unless KINETOSTATICS_REQUIRE_OPENSEES is set.
+"""
+
+import ast
+import json
+import os
+import subprocess
+import sys
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+
+import finite_elements
+import numpy as np
+import pytest
+import small_robots as sr
+from hybrid_robots import as_arguments
+from mechanisms import Beam, Edge, Joint, Link, Mechanism, Stiffness, random_cuts, write_mechanism
+from places import ROOT
+
+import kinetostatics as ks
+from kinetostatics import verification
+from kinetostatics.cli import main as cli
+from kinetostatics.files.reader import parse_robot_text
+from kinetostatics.limbs import beam as beams
+from kinetostatics.limbs.gravity import Weights
+from kinetostatics.verification import OpenSeesError
+from kinetostatics.verification import opensees as runner
+from kinetostatics.verification.directions import Directions
+from kinetostatics.verification.model import build
+
+ROBOTS = sorted(path.name.removesuffix(".urdf.xacro") for path in (ROOT / "robots").glob("*.urdf.xacro"))
+LOAD, POINT, SIDEWAYS = (120.0, -40.0, -500.0, 7.0, -3.0, 11.0), (0.13, -0.07, 0.05), (3.0, -4.0, 8.0)
+
+
+@cache
+def missing():
+    """Return why OpenSees cannot be used here, or None."""
+    try:
+        ks.verify(sr.robot_of(sr.cantilever()).assemble())
+    except OpenSeesError as error:
+        return str(error)
+    return None
+
+
+@pytest.fixture(autouse=True)
+def opensees(request):
+    if hasattr(request.function, "without_opensees") or not missing():
+        return
+    if os.environ.get("KINETOSTATICS_REQUIRE_OPENSEES"):
+        pytest.fail(missing())
+    pytest.skip(missing())
+
+
+def without_opensees(test):
+    """Mark a test that needs no OpenSees."""
+    test.without_opensees = True
+    return test
+
+
+def assert_agrees(pose, tolerance=1e-6, **options):
+    found = ks.verify(pose, tolerance=tolerance, **options)
+    assert found.verified and found.conclusive, str(found)
+    assert set(found.ours.joint_wrenches) <= set(found.finite_elements.joint_wrenches)
+    return found
+
+
+# ---- every robot that comes with the package -------------------------------------------------------------------------------
+
+
+@cache
+def robot(name):
+    return ks.load_robot(ROOT / "robots" / f"{name}.urdf.xacro")
+
+
+def pose(name, which):
+    """Return the closed zero pose (0) or one of three assembled poses without symmetry (1, 2, 3)."""
+    one = robot(name)
+    if which == 0:
+        return one.configuration(one.model_q(one.zero_poses)[:, 0])
+    return one.configuration(one.model_q(one.generic_poses)[:, which - 1], tolerance=1e-9)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize(
+    ("which", "options"),
+    [
+        (0, {}),
+        (0, {"load": LOAD, "point": POINT}),
+        (1, {"load": LOAD, "point": POINT, "frame": "platform", "gravity": SIDEWAYS}),
+        (2, {"gravity": (0, 0, 9.8)}),
+        (3, {"load": LOAD, "gravity": (0, 0, 0)}),
+    ],
+)
+def test_every_robot(name, which, options):
+    assert_agrees(pose(name, which), **options)
+
+
+def test_configurations_2_of_the_paper():
+    rps = robot("3rps").assemble(
+        platform={"z": 0.5, "azimuth": np.radians(-170), "tilt": np.radians(10)}, orientation="tilt_torsion"
+    )
+    upr = robot("2pru_upr").assemble(platform={"z": 0.6, "rx": np.radians(-5), "ry": np.radians(-6)}, orientation="XYZ")
+    for configuration in (rps, upr):
+        # rounding is all that is left of the differences
+        assert_agrees(configuration, 1e-9, gravity=(0, 0, -9.8))
+        assert_agrees(configuration, 1e-9, gravity=SIDEWAYS, load=LOAD, point=POINT, frame="platform")
+
+
+# ---- small robots: other joints, ways to write them, drives that turn, local freedoms ------------------------------------------
+
+SPECS = {
+    "gough_sps": sr.gough("S"),  # six struts that spin
+    "gough_rails": sr.gough(telescopic=False),
+    "puu3": sr.with_link_masses(sr.puu3()),
+    "four_bar": sr.four_bar(),
+    "planar_3rrr": sr.planar_3rrr(),
+    "chain": sr.locked_chain([(0, 0, 0), (0.5, 0.1, 0), (0.7, 0.2, 0.5)], [(0, 0, 1), (1, 0, 0)], mass=2.0),
+    "split": sr.split(sr.pru2_upr(), 3),
+    "random": sr.random_spec(["pRpS", "CCP", "rC"], 4),
+}
+
+
+@pytest.mark.parametrize("name", SPECS)
+@pytest.mark.parametrize("options", [{}, {"twirl": 3, "whole": False, "flip": True, "cut": 0}])
+def test_small_robots(name, options):
+    spec, options = SPECS[name], dict(options)
+    if "cut" in options:
+        options["cuts"] = [options.pop("cut")] * len(spec.limbs)
+    assert_agrees(sr.robot_of(spec, **options).assemble(), load=LOAD, gravity=SIDEWAYS)
+
+
+def link(name, mass=0.0, centre="0 0 0"):
+    inertial = f'<mass value="{mass}"/><origin xyz="{centre}"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
+    return f'<link name="{name}"><inertial>{inertial}</inertial></link>' if mass else f'<link name="{name}"/>'
+
+
+def joint(name, kind, parent, child, xyz="0 0 0", axis="1 0 0", rpy="0 0 0"):
+    limit = '<limit lower="-9" upper="9" effort="0" velocity="0"/>' if kind in ("revolute", "prismatic") else ""
+    moving = f'<axis xyz="{axis}"/>{limit}' if kind != "fixed" else ""
+    ends = f'<parent link="{parent}"/><child link="{child}"/><origin xyz="{xyz}" rpy="{rpy}"/>'
+    return f'<joint name="{name}" type="{kind}">{ends}{moving}</joint>'
+
+
+def beam(carrier, start, end, more='density="7850"', section='<circle diameter="0.05"/>'):
+    material = f'youngs_modulus="2e11" poisson_ratio="0.3" {more}'
+    return f'<beam link="{carrier}" from="{start}" to="{end}" {material}>{section}</beam>'
+
+
+def made_of(*parts, drives=()):
+    driven = [f'<transmission name="drive_{name}"><joint name="{name}"/></transmission>' for name in drives]
+    text = "".join(["<robot name='made'>", link("base"), *parts, '<platform link="platform"/>', *driven, "</robot>"])
+    return ks.Robot(parse_robot_text(text)).assemble()
+
+
+PLATFORM = link("platform", 4.0, "0.1 0.1 0")
+COLUMN = (
+    joint("foot", "fixed", "base", "column", "0.8 0 0") + joint("head", "fixed", "column", "platform", "0 0 0.8")
+    + link("column") + beam("column", "foot", "head") + PLATFORM
+)  # fmt: skip
+
+
+def telescope(start, *, drives, mass=2.0):
+    """A clamped column carries the platform; a telescope stands beside it."""
+    return made_of(
+        COLUMN, link("cylinder", mass, "0 0 0.1"), link("rod"),
+        joint("root", start, "base", "cylinder", axis="0 1 0"),
+        joint("slide", "prismatic", "cylinder", "rod", "0 0 0.5", "0 0 1"),
+        '<loop name="ball" type="spherical"><predecessor link="rod"><origin xyz="0 0 0.3"/></predecessor>'
+        '<successor link="platform"><origin xyz="-0.8 0 0"/></successor></loop>',
+        beam("rod", "root", "ball"), drives=drives,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("start", ["fixed", "revolute"])
+@pytest.mark.parametrize("drives", [(), ("slide",)])
+def test_telescopes_driven_and_passive(start, drives):
+    found = assert_agrees(telescope(start, drives=drives), load=LOAD, gravity=SIDEWAYS)
+    if not drives:  # nothing holds a passive telescope along its axis, not even its own weight
+        assert abs(found.finite_elements.joint_wrenches["slide"][2]) < 1e-9
+
+
+@pytest.mark.parametrize(("carrier", "masses"), [("cylinder", 0.0), ("middle", 3.0), ("rod", 0.0)])
+def test_telescope_of_three_stages(carrier, masses):
+    middle = 0.0 if carrier == "middle" else masses
+    configuration = made_of(
+        link("cylinder", masses, "0 0 0.1"), link("middle", middle), link("rod", masses), PLATFORM,
+        joint("root", "fixed", "base", "cylinder", "0 0 1", rpy="0.3 0.2 0.1"),
+        joint("one", "prismatic", "cylinder", "middle", "0 0 0.5", "0 0 1"),
+        joint("two", "prismatic", "middle", "rod", "0 0 0.4", "0 0 -1"), joint("tip", "fixed", "rod", "platform", "0 0 0.3"),
+        beam(carrier, "root", "tip"), drives=("one", "two"),
+    )  # fmt: skip
+    assert_agrees(configuration, load=LOAD, gravity=SIDEWAYS)
+
+
+def test_a_drive_that_other_joints_follow():
+    """Its force moves them too."""
+    right = joint("follower", "prismatic", "base", "right", "0.8 0 0", "0 0 1")
+    right = right.replace("</joint>", '<mimic joint="motor" multiplier="-0.5"/></joint>')
+    found = assert_agrees(
+        made_of(
+            link("left", 1.0), link("right", 2.0), link("rod"), PLATFORM,
+            joint("motor", "prismatic", "base", "left", axis="0 0 1"), right,
+            joint("foot", "revolute", "left", "rod", axis="0 1 0"), joint("head", "fixed", "rod", "platform", "0 0 0.5"),
+            '<loop name="ball" type="spherical"><predecessor link="right"/><successor link="platform"><origin xyz="0.8 0 -0.5"/>'
+            "</successor></loop>", beam("rod", "foot", "head"), drives=("motor",),
+        ), load=LOAD, gravity=SIDEWAYS,
+    )  # fmt: skip
+    wrenches = found.finite_elements.joint_wrenches
+    assert found.finite_elements.actuator_forces["motor"] == pytest.approx(wrenches["motor"][2] - 0.5 * wrenches["follower"][2])
+
+
+def test_dead_weight():
+    """A pendulum at rest and a driven arm hang on the platform."""
+    pendulum = link("pendulum", 2.0, "0 0 -0.3") + joint("hinge", "continuous", "platform", "pendulum", axis="0 1 0")
+    arm = link("arm") + link("hand", 1.0, "0.1 0 0") + joint("shoulder", "revolute", "platform", "arm", "0 0.1 0")
+    hand = joint("wrist", "fixed", "arm", "hand", "0.5 0 0") + beam("arm", "shoulder", "wrist")
+    assert_agrees(made_of(COLUMN, pendulum), load=LOAD)
+    found = assert_agrees(made_of(COLUMN, arm, hand, drives=("shoulder",)), load=LOAD, gravity=SIDEWAYS)
+    assert abs(found.finite_elements.actuator_forces["shoulder"]) < 1e-9  # along the arm
+
+
+@pytest.mark.parametrize(
+    "section",
+    [
+        '<rectangular_tube width="0.08" height="0.03" thickness="0.004"/>',
+        '<section area="1e-3" I_y="1e-7" I_z="2e-7" J="2e-7" shear_area_y="5e-4" shear_area_z="8e-4"/>',
+    ],
+)
+def test_sections_that_bend_differently(section):
+    configuration = made_of(
+        link("arm", 3.0, "0.5 0 0.5"), PLATFORM, joint("root", "fixed", "base", "arm", rpy="0.1 0.2 0.3"),
+        joint("tip", "fixed", "arm", "platform", "1 0 1"), beam("arm", "root", "tip", 'y_axis="0 1 0.3"', section),
+    )  # fmt: skip
+    assert_agrees(configuration, load=LOAD, gravity=SIDEWAYS)
+
+
+def test_rigid_robot():
+    arm = link("arm", 3.0, "0.5 0.5 0.5") + joint("motor", "revolute", "base", "arm")
+    found = assert_agrees(made_of(arm, PLATFORM, joint("tip", "fixed", "arm", "platform", "1 0 1"), drives=("motor",)), load=LOAD)
+    assert "stiffness" in found.not_compared and "stiffness" not in found.differences
+
+
+# ---- the judge by itself -----------------------------------------------------------------------------------------------------
+
+
+def test_finite_elements_against_a_formula():
+    L, d, E, nu = 1.3, 0.05, sr.E, sr.NU
+    A, inertia = np.pi * d**2 / 4, np.pi * d**4 / 64
+    model = build(sr.robot_of(sr.cantilever(L)).assemble(), np.array([0, 0, -20.0, 0, 0, 0]), np.array([0, 0, -9.81]))
+    solution, _ = runner.solve(model)
+    q, GA = sr.RHO * A * 9.81, E / (2 * (1 + nu)) * A
+    sag = q * L**4 / (8 * E * inertia) + q * L**2 / (2 * GA) + 20 * L**3 / (3 * E * inertia) + 20 * L / GA
+    slope = q * L**3 / (6 * E * inertia) + 20 * L**2 / (2 * E * inertia)
+    np.testing.assert_allclose(solution.twist, [0, 0, -sag, 0, slope, 0], rtol=1e-12, atol=1e-18)
+    np.testing.assert_allclose(
+        solution.joint_wrenches["root"], [0, 0, q * L + 20, 0, -(q * L**2 / 2 + 20 * L), 0], rtol=1e-12, atol=1e-11
+    )
+    assert solution.compliance[0, 0] == pytest.approx(L / (E * A), rel=1e-12)
+
+
+# ---- elastic joints and misfits, by formulas -----------------------------------------------------------------------------------
+
+
+def solved(mechanism, load=(0, 0, 0, 0, 0, 0), gravity=(0, 0, 0), misfits=None, drop=()):
+    """Return what OpenSees and what the tests' own finite elements say, after both agree with the analysis."""
+    file = write_mechanism(mechanism, cuts=random_cuts(mechanism, np.random.default_rng(0)), twirl=5)
+    pose = file.robot().assemble()
+    options = {} if misfits is None else {"misfits": as_arguments(misfits, file)}
+    own = finite_elements.solve(mechanism, file, pose, load, gravity, misfits)
+    theirs, _ = runner.solve(build(pose, np.array(load, dtype=float), np.array(gravity, dtype=float), **options))
+    assert_agrees(pose, load=load, gravity=gravity, **options)
+    np.testing.assert_allclose(theirs.twist, own.twist, rtol=0, atol=1e-8 * np.abs(own.twist).max() + 1e-14)
+    return theirs
+
+
+def column(name, inner, outer, start, end, **more):
+    """A link with a beam, and its edges."""
+    edges = [Edge(Joint(f"{name}_1", "F", start), inner, name), Edge(Joint(f"{name}_2", "F", end), name, outer)]
+    return edges, Beam(name, name, f"{name}_1", f"{name}_2", sr.circle(0.04), kappa=np.inf, thermal_expansion=ALPHA, **more)
+
+
+def frame_of(*parts, edges=(), o=(0.0, 0.0, 0.0), mass=0.0):
+    """Robots of some columns and further edges."""
+    found = [*(edge for part in parts for edge in part[0]), *edges]
+    links = dict.fromkeys(name for edge in found for name in (edge.inner, edge.outer) if name not in ("base", "platform"))
+    return Mechanism(tuple(found), tuple(map(Link, links)), tuple(part[1] for part in parts), o=o, mass=mass, com=o)
+
+
+ALPHA, L = 1.2e-5, 0.7
+AREA, INERTIA = np.pi * 0.04**2 / 4, np.pi * 0.04**4 / 64
+
+
+def test_heated_beam_between_two_walls():
+    """N = −E A α ΔT; the platform in the middle does not move."""
+    mechanism = frame_of(
+        column("left", "base", "platform", (0, 0, 0), (L, 0, 0)), column("right", "platform", "base", (L, 0, 0), (2 * L, 0, 0)),
+        o=(L, 0, 0),
+    )  # fmt: skip
+    found = solved(mechanism, misfits={"left": ("temperature", 10.0), "right": ("temperature", 10.0)})
+    push = sr.E * AREA * ALPHA * 10.0
+    np.testing.assert_allclose(found.twist, 0, atol=1e-12)
+    np.testing.assert_allclose(found.joint_wrenches["left_1"], [push, 0, 0, 0, 0, 0], rtol=1e-9, atol=1e-7 * push)
+    np.testing.assert_allclose(found.beam_wrenches["left"][:, 0], -push, rtol=1e-9)
+    # one side warmer: the platform moves by half of α ΔT L, and half the force remains
+    found = solved(mechanism, misfits={"left": ("length", 2e-4)})
+    np.testing.assert_allclose(found.twist[0], 1e-4, rtol=1e-9)
+    np.testing.assert_allclose(found.joint_wrenches["left_1"][0], sr.E * AREA / L * 1e-4, rtol=1e-8)
+
+
+def test_portal_whose_foot_settles():
+    """A rigid beam on two clamped columns: sway and rotation by the slope-deflection method."""
+    h, b, settling = 0.9, 0.6, 1e-3
+    feet = ((-b / 2, 0, 0), (b / 2, 0, 0))
+    columns = [column(f"c{k}", "base", "platform", foot, (foot[0], 0, h)) for k, foot in enumerate(feet)]
+    found = solved(frame_of(*columns, o=(0, 0, h)), misfits={"c0_1": np.array([0, 0, -settling, 0, 0, 0])})
+    EI, EA = sr.E * INERTIA, sr.E * AREA
+    # for sway u along x and rotation r about y; a column's top feels 12EI/h³ u − 6EI/h² r and −6EI/h² u + 4EI/h r
+    K = np.array([[24 * EI / h**3, -12 * EI / h**2], [-12 * EI / h**2, 8 * EI / h + EA / h * b**2 / 2]])
+    u, r = np.linalg.solve(K, [0.0, -EA / h * settling * b / 2])
+    np.testing.assert_allclose(found.twist, [u, 0, -settling / 2, 0, r, 0], rtol=1e-8, atol=1e-12)
+    np.testing.assert_allclose(found.joint_wrenches["c1_2"][2], EA / h * (settling / 2 + r * b / 2), rtol=1e-7)
+
+
+@pytest.mark.parametrize("driven", [False, True])
+def test_cantilever_on_an_elastic_clamp(driven):
+    """Deflection and slope of a clamped beam, and what the clamp gives way."""
+    linear, angular, drive = (1e6, 2e6, 3e6), (2e4, 3e4, 5e4), 4e4
+    stiffness = Stiffness(linear=linear, angular=angular, drive=drive if driven else None)
+    arm = column("arm", "base", "platform", (0, 0, 0), (L, 0, 0), density=0.0)
+    clamp = Joint("arm_1", "R" if driven else "F", (0, 0, 0), axis=(0, 1, 0), driven=driven, stiffness=stiffness)
+    mechanism = frame_of(([Edge(clamp, "base", "arm"), arm[0][1]], arm[1]), o=(L, 0, 0))
+    F = -30.0
+    found = solved(mechanism, load=(7.0, 0, F, 0, 0, 0))
+    EI, moment = sr.E * INERTIA, -F * L  # about y
+    slope = moment / angular[1] + (moment / drive if driven else 0.0)
+    sag = F * L**3 / (3 * EI) + F / linear[2] - slope * L
+    expected = [7 * L / (sr.E * AREA) + 7 / linear[0], 0, sag, 0, -F * L**2 / (2 * EI) + slope, 0]
+    np.testing.assert_allclose(found.twist, expected, rtol=1e-9, atol=1e-15)
+
+
+def test_gough_platform_on_elastic_joints():
+    """K = Σ k $ $ᵀ, a strut being as soft as its rod, its drive and the bearings at both ends together."""
+    bearing, drive = 5e7, 2e7
+    spec = sr.gough("U", section=sr.circle(0.03), density=0.0)
+    mechanism = sr.mechanism_of(spec)
+    edges = []
+    for edge in mechanism.edges:
+        own = Stiffness(drive=drive) if edge.joint.driven else Stiffness(linear=(bearing,) * 3)
+        edges.append(replace(edge, joint=replace(edge.joint, stiffness=own)))
+    found = solved(replace(mechanism, edges=tuple(edges)), load=LOAD)
+    feet, heads, o = sr.gough_points()
+    K = np.zeros((6, 6))
+    for foot, head in zip(feet, heads, strict=True):
+        length = np.linalg.norm(head - foot)
+        line = (head - foot) / length
+        screw = np.append(line, np.cross(head - o, line))
+        K += np.outer(screw, screw) / (length / (sr.E * np.pi * 0.03**2 / 4) + 2 / bearing + 1 / drive)
+    np.testing.assert_allclose(found.stiffness, K, rtol=0, atol=1e-8 * np.abs(K).max())
+    np.testing.assert_allclose(found.twist, np.linalg.solve(K, LOAD), rtol=1e-7)
+
+
+def test_platform_on_six_springs():
+    """A floating joint between base and platform is a mount: its stiffness is that of its springs."""
+    k = np.array([1e5, 2e5, 3e5, 400.0, 500.0, 600.0])
+    mount = Joint("mount", "X", (0.1, 0.2, 0.3), stiffness=Stiffness(linear=tuple(k[:3]), angular=tuple(k[3:])))
+    found = solved(
+        frame_of(edges=[Edge(mount, "base", "platform")], o=(0.1, 0.2, 0.3), mass=5.0), gravity=(1.0, 2.0, -9.0), load=LOAD
+    )
+    np.testing.assert_allclose(found.twist, (np.array(LOAD) + 5.0 * np.array([1, 2, -9, 0, 0, 0])) / k, rtol=1e-9)
+
+
+# ---- directions ----------------------------------------------------------------------------------------------------------------
+
+
+@without_opensees
+def test_directions():
+    """Base 0, platform 9."""
+    brace = Directions({"a": (0, 1), "b": (2, 0), "c": (1, 9), "d": (2, 9), "bridge": (2, 1), "other": (1, 2)}, 0, 9)
+    assert [brace.inner_first(edge) for edge in ("a", "b", "c", "d")] == [True, False, True, True]
+    assert brace.inner_first("bridge") and brace.inner_first("other")  # passed both ways: as written
+    ring = Directions({"a": (0, 1), "b": (9, 1), "out": (3, 1), "one": (3, 4), "two": (4, 3), "end": (4, 5)}, 0, 9)
+    assert [ring.inner_first(edge) for edge in ("a", "b", "out", "end")] == [True, False, False, True]
+    assert ring.inner_first("one") and ring.inner_first("two")
+    pendulum = Directions({"a": (0, 9), "hinge": (1, 9), "arm": (1, 2)}, 0, 9)
+    assert [pendulum.inner_first(edge) for edge in ("hinge", "arm")] == [False, True]
+
+
+@without_opensees
+def test_a_ladder_with_many_ways_is_directed_in_time():
+    rungs = 12
+    edges = {"in_1": (0, 10), "in_2": (0, 11), "out_1": (10 + 2 * rungs - 2, 9), "out_2": (11 + 2 * rungs - 2, 9)}
+    for k in range(rungs):
+        edges[f"rung_{k}"] = (10 + 2 * k, 11 + 2 * k)
+    for k in range(rungs - 1):
+        edges[f"left_{k}"], edges[f"right_{k}"] = (10 + 2 * k, 12 + 2 * k), (13 + 2 * k, 11 + 2 * k)
+        edges[f"cross_{k}"] = (10 + 2 * k, 13 + 2 * k)
+    found = Directions(edges, 0, 9)
+    assert found.inner_first("in_1") and found.inner_first("out_2") and all(map(found.inner_first, edges)) is not None
+
+
+@without_opensees
+def test_the_frame_is_built_without_the_statics():
+    allowed = {"verification", "description", "configuration", "beam_spans", "exceptions", "mappings", "ordering"}
+    for name in ("pieces", "directions", "connections", "frame", "model", "opensees", "worker"):
+        tree = ast.parse((Path(verification.__file__).parent / f"{name}.py").read_text())
+        for node in ast.walk(tree):
+            if isinstance(node, ast.ImportFrom) and str(node.module).startswith("kinetostatics"):
+                assert node.module.split(".")[1] in allowed, (name, node.module)
+
+
+# ---- what is wrong is noticed ------------------------------------------------------------------------------------------------
+
+
+def too_soft(monkeypatch):
+    right = beams.end_displacement
+    monkeypatch.setattr(beams, "end_displacement", lambda *args: right(*args) * (1 + 1e-5))
+
+
+def too_heavy(monkeypatch):
+    right = Weights.wrenches
+    monkeypatch.setattr(Weights, "wrenches", lambda self, *args: right(self, *args) * (1 + 1e-5))
+
+
+def wrong_sign(monkeypatch):
+    right = ks.Result.actuator_forces.func
+    monkeypatch.setattr(ks.Result, "actuator_forces", property(lambda self: {k: -v for k, v in right(self).items()}))
+
+
+@pytest.mark.parametrize(
+    ("mistake", "wrong"),
+    [(too_soft, {"twist", "stiffness"}), (too_heavy, {"joint_wrenches", "actuator_forces"}), (wrong_sign, {"actuator_forces"})],
+)
+def test_mistakes_are_noticed(monkeypatch, mistake, wrong):
+    mistake(monkeypatch)
+    one = ks.load_robot(ROOT / "robots" / "3rps.urdf.xacro")
+    found = ks.verify(one.assemble(platform={"z": 0.5, "rx": 0.1, "ry": -0.1}), load=LOAD)
+    assert not found.verified
+    assert wrong <= {name for name, difference in found.differences.items() if difference > found.tolerance}
+    assert found.verdict.startswith("NOT verified") and "DIFFERS" in str(found)
+
+
+def test_missing_numbers_are_noticed(monkeypatch):
+    right = ks.Result.twist.func
+    monkeypatch.setattr(ks.Result, "twist", property(lambda self: right(self) * np.nan))
+    found = ks.verify(pose("3rps", 0))
+    assert not found.verified and found.differences["twist"] == np.inf
+    assert json.loads(json.dumps(found.to_dict(), allow_nan=False))["differences"]["twist"] is None
+
+
+@pytest.mark.parametrize("options", [{"load": np.zeros((3, 6))}, {"tolerance": 0.0}, {"frame": "moon"}, {"point": (1, 2)}])
+def test_arguments_that_make_no_sense(options):
+    with pytest.raises(ks.ArgumentError):
+        ks.verify(pose("3rps", 0), **options)
+
+
+# ---- the command ---------------------------------------------------------------------------------------------------------------
+
+
+def test_command_prints_both_sides_and_nothing_else():
+    done = subprocess.run(
+        [sys.executable, "-m", "kinetostatics", "verify", "2pru_upr", "--load", "100", "0", "-500", "0", "0", "0"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0 and done.stderr == ""
+    assert done.stdout.startswith("Check of '2pru_upr'") and done.stdout.splitlines()[-1].startswith("Verified: ")
+    assert "finite elements" in done.stdout and "prismatic_3 [N]" in done.stdout
+
+
+def test_command_prints_json(capsys):
+    assert cli.main(["verify", "3rps", "--json", "--platform", "z=500mm", "rx=2deg", "ry=0"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert found["verified"] and found["differences"]["twist"] < 1e-6
+    for side in ("ours", "finite_elements"):
+        assert len(found[side]["twist"]) == 6 and np.shape(found[side]["stiffness"]) == (6, 6)
+        assert set(found[side]["actuator_forces"]) == {"prismatic_1", "prismatic_2", "prismatic_3"}
+
+
+def test_command_tells_by_its_exit_code(capsys, monkeypatch):
+    too_soft(monkeypatch)
+    assert cli.main(["verify", "3rps"]) == 1
+    assert "NOT verified" in capsys.readouterr().out
+    assert cli.main(["verify", "3rps", "--within", "1e-4"]) == 0
+
+
+# ---- where OpenSees is missing, broken or crashes ------------------------------------------------------------------------------
+
+
+@without_opensees
+def test_missing_opensees(capsys, monkeypatch):
+    monkeypatch.setattr(runner.importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(OpenSeesError, match=r"pip install 'kinetostatics\[verify\]'"):
+        ks.verify(pose("3rps", 0))
+    assert cli.main(["verify", "3rps"]) == 2
+    assert "kinetostatics[verify]" in capsys.readouterr().err
+
+
+@without_opensees
+@pytest.mark.parametrize(
+    ("code", "message"),
+    [
+        ("raise ImportError('libblas.so.3: cannot open')", "cannot be loaded .*libblas3"),
+        ("import os; os._exit(3)", "exit code 3"),
+        ("logFile = 1", "OpenSees failed: AttributeError"),
+    ],
+)
+def test_broken_opensees(tmp_path, monkeypatch, code, message):
+    package = tmp_path / "openseespy" / "opensees"
+    package.mkdir(parents=True)
+    (package.parent / "__init__.py").write_text("")
+    (package / "__init__.py").write_text(code)
+    (tmp_path / "openseespylinux.py").write_text("")
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path), prepend=os.pathsep)
+    monkeypatch.setattr(runner.importlib.util, "find_spec", lambda name: object())
+    with pytest.raises(OpenSeesError, match=message):
+        ks.verify(pose("3rps", 0))
+
+
+@without_opensees
+def test_opensees_that_hangs(monkeypatch):
+    def hang(*args, **options):
+        raise subprocess.TimeoutExpired("opensees", options["timeout"])
+
+    monkeypatch.setattr(runner.importlib.util, "find_spec", lambda name: object())
+    monkeypatch.setattr(runner.subprocess, "run", hang)
+    with pytest.raises(OpenSeesError, match="did not finish"):
+        ks.verify(pose("3rps", 0))

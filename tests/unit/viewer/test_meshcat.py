@@ -1,0 +1,305 @@
+"""The robot in a running meshcat: below a path of its own, beside other things, moved by meshcat's usual calls."""
+
+import base64
+import re
+import signal
+import subprocess
+import sys
+
+import meshcat
+import numpy as np
+import pytest
+from meshcat.commands import Delete, SetObject, SetProperty, SetTransform
+from pinocchio.visualize import MeshcatVisualizer
+from places import ROOT
+from scipy.spatial.transform import Rotation
+
+import kinetostatics as ks
+from kinetostatics.cli import main as cli
+from kinetostatics.cli.view import NAME
+from kinetostatics.files.reader import parse_robot_text
+from kinetostatics.viewer.description import HIDDEN
+from kinetostatics.viewer.scene import describe_scene
+
+LOAD = [100, 50, -500, 10, 20, -5]
+POSES = {"3rps": {"z": 0.5, "rx": 0.03, "ry": -0.17}, "2pru_upr": {"z": 0.6, "rx": 0.1, "ry": 0.1}}
+PAGE = ROOT / "docs" / "viewer.md"
+
+
+class Window:
+    """Takes a visualizer's commands instead of a server."""
+
+    def __init__(self):
+        self.objects, self.transforms, self.properties, self.deleted, self.paths = {}, {}, {}, [], []
+
+    def send(self, command):
+        path = command.path.lower()
+        self.paths.append(path)
+        if isinstance(command, SetObject):
+            self.objects[path] = command.object
+        elif isinstance(command, SetTransform):
+            self.transforms[path] = np.asarray(command.matrix)
+        elif isinstance(command, SetProperty):
+            self.properties[path] = (command.key, command.value)
+        elif isinstance(command, Delete):
+            self.deleted.append(path)
+            for found in (self.objects, self.transforms, self.properties):
+                for key in [key for key in found if key == path or key.startswith(f"{path}/")]:
+                    del found[key]
+
+    def vertices(self, path):
+        """Vertices (n, 3) in world axes."""
+        at = self.transforms.get(path, np.eye(4))
+        return self.objects[path].geometry.vertices @ at[:3, :3].T + at[:3, 3]
+
+
+def drawn(result, vis=None, **options):
+    window = Window()
+    node = ks.show(result, visualizer=meshcat.Visualizer(window=window) if vis is None else vis, **options)
+    return window if vis is None else vis.window, node
+
+
+@pytest.fixture(scope="module", params=POSES)
+def result(request):
+    return ks.analyze(ks.load_robot(request.param).assemble(platform=POSES[request.param]), load=LOAD)
+
+
+@pytest.fixture(autouse=True)
+def in_root(monkeypatch, request):
+    monkeypatch.chdir(request.config.rootpath)
+
+
+# ---- what is drawn, and where --------------------------------------------------------------------------------------
+
+
+def test_platform_and_beams_stand_where_the_result_says(result):
+    factor = 700.0
+    window, node = drawn(result, exaggeration=factor)
+    root = node.path.lower()
+    assert root == f"/meshcat/kinetostatics/{result.robot.name}"
+    frame, twist = result.configuration.platform_frame, factor * result.twist
+    platform = window.transforms[f"{root}/frames/platform"]
+    np.testing.assert_allclose(platform[:3, 3], frame[:3, 3] + twist[:3], rtol=0, atol=1e-14)
+    np.testing.assert_allclose(platform[:3, :3], Rotation.from_rotvec(twist[3:]).as_matrix() @ frame[:3, :3], rtol=0, atol=1e-14)
+    for name, beam in result.beams.items():
+        surface = describe_scene(result)
+        mesh = next(mesh for mesh in surface.meshes if mesh.path == f"beams/{name}" and "Deformed" in mesh.roots)
+        found = window.vertices(f"{root}/deformed/beams/{name}")
+        line = beam.points + factor * sum(result.beam_contributions[name].values())[:, :3]
+        for station in np.unique(mesh.station):
+            ring = found[mesh.station == station].astype(float)
+            np.testing.assert_allclose(ring.mean(axis=0), line[station - mesh.station.min()], rtol=0, atol=1e-6)
+
+
+def test_the_robot_at_rest_is_where_it_is_and_pale(result):
+    window, node = drawn(result)
+    root = node.path.lower()
+    seen = 0
+    for path, item in window.objects.items():
+        if path.startswith(f"{root}/resting/"):
+            assert item.material.opacity == 0.2
+            link = path.rpartition("/")[2]
+            if link in result.robot.description.links:
+                np.testing.assert_array_equal(window.transforms[path], result.configuration.frame(link))
+                seen += 1
+    assert seen > 3
+
+
+def test_displacements_are_shown_by_the_pages_colours_and_exaggeration(result):
+    scene, (window, node) = describe_scene(result), drawn(result)
+    platform = next(mesh for mesh in scene.meshes if mesh.path == result.robot.description.platform)
+    item = window.objects[f"{node.path.lower()}/deformed/{platform.path}"]
+    at = scene.stations.rest[platform.station][0]
+    points = platform.surface.vertices @ at[:3, :3].T + at[:3, 3]
+    twist, o = result.twist, result.configuration.platform_frame[:3, 3]
+    lengths = np.linalg.norm(twist[:3] + np.cross(twist[3:], points - o), axis=-1)
+    most = np.linalg.norm(scene.stations.all_twists[0].sum(axis=1)[:, :3], axis=-1).max()
+    green = np.interp(lengths / most, np.linspace(0, 1, 9), [int(c[3:5], 16) / 255 for c in scene.plain()["ramp"]])
+    np.testing.assert_allclose(item.geometry.color[:, 1], green, rtol=0, atol=1e-6)
+    moved = window.transforms[f"{node.path.lower()}/frames/platform"][:3, 3] - o
+    np.testing.assert_allclose(moved, scene.exaggeration * twist[:3], rtol=1e-9)
+
+
+def test_arrows_point_as_the_forces_do_and_tell_their_numbers(result):
+    window, node = drawn(result)
+    forces = f"{node.path.lower()}/forces"
+    loads = np.array(LOAD[:3])
+    at = window.transforms[f"{forces}/external load/load force"]
+    np.testing.assert_allclose(at[:3, 2], loads / np.linalg.norm(loads), rtol=0, atol=1e-14)
+    surface = window.vertices(f"{forces}/external load/load force")
+    tip = surface[np.argmax(surface @ at[:3, 2])]
+    np.testing.assert_allclose(tip, window.transforms[f"{node.path.lower()}/frames/platform"][:3, 3], rtol=0, atol=1e-6)
+    for name, force in result.actuator_forces.items():
+        words = window.objects[f"{forces}/actuator forces/{name}/label"].material.map.properties["text"]
+        value = float(words.split()[-2].replace("−", "-"))
+        assert words.split()[0] == name and words.split()[-1] == "N"
+        assert value == pytest.approx(float(force), rel=5e-3)
+    groups = {path[len(forces) + 1 :].split("/")[0] for path in window.objects if path.startswith(forces)}
+    hidden = {path.rpartition("/")[2] for path in window.properties}
+    assert hidden == groups & set(HIDDEN) and "constraint forces" in hidden and "external load" in groups - hidden
+
+
+def test_nothing_outside_the_path_is_touched_whatever_the_names():
+    text = ks.load_robot("3rps").description.urdf
+    robot = ks.Robot(parse_robot_text(text.replace('"platform"', '"//platform//plate"'), "slashes.urdf"))
+    assert robot.description.platform == "//platform//plate"
+    result = ks.analyze(robot.assemble(), load=LOAD)
+    window = Window()
+    node = ks.show(result, visualizer=meshcat.Visualizer(window=window)["lab"], path="mine/robot")
+    assert node.path.lower() == "/meshcat/lab/mine/robot"
+    assert all(path == node.path.lower() or path.startswith(node.path.lower() + "/") for path in window.paths)
+    assert any(path.endswith("deformed/platform/plate") for path in window.objects)
+
+
+def test_drawing_again_replaces_what_stood_there(result):
+    vis = meshcat.Visualizer(window=Window())
+    vis["box"].set_object(meshcat.geometry.Box([1, 1, 1]))
+    window, node = drawn(result, vis)
+    node["left over"].set_object(meshcat.geometry.Sphere(1))
+    before = set(window.objects)
+    ks.show(ks.analyze(result.configuration), visualizer=vis)
+    after = set(window.objects)
+    assert "/meshcat/box" in after and "external load" in str(before) and "external load" not in str(after)
+    assert f"{node.path.lower()}/left over" in before - after
+    assert window.deleted == [node.path.lower()] * 2
+
+
+def test_one_pose_of_a_batch_is_drawn_like_the_pose_alone():
+    robot = ks.load_robot("3rps")
+    z = np.array([[0.5, 0.52], [0.54, 0.56], [0.58, 0.6]])
+    batch = ks.analyze(robot.assemble(platform={"z": z, "rx": 0.1, "ry": 0.0}), load=LOAD)
+    with pytest.raises(ks.ArgumentError, match=r"shape \(3, 2\): say which by pose"):
+        drawn(batch)
+    alone, _ = drawn(ks.analyze(robot.assemble(platform={"z": 0.54, "rx": 0.1, "ry": 0.0}), load=LOAD), exaggeration=100)
+    for pose in ((1, 0), (-2, -2)):
+        window, _ = drawn(batch, pose=pose, exaggeration=100)
+        assert window.objects.keys() == alone.objects.keys()
+        for path, matrix in alone.transforms.items():
+            np.testing.assert_allclose(window.transforms[path], matrix, rtol=0, atol=1e-8, err_msg=path)
+    for pose in (1, (3, 0), (0, -3), (0.5, 0), (0, 0, 0), "first"):
+        with pytest.raises(ks.ArgumentError, match="pose is"):
+            drawn(batch, pose=pose)
+    with pytest.raises(ks.ArgumentError, match="left out, as the result is of one pose"):
+        drawn(ks.analyze(robot.assemble()), pose=0)
+    assert describe_scene(batch, pose=(2, 1)).stations.frames == 1
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"visualizer": object()}, "must be a meshcat.Visualizer"),
+        ({"path": ""}, "names joined by '/'"),
+        ({"path": "/kinetostatics"}, "names joined by '/'"),
+        ({"path": "a//b"}, "names joined by '/'"),
+        ({"path": 3}, "names joined by '/'"),
+        ({"title": "Robot"}, "leave it out"),
+        ({"visualizer": None, "path": "here"}, "give visualizer too"),
+        ({"exaggeration": 0}, "positive number"),
+        ({"exaggeration": float("nan")}, "positive number"),
+        ({"exaggeration": "much"}, "positive number"),
+    ],
+)
+def test_arguments_that_make_no_sense(options, words, result):
+    window = Window()
+    with pytest.raises(ks.ArgumentError, match=words):
+        ks.show(result, **{"visualizer": meshcat.Visualizer(window=window), **options})
+    assert window.paths == []
+
+
+def test_exaggeration_and_pose_are_those_of_pages_too(tmp_path):
+    batch = ks.analyze(ks.load_robot("3rps").assemble(platform={"z": [0.5, 0.6], "rx": 0.0, "ry": 0.0}))
+    ks.save_html(batch, tmp_path / "one.html", pose=1, exaggeration=321)
+    text = (tmp_path / "one.html").read_text(encoding="utf-8")
+    assert '"exaggeration":{"value":321.0' in text and '"frames":1' in text
+
+
+# ---- beside others -------------------------------------------------------------------------------------------------
+
+
+def test_pinocchios_visualizer_shows_the_same_robot_in_the_same_scene():
+    """The block of the page runs, and Pinocchio puts every visual where ours is at rest."""
+    window = Window()
+    page = PAGE.read_text(encoding="utf-8").partition("## In a running meshcat")[2]
+    first, second = re.findall(r"```python\n(.*?)```", page, re.DOTALL)[:2]
+    names = {"ks": ks}
+    server = meshcat.Visualizer(window=window)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(meshcat, "Visualizer", lambda: server)
+        for block in (first, second):
+            exec(compile(block, "viewer.md", "exec"), names)  # the page's own text
+    assert isinstance(names["beside"], MeshcatVisualizer) and names["vis"] is server
+    roots = {path.split("/")[2] for path in window.objects}
+    assert roots == {"kinetostatics", "pinocchio"}
+    shown, pose = 0, names["pose"]
+    for item in names["visuals"].geometryObjects:
+        frame = pose.model.frames[item.parentFrame]
+        found = window.transforms[f"/meshcat/pinocchio/visuals/{item.name}"]
+        link = pose.frame(frame.name)
+        local = np.linalg.inv(frame.placement.homogeneous) @ item.placement.homogeneous
+        np.testing.assert_allclose(found[:3, 3], (link @ local)[:3, 3], rtol=0, atol=1e-12)
+        shown += 1
+    assert shown > 10
+
+
+def decoded(page):
+    """The commands of a page that meshcat wrote."""
+    return b"".join(base64.b64decode(text) for text in re.findall(r"base64,([A-Za-z0-9+/=]+)\"", page))
+
+
+@pytest.fixture
+def server():
+    vis = meshcat.Visualizer()
+    yield vis
+    vis.window.server_proc.terminate()
+    vis.window.server_proc.wait()
+
+
+def test_a_real_server_holds_it_and_a_notebook_shows_it(server, result):
+    server["box"].set_object(meshcat.geometry.Box([1, 1, 1]))
+    node = ks.show(result, visualizer=server)
+    ks.show(result, visualizer=server, path="again")
+    node["resting"].set_property("visible", False)
+    held = decoded(server.static_html())
+    for path in ("/meshcat/box", f"{node.path.lower()}/deformed/", "/meshcat/again/forces/external load", "limb_1"):
+        assert path.encode() in held, path
+    assert "<iframe" in server.render_static().data and server.url() in server.jupyter_cell().data
+    node.delete()
+    held = decoded(server.static_html())
+    assert node.path.lower().encode() not in held and b"/meshcat/again/deformed/" in held and b"/meshcat/box" in held
+
+
+def test_command_draws_into_a_running_server(server, capsys):
+    url = server.window.zmq_url
+    assert cli.main([NAME, "robots/3rps.urdf.xacro", "--meshcat", url, "--exaggeration", "50"]) == 0
+    assert capsys.readouterr().out == f"drawn at /meshcat/kinetostatics/3rps of {server.url()}\n"
+    assert b"/meshcat/kinetostatics/3rps/deformed/" in decoded(server.static_html())
+
+
+def test_command_starts_a_server_and_ends_it(tmp_path):
+    code = (
+        "import sys, webbrowser; webbrowser.open = lambda address: True;"
+        "from kinetostatics.cli.main import main; sys.exit(main(['view', 'robots/3rps.urdf.xacro', '--meshcat']))"
+    )
+    process = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True)
+    line = process.stdout.readline()
+    assert re.fullmatch(r"drawn at /meshcat/kinetostatics/3rps of (http://127\.0\.0\.1:\d+/static/) \(Ctrl\+C ends it\)\n", line)
+    process.send_signal(signal.SIGINT)
+    rest, _ = process.communicate(timeout=60)
+    assert process.returncode == 0 and rest == ""
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--meshcat", "http://127.0.0.1:7000"], "no meshcat-server answers"),
+        (["--meshcat", "tcp://127.0.0.1:1"], "no meshcat-server answers"),
+        (["--meshcat", "--live"], "not allowed"),
+        (["--meshcat", "--platform", "z=0.5", "--sweep", "rx=0:1"], "shows one pose"),
+        (["--live", "--exaggeration", "5"], "leave --exaggeration out"),
+        (["--exaggeration", "0"], "positive number"),
+    ],
+)
+def test_command_complains(arguments, words, capsys, monkeypatch):
+    monkeypatch.setattr("kinetostatics.viewer.running.PATIENCE", 300)
+    assert cli.main([NAME, "robots/3rps.urdf.xacro", *arguments]) == 2
+    assert words in capsys.readouterr().err

@@ -1,0 +1,692 @@
+"""Workspace maps: what is in them, that they say what single analyses say, and that nothing is lost on the way to disk."""
+
+import hashlib
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import xarray as xr
+from places import ROOT
+
+import kinetostatics as ks
+from kinetostatics.files.bundled import robot_path
+from kinetostatics.workspace.arguments import TRIED
+from kinetostatics.workspace.process_pool import Crew
+from kinetostatics.workspace.tasks import read_part, write_part
+
+GRID = {"z": np.linspace(0.45, 0.65, 5), "rx": np.linspace(-0.15, 0.15, 4), "ry": np.array([-0.1, 0.0, 0.12])}
+LOAD = (10.0, -20.0, -500.0, 3.0, 0.0, 5.0)
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return ks.load_robot(robot_path("3rps"))
+
+
+@pytest.fixture(scope="module")
+def small(robot):
+    return ks.sweep(robot, GRID, load=LOAD, beams=True)
+
+
+def same(found, wanted, but=("date", "history", "command_line")):
+    """Assert that two maps are the same to the last digit, and say the same of themselves."""
+    found, wanted = found.load().copy(), wanted.load().copy()
+    for ds in (found, wanted):
+        ds.attrs = {key: value for key, value in ds.attrs.items() if key not in but}
+    xr.testing.assert_identical(found, wanted)
+
+
+def near(found, wanted):
+    """Assert that two maps are the same but for rounding, which depends on how poses are bundled."""
+    assert set(found.variables) == set(wanted.variables)
+    for name in found.variables:
+        if found[name].dtype.kind == "f":
+            scale = float(np.nanmax(np.abs(wanted[name].values), initial=1e-300))
+            np.testing.assert_allclose(found[name].values, wanted[name].values, rtol=1e-9, atol=1e-12 * scale, err_msg=name)
+        else:
+            np.testing.assert_array_equal(found[name].values, wanted[name].values)
+        assert found[name].attrs.keys() == wanted[name].attrs.keys()
+
+
+# ---- what is in it -----------------------------------------------------------------------------------------------------
+
+
+def check_pose(ds, at, result):
+    """Assert that a map says at one place what an analysis of that pose says."""
+    here = ds.sel(at)
+
+    def close(name, values):
+        values = np.asarray(values)
+        np.testing.assert_allclose(here[name].values, values, rtol=1e-9, atol=1e-10 * max(np.abs(values).max(), 1e-12))
+
+    assert int(here["status"]) == int(result.status)
+    close("twist", result.twist)
+    for source, twist in result.contributions.items():
+        np.testing.assert_allclose(here["contribution"].sel(source=source), twist, rtol=1e-8, atol=1e-16)
+    close("stiffness", result.stiffness)
+    close("compliance", result.compliance)
+    close("actuator_force", list(result.actuator_forces.values()))
+    close("actuator_position", list(result.configuration.actuators.values()))
+    close("q", result.configuration.q)
+    close("intensity", np.concatenate([limb.intensities for limb in result.limbs.values()]))
+    close("attached_intensity", np.concatenate([limb.attached_intensities for limb in result.limbs.values()]))
+    names = [(limb.name, label) for limb in result.limbs.values() for label in limb.labels]
+    assert list(zip(here["limb"].values, here["label"].values, strict=True)) == names
+    assert float(here["characteristic_length"]) == pytest.approx(result.robot.length, rel=1e-12)
+
+
+def test_every_number_is_that_of_the_single_analysis(robot, small):
+    for z, rx, ry in ((0, 0, 0), (4, 3, 2), (2, 1, 0)):
+        at = {"z": GRID["z"][z], "rx": GRID["rx"][rx], "ry": GRID["ry"][ry]}
+        result = ks.analyze(robot.assemble(platform=at), load=LOAD)
+        check_pose(small, at, result)
+        here = small.sel(at)
+        pose = result.configuration.platform
+        np.testing.assert_allclose(here["platform_pose"], [pose[name] for name in "x y z rx ry rz".split()], atol=1e-13)
+        for name, beam in result.beams.items():
+            mine = here.sel(beam=name)
+            assert float(mine["beam_stress"]) == pytest.approx(float(beam.stress), rel=1e-9)
+            assert float(mine["beam_euler_ratio"]) == pytest.approx(float(beam.euler_ratio), rel=1e-9)
+            assert float(mine["beam_deflection"]) == pytest.approx(np.linalg.norm(beam.deflections, axis=-1).max(), rel=1e-9)
+
+
+def test_maps_say_how_gravity_acts(robot, small, tmp_path):
+    assert not {"way", "gravity_way", "actuator_gravity_way", "actuator_contribution"} & {*small.variables, *small.dims}
+    stored = {"out": tmp_path / "map.nc", "workers": 2}
+    with ks.sweep(robot, GRID, load=LOAD, ways=True, **stored) as found:
+        ds = found.load()
+    assert ds["gravity_way"].dims == ("z", "rx", "ry", "way", "component")
+    assert ds["actuator_gravity_way"].dims == ("z", "rx", "ry", "actuator", "way")
+    assert ds["actuator_contribution"].dims == ("z", "rx", "ry", "actuator", "source")
+    result = ks.analyze(robot.assemble(platform={"z": ds["z"][4], "rx": ds["rx"][3], "ry": ds["ry"][2]}), load=LOAD)
+    here = ds.isel(z=4, rx=3, ry=2)
+    twist, force = here["gravity_way"], here["actuator_gravity_way"]
+    np.testing.assert_allclose(twist.sel(way="platform_weight"), result.contributions["platform_weight"], rtol=1e-9)
+    scale = np.abs(result.twist).max()
+    for way in ("attached", "deformation"):
+        wanted = sum(limb[way] for limb in result.mechanism_contributions.values())
+        np.testing.assert_allclose(twist.sel(way=way), wanted, rtol=0, atol=1e-11 * scale)
+        for drive, limbs in result.actuator_mechanism_contributions.items():
+            wanted = sum(limb[way] for limb in limbs.values())
+            assert float(force.sel(actuator=drive, way=way)) == pytest.approx(wanted, abs=1e-9)
+    for drive, parts in result.actuator_contributions.items():
+        mine = here["actuator_contribution"].sel(actuator=drive)
+        np.testing.assert_allclose(mine, [parts[name] for name in mine["source"].values], rtol=0, atol=1e-9)
+    load = ds["contribution"].sel(source="load")
+    np.testing.assert_allclose(load + ds["gravity_way"].sum("way"), ds["twist"], rtol=0, atol=1e-12 * scale)
+    for name in ("gravity_way", "actuator_gravity_way", "actuator_contribution"):
+        assert ds[name].attrs["long_name"] and set(ds[ds[name].attrs["unit_coordinate"]].dims) <= set(ds[name].dims)
+    with pytest.raises(ks.ArgumentError, match="map of another sweep, with other arguments"):
+        ks.sweep(robot, GRID, load=LOAD, out=stored["out"])
+
+
+def test_drives_that_are_redundant_share_what_deforms():
+    forces = ks.sweep("anymal_standing", ways=True)["actuator_gravity_way"]
+    assert float(abs(forces.sel(way="deformation")).max()) > 0.1
+
+
+def test_layout_and_units(small):
+    grid = ("z", "rx", "ry")
+    assert {name: small[name].dims[:3] for name in ("status", "mode", "twist", "stiffness", "q")} == dict.fromkeys(
+        ("status", "mode", "twist", "stiffness", "q"), grid
+    )
+    assert small["contribution"].dims == (*grid, "source", "component")
+    assert small["stiffness"].dims == (*grid, "component", "component_2")
+    assert small["intensity"].dims == (*grid, "wrench")
+    assert list(small["component"].values) == ["x", "y", "z", "rx", "ry", "rz"]
+    assert list(small["component_unit"].values) == ["m"] * 3 + ["rad"] * 3
+    assert list(small["source"].values) == ["load", "platform_weight", "limb_1", "limb_2", "limb_3"]
+    assert small["z"].attrs["units"] == "m" and small["rx"].attrs["units"] == "rad"
+    assert set(small["wrench_unit"].values) == {"N"} and set(small["actuator_position_unit"].values) == {"m"}
+    assert str(small["stiffness_unit"].sel(component="rx", component_2="rz").values) == "N m/rad"
+    assert str(small["compliance_unit"].sel(component="rx", component_2="x").values) == "rad/N"
+    assert str(small["wrench"].values[0]) == "limb_1: force along limb axis at spherical_1"
+    status = small["status"]
+    assert status.dtype == np.int8 and status.attrs["flag_values"].dtype == np.int8
+    assert status.attrs["flag_meanings"].split()[int(ks.Status.UNREACHABLE)] == "unreachable"
+    assert len(status.attrs["flag_meanings"].split()) == len(status.attrs["flag_values"]) == len(ks.Status)
+    for name in small.data_vars:
+        attributes = small[name].attrs
+        assert attributes["long_name"]
+        known = {"units", "unit_coordinate", "flag_values"} & set(attributes)
+        assert known or small[name].dtype == bool, f"{name} does not say its unit"
+        if "unit_coordinate" in attributes:
+            assert set(small[attributes["unit_coordinate"]].dims) <= set(small[name].dims)
+        assert small[name].dtype in (np.float64, np.int8, np.bool_)
+
+
+def test_it_says_where_it_comes_from(small):
+    path = robot_path("3rps")
+    digest = hashlib.sha256(path.read_bytes()).hexdigest()
+    assert small.attrs["robot_sha256"] == digest and json.loads(small.attrs["robot_files"]) == {str(path): digest}
+    assert small.attrs["robot_name"] == "3rps" and small.attrs["kinetostatics_version"] == ks.__version__
+    assert small.attrs["date"].endswith("+00:00") and small.attrs["Conventions"].startswith("CF-")
+    arguments = json.loads(small.attrs["arguments"])
+    assert arguments["load"] == list(LOAD) and arguments["platform"]["rx"] == GRID["rx"].tolist()
+    assert small.attrs["mode_jumps"] == 0
+
+
+def test_files_that_an_xacro_includes_are_told(tmp_path):
+    robot = ks.sweep("anymal_standing")
+    files = json.loads(robot.attrs["robot_files"])
+    assert len(files) == 2 and any(name.endswith("anymal.urdf") for name in files)
+    for name, digest in files.items():
+        with open(name, "rb") as file:
+            assert hashlib.sha256(file.read()).hexdigest() == digest
+
+
+@pytest.mark.parametrize("store", ["netcdf", "zarr"])
+def test_a_map_in_memory_survives_files(small, tmp_path, store):
+    path = str(tmp_path / "map")
+    if store == "netcdf":
+        small.to_netcdf(path, engine="h5netcdf")
+        found = xr.open_dataset(path, engine="h5netcdf")
+    else:
+        small.to_zarr(path, zarr_format=2)
+        found = xr.open_zarr(path)
+    same(found, small)
+
+
+# ---- other grids -------------------------------------------------------------------------------------------------------
+
+
+def test_numbers_are_held_and_drives_can_be_swept(robot):
+    ds = ks.sweep(robot, actuators={"prismatic_2": [0.0, 0.02, 0.03], "prismatic_1": 0.01, "prismatic_3": -0.01})
+    assert ds["status"].dims == ("prismatic_2",)
+    assert float(ds["prismatic_1"]) == 0.01 and ds["prismatic_1"].attrs["units"] == "m"
+    result = ks.analyze(robot.assemble(actuators={"prismatic_1": 0.01, "prismatic_2": 0.03, "prismatic_3": -0.01}))
+    check_pose(ds, {"prismatic_2": 0.03}, result)
+
+
+def test_cases_of_loads_are_dimensions_with_names(robot):
+    z = [0.5, 0.6]
+    load = xr.DataArray(
+        np.random.default_rng(0).uniform(-100, 100, (3, 2, 6)),
+        dims=("case", "z", "component"),
+        coords={"case": list("abc"), "z": z},
+    )
+    gravity = xr.DataArray([[0, 0, -9.81], [9.81, 0, 0]], dims=("way", "component"))
+    ds = ks.sweep(robot, {"z": z, "rx": [0.0, 0.1], "ry": 0.05}, load=load, gravity=gravity, point=[0.1, 0, 0.5])
+    assert ds["twist"].dims == ("case", "way", "z", "rx", "component")
+    assert ds["stiffness"].dims == ("z", "rx", "component", "component_2") and ds["q"].dims == ("z", "rx", "joint_coordinate")
+    assert list(ds["case"].values) == ["a", "b", "c"]
+    pose = robot.assemble(platform={"z": 0.6, "rx": 0.1, "ry": 0.05})
+    result = ks.analyze(pose, load.sel(case="b", z=0.6).values, [9.81, 0, 0], point=[0.1, 0, 0.5])
+    check_pose(ds, {"case": "b", "way": 1, "z": 0.6, "rx": 0.1}, result)
+
+
+def test_parameters_of_the_file_are_dimensions():
+    ds = ks.sweep(
+        "3rps",
+        {"z": [0.5, 0.55, 0.6], "rx": 0.1, "ry": 0.0},
+        parameters={"platform_radius": [0.15, 0.2], "rod_diameter": [0.08, 0.1], "density": 7000},
+    )
+    assert ds["twist"].dims == ("platform_radius", "rod_diameter", "z", "component")
+    assert ds["characteristic_length"].dims == ("platform_radius", "rod_diameter")
+    assert float(ds["density"]) == 7000
+    robot = ks.load_robot(robot_path("3rps"), {"platform_radius": 0.15, "rod_diameter": 0.1, "density": 7000})
+    result = ks.analyze(robot.assemble(platform={"z": 0.55, "rx": 0.1, "ry": 0.0}))
+    check_pose(ds, {"platform_radius": 0.15, "rod_diameter": 0.1, "z": 0.55}, result)
+    assert json.loads(ds.attrs["parameters"])["density"] == 7000
+
+
+def test_parameters_alone_are_a_sweep_of_the_zero_pose():
+    ds = ks.sweep("3rps", parameters={"rod_diameter": [0.08, 0.1]})
+    assert ds["twist"].dims == ("rod_diameter", "component")
+    check_pose(ds, {"rod_diameter": 0.1}, ks.analyze(ks.load_robot(robot_path("3rps")).assemble()))
+
+
+def test_wrenches_that_a_parameter_changes_are_not_mixed_up(tmp_path):
+    """A rail that lies otherwise gives the wrench basis other labels: intensities are NaN there, not those of other wrenches."""
+    text = robot_path("3rps").read_text()
+    assert "revolute_${i}" in text
+    text = text.replace(
+        '<xacro:arg name="base_radius"', '<xacro:arg name="hinge" default="revolute"/>\n  <xacro:arg name="base_radius"'
+    )
+    text = text.replace("revolute_${i}", "$(arg hinge)_${i}")
+    path = tmp_path / "other.urdf.xacro"
+    path.write_text(text)
+    ds = ks.sweep(path, {"z": [0.5], "rx": 0.0, "ry": 0.0}, parameters={"hinge": ["revolute", "pin"]})
+    assert np.all(np.isfinite(ds["intensity"].sel(hinge="revolute")))
+    lost = np.isnan(ds["intensity"].sel(hinge="pin", z=0.5).values)
+    assert list(lost) == ["revolute" in label for label in ds["label"].values]
+    assert int(ds["status"].sel(hinge="pin", z=0.5)) == ks.Status.BASIS_DEGENERATE
+    np.testing.assert_array_equal(ds["twist"].sel(hinge="pin"), ds["twist"].sel(hinge="revolute"))
+
+
+def test_tilt_and_torsion():
+    robot = ks.load_robot(robot_path("3rps"))
+    grid = {"z": 0.5, "azimuth": np.radians([-170, 30]), "tilt": np.radians([5.0, 10.0])}
+    ds = ks.sweep(robot, grid, orientation="tilt_torsion")
+    assert list(ds["platform_coordinate"].values) == ["x", "y", "z", "azimuth", "tilt", "torsion"]
+    at = {"azimuth": grid["azimuth"][0], "tilt": grid["tilt"][1]}
+    result = ks.analyze(robot.assemble(platform={"z": 0.5, **at}, orientation="tilt_torsion"))
+    check_pose(ds, at, result)
+    assert float(ds["platform_pose"].sel(at).sel(platform_coordinate="tilt")) == pytest.approx(at["tilt"])
+
+
+def test_misfits_are_a_contribution(robot):
+    misfits = {"rod_1": {"length": 1e-4}}
+    ds = ks.sweep(robot, {"z": [0.5, 0.6], "rx": 0.0, "ry": 0.0}, misfits=misfits)
+    result = ks.analyze(robot.assemble(platform={"z": 0.6, "rx": 0.0, "ry": 0.0}), misfits=misfits)
+    assert "misfit" in ds["source"].values and json.loads(ds.attrs["arguments"])["misfits"] == misfits
+    check_pose(ds, {"z": 0.6}, result)
+
+
+def test_what_is_not_reached_is_nan_and_says_so():
+    ds = ks.sweep("2pru_upr", {"z": [0.6, 0.9, 5.0], "rx": [0.0, 0.1], "ry": 0.0}, orientation="XYZ")
+    status = ds["status"].values
+    assert np.all(status[2] == ks.Status.UNREACHABLE) and np.all(status[0] != ks.Status.UNREACHABLE)
+    gone = ds.isel(z=2)
+    for name in ds.data_vars:
+        if "z" in ds[name].dims and ds[name].dtype == np.float64:
+            assert np.all(np.isnan(gone[name])), name
+    assert np.all(gone["mode"] == -1) and np.all(ds["mode"].isel(z=0) == 0)
+
+
+# ---- on disk -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["map.nc", "map.zarr"])
+def test_a_map_on_disk_is_that_in_memory(robot, small, tmp_path, name):
+    path = tmp_path / name
+    with ks.sweep(robot, GRID, load=LOAD, beams=True, out=path) as found:
+        near(found, small)
+        assert found.attrs.keys() == small.attrs.keys()
+        assert found["status"].dtype == np.int8
+    assert [item.name for item in tmp_path.iterdir()] == [name]
+    before = path.stat().st_mtime_ns
+    with ks.sweep(robot, GRID, load=LOAD, beams=True, out=path) as again:  # is there already
+        near(again, small)
+    assert path.stat().st_mtime_ns == before
+
+
+def test_another_map_is_not_overwritten(robot, tmp_path):
+    path = tmp_path / "map.nc"
+    z = {"z": [0.5, 0.6], "rx": 0.0, "ry": 0.0}
+    ks.sweep(robot, z, out=path).close()
+    with pytest.raises(ks.ArgumentError, match="map of another sweep, with other arguments"):
+        ks.sweep(robot, z, load=LOAD, out=path)
+    thin = ks.load_robot(robot_path("3rps"), {"rod_diameter": 0.05})
+    with pytest.raises(ks.ArgumentError, match="with another robot"):
+        ks.sweep(thin, z, out=path)
+    with ks.sweep(robot, z, load=LOAD, out=path, restart=True) as found:
+        assert json.loads(found.attrs["arguments"])["load"] == list(LOAD)
+    other = tmp_path / "thesis.nc"
+    other.write_text("years of work")
+    with pytest.raises(ks.ArgumentError, match="is not the map of a sweep"):
+        ks.sweep(robot, z, out=other, restart=True)
+    assert other.read_text() == "years of work"
+
+
+KILLED = {"platform": {"z": np.linspace(0.45, 0.65, 30), "rx": np.linspace(-0.1, 0.1, 20), "ry": 0.0}}
+SCRIPT = """
+import sys, numpy as np
+import kinetostatics as ks
+import kinetostatics.workspace.run as run
+run.BLOCK = 60
+ks.sweep(sys.argv[1], {"z": np.linspace(0.45, 0.65, 30), "rx": np.linspace(-0.1, 0.1, 20), "ry": 0.0}, out=sys.argv[2],
+         workers=int(sys.argv[3]))
+"""
+
+
+@pytest.mark.parametrize("name, workers", [("map.nc", 2), ("map.zarr", 1)])
+def test_a_killed_sweep_goes_on_where_it_was(tmp_path, name, workers):
+    robot = tmp_path / "robot.urdf.xacro"
+    robot.write_bytes(robot_path("3rps").read_bytes())
+    path, parts = tmp_path / name, tmp_path / f"{name}.parts"
+    process = subprocess.Popen([sys.executable, "-c", SCRIPT, str(robot), str(path), str(workers)])
+    while process.poll() is None and len(list(parts.glob("*.block"))) < 2:
+        time.sleep(0.002)
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    time.sleep(0.3)  # its workers see that it is gone
+    finished = sorted(parts.glob("*.block"))
+    assert finished and not path.exists()
+    # a mark in a finished block shows whether it is computed once more; a damaged block must be
+    marked = read_part(str(finished[0]))
+    marked["twist"][0, 0, 0] = 12345.0
+    write_part(str(finished[0]), marked)
+    finished[1].write_bytes(finished[1].read_bytes()[:-100])
+
+    with pytest.raises(ks.ArgumentError, match="finished blocks of another sweep, with another load;"):
+        ks.sweep(robot, **KILLED, load=LOAD, out=path)
+    text = robot.read_text()
+    robot.write_text(text.replace('name="rod_diameter" default="0.1"', 'name="rod_diameter" default="0.2"'))
+    with pytest.raises(ks.ArgumentError, match="with another robot, or its file has changed;"):
+        ks.sweep(robot, **KILLED, out=path)
+    robot.write_text(text)
+
+    found = ks.sweep(robot, **KILLED, out=path, workers=workers).load()
+    found.close()
+    whole = ks.sweep(robot, **KILLED)
+    assert (found["twist"] == 12345.0).sum() == 1
+    found["twist"] = found["twist"].where(found["twist"] != 12345.0, whole["twist"]).assign_attrs(whole["twist"].attrs)
+    near(found, whole)
+    assert not parts.exists()
+
+
+def test_the_bar_counts_poses(robot, tmp_path, capsys):
+    ks.sweep(robot, GRID, progress=True)
+    assert "60.0/60.0" in capsys.readouterr().err
+    ks.sweep(robot, GRID)
+    assert capsys.readouterr().err == ""
+
+
+# ---- other processes ---------------------------------------------------------------------------------------------------
+
+
+def test_other_processes_compute_the_same(monkeypatch, small):
+    monkeypatch.setattr("kinetostatics.workspace.run.BLOCK_OF_MORE", 10)
+    near(ks.sweep("3rps", GRID, load=LOAD, beams=True, workers=2), small)
+
+
+def test_a_worker_that_dies_is_replaced(monkeypatch, robot):
+    """Every worker is killed once; nothing is lost."""
+    monkeypatch.setattr("kinetostatics.workspace.run.BLOCK", 50)
+    grid = {"z": np.linspace(0.45, 0.65, 20), "rx": np.linspace(-0.1, 0.1, 20), "ry": 0.0}
+    killed = []
+    perform = Crew.perform
+
+    def murderous(self, tasks):
+        for item in perform(self, tasks):
+            if len(killed) < 2:
+                killed.append(self.pids[len(killed)])
+                os.kill(killed[-1], signal.SIGKILL)
+            yield item
+
+    monkeypatch.setattr(Crew, "perform", murderous)
+    found = ks.sweep(robot, grid, workers=2)
+    assert len(killed) == 2
+    near(found, ks.sweep(robot, grid))
+
+
+def test_what_a_worker_complains_about_is_raised(tmp_path):
+    """The robot is wrong with one of the values only."""
+    path = tmp_path / "robot.urdf.xacro"
+    path.write_bytes(robot_path("3rps").read_bytes())
+    with pytest.raises(ks.KinetostaticsError, match=r"robot.urdf.xacro:\d+"):
+        ks.sweep(path, {"z": [0.5], "rx": 0.0, "ry": 0.0}, parameters={"rod_diameter": [0.1, 0.09, -1.0]}, workers=2)
+
+
+# ---- what is asked for -------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "arguments, message",
+    [
+        ({"platform": {"z": [[0.5]], "rx": 0, "ry": 0}}, r"z has the shape \(1, 1\); a sweep takes the outer product"),
+        ({"platform": {"z": [0.5, 0.5], "rx": 0, "ry": 0}}, "z has a value twice"),
+        ({"platform": {"z": [], "rx": 0, "ry": 0}}, "z is empty"),
+        ({"platform": {"z": [0.5, np.nan], "rx": 0, "ry": 0}}, "z has values that are not finite"),
+        ({"platform": {"z": ["high"], "rx": 0, "ry": 0}}, "z is .* not a number"),
+        ({"platform": {"z": [0.5], "rx": 0}}, "2 platform coordinates are given"),
+        ({"platform": {"z": [0.5], "rx": 0, "r": 0}}, "no platform coordinate 'r'"),
+        ({"platform": {"z": [0.5], "rx": 0, "ry": 0}, "actuators": {}}, "either platform= or actuators="),
+        ({"actuators": {"prismatic_1": [0.0]}}, "actuator values are missing"),
+        ({"platform": [1, 2]}, "must be a mapping"),
+        ({"load": np.zeros((2, 6))}, "give it as an xarray.DataArray"),
+        ({"load": [1, 2]}, "must have 6 entries"),
+        ({"load": xr.DataArray(np.zeros((2, 6)), dims=("a", "b"))}, "one of them must be 'component'"),
+        ({"load": xr.DataArray(np.zeros((2, 6)), dims=("twist", "component"))}, "'twist' cannot be the name of a dimension"),
+        (
+            {"load": xr.DataArray(np.zeros((2, 6)), dims=("z", "component")), "platform": {"z": [0.5, 0.6], "rx": 0, "ry": 0}},
+            "other",
+        ),
+        ({"gravity": [0, 0, np.inf]}, "not finite"),
+        ({"frame": "flange"}, "must be one of 'world', 'platform'"),
+        ({"misfits": {"rod": {"length": 1.0}}}, "no joint or beam 'rod'"),
+        ({"workers": 0}, "at least 1"),
+        ({"out": "map.csv"}, r"must end in .nc"),
+        ({"out": "no/such/folder/map.nc"}, "there is no folder"),
+        ({"out": "map.nc", "chunks": {"z": 1}}, "out= or chunks="),
+        ({"parameters": {"rod_diameter": [0.1]}}, "give its path instead of a robot"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(robot, tmp_path, monkeypatch, arguments, message):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ks.ArgumentError, match=message):
+        ks.sweep(robot, **arguments)
+    assert not list(tmp_path.iterdir())
+
+
+def test_parameters_that_make_another_robot_are_refused(tmp_path):
+    text = robot_path("3rps").read_text()
+    text = text.replace(
+        '<xacro:arg name="base_radius"', '<xacro:arg name="drive" default="prismatic"/>\n  <xacro:arg name="base_radius"'
+    )
+    text = re.sub(r"prismatic_(\$\{i\}|\d)", r"$(arg drive)_\1", text)
+    path = tmp_path / "other.urdf.xacro"
+    path.write_text(text)
+    with pytest.raises(ks.ArgumentError, match="with drive = motor the robot has other limbs or drives"):
+        ks.sweep(path, {"z": [0.5], "rx": 0.0, "ry": 0.0}, parameters={"drive": ["prismatic", "motor"]})
+
+
+def test_a_file_that_is_wrong_with_later_parameters_is_refused_at_once(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(ks.RobotFileError, match=r"must be greater than zero \(with rod_diameter = -0.1\)"):
+        ks.sweep("3rps", GRID, parameters={"rod_diameter": [0.1, 0.08, -0.1], "density": 7850}, out="map.nc")
+    assert not list(tmp_path.iterdir())  # nothing has been computed
+
+
+@pytest.mark.parametrize(
+    "arguments, free, message",
+    [
+        (
+            {},
+            10**12,
+            "takes .* PB, and this machine has .* GB of memory: write it to a file with out=, make it lazy with chunks=",
+        ),
+        (
+            {"out": "map.nc"},
+            10**12,
+            "takes 1.1. PB, twice that while it is written, and the disk of 'map.nc' has 1 TB free",
+        ),
+        ({"out": "map.zarr"}, 10**3, "has 1 kB free: take a coarser grid or another disk"),
+    ],
+)
+def test_maps_for_which_there_is_no_room(robot, tmp_path, monkeypatch, arguments, free, message):
+    from collections import namedtuple
+
+    from kinetostatics.workspace import capacity as room
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(room.shutil, "disk_usage", lambda path: namedtuple("usage", "total used free")(10**13, 0, free))
+    many = np.linspace(-0.1, 0.1, 10_000)
+    with pytest.raises(ks.ArgumentError, match=f"a map of 1,000,000,000,000 poses .*{message}"):
+        ks.sweep(robot, {"z": np.linspace(0.4, 0.6, 10_000), "rx": many, "ry": many}, **arguments)
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_size_of_a_map_is_known_before(small, robot):
+    from kinetostatics.workspace.arguments import read_plan
+    from kinetostatics.workspace.capacity import size_of
+    from kinetostatics.workspace.schema import labels_of
+
+    plan, first = read_plan(robot, GRID, None, None, LOAD, (0, 0, -9.81), None, "world", None, None, True, 1e-10)
+    assert size_of(plan, labels_of(plan, first)) == sum(small[name].nbytes for name in small.data_vars)
+    # what docs/workspace.md says
+    plan, first = read_plan(robot, GRID, None, None, LOAD, (0, 0, -9.81), None, "world", None, None, False, 1e-10)
+    assert size_of(plan, labels_of(plan, first)) / plan.size == pytest.approx(1.1e3, rel=0.05)
+
+
+def test_warnings_of_the_file_go_with_the_map(tmp_path):
+    path = tmp_path / "thick.urdf.xacro"
+    path.write_text(robot_path("3rps").read_text().replace("<visual>", "<visuals/><visual>", 1))
+    robot = ks.load_robot(path)
+    assert robot.description.warnings
+    found = ks.sweep(robot, {"z": [0.5], "rx": 0.0, "ry": 0.0}).attrs["warnings"].splitlines()
+    assert found == [*robot.description.warnings, *robot.topology.warnings]
+
+
+def test_the_extra_is_named_when_it_is_missing(robot, monkeypatch):
+    import importlib.util
+
+    find = importlib.util.find_spec
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name in ("xarray", "dask") else find(name))
+    with pytest.raises(ks.KinetostaticsError, match=r"needs xarray: pip install 'kinetostatics\[sweep\]'"):
+        ks.sweep(robot, GRID)
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None if name == "dask" else find(name))
+    with pytest.raises(ks.KinetostaticsError, match=r"needs dask: pip install 'kinetostatics\[dask\]'"):
+        ks.sweep(robot, GRID, chunks={})
+
+
+def test_nobody_pays_for_xarray_who_does_not_sweep():
+    code = "import sys, kinetostatics as ks; ks.load_robot; print([m for m in ('xarray', 'dask', 'pandas') if m in sys.modules])"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip() == "[]"
+
+
+# ---- the command -------------------------------------------------------------------------------------------------------
+
+
+def command(*arguments, code=0):
+    from kinetostatics.cli.main import main
+
+    assert main(["sweep", *arguments]) == code
+
+
+def test_the_command_writes_what_the_function_returns(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    line = "3rps --platform z=450mm:650mm:5 rx=-5deg:5deg:3 ry=0 --load 0 0 -500 0 0 0 --set rod_diameter=60mm,100mm --out m.nc"
+    command(*line.split())
+    said = capsys.readouterr().out
+    wanted = ks.sweep(
+        "3rps",
+        {"z": np.linspace(0.45, 0.65, 5), "rx": np.radians([-5, 0, 5.0]), "ry": 0.0},
+        load=[0, 0, -500, 0, 0, 0],
+        parameters={"rod_diameter": [0.06, 0.1]},
+    )
+    with xr.open_dataset("m.nc") as found:
+        near(found.load(), wanted)
+        assert found.attrs["command_line"] == f"kinetostatics sweep {line}"
+    assert "3rps: 30 poses (rod_diameter 2 × z 5 × rx 3)" in said and "30 reached" in said
+    sag = np.sqrt((wanted["twist"].isel(component=slice(3)) ** 2).sum("component"))
+    worst = sag.where(sag == sag.max(), drop=True)
+    assert f"worst sag {1e6 * float(sag.max()):.4g} µm at rod_diameter = {float(worst['rod_diameter'][0]):.6g} m, z =" in said
+    assert f"largest drive force {float(abs(wanted['actuator_force']).max()):.4g} N, prismatic_" in said
+
+
+def test_the_summary_counts_what_is_within_limits():
+    """Beyond the limits there may be singular poses, at which numbers are as large as one likes."""
+    from kinetostatics.workspace.summary import summary
+
+    grid = {"z": [0.4], "azimuth": np.radians([-120.0, 0.0]), "tilt": np.radians([0.0, 20.0, 50.0])}
+    ds = ks.sweep("3rps", grid, orientation="tilt_torsion")
+    assert (ds["status"] == ks.Status.LIMIT_EXCEEDED).any()
+    words = summary(ds)
+    worst = ks.indices.worst(ds, "linear_sag")
+    assert f"worst sag {1e6 * worst.value:.4g} µm at z = 0.4 m, azimuth = -120 deg, tilt = 20 deg" in words
+    assert np.degrees([worst.coordinates["azimuth"], worst.coordinates["tilt"]]) == pytest.approx([-120, 20])
+    assert f"largest drive force {float(ks.indices.actuator_force_maxima(ds).max()):.4g} N, prismatic_" in words
+    assert "linear theory" not in words
+    outside = summary(ds.isel(azimuth=[0], tilt=[2]))
+    assert "no pose is within the joints' limits; beyond them:\nworst sag " in outside
+    assert "linear theory does not cover that: the pose is nearly singular" in outside
+
+
+def test_words_and_warnings_of_the_command(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    text = robot_path("3rps").read_text()
+    text = text.replace(
+        '<xacro:arg name="base_radius"', '<xacro:arg name="material" default="steel"/>\n  <xacro:arg name="base_radius"'
+    )
+    text = re.sub(r'youngs_modulus="[^"]*"', """youngs_modulus="${dict(steel=210e9, brass=100e9)['$(arg material)']}\"""", text)
+    Path("mixed.urdf.xacro").write_text(text.replace("<visual>", "<visuals/><visual>", 1))
+    command(*"mixed.urdf.xacro --platform z=0.5 rx=0 ry=0 --set material=steel,brass --out m.nc".split())
+    said = capsys.readouterr()
+    assert "2 poses (material 2)" in said.out and "worst sag" in said.out and "at material = brass" in said.out
+    lines = said.err.splitlines()
+    assert all(line.startswith("kinetostatics: warning: mixed.urdf.xacro:") and "<visuals>" in line for line in lines) and lines
+    with xr.open_dataset("m.nc") as found:
+        assert list(found["material"].values) == ["steel", "brass"]
+
+
+def test_the_command_says_when_it_is_interrupted_and_when_there_is_nothing_to_do(tmp_path, monkeypatch, capsys):
+    from kinetostatics.workspace import run
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(run, "BLOCK", 2)
+    line = "3rps --platform z=0.45:0.65:5 rx=0 ry=0 --out m.nc".split()
+    perform = run.perform
+
+    def interrupted(plan, labels, task):
+        if getattr(task, "block", (slice(0, 0),))[0].start >= 2:
+            raise KeyboardInterrupt
+        return perform(plan, labels, task)
+
+    monkeypatch.setattr(run, "perform", interrupted)
+    command(*line, code=130)
+    said = capsys.readouterr()
+    assert (
+        said.out == ""
+        and said.err == "kinetostatics: interrupted; the same command goes on with what is finished, in m.nc.parts\n"
+    )
+    assert len(list(Path("m.nc.parts").glob("*.block"))) == 1
+    monkeypatch.setattr(run, "perform", perform)
+    command(*line)
+    assert re.fullmatch(r"\d+\.\d s", capsys.readouterr().out.splitlines()[-2])
+    command(*line)
+    said = capsys.readouterr().out
+    assert said.endswith("m.nc was there already\n") and not re.search(r"\d s$", said, re.MULTILINE)
+
+
+def test_lists_and_ranges_of_the_command(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    command(*"3rps --actuators prismatic_1=-10mm,0.01 prismatic_2=0:20mm:3 prismatic_3=0 --quiet --out m.zarr".split())
+    assert capsys.readouterr().out == ""
+    with xr.open_dataset("m.zarr", engine="zarr") as found:
+        np.testing.assert_allclose(found["prismatic_1"], [-0.01, 0.01])
+        np.testing.assert_allclose(found["prismatic_2"], [0, 0.01, 0.02])
+        assert float(found["prismatic_3"]) == 0
+
+
+@pytest.mark.parametrize(
+    "line, message",
+    [
+        ("3rps --platform z=0.4:0.5 rx=0 ry=0 --out m.nc", "does not say how many values"),
+        ("3rps --platform z=0.4:0.5:1 rx=0 ry=0 --out m.nc", "must be at least 2"),
+        ("3rps --platform z=0.4:5deg:3 rx=0 ry=0 --out m.nc", "is an angle, but a length is needed"),
+        ("3rps --platform z=1:2:3:4 rx=0 ry=0 --out m.nc", "is not of the form"),
+        ("3rps --platform z=1,x rx=0 ry=0 --out m.nc", "'x' is not a number"),
+        ("3rps --platform z=0.5 rx=0 ry=0 --workers none --out m.nc", "not a number of processes"),
+        ("3rps --platform z=0.5 rx=0 ry=0", "--out"),
+        ("3rps --platform z=0.4:0.6:100000000000 rx=0 ry=0 --out m.nc", "z: 100000000000 values are too many; at most 1,000,000"),
+        ("3rps --platform q=0.4:0.6:3 rx=0 ry=0 --out m.nc", "no platform coordinate 'q'"),
+        ("3rps --platform z=0.5 rx=0 ry=0 --set rod_diameter=0.1,,0.2 --out m.nc", "an empty value between its commas"),
+        ("3rps --platform z=0.5 rx=0 ry=0 --set rod_diameter=0.1,0 --out m.nc", "greater than zero (with rod_diameter = 0"),
+    ],
+)
+def test_the_command_refuses_in_one_line(tmp_path, monkeypatch, capsys, line, message):
+    monkeypatch.chdir(tmp_path)
+    command(*line.split(), code=2)
+    said = capsys.readouterr().err
+    assert message in said and said.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
+# ---- the page ----------------------------------------------------------------------------------------------------------
+
+
+def test_the_page_is_true(tmp_path, monkeypatch, capsys):
+    """Every block of Python in docs/workspace.md runs, and what it prints is there."""
+    page = ROOT / "docs" / "workspace.md"
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    for block in re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL):
+        exec(compile(block, str(page), "exec"), names)
+    said = capsys.readouterr().out
+    assert "('rod_diameter', 'push', 'z', 'rx', 'component')" in said and "(21, 21, 6)" in said
+    assert (tmp_path / "map.nc").exists()
+    assert (tmp_path / "sag.svg").exists()
+    assert f"up to {TRIED} of them" in page.read_text(encoding="utf-8").replace("\n", " ")
+    described = set(re.findall(r"`(\w+)`", "".join(re.findall(r"^\| (.*?) \|", page.read_text(encoding="utf-8"), re.MULTILINE))))
+    wanted = {"beam_stress", "beam_euler_ratio", "beam_deflection"}
+    wanted |= {"gravity_way", "actuator_gravity_way", "actuator_contribution"}
+    assert set(names["ds"].data_vars) | wanted == described
