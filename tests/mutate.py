@@ -45,7 +45,7 @@ WITHOUT_EFFECT = Path(__file__).parent / "mutants_without_effect.txt"
 #: The modules in which a mistake makes a wrong number.
 CORE = """analysis indices/sag indices/stiffness kinematics/chebyshev kinematics/configuration kinematics/continuation
 kinematics/loop_constraints kinematics/mimic kinematics/pose_spread kinematics/solver kinematics/zero_pose
-limbs/basis_choice limbs/beam limbs/beam_model limbs/compliance limbs/force_method limbs/geometry limbs/gravity
+limbs/basis_choice limbs/beam mechanism/beam_model limbs/compliance limbs/force_method limbs/geometry mechanism/weights
 limbs/group limbs/grouping limbs/redundant_forces limbs/statics limbs/wrench_candidates limbs/wrenches math/linalg
 math/ordering math/orientation math/rotations math/screws mechanism/beam_geometry mechanism/edge_directions
 mechanism/inertias mechanism/joint_compliance mechanism/limb_joints mechanism/limbs mechanism/mechanism

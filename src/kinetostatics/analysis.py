@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,13 +19,13 @@ from kinetostatics.math.arrays import Array, chunks
 from kinetostatics.math.linalg import canonical_basis, cross
 from kinetostatics.math.screws import describe_twist
 from kinetostatics.mechanism.tree import Frames
+from kinetostatics.results.result import Result
+from kinetostatics.robot import Robot, robot_of
 from kinetostatics.statics.assembly_errors import Misfits, parse_misfits
+from kinetostatics.statics.joint_table import passive_joints
 from kinetostatics.statics.limb_ranks import groups_of_poses
+from kinetostatics.statics.model import RobotStatics
 from kinetostatics.statics.solution import UNBALANCED, Solution, solve
-
-if TYPE_CHECKING:
-    from kinetostatics.results.result import Result
-    from kinetostatics.robot import Robot
 
 
 def analyze(
@@ -62,8 +62,6 @@ def analyze(
         SingularPoseError: with the drives locked the platform can still move; the message says how.
         LimbEquilibriumError: a limb cannot hold its own weight.
     """
-    from kinetostatics.results.result import Result
-
     if not isinstance(configuration, Configuration):
         raise ArgumentError(f"analyze wants a pose, not {configuration!r}: make one with robot.assemble(…)")
     check_choice("frame", frame, ("world", "platform"))
@@ -71,8 +69,8 @@ def analyze(
         check_choice("on_failure", on_failure, ("raise", "nan"))
     wrench, field = _vector("load", load, 6), _vector("gravity", gravity, 3)
     arm = None if point is None else _vector("point", point, 3)
-    robot = configuration.robot
-    errors = None if misfits is None else parse_misfits(robot, misfits)
+    robot = robot_of(configuration)
+    errors = None if misfits is None else parse_misfits(robot.statics, misfits)
     arrays = [wrench, field] + ([arm] if arm is not None else []) + ([] if errors is None else errors.arrays())
     try:
         shape = np.broadcast_shapes(configuration.shape, *(array.shape[:-1] for array in arrays))
@@ -99,7 +97,7 @@ def analyze(
         chunk = Frames(frames.rotation[..., mine], frames.position[..., mine])
         at_o = _load_at_o(robot, chunk, loads[:, part], None if arms is None else arms[:, part], frame)
         off = None if spread is None else spread.map(lambda array: array[:, part])  # noqa: B023
-        solutions += _solutions(robot, chunk, at_o, fields[:, part], off)
+        solutions += _solutions(robot.statics, chunk, at_o, fields[:, part], off)
     result = Result(configuration, shape, which, tuple(solutions), configuration.reached[which])
     if on_failure == "raise" or (on_failure is None and shape == ()):
         for solution in solutions:
@@ -107,7 +105,7 @@ def analyze(
     return result
 
 
-def _solutions(robot: Robot, frames: Frames, load: Array, gravity: Array, misfits: Misfits | None) -> list[Solution]:
+def _solutions(robot: RobotStatics, frames: Frames, load: Array, gravity: Array, misfits: Misfits | None) -> list[Solution]:
     """Solve the poses of a chunk; apart and in their order those at which a limb is not what it is elsewhere."""
     whole = solve(robot, frames, load, gravity, misfits)
     special = groups_of_poses(robot, frames, whole.o, whole.statics)
@@ -134,7 +132,7 @@ def _load_at_o(robot: Robot, frames: Frames, load: Array, point: Array | None, f
     """Return the external load about o in world axes (6, N)."""
     if frame == "world" and point is None:
         return load
-    R, o = robot.solver.platform_pose(frames)
+    R, o = robot.mechanism.platform_pose(frames)
     if frame == "platform":
         load = np.concatenate([np.einsum("ijn,jn->in", R, load[:3]), np.einsum("ijn,jn->in", R, load[3:])])
         if point is not None:
@@ -148,7 +146,7 @@ def _complain(robot: Robot, solution: Solution) -> None:
     """Raise what is wrong with the first failed pose of a chunk."""
     for name, part in solution.unbalanced.items():
         for p in np.flatnonzero(part > UNBALANCED):
-            joints = robot.passive_joints(name)
+            joints = passive_joints(robot.statics, name)
             what = (
                 f"{name} cannot hold its own weight"
                 if name.startswith("limb")

@@ -137,7 +137,7 @@ def test_those_that_are_named_do(name, orientation):
     convention = orientation_named(orientation)
     found = choices(robot, convention, (), robot.zero_poses)
     for names in found:
-        assert robot.determines_at(request_for(names, convention), robot.zero_poses)
+        assert robot.freedoms.fixes_platform_at(request_for(names, convention), robot.zero_poses)
         values = robot.assemble().platform_coordinates(orientation)
         pose = robot.assemble(platform={name: values[name] for name in names}, orientation=orientation)
         np.testing.assert_allclose(pose.platform_frame, robot.assemble().platform_frame, atol=1e-9)

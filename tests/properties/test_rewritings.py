@@ -71,7 +71,7 @@ def assert_same(robot, drives, expected, rewritten, rtol=1e-9, ties=True, signs=
     same(found.base_wrench, expected.base_wrench, "base wrench", rtol)
     for name, force in expected.actuator_forces.items():
         same(found.actuator_forces[name_of[name]] * rewritten.signs.get(name, 1), force, f"force of {name}", rtol, 100.0)
-    without_direction = {edge.joint for limb in robot.all_limbs for edge in limb.edges if edge.both_ways}
+    without_direction = {edge.joint for limb in robot.topology.all_limbs for edge in limb.edges if edge.both_ways}
     for name, wrench in expected.joint_wrenches.items():
         rows = slice(0, 3) if name in rewritten.moved else slice(0, 6)
         mine, theirs = wrench[..., rows], found.joint_wrenches[name_of[name]][..., rows]
@@ -132,7 +132,7 @@ def test_a_shipped_robot_with_other_zeros(name):
 
 def assert_written_anew(robot, seed):
     """Compare a random robot with another description of it."""
-    assume(not robot.description.driven or robot.determines(robot.actuator_request))
+    assume(not robot.description.driven or robot.freedoms.fixes_platform(robot.actuator_request))
     drives, expected = poses_of(robot, wanted=2)
     assume(np.any(expected.status != ks.Status.SINGULAR))
     what = list(REWRITINGS)[seed % len(REWRITINGS)]

@@ -149,7 +149,7 @@ def _without_others(message: str, ours: str) -> str:
 
 def look(robot: ks.Robot) -> ks.Robot:
     """Look at all that ``kinetostatics check`` looks at."""
-    str(robot.mobility), robot.beams, robot.limb_groups
+    str(robot.mobility), robot.beams, robot.statics.groups
     return robot
 
 

@@ -11,22 +11,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.buckling.euler_loads import Ends, buckling_ratio
 from kinetostatics.buckling.sway import free_motions, sliding_axes, turning_axes
-from kinetostatics.kinematics.loop_constraints import world_frames
+from kinetostatics.limbs.model import StaticModel
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.mechanism import Connection
 from kinetostatics.mechanism.rigid_bodies import Piece, PieceEdge, PieceGraph
 from kinetostatics.mechanism.tree import Frames
-
-if TYPE_CHECKING:
-    from kinetostatics.robot import Robot
-
 
 #: Beams are in one line when they are off by less than this, relative to their length.
 _IN_LINE = 1e-6
@@ -78,11 +73,11 @@ class Member:
         first, last = (end.words for end in self.ends)
         return f"{first} at both ends" if first == last else f"{first} and {last}"
 
-    def holds(self, robot: Robot, frames: Frames, which: NDArray[np.intp]) -> Ends:
+    def holds(self, model: StaticModel, frames: Frames, which: NDArray[np.intp]) -> Ends:
         """Return how its ends are held at some poses."""
         frames = Frames(frames.rotation[..., which], frames.position[..., which])
-        model = robot.beams[self.beams[0]]
-        axes = frames.orientations(np.array([model.span.carrier]), model.axes[:, :, None])[:, :, 0]
+        beam = model.beams[self.beams[0]]
+        axes = frames.orientations(np.array([beam.span.carrier]), beam.axes[:, :, None])[:, :, 0]
         sign = 1.0 if self.forward[0] else -1.0
         across = np.stack([axes[:, 1], sign * axes[:, 2]])  # (2, 3, N)
 
@@ -103,11 +98,11 @@ class Member:
             np.stack([projectors(end.turns) for end in self.ends]),
         )
 
-    def euler_ratio(self, robot: Robot, frames: Frames, axial: Mapping[str, Array], least: float = 0.0) -> Array:
+    def euler_ratio(self, model: StaticModel, frames: Frames, axial: Mapping[str, Array], least: float = 0.0) -> Array:
         """Return the axial forces over those at which it buckles (N,), at N poses.
 
         Args:
-            robot: the robot.
+            model: the robot.
             frames: of the poses.
             axial: (3, N) axial forces at the inner and outer end of every beam [N] and its length [m], by name.
             least: smaller ratios may be returned as 0, where a simple bound of them says so.
@@ -124,29 +119,28 @@ class Member:
         looked = np.flatnonzero((most > 0) & (most >= least))
         result = np.where(np.isnan(most), np.nan, 0.0)
         if looked.size:
-            result[looked] = buckling_ratio(lengths[looked], self.stiffness, forces[looked], self.holds(robot, frames, looked))
+            result[looked] = buckling_ratio(lengths[looked], self.stiffness, forces[looked], self.holds(model, frames, looked))
         return result
 
 
-def members_of(robot: Robot) -> tuple[Member, ...]:
+def members_of(model: StaticModel, generic: Frames) -> tuple[Member, ...]:
     """Return all members of a robot, in the order of the file."""
-    return tuple(_Finder(robot).members())
+    return tuple(_Finder(model, generic).members())
 
 
 class _Finder:
-    def __init__(self, robot: Robot) -> None:
-        self.robot, self.graph = robot, PieceGraph(robot.mechanism)
-        frames = robot.zero_frames
-        self.frames = world_frames(robot.mechanism, robot.mechanism.forward(robot.model_q(robot.generic_poses)))
+    def __init__(self, model: StaticModel, generic: Frames) -> None:
+        self.model, self.graph = model, PieceGraph(model.mechanism)
+        frames, self.frames = model.zero_frames, generic
         self.edges = {edge.beam.beam.name: edge for edge in self.graph.edges if edge.beam is not None}
         self.points: dict[str, tuple[Array, Array]] = {}
         self.direction: dict[str, Array] = {}
         for name in self.edges:
-            model = robot.beams[name]
-            start = frames.points(np.array([model.span.start_body]), model.span.start[:, None])[:, 0, 0]
-            end = frames.points(np.array([model.span.end_body]), model.span.end[:, None])[:, 0, 0]
+            beam = model.beams[name]
+            start = frames.points(np.array([beam.span.start_body]), beam.span.start[:, None])[:, 0, 0]
+            end = frames.points(np.array([beam.span.end_body]), beam.span.end[:, None])[:, 0, 0]
             self.points[name] = start, end
-            self.direction[name] = frames.directions(np.array([model.span.carrier]), model.axes[:, :1])[:, 0, 0]
+            self.direction[name] = frames.directions(np.array([beam.span.carrier]), beam.axes[:, :1])[:, 0, 0]
         self.at: dict[Piece, list[PieceEdge]] = {}
         for edge in self.graph.edges:
             for piece in (edge.inner.find(), edge.outer.find()):
@@ -155,7 +149,7 @@ class _Finder:
     def members(self) -> Iterator[Member]:
         following = self._following()
         done: set[str] = set()
-        for name in self.robot.description.beams:
+        for name in self.model.description.beams:
             if name in done or name not in self.edges:
                 continue
             run = [(name, True)]
@@ -189,7 +183,7 @@ class _Finder:
         """Whether two pieces are one, or slide along a beam against each other."""
         if piece is begin:
             return True
-        frames = self.robot.zero_frames
+        frames = self.model.zero_frames
         for edge in self.at.get(piece, []):
             joint = edge.connection
             if joint is not None and edge.other(piece) is begin and joint.kind in ("fixed", "prismatic"):
@@ -217,8 +211,8 @@ class _Finder:
         outer = (self.edges[last].outer if last_way else self.edges[last].inner).find()
         found = [self._end(piece, beams) for piece in (inner, outer)]
         ends = [item[0] for item in found]
-        frames, model = self.robot.zero_frames, self.robot.beams[first]
-        axes = frames.orientations(np.array([model.span.carrier]), model.axes[:, :, None])[:, :, 0, 0]
+        frames, beam = self.model.zero_frames, self.model.beams[first]
+        axes = frames.orientations(np.array([beam.span.carrier]), beam.axes[:, :, None])[:, :, 0, 0]
         across = np.array([axes[:, 1], (1 if way else -1) * axes[:, 2]])
         stiffness = self._stiffness(names, across)
         if FREE not in ends and not (found[0][2] and found[1][2]):
@@ -233,13 +227,13 @@ class _Finder:
         """Whether it could move as it is taken to be held, so that a force of nothing would buckle it."""
         frames = self.frames
         which = np.arange(frames.position.shape[2])
-        lengths = np.stack([self.robot.beams[name].length(frames) for name in member.beams], axis=1)
+        lengths = np.stack([self.model.beams[name].length(frames) for name in member.beams], axis=1)
         if not np.all(lengths > 0):
             return True  # a telescope without length
         least = np.pi**2 * float(np.min(np.linalg.eigvalsh(member.stiffness))) / (2 * lengths.sum(axis=1)) ** 2
         forces = np.broadcast_to(-least[:, None, None], (*lengths.shape, 2))
         try:
-            return bool(np.any(buckling_ratio(lengths, member.stiffness, forces, member.holds(self.robot, frames, which)) > 2))
+            return bool(np.any(buckling_ratio(lengths, member.stiffness, forces, member.holds(self.model, frames, which)) > 2))
         except np.linalg.LinAlgError:
             return True
 
@@ -252,7 +246,7 @@ class _Finder:
         holders: tuple[Piece, Piece],
     ) -> MemberEnd:
         """Return how the outer end is held if it also moves where nothing but the member holds it."""
-        model, shifts, turns = self.robot.beams[first[0]], [], False
+        beam, shifts, turns = self.model.beams[first[0]], [], False
         for k in range(self.frames.position.shape[2]):
             frames = Frames(self.frames.rotation[..., k : k + 1], self.frames.position[..., k : k + 1])
             points = np.array([self._point(frames, first[0], not first[1]), self._point(frames, last[0], last[1])])
@@ -260,10 +254,10 @@ class _Finder:
                 continue  # a telescope without length
             x = (points[1] - points[0]) / np.linalg.norm(points[1] - points[0])
             twists = all(_passes_torque(frames, end, x) for end in ends)
-            motions = free_motions(self.graph, frames, beams, holders, points, twists, self.robot.length)
-            axes = frames.orientations(np.array([model.span.carrier]), model.axes[:, :, None])[:, :, 0, 0]
+            motions = free_motions(self.graph, frames, beams, holders, points, twists, self.model.length)
+            axes = frames.orientations(np.array([beam.span.carrier]), beam.axes[:, :, None])[:, :, 0, 0]
             u, s, _ = np.linalg.svd(axes[:, 1:].T @ motions[3:], full_matrices=False)
-            shifts.append(model.axes[:, 1:] @ u[:, s > _MOVES] @ u[:, s > _MOVES].T @ model.axes[:, 1:].T)
+            shifts.append(beam.axes[:, 1:] @ u[:, s > _MOVES] @ u[:, s > _MOVES].T @ beam.axes[:, 1:].T)
             turns |= bool(np.any(np.abs(axes[:, 1:].T @ motions[:3]) > _MOVES))
         if not shifts:
             return ends[1]
@@ -274,22 +268,22 @@ class _Finder:
         slides: tuple[tuple[int, Array], ...] | None = None
         if rank == 1 and all(np.abs(item - most).max() < _SAME for item in shifts):
             direction = np.linalg.svd(most)[0][:, 0]
-            slides = (*(end.slides or ()), (model.span.carrier, direction))
+            slides = (*(end.slides or ()), (beam.span.carrier, direction))
         words = end.words.removesuffix(", sliding").replace("guided", "clamped")
         return MemberEnd(f"{words}, swaying", None if turns else end.turns, slides)
 
     def _point(self, frames: Frames, name: str, at_end: bool) -> Array:
-        span = self.robot.beams[name].span
+        span = self.model.beams[name].span
         body, point = (span.end_body, span.end) if at_end else (span.start_body, span.start)
         return frames.points(np.array([body]), point[:, None])[:, 0, 0]
 
     def _stiffness(self, names: Sequence[str], across: Array) -> Array:
         found = []
         for name in names:
-            model = self.robot.beams[name]
-            own = self.robot.zero_frames.orientations(np.array([model.span.carrier]), model.axes[:, :, None])[:, :, 0, 0]
+            beam = self.model.beams[name]
+            own = self.model.zero_frames.orientations(np.array([beam.span.carrier]), beam.axes[:, :, None])[:, :, 0, 0]
             turn = across @ own[:, 1:]
-            found.append(turn @ np.diag(1 / model.compliances[[5, 4]]) @ turn.T)
+            found.append(turn @ np.diag(1 / beam.compliances[[5, 4]]) @ turn.T)
         return np.array(found)
 
     def _end(self, piece: Piece, member: set[int]) -> tuple[MemberEnd, Piece, bool]:
@@ -331,7 +325,7 @@ class _Finder:
 
     def _at_one_point(self, *joints: Connection) -> bool:
         points = [
-            self.robot.zero_frames.points(np.array([item.predecessor_body]), item.predecessor_frame[:3, 3:])[:, 0, 0]
+            self.model.zero_frames.points(np.array([item.predecessor_body]), item.predecessor_frame[:3, 3:])[:, 0, 0]
             for item in joints
         ]
         return float(np.linalg.norm(points[1] - points[0])) < _SAME

@@ -144,7 +144,7 @@ def robot_facts(robot: Robot) -> RobotFacts:
         facts.problems.append(str(robot.wrong_zero))
         open_loops = True
     facts.zero.closing_error = attempt(lambda: robot.closing_error)
-    groups = attempt(lambda: robot.limb_groups)
+    groups = attempt(lambda: robot.statics.groups)
     if groups is not None:
         facts.mobility = attempt(lambda: _mobility(robot, facts.zero))
     masses = attempt(lambda: robot.weights.masses(robot.zero_frames)[:, 0])

@@ -80,7 +80,7 @@ class Motions:
         _, self.number, self.pose, self.free = max(found, key=lambda item: (item[0], -item[1]))
         self.frames = robot.equations.forward(self.pose.x)
         self.twists = robot.equations.tree.twists(self.frames)[:, :, 0] * solver.column_scale
-        self.o = solver.platform_pose(self.frames)[1][:, 0]
+        self.o = solver.mechanism.platform_pose(self.frames)[1][:, 0]
         self.platform = self.at_o(solver.platform_signs)
 
     def at_o(self, signs: Array) -> Array:
@@ -155,7 +155,7 @@ def coordinates_of(motions: Motions) -> tuple[str, ...]:
         chosen = tuple(sorted(best))
         positions = tuple(k for k in chosen if k < 3)
         request = Request(positions=positions, angles=tuple(k - 3 for k in chosen if k > 2), orientation=orientation_named(None))
-        if robot.determines(request):
+        if robot.freedoms.fixes_platform(request):
             return tuple(COORDINATES[k] for k in chosen)
     return ()
 
@@ -238,7 +238,7 @@ def _joint_along(motions: Motions, links: tuple[str, ...], axis: Array, foot: Ar
     A hinge inside a universal or spherical joint is none.
     """
     robot = motions.robot
-    units = [unit for group in robot.limb_groups for row in group.units for unit in row]
+    units = [unit for group in robot.statics.groups for row in group.units for unit in row]
     inside = {name for unit in units if len(unit.joints) > 1 for name in unit.joints}
     for connection in robot.mechanism.connections.values():
         if not {connection.predecessor, connection.successor} & set(links) or connection.name in inside:

@@ -56,7 +56,7 @@ def redundancies(motions: Motions) -> list[Redundancy]:
     if not total or robot.equations.count > _MANY:
         return []
     states = _SelfStress(robot, motions.pose)
-    found = [item for number in range(len(robot.all_limbs)) for item in states.inside(number)]
+    found = [item for number in range(len(robot.topology.all_limbs)) for item in states.inside(number)]
     zero = _SelfStress(robot, robot.zero_poses)
     same = zero.states.shape[1] == states.states.shape[1]
     for count, limbs in states.between():
@@ -65,7 +65,7 @@ def redundancies(motions: Motions) -> list[Redundancy]:
         found.append(Redundancy(count, names, wrenches=words))
     rest = total - sum(item.count for item in found)
     if rest > 0:  # in loops of links that are welded to one another, or through joints that follow others
-        known = {edge.joint for limb in robot.all_limbs for edge in (*limb.edges, *limb.branches)}
+        known = {edge.joint for limb in robot.topology.all_limbs for edge in (*limb.edges, *limb.branches)}
         loops = (loop.name for loop in robot.equations.loops if loop.name not in known)
         found.append(Redundancy(rest, (), tuple(loops)))
     return found if rest >= 0 else []
@@ -82,12 +82,12 @@ class _SelfStress:
     def __init__(self, robot: Robot, pose: Poses) -> None:
         self.robot = robot
         frames = _frames(robot, pose)
-        o = robot.solver.platform_pose(frames)[1]
-        limbs = robot.all_limbs
+        o = robot.mechanism.platform_pose(frames)[1]
+        limbs = robot.topology.all_limbs
         self.first = np.concatenate([[0], np.cumsum([6 * len(limb.to_platform) for limb in limbs])]).astype(int)
         rows: dict[str | tuple[int, int], Array] = {}
         balance = np.zeros((6, self.first[-1]))
-        for group in robot.limb_groups:
+        for group in robot.statics.groups:
             geometry = group.geometry(frames, o)
             twists = (geometry.twists * group.twist_scale / np.where(group.rotates, robot.length, 1.0)[:, None, None])[..., 0]
             for position, number in enumerate(group.numbers):
@@ -120,7 +120,7 @@ class _SelfStress:
 
     def inside(self, number: int) -> list[Redundancy]:
         """Return the self-stresses inside a limb, those that have nothing to do with one another apart."""
-        limb = self.robot.all_limbs[number]
+        limb = self.robot.topology.all_limbs[number]
         if limb.is_serial:
             return []
         mine = np.zeros(len(self.states), dtype=bool)

@@ -91,7 +91,7 @@ def _closing(robot: Robot, facts: RobotFacts) -> Iterable[str]:
             "the loops do not close with the drives at zero: the zero pose, from which all others are reached, has "
             f"{listing(moved)}"
         )
-    hint = corrections_hint(robot)
+    hint = None if robot.zero_is_near else corrections_hint(robot.mechanism, robot.size)
     if hint:
         yield hint
 
@@ -323,7 +323,7 @@ def warnings_of_statics(robot: Robot, facts: RobotFacts) -> tuple[list[str], lis
             f"the mobility is doubtful: the smallest singular value that counts is only {robot.mobility.gap:.2g} times the "
             "largest that counts as zero"
         )
-    for group in robot.limb_groups:
+    for group in robot.statics.groups:
         if group.basis.gap < SMALL_GAP:
             found.append(
                 f"the number of constraint wrenches of {group.limbs[0].name} is doubtful: the smallest singular value that "

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,18 +12,15 @@ from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesEr
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.continuation import follow, reach
 from kinetostatics.kinematics.coordinate_choices import request_for, say_choices
+from kinetostatics.kinematics.joint_coordinates import actuator_names
 from kinetostatics.kinematics.loop_constraints import world_frames
+from kinetostatics.kinematics.openings import gaps_at, gaps_text, worst_gaps_text
+from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.kinematics.solver import Poses, Request
 from kinetostatics.kinematics.unit_hints import odd_coordinates
-from kinetostatics.kinematics.zero_pose import accepts, gaps_at, gaps_text
 from kinetostatics.math.arrays import Array, chunks
-from kinetostatics.math.ordering import NOTHING, ranked
 from kinetostatics.math.orientation import Orientation, orientation_named, orientations_with
 from kinetostatics.mechanism.tree import Frames
-
-if TYPE_CHECKING:
-    from kinetostatics.robot import Robot
-
 
 #: Opening of a loop [m, rad] up to which it is closed whatever else is wrong.
 SURELY_CLOSED = 1e-9
@@ -33,7 +29,7 @@ ROUGH = 1e-13
 
 
 def assemble(
-    robot: Robot,
+    robot: RobotKinematics,
     actuators: Mapping[str, ArrayLike] | None,
     platform: Mapping[str, ArrayLike] | None,
     orientation: str | None,
@@ -52,11 +48,11 @@ def assemble(
         given: Mapping[str, ArrayLike] = platform
     else:
         given = actuators if actuators is not None else {name: 0.0 for name in robot.description.driven}
-        request, names = robot.actuator_request, actuator_names(robot)
+        request, names = robot.actuator_request, actuator_names(robot.mechanism, robot.equations)
         _check_actuator_names(robot, given)
     shape, target = _stack([given[name] for name in names], names)
     raising = on_failure == "raise" or (on_failure is None and shape == ())
-    if raising and robot.wrong_zero is not None and not accepts(robot, tolerance):
+    if raising and robot.wrong_zero is not None and not robot.accepts(tolerance):
         raise robot.wrong_zero
     start = robot.zero_poses
     if near is not None:
@@ -67,9 +63,9 @@ def assemble(
         if near.shape not in ((), shape):
             raise ArgumentError(f"near= has the batch shape {near.shape}; it must be () or {shape}")
         start = near.poses
-    request = robot.holding_idle(request)
+    request = robot.freedoms.without_idle(request)
     origin = robot.zero_origin(request) if near is None else None
-    local = robot.local_freedoms(request)
+    local = robot.freedoms.local_freedoms(request)
     poses, arrived = reach(robot.solver, request, start, target, local, origin)
     if raising and not np.all(arrived):  # nothing is complained of that is reached alone
         left = np.flatnonzero(~arrived)
@@ -87,7 +83,7 @@ def assemble(
     return _configuration(robot, poses, shape, arrived, named, convention, tolerance, raising, again=again)
 
 
-def configuration_at(robot: Robot, q: ArrayLike, tolerance: float, on_failure: str | None) -> Configuration:
+def configuration_at(robot: RobotKinematics, q: ArrayLike, tolerance: float, on_failure: str | None) -> Configuration:
     """See :meth:`Robot.configuration`."""
     _check_on_failure(on_failure)
     tolerance = positive("tolerance", tolerance, "a positive length [m] and angle [rad]", infinite=True)
@@ -103,7 +99,7 @@ def configuration_at(robot: Robot, q: ArrayLike, tolerance: float, on_failure: s
 
 
 def _configuration(
-    robot: Robot,
+    robot: RobotKinematics,
     poses: Poses,
     shape: tuple[int, ...],
     arrived: NDArray[np.bool_],
@@ -134,7 +130,7 @@ def _configuration(
         wide = np.zeros(q.shape[1], dtype=bool)
         for metres, radians in openings.values():
             wide |= (metres > SURELY_CLOSED) | (radians > SURELY_CLOSED)
-        if np.any(closed & wide) and not accepts(robot, tolerance):
+        if np.any(closed & wide) and not robot.accepts(tolerance):
             closed &= ~wide
     if raising and not np.all(closed & arrived):
         worst = int(np.argmin(closed & arrived))
@@ -145,7 +141,7 @@ def _configuration(
     return Configuration(robot, shape, convention, poses, q, frames, openings, reached)
 
 
-def _frames(robot: Robot, q: Array) -> tuple[Frames, Array]:
+def _frames(robot: RobotKinematics, q: Array) -> tuple[Frames, Array]:
     """Return all frames at Pinocchio's coordinates, and the residuals (closures, N) of the loops."""
     N = q.shape[1]
     bodies = robot.mechanism.tree.bodies
@@ -156,30 +152,12 @@ def _frames(robot: Robot, q: Array) -> tuple[Frames, Array]:
     return frames, residual
 
 
-def _frames_of(robot: Robot, q: Array) -> tuple[Array, Array, Array]:
+def _frames_of(robot: RobotKinematics, q: Array) -> tuple[Array, Array, Array]:
     frames = world_frames(robot.mechanism, robot.mechanism.forward(q))
     return frames.rotation, frames.position, robot.equations.evaluate(frames)[0]
 
 
-def actuator_request(robot: Robot) -> Request:
-    """Return the driven joints as the solver sees them."""
-    columns, loops = [], []
-    names = [loop.name for loop in robot.equations.loops]
-    for name in robot.description.driven:
-        if name in names:
-            loops.append(names.index(name))
-        else:
-            columns.append(robot.equations.joint_of_body[robot.mechanism.body_of_joint[name]].first_v)
-    return Request(tuple(columns), tuple(loops))
-
-
-def actuator_names(robot: Robot) -> list[str]:
-    """Driven joints in the order of the request: those of the tree, then loops."""
-    loops = [loop.name for loop in robot.equations.loops]
-    return sorted(robot.description.driven, key=lambda name: name in loops)
-
-
-def _check_actuator_names(robot: Robot, given: Mapping[str, ArrayLike]) -> None:
+def _check_actuator_names(robot: RobotKinematics, given: Mapping[str, ArrayLike]) -> None:
     driven = robot.description.driven
     check_mapping("actuators", given, f"{{{driven[0]!r}: 0.02}}" if driven else "{}")
     for name in given:
@@ -193,7 +171,9 @@ def _check_actuator_names(robot: Robot, given: Mapping[str, ArrayLike]) -> None:
         )
 
 
-def _platform_request(robot: Robot, platform: Mapping[str, ArrayLike], orientation: str | None) -> tuple[Request, list[str]]:
+def _platform_request(
+    robot: RobotKinematics, platform: Mapping[str, ArrayLike], orientation: str | None
+) -> tuple[Request, list[str]]:
     convention = orientation_named(orientation)
     check_mapping("platform", platform, '{"z": 0.5}')
     known = ("x", "y", "z", *convention.names)
@@ -213,7 +193,7 @@ def _platform_request(robot: Robot, platform: Mapping[str, ArrayLike], orientati
             mobility,
         )
     request = request_for(tuple(platform), convention)
-    if not robot.determines(request):
+    if not robot.freedoms.fixes_platform(request):
         raise CoordinatesError(
             f"the coordinates {', '.join(platform)} do not determine the pose of {robot.name!r}: with them held the platform "
             f"can still move; its mobility is {mobility}; {say_choices(robot, convention, tuple(platform), robot.zero_poses)}",
@@ -222,20 +202,16 @@ def _platform_request(robot: Robot, platform: Mapping[str, ArrayLike], orientati
     return request, [name for name in known if name in platform]
 
 
-def say_openings(robot: Robot, pose: Poses) -> str:
-    """Say in words how far loops are open at one pose."""
-    return _openings_text(robot, gaps_at(robot, pose))
-
-
-def _say_unreachable(robot: Robot, request: Request, names: list[str], pose: Poses, target: Array, gone: float) -> None:
+def _say_unreachable(robot: RobotKinematics, request: Request, names: list[str], pose: Poses, target: Array, gone: float) -> None:
     mobility = robot.mobility.platform
     nearest, _ = robot.solver.close(pose, request, target, weight=1e3)
+    gaps = gaps_at(robot.equations, nearest)
     wanted = ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, target[:, 0], strict=True))
     text = (
         f"{robot.name!r} (mobility {mobility}) cannot reach {wanted}: on the straight line from the start the loops close "
         f"up to {100 * gone:.1f} % of the way; "
     )
-    if gone == 0 and not robot.determines_at(request, pose):
+    if gone == 0 and not robot.freedoms.fixes_platform_at(request, pose):
         convention = request.orientation
         others = "" if convention is None else f"; {say_choices(robot, convention, names, pose)}"
         raise CoordinatesError(
@@ -245,32 +221,33 @@ def _say_unreachable(robot: Robot, request: Request, names: list[str], pose: Pos
         )
     found = robot.solver.values(request, nearest)[:, 0]
     if float(np.abs(found - target[:, 0]).max(initial=0.0)) < 1e-3:
-        worst = max((max(pair) for pair in gaps_at(robot, nearest).values()), default=0.0)
+        worst = max((max(pair) for pair in gaps.values()), default=0.0)
         if worst < 1e-9:
             text += "the target itself can be assembled, but the line to it passes a singular pose or leaves the workspace: "
             text += "give near= a pose beyond"
         else:
-            text += f"at the target {say_openings(robot, nearest)}"
+            text += f"at the target {worst_gaps_text(robot.equations, gaps)}"
     else:
         text += (
             "the nearest that was found is "
             + ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, found, strict=True))
-            + f", where {say_openings(robot, nearest)}"
+            + f", where {worst_gaps_text(robot.equations, gaps)}"
         )
     hints = odd_coordinates(robot, dict(zip(names, target, strict=True)))
     raise AssemblyError(
         "; ".join([text, *hints]),
-        gaps_at(robot, nearest),
+        gaps,
         mobility,
     )
 
 
-def _say_open(robot: Robot, openings: dict[str, tuple[float, float]], tolerance: float) -> None:
+def _say_open(robot: RobotKinematics, openings: dict[str, tuple[float, float]], tolerance: float) -> None:
     worst = max(max(pair) for pair in openings.values())
     loops = {loop.name for loop in robot.equations.loops}
     what = "loops" if any(max(pair) > tolerance for name, pair in openings.items() if name in loops) else "coupled joints"
     verb = "do not close" if what == "loops" else "do not fit together"
-    text = f"the {what} of {robot.name!r} {verb}: {_openings_text(robot, openings)}, more than the tolerance {tolerance:g}"
+    text = f"the {what} of {robot.name!r} {verb}: {worst_gaps_text(robot.equations, openings)}, more than the tolerance "
+    text += f"{tolerance:g}"
     if robot.wrong_zero is not None:
         text = str(robot.wrong_zero)
     elif robot.mobility.redundant_constraints and worst < 1e-2:
@@ -289,21 +266,6 @@ def _say_open(robot: Robot, openings: dict[str, tuple[float, float]], tolerance:
                 f"joints are at zero, {gaps_text(robot.zero_gaps)}"
             )
     raise AssemblyError(text, openings, robot.mobility.platform)
-
-
-def _openings_text(robot: Robot, openings: Mapping[str, tuple[float, float]]) -> str:
-    items = list(openings.items())
-    worst = [items[k] for k in ranked([max(sizes) for _, sizes in items])]
-    shown = []
-    for name, (metres, radians) in worst[:3]:
-        metres, radians = (0.0 if size <= NOTHING * max(worst[0][1]) else size for size in (metres, radians))
-        if max(metres, radians) > 0.01 * max(worst[0][1]):
-            if name in robot.equations.couplings.names:
-                size = f"{metres:.3g} m" if metres > 0 else f"{radians:.3g} rad"
-                shown.append(f"joint {name!r} is {size} beside where its <mimic> puts it")
-            else:
-                shown.append(f"loop {name!r} stays {metres:.3g} m" + (f" and {radians:.3g} rad" if radians > 0 else "") + " open")
-    return ", ".join(shown) if shown else "no loop stays open"
 
 
 def _stack(values: list[ArrayLike], names: list[str]) -> tuple[tuple[int, ...], Array]:

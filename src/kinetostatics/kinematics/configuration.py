@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.exceptions import ArgumentError, near_names
+from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.kinematics.solver import Poses
 from kinetostatics.math.arrays import Array, batch_first, frozen
 from kinetostatics.math.orientation import Orientation, orientation_named
@@ -18,10 +19,6 @@ from kinetostatics.mechanism.pinocchio_loops import LoopModel, loop_model
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.printing.mappings import Named
 from kinetostatics.status import Status
-
-if TYPE_CHECKING:
-    from kinetostatics.robot import Robot
-
 
 #: Coordinates [m, rad] up to which a printed one is rounding.
 _ROUNDING = 1e-12
@@ -56,7 +53,7 @@ class Configuration:
     Made by :meth:`Robot.assemble` or :meth:`Robot.configuration`.
     """
 
-    robot: Robot
+    robot: RobotKinematics
     shape: tuple[int, ...]
     orientation: Orientation
     poses: Poses
@@ -168,7 +165,7 @@ class Configuration:
             orientation: as in :meth:`Robot.assemble`; None: the convention with which the pose was assembled.
         """
         convention = self.orientation if orientation is None else orientation_named(orientation)
-        R, position = self.robot.solver.platform_pose(self.frames)
+        R, position = self.robot.mechanism.platform_pose(self.frames)
         rows = [*position, *convention.coordinates(R)]
         names = ("x", "y", "z", *convention.names)
         return {

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import combinations
-from typing import TYPE_CHECKING
 
+from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.kinematics.solver import Poses, Request
 from kinetostatics.math.orientation import Orientation
-
-if TYPE_CHECKING:
-    from kinetostatics.robot import Robot
 
 #: The order in which sets of coordinates are named.
 PREFERRED = ("z", "x", "y", "rz", "rx", "ry", "azimuth", "tilt", "torsion")
@@ -25,18 +22,22 @@ def request_for(names: Sequence[str], orientation: Orientation) -> Request:
     return Request(positions=positions, angles=angles, orientation=orientation)
 
 
-def choices(robot: Robot, orientation: Orientation, given: Sequence[str], pose: Poses) -> list[tuple[str, ...]]:
+def choices(robot: RobotKinematics, orientation: Orientation, given: Sequence[str], pose: Poses) -> list[tuple[str, ...]]:
     """Return the sets of coordinates that determine the pose, at ``pose`` too if any do; as many in each as the mobility.
 
     Those that differ least from ``given`` come first, then those in the order z, x, y, rz, rx, ry.
     """
     known = [name for name in PREFERRED if name in ("x", "y", "z", *orientation.names)]
-    sets = [names for names in combinations(known, robot.mobility.platform) if robot.determines(request_for(names, orientation))]
-    here = [names for names in sets if robot.determines_at(request_for(names, orientation), pose)]
+    sets = [
+        names
+        for names in combinations(known, robot.mobility.platform)
+        if robot.freedoms.fixes_platform(request_for(names, orientation))
+    ]
+    here = [names for names in sets if robot.freedoms.fixes_platform_at(request_for(names, orientation), pose)]
     return sorted(here or sets, key=lambda names: sum(name not in given for name in names))
 
 
-def say_choices(robot: Robot, orientation: Orientation, given: Sequence[str], pose: Poses) -> str:
+def say_choices(robot: RobotKinematics, orientation: Orientation, given: Sequence[str], pose: Poses) -> str:
     """Say which coordinates determine the pose, at ``pose`` too if any do."""
     found = [", ".join(names) for names in choices(robot, orientation, given, pose)]
     if not found:

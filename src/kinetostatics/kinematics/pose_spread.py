@@ -7,17 +7,14 @@ per robot must not fail there. They follow from the drives alone, whatever the f
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kinetostatics.kinematics.assembly import actuator_names
+from kinetostatics.kinematics.assembly import configuration_at
+from kinetostatics.kinematics.joint_coordinates import actuator_names
+from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.math.arrays import Array
 from kinetostatics.status import Status
-
-if TYPE_CHECKING:
-    from kinetostatics.robot import Robot
-
 
 #: Drives go no farther from zero than this [rad], or this multiple of the characteristic length.
 _FAR = 1.2
@@ -25,14 +22,14 @@ _FAR = 1.2
 _PARTS, _MANY = (0.2, 0.6), 8
 
 
-def ordinary_poses(robot: Robot) -> Array:
+def ordinary_poses(robot: RobotKinematics) -> Array:
     """Return Pinocchio's coordinates (nq, N) of the closed zero pose and of a few dozen poses within the limits."""
     zero = robot.model_q(robot.zero_poses)
-    names = actuator_names(robot)
+    names = actuator_names(robot.mechanism, robot.equations)
     if not names:
         return zero
-    request = robot.holding_idle(robot.actuator_request)
-    local = robot.local_freedoms(request)
+    request = robot.freedoms.without_idle(robot.actuator_request)
+    local = robot.freedoms.local_freedoms(request)
     start = robot.zero_origin(request)[0]
     ways = np.concatenate([np.diag([_reach(robot, name)[side] for name in names]) for side in (0, 1)], axis=1)
     poses = robot.zero_poses.take(np.zeros(ways.shape[1], dtype=np.intp))
@@ -41,11 +38,11 @@ def ordinary_poses(robot: Robot) -> Array:
         poses, good = robot.solver.newton(request, poses, start + part * ways, local)
         poses, ways = poses.take(good), ways[:, good]
         found.append(robot.model_q(poses))
-    reached = robot.configuration(np.hstack(found[1:]).T, tolerance=np.inf, on_failure="nan")
+    reached = configuration_at(robot, np.hstack(found[1:]).T, np.inf, "nan")
     return np.hstack([zero, reached.model_q[:, reached.status == Status.OK]])
 
 
-def _reach(robot: Robot, name: str) -> tuple[float, float]:
+def _reach(robot: RobotKinematics, name: str) -> tuple[float, float]:
     """Return how far a drive goes down and up from zero [m, rad]."""
     item = robot.mechanism.connections[name]
     far = _FAR * (robot.length if item.kind == "prismatic" else 1.0)

@@ -118,12 +118,6 @@ class Solver:
 
     # ---- coordinates of a pose --------------------------------------------------------------------------------------
 
-    def platform_pose(self, frames: Frames) -> tuple[Array, Array]:
-        """Return the platform's orientation (3, 3, N) and the position of o (3, N)."""
-        R = frames.rotation[:, :, self.platform_body]
-        position = frames.position[:, self.platform_body] + np.einsum("ijn,j->in", R, self.platform_placement[:3, 3])
-        return np.einsum("ijn,jk->ikn", R, self.platform_placement[:3, :3]), position
-
     def loop_coordinate(self, number: int, frames: Frames) -> Array:
         """Return the coordinate (N,) of a one-freedom loop: successor relative to predecessor [m, rad]."""
         loop = self.equations.loops[number]
@@ -154,7 +148,7 @@ class Solver:
             if near is not None and self.equations.loops[number].kind != "prismatic":
                 value = value + 2 * np.pi * np.round((given[row] - value) / (2 * np.pi))
             rows.append(value)
-        R, position = self.platform_pose(frames)
+        R, position = self.mechanism.platform_pose(frames)
         rows += [position[k] for k in request.positions]
         if request.angles and request.orientation is not None:
             angles = request.orientation.coordinates(R)
@@ -204,7 +198,7 @@ class Solver:
             gradient[at, :f] = products(signs * self.column_scale[free] / unit, row, twists)[0]
             at, given = at + 1, given + 1
         if request.positions or request.angles:
-            R, position = self.platform_pose(frames)
+            R, position = self.mechanism.platform_pose(frames)
         for k in request.positions:
             y, z = (k + 1) % 3, (k + 2) % 3
             residuals[at] = (position[k] - target[given]) / self.length
@@ -433,7 +427,7 @@ class Solver:
         values = self.values(request, start, near)
         if not request.angles or request.orientation is None:
             return values, start.c
-        R, _ = self.platform_pose(self.equations.forward(start.x))
+        R, _ = self.mechanism.platform_pose(self.equations.forward(start.x))
         return values, request.orientation.coordinates(R)
 
     def close(

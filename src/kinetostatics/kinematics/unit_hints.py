@@ -15,8 +15,8 @@ from kinetostatics.printing.text import listing
 if TYPE_CHECKING:
     from kinetostatics.description.elements import Joint, Loop
     from kinetostatics.description.robot import RobotDescription
+    from kinetostatics.kinematics.robot_kinematics import RobotKinematics
     from kinetostatics.mechanism.mechanism import Connection
-    from kinetostatics.robot import Robot
 
 TURN = 2 * math.pi * (1 + 1e-9)
 #: Plausible numbers of solids: Young's modulus [Pa] and density [kg/m³].
@@ -27,7 +27,7 @@ WIDE = 720.0
 FAR = 10.0
 
 
-def robot_size(robot: Robot) -> float:
+def robot_size(robot: RobotKinematics) -> float:
     """Return the diagonal of the box around all joints and links at the zero pose [m]; NaN if there is no such pose."""
     try:
         points = robot.zero_frames.position[:, :, 0]
@@ -46,7 +46,7 @@ def looks_like_degrees(*angles: float) -> bool:
     return largest > 2 * TURN or (largest > TURN and all(angle % 5 == 0 for angle in angles))
 
 
-def odd_coordinates(robot: Robot, given: Mapping[str, ArrayLike]) -> list[str]:
+def odd_coordinates(robot: RobotKinematics, given: Mapping[str, ArrayLike]) -> list[str]:
     """Say which coordinates of drives or platform [m, rad] are far longer than the robot, or look like degrees."""
     found, size = [], robot_size(robot)
     for name, values in given.items():
@@ -107,7 +107,7 @@ def _written(numbers: Iterable[float]) -> str:
     return " ".join(f"{number:.6g}" for number in numbers)
 
 
-def odd_limits(robot: Robot) -> list[str]:
+def odd_limits(robot: RobotKinematics) -> list[str]:
     """Say which sliding joints have limits far beyond the robot's size, as those in mm are; wider ones stand for none at all."""
     size = robot_size(robot)
     names: dict[float, list[str]] = {}

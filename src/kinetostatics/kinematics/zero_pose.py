@@ -1,17 +1,16 @@
-"""The zero pose as the file has it: how far loops are open where all joints are at zero, and when that is a mistake."""
+"""The zero pose: as the file has it, with its loops closed, and when what the file has is a mistake."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from kinetostatics.kinematics.frame_corrections import FrameCorrection, frame_corrections
-from kinetostatics.kinematics.solver import Poses
-
-if TYPE_CHECKING:
-    from kinetostatics.robot import Robot
+from kinetostatics.kinematics.loop_constraints import LoopEquations
+from kinetostatics.kinematics.openings import CLOSED, are_within, gaps_text
+from kinetostatics.kinematics.solver import Poses, Request, Solver
+from kinetostatics.mechanism.mechanism import Mechanism
 
 #: Gap at zero, in robot sizes or [rad], up to which loops that cannot be closed show rounding; beyond, something is wrong.
 ROUNDING = 1e-4
@@ -19,107 +18,94 @@ ROUNDING = 1e-4
 ACCEPTED = 1e-3
 #: Closing error [scaled m, rad] of a file that has its numbers with six digits but another zero.
 SIX_DIGITS = 1e-5
-#: Gap [m, rad] below which a loop is closed.
-CLOSED = 1e-9
+#: Residual [scaled m, rad] above which loops count as not closed at all.
+OPEN = 1e-2
 #: How many corrections are shown.
 _SHOWN = 6
 
 
-def written_zero(robot: Robot) -> Poses:
+def written_zero(equations: LoopEquations) -> Poses:
     """Return the pose in which all joints are at zero."""
-    return Poses(robot.equations.from_model(robot.mechanism.tree.neutral[:, None]), np.zeros((3, 1)))
+    return Poses(equations.from_model(equations.mechanism.tree.neutral[:, None]), np.zeros((3, 1)))
 
 
-def gaps_at(robot: Robot, pose: Poses) -> dict[str, tuple[float, float]]:
-    """Return how far each loop is open at one pose, {name: (m, rad)}."""
-    residual, _ = robot.equations.evaluate(robot.equations.forward(pose.x))
-    return {name: (float(a[0]), float(b[0])) for name, (a, b) in robot.equations.openings(residual, pose.x).items()}
+def closed_zero(solver: Solver, drives: Request) -> tuple[Poses, float]:
+    """Return the pose nearest to the written zero at which the loops are closed, and the scaled residual that is left.
 
-
-def are_within(gaps: Mapping[str, tuple[float, float]], metres: float, radians: float) -> bool:
-    """Whether all loops are closed up to these gaps."""
-    return all(a <= metres and b <= radians for a, b in gaps.values())
-
-
-def accepts(robot: Robot, tolerance: float) -> bool:
-    """Whether a tolerance [m, rad] may excuse that the loops stay open: not where a mistake in the file is larger.
-
-    Where no motion of the joints closes the loops and the file leaves them open at zero by more than rounding, they may close
-    somewhere almost, as another machine. The tolerance must cover the file's own gap then, which may not exceed ``ACCEPTED``.
+    The drives stay at zero where they can.
     """
-    if not robot.has_wrong_zero:
-        return True
-    return are_within(robot.zero_gaps, min(tolerance, ACCEPTED * robot.size), min(tolerance, ACCEPTED))
+    equations, tree = solver.equations, solver.tree
+    start, nothing = written_zero(equations), (Request(), np.zeros((0, 1)))
+    if not equations.loops:
+        return start, 0.0
+    best, residual = solver.close(start, drives, np.zeros((drives.size, 1)))
+    if residual < 1e-11:
+        return best, residual
+    # Rounding alone is no reason to move the drives: a nearly closed pose far away would be another assembly mode.
+    free = solver.close(start, *nothing, cutoff=1e-3)
+    if free[1] < 1e-9 or OPEN < residual > free[1]:
+        best, residual = free
+    random = np.random.default_rng(1)
+    for _ in range(20):
+        if residual < OPEN:
+            break
+        v = random.uniform(-0.7, 0.7, tree.nv) * solver.column_scale
+        trial = solver.close(Poses(tree.integrate(start.x, v[:, None]), start.c), *nothing)
+        if trial[1] < residual:
+            best, residual = trial
+    return best, residual
 
 
-def is_one_frame(robot: Robot) -> bool:
+def is_one_frame(mechanism: Mechanism, gaps: Mapping[str, tuple[float, float]], size: float) -> bool:
     """Whether several loops are open at zero because of one wrong frame, although some motion nearly closes them.
 
     Where a single loop is open any frame would do, and the turn of a joint about its own axis is another zero of that joint.
     """
-    if sum(max(pair) > CLOSED for pair in robot.zero_gaps.values()) < 2:
+    if sum(max(pair) > CLOSED for pair in gaps.values()) < 2:
         return False
-    corrections = frame_corrections(robot.mechanism, robot.size)
-    return bool(corrections) and not any(item.is_motion_of(robot.mechanism) for item in corrections)
+    corrections = frame_corrections(mechanism, size)
+    return bool(corrections) and not any(item.is_motion_of(mechanism) for item in corrections)
 
 
-def wrong_zero_text(robot: Robot, closest: str = "") -> str:
+def wrong_zero_text(mechanism: Mechanism, gaps: Mapping[str, tuple[float, float]], size: float, closest: str = "") -> str:
     """Say how far the loops are open at zero, and which single frame would close them.
 
     Args:
-        robot: whose loops cannot be closed.
+        mechanism: whose loops cannot be closed.
+        gaps: how far each loop is open where all joints are at zero, {name: (m, rad)}.
+        size: of the robot [m].
         closest: how far they stay open with all joints free, in words, if that is far.
     """
-    text = f"the loops of {robot.name!r} cannot be closed, not even with all joints free{': ' * bool(closest)}{closest}. "
-    text += f"Where all joints are at zero, {gaps_text(robot.zero_gaps)}. A frame in the file is wrong"
-    if are_within(robot.zero_gaps, ACCEPTED * robot.size, ACCEPTED):
+    name = mechanism.description.name
+    text = f"the loops of {name!r} cannot be closed, not even with all joints free{': ' * bool(closest)}{closest}. "
+    text += f"Where all joints are at zero, {gaps_text(gaps)}. A frame in the file is wrong"
+    if are_within(gaps, ACCEPTED * size, ACCEPTED):
         text += ", or an angle or a length is rounded (write them with full precision, as ${pi/2} in xacro)"
-    corrections = frame_corrections(robot.mechanism, robot.size)
+    corrections = frame_corrections(mechanism, size)
     if not corrections:
         return text + ". No single one, moved or turned, would close all loops at zero: more than one is wrong"
     which = "Any one of these" if corrections[1:] else "This"
-    return f"{text}. {which} would close all loops at zero: {_listed(robot, corrections)}"
+    return f"{text}. {which} would close all loops at zero: {_listed(mechanism, corrections)}"
 
 
-def corrections_hint(robot: Robot) -> str | None:
+def corrections_hint(mechanism: Mechanism, size: float) -> str | None:
     """Say which single frame would close the loops at zero where joints have to move to close them, None if there is none."""
-    if robot.zero_is_near:
-        return None
-    corrections = frame_corrections(robot.mechanism, robot.size)
-    if not corrections or any(item.is_motion_of(robot.mechanism) for item in corrections):
+    corrections = frame_corrections(mechanism, size)
+    if not corrections or any(item.is_motion_of(mechanism) for item in corrections):
         return None
     which = "any one of these" if corrections[1:] else "this"
     return (
         "if the loops are meant to be closed where all joints are at zero, a frame in the file is wrong: "
-        f"{which} would close all: {_listed(robot, corrections)}"
+        f"{which} would close all: {_listed(mechanism, corrections)}"
     )
 
 
-def _listed(robot: Robot, corrections: tuple[FrameCorrection, ...]) -> str:
+def _listed(mechanism: Mechanism, corrections: tuple[FrameCorrection, ...]) -> str:
     text = "; ".join(map(str, corrections[:_SHOWN]))
     if len(corrections) > _SHOWN:
         text += f"; or {len(corrections) - _SHOWN} others"
-    return text + _on_child(robot, corrections[:_SHOWN])
-
-
-def _on_child(robot: Robot, corrections: tuple[FrameCorrection, ...]) -> str:
-    """Say that the joint may be right and its child's frame wrong, where there is one in which other joints lie."""
-    joints = [item.joint for item in corrections if not item.is_loop]
+    joints = [item.joint for item in corrections[:_SHOWN] if not item.is_loop]
     if not joints:
-        return ""
-    child = robot.description.joints[joints[-1]].child
-    return f". If such a joint is right, what lies on its child (as {child!r}) is to be moved the other way instead"
-
-
-def gaps_text(gaps: Mapping[str, tuple[float, float]]) -> str:
-    """List every loop that is open, those that are alike together."""
-    alike: dict[str, list[str]] = {}
-    for name, (metres, radians) in gaps.items():
-        sizes = [f"{metres:.4g} m"] if metres > CLOSED else []
-        sizes += [f"{radians:.4g} rad"] if radians > CLOSED else []
-        if sizes:
-            alike.setdefault(" and ".join(sizes), []).append(name)
-    closed = sum(max(pair) <= CLOSED for pair in gaps.values())
-    parts = [f"{'loops' if names[1:] else 'loop'} {', '.join(map(repr, names))} {'are' if names[1:] else 'is'} {size} open"
-             for size, names in alike.items()]  # fmt: skip
-    return ", ".join(parts) + (f" ({closed} other{'s' * (closed > 1)} closed)" if closed and parts else "")
+        return text
+    child = mechanism.description.joints[joints[-1]].child  # the joint may be right, and the frame of its child wrong
+    return f"{text}. If such a joint is right, what lies on its child (as {child!r}) is to be moved the other way instead"

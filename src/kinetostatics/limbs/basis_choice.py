@@ -83,7 +83,7 @@ def _columns(
 ) -> list[Array]:
     """Return the wrenches (6, g, N) of candidates, completed by ones reciprocal to ``twists`` and independent of ``known``."""
     scale = _scale(group)
-    length = group.robot.length
+    length = group.model.length
     found = [wrench_of(candidate, geometry, length) for candidate in part if candidate.direction[0] != "rest"]
     seeds = [int(c.direction[1]) for c in part if c.direction[0] == "rest"]
     if seeds:
@@ -98,7 +98,7 @@ def _degenerate(group: LimbGroup, J: Array, count: int, scale: Array, allowed: A
     bad = ~definite(np.einsum("ki...,kj...->ij...", unit, unit), DEGENERATE)  # what is not finite is not definite
     if count and allowed.shape[1]:
         power = np.einsum("ki...,kj...->ij...", allowed / scale, unit[:, :count])
-        bad |= np.max(np.abs(power), axis=(0, 1)) > 1e-6 + 100 * group.robot.closing_error
+        bad |= np.max(np.abs(power), axis=(0, 1)) > 1e-6 + 100 * group.model.closing_error
     return np.asarray(bad)
 
 
@@ -135,7 +135,7 @@ def choose_basis(group: LimbGroup, geometry: LimbGeometry, generic: int) -> Basi
     """
     if group.is_hanging:
         return Basis((), (), (), (), np.inf)
-    tolerance = group.robot.rank_tolerance
+    tolerance = group.model.rank_tolerance
     twists = geometry.twists[:, :, 0] / _scale(group)
     allowed = allowed_twists(group, geometry)
     mine = allowed[:, :, 0] / _scale(group)
@@ -196,11 +196,11 @@ class _Choice:
         if not count:
             return ()
         scale = _scale(self.group)
-        length = self.group.robot.length
+        length = self.group.model.length
         taken = [normalize(wrench[:, 0] * scale[:, 0]) for wrench in known]
         spanned = [normalize(independent[:, k]) for k in range(independent.shape[1])]
         judged = self._regular(spanned, taken)
-        allowed = 1e-8 + 100 * self.group.robot.closing_error
+        allowed = 1e-8 + 100 * self.group.model.closing_error
         chosen: list[Candidate] = []
         with np.errstate(invalid="ignore", divide="ignore"):
             for candidate in candidates:
@@ -231,7 +231,7 @@ def _told_apart(candidate: Candidate, others: list[Candidate]) -> Candidate:
 
 def _scale(group: LimbGroup) -> Array:
     """Return (6, 1, 1) factors that make wrenches (times them) and twists (divided by them) comparable."""
-    return np.array([group.robot.length] * 3 + [1.0] * 3).reshape(6, 1, 1)
+    return np.array([group.model.length] * 3 + [1.0] * 3).reshape(6, 1, 1)
 
 
 def _singular_values(columns: list[Array]) -> Array:

@@ -7,22 +7,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.limbs.beam_model import BeamModel
+from kinetostatics.limbs.model import StaticModel
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import cross, dot, normalize
 from kinetostatics.math.ordering import axis_across
+from kinetostatics.mechanism.beam_model import BeamModel
 from kinetostatics.mechanism.joint_compliance import Spring
 from kinetostatics.mechanism.limb_joints import Unit, sides
 from kinetostatics.mechanism.limbs import Limb
 from kinetostatics.mechanism.tree import Frames
-
-if TYPE_CHECKING:
-    from kinetostatics.robot import Robot
 
 Index = NDArray[np.intp]
 
@@ -73,7 +70,7 @@ class LimbSkeleton:
 
     def __init__(
         self,
-        robot: Robot,
+        model: StaticModel,
         limbs: Sequence[Limb],
         units: Sequence[Sequence[Unit]],
         beams: Sequence[Sequence[BeamModel]],
@@ -91,7 +88,7 @@ class LimbSkeleton:
         self._beam_axes = _Vectors([[(beam.span.carrier, beam.axes) for beam in row] for row in beams], (3, 3))
         self._spring_axes = _Vectors([[(spring.body, spring.frame[:3, :3]) for spring in row] for row in springs], (3, 3))
         self._centres = _Vectors([[(f.centre_body, f.centre) for f in row] for row in rows])
-        self._outer_ends = _Vectors([[_outer_point(robot, limb)] for limb in limbs])
+        self._outer_ends = _Vectors([[_outer_point(model, limb)] for limb in limbs])
         self._beam_starts = _Vectors([[(s.start_body, s.start) for s in row] for row in spans])
         self._beam_ends = _Vectors([[(s.end_body, s.end) for s in row] for row in spans])
         self._spring_points = _Vectors([[(spring.body, spring.frame[:3, 3]) for spring in row] for row in springs])
@@ -99,14 +96,14 @@ class LimbSkeleton:
         last = self._units[-1] if self._units and self._units[-1].edge == len(limbs[0].edges) - 1 else None
         self._ends_at_joint = last is not None and (not last.has_centre or all(freedom.rotates for freedom in last.freedoms))
         self._last_freedoms = [int(np.flatnonzero(self.unit_of == u)[-1]) for u in range(len(self._units))]
-        zero = robot.zero_frames
+        zero = model.zero_frames
         axes, arms, centres = self._joints(zero, np.zeros((3, 1)))
         z = self._limb_z(self._beam_axes.at(zero), centres)[:, :, 0]
         self.y_choice = self._choose_y(axes[:, :, 0, 0], z[:, 0])
         self._world_y = axis_across(z)
         named = np.array([unit.has_axis(freedom.rotates) for unit in units[0] for freedom in unit.freedoms], dtype=bool)
         moments = np.where(self.rotates[:, None], cross(arms, axes)[..., 0], 0.0)
-        self._orientations = _orientations(axes[..., 0], moments, named, robot.length)[:, :, None]
+        self._orientations = _orientations(axes[..., 0], moments, named, model.length)[:, :, None]
 
     def geometry(self, frames: Frames, o: Array) -> LimbGeometry:
         """Evaluate the limbs at given frames; ``o`` (3, N) is the reference point [m]."""
@@ -221,12 +218,12 @@ def _orientations(axes: Array, moments: Array, named: NDArray[np.bool_], length:
     return signs
 
 
-def _outer_point(robot: Robot, limb: Limb) -> tuple[int, Array]:
+def _outer_point(model: StaticModel, limb: Limb) -> tuple[int, Array]:
     """Return body and point (3,) [m] of a limb's outer end: its last joint's or beam's."""
     edge = limb.edges[-1]
     if edge.beam:
-        span = robot.beams[edge.beam].span
+        span = model.beams[edge.beam].span
         return span.end_body, span.end
-    connection = robot.mechanism.connections[str(edge.joint)]
+    connection = model.mechanism.connections[str(edge.joint)]
     body, frame = sides(edge, connection)[1]
     return body, frame[:3, 3]

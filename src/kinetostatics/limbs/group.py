@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from kinetostatics.limbs.force_method import Plan
 from kinetostatics.limbs.geometry import LimbGeometry, LimbSkeleton
+from kinetostatics.limbs.model import StaticModel
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.joint_compliance import springs_of
 from kinetostatics.mechanism.limb_joints import limb_elements, limb_units
@@ -23,7 +24,6 @@ from kinetostatics.mechanism.tree import Frames
 
 if TYPE_CHECKING:
     from kinetostatics.limbs.basis_choice import Basis
-    from kinetostatics.robot import Robot
 
 
 class LimbGroup:
@@ -64,20 +64,20 @@ class LimbGroup:
     rigid_directions: int = 0
     at_one_pose: bool = False
 
-    def __init__(self, robot: Robot, numbers: Sequence[int]) -> None:
-        self.robot, self.numbers = robot, tuple(numbers)
-        self.limbs = [robot.all_limbs[k] for k in numbers]
-        self.units = [limb_units(robot.mechanism, limb) for limb in self.limbs]
+    def __init__(self, model: StaticModel, numbers: Sequence[int]) -> None:
+        self.model, self.numbers = model, tuple(numbers)
+        self.limbs = [model.topology.all_limbs[k] for k in numbers]
+        self.units = [limb_units(model.mechanism, limb) for limb in self.limbs]
         self.elements = [limb_elements(limb, units) for limb, units in zip(self.limbs, self.units, strict=True)]
         beam_edges = [[edge for edge in limb.edges if edge.beam] for limb in self.limbs]
-        self.beams = [[robot.beams[str(edge.beam)] for edge in row] for row in beam_edges]
+        self.beams = [[model.beams[str(edge.beam)] for edge in row] for row in beam_edges]
         sprung = [
-            [(edge, spring) for edge in limb.edges if edge.joint for spring in springs_of(robot.mechanism, edge.joint)]
+            [(edge, spring) for edge in limb.edges if edge.joint for spring in springs_of(model.mechanism, edge.joint)]
             for limb in self.limbs
         ]
         self.springs = [[spring for _, spring in row] for row in sprung]
         spring_edges = [[edge for edge, _ in row] for row in sprung]
-        self._skeleton = LimbSkeleton(robot, self.limbs, self.units, self.beams, self.springs)
+        self._skeleton = LimbSkeleton(model, self.limbs, self.units, self.beams, self.springs)
         self.freedoms, self.passive = self._skeleton.freedoms, self._skeleton.passive
         self.rotates, self.unit_of = self._skeleton.rotates, self._skeleton.unit_of
         freedom_edges = [
@@ -100,7 +100,7 @@ class LimbGroup:
         self.spring_chords = self._chords(spring_edges[0])
         self.element_chords = self._chords([limb.edges[element.edges[-1]] for element in elements])
         self.platform_joint = self._platform_joint()
-        own = [[robot.weights.names.index(name) for name in limb.weights] for limb in self.limbs]
+        own = [[model.weights.names.index(name) for name in limb.weights] for limb in self.limbs]
         most = max(map(len, own), default=0)
         self._own_weights = np.array([row + [0] * (most - len(row)) for row in own], dtype=np.intp).reshape(len(own), most).T
         self._outboard_of_passive = self._outboard(freedom_edges)[:, self.passive]
@@ -118,7 +118,7 @@ class LimbGroup:
 
     def alone(self, position: int) -> LimbGroup:
         """Return one of the limbs as a group of its own, with what is decided about it."""
-        group = LimbGroup(self.robot, [self.numbers[position]]).decided(self.plan, (), self.rigid_directions)
+        group = LimbGroup(self.model, [self.numbers[position]]).decided(self.plan, (), self.rigid_directions)
         group.basis, group.labels = self.basis, [self.labels[position]]
         group.attached_labels = [self.attached_labels[position]]
         return group
@@ -167,8 +167,8 @@ class LimbGroup:
             edge = limb.edges[position]
             if edge.beam or (limb.ends[position] and position < outermost):
                 break
-            connection = self.robot.mechanism.connections[str(edge.joint)]
-            if connection.driven or connection.name in self.robot.description.joint_stiffness:
+            connection = self.model.mechanism.connections[str(edge.joint)]
+            if connection.driven or connection.name in self.model.description.joint_stiffness:
                 break
             for k, unit in enumerate(self.units[0]):
                 if connection.name in unit.joints:
@@ -180,7 +180,7 @@ class LimbGroup:
 
     def _outboard(self, edges: list[list[Edge]]) -> Array:
         """Return the table (limbs, edges, own weights) of what is outboard of given edges."""
-        names = self.robot.weights.names
+        names = self.model.weights.names
         table = np.zeros((len(edges), len(edges[0]), len(self._own_weights)))
         for g, (row, limb) in enumerate(zip(edges, self.limbs, strict=True)):
             for w in range(len(limb.weights)):
@@ -236,12 +236,12 @@ class LimbGroup:
     @property
     def twist_scale(self) -> Array:
         """Factors (6, 1, 1, 1) of twists for moments divided by the characteristic length."""
-        return np.array([1.0] * 3 + [self.robot.length] * 3).reshape(6, 1, 1, 1)
+        return np.array([1.0] * 3 + [self.model.length] * 3).reshape(6, 1, 1, 1)
 
     @property
     def power_scale(self) -> Array:
         """What powers on passive freedoms are divided by (passive freedoms, 1, 1, 1) to be comparable: 1, or the length [m]."""
-        return np.where(self.rotates[self.passive], self.robot.length, 1.0).reshape(-1, 1, 1, 1)
+        return np.where(self.rotates[self.passive], self.model.length, 1.0).reshape(-1, 1, 1, 1)
 
     def felt(self, chords: Array) -> Array:
         """Return what the platform puts on the limb (6, …) by chord wrenches (M, 6, …)."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from kinetostatics.limbs import force_method
@@ -11,27 +9,25 @@ from kinetostatics.limbs.basis_choice import Basis, choose_basis
 from kinetostatics.limbs.compliance import count_rigid
 from kinetostatics.limbs.geometry import LimbGeometry
 from kinetostatics.limbs.group import LimbGroup
+from kinetostatics.limbs.model import StaticModel
 from kinetostatics.limbs.statics import limb_statics
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.tree import Frames
 
-if TYPE_CHECKING:
-    from kinetostatics.robot import Robot
 
-
-def make_limb_groups(robot: Robot, frames: Frames, ordinary: Frames) -> tuple[LimbGroup, ...]:
+def make_limb_groups(model: StaticModel, frames: Frames, ordinary: Frames) -> tuple[LimbGroup, ...]:
     """Decide about every limb at generic ``frames`` and choose a basis that suits ``ordinary`` ones too; stack limbs built alike.
 
     Raises:
         StaticsError: a limb's wrenches cannot be completed to a basis.
     """
-    o = robot.solver.platform_pose(frames)[1]
+    o = model.mechanism.platform_pose(frames)[1]
     both = frames.followed_by(ordinary)
-    o_of_both = robot.solver.platform_pose(both)[1]
+    o_of_both = model.mechanism.platform_pose(both)[1]
     alike: dict[tuple[object, ...], list[tuple[LimbGroup, Basis]]] = {}
     plans: dict[tuple[object, ...], list[force_method.Plan]] = {}
-    for number in range(len(robot.all_limbs)):
-        limb, basis, plan = _decided(LimbGroup(robot, [number]), (frames, o), (both, o_of_both), plans)
+    for number in range(len(model.topology.all_limbs)):
+        limb, basis, plan = _decided(LimbGroup(model, [number]), (frames, o), (both, o_of_both), plans)
         key = (
             limb.signature,
             tuple((c.direction, c.centre) for c in (*basis.constraint, *basis.attached)),
@@ -42,13 +38,13 @@ def make_limb_groups(robot: Robot, frames: Frames, ordinary: Frames) -> tuple[Li
             limb.rigid_directions,
         )
         alike.setdefault(key, []).append((limb, basis))
-    return tuple(_stacked(robot, members) for members in alike.values())
+    return tuple(_stacked(model, members) for members in alike.values())
 
 
-def decided_at(robot: Robot, number: int, frames: Frames) -> LimbGroup:
+def decided_at(model: StaticModel, number: int, frames: Frames) -> LimbGroup:
     """Return one limb with what is decided about it at one pose, for that pose alone."""
-    here = frames, robot.solver.platform_pose(frames)[1]
-    group = _decided(LimbGroup(robot, [number]), here, here, {})[0]
+    here = frames, model.mechanism.platform_pose(frames)[1]
+    group = _decided(LimbGroup(model, [number]), here, here, {})[0]
     group.at_one_pose = True
     return group
 
@@ -67,23 +63,23 @@ def _decided(
     return limb.decided(plan, [basis], _rigid_directions(limb, *generic)), basis, plan
 
 
-def _stacked(robot: Robot, members: list[tuple[LimbGroup, Basis]]) -> LimbGroup:
+def _stacked(model: StaticModel, members: list[tuple[LimbGroup, Basis]]) -> LimbGroup:
     """Return limbs that are built alike, each a group of its own with its basis, as one group."""
     first = members[0][0]
     numbers, bases = [limb.numbers[0] for limb, _ in members], [basis for _, basis in members]
-    return LimbGroup(robot, numbers).decided(first.plan, bases, first.rigid_directions)
+    return LimbGroup(model, numbers).decided(first.plan, bases, first.rigid_directions)
 
 
 def _rigid_directions(limb: LimbGroup, frames: Frames, o: Array) -> int:
     """Return along how many combinations of its constraint wrenches a limb is rigid, at generic poses."""
     N = o.shape[1]
-    weightless = np.zeros((6, len(limb.robot.weights.names), N))
+    weightless = np.zeros((6, len(limb.model.weights.names), N))
     return count_rigid(limb_statics(limb, frames, o, weightless, np.zeros((3, N))).C)
 
 
 def _plan(limb: LimbGroup, geometry: LimbGeometry, known: list[force_method.Plan]) -> force_method.Plan:
     """Return a plan that another limb built alike has already, if it suits, else a new one, which is then ``known`` too."""
-    A, P, tolerance = limb.joint_equations(geometry)[:, :, 0], limb.platform_sum, limb.robot.rank_tolerance
+    A, P, tolerance = limb.joint_equations(geometry)[:, :, 0], limb.platform_sum, limb.model.rank_tolerance
     for plan in known:
         if force_method.suits(plan, A, P, tolerance):
             return plan

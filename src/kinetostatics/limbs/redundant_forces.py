@@ -96,7 +96,7 @@ def _rings_contradict(group: LimbGroup, loose: Array, misfit: Array | None) -> N
     """Return where (g, N) misfits do something along self-stresses without compliance: rigid rings cannot follow them."""
     if misfit is None:
         return np.zeros(loose.shape[3:], dtype=bool)
-    length = group.robot.length
+    length = group.model.length
     forces = np.max(np.maximum(np.abs(loose[:, :3]), np.abs(loose[:, 3:]) / length), axis=(0, 1))
     shifts = np.max(np.maximum(np.abs(misfit[:3]), np.abs(misfit[3:]) * length), axis=(0, 1))
     return np.asarray(np.any(np.abs(misfit_strains(group, loose, misfit)) > 1e-7 * forces * shifts, axis=0))

@@ -182,7 +182,7 @@ def common_point(group: LimbGroup, geometry: LimbGeometry) -> tuple[int, int] | 
             continue
         point = _meeting_point(f, h, geometry)
         gaps = [cross(point - _foot(k, geometry), geometry.axes[:, k]) for k in free]
-        if all(float(np.max(np.abs(gap))) < 1e-8 * group.robot.length for gap in gaps):
+        if all(float(np.max(np.abs(gap))) < 1e-8 * group.model.length for gap in gaps):
             return f, h
     return None
 

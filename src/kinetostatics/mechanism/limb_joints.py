@@ -11,14 +11,12 @@ import numpy as np
 
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.ordering import axis_across
-from kinetostatics.math.screws import rotation_twist, translation_twist
 from kinetostatics.mechanism.joint_compliance import is_sprung
 from kinetostatics.mechanism.limbs import Edge, Limb
 from kinetostatics.mechanism.mechanism import ONE_FREEDOM, ROTATING, Connection, Mechanism, meeting_points
-from kinetostatics.mechanism.tree import Frames
 
 if TYPE_CHECKING:
-    from kinetostatics.robot import Robot
+    pass
 
 
 @dataclass(frozen=True)
@@ -274,93 +272,3 @@ def _freedoms(connection: Connection, sign: int) -> tuple[Freedom, ...]:
         found = [translation(column) for column in frame[:3, :3].T]
         found += [rotation(here, column) for column in frame[:3, :3].T]
     return tuple(found if sign > 0 else found[::-1])
-
-
-class Branch:
-    """A passive joint of a dead branch: it has to be in equilibrium as it stands.
-
-    Attributes:
-        owner: the limb on which the branch hangs, or ``base`` or ``platform``.
-        joint: its name.
-        outboard: (W,) which weights it carries.
-        scale: (k,) what makes its powers comparable: 1 for a translation, the characteristic length for a rotation.
-    """
-
-    def __init__(self, robot: Robot, owner: str, edge: Edge) -> None:
-        connection = robot.mechanism.connections[str(edge.joint)]
-        self.owner, self.joint = owner, connection.name
-        self.outboard = np.array([(name in edge.outboard) - (name in edge.excluded) for name in robot.weights.names], dtype=float)
-        self._freedoms = [f for f in freedoms_of(robot.mechanism, connection, edge.sign) if f.passive]
-        self.scale = np.array([robot.length if f.rotates else 1.0 for f in self._freedoms])
-
-    def twists(self, frames: Frames, o: Array) -> Array:
-        """Return the unit twists (6, k, N) of its freedoms about o."""
-        columns = []
-        for f in self._freedoms:
-            axis = frames.directions(np.array([f.body]), f.axis[:, None])[:, 0] * f.sign
-            arm = frames.points(np.array([f.centre_body]), f.centre[:, None])[:, 0] - o
-            columns.append(rotation_twist(axis, arm) if f.rotates else translation_twist(axis))
-        return np.stack(columns, axis=1) if columns else np.zeros((6, 0, o.shape[1]))
-
-
-def dead_joints(robot: Robot) -> tuple[Branch, ...]:
-    """Return the passive joints of all dead branches."""
-    topology = robot.topology
-    parts = [(limb.name, limb.branches) for limb in robot.all_limbs]
-    parts += [("base", topology.base.edges), ("platform", topology.platform.edges)]
-    found = []
-    for owner, edges in parts:
-        for edge in edges:
-            if edge.joint is not None:
-                branch = Branch(robot, owner, edge)
-                if branch.scale.size:
-                    found.append(branch)
-    return tuple(found)
-
-
-class JointTable:
-    """All joints through which something is held, for their wrenches.
-
-    Attributes:
-        names: of the joints, fixed ones too: those of the limbs, of their branches, and of dead weights.
-        owners: for each of them the limb it belongs to, or ``base`` or ``platform``.
-        signs: for each name 1 if the predecessor is on the side whose wrench on the other is reported, else −1.
-        chords: (J, Q) signs of the chord wrenches of all limbs in turn in what the joint's outboard side puts on the inboard one.
-        outboard: (J, W) which weights it carries.
-        reported: (J,) −1 where the inboard side's wrench on the outboard side is reported, 1 where it is the other way round.
-        centre_body, centre: body (J,) and point (3, J) of its centre; of a sliding joint that on the loaded side.
-    """
-
-    def __init__(self, robot: Robot) -> None:
-        topology = robot.topology
-        found: list[tuple[Edge, int, str]] = []
-        self._first = [0]
-        for limb in robot.all_limbs:
-            found += [(edge, self._first[-1], limb.name) for edge in (*limb.edges, *limb.branches)]
-            self._first.append(self._first[-1] + len(limb.to_platform))
-        for owner, dead in (("base", topology.base), ("platform", topology.platform)):
-            found += [(edge, 0, owner) for edge in dead.edges]
-        entries = [(edge, k) for edge, k, _ in found if edge.joint is not None]
-        self.names = [str(edge.joint) for edge, _ in entries]
-        self.owners = [owner for edge, _, owner in found if edge.joint is not None]
-        self.chords = np.zeros((len(entries), self._first[-1]))
-        for row, (edge, k) in enumerate(entries):
-            for chord, sign in edge.chords:
-                self.chords[row, k + chord] = sign
-        weights = robot.weights.names
-        self.outboard = np.array(
-            [[(name in edge.outboard) - (name in edge.excluded) for name in weights] for edge, _ in entries], dtype=float
-        ).reshape(len(entries), len(weights))
-        turned = [edge.both_ways and edge.sign < 0 for edge, _ in entries]
-        self.signs = {str(edge.joint): edge.sign * (-1 if back else 1) for (edge, _), back in zip(entries, turned, strict=True)}
-        self.reported = np.where(turned, 1.0, -1.0)
-        outer = [
-            sides(edge, robot.mechanism.connections[str(edge.joint)])[0 if back else 1]
-            for (edge, _), back in zip(entries, turned, strict=True)
-        ]
-        self.centre_body = np.array([body for body, _ in outer], dtype=np.intp)
-        self.centre = np.array([frame[:3, 3] for _, frame in outer]).reshape(-1, 3).T
-
-    def chords_of(self, limb: int) -> slice:
-        """Return which columns of ``chords`` are those of a limb."""
-        return slice(self._first[limb], self._first[limb + 1])

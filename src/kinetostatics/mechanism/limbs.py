@@ -136,6 +136,11 @@ class Topology(ShortRepr):
     carried_by: dict[str, str]
     warnings: tuple[str, ...]
 
+    @property
+    def all_limbs(self) -> tuple[Limb, ...]:
+        """The limbs, and behind them the closed chains that hang on base or platform alone."""
+        return (*self.limbs, *self.hanging)
+
 
 def analyze_topology(mechanism: Mechanism) -> Topology:
     """Find limbs, beams and dead weights.

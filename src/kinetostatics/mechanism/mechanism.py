@@ -270,6 +270,13 @@ class Mechanism:
         body, placement = self.body_of[self.description.platform]
         return body, placement @ self.description.platform_origin.matrix
 
+    def platform_pose(self, frames: Frames) -> tuple[Array, Array]:
+        """Return the platform's orientation (3, 3, N) and the position of o (3, N) [m], world axes."""
+        body, placement = self.platform_frame
+        R = frames.rotation[:, :, body]
+        position = frames.position[:, body] + np.einsum("ijn,j->in", R, placement[:3, 3])
+        return np.einsum("ijn,jk->ikn", R, placement[:3, :3]), position
+
     @cached_property
     def base_frame(self) -> tuple[int, Array] | None:
         """Body and placement of the base link if it moves relative to the root of the tree, else None.

@@ -43,6 +43,7 @@ from kinetostatics.reports.json import drive_unit, wrench_units
 from kinetostatics.reports.limb_axes import checked, named
 from kinetostatics.reports.sources import source_lines
 from kinetostatics.sections.kinds import Section
+from kinetostatics.statics.joint_table import passive_joints
 from kinetostatics.statics.solution import UNBALANCED
 from kinetostatics.status import FACTS, STATUS_WORDS, WITHOUT_NUMBERS, Status
 
@@ -165,7 +166,7 @@ def coordinate_words(configuration: Configuration, name: str) -> str:
 def _free_motions(result: Result) -> list[str]:
     robot, solution = result.robot, result.solutions[0]
     found = [
-        f"{owner}: its passive joints {', '.join(robot.passive_joints(owner))} do not carry all of its weight"
+        f"{owner}: its passive joints {', '.join(passive_joints(robot.statics, owner))} do not carry all of its weight"
         for owner, part in solution.unbalanced.items()
         if part[0] > UNBALANCED
     ]

@@ -95,10 +95,10 @@ def beam_results(
 
 def euler_ratios(robot: Robot, solution: Solution, least: float = 0.0) -> dict[str, Array]:
     """Return of every beam the ratio (N,) of its member; see :meth:`Member.euler_ratio`."""
-    axial = axial_forces(robot, solution)
+    axial = axial_forces(robot.statics, solution)
     found: dict[str, Array] = {}
     for member in robot.members:
-        found |= dict.fromkeys(member.beams, member.euler_ratio(robot, solution.frames, axial, least))
+        found |= dict.fromkeys(member.beams, member.euler_ratio(robot.statics, solution.frames, axial, least))
     return found
 
 

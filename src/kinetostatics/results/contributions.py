@@ -82,7 +82,7 @@ def source_contributions(
     """Return the parts of the twist (…, 6) by kind and name of what gives way: P_sᵀ c_s w_s (``docs/method.md``, section 6)."""
     parts: dict[str, dict[str, list[Array]]] = {}
     for solution, deformation in zip(solutions, deformations, strict=True):
-        units = unit_chords(robot, solution)
+        units = unit_chords(robot.statics, solution)
         for item in deformation.yielding:
             carried = chord_sum(item.chords, units[item.number])[:, :, list(item.positions)]
             twists = np.einsum("iagn,ign->agn", carried, item.motion)

@@ -17,12 +17,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.analysis import analyze
-from kinetostatics.exceptions import KinetostaticsError
 from kinetostatics.limbs.statics import LimbStatics
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import canonical_basis
 from kinetostatics.math.screws import describe_twist
+from kinetostatics.statics.solution import solve
 
 if TYPE_CHECKING:
     from kinetostatics.results.result import Result
@@ -141,20 +140,15 @@ def _joint_forces(statics: LimbStatics, length: float) -> tuple[Array, Array]:
 
 def _usual_forces(robot: Robot) -> list[Array]:
     """Return for each limb group the smallest of these forces (g,) at the generic poses; infinite if they are not known."""
-    unknown = [np.full(len(group.limbs), np.inf) for group in robot.limb_groups]
-    try:
-        pose = robot.configuration(
-            robot.model_q(robot.generic_poses).T, tolerance=1e-9 + 1e3 * robot.closing_error, on_failure="nan"
-        )
-        result = analyze(pose, on_failure="nan")
-    except KinetostaticsError:
-        return unknown
-    for solution in result.solutions:
-        for number, statics in enumerate(solution.statics):
-            if _is_network(statics):
-                sizes = _joint_forces(statics, robot.length)[0]
-                unknown[number] = np.minimum(unknown[number], np.min(np.where(sizes > 0, sizes, np.inf), axis=1))
-    return unknown
+    found = [np.full(len(group.limbs), np.inf) for group in robot.statics.groups]
+    frames = robot.frames_of(robot.generic_poses)
+    N = frames.position.shape[2]
+    solution = solve(robot.statics, frames, np.zeros((6, N)), np.zeros((3, N)))
+    for number, statics in enumerate(solution.statics):
+        if _is_network(statics):
+            sizes = _joint_forces(statics, robot.length)[0]
+            found[number] = np.min(np.where(sizes > 0, sizes, np.inf), axis=1)
+    return found
 
 
 def _clean(twist: Array) -> Array:

@@ -27,7 +27,7 @@ from kinetostatics.results.contributions import (
 )
 from kinetostatics.results.limb import LimbResult, some_limb_wrench
 from kinetostatics.results.warnings import result_warnings
-from kinetostatics.robot import Robot
+from kinetostatics.robot import Robot, robot_of
 from kinetostatics.statics.deformation import Deformation, deform
 from kinetostatics.statics.joint_wrenches import actuator_forces, drive_forces, joint_contributions, joint_wrenches
 from kinetostatics.statics.solution import Solution, by_mechanism, of_deformation
@@ -51,7 +51,7 @@ class Result:
         solutions: tuple[Solution, ...],
         reached: NDArray[np.bool_],
     ) -> None:
-        self.configuration, self.robot, self.shape = configuration, configuration.robot, shape
+        self.configuration, self.robot, self.shape = configuration, robot_of(configuration), shape
         self.solutions = solutions
         self._which, self._reached = which, reached
 
@@ -172,7 +172,7 @@ class Result:
 
     @cached_property
     def _by_mechanism(self) -> tuple[Solution, ...]:
-        return tuple(by_mechanism(self.robot, solution) for solution in self.solutions)
+        return tuple(by_mechanism(self.robot.statics, solution) for solution in self.solutions)
 
     @cached_property
     def mechanism_contributions(self) -> Mapping[str, Mapping[str, Array]]:
@@ -232,7 +232,7 @@ class Result:
         """The limbs by name, in the order of the file."""
         found = {
             limb.name: LimbResult(self._batch, self.solutions, group, position)
-            for group in self.robot.limb_groups
+            for group in self.robot.statics.groups
             for position, limb in enumerate(group.limbs)
         }
         return Named({limb.name: found[limb.name] for limb in self.robot.topology.limbs})
@@ -259,11 +259,11 @@ class Result:
 
     @cached_property
     def _joint_wrenches(self) -> list[Array]:
-        return [joint_wrenches(self.robot, solution) for solution in self.solutions]
+        return [joint_wrenches(self.robot.statics, solution) for solution in self.solutions]
 
     @cached_property
     def _joint_contributions(self) -> list[Array]:
-        return [joint_contributions(self.robot, solution) for solution in self.solutions]
+        return [joint_contributions(self.robot.statics, solution) for solution in self.solutions]
 
     @cached_property
     def joint_wrenches(self) -> Mapping[str, Array]:
@@ -283,7 +283,7 @@ class Result:
 
     def _joints_in_order(self) -> list[tuple[str, int]]:
         """Return the names of the joints, in the order of the file, and their places in the joint table."""
-        places = {name: k for k, name in enumerate(self.robot.joint_table.names)}
+        places = {name: k for k, name in enumerate(self.robot.statics.joint_table.names)}
         return [(name, places[name]) for name in self.robot.mechanism.connections if name in places]
 
     @cached_property
@@ -292,14 +292,14 @@ class Result:
 
         A drive that other joints mimic moves them too: their forces count with their multipliers.
         """
-        chunks = [actuator_forces(self.robot, solution) for solution in self.solutions]
+        chunks = [actuator_forces(self.robot.statics, solution) for solution in self.solutions]
         return Named({name: self._public([chunk[name] for chunk in chunks]) for name in chunks[0]})
 
     @cached_property
     def actuator_contributions(self) -> Mapping[str, Mapping[str, Array]]:
         """(…) what each contribution to the twist adds to each drive's force, by drive and contribution [N or N·m]."""
         pairs = zip(self.solutions, self._joint_contributions, strict=True)
-        chunks = [drive_forces(self.robot, solution, wrenches) for solution, wrenches in pairs]
+        chunks = [drive_forces(self.robot.statics, solution, wrenches) for solution, wrenches in pairs]
         sources = self.solutions[0].sources
         return Named({name: self._batch.by_source(sources, [chunk[name] for chunk in chunks]) for name in chunks[0]})
 
@@ -310,7 +310,7 @@ class Result:
         Together they are what the limb's weight adds to the force (:attr:`actuator_contributions`). Where a robot is not
         overconstrained deformation adds nothing.
         """
-        chunks = [drive_forces(self.robot, s, joint_contributions(self.robot, s)) for s in self._by_mechanism]
+        chunks = [drive_forces(self.robot.statics, s, joint_contributions(self.robot.statics, s)) for s in self._by_mechanism]
         sources = self._by_mechanism[0].sources
         forces = {name: self._batch.by_source(sources, [chunk[name] for chunk in chunks]) for name in chunks[0]}
         limbs = [limb.name for limb in self.robot.topology.limbs]
@@ -338,7 +338,7 @@ class Result:
 
     @cached_property
     def _deformations(self) -> tuple[Deformation, ...]:
-        return tuple(deform(self.robot, solution) for solution in self.solutions)
+        return tuple(deform(self.robot.statics, solution) for solution in self.solutions)
 
     @property
     def _motions(self) -> tuple[Robot, Batch, tuple[Solution, ...], tuple[Deformation, ...]]:

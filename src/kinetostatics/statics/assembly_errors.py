@@ -19,10 +19,10 @@ from kinetostatics.math.screws import move_twist
 from kinetostatics.mechanism.limb_joints import sides
 from kinetostatics.mechanism.limbs import Edge
 from kinetostatics.mechanism.tree import Frames
+from kinetostatics.statics.model import RobotStatics
 
 if TYPE_CHECKING:
     from kinetostatics.limbs.group import LimbGroup
-    from kinetostatics.robot import Robot
 
 
 JOINT_KEYS, BEAM_KEYS, FRAMES = ("twist", "frame"), ("length", "temperature"), ("world", "joint")
@@ -48,7 +48,7 @@ class BeamMisfit:
 class Misfits:
     """The misfits of joints and beams by name; arrays as given, or for a chunk of poses with the batch axis last."""
 
-    robot: Robot
+    robot: RobotStatics
     joints: Mapping[str, JointMisfit]
     beams: Mapping[str, BeamMisfit]
 
@@ -113,7 +113,7 @@ class Misfits:
         return move_twist(twist, o - centre)
 
 
-def parse_misfits(robot: Robot, misfits: Mapping[str, Any]) -> Misfits:
+def parse_misfits(robot: RobotStatics, misfits: Mapping[str, Any]) -> Misfits:
     """Return misfits as people give them, checked.
 
     Raises:

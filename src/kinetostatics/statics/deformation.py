@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.limbs import beam as beam_formulas
-from kinetostatics.limbs.beam_model import BeamModel
 from kinetostatics.limbs.compliance import spring_twist
 from kinetostatics.limbs.geometry import LimbGeometry
 from kinetostatics.limbs.group import LimbGroup, chord_sum
@@ -23,9 +22,10 @@ from kinetostatics.limbs.statics import LimbStatics
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import least_squares
 from kinetostatics.math.screws import move_twist, move_wrench
+from kinetostatics.mechanism.beam_model import BeamModel
 from kinetostatics.mechanism.joint_compliance import Spring, springs_of
 from kinetostatics.mechanism.limbs import Edge
-from kinetostatics.robot import Robot
+from kinetostatics.statics.model import RobotStatics
 from kinetostatics.statics.solution import Solution
 
 
@@ -148,7 +148,7 @@ class Deformation:
         return {model.name: (k, position) for k, stack in enumerate(self.beams) for position, model in enumerate(stack.models)}
 
 
-def deform(robot: Robot, solution: Solution) -> Deformation:
+def deform(robot: RobotStatics, solution: Solution) -> Deformation:
     """Compute the motions of everything in one chunk of poses."""
     out = Deformation({}, [], [], np.zeros(solution.o.shape[1]))
     for number in range(len(solution.statics)):
@@ -290,7 +290,7 @@ def _joint_motions(
     for k, motion in gives.items():
         for chord in np.flatnonzero(signs[k]):
             gap[chord] -= signs[k, chord] * motion
-    scale = np.array([1 / group.robot.length] * 3 + [1.0] * 3).reshape(6, 1, 1, 1)
+    scale = np.array([1 / group.model.length] * 3 + [1.0] * 3).reshape(6, 1, 1, 1)
     twists = geometry.twists[:, passive] * scale
     A = (group.freedom_chords[passive].T[:, None, :, None, None] * twists).reshape(6 * M, len(passive), g, N)
     left = (gap * scale[None]).reshape(6 * M, S, g, N)
@@ -308,7 +308,13 @@ def _joint_motions(
 
 
 def _deform_branches(
-    robot: Robot, solution: Solution, edges: tuple[Edge, ...], forces: int, strains: int, root: Array | None, out: Deformation
+    robot: RobotStatics,
+    solution: Solution,
+    edges: tuple[Edge, ...],
+    forces: int,
+    strains: int,
+    root: Array | None,
+    out: Deformation,
 ) -> None:
     """Let dead branches follow what they hang on, their beams bent by their own weight.
 
@@ -365,7 +371,7 @@ def _deform_branches(
         out.motions[edge.key] = motion + off
 
 
-def _spring_motion(robot: Robot, solution: Solution, edge: Edge, spring: Spring) -> Array:
+def _spring_motion(robot: RobotStatics, solution: Solution, edge: Edge, spring: Spring) -> Array:
     """Return the motion (6, N), about o, of what a spring of a dead branch carries."""
     frames, body = solution.frames, np.array([spring.body])
     axes = frames.orientations(body, spring.frame[:3, :3, None])
@@ -378,7 +384,7 @@ def _spring_motion(robot: Robot, solution: Solution, edge: Edge, spring: Spring)
     return move_twist(rotate(axes, yielded), -arm)[:, 0]
 
 
-def axial_forces(robot: Robot, solution: Solution) -> dict[str, Array]:
+def axial_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]:
     """Return of every beam the axial forces at its inner and outer end, tension positive [N], and its length [m]: (3, N).
 
     The same as in :func:`deform`, in a fraction of its time.
@@ -408,7 +414,7 @@ def axial_forces(robot: Robot, solution: Solution) -> dict[str, Array]:
     return found
 
 
-def _branches(robot: Robot) -> list[tuple[Edge, ...]]:
+def _branches(robot: RobotStatics) -> list[tuple[Edge, ...]]:
     """Return everything that hangs on something else, inboard edges first."""
     found = [limb.branches for limb in (*robot.topology.limbs, *robot.topology.hanging)]
     return [*found, robot.topology.base.edges, robot.topology.platform.edges]

@@ -11,19 +11,19 @@ import numpy as np
 
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import move_wrench
-from kinetostatics.robot import Robot
+from kinetostatics.statics.model import RobotStatics
 from kinetostatics.statics.solution import Solution
 
 #: Part of a way in which forces are open below which one of them is not: mere rounding.
 _NOTHING = 1e-9
 
 
-def joint_wrenches(robot: Robot, solution: Solution) -> Array:
+def joint_wrenches(robot: RobotStatics, solution: Solution) -> Array:
     """Return the wrenches (6, J, N) of all joints of the robot's joint table, NaN where rigid parts leave them open."""
     return _masked(_carried(robot, solution), _open_wrenches(robot, solution))
 
 
-def actuator_forces(robot: Robot, solution: Solution) -> dict[str, Array]:
+def actuator_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]:
     """Return the force or torque (N,) of each drive, positive along its coordinate, NaN where rigid parts leave it open."""
     table = robot.joint_table
     followers = [joint.name for joint in robot.mechanism.connections.values() if joint.mimic is not None]
@@ -37,7 +37,7 @@ def actuator_forces(robot: Robot, solution: Solution) -> dict[str, Array]:
     return {name: np.where(np.max(np.abs(changes[name]), axis=0) > _NOTHING, np.nan, force) for name, force in forces.items()}
 
 
-def _carried(robot: Robot, solution: Solution, joints: Sequence[int] | None = None) -> Array:
+def _carried(robot: RobotStatics, solution: Solution, joints: Sequence[int] | None = None) -> Array:
     """Return the wrenches (6, J, N) of some joints of the table; None: of all. What is open has one of its possible values."""
     table = robot.joint_table
     which = slice(None) if joints is None else list(joints)
@@ -51,7 +51,7 @@ def _carried(robot: Robot, solution: Solution, joints: Sequence[int] | None = No
     return table.reported[which][:, None] * move_wrench(carried, _arms(robot, solution, which))
 
 
-def joint_contributions(robot: Robot, solution: Solution) -> Array:
+def joint_contributions(robot: RobotStatics, solution: Solution) -> Array:
     """Return the wrenches (6, J, S, N) by contribution; the weights of what hangs on the base belong to none."""
     table, S = robot.joint_table, len(solution.sources)
     chords = np.zeros((6, table.chords.shape[1], S + 1, solution.o.shape[1]))
@@ -67,7 +67,9 @@ def joint_contributions(robot: Robot, solution: Solution) -> Array:
     return _masked(wrenches, _open_wrenches(robot, solution))
 
 
-def drive_forces(robot: Robot, solution: Solution, wrenches: Array, names: Sequence[str] | None = None) -> dict[str, Array]:
+def drive_forces(
+    robot: RobotStatics, solution: Solution, wrenches: Array, names: Sequence[str] | None = None
+) -> dict[str, Array]:
     """Return the force or torque (…, N) of each drive, positive along its coordinate, from joint wrenches (6, J, …, N).
 
     A drive that other joints mimic moves them too: their forces count with their multipliers. ``names`` are those of the joints
@@ -92,7 +94,7 @@ def drive_forces(robot: Robot, solution: Solution, wrenches: Array, names: Seque
     return forces
 
 
-def _arms(robot: Robot, solution: Solution, which: slice | list[int] = slice(None)) -> Array:
+def _arms(robot: RobotStatics, solution: Solution, which: slice | list[int] = slice(None)) -> Array:
     table = robot.joint_table
     return solution.frames.points(table.centre_body[which], table.centre[:, which]) - solution.o[:, None]
 
@@ -105,7 +107,7 @@ def _masked(wrenches: Array, leeway: Array | None) -> Array:
     return np.where(unknown.reshape(unknown.shape[0], *(1,) * (wrenches.ndim - 3), unknown.shape[1]), np.nan, wrenches)
 
 
-def _open_wrenches(robot: Robot, solution: Solution, joints: Sequence[int] | None = None) -> Array | None:
+def _open_wrenches(robot: RobotStatics, solution: Solution, joints: Sequence[int] | None = None) -> Array | None:
     """Return the ways (6, J, K, N) in which rigid parts leave joint wrenches open, each of the size 1; None if there are none."""
     table, N = robot.joint_table, solution.o.shape[1]
     # what rigid limbs leave open between them changes the forces of several limbs together

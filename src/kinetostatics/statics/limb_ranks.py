@@ -6,8 +6,6 @@ its passive joints allow one motion less, and it resists one wrench more. Such a
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from kinetostatics.limbs import force_method
@@ -17,12 +15,12 @@ from kinetostatics.limbs.grouping import decided_at
 from kinetostatics.limbs.statics import LimbStatics
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.tree import Frames
-
-if TYPE_CHECKING:
-    from kinetostatics.robot import Robot
+from kinetostatics.statics.model import RobotStatics
 
 
-def groups_of_poses(robot: Robot, frames: Frames, o: Array, statics: tuple[LimbStatics, ...]) -> dict[int, tuple[LimbGroup, ...]]:
+def groups_of_poses(
+    robot: RobotStatics, frames: Frames, o: Array, statics: tuple[LimbStatics, ...]
+) -> dict[int, tuple[LimbGroup, ...]]:
     """Return the limbs' groups for every pose at which they are others than at generic poses.
 
     Args:
@@ -44,7 +42,7 @@ def groups_of_poses(robot: Robot, frames: Frames, o: Array, statics: tuple[LimbS
 
 def _changed(item: LimbStatics, frames: Frames, o: Array, pose: int) -> list[int]:
     """Return the numbers of a group's limbs whose ranks at one pose are not those at generic poses."""
-    group, tolerance = item.group, item.group.robot.rank_tolerance
+    group, tolerance = item.group, item.group.model.rank_tolerance
     places = np.flatnonzero(item.doubtful[:, pose]).tolist()
     if not places:
         return []
@@ -67,7 +65,7 @@ def _changed(item: LimbStatics, frames: Frames, o: Array, pose: int) -> list[int
     return found
 
 
-def _regrouped(robot: Robot, group: LimbGroup, changed: set[int], frames: Frames) -> list[LimbGroup]:
+def _regrouped(robot: RobotStatics, group: LimbGroup, changed: set[int], frames: Frames) -> list[LimbGroup]:
     """Return the limbs of a group, those that have changed decided about at one pose."""
     if not changed.intersection(group.numbers):
         return [group]

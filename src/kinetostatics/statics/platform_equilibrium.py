@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,10 +15,7 @@ from numpy.typing import NDArray
 from kinetostatics.limbs.statics import LimbStatics
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import Cholesky, correlation
-
-if TYPE_CHECKING:
-    from kinetostatics.robot import Robot
-
+from kinetostatics.statics.model import RobotStatics
 
 #: Smallest pivot of the scaled stiffness, whose entries differ by orders of magnitude: mere rounding.
 SINGULAR = 1e-14
@@ -51,7 +47,7 @@ class PlatformEquilibrium:
         open: for each group (n_c, k, g, N) how intensities may change together without the platform feeling it.
     """
 
-    def __init__(self, robot: Robot, statics: tuple[LimbStatics, ...], N: int) -> None:
+    def __init__(self, robot: RobotStatics, statics: tuple[LimbStatics, ...], N: int) -> None:
         self._statics = statics
         self.scale = np.array([1.0] * 3 + [1 / robot.length] * 3)
         K = np.zeros((6, 6, N))

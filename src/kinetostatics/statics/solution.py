@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,11 +19,8 @@ from kinetostatics.math.linalg import definite, normalize
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.printing.mappings import ShortRepr
 from kinetostatics.statics.assembly_errors import Misfits
+from kinetostatics.statics.model import RobotStatics
 from kinetostatics.statics.platform_equilibrium import PlatformEquilibrium
-
-if TYPE_CHECKING:
-    from kinetostatics.robot import Robot
-
 
 #: Smallest eigenvalue of the Gram matrix of all unit wrenches (a squared sine) above which the platform counts as held.
 HELD = 1e-12
@@ -134,7 +130,7 @@ class Solution(ShortRepr):
 
 
 def solve(
-    robot: Robot,
+    robot: RobotStatics,
     frames: Frames,
     load: Array,
     gravity: Array,
@@ -151,9 +147,9 @@ def solve(
         misfits: what joints and beams are off by.
         groups: the limbs; None: as they are at generic poses.
     """
-    _, o = robot.solver.platform_pose(frames)
+    _, o = robot.mechanism.platform_pose(frames)
     weights = robot.weights.wrenches(frames, o, gravity)
-    groups = robot.limb_groups if groups is None else groups
+    groups = robot.groups if groups is None else groups
     errors = tuple(None if misfits is None else misfits.of(group, frames, o) for group in groups)
     statics = tuple(limb_statics(group, frames, o, weights, gravity, error) for group, error in zip(groups, errors, strict=True))
     platform_weight = weights[:, robot.weights.of("platform")].sum(axis=1)
@@ -187,7 +183,7 @@ def solve(
     )
 
 
-def by_mechanism(robot: Robot, solution: Solution) -> Solution:
+def by_mechanism(robot: RobotStatics, solution: Solution) -> Solution:
     """Return the same equilibrium with every limb's own weight in two parts: how it acts on the platform.
 
     A limb's contribution is what its attached wrenches do, −C J_ig W_ig of Eq. (12), with the name of the limb; what its beams'
@@ -215,7 +211,7 @@ def of_deformation(limb: str) -> str:
     return f"deformation of {limb}"
 
 
-def unit_chords(robot: Robot, solution: Solution) -> list[Array]:
+def unit_chords(robot: RobotStatics, solution: Solution) -> list[Array]:
     """Return for each group the chord wrenches (M, 6, 6, g, N) under unit loads at o, world axes."""
     N = solution.o.shape[1]
     balance = PlatformEquilibrium(robot, solution.statics, N)
@@ -277,7 +273,9 @@ def _held(statics: Iterable[LimbStatics], scale: Array, N: int) -> NDArray[np.bo
     return definite(gram, HELD)
 
 
-def _unbalanced(robot: Robot, frames: Frames, o: Array, weights: Array, statics: Iterable[LimbStatics]) -> dict[str, Array]:
+def _unbalanced(
+    robot: RobotStatics, frames: Frames, o: Array, weights: Array, statics: Iterable[LimbStatics]
+) -> dict[str, Array]:
     """Return, by limb and dead weight, the part (N,) of its weight that its passive joints cannot carry."""
     result: dict[str, Array] = {}
     for item in statics:

@@ -21,6 +21,7 @@ import numpy as np
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.results.result import Result
+from kinetostatics.robot import robot_of
 from kinetostatics.viewer.page import page_html
 from kinetostatics.viewer.scene import describe_scene
 from kinetostatics.viewer.visuals import link_visuals
@@ -55,7 +56,7 @@ class LiveRobot:
         if configuration.shape != ():
             raise ArgumentError("a live page starts from one pose, not from a batch")
         self.configuration, self.analyze = configuration, analyze
-        self.robot, self.orientation, self.tolerance = configuration.robot, orientation, tolerance
+        self.robot, self.orientation, self.tolerance = robot_of(configuration), orientation, tolerance
         self.visuals = link_visuals(self.robot.description)
         result = analyze(configuration)
         self.size = describe_scene(result, visuals=self.visuals).size

@@ -72,7 +72,7 @@ class Wrenches:
 
     def _network(self, limb: LimbResult) -> Iterator[Arrow]:
         """Yield what the joints to the platform put on a network, and the axial forces at its beams' outer ends."""
-        poses, result, table = self.poses, self.result, self.robot.joint_table
+        poses, result, table = self.poses, self.result, self.robot.statics.joint_table
         for name in limb.platform_joints:
             parts = -np.nan_to_num(np.stack(poses.by_source(result.joint_contributions[name]), axis=1))
             k = [table.names.index(name)]

@@ -81,7 +81,7 @@ def read_plan(
     if given is None:
         given = dict.fromkeys(first.description.driven, 0.0)
     if misfits is not None:
-        parse_misfits(first, misfits)
+        parse_misfits(first.statics, misfits)
     check_mapping(kind, given, '{"z": [0.4, 0.5, 0.6]}')
     orientation_named(orientation)
     units = coordinate_units(first, kind, list(given))

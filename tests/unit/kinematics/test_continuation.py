@@ -34,10 +34,10 @@ def follow_predictors(robot, given, values, orientation=None):
         request, names = _platform_request(robot, values, orientation)
     else:
         request, names = robot.actuator_request, actuator_names(robot)
-    solver, request = robot.solver, robot.holding_idle(request)
+    solver, request = robot.solver, robot.freedoms.without_idle(request)
     target = np.array([[values[name]] for name in names])
     poses = Poses(here.poses.x, solver.origin(request, here.poses)[1])
-    steps = solver.predictors(request, poses, target, robot.local_freedoms(request))
+    steps = solver.predictors(request, poses, target, robot.freedoms.local_freedoms(request))
     h = 1e-4
     for k, name in enumerate(names):
         ends = [robot.assemble(**{given: {**values, name: values[name] + s * h}}, near=here, **options) for s in (1, -1)]
@@ -77,7 +77,7 @@ def test_spins_that_matter_to_nothing_are_no_unknowns():
     """Five rods of the Delta spin by a joint of their own; the sixth is a part of the tree's way to the platform."""
     robot = ks.load_robot(robot_path("delta"))
     request, _ = _platform_request(robot, POSES["delta"][0], None)
-    held = robot.holding_idle(request)
+    held = robot.freedoms.without_idle(request)
     spins = {f"upper_{limb}{rod}_z" for limb in (1, 2, 3) for rod in "ab"} - {"upper_1a_z"}
     columns = {
         joint.first_v: name
@@ -86,7 +86,7 @@ def test_spins_that_matter_to_nothing_are_no_unknowns():
         if joint.body == body
     }
     assert {columns[k] for k in held.held} == spins
-    assert robot.local_freedoms(request) == 6 and robot.local_freedoms(held) == 1
+    assert robot.freedoms.local_freedoms(request) == 6 and robot.freedoms.local_freedoms(held) == 1
     assert held.size == request.size and set(robot.solver.free_columns(request)) - set(robot.solver.free_columns(held)) == set(
         held.held
     )

@@ -11,7 +11,7 @@ import kinetostatics as ks
 from kinetostatics.cli.main import main
 from kinetostatics.description import Origin
 from kinetostatics.kinematics.frame_corrections import frame_corrections
-from kinetostatics.kinematics.zero_pose import are_within, gaps_text
+from kinetostatics.kinematics.openings import are_within, gaps_text
 from kinetostatics.math import rotations
 
 FRAME_OFF = TESTS / "cases" / "frame_off_by_100mm.urdf.xacro"

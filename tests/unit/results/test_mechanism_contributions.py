@@ -121,7 +121,7 @@ def test_limbs_hold_together_in_each_way(name):
 
 def joints_at_ends(found):
     """Beams and joints at their outer ends that carry the same axial force, and the sign between the two."""
-    robot, table = found.robot, found.robot.joint_table
+    robot, table = found.robot, found.robot.statics.joint_table
     (solution,) = found.solutions
     centres = solution.frames.points(table.centre_body, table.centre)[..., 0]
     for name, beam in found.beams.items():

@@ -75,8 +75,8 @@ def test_tolerances_tell_the_largest_moment_and_all_of_the_motion():
 def test_limb_axes_are_right_handed(name):
     machine = ks.load_robot(robot_path(name))
     frames = machine.assemble().frames
-    _, o = machine.solver.platform_pose(frames)
-    for group in machine.limb_groups:
+    _, o = machine.mechanism.platform_pose(frames)
+    for group in machine.statics.groups:
         axes = np.moveaxis(group.geometry(frames, o).limb_axes, (0, 1), (-2, -1))
         np.testing.assert_allclose(np.linalg.det(axes), 1, rtol=1e-12)
         np.testing.assert_allclose(axes @ np.swapaxes(axes, -1, -2), np.broadcast_to(np.eye(3), axes.shape), atol=1e-12)

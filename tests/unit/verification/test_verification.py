@@ -25,7 +25,7 @@ from kinetostatics import verification
 from kinetostatics.cli import main as cli
 from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.limbs import beam as beams
-from kinetostatics.limbs.gravity import Weights
+from kinetostatics.mechanism.weights import Weights
 from kinetostatics.verification import OpenSeesError
 from kinetostatics.verification import opensees as runner
 from kinetostatics.verification.directions import Directions

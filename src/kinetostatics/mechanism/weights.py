@@ -6,19 +6,19 @@ computed by Pinocchio, those of many by the same arrays all at once.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable, Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import cross
+from kinetostatics.mechanism.beam_model import BeamModel
 from kinetostatics.mechanism.inertias import Falling, weighed
+from kinetostatics.mechanism.limbs import Topology
+from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.tree import Frames
-
-if TYPE_CHECKING:
-    from kinetostatics.robot import Robot
 
 
 class Weights:
@@ -29,22 +29,19 @@ class Weights:
         owner: for each of them the limb it belongs to, or ``base`` or ``platform``.
     """
 
-    def __init__(self, robot: Robot) -> None:
-        topology = robot.topology
+    def __init__(self, mechanism: Mechanism, topology: Topology, beams: Mapping[str, BeamModel]) -> None:
         parts = [(limb.name, limb.weights) for limb in topology.limbs]
         parts += [("base", topology.base.weights), ("platform", topology.platform.weights)]
         self.names = [name for _, names in parts for name in names]
         self.owner = [owner for owner, names in parts for _ in names]
         self._number = {name: k for k, name in enumerate(self.names)}
         rigid = [name for name in self.names if not name.startswith("beam:")]
-        self._beam_of = {
-            k: robot.beams[name.removeprefix("beam:")] for k, name in enumerate(self.names) if name.startswith("beam:")
-        }
+        self._beam_of = {k: beams[name.removeprefix("beam:")] for k, name in enumerate(self.names) if name.startswith("beam:")}
         self._known: list[tuple[int, Any] | None] | None = None
         self._is_rigid = np.array([not name.startswith("beam:") for name in self.names], dtype=bool)
-        self._inertias = [robot.mechanism.link_inertias[name] for name in rigid]
+        self._inertias = [mechanism.link_inertias[name] for name in rigid]
         self._mass = np.array([inertia.mass for inertia in self._inertias])
-        self._body = np.array([robot.mechanism.body_of[name][0] for name in rigid], dtype=np.intp)
+        self._body = np.array([mechanism.body_of[name][0] for name in rigid], dtype=np.intp)
         self._centre = np.array([inertia.lever for inertia in self._inertias]).reshape(-1, 3).T
         self._beams = list(self._beam_of.values())
         spans = [beam.span for beam in self._beams]

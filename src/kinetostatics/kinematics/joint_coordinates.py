@@ -1,0 +1,70 @@
+"""Coordinates of joints at given poses, and their limits."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from kinetostatics.kinematics.loop_constraints import LoopEquations
+from kinetostatics.kinematics.mimic import Couplings
+from kinetostatics.kinematics.solver import Request, Solver
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.linalg import dot
+from kinetostatics.mechanism.mechanism import Mechanism
+from kinetostatics.mechanism.tree import Frames
+
+
+class JointCoordinates:
+    """The coordinates of all joints that have one freedom, loops too."""
+
+    def __init__(self, solver: Solver) -> None:
+        self.solver = solver
+        self._couplings = Couplings(solver.mechanism, solver.mechanism.tree)
+
+    def at(self, q: Array, frames: Frames) -> dict[str, Array]:
+        """Return the coordinate (N,) of every one-freedom joint and loop [m, rad]; of one that others follow, all its turns."""
+        result: dict[str, Array] = {}
+        by_body = {joint.body: joint for joint in self.solver.mechanism.tree.joints}
+        for name, body in self.solver.mechanism.body_of_joint.items():
+            joint = by_body[body]
+            if joint.nv == 1:
+                result[name] = self._couplings.coordinate(joint, q)
+        for number, loop in enumerate(self.solver.equations.loops):
+            if loop.kind in ("revolute", "continuous", "prismatic"):
+                result[loop.name] = self.solver.loop_coordinate(number, frames)
+        return result
+
+    def limited(self, q: Array, frames: Frames) -> Iterator[tuple[str, Array, float, float]]:
+        """Yield name, value (N,), lower and upper limit of every joint that has limits, cones included."""
+        coordinates = self.at(q, frames)
+        for item in self.solver.mechanism.connections.values():
+            if item.cone is not None:
+                axes = [
+                    frames.directions(np.array([body]), (frame[:3, :3] @ np.array(axis) / np.linalg.norm(axis))[:, None])[:, 0]
+                    for body, frame, axis in (
+                        (item.predecessor_body, item.predecessor_frame, item.cone.predecessor_axis),
+                        (item.successor_body, item.successor_frame, item.cone.successor_axis),
+                    )
+                ]
+                yield item.name, np.arccos(np.clip(dot(axes[0], axes[1]), -1, 1)), 0.0, item.cone.angle
+            if item.name in coordinates and (np.isfinite(item.lower) or np.isfinite(item.upper)):
+                yield item.name, coordinates[item.name], item.lower, item.upper
+
+
+def actuator_names(mechanism: Mechanism, equations: LoopEquations) -> list[str]:
+    """Return the driven joints in the order of their request: those of the tree, then loops."""
+    loops = [loop.name for loop in equations.loops]
+    return sorted(mechanism.description.driven, key=lambda name: name in loops)
+
+
+def actuator_request(mechanism: Mechanism, equations: LoopEquations) -> Request:
+    """Return the driven joints as the solver sees them."""
+    columns, loops = [], []
+    names = [loop.name for loop in equations.loops]
+    for name in mechanism.description.driven:
+        if name in names:
+            loops.append(names.index(name))
+        else:
+            columns.append(equations.joint_of_body[mechanism.body_of_joint[name]].first_v)
+    return Request(tuple(columns), tuple(loops))

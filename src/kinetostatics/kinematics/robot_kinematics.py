@@ -1,0 +1,224 @@
+"""What a robot knows of its poses: its size, the closed zero pose, generic poses, mobility, and the solver that closes its loops.
+
+Everything is found when it is first asked for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+
+import numpy as np
+
+from kinetostatics.description.robot import RobotDescription
+from kinetostatics.exceptions import AssemblyError
+from kinetostatics.kinematics import generic_poses, joint_coordinates, zero_pose
+from kinetostatics.kinematics.loop_constraints import LoopEquations, world_frames
+from kinetostatics.kinematics.mobility import Freedoms, Mobility
+from kinetostatics.kinematics.openings import CLOSED, are_within, gaps_at, worst_gaps_text
+from kinetostatics.kinematics.sizes import box_diagonal, characteristic_length
+from kinetostatics.kinematics.solver import Poses, Request, Solver
+from kinetostatics.math.arrays import Array
+from kinetostatics.mechanism.beam_model import BeamModel, make_beam_models
+from kinetostatics.mechanism.limbs import Topology
+from kinetostatics.mechanism.mechanism import Mechanism
+from kinetostatics.mechanism.tree import Frames
+from kinetostatics.mechanism.weights import Weights
+from kinetostatics.printing.mappings import Named
+
+
+class RobotKinematics:
+    """A robot's poses, and what stands where at its zero pose.
+
+    Attributes:
+        description: what the file says.
+        mechanism: bodies and connections.
+        topology: limbs and dead weights.
+        equations: of the loops.
+    """
+
+    def __init__(self, mechanism: Mechanism, topology: Topology) -> None:
+        self.mechanism, self.topology = mechanism, topology
+        self.description: RobotDescription = mechanism.description
+        self.equations = LoopEquations(mechanism)
+        self._origins: dict[Request, tuple[Array, Array]] = {}
+
+    @property
+    def name(self) -> str:
+        """Its name in the file."""
+        return self.description.name
+
+    # ---- sizes ----------------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def size(self) -> float:
+        """Diagonal [m] of the box around the zero pose."""
+        return box_diagonal(self.mechanism)
+
+    @cached_property
+    def length(self) -> float:
+        """Characteristic length [m]: mean distance of the limbs' outer joints from o, or a quarter of the robot's size."""
+        return characteristic_length(self.mechanism, self.topology, self.size)
+
+    def _solver(self, slack: float = 1e-7) -> Solver:
+        """Return a solver; the platform may move by ``length`` or a quarter of the size in comparison with a turn."""
+        return Solver(self.equations, self.length, max(self.length, self.size / 4), slack)
+
+    # ---- the zero pose ----------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def _closed_zero(self) -> tuple[Poses, float]:
+        """The zero pose with its loops as closed as they can be, and the scaled residual: the search for it is long."""
+        return zero_pose.closed_zero(self._solver(), self.actuator_request)
+
+    @cached_property
+    def _unclosable(self) -> AssemblyError | None:
+        """Why no pose near zero closes the loops, if none does."""
+        best, residual = self._closed_zero
+        if residual <= zero_pose.OPEN:
+            return None
+        gaps = gaps_at(self.equations, best)
+        closest = worst_gaps_text(self.equations, gaps)
+        return AssemblyError(zero_pose.wrong_zero_text(self.mechanism, self.zero_gaps, self.size, closest), gaps)
+
+    @property
+    def _zero(self) -> tuple[Poses, float]:
+        """The closed zero pose, and the scaled residual with which it closes.
+
+        Raises:
+            AssemblyError: no pose near zero closes the loops.
+        """
+        if self._unclosable is not None:
+            raise self._unclosable
+        return self._closed_zero
+
+    @property
+    def zero_poses(self) -> Poses:
+        """The closed zero pose, from which all others are reached."""
+        return self._zero[0]
+
+    @cached_property
+    def zero_frames(self) -> Frames:
+        """Frames of the closed zero pose, a batch of one."""
+        return self.frames_of(self.zero_poses)
+
+    @cached_property
+    def zero_gaps(self) -> dict[str, tuple[float, float]]:
+        """How far each loop is open where all joints are at zero, {name: (m, rad)}."""
+        return gaps_at(self.equations, zero_pose.written_zero(self.equations))
+
+    @cached_property
+    def zero_is_near(self) -> bool:
+        """Whether the loops are closed where all joints are at zero, but for rounding."""
+        return are_within(self.zero_gaps, zero_pose.ROUNDING * self.size, zero_pose.ROUNDING)
+
+    @cached_property
+    def has_wrong_zero(self) -> bool:
+        """Whether the loops are open at zero by more than rounding, and no motion of the joints closes them."""
+        if self.zero_is_near:
+            return False
+        if self._unclosable is not None or self.closing_error > zero_pose.SIX_DIGITS:
+            return True
+        return self.closing_error > CLOSED and zero_pose.is_one_frame(self.mechanism, self.zero_gaps, self.size)
+
+    @cached_property
+    def wrong_zero(self) -> AssemblyError | None:
+        """What is wrong with the zero pose, if it is; see :attr:`has_wrong_zero`."""
+        if self._unclosable is not None or not self.has_wrong_zero:
+            return self._unclosable
+        text = zero_pose.wrong_zero_text(self.mechanism, self.zero_gaps, self.size)
+        return AssemblyError(text, self.zero_gaps, self.mobility.platform)
+
+    def accepts(self, tolerance: float) -> bool:
+        """Whether a tolerance [m, rad] may excuse that the loops stay open: not where a mistake in the file is larger.
+
+        Where no motion of the joints closes the loops and the file leaves them open at zero by more than rounding, they may
+        close somewhere almost, as another machine. The tolerance must cover the file's own gap then, which may not exceed
+        ``zero_pose.ACCEPTED``.
+        """
+        if not self.has_wrong_zero:
+            return True
+        most = zero_pose.ACCEPTED
+        return are_within(self.zero_gaps, min(tolerance, most * self.size), min(tolerance, most))
+
+    # ---- generic poses, mobility, solver ----------------------------------------------------------------------------------
+
+    @cached_property
+    def _generic(self) -> tuple[Poses, float]:
+        return generic_poses.generic_poses(self._solver(), *self._zero)
+
+    @property
+    def generic_poses(self) -> Poses:
+        """Three assembled poses without symmetry, near the zero pose, at which ranks and bases are decided."""
+        return self._generic[0]
+
+    @property
+    def closing_error(self) -> float:
+        """How far the loops stay open at the zero pose and beside it [scaled m, rad]: rounding, or the file's own."""
+        return self._generic[1]
+
+    @property
+    def rank_tolerance(self) -> float:
+        """Relative singular value below which a direction counts as dependent; above what the file's rounding leaves."""
+        return generic_poses.rank_tolerance(self.closing_error)
+
+    @cached_property
+    def solver(self) -> Solver:
+        """Closes the loops."""
+        return self._solver(slack=1e-7 + 100 * self.closing_error)
+
+    @cached_property
+    def freedoms(self) -> Freedoms:
+        """What the loops, and given coordinates, leave free."""
+        return Freedoms(self.solver, self.generic_poses, self.rank_tolerance)
+
+    @property
+    def mobility(self) -> Mobility:
+        """Mobility of the platform, local freedoms and redundant constraints."""
+        return self.freedoms.mobility
+
+    # ---- coordinates ------------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def actuator_request(self) -> Request:
+        """The driven joints as the solver sees them."""
+        return joint_coordinates.actuator_request(self.mechanism, self.equations)
+
+    def zero_origin(self, request: Request) -> tuple[Array, Array]:
+        """Return where lines from the zero pose start, see :meth:`Solver.origin`."""
+        if request not in self._origins:
+            self._origins[request] = self.solver.origin(request, self.zero_poses)
+        return self._origins[request]
+
+    def model_q(self, poses: Poses) -> Array:
+        """Return Pinocchio's coordinates (nq, N) of solved poses."""
+        near = np.broadcast_to(self.mechanism.tree.neutral[:, None], (self.mechanism.tree.nq, poses.x.shape[1]))
+        return self.equations.to_model(poses.x, near)
+
+    def frames_of(self, poses: Poses) -> Frames:
+        """Return the frames of solved poses, in world axes."""
+        return world_frames(self.mechanism, self.mechanism.forward(self.model_q(poses)))
+
+    @cached_property
+    def _coordinates(self) -> joint_coordinates.JointCoordinates:
+        return joint_coordinates.JointCoordinates(self.solver)
+
+    def joint_coordinates(self, q: Array, frames: Frames) -> dict[str, Array]:
+        """Return the coordinate (N,) of every one-freedom joint and loop [m, rad]; of one that others follow, all its turns."""
+        return self._coordinates.at(q, frames)
+
+    def limited(self, q: Array, frames: Frames) -> Iterator[tuple[str, Array, float, float]]:
+        """Yield name, value (N,), lower and upper limit of every joint that has limits, cones included."""
+        return self._coordinates.limited(q, frames)
+
+    # ---- what stands where at zero ----------------------------------------------------------------------------------------
+
+    @cached_property
+    def beams(self) -> Mapping[str, BeamModel]:
+        """All beams by name."""
+        return Named(make_beam_models(self.mechanism, self.topology.beams, self.zero_frames))
+
+    @cached_property
+    def weights(self) -> Weights:
+        """Everything that weighs something."""
+        return Weights(self.mechanism, self.topology, self.beams)

@@ -1,0 +1,53 @@
+"""How large a robot is: what makes lengths and angles comparable."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kinetostatics.mechanism.limb_joints import limb_units
+from kinetostatics.mechanism.limbs import Topology
+from kinetostatics.mechanism.mechanism import Mechanism
+
+
+def box_diagonal(mechanism: Mechanism) -> float:
+    """Return the diagonal [m] of the box around all bodies, joints and the platform where all joints are at zero."""
+    body, placement = mechanism.platform_frame
+    frames = mechanism.forward(mechanism.tree.neutral[:, None])
+    points = [frames.position[:, :, 0].T]
+    for item in mechanism.connections.values():
+        at = np.array([item.predecessor_body])
+        points.append(frames.points(at, item.predecessor_frame[:3, 3:])[:, :, 0].T)
+    points.append(frames.points(np.array([body]), placement[:3, 3:])[:, :, 0].T)
+    cloud = np.concatenate(points)
+    return float(np.linalg.norm(cloud.max(axis=0) - cloud.min(axis=0)))
+
+
+def characteristic_length(mechanism: Mechanism, topology: Topology, size: float) -> float:
+    """Return the mean distance [m] of the limbs' outer joints from o, or a quarter of the robot's ``size`` [m]."""
+    body, placement = mechanism.platform_frame
+    frames = mechanism.forward(mechanism.tree.neutral[:, None])
+    o = frames.points(np.array([body]), placement[:3, 3:])[:, 0, 0]
+    distances = []
+    for limb in topology.limbs:
+        unit_of = {name: unit for unit in limb_units(mechanism, limb) for name in unit.joints}
+        for edge in limb.edges:
+            if edge.joint is None or len(edge.chords) != 1 or not limb.to_platform[edge.chords[0][0]]:
+                continue
+            connection = mechanism.connections[edge.joint]
+            for link, item_body, frame in (
+                (connection.successor, connection.successor_body, connection.successor_frame),
+                (connection.predecessor, connection.predecessor_body, connection.predecessor_frame),
+            ):
+                if link in topology.platform.links:  # which need not be the platform's body, if a loop fixes them
+                    at = np.array([item_body])
+                    arm = frames.points(at, frame[:3, 3:])[:, 0, 0] - o
+                    if edge.joint in unit_of:
+                        unit = unit_of[edge.joint]
+                        along = frames.directions(at, (frame[:3, :3] @ connection.axis)[:, None])[:, 0, 0]
+                        arm = arm + along * (unit.shift if unit.has_centre else -(along @ arm))
+                    distances.append(float(np.linalg.norm(arm)))
+                    break
+    mean = float(np.mean(distances)) if distances else 0.0
+    if mean > 1e-3 * size:
+        return mean
+    return size / 4 if size > 0 else 1.0

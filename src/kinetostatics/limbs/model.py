@@ -1,0 +1,43 @@
+"""What limbs and statics need to know of a robot, as frozen data: no pose, and nothing of how poses are found."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from kinetostatics.description.robot import RobotDescription
+from kinetostatics.mechanism.beam_model import BeamModel
+from kinetostatics.mechanism.limbs import Topology
+from kinetostatics.mechanism.mechanism import Mechanism
+from kinetostatics.mechanism.tree import Frames
+from kinetostatics.mechanism.weights import Weights
+
+
+@dataclass(frozen=True, eq=False)
+class StaticModel:
+    """A robot as the statics see it.
+
+    Attributes:
+        mechanism: bodies and connections.
+        topology: limbs, and what is attached to base and platform.
+        beams: by name.
+        weights: everything that weighs something.
+        zero_frames: frames of the closed zero pose, a batch of one.
+        length: characteristic length [m], which makes forces and moments comparable.
+        rank_tolerance: relative singular value below which a direction counts as dependent.
+        closing_error: how far loops stay open because of rounding in the file [scaled m, rad].
+    """
+
+    mechanism: Mechanism
+    topology: Topology
+    beams: Mapping[str, BeamModel]
+    weights: Weights
+    zero_frames: Frames
+    length: float
+    rank_tolerance: float
+    closing_error: float
+
+    @property
+    def description(self) -> RobotDescription:
+        """What the file says."""
+        return self.mechanism.description

@@ -1,0 +1,38 @@
+"""What the statics of a whole robot need, as frozen data: limbs with their wrench bases, branches, the table of joints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from kinetostatics.limbs.group import LimbGroup
+from kinetostatics.limbs.grouping import make_limb_groups
+from kinetostatics.limbs.model import StaticModel
+from kinetostatics.mechanism.tree import Frames
+from kinetostatics.statics.joint_table import Branch, JointTable, dead_joints
+
+
+@dataclass(frozen=True, eq=False)
+class RobotStatics(StaticModel):
+    """A robot as the equilibrium of its platform sees it.
+
+    Attributes:
+        groups: equal limbs stacked, with their wrench bases, which are chosen once per robot.
+        branches: the passive joints of all open branches.
+        joint_table: all joints through which something is held.
+    """
+
+    groups: tuple[LimbGroup, ...]
+    branches: tuple[Branch, ...]
+    joint_table: JointTable
+
+
+def make_statics(model: StaticModel, generic: Frames, ordinary: Frames) -> RobotStatics:
+    """Choose the limbs' wrench bases and put the statics together.
+
+    Args:
+        model: the robot's bodies, limbs, beams and weights.
+        generic: frames of its generic poses, at which ranks are decided.
+        ordinary: frames of poses that people ask for, at which bases must not degenerate.
+    """
+    groups = make_limb_groups(model, generic, ordinary)
+    return RobotStatics(**vars(model), groups=groups, branches=dead_joints(model), joint_table=JointTable(model))
