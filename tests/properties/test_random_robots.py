@@ -29,22 +29,13 @@ pytestmark = pytest.mark.skipif(
 
 COUNT = int(os.environ.get("KINETOSTATICS_RANDOM_ROBOTS", "50"))
 
-#: Serial limbs as machines have them, base to platform; a small letter is a driven joint.
-LIMBS = ["RpS", "UpS", "pUS", "rUS", "pRS", "rRS", "pUU", "rUU", "UpU", "SpU", "pRU", "UpR", "SpR", "pRRR", "rRRR", "CrS", "pCS",
-         "RpU", "S", "CpU", "rCU", "RRpU", "p", "r", "rrp", "US", "SR"]  # fmt: skip
 #: Relative: how far we and finite elements may differ, and how far these may scatter to be believed.
 CLOSE, SURE = 1e-6, 2e-7
-FREEDOMS = {"R": 1, "P": 1, "U": 2, "C": 2, "S": 3}
-
-
-def wrenches(limb):
-    """How many constraint wrenches the limb has, if its axes are in general position."""
-    return max(6 - sum(FREEDOMS.get(letter, 0) for letter in limb), 0)
 
 
 @settings(max_examples=COUNT, deadline=None)
 @given(
-    st.lists(st.sampled_from(LIMBS), min_size=2, max_size=6).filter(lambda limbs: sum(map(wrenches, limbs)) >= 6),
+    st.lists(st.sampled_from(sr.LIMBS), min_size=2, max_size=6).filter(lambda limbs: sum(map(sr.wrenches, limbs)) >= 6),
     st.integers(0, 2**31),
 )
 @example(["RpS", "RpS", "RpS"], 0)

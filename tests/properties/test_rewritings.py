@@ -11,7 +11,7 @@ import small_robots as sr
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from places import ROOT
-from test_random_robots import LIMBS, wrenches
+from small_robots import LIMBS, wrenches
 
 import kinetostatics as ks
 

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 import pytest
+from check_texts import NAMES, robot, words_and_numbers
 from same_everywhere import texts_of
-from test_check_golden import NAMES, robot, words_and_numbers
 
 import kinetostatics as ks
 from kinetostatics.description.elements import Inertia, Joint, Loop

@@ -429,3 +429,14 @@ def random_spec(kinds, seed):
     o = np.array([0, 0, 0.8]) + 0.1 * rng.standard_normal(3)
     com = o + 0.1 * rng.standard_normal(3)
     return Spec(tuple(limbs), tuple(beams), o=tuple(o), mass=float(5 * rng.random()), com=tuple(com), name="random")
+
+
+#: Serial limbs as machines have them, base to platform; a small letter is a driven joint.
+LIMBS = ["RpS", "UpS", "pUS", "rUS", "pRS", "rRS", "pUU", "rUU", "UpU", "SpU", "pRU", "UpR", "SpR", "pRRR", "rRRR", "CrS", "pCS",
+         "RpU", "S", "CpU", "rCU", "RRpU", "p", "r", "rrp", "US", "SR"]  # fmt: skip
+FREEDOMS = {"R": 1, "P": 1, "U": 2, "C": 2, "S": 3}
+
+
+def wrenches(limb):
+    """How many constraint wrenches the limb has, if its axes are in general position."""
+    return max(6 - sum(FREEDOMS.get(letter, 0) for letter in limb), 0)

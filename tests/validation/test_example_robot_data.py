@@ -15,6 +15,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 import xacro
+from package_robots import robot
 from places import ROOT
 
 import kinetostatics as ks
@@ -33,11 +34,6 @@ LOAD = np.array([120.0, -40.0, -500.0, 7.0, -3.0, 11.0])
 ARM = ("shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint", "wrist_1_joint", "wrist_2_joint", "wrist_3_joint")
 LEGS = ("LF", "RF", "LH", "RH")
 DRIVES = ("HAA", "HFE", "KFE")
-
-
-@cache
-def robot(name, **parameters):
-    return ks.load_robot(ROOT / "robots" / f"{name}.urdf.xacro", parameters)
 
 
 @cache

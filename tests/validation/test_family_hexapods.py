@@ -11,7 +11,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 import small_robots as sr
-from places import ROBOTS
+from package_robots import robot
 
 import kinetostatics as ks
 from kinetostatics.verification import OpenSeesError
@@ -55,11 +55,6 @@ WORKSPACES = {
     "five_bar": {"x": (-0.08, 0.08), "y": (0.25, 0.37)},
 }  # fmt: skip
 ORIENTATIONS = {"3prs": "tilt_torsion", "exechon": "YXZ"}
-
-
-@cache
-def robot(name, **parameters):
-    return ks.load_robot(ROBOTS / f"{name}.urdf.xacro", parameters)
 
 
 def assemble(name, coordinates, **parameters):

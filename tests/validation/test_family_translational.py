@@ -7,12 +7,12 @@ is under test.
 import os
 import re
 from dataclasses import dataclass, replace
-from functools import cache
 
 import numpy as np
 import pinocchio as pin
 import pytest
 import xacro
+from package_robots import robot
 from places import ROBOTS
 
 import kinetostatics as ks
@@ -21,11 +21,6 @@ from kinetostatics.verification import OpenSeesError
 
 X, Y, Z = np.eye(3)
 G = 9.81
-
-
-@cache
-def robot(name, **parameters):
-    return ks.load_robot(ROBOTS / f"{name}.urdf.xacro", parameters=parameters)
 
 
 @dataclass(frozen=True)

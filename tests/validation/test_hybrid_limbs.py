@@ -4,76 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from simple_machines import AREA, RHO, STEM, E, bar, joint, link, loop, parallelogram, parallelogram_parts, robot, truss
 
 import kinetostatics as ks
 from kinetostatics.checks.collect import robot_facts
 from kinetostatics.files.bundled import robot_path
-from kinetostatics.files.reader import parse_robot_text
 
-E, RHO, G = 2.0e11, 7850.0, 10.0
-AREA = 1e-4
-BEAM = f'youngs_modulus="{E}" poisson_ratio="0.3" shear_coefficient="inf"'
-#: A section that only gives way along its axis, for trusses.
-BAR = f'<section area="{AREA}" I_y="1" I_z="1" J="1"/>'
-
-
-def robot(*parts, platform="platform"):
-    return ks.Robot(parse_robot_text(f'<robot name="r">{"".join(parts)}<platform link="{platform}"/></robot>'))
-
-
-def link(name, mass=0.0, com="0 0 0"):
-    if not mass:
-        return f'<link name="{name}"/>'
-    return (
-        f'<link name="{name}"><inertial><origin xyz="{com}"/><mass value="{mass}"/>'
-        '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>'
-    )
-
-
-def joint(name, kind, parent, child, xyz="0 0 0", axis="0 1 0"):
-    along = "" if kind in ("fixed", "floating") else f'<axis xyz="{axis}"/>'
-    limits = '<limit lower="-9" upper="9" effort="1" velocity="1"/>' if kind in ("revolute", "prismatic") else ""
-    return (
-        f'<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/><origin xyz="{xyz}"/>'
-        f"{along}{limits}</joint>"
-    )
-
-
-def loop(name, kind, predecessor, successor, at="0 0 0", there="0 0 0", axis=None):
-    along = "" if axis is None else f'<axis xyz="{axis}"/>'
-    return (
-        f'<loop name="{name}" type="{kind}"><predecessor link="{predecessor}"><origin xyz="{at}"/></predecessor>'
-        f'<successor link="{successor}"><origin xyz="{there}"/></successor>{along}</loop>'
-    )
-
-
-def bar(link_name, start, end, density=0.0, section=BAR):
-    y = "" if section is not BAR else ' y_axis="0 1 0"'
-    return f'<beam link="{link_name}" from="{start}" to="{end}" density="{density}"{y} {BEAM}>{section}</beam>'
-
-
-STEM = 0.5
-
-
-def truss():
-    """Three pinned bars in the plane y = 0 from base points x = −1, 0, 1 to a pin at height 1; an elastic stem on the pin.
-
-    A weld behind two slides lets the pin move in the plane but not turn.
-    """
-    parts = [link("base"), link("pin"), link("stem"), link("platform", 2.0), link("guide"), link("slide")]
-    for k, x in enumerate((-1, 0, 1)):
-        length, angle = float(np.hypot(x, 1)), float(np.arctan2(-x, 1))
-        foot = joint(f"foot_{k}", "continuous", "base", f"bar_{k}", f"{x} 0 0")
-        parts += [link(f"bar_{k}"), foot.replace('" />', '"/>').replace("<origin ", f'<origin rpy="0 {angle!r} 0" ')]
-        if k == 1:
-            parts += [joint("head_1", "continuous", "bar_1", "pin", "0 0 1")]
-        else:
-            parts += [loop(f"head_{k}", "revolute", f"bar_{k}", "pin", f"0 0 {length!r}", "0 0 0", "0 1 0")]
-        parts += [bar(f"bar_{k}", f"foot_{k}", f"head_{k}")]
-    parts += [joint("stem_foot", "fixed", "pin", "stem"), joint("stem_head", "fixed", "stem", "platform", f"0 0 {STEM}")]
-    parts += [bar("stem", "stem_foot", "stem_head"), joint("along", "prismatic", "base", "guide", "0 0 1", "1 0 0")]
-    parts += [joint("up", "prismatic", "guide", "slide", "0 0 0", "0 0 1"), loop("weld", "fixed", "slide", "pin")]
-    return robot(*parts)
+G = 10.0
 
 
 def test_a_truss_of_three_bars_in_one_limb():
@@ -93,22 +30,6 @@ def test_a_truss_of_three_bars_in_one_limb():
     for k, (stiffness, e) in enumerate(zip(stiffnesses, directions, strict=True)):
         tension = stiffness * float(e @ shift)  # with which the base side pulls the bar down
         np.testing.assert_allclose(found.joint_wrenches[f"foot_{k}"][[0, 2]], -tension * e, rtol=1e-9, atol=1e-9)
-
-
-def parallelogram_parts(density=RHO, crank_joint="continuous"):
-    """A table on two equal vertical cranks of length 1, hinged at both ends, whose turning is driven at one foot."""
-    circle = '<circle diameter="0.05"/>'
-    parts = [link("base"), link("platform", 4.0, "0.25 0 0")]
-    for k, x in enumerate((0.0, 0.5)):
-        parts += [link(f"crank_{k}"), joint(f"foot_{k}", "continuous", "base", f"crank_{k}", f"{x} 0 0")]
-    parts += [joint("head_0", crank_joint, "crank_0", "platform", "0 0 1")]
-    parts += [loop("head_1", "revolute", "crank_1", "platform", "0 0 1", "0.5 0 0", "0 1 0")]
-    parts += [bar(f"crank_{k}", f"foot_{k}", f"head_{k}", density, circle) for k in (0, 1)]
-    return [*parts, '<transmission name="t"><joint name="foot_0"/></transmission>']
-
-
-def parallelogram():
-    return robot(*parallelogram_parts())
 
 
 @pytest.mark.parametrize("q", [0.0, 0.3, -0.8])

@@ -9,6 +9,7 @@ import pytest
 from places import TESTS
 
 import kinetostatics as ks
+from kinetostatics.files.bundled import robot_path
 
 HERE = TESTS
 TABLES = json.loads((HERE.parent / "examples" / "paper_tables.json").read_text(encoding="utf-8"))
@@ -144,3 +145,12 @@ def test_mobility_and_overconstraint():
     rps, upr = result("3rps", 1).robot.mobility, result("2pru_upr", 1).robot.mobility
     assert (rps.platform, rps.local, rps.redundant_constraints) == (3, 0, 0)
     assert (upr.platform, upr.local, upr.redundant_constraints) == (3, 0, 3)
+
+
+def test_the_paper_s_drive_force_is_that_at_the_base_end():
+    found = ks.analyze(ks.load_robot(robot_path("3rps")).assemble())
+    for number in (1, 2, 3):
+        beam = found.beams[found.limbs[f"limb_{number}"].beams[0]]
+        force = found.paper_forces[f"limb_{number}"][f"f_{number}a"]
+        assert force == pytest.approx(beam.section_wrenches[0, 0], rel=1e-12)
+        assert abs(force) > abs(beam.section_wrenches[1, 0]) + 1e-3  # the rod's own weight

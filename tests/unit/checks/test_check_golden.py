@@ -1,59 +1,17 @@
 """``kinetostatics check`` of every robot in ``robots/`` and of the odd ones of ``odd_robots.py``, compared with texts.
 
 The texts lie in ``golden/``: words are compared exactly, numbers to a thousandth, and the last digit may round either way.
-After a change that is meant, ``python tests/unit/checks/test_check_golden.py`` writes them anew; look at what differs.
+After a change that is meant, ``python tests/support/check_texts.py`` writes them anew; look at what differs.
 """
 
 import json
 import re
-from functools import cache
 
 import pytest
-from odd_robots import ODD
-from places import ROOT, TESTS
+from check_texts import GOLDEN, NAMES, ROBOTS, facts, report, robot, same, words_and_numbers
 
-import kinetostatics as ks
 from kinetostatics.checks.chains import joints_of
-from kinetostatics.checks.collect import robot_facts
 from kinetostatics.reports import robot_to_dict
-from kinetostatics.reports.robot import facts_report
-
-GOLDEN = TESTS / "golden"
-
-ROBOTS = sorted(path.name.partition(".")[0] for path in (ROOT / "robots").iterdir())
-NAMES = [*ROBOTS, *(make.__name__ for make in ODD)]
-
-#: A number that is not part of a name.
-NUMBER = re.compile(r"(?<![\w.])[-−]?\d+(?:\.\d+)?(?:e[-+]?\d+)?(?![\w.]*\d)")
-
-
-@cache
-def robot(name):
-    if name in ROBOTS:
-        return ks.load_robot(ROOT / "robots" / f"{name}.urdf.xacro")
-    return next(make for make in ODD if make.__name__ == name)()
-
-
-@cache
-def facts(name):
-    return robot_facts(robot(name))
-
-
-def report(name):
-    return facts_report(facts(name)).replace(f"{ROOT}/", "")
-
-
-def words_and_numbers(line):
-    """Return a line without its numbers, white space in one, and its numbers."""
-    return " ".join(NUMBER.sub("#", line).split()), [found[0].replace("−", "-") for found in NUMBER.finditer(line)]
-
-
-def same(number, other):
-    """Whether two printed numbers agree to a thousandth, or but for the last digit."""
-    mantissa, _, exponent = other.partition("e")
-    last = 10.0 ** (int(exponent or 0) - len(mantissa.partition(".")[2]))
-    return abs(float(number) - float(other)) <= max(1e-3 * abs(float(other)), 1.01 * last * ("." in mantissa))
-
 
 # ---- the texts ---------------------------------------------------------------------------------------------------------
 
@@ -192,12 +150,3 @@ def test_chains_name_every_joint_once():
             steps = [*joints_of(limb.graph.chain), *(step for item in limb.graph.hanging for step in joints_of(item.chain))]
             names = [joint for step in steps for joint in step.joints]
             assert len(names) == len(set(names))
-
-
-if __name__ == "__main__":
-    GOLDEN.mkdir(exist_ok=True)
-    for old in GOLDEN.glob("*.txt"):
-        if old.stem not in NAMES:
-            old.unlink()
-    for each in NAMES:
-        (GOLDEN / f"{each}.txt").write_text(report(each) + "\n", encoding="utf-8")

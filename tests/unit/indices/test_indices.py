@@ -442,3 +442,12 @@ def test_functions_are_documented():
         if inspect.isfunction(item):
             assert item.__doc__
     assert COMPONENTS == [*indices.poses.LINEAR, *indices.poses.ANGULAR]
+
+
+def test_a_sag_with_an_unknown_component_is_unknown():
+    twist = np.array([[3.0, 4, 0, 0, 0, 0], [np.nan, 4, 0, 0, 3, 4], [0, 0, 0, np.nan, 0, 1]])
+    ds = map_of({"x": ([0.0, 1, 2], "m")}, twist=twist, forces={"a": [1.0, -3, 2], "b": [2.0, np.nan, -5]})
+    np.testing.assert_equal(ks.indices.linear_sag(ds).values, [5, np.nan, 0])
+    np.testing.assert_equal(ks.indices.angular_sag(ds).values, [0, 5, np.nan])
+    np.testing.assert_equal(ks.indices.largest_actuator_force(ds).values, [2, np.nan, 5])
+    assert isinstance(ks.indices.linear_sag(ds), xr.DataArray)

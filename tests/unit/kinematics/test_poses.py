@@ -12,6 +12,7 @@ import pytest
 import small_robots as sr
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from package_robots import robot
 from places import ROBOTS, TESTS
 
 import kinetostatics as ks
@@ -25,11 +26,6 @@ WORKSPACE = {
     "3rps": ({"z": (0.35, 0.75), "rx": (-0.45, 0.45), "ry": (-0.45, 0.45)}, None),
     "2pru_upr": ({"z": (0.3, 0.6), "rx": (-0.25, 0.25), "ry": (-0.25, 0.25)}, "XYZ"),
 }
-
-
-@cache
-def robot(name):
-    return ks.load_robot(ROBOTS / f"{name}.urdf.xacro")
 
 
 def robot_of_text(text):

@@ -7,6 +7,7 @@ from places import ROBOTS
 import kinetostatics as ks
 from kinetostatics.math.linalg import canonical_basis, null_space
 from kinetostatics.math.ordering import EQUAL, axis_across, first_largest, ranked
+from kinetostatics.reports.sources import ranked as ranked_sources
 
 NOISE = 1e-9
 
@@ -87,3 +88,16 @@ def test_moments_alone_lock_in_no_force():
     moments = [row.moment for row in table]
     assert moments[0] > 1 and moments == pytest.approx(sorted(moments, reverse=True), rel=1e-6)
     assert "not overconstrained" not in str(table)
+
+
+def test_how_alike_equals_are():
+    assert first_largest([1 - 5e-7, 1.0]) == 0 and first_largest([1 - 2e-6, 1.0]) == 1
+    assert ranked([1 - 5e-7, 1.0, 1 - 2e-6]) == [0, 1, 2] and ranked([1 - 2e-6, 1.0]) == [1, 0]
+    assert ranked([0.5e-9, 0.9e-9, 1.0]) == [2, 0, 1] and ranked([2e-9, 3e-9, 1.0]) == [2, 1, 0]
+    assert ranked_sources(np.array([1 - 5e-7, 1.0])) == [0, 1] and ranked_sources(np.array([1 - 2e-6, 1.0])) == [
+        1,
+        0,
+    ]
+    assert ranked_sources(np.array([-1.0, 0.0, 5e-7])) == [1, 2, 0]
+    corner = np.array([0.5, 0.5 + 5e-7, 0.5]) / np.linalg.norm([0.5, 0.5, 0.5])
+    assert axis_across(corner).tolist() == [1, 0, 0] and axis_across(corner - [0, 3e-6, 0]).tolist() == [0, 1, 0]

@@ -7,7 +7,9 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from loop_robots import FREEDOMS, Held
+from package_robots import robot
 from places import ROOT
+from simple_machines import arm
 
 import kinetostatics as ks
 from kinetostatics.files.reader import parse_robot_text
@@ -16,11 +18,6 @@ from kinetostatics.mechanism.tree import Frames
 
 ROBOTS = list(ks.robots())
 GRAVITY = np.array([0.7, -1.1, -9.6])
-
-
-@cache
-def robot(name):
-    return ks.load_robot(name)
 
 
 @cache
@@ -218,3 +215,11 @@ def test_the_page_about_pinocchio_is_true(capsys):
         exec(compile(block, "pinocchio.md", "exec"), names)  # the page's own text
     assert len(blocks) == 2
     assert float(capsys.readouterr().out.split()[-1]) < 1e-9
+
+
+def test_pinocchio_s_model_weighs_all_that_moves_with_a_body():
+    """The outer of the arm's two bodies is a link of 1 kg at 0.15 m and the platform of 0.5 kg at 0.3 m."""
+    model = arm(elastic=False).assemble().model
+    inner, outer = list(model.inertias)[-2:]
+    assert (inner.mass, outer.mass) == pytest.approx((2.0, 1.5))
+    assert outer.lever == pytest.approx([(1.0 * 0.15 + 0.5 * 0.3) / 1.5, 0, 0]) and inner.lever == pytest.approx([0.2, 0, 0])

@@ -10,7 +10,7 @@ import pytest
 import small_robots as small
 from hybrid_robots import random_hybrid
 from mechanisms import random_cuts, write_mechanism
-from places import ROBOTS
+from package_robots import robot
 
 import kinetostatics as ks
 from kinetostatics.checks.chains import bodies_of, joints_of
@@ -46,11 +46,6 @@ OPEN = """
   <transmission name="drive"><joint name="shoulder"/></transmission>
 </robot>
 """
-
-
-@cache
-def robot(name):
-    return ks.load_robot(ROBOTS / f"{name}.urdf.xacro")
 
 
 @cache

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ import kinetostatics as ks
 from kinetostatics.checks.collect import robot_facts
 from kinetostatics.description import Beam, Inertia, Joint, JointStiffness, Link, Loop, Material, Origin, RobotDescription
 from kinetostatics.results.near_singular import HOLD, near_singularity
+from kinetostatics.results.warnings import _large_motions, _open_loops
 from kinetostatics.sections import Tube
 
 RIGID = "bearings and drives count as rigid: the file gives no <joint_stiffness>"
@@ -231,3 +233,17 @@ def test_networks_that_nearly_collapse_are_said():
 
 def test_inertias_count_as_given():
     assert Link("a", inertia=Inertia((1.0, 0, 0, 1, 0, 1))).has_inertial
+
+
+def warned(residual=0.0, twist=(0.0,) * 6, length=2.0):
+    return SimpleNamespace(
+        configuration=SimpleNamespace(residual=np.array(residual)), twist=np.array(twist), robot=SimpleNamespace(length=length)
+    )
+
+
+def test_open_loops_and_large_motions_are_warned_of():
+    assert _open_loops(warned(0.9e-9)) == [] and _open_loops(warned([0, np.nan])) == []
+    assert "open by up to 1.1e-09" in _open_loops(warned([1.1e-9, 0]))[0]
+    assert _large_motions(warned(twist=[0.11, 0.16, 0, 0.09, 0, 0])) == []
+    assert "moves by 0.21 m" in _large_motions(warned(twist=[0.21, 0, 0, 0, 0, 0]))[0]
+    assert "0.11 rad" in _large_motions(warned(twist=[0, 0, 0, 0, 0.11, 0]))[0]

@@ -72,3 +72,14 @@ def test_every_array_of_one_pose_is_nan_where_it_is_not_reached():
     for what, array in arrays(ks.analyze(one, on_failure="nan")):
         if array.dtype.kind == "f" and not what.startswith(ASKED):
             assert np.all(np.isnan(array)), what
+
+
+def test_drives_of_poses_that_are_not_reached_have_no_position():
+    machine = ks.load_robot(robot_path("orthoglide"))
+    pose = machine.assemble(platform={"x": [0.0, 9.0], "y": 0.0, "z": 0.0})
+    assert pose.status.tolist() == [ks.Status.OK, ks.Status.UNREACHABLE]
+    for value in pose.actuators.values():
+        assert np.isfinite(value).tolist() == [True, False]
+    for value in pose.platform.values():
+        assert np.isfinite(value).tolist() == [True, False]
+    assert np.isnan(pose.q[1]).all() and np.isnan(pose.residual[1])

@@ -2,24 +2,14 @@
 
 import numpy as np
 import pytest
-from test_hybrid_limbs import RHO, E, bar, joint, link, loop, robot
+from simple_machines import CIRCLE, RHO, E, arm, bar, joint, link, loop, mount, robot, springs
 
 import kinetostatics as ks
 from kinetostatics.files.reader import parse_robot_text
 
-CIRCLE = '<circle diameter="0.05"/>'
 AREA, INERTIA = np.pi * 0.05**2 / 4, np.pi * 0.05**4 / 64
 LOAD = np.array([30.0, -20.0, 50.0, 4.0, -3.0, 2.0])
 STILL = (0, 0, 0)
-
-
-def springs(name, **values):
-    return f'<joint_stiffness joint="{name}" ' + " ".join(f'{key}="{value}"' for key, value in values.items()) + "/>"
-
-
-def mount(*more, kind="fixed", axis="0 1 0"):
-    """A platform that a single joint without links joins to the base, 0.3 above it."""
-    return robot(link("base"), link("platform", 3.0), joint("mount", kind, "base", "platform", "0 0 0.3", axis), *more)
 
 
 @pytest.mark.parametrize("kind", ["fixed", "floating"])
@@ -64,18 +54,6 @@ def test_a_flexure_turns_about_its_axis(spring):
     machine = mount(springs("mount", angular=stiff), kind="revolute")
     found = ks.analyze(machine.assemble(), LOAD, STILL)
     np.testing.assert_allclose(found.twist, [0, 0, 0, 0, LOAD[4] / 700, 0], rtol=1e-12, atol=1e-18)
-
-
-def arm(*more, driven=True, elastic=True, kind="revolute"):
-    """A two-jointed arm in the plane y = 0: links of 0.4 and 0.3 along x at zero, the platform at its tip."""
-    parts = [link("base"), link("upper", 2.0, "0.2 0 0"), link("fore", 1.0, "0.15 0 0"), link("platform", 0.5)]
-    parts += [joint("shoulder", kind, "base", "upper"), joint("elbow", kind, "upper", "fore", "0.4 0 0")]
-    parts += [joint("wrist", "fixed", "fore", "platform", "0.3 0 0")]
-    if elastic:
-        parts += [bar("upper", "shoulder", "elbow", RHO, CIRCLE), bar("fore", "elbow", "wrist", RHO, CIRCLE)]
-    if driven:
-        parts += [f'<transmission name="t_{name}"><joint name="{name}"/></transmission>' for name in ("shoulder", "elbow")]
-    return robot(*parts, *more)
 
 
 def jacobian(q1, q2):
@@ -151,3 +129,34 @@ def test_springs_of_what_hangs():
     turn = 0.2 * 20 / 1e4
     np.testing.assert_allclose(found.twist, [0, 0, -50 / 1e5, 0, turn, 0], rtol=1e-10, atol=1e-18)
     np.testing.assert_allclose(tip, [0, 0, -50 / 1e5 - 0.2 * turn - 20 / 1e3, 0, turn, 0], rtol=1e-10, atol=1e-18)
+
+
+@pytest.mark.parametrize(("kind", "twist"), [("revolute", slice(3, 6)), ("prismatic", slice(0, 3))])
+def test_a_drive_along_an_oblique_axis_gives_way_along_it(kind, twist):
+    axis = np.array([2.0, -1, 2]) / 3
+    drive = '<transmission name="t"><joint name="mount"/></transmission>'
+    machine = mount(springs("mount", drive="500"), drive, kind=kind, axis="2 -1 2")
+    load = np.array([7.0, 2, 3, 5, -4, 6])
+    found = ks.analyze(machine.assemble(), load, STILL)
+    expected = np.zeros(6)
+    expected[twist] = axis * (axis @ load[twist]) / 500
+    np.testing.assert_allclose(found.twist, expected, rtol=1e-9, atol=1e-15)
+
+
+def test_bearings_are_along_the_joint_s_frame_whatever_its_axis():
+    drive = '<transmission name="t"><joint name="mount"/></transmission>'
+    machine = mount(springs("mount", linear="1e5 2e5 4e5"), drive, kind="revolute", axis="1 1 0")
+    found = ks.analyze(machine.assemble(), (10, 20, 40, 0, 0, 0), STILL)
+    np.testing.assert_allclose(found.twist, [1e-4, 1e-4, 1e-4, 0, 0, 0], rtol=1e-9, atol=1e-15)
+
+
+@pytest.mark.parametrize(("axis", "sprung"), [("0 1 0", True), ("0 1 5e-10", True), ("0 1 1e-7", False), ("0 1 1", False)])
+def test_a_flexure_needs_an_axis_of_its_frame(axis, sprung):
+    """A hinge is a spring if its axis is one of those that the stiffnesses are along."""
+    text = springs("mount", angular="inf 700 inf")
+    if not sprung:
+        with pytest.raises(ks.KinetostaticsError):
+            ks.analyze(mount(text, kind="revolute", axis=axis).assemble(), (0, 0, 0, 0, 7, 0), STILL)
+        return
+    found = ks.analyze(mount(text, kind="revolute", axis=axis).assemble(), (0, 0, 0, 0, 7, 0), STILL)
+    assert found.twist[4] == pytest.approx(0.01, rel=1e-6)

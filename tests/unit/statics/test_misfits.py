@@ -2,31 +2,14 @@
 
 import numpy as np
 import pytest
-from test_hybrid_limbs import E, joint, link, loop
+from simple_machines import AREA as BAR_AREA
+from simple_machines import THERMAL_EXPANSION as ALPHA
+from simple_machines import E, joint, link, loop, truss, two_columns
 
 import kinetostatics as ks
 from kinetostatics.files.reader import parse_robot_text
 
 STILL = (0, 0, 0)
-ALPHA = 1.2e-5
-
-
-def two_columns(warm=True):
-    """Two equal vertical columns, 0.4 apart, clamped to base and platform."""
-    alpha = f' thermal_expansion="{ALPHA}"' if warm else ""
-    column = (
-        '<beam link="{0}" from="foot_{0}" to="head_{0}" youngs_modulus="{1}" poisson_ratio="0.3" density="0"{2} '
-        'shear_coefficient="inf"><circle diameter="0.05"/></beam>'
-    )
-    parts = [link("base"), link("a"), link("b"), link("platform", 5.0)]
-    parts += [joint("foot_a", "fixed", "base", "a"), joint("foot_b", "fixed", "base", "b", "0.4 0 0")]
-    parts += [joint("head_a", "fixed", "a", "platform", "0 0 1"), loop("head_b", "fixed", "b", "platform", "0 0 1", "0.4 0 0")]
-    parts += [column.format(name, E, alpha) for name in "ab"]
-    return ks.Robot(
-        parse_robot_text(f'<robot name="r">{"".join(parts)}<platform link="platform"><origin xyz="0.2 0 0"/></platform></robot>')
-    )
-
-
 AREA, INERTIA = np.pi * 0.05**2 / 4, np.pi * 0.05**4 / 64
 
 
@@ -127,36 +110,6 @@ def test_misfits_of_a_batch():
         np.testing.assert_allclose(found.twist[k], one.twist, rtol=1e-12, atol=1e-20)
 
 
-def test_the_table_of_tolerances():
-    machine = two_columns()
-    pose = machine.assemble()
-    table = ks.tolerances(pose, length=2e-4, temperature=30, by="displacement")
-    assert {row.kind for row in table} == {"joint", "beam"} and table.ranked_by == "displacement"
-    sizes = [row.displacement for row in table]
-    assert sizes == pytest.approx(sorted(sizes, reverse=True), rel=1e-6)  # equals stand in the file's order
-    assert len(table) == len({(row.name, row.error) for row in table}) == 4 * 6 + 2 * 2
-    for row in table:
-        amount = {"length": {"length": 2e-4}, "temperature": {"temperature": 30}}.get(row.error)
-        if amount is None:
-            twist = np.zeros(6)
-            twist[("x", "y", "z", "rx", "ry", "rz").index(row.error)] = row.amount
-            amount = {"twist": twist, "frame": "joint"}
-        one = ks.analyze(pose, gravity=STILL, misfits={row.name: amount})
-        np.testing.assert_allclose(row.twist, one.twist, rtol=1e-9, atol=1e-15)
-        forces = {name: np.linalg.norm(wrench[:3]) for name, wrench in one.joint_wrenches.items()}
-        assert row.force == pytest.approx(max(forces.values()), rel=1e-6, abs=1e-4)
-    text = str(ks.tolerances(pose))
-    assert "ranked by the force" in text and "foot_a" in text and "temperature" in text
-
-
-def test_a_determinate_robot_locks_in_no_force():
-    table = ks.tolerances(ks.load_robot("3rps").assemble())
-    assert table.ranked_by == "displacement" and all(row.force == 0 and row.at == "" for row in table)
-    assert "not overconstrained" in str(table)
-    # errors along a joint's own freedoms do nothing: a spherical joint's rotations are not in the table
-    assert {row.error for row in table if row.name.startswith("spherical")} <= {"x", "y", "z"}
-
-
 @pytest.mark.parametrize(
     ("misfits", "message"),
     [
@@ -186,3 +139,22 @@ def test_rigid_limbs_cannot_follow_misfits_that_contradict():
     )  # fmt: skip
     with pytest.raises(ks.RobotFileError, match="rigidly fixed"):
         ks.Robot(parse_robot_text(text))
+
+
+@pytest.mark.parametrize("bar_number", [0, 1, 2])
+def test_a_bar_of_a_truss_that_is_too_long_presses_the_others(bar_number):
+    """Self-stress of one limb by a misfit: K u = Σ EA/L e δ, N = EA/L (e u − δ)."""
+    machine = truss()
+    feet = np.array([[-1.0, 0], [0, 0], [1, 0]])
+    along = np.array([0.0, 1.0]) - feet
+    lengths = np.linalg.norm(along, axis=1)
+    e, k = along / lengths[:, None], E * BAR_AREA / lengths
+    delta = np.where(np.arange(3) == bar_number, 1e-4, 0)
+    u = np.linalg.solve((e.T * k) @ e, e.T @ (k * delta))
+    forces = k * (e @ u - delta)
+    found = ks.analyze(machine.assemble(), gravity=STILL, misfits={f"bar_{bar_number}": {"length": 1e-4}})
+    np.testing.assert_allclose(found.twist[[0, 2]], u, rtol=1e-9, atol=1e-16)
+    for number, force in enumerate(forces):
+        np.testing.assert_allclose(found.beams[f"bar_{number}"].section_wrenches[:, 0], force, rtol=1e-7)
+        wrench = found.joint_wrenches[f"foot_{number}"]
+        np.testing.assert_allclose(wrench[[0, 2]], -force * e[number], rtol=1e-7, atol=1e-9 * abs(force))

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 from odd_robots import parsed, rigid_limbs, written
-from test_elastic_joints import mount, springs
-from test_hybrid_limbs import RHO, bar, joint, link, loop
+from simple_machines import RHO, bar, joint, link, loop, mount, springs
 
 import kinetostatics as ks
 

@@ -18,6 +18,7 @@ import pytest
 import small_robots as sr
 from hybrid_robots import as_arguments
 from mechanisms import Beam, Edge, Joint, Link, Mechanism, Stiffness, random_cuts, write_mechanism
+from package_robots import robot
 from places import ROOT
 
 import kinetostatics as ks
@@ -68,11 +69,6 @@ def assert_agrees(pose, tolerance=1e-6, **options):
 
 
 # ---- every robot that comes with the package -------------------------------------------------------------------------------
-
-
-@cache
-def robot(name):
-    return ks.load_robot(ROOT / "robots" / f"{name}.urdf.xacro")
 
 
 def pose(name, which):

@@ -1,4 +1,4 @@
-"""Whether all reports say the same, to the letter, on other processors: ``python tests/same_everywhere.py``.
+"""Whether all reports say the same, to the letter, on other processors: ``python tests/support/same_everywhere.py``.
 
 The linear algebra library has kernels for many processors, which round differently, and so does NumPy with and without
 processors' wide registers. Here the reports of all robots in ``robots/`` and of the odd ones of ``odd_robots.py`` are printed by
@@ -63,7 +63,7 @@ def texts_of(robot):
 
 def texts():
     """Yield name and text of all robots."""
-    from test_check_golden import NAMES, ROOT, robot
+    from check_texts import NAMES, ROOT, robot
 
     for name in NAMES:
         yield name, "\n".join(texts_of(robot(name))).replace(f"{ROOT}/", "")

@@ -1,0 +1,22 @@
+"""Poses that stand for all that a robot reaches."""
+
+import numpy as np
+
+import kinetostatics as ks
+from kinetostatics.files.bundled import robot_path
+from kinetostatics.kinematics.pose_spread import ordinary_poses
+
+
+def test_ordinary_poses_are_parts_of_the_way_to_the_limits():
+    """One drive at a time goes a fifth and three fifths of its way, not farther than 1.2 characteristic lengths."""
+    machine = ks.load_robot(robot_path("3rps"))
+    pose = machine.configuration(ordinary_poses(machine).T)
+    connections = machine.mechanism.connections
+    drives = list(machine.description.driven)
+    moved = np.stack([pose.actuators[name] for name in drives], axis=1)
+    wanted = [np.zeros(3)]
+    far = 1.2 * machine.length
+    for part in (0.2, 0.6):
+        for side in ("lower", "upper"):
+            wanted += list(np.diag([part * np.clip(getattr(connections[name], side), -far, far) for name in drives]))
+    np.testing.assert_allclose(moved, wanted, atol=1e-9)

@@ -1,0 +1,44 @@
+"""The force method on both sides of its thresholds: what is rigid, which pivots are trusted, what counts as a rank."""
+
+import numpy as np
+import pytest
+
+from kinetostatics.limbs.compliance import count_rigid
+from kinetostatics.limbs.force_method import distribute, make_plan, ranks
+from kinetostatics.limbs.redundant_forces import _relaxation
+from kinetostatics.math.linalg import null_space
+
+
+def alike(difference):
+    """The compliance of two wrenches that differ by little: correlated, its eigenvalues are ``difference`` and 2."""
+    return np.array([[1.0, 1 - difference], [1 - difference, 1.0]])[:, :, None, None]
+
+
+@pytest.mark.parametrize(("difference", "count"), [(1e-10, 0), (3e-12, 0), (3e-13, 1), (0.0, 1)])
+def test_directions_without_compliance_are_rigid(difference, count):
+    assert count_rigid(alike(difference)) == count
+    assert count_rigid(np.diag([5.0, 7e-20])[:, :, None, None]) == 0  # beside its own direction alone, whatever its unit
+    assert count_rigid(np.zeros((2, 2, 1, 1))) == 2 and count_rigid(np.zeros((0, 0, 1, 1))) == 0
+    gain, loose = _relaxation(alike(difference), np.eye(2).reshape(2, 1, 2, 1, 1) * np.ones((1, 6, 1, 1, 1)))
+    assert np.any(loose) == bool(count)
+    assert (np.max(np.abs(gain)) > 10) == (not count)
+
+
+@pytest.mark.parametrize(("pivot", "doubtful"), [(1e-5, False), (2e-6, False), (5e-7, True), (0.0, True)])
+def test_pivots_that_are_not_trusted(pivot, doubtful):
+    """x + y = −d and pivot · y = −e; the platform feels the third unknown."""
+    P = np.zeros((6, 3))
+    P[0, 2] = 1
+    generic = np.array([[1.0, 1, 0], [0, 1, 0]])
+    plan = make_plan(generic[:, :, None], P, 1e-6)
+    A = np.array([[1.0, 1, 0], [0, pivot, 0]])
+    found = distribute(plan, A[:, :, None, None], generic != 0, P, np.array([3.0, 2 * pivot])[:, None, None])
+    assert bool(found.doubtful[0, 0]) == doubtful
+    np.testing.assert_allclose(found.particular[:, 0, 0], [-1.0, -2, 0] if pivot else [-1.5, -1.5, 0], rtol=1e-9, atol=1e-9)
+
+
+def test_ranks_are_judged_beside_the_largest_value_or_one():
+    for values, count in (((1e3, 5e-3), 1), ((1e3, 2e-2), 2), ((1e-3, 2e-5), 2), ((1e-3, 5e-6), 1), ((0.0, 0.0), 0)):
+        matrix = np.diag(values)
+        assert ranks(matrix[:, :, None], np.zeros((6, 2)), 1e-5) == (count, 0)
+        assert null_space(matrix, 1e-5)[1] == count

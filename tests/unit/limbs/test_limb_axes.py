@@ -1,0 +1,42 @@
+"""Axes of limbs: right-handed, and which way they point."""
+
+import numpy as np
+import pytest
+
+import kinetostatics as ks
+from kinetostatics.files.bundled import robot_path
+from kinetostatics.limbs.geometry import _orientations
+
+
+@pytest.mark.parametrize("name", ["3rps", "2pru_upr", "delta", "planar_3rrr"])
+def test_limb_axes_are_right_handed(name):
+    machine = ks.load_robot(robot_path(name))
+    frames = machine.assemble().frames
+    _, o = machine.mechanism.platform_pose(frames)
+    for group in machine.statics.groups:
+        axes = np.moveaxis(group.geometry(frames, o).limb_axes, (0, 1), (-2, -1))
+        np.testing.assert_allclose(np.linalg.det(axes), 1, rtol=1e-12)
+        np.testing.assert_allclose(axes @ np.swapaxes(axes, -1, -2), np.broadcast_to(np.eye(3), axes.shape), atol=1e-12)
+
+
+@pytest.mark.parametrize(("angle", "parallel"), [(1e-4, True), (1.3e-3, True), (1.5e-3, False), (0.1, False)])
+def test_parallel_axes_point_the_same_way_together(angle, parallel):
+    """Level axes point anticlockwise around z; these two tell so only together, and else point along x."""
+    axes = np.array([[1.0, 0, 0], [np.cos(angle), 0, np.sin(angle)]]).T[:, :, None]
+    moments = np.array([[0.0, 0, -0.3]] * 2).T[:, :, None]
+    assert _orientations(axes, moments, np.array([True, True]), 2.0)[:, 0].tolist() == ([-1, -1] if parallel else [1, 1])
+    assert _orientations(axes, moments, np.array([True, False]), 2.0)[:, 0].tolist() == [1, 1]
+
+
+@pytest.mark.parametrize(
+    ("axis", "moment", "sign"),
+    [
+        ((0, 0.97, 0.21), 0.0, 1), ((0.97, 0, -0.21), 0.5, -1), ((0.98, 0, -0.19), 0.21, 1), ((0.98, 0, 0.19), -0.21, -1),
+        ((0.98, 0.19, 0), -0.19, 1), ((-0.98, 0.19, 0), 0.19, -1), ((-0.19, -0.98, 0), 0.19, -1), ((-0.21, 0.97, 0), 0.0, -1),
+    ],
+)  # fmt: skip
+def test_which_way_an_axis_points(axis, moment, sign):
+    """Up; if level, anticlockwise around z; if it meets z, along x, else along y."""
+    moments = np.array([0, 0, moment])[:, None, None]
+    unit = np.array(axis) / np.linalg.norm(axis)
+    assert _orientations(unit[:, None, None], moments, np.array([True]), 1.0) == sign

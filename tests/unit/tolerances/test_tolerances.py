@@ -1,0 +1,63 @@
+"""The table of small errors of manufacture: every row is what analyze says of that error alone."""
+
+import numpy as np
+import pytest
+from simple_machines import mount, springs, two_columns
+
+import kinetostatics as ks
+
+STILL = (0, 0, 0)
+
+
+def test_the_table_of_tolerances():
+    machine = two_columns()
+    pose = machine.assemble()
+    table = ks.tolerances(pose, length=2e-4, temperature=30, by="displacement")
+    assert {row.kind for row in table} == {"joint", "beam"} and table.ranked_by == "displacement"
+    sizes = [row.displacement for row in table]
+    assert sizes == pytest.approx(sorted(sizes, reverse=True), rel=1e-6)  # equals stand in the file's order
+    assert len(table) == len({(row.name, row.error) for row in table}) == 4 * 6 + 2 * 2
+    for row in table:
+        amount = {"length": {"length": 2e-4}, "temperature": {"temperature": 30}}.get(row.error)
+        if amount is None:
+            twist = np.zeros(6)
+            twist[("x", "y", "z", "rx", "ry", "rz").index(row.error)] = row.amount
+            amount = {"twist": twist, "frame": "joint"}
+        one = ks.analyze(pose, gravity=STILL, misfits={row.name: amount})
+        np.testing.assert_allclose(row.twist, one.twist, rtol=1e-9, atol=1e-15)
+        forces = {name: np.linalg.norm(wrench[:3]) for name, wrench in one.joint_wrenches.items()}
+        assert row.force == pytest.approx(max(forces.values()), rel=1e-6, abs=1e-4)
+    text = str(ks.tolerances(pose))
+    assert "ranked by the force" in text and "foot_a" in text and "temperature" in text
+
+
+def test_a_determinate_robot_locks_in_no_force():
+    table = ks.tolerances(ks.load_robot("3rps").assemble())
+    assert table.ranked_by == "displacement" and all(row.force == 0 and row.at == "" for row in table)
+    assert "not overconstrained" in str(table)
+    # errors along a joint's own freedoms do nothing: a spherical joint's rotations are not in the table
+    assert {row.error for row in table if row.name.startswith("spherical")} <= {"x", "y", "z"}
+
+
+def test_tolerances_tell_the_largest_moment_and_all_of_the_motion():
+    """A column too long between two clamps bends both; the moment of the table is that of the joint which has the largest."""
+    pose = two_columns().assemble()
+    for row in ks.tolerances(pose, length=2e-4, angle=1e-3, temperature=30):
+        if row.kind != "joint":
+            continue
+        twist = np.zeros(6)
+        twist[("x", "y", "z", "rx", "ry", "rz").index(row.error)] = row.amount
+        one = ks.analyze(pose, gravity=STILL, misfits={row.name: {"twist": twist, "frame": "joint"}})
+        moments = {name: np.linalg.norm(wrench[3:]) for name, wrench in one.joint_wrenches.items()}
+        forces = {name: np.linalg.norm(wrench[:3]) for name, wrench in one.joint_wrenches.items()}
+        assert row.moment == pytest.approx(max(moments.values()), rel=1e-6, abs=1e-4)
+        assert row.force == pytest.approx(forces[row.at] if row.at else 0.0, rel=1e-6, abs=1e-4)
+        assert row.displacement == pytest.approx(np.linalg.norm(one.twist[:3]), rel=1e-9, abs=1e-15)
+        assert row.rotation == pytest.approx(np.linalg.norm(one.twist[3:]), rel=1e-9, abs=1e-15)
+
+
+def test_an_error_without_effect_is_not_in_the_table():
+    """A joint that is springs everywhere: every error moves the platform; beside turns of 1 rad shifts of 1e-12 m are nothing."""
+    pose = mount(springs("mount", linear="1e5 1e5 1e5", angular="1e4 1e4 1e4")).assemble()
+    assert len(ks.tolerances(pose, length=1e-8, angle=1.0)) == 6
+    assert {row.error for row in ks.tolerances(pose, length=1e-11, angle=1.0)} == {"rx", "ry", "rz"}
