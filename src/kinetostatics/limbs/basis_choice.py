@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from kinetostatics.exceptions import StaticsError
 from kinetostatics.limbs import force_method
+from kinetostatics.limbs.basis import Basis, Candidate
 from kinetostatics.limbs.geometry import LimbGeometry
 from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.wrench_candidates import (
-    Candidate,
     as_component,
     attached_candidates,
     beam_candidates,
@@ -38,24 +38,6 @@ Index = NDArray[np.intp]
 MARGIN = 0.01
 #: Below this eigenvalue of the Gram matrix (the squared sine of an angle) a readable basis counts as degenerate.
 DEGENERATE = 1e-10
-
-
-@dataclass(frozen=True)
-class Basis:
-    """The candidates of one limb, fixed once.
-
-    Attributes:
-        constraint, attached: candidates of J_ic and of J_ig.
-        independent: which of the twists that the limb allows are independent at generic poses, for the completion of J_ic.
-        carried: the same among the platform joint's freedoms, for the completion of J_ig.
-        gap: ratio of the smallest kept to the largest dropped singular value of the limb's twists.
-    """
-
-    constraint: tuple[Candidate, ...]
-    attached: tuple[Candidate, ...]
-    independent: tuple[int, ...]
-    carried: tuple[int, ...]
-    gap: float
 
 
 def evaluate_bases(group: LimbGroup, geometry: LimbGeometry, allowed: Array) -> tuple[Array, Array, NDArray[np.bool_]]:

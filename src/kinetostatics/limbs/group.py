@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics.limbs.basis import Basis
 from kinetostatics.limbs.force_method import Plan
 from kinetostatics.limbs.geometry import LimbGeometry, LimbSkeleton
 from kinetostatics.limbs.model import StaticModel
@@ -21,9 +21,6 @@ from kinetostatics.mechanism.joint_compliance import springs_of
 from kinetostatics.mechanism.limb_joints import limb_elements, limb_units
 from kinetostatics.mechanism.limbs import Edge
 from kinetostatics.mechanism.tree import Frames
-
-if TYPE_CHECKING:
-    from kinetostatics.limbs.basis_choice import Basis
 
 
 class LimbGroup:

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from kinetostatics.limbs import force_method
-from kinetostatics.limbs.basis_choice import Basis, choose_basis
+from kinetostatics.limbs.basis import Basis
+from kinetostatics.limbs.basis_choice import choose_basis
 from kinetostatics.limbs.compliance import count_rigid
 from kinetostatics.limbs.geometry import LimbGeometry
 from kinetostatics.limbs.group import LimbGroup

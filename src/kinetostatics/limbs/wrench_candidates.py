@@ -8,45 +8,23 @@ from __future__ import annotations
 import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics.limbs.basis import Candidate
 from kinetostatics.limbs.geometry import LimbGeometry
+from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import cross, dot, normalize
 from kinetostatics.math.screws import wrench_of_couple, wrench_of_force
 from kinetostatics.mechanism.limb_joints import Freedom, Unit
-
-if TYPE_CHECKING:
-    from kinetostatics.limbs.group import LimbGroup
-
 
 #: Sine of the angle between directions to which nothing is across; the same as a part of the characteristic length.
 PARALLEL = 1e-6
 #: Sine of the angle between axes that meet nowhere.
 _MEETS_NOWHERE = 1e-3
 Index = NDArray[np.intp]
-
-
-@dataclass(frozen=True)
-class Candidate:
-    """A wrench that a person can read: a unit force through a joint's centre or a unit couple, along some direction.
-
-    Attributes:
-        direction: ``("limb", k)``: the limb's axis x, y or z; ``("beam", b)``: along its b-th beam, through whose outer end a
-            force passes; ``("axis", f)``: that of its f-th freedom; ``("cross", f, h)``: across two of them;
-            ``("cross_limb", f, k)``; ``("to", u)``: towards the centre of its u-th unit; ``("meets", f, h)``: so that the axes
-            of two freedoms are met; ``("rest", s)``: no direction but the s-th seed, see ``Basis``.
-        centre: the unit whose centre the force passes through, or two freedoms in whose axes' common point it acts; None for a
-            couple.
-        label: for people.
-    """
-
-    direction: tuple[str | int, ...]
-    centre: int | tuple[int, int] | None
-    label: str
 
 
 def wrench_of(candidate: Candidate, geometry: LimbGeometry, length: float, least: float = PARALLEL) -> Array:
