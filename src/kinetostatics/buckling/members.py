@@ -186,8 +186,8 @@ class _Finder:
         frames = self.model.zero_frames
         for edge in self.at.get(piece, []):
             joint = edge.connection
-            if joint is not None and edge.other(piece) is begin and joint.kind in ("fixed", "prismatic"):
-                if joint.kind == "fixed":
+            if joint is not None and edge.other(piece) is begin and (joint.type.is_fixed or joint.type.is_slide):
+                if joint.type.is_fixed:
                     return True
                 axis = frames.directions(np.array([joint.predecessor_body]), joint.axis_on(True)[:, None])[:, 0, 0]
                 return bool(np.linalg.norm(np.cross(axis, self.direction[name])) < _IN_LINE)

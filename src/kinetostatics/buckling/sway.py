@@ -10,6 +10,7 @@ from collections.abc import Collection
 
 import numpy as np
 
+from kinetostatics.description.joint_types import Axes
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.mechanism import Connection
 from kinetostatics.mechanism.rigid_bodies import Piece, PieceEdge, PieceGraph
@@ -100,7 +101,7 @@ def _twists(edge: PieceEdge, frames: Frames, size: float) -> Array:
     point = frames.points(np.array([joint.predecessor_body]), joint.predecessor_frame[:3, 3:])[:, 0, 0] / size
     turns, slides = turning_axes(joint), sliding_axes(joint)
     about = list(np.eye(3)) if turns is None else [_world(frames, *item) for item in turns]
-    along = list(np.eye(3)) if joint.kind == "floating" else [_world(frames, *item) for item in slides]
+    along = list(np.eye(3)) if joint.type.slides is Axes.ALL else [_world(frames, *item) for item in slides]
     columns = [np.concatenate([axis, np.cross(point, axis)]) for axis in about]
     columns += [np.concatenate([np.zeros(3), axis]) for axis in along]
     return np.array(columns).reshape(-1, 6).T
@@ -112,20 +113,20 @@ def _world(frames: Frames, body: int, direction: Array) -> Array:
 
 def turning_axes(joint: Connection) -> list[tuple[int, Array]] | None:
     """Return the axes about which a passive joint turns, each in a body; None: all."""
-    if joint.kind in ("spherical", "floating"):
+    if joint.type.turns is Axes.ALL:
         return None
     first = (joint.predecessor_body, joint.axis_on(True))
-    if joint.kind == "universal":
+    if joint.type.turns is Axes.BOTH:
         return [first, (joint.successor_body, joint.successor_frame[:3, :3] @ joint.axis2)]
-    return [first] if joint.kind in ("revolute", "continuous", "cylindrical", "planar") else []
+    return [first] if joint.type.turns is Axes.AXIS else []
 
 
 def sliding_axes(joint: Connection) -> list[tuple[int, Array]]:
     """Return the directions in which a passive joint slides, each in a body."""
     axis = joint.axis_on(True)
-    if joint.kind in ("prismatic", "cylindrical"):
+    if joint.type.slides is Axes.AXIS:
         return [(joint.predecessor_body, axis)]
-    if joint.kind == "planar":
+    if joint.type.slides is Axes.ACROSS:
         _, _, basis = np.linalg.svd(axis[None])
         return [(joint.predecessor_body, basis[1]), (joint.predecessor_body, basis[2])]
     return []

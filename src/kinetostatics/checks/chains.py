@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TypeAlias
 
+from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.printing.text import WIDTH
 
 
@@ -90,25 +91,13 @@ class Graph:
     rings: int
 
 
-LETTERS = {
-    "revolute": "R",
-    "continuous": "R",
-    "prismatic": "P",
-    "cylindrical": "C",
-    "universal": "U",
-    "spherical": "S",
-    "planar": "E",
-    "floating": "F",
-}
-
-
 def word_of(chain: Chain) -> str:
     """Return the joints of a chain as letters, such as ``R(driven) (S S | S S)``."""
     words = []
     for item in chain:
         if isinstance(item, JointStep):
-            if item.kind != "fixed" or item.elastic:
-                words.append(LETTERS.get(item.kind, item.kind) + ("(driven)" if item.driven else ""))
+            if item.elastic or not JOINT_TYPES[item.kind].is_fixed:
+                words.append(JOINT_TYPES[item.kind].symbol + ("(driven)" if item.driven else ""))
         elif isinstance(item, Ways):
             words.append("(" + " | ".join(word_of(way) or "–" for way in item.ways) + ")")
         elif isinstance(item, Network):
@@ -153,7 +142,7 @@ def joint_words(joint: JointStep) -> str:
         together = all(item.startswith(name) for item in joint.joints) and all(rests)
         between = joint.joints[0][len(name) : len(joint.joints[0]) - len(rests[0])]
         name = f"{name}{between}{{{','.join(rests)}}}" if together else "+".join(joint.joints)
-    notes = ["driven"] * joint.driven + ["elastic"] * joint.elastic + ["fixed"] * (joint.kind == "fixed")
+    notes = ["driven"] * joint.driven + ["elastic"] * joint.elastic + ["fixed"] * JOINT_TYPES[joint.kind].is_fixed
     if joint.follows is not None:
         notes.append(f"follows {joint.follows}")
     return name + (f" ({', '.join(notes)})" if notes else "")

@@ -127,7 +127,7 @@ class _Reducer:
     def _is_weld(self, edge: PieceEdge) -> bool:
         """Whether an edge is a rigid fixed joint inside a limb."""
         item = edge.connection
-        if item is None or item.kind != "fixed" or springs_of(self.reader.mechanism, item.name):
+        if item is None or not item.type.is_fixed or springs_of(self.reader.mechanism, item.name):
             return False
         return edge.inner.find() not in self.ends and edge.outer.find() not in self.ends
 
@@ -185,7 +185,7 @@ class _Reducer:
         items: list[Item] = [Body((name,))]
         for connection in (*span.inward[::-1], *span.outward):
             here = connection.other(here)
-            if connection.kind != "fixed":
+            if not connection.type.is_fixed:
                 items.append(self.reader.joint(connection))
             items.append(Body((span.beam.name if here == span.beam.link else here,)))
         return _joined(tuple(items))

@@ -14,7 +14,6 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import canonical_basis, null_space
 from kinetostatics.math.ordering import first_largest
 from kinetostatics.math.orientation import orientation_named
-from kinetostatics.mechanism.mechanism import ROTATING
 
 if TYPE_CHECKING:
     from kinetostatics.robot import Robot
@@ -243,7 +242,7 @@ def _joint_along(motions: Motions, links: tuple[str, ...], axis: Array, foot: Ar
     for connection in robot.mechanism.connections.values():
         if not {connection.predecessor, connection.successor} & set(links) or connection.name in inside:
             continue
-        if connection.kind not in (ROTATING if foot is not None else ("prismatic",)):
+        if not (connection.type.is_slide if foot is None else connection.type.is_hinge):
             continue
         body = np.array([connection.predecessor_body])
         mine = motions.frames.directions(body, connection.axis_on(True)[:, None])[:, 0, 0]

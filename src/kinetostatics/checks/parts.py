@@ -215,7 +215,7 @@ def _beam(robot: Robot, beam: Beam, labels: dict[str, str], length: float | None
 
     def end_name(link: str, point: NDArray[np.float64]) -> str:
         here = [item for item in robot.mechanism.at_link[link] if float(np.max(np.abs(item.centre_on(link) - point))) < 1e-6]
-        best = sorted(here, key=lambda item: (item.name not in given, item.kind == "fixed"))
+        best = sorted(here, key=lambda item: (item.name not in given, item.type.is_fixed))
         return labels.get(best[0].name, best[0].name) if best else link
 
     return BeamFacts(

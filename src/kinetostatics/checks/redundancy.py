@@ -18,7 +18,6 @@ from kinetostatics.kinematics.loop_constraints import world_frames
 from kinetostatics.kinematics.solver import Poses
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import canonical_basis, null_space
-from kinetostatics.mechanism.mechanism import ROTATING
 from kinetostatics.printing.text import listing
 
 if TYPE_CHECKING:
@@ -97,14 +96,14 @@ class _SelfStress:
                     row = np.zeros(self.first[-1])
                     row[mine] = (group.freedom_chords[k][:, None] * twists[:, k, position]).ravel()
                     connection = robot.mechanism.connections.get(freedom.label)
-                    alone = connection is not None and connection.kind in (*ROTATING, "prismatic")
+                    alone = connection is not None and connection.type.is_single
                     rows[freedom.label if alone else (number, k)] = row
         for connection in robot.mechanism.connections.values():
             if connection.mimic is not None and connection.name in rows:  # it works through its leader
                 follower = rows.pop(connection.name) * connection.mimic.multiplier
                 scale = 1.0
-                if (connection.kind == "prismatic") != (robot.mechanism.connections[connection.mimic.joint].kind == "prismatic"):
-                    scale = robot.length if connection.kind != "prismatic" else 1 / robot.length
+                if connection.type.is_slide != robot.mechanism.connections[connection.mimic.joint].type.is_slide:
+                    scale = 1 / robot.length if connection.type.is_slide else robot.length
                 rows[connection.mimic.joint] = rows.get(connection.mimic.joint, 0.0) + follower * scale
         matrix = np.array([*rows.values(), *balance]).reshape(-1, self.first[-1])
         self.states = null_space(matrix, robot.rank_tolerance)[0]

@@ -11,6 +11,7 @@ import numpy as np
 from kinetostatics.analysis import analyze
 from kinetostatics.checks.warnings_of_masses import without_mass
 from kinetostatics.checks.warnings_of_poses import AT_ZERO, facts_of_poses, poses_of
+from kinetostatics.description.joint_types import JOINT_TYPES, Axes
 from kinetostatics.exceptions import KinetostaticsError, StaticsError
 from kinetostatics.kinematics.unit_hints import odd_angles, odd_limits, robot_size
 from kinetostatics.kinematics.zero_pose import corrections_hint
@@ -98,7 +99,7 @@ def _closing(robot: Robot, facts: RobotFacts) -> Iterable[str]:
 
 def _coordinate(robot: Robot, joint: str, value: float) -> str:
     """Write a joint's coordinate [m, rad] in mm or degrees."""
-    slides = robot.mechanism.connections[joint].kind == "prismatic"
+    slides = robot.mechanism.connections[joint].type.is_slide
     return f"{1e3 * value:.4g} mm" if slides else f"{np.degrees(value):.4g}°"
 
 
@@ -194,7 +195,7 @@ def _members(robot: Robot, facts: RobotFacts) -> dict[str, tuple[float, float]]:
 
     for edge in graph.edges:
         item = edge.connection
-        if item is not None and (item.kind == "fixed" or (item.kind == "prismatic" and item.driven)):
+        if item is not None and (item.type.is_fixed or (item.type.is_slide and item.driven)):
             a, b = node(edge.inner), node(edge.outer)
             if a is not b:
                 welded[b] = a
@@ -267,8 +268,8 @@ def _masses(robot: Robot, facts: RobotFacts) -> Iterable[str]:
 
 
 def _elastic_joints(robot: Robot, facts: RobotFacts) -> Iterable[str]:
-    kinds = [robot.mechanism.connections[edge.joint].kind for limb in robot.topology.limbs for edge in limb.edges if edge.joint]
-    if not robot.description.joint_stiffness and not {"fixed", "floating"}.issuperset(kinds):
+    types = [robot.mechanism.connections[edge.joint].type for limb in robot.topology.limbs for edge in limb.edges if edge.joint]
+    if not robot.description.joint_stiffness and any(0 < item.freedoms < 6 for item in types):
         yield "bearings and drives count as rigid: the file gives no <joint_stiffness>"
     weight = 9.81 * (facts.mass or 0.0)
     for joint in facts.elastic_joints:
@@ -294,21 +295,15 @@ def _held(robot: Robot, joint: ElasticJointFacts) -> Iterable[tuple[str, float, 
             if not isinf(value) and (turns, axis) not in free:
                 yield f"the stiffness of {joint.joint} {'about' if turns else 'along'} {axis}", value, unit, turns
     if joint.drive is not None:
-        slides = joint.kind == "prismatic"
+        slides = JOINT_TYPES[joint.kind].is_slide
         yield f"the stiffness of the drive of {joint.joint}", joint.drive, "N/m" if slides else "N·m/rad", int(not slides)
 
 
 def _free_axes(joint: Connection) -> set[tuple[int, str]]:
     """Return along (0) and about (1) which axes of its frame a joint may move, so that a spring there may be soft."""
-    kind = joint.kind
     near = {axis for axis, part in zip("xyz", joint.axis, strict=True) if abs(float(part)) > 0.1}
-    along = {(0, axis) for axis in near} if kind in ("prismatic", "cylindrical") else set()
-    about = {(1, axis) for axis in near} if kind in ("revolute", "continuous", "cylindrical", "planar") else set()
-    if kind in ("universal", "spherical", "floating"):
-        about = {(1, axis) for axis in "xyz"}
-    if kind in ("planar", "floating"):
-        along = {(0, axis) for axis in "xyz"}
-    return along | about
+    axes = {Axes.NONE: set(), Axes.AXIS: near}
+    return {(0, axis) for axis in axes.get(joint.type.slides, "xyz")} | {(1, axis) for axis in axes.get(joint.type.turns, "xyz")}
 
 
 # ---- statics ---------------------------------------------------------------------------------------------------------

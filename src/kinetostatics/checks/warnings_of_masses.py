@@ -46,7 +46,7 @@ def _drawn_without_mass(robot: Robot, facts: RobotFacts) -> list[str]:
     description, connections = robot.description, robot.mechanism.connections
     body = {link: {link} for link in description.links}
     for connection in connections.values():
-        if connection.kind == "fixed":
+        if connection.type.is_fixed:
             together = body[connection.predecessor] | body[connection.successor]
             for link in together:
                 body[link] = together

@@ -272,7 +272,7 @@ def joint_kind(robot: Robot, joint: str) -> str | None:
     connection = robot.mechanism.connections.get(joint)
     if connection is None:
         return None  # assemble() will list the names
-    return "length" if connection.kind == "prismatic" else "angle"
+    return "length" if connection.type.is_slide else "angle"
 
 
 # ---- load and gravity ----------------------------------------------------------------------------------------------

@@ -11,6 +11,7 @@ from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 from kinetostatics.description.elements import Beam, BeamEnd, Joint, JointStiffness, Link, Loop, Origin, Place
+from kinetostatics.description.joint_types import names_of
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.exceptions import ArgumentError, RobotFileError
 from kinetostatics.files.xml import Element, parse, shortened, to_elements, to_text
@@ -211,8 +212,8 @@ def _joint(joint: Joint) -> Element:
         write.element("parent", {"link": joint.parent}),
         write.element("child", {"link": joint.child}),
         *write.origin(joint.origin),
-        write.direction("axis", joint.axis, _X if joint.type in ("fixed", "floating") else _NONE),
-        _limit(write, joint, joint.type in ("revolute", "prismatic")),
+        write.direction("axis", joint.axis, _NONE if joint.type in names_of("has_axis") else _X),
+        _limit(write, joint, joint.type in names_of("has_limits")),
         mimic,
         *write.fragment(joint.extra, write.label),
     ]

@@ -6,17 +6,17 @@ import math
 from collections.abc import Collection, Mapping
 
 from kinetostatics.description.elements import Joint, JointStiffness, Loop, Mimic, Vector
+from kinetostatics.description.joint_types import JOINT_TYPES, Axes, names_of
 from kinetostatics.files.xml import Element
 from kinetostatics.files.xml_values import LONGEST, allow, number, positive_or_inf, reference, stiffnesses, text
 
-#: Types of joints and loops with exactly one freedom: they have limits and may be driven.
-ONE_FREEDOM = ("revolute", "continuous", "prismatic")
-#: Freedoms that slide and turn: along one axis, or in how many directions.
-_SLIDING = {"prismatic": 1, "cylindrical": 1, "planar": 2, "floating": 3}
-_TURNING = {"revolute": 1, "continuous": 1, "cylindrical": 1, "planar": 1, "universal": 2, "spherical": 3, "floating": 3}
-_GROUPS = {"linear": _SLIDING, "angular": _TURNING}
 #: How far an axis may lie beside an axis of the joint's frame.
 _ALIGNED = 1e-9
+
+
+def _single() -> str:
+    """Return the names of the types with one freedom."""
+    return ", ".join(names_of("is_single"))
 
 
 def read_driven(root: Element, joints: Mapping[str, Joint], loops: Mapping[str, Loop]) -> tuple[str, ...]:
@@ -30,9 +30,9 @@ def read_driven(root: Element, joints: Mapping[str, Joint], loops: Mapping[str, 
             raise transmission.error(f"{transmission.label} names no joint: write <joint name=…/> inside it")
         for entry in entries:
             name = reference(entry, "name", types, "joint")
-            if types[name] not in ONE_FREEDOM:
+            if not JOINT_TYPES[types[name]].is_single:
                 raise entry.error(
-                    f"{name!r} is {types[name]} and cannot be driven; only joints with one freedom can: " + ", ".join(ONE_FREEDOM)
+                    f"{name!r} is {types[name]} and cannot be driven; only joints with one freedom can: {_single()}"
                 )
             if name in driven:
                 raise entry.error(f"{name!r} is driven by two <transmission>; name it once")
@@ -52,11 +52,9 @@ def read_mimic(joint: Element) -> Mimic | None:
     if element is None:
         return None
     allow(element, ("joint", "multiplier", "offset"))
-    kind = joint.attributes.get("type")
-    if kind not in ONE_FREEDOM:
-        raise element.error(
-            f"{joint.label} is {kind} and cannot mimic; only joints with one freedom can: {', '.join(ONE_FREEDOM)}"
-        )
+    kind = text(joint, "type")
+    if not JOINT_TYPES[kind].is_single:
+        raise element.error(f"{joint.label} is {kind} and cannot mimic; only joints with one freedom can: {_single()}")
     multiplier, offset = number(element, "multiplier", 1.0), number(element, "offset", 0.0)
     if not 1 / LONGEST <= abs(multiplier) <= LONGEST:
         raise element.error(
@@ -88,7 +86,7 @@ def check_mimics(root: Element, joints: Mapping[str, Joint], loops: Collection[s
                 f"{element.label} mimics {master.name!r}, which mimics {master.mimic.joint!r}; name the last of them"
             )
         if master.name not in driven:
-            state = "is not driven by a <transmission>" if master.type in ONE_FREEDOM else f"is {master.type}"
+            state = "is not driven by a <transmission>" if JOINT_TYPES[master.type].is_single else f"is {master.type}"
             raise found.error(f"{element.label} mimics {master.name!r}, which {state}; {right}")
 
 
@@ -142,13 +140,15 @@ def _group(element: Element, group: str, joint: Joint | Loop, locked: bool) -> V
     values = stiffnesses(element, group)
     if all(math.isinf(value) for value in values):
         return None
-    free = 0 if locked else _GROUPS[group].get(joint.type, 0)
+    kind = JOINT_TYPES[joint.type]
+    axes = kind.slides if group == "linear" else kind.turns
+    free = 0 if locked else axes.count
     elastic = [0 < value < math.inf for value in values]
     if free == 3 or (free and all(elastic)):
         return values
-    if free == 2 and joint.type == "universal":
+    if free and axes is Axes.BOTH:
         raise element.error(
-            f"angular of {element.label} must be three finite numbers greater than zero, or be left out, because a universal "
+            f"angular of {element.label} must be three finite numbers greater than zero, or be left out, because a {joint.type} "
             "joint's axes are not those of one frame"
         )
     blocked, where = {0, 1, 2}, {"linear": "along", "angular": "about"}

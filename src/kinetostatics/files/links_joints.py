@@ -11,6 +11,7 @@ import math
 from collections.abc import Mapping
 
 from kinetostatics.description.elements import Inertia, Joint, Link, Place, Vector
+from kinetostatics.description.joint_types import JOINT_TYPES, Axes, names_of
 from kinetostatics.description.robot import by_name
 from kinetostatics.exceptions import RobotFileError, near_names
 from kinetostatics.files.element_writer import other_children
@@ -18,7 +19,6 @@ from kinetostatics.files.joint_attributes import read_mimic
 from kinetostatics.files.xml import Element
 from kinetostatics.files.xml_values import direction, limits, new_name, not_negative, number, origin, reference, text
 
-JOINT_TYPES = ("fixed", "revolute", "continuous", "prismatic", "floating", "planar")
 #: Elements of this package, which mean something only directly inside ``<robot>``.
 ROBOT_LEVEL = ("base", "platform", "loop", "beam", "joint_stiffness")
 
@@ -58,7 +58,7 @@ def read_joints(root: Element, links: Mapping[str, Link], warnings: list[str]) -
     freedoms = 0
     for element in root.named("joint"):
         joints.append(_joint(element, links, warnings))
-        freedoms += {"fixed": 0, "planar": 3, "floating": 6}.get(joints[-1].type, 1)
+        freedoms += JOINT_TYPES[joints[-1].type].freedoms
         if freedoms > MAX_FREEDOMS:
             raise element.error(f"the joints have more than {MAX_FREEDOMS} freedoms together")
     return by_name("joint", joints)
@@ -153,9 +153,9 @@ def _link(element: Element, warnings: list[str]) -> Link:
 def _joint(element: Element, links: Mapping[str, Link], warnings: list[str]) -> Joint:
     name = new_name(element)
     kind = text(element, "type")
-    if kind not in JOINT_TYPES:
+    if kind not in (known := names_of("in_tree")):
         raise element.error(
-            f"{element.label} has the type {kind!r}; {near_names(kind, JOINT_TYPES)} "
+            f"{element.label} has the type {kind!r}; {near_names(kind, known)} "
             "(joints of other types are a <loop>, or several joints in a row)"
         )
     _check_children(element, _JOINT_CHILDREN, warnings)
@@ -185,18 +185,18 @@ def _joint(element: Element, links: Mapping[str, Link], warnings: list[str]) -> 
 def _axis(element: Element, kind: str, warnings: list[str]) -> Vector:
     """Return the joint's axis as a unit vector."""
     axis, default = element.child("axis"), (1.0, 0.0, 0.0)
-    if kind in ("fixed", "floating"):  # they have none, but exporters write one, often zero
+    if not JOINT_TYPES[kind].has_axis:  # they have none, but exporters write one, often zero
         return default
     result = default if axis is None else direction(axis, "xyz")
-    if kind == "planar" and math.hypot(*result[:2]) > 1e-9:
+    if JOINT_TYPES[kind].slides is Axes.ACROSS and math.hypot(*result[:2]) > 1e-9:
         stated = "its axis is not z" if axis is not None else "it has no <axis>, which in URDF means x"
         raise (axis or element).error(
-            f"{element.label} is planar and {stated}, but Pinocchio moves planar joints in the xy plane of the "
+            f"{element.label} is {kind} and {stated}, but Pinocchio moves planar joints in the xy plane of the "
             'joint\'s frame whatever the axis says: write <axis xyz="0 0 1"/> and turn the frame with <origin rpy>, '
             "or use a planar <loop>"
         )
     if axis is None:
-        moves = "slides along" if kind == "prismatic" else "turns about"
+        moves = "slides along" if JOINT_TYPES[kind].is_slide else "turns about"
         warnings.append(
             f"{element.place}: {element.label} has no <axis>: it {moves} x of its frame, as URDF has it; write the axis."
         )
@@ -205,9 +205,9 @@ def _axis(element: Element, kind: str, warnings: list[str]) -> Vector:
 
 def _tree_limits(element: Element, kind: str, warnings: list[str]) -> tuple[float, float, float, float]:
     """Return lower, upper, effort and velocity."""
-    limit = element.child("limit")
+    limit, limited = element.child("limit"), JOINT_TYPES[kind].has_limits
     if limit is None:
-        if kind in ("revolute", "prismatic"):
+        if limited:
             raise element.error(
                 f"{element.label} is {kind} and has no <limit>, which URDF wants: write <limit effort=… velocity=…>, "
                 "with lower and upper if its range is limited"
@@ -215,12 +215,12 @@ def _tree_limits(element: Element, kind: str, warnings: list[str]) -> tuple[floa
         return -math.inf, math.inf, 0.0, 0.0
     effort, velocity = not_negative(limit, "effort"), not_negative(limit, "velocity")
     lower, upper = limits(limit)
-    if kind in ("revolute", "prismatic"):
+    if limited:
         return lower, upper, effort, velocity
-    if kind == "continuous" and math.isfinite(lower):
+    if JOINT_TYPES[kind].is_single and math.isfinite(lower):
         warnings.append(
             f"{limit.place}: lower and upper of {element.label} are ignored, because it is "
-            "continuous; make it revolute if it is limited."
+            f"{kind}; make it revolute if it is limited."
         )
     return -math.inf, math.inf, effort, velocity
 

@@ -7,13 +7,12 @@ from collections.abc import Mapping
 from operator import mul
 
 from kinetostatics.description.elements import Cone, Joint, Link, Loop, Origin, Vector
+from kinetostatics.description.joint_types import JOINT_TYPES, Axes, names_of
 from kinetostatics.description.robot import by_name
 from kinetostatics.exceptions import near_names
-from kinetostatics.files.joint_attributes import ONE_FREEDOM as ONE_FREEDOM
 from kinetostatics.files.xml import Element
 from kinetostatics.files.xml_values import allow, direction, limits, new_name, not_negative, origin, positive, reference, text
 
-LOOP_TYPES = ("fixed", "revolute", "continuous", "prismatic", "cylindrical", "universal", "spherical", "planar")
 #: Larger robots are refused.
 MAX_LOOPS = 250
 
@@ -34,8 +33,8 @@ def _loop(element: Element, links: Mapping[str, Link]) -> Loop:
     name = new_name(element)
     allow(element, ("name", "type"), ("predecessor", "successor", "axis", "axis2", "limit", "cone"))
     kind = text(element, "type")
-    if kind not in LOOP_TYPES:
-        raise element.error(f"{element.label} has the type {kind!r}; {near_names(kind, LOOP_TYPES)}")
+    if kind not in (known := names_of("in_loop")):
+        raise element.error(f"{element.label} has the type {kind!r}; {near_names(kind, known)}")
     predecessor, predecessor_origin = _side(element, "predecessor", links)
     successor, successor_origin = _side(element, "successor", links)
     if predecessor == successor:
@@ -68,7 +67,8 @@ def _side(element: Element, tag: str, links: Mapping[str, Link]) -> tuple[str, O
 
 def _axes(element: Element, kind: str) -> tuple[Vector, Vector]:
     """Return ``axis`` and ``axis2``."""
-    without = {"axis": kind in ("fixed", "spherical"), "axis2": kind != "universal"}
+    two = JOINT_TYPES[kind].turns is Axes.BOTH
+    without = {"axis": not JOINT_TYPES[kind].has_axis, "axis2": not two}
     result = {"axis": (1.0, 0.0, 0.0), "axis2": (0.0, 1.0, 0.0)}
     for tag in result:
         found = element.child(tag)
@@ -79,7 +79,7 @@ def _axes(element: Element, kind: str) -> tuple[Vector, Vector]:
             raise found.error(f"{element.label} is {kind} and has no <{tag}>{hint}")
         allow(found, ("xyz",))
         result[tag] = direction(found, "xyz")
-    if kind == "universal" and 1 - abs(sum(map(mul, result["axis"], result["axis2"]))) < _PARALLEL:
+    if two and 1 - abs(sum(map(mul, result["axis"], result["axis2"]))) < _PARALLEL:
         raise (element.child("axis2") or element.child("axis") or element).error(
             f"the two axes of {element.label} are parallel where its frames coincide; left out, <axis> is x and <axis2> is y"
         )
@@ -91,14 +91,14 @@ def _limits(element: Element, kind: str) -> tuple[float, float, float, float]:
     limit = element.child("limit")
     if limit is None:
         return -math.inf, math.inf, 0.0, 0.0
-    if kind not in ONE_FREEDOM:
-        right = "; a <cone> limits it" if kind in ("universal", "spherical") else ""
-        raise limit.error(f"{element.label} is {kind}, and <limit> is for {', '.join(ONE_FREEDOM)}{right}")
+    if not JOINT_TYPES[kind].is_single:
+        right = "; a <cone> limits it" if JOINT_TYPES[kind].has_cone else ""
+        raise limit.error(f"{element.label} is {kind}, and <limit> is for {', '.join(names_of('is_single'))}{right}")
     allow(limit, ("lower", "upper", "effort", "velocity"))
     effort, velocity = not_negative(limit, "effort", 0.0), not_negative(limit, "velocity", 0.0)
     lower, upper = limits(limit)
-    if kind == "continuous" and math.isfinite(lower):
-        raise limit.error(f"{element.label} is continuous, which means unlimited; make it revolute if it is limited")
+    if JOINT_TYPES[kind].endless and math.isfinite(lower):
+        raise limit.error(f"{element.label} is {kind}, which means unlimited; make it revolute if it is limited")
     return lower, upper, effort, velocity
 
 
@@ -106,8 +106,8 @@ def _cone(element: Element, kind: str) -> Cone | None:
     cone = element.child("cone")
     if cone is None:
         return None
-    if kind not in ("universal", "spherical"):
-        raise cone.error(f"{element.label} is {kind}, and <cone> is for universal and spherical")
+    if not JOINT_TYPES[kind].has_cone:
+        raise cone.error(f"{element.label} is {kind}, and <cone> is for {' and '.join(names_of('has_cone'))}")
     allow(cone, ("angle", "predecessor_axis", "successor_axis"))
     angle = positive(cone, "angle")
     if angle > math.pi + 1e-9:  # π that was written with a few digits less may be a little larger

@@ -12,6 +12,7 @@ from numbers import Real
 from typing import Any
 
 from kinetostatics.description.elements import Beam, Cone, Inertia, Joint, JointStiffness, Link, Loop, Material, Origin
+from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.description.units import unit
 from kinetostatics.exceptions import ArgumentError, RobotFileError
 from kinetostatics.files.reader import read_robot_file
@@ -32,7 +33,6 @@ UNITS: dict[type, dict[str, str]] = {
     Joint: {},
     Loop: {},
 }
-LIMITS = {"prismatic": "m", "revolute": "rad"}
 #: A parameter is changed by these parts of its value, or by as much if it is zero; slopes are 1 within the last.
 STEPS, SLOPE = (1e-3, 2.5e-3), 1e-6
 
@@ -100,7 +100,7 @@ def _walk(value: Any, place: tuple[Any, ...], own: str) -> Iterator[tuple[tuple[
     if is_dataclass(value):
         units = UNITS.get(type(value), {})
         if isinstance(value, Joint | Loop):
-            units = dict.fromkeys(("lower", "upper"), LIMITS.get(value.type, ""))
+            units = dict.fromkeys(("lower", "upper"), JOINT_TYPES[value.type].unit)
         for field in fields(value):
             yield from _walk(getattr(value, field.name), (*place, field.name), units.get(field.name, ""))
     elif isinstance(value, Mapping):

@@ -12,11 +12,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.kinematics.loop_constraints import Closures
 from kinetostatics.math import rotations
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import cross
-from kinetostatics.mechanism.mechanism import ONE_FREEDOM, Mechanism
+from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.tree import Frames
 
 #: What loops may stay open by, in robot sizes or [rad], for a correction to count: what rounding in the rest of the file leaves.
@@ -48,9 +49,9 @@ class FrameCorrection:
     def is_motion_of(self, mechanism: Mechanism) -> bool:
         """Whether it only moves the joint's zero along the joint's own freedom."""
         joint = mechanism.description.joints.get(self.joint)
-        if joint is None or joint.type not in ONE_FREEDOM:
+        if joint is None or not JOINT_TYPES[joint.type].is_single:
             return False
-        moved, still = (self.shift, self.turn) if joint.type == "prismatic" else (self.turn, self.shift)
+        moved, still = (self.shift, self.turn) if JOINT_TYPES[joint.type].is_slide else (self.turn, self.shift)
         across = np.cross(joint.origin.matrix[:3, :3] @ np.array(joint.axis), moved)
         return not np.any(still) and float(np.linalg.norm(across)) < CLOSES * float(np.linalg.norm(moved))
 

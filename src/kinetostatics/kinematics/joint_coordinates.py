@@ -31,7 +31,7 @@ class JointCoordinates:
             if joint.nv == 1:
                 result[name] = self._couplings.coordinate(joint, q)
         for number, loop in enumerate(self.solver.equations.loops):
-            if loop.kind in ("revolute", "continuous", "prismatic"):
+            if loop.type.is_single:
                 result[loop.name] = self.solver.loop_coordinate(number, frames)
         return result
 

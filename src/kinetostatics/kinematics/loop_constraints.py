@@ -13,25 +13,18 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics.description.joint_types import Axes
 from kinetostatics.kinematics.mimic import Couplings
 from kinetostatics.math import rotations
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import cross, dot
-from kinetostatics.math.ordering import axis_across
+from kinetostatics.math.ordering import across
 from kinetostatics.mechanism.mechanism import Connection, Mechanism
 from kinetostatics.mechanism.tree import Frames, Tree, TreeJoint
 
 Index = NDArray[np.intp]
 
 _FULL = np.eye(3)
-
-
-def across(axis: Array) -> tuple[Array, Array]:
-    """Return two unit vectors that form a right-handed frame with the unit vector ``axis`` (3,)."""
-    helper = axis_across(axis)
-    first = np.cross(axis, helper)
-    first /= np.linalg.norm(first)
-    return first, np.cross(axis, first)
 
 
 @dataclass
@@ -84,12 +77,12 @@ class Closures:
         for number, loop in enumerate(self.loops):
             frame, other = loop.predecessor_frame, loop.successor_frame
             axis = loop.axis
-            for direction in _blocked_translations(loop.kind, axis):
+            for direction in _blocked_translations(loop.type.slides, axis):
                 distance.add(number, loop, frame[:3, :3] @ direction, frame[:3, 3], other[:3, 3])
-            if loop.kind in ("revolute", "continuous", "cylindrical", "planar"):
+            if loop.type.turns is Axes.AXIS:
                 for direction in across(axis):
                     alignment.add(number, loop, frame[:3, :3] @ direction, frame[:3, :3] @ axis, other[:3, :3] @ axis)
-            elif loop.kind == "universal":
+            elif loop.type.turns is Axes.BOTH:
                 right_angle.add(
                     number,
                     loop,
@@ -97,7 +90,7 @@ class Closures:
                     other[:3, :3] @ loop.axis2,
                     np.full(3, float(axis @ loop.axis2)),
                 )
-            elif loop.kind in ("fixed", "prismatic"):
+            elif loop.type.turns is Axes.NONE:
                 turn.add(number, loop, *frame[:3, :3].T, *other[:3, :3].T)
         rows = [distance, alignment, right_angle, turn, turn, turn]
         self.loop_of = np.array([loop for part in rows for loop in part.loop], dtype=np.intp)
@@ -215,7 +208,7 @@ class LoopEquations(Closures):
         for run, mine, theirs in self.runs:
             turned = rotations.identity((q.shape[1],))
             for axis, joint in zip(run.axes.T, theirs, strict=True):
-                turned = np.einsum("ijn,jkn->ikn", turned, rotations.exponential(axis[:, None] * _angle(joint, q)))
+                turned = np.einsum("ijn,jkn->ikn", turned, rotations.exponential(axis[:, None] * joint.coordinate(q)))
             R = np.einsum("ji,jkn,kl->iln", run.orientation, turned, run.orientation)
             x[mine.first_q : mine.first_q + 4] = rotations.quaternion_of_matrix(R)
         return x
@@ -227,12 +220,9 @@ class LoopEquations(Closures):
         for run, mine, theirs in self.runs:
             quaternion = x[mine.first_q : mine.first_q + 4]
             R = np.einsum("ij,jkn,lk->iln", run.orientation, rotations.matrix_of_quaternion(quaternion), run.orientation)
-            angles = rotations.three_angles(run.axes, R, np.stack([_angle(joint, near) for joint in theirs]))
+            angles = rotations.three_angles(run.axes, R, np.stack([joint.coordinate(near) for joint in theirs]))
             for angle, joint in zip(angles, theirs, strict=True):
-                if joint.kind == "continuous":
-                    q[joint.first_q], q[joint.first_q + 1] = np.cos(angle), np.sin(angle)
-                else:
-                    q[joint.first_q] = angle
+                joint.write(angle, q)
         return q
 
     def forward(self, x: Array) -> Frames:
@@ -257,12 +247,8 @@ class LoopEquations(Closures):
         return products(self.signs, wrench, self.tree.twists(frames))
 
 
-def _blocked_translations(kind: str, axis: Array) -> list[Array]:
-    if kind == "planar":
-        return [axis]
-    if kind in ("prismatic", "cylindrical"):
-        return list(across(axis))
-    return list(_FULL)
+def _blocked_translations(slides: Axes, axis: Array) -> list[Array]:
+    return {Axes.NONE: list(_FULL), Axes.AXIS: list(across(axis)), Axes.ACROSS: [axis], Axes.ALL: []}[slides]
 
 
 def world_frames(mechanism: Mechanism, frames: Frames) -> Frames:
@@ -279,9 +265,3 @@ def world_frames(mechanism: Mechanism, frames: Frames) -> Frames:
 def products(signs: Array, wrench: Array, twists: Array) -> Array:
     """Return the powers (m, nv, N) of wrenches (6, m, N) on twists (6, nv, N), each with its sign (m, nv)."""
     return signs[:, :, None] * np.einsum("krn,kvn->rvn", wrench, twists)
-
-
-def _angle(joint: TreeJoint, q: Array) -> Array:
-    if joint.kind == "continuous":
-        return np.asarray(np.arctan2(q[joint.first_q + 1], q[joint.first_q]))
-    return q[joint.first_q]

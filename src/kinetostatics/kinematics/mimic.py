@@ -37,7 +37,7 @@ class Couplings:
                 self._relations.append((connection.mimic.multiplier, connection.mimic.offset))
         self.count = len(self.names)
         self.columns = np.array([joint.first_v for joint in self._followers], dtype=np.intp)
-        self.is_length = np.array([joint.kind == "prismatic" for joint in self._followers], dtype=bool)
+        self.is_length = np.array([joint.type.is_slide for joint in self._followers], dtype=bool)
         self._following: dict[int, list[int]] = {}
         for row, leader in enumerate(self._leaders):
             self._following.setdefault(leader.first_v, []).append(row)
@@ -64,15 +64,15 @@ class Couplings:
         Of the angles of a continuous joint, which differ by full turns, it is the one nearest to ``near`` that puts all joints
         that follow it where they are. Where those turn on and on themselves, up to so many ``turns`` beside ``near`` are tried.
         """
-        value = _coordinate(joint, x)
-        if joint.kind != "continuous":
+        value = joint.coordinate(x)
+        if not joint.type.endless:
             return value
         rows = self._following.get(joint.first_v, [])
-        counting = [row for row in rows if self._followers[row].kind != "continuous"]
+        counting = [row for row in rows if not self._followers[row].type.endless]
         if counting:  # the one of which a turn moves the least of its way tells the number of turns best
             row = max(counting, key=lambda row: abs(self._relations[row][0]))
             multiplier, offset = self._relations[row]
-            near = (_coordinate(self._followers[row], x) - offset) / multiplier
+            near = (self._followers[row].coordinate(x) - offset) / multiplier
         value = value + 2 * np.pi * np.round((near - value) / (2 * np.pi))
         if counting or not rows:
             return np.asarray(value)
@@ -93,8 +93,8 @@ class Couplings:
     def _error(self, row: int, x: Array, value: Array) -> Array:
         """Return by how much (N,) [m, rad] a follower is beside where its leader's coordinate ``value`` puts it."""
         multiplier, offset = self._relations[row]
-        error = _coordinate(self._followers[row], x) - multiplier * value - offset
-        return _within(error, 2 * np.pi) if self._followers[row].kind == "continuous" else error
+        error = self._followers[row].coordinate(x) - multiplier * value - offset
+        return _within(error, 2 * np.pi) if self._followers[row].type.endless else error
 
     def equations(self, x: Array, column_scale: Array, columns: tuple[int, ...]) -> tuple[Array, Array]:
         """Return scaled residuals (count, N) and gradients (count, nv), rows of unit length, for scaled freedoms.
@@ -126,23 +126,9 @@ class Couplings:
         """
         for follower, leader, (multiplier, offset) in zip(self._followers, self._leaders, self._relations, strict=True):
             if leader.first_v in columns:
-                write_coordinate(follower, multiplier * values[columns.index(leader.first_v)] + offset, x)
+                follower.write(multiplier * values[columns.index(leader.first_v)] + offset, x)
 
 
 def _within(value: Array, period: float) -> Array:
     """Return a value modulo a period, at most half of it away from zero."""
     return np.asarray(value - period * np.round(value / period))
-
-
-def _coordinate(joint: TreeJoint, x: Array) -> Array:
-    if joint.kind == "continuous":
-        return np.asarray(np.arctan2(x[joint.first_q + 1], x[joint.first_q]))
-    return x[joint.first_q]
-
-
-def write_coordinate(joint: TreeJoint, value: Array, x: Array) -> None:
-    """Write the coordinate (N,) of a one-freedom joint into ``x`` (nq, N), in place."""
-    if joint.kind == "continuous":
-        x[joint.first_q], x[joint.first_q + 1] = np.cos(value), np.sin(value)
-    else:
-        x[joint.first_q] = value

@@ -45,7 +45,7 @@ def ordinary_poses(robot: RobotKinematics) -> Array:
 def _reach(robot: RobotKinematics, name: str) -> tuple[float, float]:
     """Return how far a drive goes down and up from zero [m, rad]."""
     item = robot.mechanism.connections[name]
-    far = _FAR * (robot.length if item.kind == "prismatic" else 1.0)
+    far = _FAR * (robot.length if item.type.is_slide else 1.0)
     low = item.lower if math.isfinite(item.lower) else -far
     high = item.upper if math.isfinite(item.upper) else far
     return min(max(low, -far), 0.0), max(min(high, far), 0.0)

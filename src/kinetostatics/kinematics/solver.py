@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.kinematics.loop_constraints import LoopEquations, across, products
-from kinetostatics.kinematics.mimic import write_coordinate
+from kinetostatics.kinematics.loop_constraints import LoopEquations, products
 from kinetostatics.math import rotations
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import cross, dot, least_squares
+from kinetostatics.math.ordering import across
 from kinetostatics.math.orientation import Orientation
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.printing.mappings import ShortRepr
@@ -123,7 +123,7 @@ class Solver:
         loop = self.equations.loops[number]
         one = np.array([loop.predecessor_body]), np.array([loop.successor_body])
         axis = frames.directions(one[0], (loop.predecessor_frame[:3, :3] @ loop.axis)[:, None])[:, 0]
-        if loop.kind == "prismatic":
+        if loop.type.is_slide:
             gap = frames.points(one[1], loop.successor_frame[:3, 3:])[:, 0]
             return dot(axis, gap - frames.points(one[0], loop.predecessor_frame[:3, 3:])[:, 0])
         side, third = across(loop.axis)
@@ -145,7 +145,7 @@ class Solver:
         ]
         for row, number in enumerate(request.loops, len(rows)):
             value = self.loop_coordinate(number, frames)
-            if near is not None and self.equations.loops[number].kind != "prismatic":
+            if near is not None and not self.equations.loops[number].type.is_slide:
                 value = value + 2 * np.pi * np.round((given[row] - value) / (2 * np.pi))
             rows.append(value)
         R, position = self.mechanism.platform_pose(frames)
@@ -187,7 +187,7 @@ class Solver:
             axis = frames.directions(body, (loop.predecessor_frame[:3, :3] @ loop.axis)[:, None])[:, 0]
             error = self.loop_coordinate(number, frames) - target[given]
             row = np.zeros((6, 1, N))
-            if loop.kind == "prismatic":
+            if loop.type.is_slide:
                 point = frames.points(np.array([loop.successor_body]), loop.successor_frame[:3, 3:])[:, 0]
                 row[:3, 0], row[3:, 0], unit = axis, cross(point, axis), self.length
             else:
@@ -228,7 +228,7 @@ class Solver:
                 rates[:, row] += gradient[:, np.searchsorted(columns, moved)] * (by / self.column_scale[moved])
         at = self.equations.count
         for row, number in enumerate(request.loops, given):
-            rates[at, row] = -1 / self.length if self.equations.loops[number].kind == "prismatic" else -1.0
+            rates[at, row] = -1 / self.length if self.equations.loops[number].type.is_slide else -1.0
             at += 1
         for row, _ in enumerate(request.positions, given + len(request.loops)):
             rates[at, row] = -1 / self.length
@@ -256,7 +256,7 @@ class Solver:
     def impose(self, request: Request, poses: Poses, target: Array) -> None:
         """Write the given tree coordinates and angles into the poses, in place."""
         for row, column in enumerate(request.columns):
-            write_coordinate(self._joint_of_column[column], target[row], poses.x)
+            self._joint_of_column[column].write(target[row], poses.x)
         self.equations.couplings.impose(request.columns, target, poses.x)
         for row, k in enumerate(request.angles):
             poses.c[k] = target[request.first_angle + row]
@@ -415,7 +415,7 @@ class Solver:
     def longest_strides(self, request: Request) -> Array:
         """Return how far the requested coordinates (n,) may go in one go [m, rad]."""
         turns = [bool(self.tree.column_rotates[column]) for column in request.columns]
-        turns += [self.equations.loops[number].kind != "prismatic" for number in request.loops]
+        turns += [not self.equations.loops[number].type.is_slide for number in request.loops]
         turns += [False] * len(request.positions) + [True] * len(request.angles)
         return np.where(turns, LONGEST_TURN, LONGEST_SHIFT * self.length)
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kinetostatics.description.joint_types import names_of
 from kinetostatics.exceptions import KinetostaticsError
 from kinetostatics.printing.text import listing
 
@@ -53,7 +54,7 @@ def odd_coordinates(robot: RobotKinematics, given: Mapping[str, ArrayLike]) -> l
         numbers = np.nan_to_num(np.asarray(values, dtype=float), posinf=0.0, neginf=0.0).ravel()
         largest = float(numbers[np.argmax(np.abs(numbers))]) if numbers.size else 0.0
         joint = robot.mechanism.connections.get(name) if name in robot.description.driven else None
-        slides = name in ("x", "y", "z") if joint is None else joint.kind == "prismatic"
+        slides = name in ("x", "y", "z") if joint is None else joint.type.is_slide
         if slides:
             if abs(largest) > FAR * size > 0:
                 found.append(
@@ -72,7 +73,7 @@ def _many_turns(joint: Connection | None, angle: float) -> bool:
     """Whether an angle is too large for the platform, or for a drive that has no reason to turn so often."""
     if abs(angle) <= TURN:
         return False
-    usual = joint is not None and (joint.kind == "continuous" or joint.lower <= angle <= joint.upper)
+    usual = joint is not None and (joint.type.endless or joint.lower <= angle <= joint.upper)
     return not usual or looks_like_degrees(angle)
 
 
@@ -85,9 +86,10 @@ def odd_angles(description: RobotDescription) -> list[str]:
     ]
     followed = {joint.mimic.joint for joint in description.joints.values() if joint.mimic is not None}
     joints: list[Joint | Loop] = [*description.joints.values(), *description.loops.values()]
-    for joint in joints:
+    turning = [joint for joint in joints if joint.type in names_of("is_hinge") and joint.name not in followed]
+    for joint in turning:
         limits = [limit for limit in (joint.lower, joint.upper) if math.isfinite(limit)]
-        if joint.type == "revolute" and limits and joint.name not in followed and 2 * TURN < max(map(abs, limits)) <= WIDE:
+        if limits and 2 * TURN < max(map(abs, limits)) <= WIDE:
             found.append(
                 f"{joint.place}: the limits {_written((joint.lower, joint.upper))} of {joint.name!r} look like degrees: angles "
                 "are in rad; 90 degrees are ${pi/2} in xacro"
@@ -113,7 +115,7 @@ def odd_limits(robot: RobotKinematics) -> list[str]:
     names: dict[float, list[str]] = {}
     for item in robot.mechanism.connections.values():
         largest = max((abs(limit) for limit in (item.lower, item.upper) if math.isfinite(limit)), default=0.0)
-        if item.kind == "prismatic" and FAR * size < largest <= 1000 * FAR * size:
+        if item.type.is_slide and FAR * size < largest <= 1000 * FAR * size:
             names.setdefault(largest, []).append(item.name)
     return [
         f"the limits of {', '.join(joints)} go to {largest:.6g} m, {largest / size:.3g} times the robot's size of {size:.3g} m: "

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics.description.joint_types import Axes
 from kinetostatics.limbs.model import StaticModel
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import cross, dot, normalize
@@ -155,11 +156,11 @@ class LimbSkeleton:
 
     def _choose_y(self, axes: Array, z: Array) -> tuple[str, int]:
         """Choose what the y axis across ``z`` (3,) follows: a passive hinge, a universal's axis, a driven hinge, or the world."""
-        hinges = ("revolute", "continuous", "cylindrical")
-        for kinds, passive in ((hinges, True), (("universal",), True), (hinges, False)):
+        for turns, passive in ((Axes.AXIS, True), (Axes.BOTH, True), (Axes.AXIS, False)):
             for f, k in enumerate(self.unit_of):
-                wanted = self._units[k].kind in kinds and self.passive[f] == passive and self.rotates[f]
-                if wanted and abs(float(axes[:, f] @ z)) < 0.999:
+                kind = self._units[k].type
+                wanted = kind.turns is turns and kind.slides is not Axes.ACROSS
+                if wanted and self.passive[f] == passive and self.rotates[f] and abs(float(axes[:, f] @ z)) < 0.999:
                     return "axis", f
         return "world", -1
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics.description.joint_types import Axes
 from kinetostatics.limbs.basis import Candidate
 from kinetostatics.limbs.geometry import LimbGeometry
 from kinetostatics.limbs.group import LimbGroup
@@ -237,5 +238,5 @@ def _platform_centre(units: Sequence[Unit]) -> int:
 def _readable_axes(units: Sequence[Unit], unit_of: Index, passive: NDArray[np.bool_], rotates: NDArray[np.bool_]) -> list[int]:
     """Return the freedoms whose axes mean something: single joints before universal ones, platform side first."""
     free = [int(f) for f in np.flatnonzero(passive)[::-1] if units[unit_of[f]].has_axis(bool(rotates[f]))]
-    single = [f for f in free if units[unit_of[f]].kind != "universal"]
+    single = [f for f in free if units[unit_of[f]].type.turns is not Axes.BOTH]
     return [f for f in single if rotates[f]] + [f for f in free if f not in single] + [f for f in single if not rotates[f]]

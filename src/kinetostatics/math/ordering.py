@@ -44,3 +44,11 @@ def axis_across(directions: ArrayLike) -> NDArray[np.float64]:
     with np.errstate(invalid="ignore"):
         farthest = np.argmax(sizes <= np.min(sizes, axis=0) + EQUAL, axis=0)
     return np.moveaxis(np.eye(3)[farthest], -1, 0)
+
+
+def across(axis: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return two unit vectors that form a right-handed frame with the unit vector ``axis`` (3,)."""
+    helper = axis_across(axis)
+    first = np.cross(axis, helper)
+    first /= np.linalg.norm(first)
+    return first, np.cross(axis, first)

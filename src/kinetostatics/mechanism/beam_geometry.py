@@ -10,9 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinetostatics.description.elements import Beam, BeamEnd
+from kinetostatics.description.joint_types import Axes
 from kinetostatics.exceptions import RobotFileError
 from kinetostatics.math.arrays import Array
-from kinetostatics.mechanism.mechanism import ROTATING, Connection, Mechanism, meeting_points
+from kinetostatics.mechanism.mechanism import Connection, Mechanism, meeting_points
 
 #: Two points of one link that are closer than this [m] are the same point of the file.
 SAME_POINT = 1e-6
@@ -45,7 +46,7 @@ class BeamSpan:
     @property
     def spanned(self) -> tuple[str, ...]:
         """Names of the prismatic joints inside a telescopic beam, from start to end."""
-        return tuple(item.name for item in (*self.inward[::-1], *self.outward) if item.kind == "prismatic")
+        return tuple(item.name for item in (*self.inward[::-1], *self.outward) if item.type.is_slide)
 
     @property
     def reversed(self) -> BeamSpan:
@@ -75,8 +76,13 @@ def ends_nowhere(mechanism: Mechanism) -> list[tuple[str, str]]:
     return [
         (link, here[0].name)
         for link, here in mechanism.at_link.items()
-        if len(here) == 1 and here[0].kind != "fixed" and link not in (description.base, description.platform)
+        if len(here) == 1 and not here[0].type.is_fixed and link not in (description.base, description.platform)
     ]
+
+
+def _telescopes(connection: Connection) -> bool:
+    """Whether a beam may lie across a joint."""
+    return connection.type.is_fixed or connection.type.is_slide
 
 
 def _point_on(link: str, path: Iterable[Connection], point: Array) -> Array:
@@ -139,7 +145,7 @@ class SpanFinder:
         found, queue = {link}, deque([link])
         while queue:
             for connection in self.mechanism.at_link[queue.popleft()]:
-                if connection.kind == "fixed" and connection.name not in self.description.joint_stiffness:
+                if connection.type.is_fixed and connection.name not in self.description.joint_stiffness:
                     for other in (connection.predecessor, connection.successor):
                         if other not in found and other not in self.beams_of:
                             found.add(other)
@@ -221,10 +227,10 @@ class SpanFinder:
             return False
         a, b = (item.axis_on(link == item.predecessor) for item in (first, second))
         p, q = first.centre_on(link), second.centre_on(link)
-        turning = (first.kind in ROTATING) + (second.kind in ROTATING)
+        turning = first.type.is_hinge + second.type.is_hinge
         if turning == 2:
             return meeting_points(a, p, b, q) is not None
-        if turning == 1 and "prismatic" in (first.kind, second.kind):
+        if turning == 1 and (first.type.is_slide or second.type.is_slide):
             return max(float(np.abs(np.cross(a, b)).max()), float(np.abs(np.cross(a, q - p)).max())) < 1e-9
         return False
 
@@ -246,7 +252,9 @@ class SpanFinder:
             )
         return BeamEnd(found[0])
 
-    def _link_path(self, start: str, goal: Callable[[str], bool], kinds: Iterable[str] | None) -> list[Connection] | None:
+    def _link_path(
+        self, start: str, goal: Callable[[str], bool], passes: Callable[[Connection], bool]
+    ) -> list[Connection] | None:
         """Return the connections from link ``start`` to the nearest link that satisfies ``goal``."""
         before: dict[str, tuple[str, Connection] | None] = {start: None}
         queue = deque([start])
@@ -261,7 +269,7 @@ class SpanFinder:
                 return path[::-1]
             for connection in self.mechanism.at_link[here]:
                 other = connection.other(here)
-                if other not in before and (kinds is None or connection.kind in kinds):
+                if other not in before and passes(connection):
                     before[other] = (here, connection)
                     queue.append(other)
         return None
@@ -270,7 +278,7 @@ class SpanFinder:
         """Return the link in which a beam's end is fixed, and the connections from the beam's link to it."""
         joint = self.mechanism.connections[end.joint]
         adjacent = beam.link in (joint.predecessor, joint.successor)
-        sliding = joint.kind in ("prismatic", "cylindrical", "planar", "floating")
+        sliding = joint.type.slides is not Axes.NONE
         if end.side is not None and (sliding or not adjacent):
             wanted = joint.predecessor if end.side == "parent" else joint.successor
             goal: Callable[[str], bool] = wanted.__eq__
@@ -278,10 +286,10 @@ class SpanFinder:
             return beam.link, []
         else:
             goal = lambda link: link in (joint.predecessor, joint.successor)  # noqa: E731
-        path = self._link_path(beam.link, goal, ("prismatic", "fixed"))
+        path = self._link_path(beam.link, goal, _telescopes)
         if path is None:
-            crossing = self._link_path(beam.link, goal, None) or []
-            names = [item.name for item in crossing if item.kind not in ("prismatic", "fixed")]
+            crossing = self._link_path(beam.link, goal, lambda _: True) or []
+            names = [item.name for item in crossing if not _telescopes(item)]
             raise beam_error(
                 beam,
                 f"its span to {end.joint!r} crosses the moving joint {', '.join(map(repr, names)) or '?'}; a beam may "
@@ -301,7 +309,7 @@ class SpanFinder:
     def _span(self, beam: Beam) -> BeamSpan:
         start, end = self._ends(beam)
         for item in (start, end):
-            if self.mechanism.connections[item.joint].kind == "floating" and item.side is None:
+            if self.mechanism.connections[item.joint].type.is_free and item.side is None:
                 raise beam_error(beam, f"{item.joint!r} is floating: write {item.joint}:parent or {item.joint}:child")
         start_link, inward = self._locate(beam, start)
         end_link, outward = self._locate(beam, end)

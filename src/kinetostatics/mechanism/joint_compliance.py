@@ -49,7 +49,7 @@ def springs_of(mechanism: Mechanism, joint: str) -> tuple[Spring, ...]:
         found.append(Spring(joint, False, *place, linear, angular))
     if stiffness.drive is not None and np.isfinite(stiffness.drive):
         along = np.outer(connection.axis, connection.axis) / stiffness.drive
-        slides = connection.kind == "prismatic"
+        slides = connection.type.is_slide
         found.append(Spring(joint, True, *place, along if slides else zero, zero if slides else along))
     return tuple(found)
 

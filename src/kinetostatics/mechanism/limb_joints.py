@@ -5,18 +5,15 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from kinetostatics.description.joint_types import JOINT_TYPES, Axes, JointType
 from kinetostatics.math.arrays import Array
-from kinetostatics.math.ordering import axis_across
+from kinetostatics.math.ordering import across
 from kinetostatics.mechanism.joint_compliance import is_sprung
 from kinetostatics.mechanism.limbs import Edge, Limb
-from kinetostatics.mechanism.mechanism import ONE_FREEDOM, ROTATING, Connection, Mechanism, meeting_points
-
-if TYPE_CHECKING:
-    pass
+from kinetostatics.mechanism.mechanism import Connection, Mechanism, meeting_points
 
 
 @dataclass(frozen=True)
@@ -61,13 +58,18 @@ class Unit:
     shift: float = 0.0
 
     @property
+    def type(self) -> JointType:
+        """What the table of joint types says of its kind."""
+        return JOINT_TYPES[self.kind]
+
+    @property
     def tells_point(self) -> bool:
         """Whether something passes through its centre: its axes, or a beam."""
         return self.has_centre or any(freedom.rotates for freedom in self.freedoms)
 
     def has_axis(self, rotates: bool) -> bool:
         """Whether the axes of its rotations or translations are lines of the machine, not of a frame that the file has chosen."""
-        return self.kind not in ("spherical", "floating") and (rotates or self.kind != "planar")
+        return (self.type.turns if rotates else self.type.slides) in (Axes.AXIS, Axes.BOTH)
 
 
 def has_centre(mechanism: Mechanism, connection: Connection) -> bool:
@@ -75,7 +77,7 @@ def has_centre(mechanism: Mechanism, connection: Connection) -> bool:
 
     Beams end at origins, and the axes of a universal or spherical joint meet there.
     """
-    if connection.kind not in (*ONE_FREEDOM, "cylindrical"):
+    if not connection.type.is_on_axis:
         return True
     beams = mechanism.description.beams.values()
     ends = {end.joint for beam in beams for end in (beam.start, beam.end) if end is not None}
@@ -100,11 +102,11 @@ def limb_units(mechanism: Mechanism, limb: Limb) -> tuple[Unit, ...]:
     for position, edge in enumerate(limb.edges):
         connection = mechanism.connections[edge.joint] if edge.joint else None
         elastic = connection is not None and connection.name in stiffness
-        if connection is not None and connection.kind in ROTATING and not connection.driven and not elastic:
+        if connection is not None and connection.type.is_hinge and not connection.driven and not elastic:
             steps.append((position, edge, connection))
-        elif connection is None or connection.kind != "fixed" or elastic:
+        elif connection is None or not connection.type.is_fixed or elastic:
             flush()
-            if connection is not None and connection.kind != "fixed":
+            if connection is not None and not connection.type.is_fixed:
                 freedoms = freedoms_of(mechanism, connection, edge.sign)
                 passive = any(freedom.passive for freedom in freedoms)
                 fixed = has_centre(mechanism, connection)
@@ -174,7 +176,7 @@ def _axes_in_joint(connection: Connection, sign: int) -> list[Array | None]:
     """Return the freedoms' axes in the joint's frame on the predecessor's side; None for one that moves in it."""
     back = connection.predecessor_frame[:3, :3].T
     return [
-        None if freedom.rotates and connection.kind == "universal" and "second" in freedom.label else back @ freedom.axis
+        None if freedom.rotates and connection.type.turns is Axes.BOTH and "second" in freedom.label else back @ freedom.axis
         for freedom in _freedoms(connection, sign)
     ]
 
@@ -237,38 +239,29 @@ def _common_prefix(names: Sequence[str]) -> str:
 
 def _freedoms(connection: Connection, sign: int) -> tuple[Freedom, ...]:
     """Return the freedoms of one joint or loop of any kind, base to platform."""
-    kind, name = connection.kind, connection.name
+    slides, turns, name = connection.type.slides, connection.type.turns, connection.name
     here, there = connection.predecessor_body, connection.successor_body
     frame, other = connection.predecessor_frame, connection.successor_frame
     axis = connection.axis_on(True)
+    moves_away = slides is not Axes.NONE and not connection.type.is_on_axis  # its centre, from the predecessor's origin
 
     def rotation(body: int, direction: Array, label: str = name) -> Freedom:
-        centre_body, centre = (there, other[:3, 3]) if kind in ("planar", "floating") else (here, frame[:3, 3])
+        centre_body, centre = (there, other[:3, 3]) if moves_away else (here, frame[:3, 3])
         return Freedom(True, body, direction, centre_body, centre, sign, label)
 
-    def translation(direction: Array) -> Freedom:
-        return Freedom(False, here, direction, there, other[:3, 3], sign, name)
-
-    if kind == "fixed":
-        return ()
-    if kind in ROTATING:
-        found = [rotation(here, axis)]
-    elif kind == "prismatic":
-        found = [translation(axis)]
-    elif kind == "cylindrical":
-        found = [translation(axis), rotation(here, axis)]
-    elif kind == "universal":
+    directions: list[Array] = []
+    if slides is Axes.AXIS:
+        directions = [axis]
+    elif slides is Axes.ACROSS:
+        directions = [frame[:3, :3] @ side for side in across(connection.axis)]
+    elif slides is Axes.ALL:
+        directions = list(frame[:3, :3].T)
+    found = [Freedom(False, here, direction, there, other[:3, 3], sign, name) for direction in directions]
+    if turns is Axes.AXIS:
+        found.append(rotation(here, axis))
+    elif turns is Axes.BOTH:
         second = other[:3, :3] @ connection.axis2
-        found = [rotation(here, axis, f"{name} (first axis)"), rotation(there, second, f"{name} (second axis)")]
-    elif kind == "spherical":
-        found = [rotation(here, column) for column in frame[:3, :3].T]
-    elif kind == "planar":
-        helper = axis_across(connection.axis)
-        side = np.cross(connection.axis, helper)
-        side /= np.linalg.norm(side)
-        third = np.cross(connection.axis, side)
-        found = [translation(frame[:3, :3] @ side), translation(frame[:3, :3] @ third), rotation(here, axis)]
-    else:
-        found = [translation(column) for column in frame[:3, :3].T]
+        found += [rotation(here, axis, f"{name} (first axis)"), rotation(there, second, f"{name} (second axis)")]
+    elif turns is Axes.ALL:
         found += [rotation(here, column) for column in frame[:3, :3].T]
     return tuple(found if sign > 0 else found[::-1])

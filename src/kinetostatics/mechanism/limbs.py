@@ -195,7 +195,7 @@ class _Builder:
             else:
                 dead[root].extend(limb.branches)
         for edge in direct:
-            floating = edge.connection is not None and edge.connection.kind == "floating"
+            floating = edge.connection is not None and edge.connection.type.is_free
             if floating and edge.connection is not None and not self._is_sprung(edge.connection):
                 continue  # it transmits nothing
             limbs.append((len(order), self._limb([], [edge])))

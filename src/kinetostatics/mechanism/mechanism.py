@@ -6,7 +6,6 @@ A *connection* is a joint of the tree or a loop: from here on nobody needs to kn
 from __future__ import annotations
 
 import contextlib
-import math
 import os
 import sys
 import threading
@@ -19,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from kinetostatics.description.elements import Cone, Mimic, Place
+from kinetostatics.description.joint_types import JOINT_TYPES, Axes, JointType
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.exceptions import RobotFileError
 from kinetostatics.files.reader import validate
@@ -28,9 +28,6 @@ from kinetostatics.mechanism.tree import Frames, Tree, TreeJoint
 
 #: ``data``: what Pinocchio works with, for each mechanism; every thread has its own.
 _of_thread = threading.local()
-
-ONE_FREEDOM = ("revolute", "continuous", "prismatic")
-ROTATING = ("revolute", "continuous")
 
 
 @dataclass(frozen=True)
@@ -68,6 +65,11 @@ class Connection:
     is_loop: bool
     place: Place
     mimic: Mimic | None = None
+
+    @property
+    def type(self) -> JointType:
+        """What the table of joint types says of its kind."""
+        return JOINT_TYPES[self.kind]
 
     def other(self, link: str) -> str:
         """Return the link on the other side."""
@@ -214,7 +216,7 @@ class Mechanism:
                     int(model.parents[body]),
                     body,
                     np.array(model.jointPlacements[body].homogeneous),
-                    joint.axis,
+                    (0.0, 0.0, 1.0) if JOINT_TYPES[joint.type].slides is Axes.ACROSS else joint.axis,  # as Pinocchio moves it
                     int(number.idx_q),
                     int(number.idx_v),
                 )
@@ -225,15 +227,10 @@ class Mechanism:
 
     def _place_followers(self) -> None:
         """Put joints that follow others where they belong when all others are at zero."""
-        neutral = self.tree.neutral
         for joint in self.tree.joints:
             mimic = self.description.joints[self.model.names[joint.body]].mimic
-            if mimic is None:
-                continue
-            if joint.kind == "continuous":
-                neutral[joint.first_q : joint.first_q + 2] = math.cos(mimic.offset), math.sin(mimic.offset)
-            else:
-                neutral[joint.first_q] = mimic.offset
+            if mimic is not None:
+                joint.write(mimic.offset, self.tree.neutral)
 
     @cached_property
     def link_inertias(self) -> dict[str, Any]:
@@ -343,4 +340,4 @@ class Mechanism:
 
 
 def _turns_freely(connection: Connection) -> bool:
-    return connection.kind in ROTATING and not connection.driven
+    return connection.type.is_hinge and not connection.driven

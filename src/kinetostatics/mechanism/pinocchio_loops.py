@@ -12,12 +12,16 @@ from typing import Any
 
 import numpy as np
 
+from kinetostatics.description.joint_types import Axes
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
-from kinetostatics.mechanism.mechanism import ROTATING, Connection, Mechanism
+from kinetostatics.math.rotations import three_angles
+from kinetostatics.mechanism.mechanism import Connection, Mechanism
 
-#: The joints that Pinocchio can close as they are.
-CLOSED = ("fixed", "spherical", *ROTATING)
+
+def _closes(loop: Connection) -> bool:
+    """Whether Pinocchio can close a joint as it is."""
+    return loop.type.slides is Axes.NONE and loop.type.turns is not Axes.BOTH
 
 
 @dataclass(frozen=True)
@@ -51,7 +55,7 @@ def loop_model(mechanism: Mechanism, model: Any, q: Array, length: float, anchor
     data = model.createData()
     pin.forwardKinematics(model, data, np.asarray(q, dtype=float))
     for loop in mechanism.connections.values():
-        if loop.is_loop and loop.kind not in CLOSED:
+        if loop.is_loop and not _closes(loop):
             body, frame, other, other_frame, steps = _run(loop, data.oMi)
             copy.inertias[other] = pin.Inertia(
                 copy.inertias[other].mass / 2, copy.inertias[other].lever, copy.inertias[other].inertia / 2
@@ -87,15 +91,15 @@ def constraint_models(
     for loop in mechanism.connections.values():
         if not loop.is_loop:
             continue
-        if loop.kind not in CLOSED and welds is None:
+        if not _closes(loop) and welds is None:
             raise ArgumentError(
                 f"Pinocchio has no constraint for the {loop.kind} loop {loop.name!r}: use configuration.loop_model(), "
                 "which makes such a loop a run of joints of the tree"
             )
         own = (loop.predecessor_body, pin.SE3(loop.predecessor_frame), loop.successor_body, pin.SE3(loop.successor_frame))
         body, first, other, second = (welds or {}).get(loop.name, own)
-        whole = loop.kind == "fixed" or loop.kind not in CLOSED
-        for shift in [np.zeros(3), length * loop.axis] if loop.kind in ROTATING else [np.zeros(3)]:
+        whole = loop.type.is_fixed or not _closes(loop)
+        for shift in [np.zeros(3), length * loop.axis] if loop.type.is_hinge else [np.zeros(3)]:
             by = pin.SE3(np.eye(3), shift)
             where = (model, body, first * by, other, second * by)
             if anchors:
@@ -116,18 +120,17 @@ def _run(loop: Connection, placements: Any) -> tuple[int, Array, int, Array, lis
     second = placements[loop.successor_body].homogeneous @ loop.successor_frame
     between = np.linalg.inv(first) @ second
     R, p, axis = between[:3, :3], between[:3, 3], loop.axis
-    steps: list[tuple[bool, Array, float]]
-    if loop.kind == "universal":
+    slides = {Axes.NONE: axis[:0], Axes.AXIS: axis[None], Axes.ACROSS: np.linalg.svd(axis[None])[2][1:], Axes.ALL: np.eye(3)}
+    steps = [(True, row, float(row @ p)) for row in slides[loop.type.slides].reshape(-1, 3)]
+    if loop.type.turns is Axes.AXIS:
+        steps.append((False, axis, _turn(axis, R)))
+    elif loop.type.turns is Axes.BOTH:
         turned = _angle(axis, loop.axis2, R @ loop.axis2)
         rest = _rotation(axis, -turned) @ R
-        steps = [(False, axis, turned), (False, loop.axis2, _turn(loop.axis2, rest))]
-    elif loop.kind == "prismatic":
-        steps = [(True, axis, float(axis @ p))]
-    elif loop.kind == "cylindrical":
-        steps = [(True, axis, float(axis @ p)), (False, axis, _turn(axis, R))]
-    else:  # planar
-        across = np.linalg.svd(axis[None])[2][1:]
-        steps = [*((True, row, float(row @ p)) for row in across), (False, axis, _turn(axis, R))]
+        steps += [(False, axis, turned), (False, loop.axis2, _turn(loop.axis2, rest))]
+    elif loop.type.turns is Axes.ALL:
+        angles = three_angles(np.eye(3), R[..., None], np.zeros((3, 1)))[:, 0]
+        steps += [(False, row, float(angle)) for row, angle in zip(np.eye(3), angles, strict=True)]
     if loop.successor_body:
         return loop.predecessor_body, loop.predecessor_frame, loop.successor_body, loop.successor_frame, steps
     back = [(slides, -along, value) for slides, along, value in reversed(steps)]

@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics.description.joint_types import JOINT_TYPES, Axes, JointType
 from kinetostatics.math import rotations
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import apply, matmul
@@ -21,22 +22,13 @@ from kinetostatics.printing.mappings import ShortRepr
 
 Index = NDArray[np.intp]
 
-_SIZES = {
-    "revolute": (1, 1),
-    "continuous": (2, 1),
-    "prismatic": (1, 1),
-    "spherical": (4, 3),
-    "planar": (4, 3),
-    "floating": (7, 6),
-}
-
 
 @dataclass(frozen=True)
 class TreeJoint:
     """One moving joint: its ``kind``, the numbers of the bodies it joins, its placement and axis in the parent body.
 
     ``first_q``, ``first_v`` are where its coordinates and velocities start. Kinds other than ``spherical`` and their
-    coordinates are Pinocchio's: a continuous joint has (cos, sin), a planar one (x, y, cos, sin), a floating one
+    coordinates are Pinocchio's: a continuous joint has (cos, sin), a planar one (x, y, cos, sin) about its axis z, a floating one
     (x, y, z, quaternion); spherical has a quaternion (x, y, z, w).
     """
 
@@ -49,14 +41,32 @@ class TreeJoint:
     first_v: int
 
     @property
+    def type(self) -> JointType:
+        """What the table of joint types says of its kind."""
+        return JOINT_TYPES[self.kind]
+
+    @property
     def nq(self) -> int:
         """Number of coordinates."""
-        return _SIZES[self.kind][0]
+        return self.type.coordinates
 
     @property
     def nv(self) -> int:
         """Number of freedoms."""
-        return _SIZES[self.kind][1]
+        return self.type.freedoms
+
+    def coordinate(self, q: Array) -> Array:
+        """Return the coordinate (N,) [m, rad] of a one-freedom joint at coordinates ``q`` (nq, N)."""
+        if self.type.endless:
+            return np.asarray(np.arctan2(q[self.first_q + 1], q[self.first_q]))
+        return q[self.first_q]
+
+    def write(self, value: Array | float, q: Array) -> None:
+        """Write the coordinate (N,) [m, rad] of a one-freedom joint into ``q`` (nq, N), in place."""
+        if self.type.endless:
+            q[self.first_q], q[self.first_q + 1] = np.cos(value), np.sin(value)
+        else:
+            q[self.first_q] = value
 
 
 @dataclass(frozen=True, repr=False)
@@ -99,7 +109,8 @@ class _Group:
     """Joints of one kind at one depth of the tree, moved together."""
 
     def __init__(self, joints: Sequence[TreeJoint]) -> None:
-        self.kind = joints[0].kind
+        self.type = joints[0].type
+        self.shifts = self.type.slides.count
         self.parents = np.array([joint.parent for joint in joints])
         self.bodies = np.array([joint.body for joint in joints])
         self.on_root = not np.any(self.parents)
@@ -108,7 +119,8 @@ class _Group:
         self.q = np.stack([np.arange(j.first_q, j.first_q + j.nq) for j in joints], axis=-1)
         self.v = np.stack([np.arange(j.first_v, j.first_v + j.nv) for j in joints], axis=-1)
         axis = np.array([joint.axis for joint in joints]).T
-        self.slide = np.einsum("ijm,jm->im", self.R0[..., 0], axis)[:, :, None]
+        along = np.einsum("ijm,jm->im", self.R0[..., 0], axis)[None, :, :, None]
+        self.slides = along if self.type.slides is Axes.AXIS else self.R0.swapaxes(0, 1)[: self.shifts]
         # R0 exp(q K) = R0 (1 + K²) + sin q R0 K − cos q R0 K², with K the cross product with the unit axis.
         K = rotations.skew(axis)[..., None]
         self.R_sin = matmul(self.R0, K)
@@ -118,19 +130,14 @@ class _Group:
     def local(self, q: Array) -> tuple[Array, Array]:
         """Return rotations (3, 3, k, N) and positions (3, k, N) of the bodies relative to their parents."""
         c = q[self.q]
-        if self.kind == "revolute":
-            return self._turned(np.sin(c[0]), np.cos(c[0])), self.p0
-        if self.kind == "continuous":
-            return self._turned(c[1], c[0]), self.p0
-        if self.kind == "prismatic":
-            return self.R0, self.p0 + self.slide * c[0]
-        if self.kind == "spherical":
-            return matmul(self.R0, rotations.matrix_of_quaternion(c)), self.p0
-        if self.kind == "planar":
-            zero, one = np.zeros_like(c[0]), np.ones_like(c[0])
-            turn = np.stack([np.stack([c[2], -c[3], zero]), np.stack([c[3], c[2], zero]), np.stack([zero, zero, one])])
-            return matmul(self.R0, turn), self.p0 + apply(self.R0, np.stack([c[0], c[1], zero]))
-        return matmul(self.R0, rotations.matrix_of_quaternion(c[3:])), self.p0 + apply(self.R0, c[:3])
+        R, p, turn = self.R0, self.p0, c[self.shifts :]
+        if self.type.turns is Axes.ALL:
+            R = matmul(R, rotations.matrix_of_quaternion(turn))
+        elif self.type.turns is Axes.AXIS:
+            R = self._turned(turn[1], turn[0]) if self.type.endless else self._turned(np.sin(turn[0]), np.cos(turn[0]))
+        for direction, value in zip(self.slides, c, strict=False):
+            p = p + direction * value
+        return R, p
 
     def _turned(self, sine: Array, cosine: Array) -> Array:
         result = self.R_sin * sine
@@ -141,25 +148,22 @@ class _Group:
     def integrate(self, q: Array, v: Array) -> None:
         """Move the coordinates ``q`` (nq, N) in place by the displacement ``v`` (nv, N)."""
         c, d = q[self.q], v[self.v]
-        if self.kind in ("revolute", "prismatic"):
-            q[self.q] = c + d
-        elif self.kind == "continuous":
-            q[self.q] = _turn(c, d[0])
-        elif self.kind == "spherical":
-            q[self.q] = _unit(rotations.quaternion_product(c, rotations.quaternion_exponential(d)))
-        elif self.kind == "planar":
-            shift = np.stack([c[2] * d[0] - c[3] * d[1], c[3] * d[0] + c[2] * d[1]])
-            q[self.q] = np.concatenate([c[:2] + shift, _turn(c[2:], d[2])])
-        else:
-            shift = apply(rotations.matrix_of_quaternion(c[3:]), d[:3])
-            turned = rotations.quaternion_product(c[3:], rotations.quaternion_exponential(d[3:]))
-            q[self.q] = np.concatenate([c[:3] + shift, _unit(turned)])
+        (position, turn), (shift, by) = np.split(c, [self.shifts]), np.split(d, [self.shifts])
+        if self.type.slides is Axes.ACROSS:
+            shift = np.stack([turn[0] * shift[0] - turn[1] * shift[1], turn[1] * shift[0] + turn[0] * shift[1]])
+        elif self.type.slides is Axes.ALL:
+            shift = apply(rotations.matrix_of_quaternion(turn), shift)
+        if self.type.turns is Axes.ALL:
+            turn = _unit(rotations.quaternion_product(turn, rotations.quaternion_exponential(by)))
+        elif self.type.turns is Axes.AXIS:
+            turn = _turn(turn, by[0]) if self.type.endless else turn + by
+        q[self.q] = np.concatenate([position + shift, turn])
 
     def normalize(self, q: Array) -> None:
         """Make (cos, sin) and quaternions of unit length, in place."""
-        first = {"continuous": 0, "spherical": 0, "planar": 2, "floating": 3}.get(self.kind)
-        if first is not None:
-            q[self.q[first:]] = _unit(q[self.q[first:]])
+        turn = self.q[self.shifts :]
+        if len(turn) > 1:
+            q[turn] = _unit(q[turn])
 
 
 def _unit(q: Array) -> Array:
@@ -206,11 +210,9 @@ class Tree:
         """The coordinates (nq,) at which every joint is at its zero."""
         q = np.zeros(self.nq)
         for joint in self.joints:
-            if joint.kind == "continuous":
-                q[joint.first_q] = 1
-            elif joint.kind == "planar":
-                q[joint.first_q + 2] = 1
-            elif joint.kind in ("spherical", "floating"):
+            if joint.type.endless:
+                q[joint.first_q + joint.type.slides.count] = 1
+            elif joint.type.turns is Axes.ALL:
                 q[joint.first_q + joint.nq - 1] = 1
         return q
 
@@ -262,11 +264,8 @@ class Tree:
 
 def _columns(joint: TreeJoint) -> tuple[Array, Array]:
     """Return axes (3, nv), in the body, and kinds of a joint's freedoms, in Pinocchio's order."""
-    eye = np.eye(3)
-    if joint.kind in ("revolute", "continuous", "prismatic"):
-        return np.array(joint.axis)[:, None], np.array([joint.kind != "prismatic"])
-    if joint.kind == "spherical":
-        return eye, np.ones(3, dtype=bool)
-    if joint.kind == "planar":
-        return eye, np.array([False, False, True])
-    return np.hstack([eye, eye]), np.array([False] * 3 + [True] * 3)
+    axis, eye = np.array(joint.axis)[:, None], np.eye(3)
+    slides = {Axes.NONE: eye[:, :0], Axes.AXIS: axis, Axes.ACROSS: eye[:, :2], Axes.ALL: eye}[joint.type.slides]
+    turns = {Axes.NONE: eye[:, :0], Axes.AXIS: axis, Axes.ALL: eye}
+    columns = np.hstack([slides, turns[joint.type.turns]])
+    return columns, np.arange(columns.shape[1]) >= slides.shape[1]

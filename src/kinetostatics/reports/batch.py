@@ -71,7 +71,7 @@ def _quantities(result: Result) -> list[tuple[str, Array, Units, float]]:
         units: Units = (("mm", 1e-3),) if name in "xyz" else (("°", np.pi / 180),)
         found.append((f"platform {name}", value, units, NOISE * robot.length if name in "xyz" else 1e-9))
     for name, value in configuration.actuators.items():
-        slides = robot.mechanism.connections[name].kind == "prismatic"
+        slides = robot.mechanism.connections[name].type.is_slide
         found.append((f"position of {name}", value, (("mm", 1e-3),) if slides else (("°", np.pi / 180),), 1e-11))
     twist, noise = result.twist, magnitudes(result)
     found.append(("displacement of o", np.linalg.norm(twist[..., :3], axis=-1), LENGTHS, noise.displacement))

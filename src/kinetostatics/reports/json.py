@@ -240,4 +240,4 @@ def wrench_units(labels: tuple[str, ...], wrenches: Any) -> list[str]:
 
 def drive_unit(robot: Robot, name: str) -> str:
     """Return the unit of a drive's force."""
-    return "N" if robot.mechanism.connections[name].kind == "prismatic" else "N·m"
+    return "N" if robot.mechanism.connections[name].type.is_slide else "N·m"

@@ -158,7 +158,7 @@ def drives_words(configuration: Configuration) -> str:
 def coordinate_words(configuration: Configuration, name: str) -> str:
     """Return the coordinate of one driven joint in mm or degrees."""
     value = configuration.actuators[name]
-    if configuration.robot.mechanism.connections[name].kind == "prismatic":
+    if configuration.robot.mechanism.connections[name].type.is_slide:
         return Scale("mm", 1e-3, 4, 1e-11).with_unit(value)
     return Scale("°", 1.0, 4, 1e-8)(np.degrees(value)) + "°"
 

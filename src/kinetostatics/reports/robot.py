@@ -12,6 +12,7 @@ from kinetostatics.checks.mobility import LocalFreedom
 from kinetostatics.checks.parts import ElasticJointFacts, FollowerFacts, LimbFacts
 from kinetostatics.checks.redundancy import Redundancy
 from kinetostatics.checks.warnings import SMALL_GAP, zero_openings
+from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.printing.text import CLOSED, MASSES, MISSING, Scale, listing, quantity, section, table, warning_lines, wrapped
 
 if TYPE_CHECKING:
@@ -286,7 +287,7 @@ def _elastic_joints(joints: Sequence[ElasticJointFacts]) -> list[str]:
     for item in joints:
         row = [_stiffness(value, 1e6) for value in item.linear] if has_linear else []
         row += [_stiffness(value, 1e3) for value in item.angular] if has_angular else []
-        slides = item.kind == "prismatic"
+        slides = JOINT_TYPES[item.kind].is_slide
         unit = "N/µm" if slides else "N·m/mrad"
         row.append("" if item.drive is None else f"{_stiffness(item.drive, 1e6 if slides else 1e3)} {unit}")
         rows.setdefault(tuple(row), []).append(item.joint)
@@ -300,7 +301,7 @@ def _stiffness(value: float, unit: float) -> str:
 def _follower(item: FollowerFacts) -> str:
     text = f"{item.joint} = {item.multiplier:.6g} · {item.leader}"
     if item.offset:
-        slides = item.kind == "prismatic"
+        slides = JOINT_TYPES[item.kind].is_slide
         offset = f"{1e3 * abs(item.offset):.6g} mm" if slides else f"{degrees(abs(item.offset)):.6g}°"
         text += f" {'−' if item.offset < 0 else '+'} {offset}"
     return text

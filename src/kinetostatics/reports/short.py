@@ -133,7 +133,7 @@ def configuration_html(configuration: Configuration) -> str:
 def _coordinates(configuration: Configuration) -> list[tuple[str, str]]:
     """Return the coordinates of platform and drives in words."""
     connections = configuration.robot.mechanism.connections
-    slides = {"x", "y", "z", *(name for name in configuration.actuators if connections[name].kind == "prismatic")}
+    slides = {"x", "y", "z", *(name for name in configuration.actuators if connections[name].type.is_slide)}
     both = (*configuration.platform.items(), *configuration.actuators.items())
     small = NOISE * configuration.robot.length
     return [

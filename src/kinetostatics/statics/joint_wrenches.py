@@ -84,7 +84,7 @@ def drive_forces(
         connection = robot.mechanism.connections[joint]
         axis = solution.frames.directions(np.array([connection.predecessor_body]), connection.axis_on(True)[:, None])[:, 0]
         mine = wrenches[:, places[joint]]
-        part = mine[:3] if connection.kind == "prismatic" else mine[3:]
+        part = mine[:3] if connection.type.is_slide else mine[3:]
         return np.asarray(table.signs[joint] * np.einsum("in,i...n->...n", axis, part))
 
     forces = {name: along(name) for name in robot.description.driven}

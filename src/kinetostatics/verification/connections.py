@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics.description.joint_types import Axes
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.ordering import first_largest
 from kinetostatics.verification.frame import FrameSpring
@@ -16,17 +17,8 @@ from kinetostatics.verification.pieces import PlacedJoint
 if TYPE_CHECKING:
     from kinetostatics.description.elements import JointStiffness
 
-#: Which of the six directions along and about a joint's own x, y, z are free; of a universal joint those that its axes span.
-FREE: dict[str, tuple[int, ...]] = {
-    "fixed": (),
-    "revolute": (3,),
-    "continuous": (3,),
-    "prismatic": (0,),
-    "cylindrical": (0, 3),
-    "spherical": (3, 4, 5),
-    "planar": (1, 2, 3),
-    "floating": (0, 1, 2, 3, 4, 5),
-}
+#: Numbers of the axes that the table of joint types means, x along the joint's own; universal joints are looked at apart.
+NUMBERS = {Axes.NONE: (), Axes.AXIS: (0,), Axes.ACROSS: (1, 2), Axes.ALL: (0, 1, 2)}
 #: How far an axis may point beside those of the joint's frame and still be taken for one of them [rad].
 ALONG = 1e-9
 
@@ -37,9 +29,9 @@ def joint_axes(joint: PlacedJoint) -> Array:
     The axes of joints without an axis are those of its frame on the predecessor's side.
     """
     frame = joint.frames[0][:3, :3]
-    if joint.kind in ("fixed", "spherical", "floating"):
+    if not joint.type.has_axis:
         return frame
-    if joint.kind == "universal":
+    if joint.type.turns is Axes.BOTH:
         return _axes_from(np.cross(joint.axis, joint.axis2), joint.axis)
     # any two axes across will do, but springs may lie along those of the frame
     across = frame - np.outer(joint.axis, joint.axis @ frame)
@@ -61,14 +53,15 @@ def releases(joint: PlacedJoint, elastic: JointStiffness | None) -> tuple[Array,
     if joint.locked:
         return axes, free
     held = [_spanned_by(joint.frames[0][:3, :3], finite) for finite in _finite(elastic)]
-    if joint.kind == "universal":
+    if joint.type.turns is Axes.BOTH:
         loose = [axis for axis in (joint.axis, joint.axis2) if not held[1](axis)]
         if len(loose) == 1:  # the two need not be at right angles
             axes = _axes_from(loose[0], np.cross(joint.axis, joint.axis2))
         free[{0: [], 1: [3], 2: [4, 5]}[len(loose)]] = True
         return axes, free
-    for direction in FREE[joint.kind]:
-        free[direction] = not held[direction // 3](axes[:, direction % 3])
+    for group, directions in enumerate((joint.type.slides, joint.type.turns)):
+        for direction in NUMBERS[directions]:
+            free[3 * group + direction] = not held[group](axes[:, direction])
     return axes, free
 
 
@@ -88,7 +81,7 @@ def joint_springs(joint: PlacedJoint, elastic: JointStiffness | None) -> tuple[F
         springs.append(FrameSpring(joint.frames[0][:3, :3], np.where(finite, given, np.inf)))
     if elastic.drive is not None and np.isfinite(elastic.drive):
         stiffness = np.full(6, np.inf)
-        stiffness[FREE[joint.kind][0]] = elastic.drive
+        stiffness[0 if joint.type.is_slide else 3] = elastic.drive
         springs.append(FrameSpring(joint_axes(joint), stiffness))
     return tuple(springs)
 

@@ -66,7 +66,7 @@ class _Builder:
             joints.append(self._joint(item, outward))
             if item.joint.locked:
                 sign = 1.0 if outward else -1.0
-                coordinates[item.joint.name] = Coordinate(item.joint.name, sign * item.joint.axis, item.joint.kind != "prismatic")
+                coordinates[item.joint.name] = Coordinate(item.joint.name, sign * item.joint.axis, not item.joint.type.is_slide)
         beams = [self._beam(placed, gravity) for placed in self.pieces.beams.values()]
         weights = [
             (self.number(self.pieces.of_link(link.name)), self._weight(link.name, gravity))

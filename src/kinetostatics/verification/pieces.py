@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from kinetostatics.description.joint_types import JOINT_TYPES, JointType
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.beam_geometry import BeamSpan, SpanFinder
 from kinetostatics.verification.directions import Directions
@@ -45,6 +46,11 @@ class PlacedJoint:
     axis: Array
     axis2: Array
     locked: bool
+
+    @property
+    def type(self) -> JointType:
+        """What the table of joint types says of it."""
+        return JOINT_TYPES[self.kind]
 
     def other(self, link: str) -> str:
         """Return the link on the other side."""
@@ -222,7 +228,7 @@ class Pieces:
         while queue:
             here = queue.pop()
             for joint in self.joints.values():
-                if joint.kind == "fixed" and here in joint.links and joint.name not in elastic:
+                if joint.type.is_fixed and here in joint.links and joint.name not in elastic:
                     other = joint.other(here)
                     if other not in found and self.is_rigid(other):
                         found.add(other)

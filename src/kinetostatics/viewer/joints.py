@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from kinetostatics.math.arrays import Array
-from kinetostatics.mechanism.mechanism import ROTATING, Connection
+from kinetostatics.mechanism.mechanism import Connection
 from kinetostatics.viewer.poses import ShownPoses
 
 
@@ -43,23 +43,23 @@ def find_joints(poses: ShownPoses) -> list[Joint]:
     found: list[Joint] = []
     size = 1e-7 * (1 + float(np.abs(poses.o).max()))
     for connection in robot.mechanism.connections.values():
-        loose = connection.kind == "floating" and connection.name not in robot.description.joint_stiffness
-        if connection.kind == "fixed" or loose:
+        loose = connection.type.is_free and connection.name not in robot.description.joint_stiffness
+        if connection.type.is_fixed or loose:
             continue  # the one does not move, the other does not join
         centre, axis = _centre_and_axis(poses, connection)
         links = frozenset((connection.predecessor, connection.successor))
-        turning = connection.kind in ROTATING and not connection.driven
+        turning = connection.type.is_hinge and not connection.driven
         before = found[-1] if found else None
         if (
             turning and before is not None and before.links & links and not before.driven and before.beam is None
-            and all(robot.mechanism.connections[name].kind in ROTATING for name in before.joints)
+            and all(robot.mechanism.connections[name].type.is_hinge for name in before.joints)
             and float(np.abs(before.centre - centre).max()) < size
         ):  # fmt: skip
             names = (*before.joints, connection.name)
             common = _common_start(before.name, connection.name).rstrip("_-. ") or names[0]
             found[-1] = Joint(common, names, before.links | links, before.centre, None, before.twist, False, None)
             continue
-        single = axis if connection.kind not in ("spherical", "universal", "planar", "floating") else None
+        single = axis if connection.type.is_on_axis else None
         found.append(
             Joint(
                 connection.name, (connection.name,), links, centre, single, _twist(poses, connection, centre),

@@ -127,7 +127,7 @@ class LiveRobot:
 
     def _drive(self, name: str) -> dict[str, Any]:
         connection = self.robot.mechanism.connections[name]
-        slides = connection.kind == "prismatic"
+        slides = connection.type.is_slide
         value = float(self.configuration.actuators[name])
         return self._slider("actuators", name, f"drive: {name}", slides, value, connection.lower, connection.upper)
 

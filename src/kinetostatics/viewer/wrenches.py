@@ -180,7 +180,7 @@ class Wrenches:
             if not joint.driven or joint.axis is None:
                 continue
             name = joint.name
-            kind = self.robot.mechanism.connections[name].kind
+            kind = "force" if self.robot.mechanism.connections[name].type.is_slide else "moment"
             shares = self.result.actuator_contributions[name]
             parts = np.nan_to_num(np.stack(self.poses.by_source(shares), axis=1))
             force = np.nan_to_num(self.poses.take(self.result.actuator_forces[name]))
@@ -188,9 +188,7 @@ class Wrenches:
             parts = np.concatenate([parts, (force - parts.sum(axis=1))[:, None]], axis=1)
             at, offset = self._beside(joint)
             vector = parts[..., None] * joint.axis[:, None]
-            yield Arrow(
-                "actuator forces", name, name, "force" if kind == "prismatic" else "moment", at, vector, offset, joint.axis
-            )
+            yield Arrow("actuator forces", name, name, kind, at, vector, offset, joint.axis)
 
     def _beside(self, joint: Joint) -> tuple[int, tuple[float, float, float]]:
         """Return station and offset for a drive's arrow: beside a telescopic beam, which would hide it, else at the joint."""

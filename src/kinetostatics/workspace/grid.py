@@ -184,7 +184,7 @@ def coordinate_units(robot: Robot, kind: str, names: Sequence[str]) -> dict[str,
     if kind == "platform":
         return {name: "m" if name in LENGTHS else "rad" for name in names}
     connections = robot.mechanism.connections
-    return {name: "m" if name in connections and connections[name].kind == "prismatic" else "rad" for name in names}
+    return {name: connections[name].type.unit if name in connections else "rad" for name in names}
 
 
 # ---- blocks ----------------------------------------------------------------------------------------------------------

@@ -129,7 +129,7 @@ def _q_labels(robot: Robot) -> list[tuple[str, str]]:
     found: list[tuple[str, str]] = [("", "1")] * model.nq
     for name, first, count in zip(list(model.names), list(model.idx_qs), list(model.nqs), strict=True):
         if count == 1:
-            found[first] = name, "m" if name in connections and connections[name].kind == "prismatic" else "rad"
+            found[first] = name, connections[name].type.unit if name in connections else "rad"
         for k in range(count if count > 1 else 0):
             part = ("cos", "sin")[k] if count == 2 else str(k)
             found[first + k] = f"{name}:{part}", "1"

@@ -10,14 +10,11 @@ from typing import Any
 import numpy as np
 
 from kinetostatics.description.elements import Loop, Vector
+from kinetostatics.description.joint_types import JOINT_TYPES, Axes, names_of
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
 from kinetostatics.files.importers import onshape
 from kinetostatics.files.importers.loop_record import ForeignLoop, SourceRobot
 from kinetostatics.files.importers.questions import MissingFactsError, Question, listed
-from kinetostatics.files.loops import LOOP_TYPES, ONE_FREEDOM
-
-#: Types of loops that have an axis; universal has two.
-WITH_AXIS = ("revolute", "continuous", "prismatic", "cylindrical", "planar", "universal")
 
 
 @dataclass(frozen=True)
@@ -71,8 +68,8 @@ def complete(source: SourceRobot, found: Sequence[ForeignLoop], drives: Drives, 
     platform, base = _links(source, answers, questions)
     types = _types(found, answers.types, questions, warnings)
     axes = _axes(found, types, answers.axes, questions, warnings)
-    movable = [joint.name for joint in source.joints.values() if joint.type in ONE_FREEDOM]
-    movable += [loop.name for loop in found if types[loop.name] in (*ONE_FREEDOM, None)]
+    movable = [joint.name for joint in source.joints.values() if JOINT_TYPES[joint.type].is_single]
+    movable += [loop.name for loop in found if types[loop.name] in (*names_of("is_single"), None)]
     driven = _driven(source, movable, drives, answers.driven, questions, warnings)
     if questions:
         raise MissingFactsError(source.path, questions)
@@ -124,16 +121,17 @@ def _types(
         given = {loop.name: given for loop in found if loop.type is None}
     given = _by_loop("types", given, found)
     types: dict[str, str | None] = {}
+    known = names_of("in_loop")
     for loop in found:
         kind = given.get(loop.name)
-        if kind is not None and kind not in LOOP_TYPES:
-            raise ArgumentError(f"types: {loop.name!r} cannot be {kind!r}; {near_names(str(kind), LOOP_TYPES)}")
+        if kind is not None and kind not in known:
+            raise ArgumentError(f"types: {loop.name!r} cannot be {kind!r}; {near_names(str(kind), known)}")
         if kind is not None and loop.type not in (None, kind):
             where = f"{loop.place.file}:{loop.place.line}"
             warnings.append(f"{where}: the loop {loop.name!r} is taken as {kind}, as asked for; the source says {loop.type}.")
         types[loop.name] = kind or loop.type
         if types[loop.name] is None:
-            what = f"the type of {_where(loop)}, one of {', '.join(LOOP_TYPES)}"
+            what = f"the type of {_where(loop)}, one of {', '.join(known)}"
             questions.append(Question("types", loop.name, '"TYPE"', "TYPE", what))
     return types
 
@@ -150,17 +148,17 @@ def _axes(
     axes: dict[str, tuple[Vector, ...]] = {}
     for loop in found:
         kind, answer = types[loop.name], given.get(loop.name)
-        count = 2 if kind == "universal" else 1
-        if kind is not None and kind not in WITH_AXIS:
+        count = 2 if kind is not None and JOINT_TYPES[kind].turns is Axes.BOTH else 1
+        if kind is not None and not JOINT_TYPES[kind].has_axis:
             if answer is not None:
                 raise ArgumentError(f"axes: the loop {loop.name!r} is {kind} and has no axis")
             axes[loop.name] = ()
         elif answer is not None:
             axes[loop.name] = _unit_vectors(loop.name, answer, count, kind)
-            if loop.axis is not None and kind != "universal" and np.abs(np.subtract(axes[loop.name][0], loop.axis)).max() > 1e-9:
+            if loop.axis is not None and count == 1 and np.abs(np.subtract(axes[loop.name][0], loop.axis)).max() > 1e-9:
                 where = f"{loop.place.file}:{loop.place.line}"
                 warnings.append(f"{where}: the loop {loop.name!r} has the axis that was asked for; the source says {loop.axis}.")
-        elif loop.axis is not None and kind != "universal":
+        elif loop.axis is not None and count == 1:
             axes[loop.name] = (loop.axis,)
         elif kind is not None:
             questions.append(_axis_question(loop, kind, count))
@@ -169,7 +167,7 @@ def _axes(
 
 def _axis_question(loop: ForeignLoop, kind: str, count: int) -> Question:
     note = f"; {loop.note}" if loop.note else ""
-    name = {"planar": "the normal", "universal": "both axes"}.get(kind, "the axis")
+    name = "both axes" if count == 2 else "the normal" if JOINT_TYPES[kind].slides is Axes.ACROSS else "the axis"
     what = f"{name} of the {kind} joint {_where(loop)}: in its frame on {loop.predecessor}"
     if count == 2:
         return Question("axes", loop.name, "((X, Y, Z), (X, Y, Z))", "X,Y,Z/X,Y,Z", f"{what} and on {loop.successor}{note}")
@@ -269,16 +267,17 @@ def _turned(source: SourceRobot, loop: Loop) -> str | None:
     first = frames[loop.predecessor] @ loop.predecessor_origin.matrix
     second = frames[loop.successor] @ loop.successor_origin.matrix
     between = first[:3, :3].T @ second[:3, :3]
-    if loop.type in WITH_AXIS and loop.type != "universal":
+    kind = JOINT_TYPES[loop.type]
+    if kind.has_axis and kind.turns is not Axes.BOTH:
         cosine, what = float(np.dot(loop.axis, between @ loop.axis)), "its axis in one frame and in the other are"
-    elif loop.type == "fixed":
+    elif kind.is_fixed:
         cosine, what = float((np.trace(between) - 1) / 2), "its two frames are turned by"
     else:
         return None
     if cosine > -1e-9:
         return None
     angle = math.degrees(math.acos(max(cosine, -1.0)))
-    apart = f"{what} {angle:.0f}°" + ("" if loop.type == "fixed" else " apart")
+    apart = f"{what} {angle:.0f}°" + ("" if kind.is_fixed else " apart")
     return (
         f"{loop.place.file}:{loop.place.line}: at the zero of all joints the loop {loop.name!r} is far from closed: {apart}; "
         "if the robot is assembled at zero, turn one frame with <origin rpy>."

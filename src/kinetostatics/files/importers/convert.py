@@ -10,11 +10,12 @@ from xml.sax.saxutils import escape
 
 from kinetostatics.argument_checks import check_mapping, path_name
 from kinetostatics.description.elements import Loop, Origin, Vector
+from kinetostatics.description.joint_types import JOINT_TYPES, Axes
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.exceptions import ArgumentError, RobotFileError
 from kinetostatics.files.bundled import read_robot
 from kinetostatics.files.importers import gepetto, isaac, onshape
-from kinetostatics.files.importers.answers import WITH_AXIS, Answers, Completed, Drives, complete
+from kinetostatics.files.importers.answers import Answers, Completed, Drives, complete
 from kinetostatics.files.importers.loop_record import ForeignLoop, SourceRobot
 from kinetostatics.files.importers.retyping import driven_after, retype
 from kinetostatics.files.links_joints import read_joints, read_links, tree_root
@@ -226,9 +227,9 @@ def _additions(completed: Completed) -> str:
         lines.append(f"  <loop name={_quoted(loop.name)} type={_quoted(loop.type)}>\n")
         lines.append(_side("predecessor", loop.predecessor, loop.predecessor_origin))
         lines.append(_side("successor", loop.successor, loop.successor_origin))
-        if loop.type in WITH_AXIS:
+        if JOINT_TYPES[loop.type].has_axis:
             lines.append(f'    <axis xyz="{_numbers(loop.axis)}"/>\n')
-        if loop.type == "universal":
+        if JOINT_TYPES[loop.type].turns is Axes.BOTH:
             lines.append(f'    <axis2 xyz="{_numbers(loop.axis2)}"/>\n')
         lines.append("  </loop>\n")
     for name in completed.driven:

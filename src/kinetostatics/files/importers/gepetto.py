@@ -29,6 +29,7 @@ from itertools import takewhile
 from typing import Any
 
 from kinetostatics.description.elements import Place
+from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.exceptions import near_names
 from kinetostatics.files.importers.loop_record import ForeignLoop, SourceRobot
 from kinetostatics.files.importers.yaml_source import fail, place, read_mapping, scalar, sequence
@@ -38,7 +39,7 @@ KEYS = ("closed_loop", "type", "name_mot", "joint_name", "joint_type")
 #: What ``type`` says of a loop.
 TYPES = {"3d": "spherical", "6d": "fixed"}
 #: The axes of the joint's frame about which a joint of ``joint_type`` turns, one after the other.
-JOINT_TYPES = {"SPHERICAL": "xyz", "UJOINT_XY": "xy", "UJOINT_YZ": "yz", "UJOINT_ZX": "zx", "FIXED": ""}
+RETYPED = {"SPHERICAL": "xyz", "UJOINT_XY": "xy", "UJOINT_YZ": "yz", "UJOINT_ZX": "zx", "FIXED": ""}
 
 
 @dataclass(frozen=True)
@@ -145,7 +146,7 @@ def _driven(source: SourceRobot, keys: Mapping[str, Any], file: str) -> tuple[tu
     """Return the driven joints, and a remark if exact names and parts of names do not give the same."""
     if "name_mot" not in keys:
         return None, ""
-    movable = [joint.name for joint in source.joints.values() if joint.type != "fixed"]
+    movable = [joint.name for joint in source.joints.values() if not JOINT_TYPES[joint.type].is_fixed]
     nodes = sequence(keys["name_mot"], file, "name_mot")
     texts = [scalar(node, file, "an entry of name_mot") for node in nodes]
     for node, text in zip(nodes, texts, strict=True):
@@ -174,14 +175,14 @@ def _retyped(source: SourceRobot, keys: Mapping[str, Any], file: str) -> tuple[R
     found: dict[str, Retyped] = {}
     for name_node, type_node in zip(names, types, strict=True):
         name, kind = scalar(name_node, file, "an entry of joint_name"), scalar(type_node, file, "an entry of joint_type")
-        movable = [joint.name for joint in source.joints.values() if joint.type != "fixed"]
+        movable = [joint.name for joint in source.joints.values() if not JOINT_TYPES[joint.type].is_fixed]
         if name not in movable:
             what = "is fixed in the URDF" if name in source.joints else "does not exist"
             fail(name_node, file, f"joint_name says {name!r}, which {what}; {near_names(name, movable)}")
         if name in found:
             fail(name_node, file, f"joint_name has {name!r} twice")
-        if kind not in JOINT_TYPES:
-            reason = f"joint_type of {name!r} is {kind!r}, whose axes are not known here; known: {', '.join(JOINT_TYPES)}"
+        if kind not in RETYPED:
+            reason = f"joint_type of {name!r} is {kind!r}, whose axes are not known here; known: {', '.join(RETYPED)}"
             fail(type_node, file, f"{reason}. Write its revolutes into the URDF, and take it out of joint_name")
-        found[name] = Retyped(name, JOINT_TYPES[kind], place(name_node, file))
+        found[name] = Retyped(name, RETYPED[kind], place(name_node, file))
     return tuple(found.values())

@@ -17,6 +17,7 @@ only if its type is ``spherical``. The exporter (``isaacsim.asset.exporter.urdf`
 from __future__ import annotations
 
 from kinetostatics.description.elements import Origin
+from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.exceptions import near_names
 from kinetostatics.files.importers.loop_record import ForeignLoop, SourceRobot
 from kinetostatics.files.xml import Element
@@ -54,8 +55,8 @@ def _type(element: Element) -> str | None:
     kind = element.attributes.get("type", "").strip()
     if not kind:
         return None
-    if kind == "floating":
-        raise element.error(f"{element.label} is floating, which joins nothing; take it out")
+    if kind in JOINT_TYPES and JOINT_TYPES[kind].is_free:
+        raise element.error(f"{element.label} is {kind}, which joins nothing; take it out")
     if kind not in TYPES:
         raise element.error(f"{element.label} has the type {kind!r}, which Isaac Sim does not have; {near_names(kind, TYPES)}")
     return kind

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.description.elements import Joint, Link, Origin, Place, Vector
+from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.exceptions import RobotFileError, near_names
 from kinetostatics.files.xml import Element
 
@@ -89,8 +90,8 @@ class SourceRobot:
             raise RobotFileError(reason, place.file, place.line)
         if joint is None:
             joint = self.parent_joints.get(name)
-        elif joint.type != "fixed":
+        elif not JOINT_TYPES[joint.type].is_fixed:
             return joint.child, Origin()
-        if joint is not None and joint.type == "fixed":
+        if joint is not None and JOINT_TYPES[joint.type].is_fixed:
             return joint.parent, joint.origin
         return name, Origin()

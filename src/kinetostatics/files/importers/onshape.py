@@ -18,6 +18,7 @@ from collections.abc import Collection
 import numpy as np
 
 from kinetostatics.description.elements import Joint
+from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.exceptions import RobotFileError
 from kinetostatics.files.importers.loop_record import ForeignLoop, SourceRobot
 
@@ -40,7 +41,7 @@ def read(source: SourceRobot, taken: Collection[str] = ()) -> list[ForeignLoop]:
         if match is None or name in taken:
             continue
         joint = source.parent_joints.get(name)
-        if joint is None or joint.type != "fixed":
+        if joint is None or not JOINT_TYPES[joint.type].is_fixed:
             reason = f"the link {name!r} has the name of a loop's frame, but no fixed joint holds it; rename it if it is none"
             raise RobotFileError(reason, link.place.file, link.place.line)
         pairs.setdefault(match[1], {})[match[2]] = joint
@@ -71,7 +72,7 @@ def _loop(source: SourceRobot, name: str, sides: dict[str, Joint]) -> ForeignLoo
 def _has_z_frame(source: SourceRobot, joint: Joint) -> bool:
     """Whether the frame's link has beside it the one that marks a revolute mate."""
     beside = source.parent_joints.get(f"{joint.child}_z")
-    if beside is None or beside.type != "fixed" or beside.parent != joint.parent:
+    if beside is None or not JOINT_TYPES[beside.type].is_fixed or beside.parent != joint.parent:
         return False
     between = np.linalg.inv(joint.origin.matrix) @ beside.origin.matrix
     return bool(np.abs(between[:3, 3] - (0, 0, Z_OFFSET)).max() < Z_TOLERANCE)

@@ -86,7 +86,7 @@ def closed_starts(robot: Robot, count: int, tolerance: float) -> Array:
     connections = robot.mechanism.connections
     values = {}
     for name, value in zero.items():
-        reach = robot.length if connections[name].kind == "prismatic" else np.pi
+        reach = robot.length if connections[name].type.is_slide else np.pi
         values[name] = float(value) + random.uniform(-reach, reach, count)
     none = np.zeros((0, robot.mechanism.tree.nq))
     if not values:

@@ -1,0 +1,131 @@
+"""The table of joint types: what each leaves free, and where it may stand. Everything else about a type follows from its row.
+
+A new type of loop needs a row here and nothing else; a new type of tree joint must be one that Pinocchio's parser reads, too.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+
+
+class Axes(Enum):
+    """Along which directions a joint slides, or about which axes it turns."""
+
+    NONE = "none"
+    AXIS = "its axis"
+    ACROSS = "two directions across its axis"
+    BOTH = "its axis, fixed in the predecessor, and axis2, fixed in the successor"
+    ALL = "all three"
+
+    @property
+    def count(self) -> int:
+        """How many freedoms that makes."""
+        return _COUNTS[self]
+
+
+_COUNTS = {Axes.NONE: 0, Axes.AXIS: 1, Axes.ACROSS: 2, Axes.BOTH: 2, Axes.ALL: 3}
+
+
+@dataclass(frozen=True)
+class JointType:
+    """What is known of all joints of a type.
+
+    Attributes:
+        name: as robot files write it.
+        symbol: in the words for limbs, such as ``RRPS``.
+        slides: along which directions it slides: ``NONE``, ``AXIS``, ``ACROSS`` or ``ALL``.
+        turns: about which axes it turns: ``NONE``, ``AXIS``, ``BOTH`` (without sliding) or ``ALL``.
+        in_tree: whether it may be a ``<joint>`` of the spanning tree.
+        in_loop: whether it may be a ``<loop>``.
+        endless: whether the angle about its axis has no limits, and its coordinates are (cos, sin) instead of the angle.
+    """
+
+    name: str
+    symbol: str
+    slides: Axes = Axes.NONE
+    turns: Axes = Axes.NONE
+    in_tree: bool = False
+    in_loop: bool = True
+    endless: bool = False
+
+    @property
+    def freedoms(self) -> int:
+        """Number of its freedoms."""
+        return self.slides.count + self.turns.count
+
+    @property
+    def coordinates(self) -> int:
+        """Number of its coordinates in Pinocchio's ``q``: shifts, then an angle, (cos, sin) or a quaternion (x, y, z, w)."""
+        return self.slides.count + (4 if self.turns is Axes.ALL else self.turns.count + self.endless)
+
+    @property
+    def is_fixed(self) -> bool:
+        """Whether it blocks everything."""
+        return self.freedoms == 0
+
+    @property
+    def is_free(self) -> bool:
+        """Whether it blocks nothing."""
+        return self.freedoms == 6
+
+    @property
+    def is_single(self) -> bool:
+        """Whether it has one freedom, so that it may be driven, have a limit, follow another or be followed."""
+        return self.freedoms == 1
+
+    @property
+    def has_limits(self) -> bool:
+        """Whether its one coordinate has a lower and an upper limit."""
+        return self.is_single and not self.endless
+
+    @property
+    def is_slide(self) -> bool:
+        """Whether it slides along its axis and does nothing else: its coordinate is a length, and its drive's force is in N."""
+        return self.is_single and self.slides is Axes.AXIS
+
+    @property
+    def is_hinge(self) -> bool:
+        """Whether it turns about its axis and does nothing else."""
+        return self.is_single and self.turns is Axes.AXIS
+
+    @property
+    def is_on_axis(self) -> bool:
+        """Whether it moves along and about its axis only, so that its origin is one of many points that would do."""
+        return not self.is_fixed and {self.slides, self.turns} <= {Axes.NONE, Axes.AXIS}
+
+    @property
+    def has_axis(self) -> bool:
+        """Whether it has an axis: the only direction, the only one to turn about, the normal of a plane, or the first of two."""
+        return not {self.slides, self.turns} <= {Axes.NONE, Axes.ALL}
+
+    @property
+    def has_cone(self) -> bool:
+        """Whether a ``<cone>`` may limit it: it tilts."""
+        return self.in_loop and self.slides is Axes.NONE and self.turns.count > 1
+
+    @property
+    def unit(self) -> str:
+        """SI unit of the coordinate of a joint with one freedom."""
+        return "m" if self.is_slide else "rad"
+
+
+JOINT_TYPES = {
+    item.name: item
+    for item in (
+        JointType("fixed", "fixed", in_tree=True),
+        JointType("revolute", "R", turns=Axes.AXIS, in_tree=True),
+        JointType("continuous", "R", turns=Axes.AXIS, in_tree=True, endless=True),
+        JointType("prismatic", "P", slides=Axes.AXIS, in_tree=True),
+        JointType("cylindrical", "C", slides=Axes.AXIS, turns=Axes.AXIS),
+        JointType("universal", "U", turns=Axes.BOTH),
+        JointType("spherical", "S", turns=Axes.ALL),
+        JointType("floating", "F", slides=Axes.ALL, turns=Axes.ALL, in_tree=True, in_loop=False),
+        JointType("planar", "E", slides=Axes.ACROSS, turns=Axes.AXIS, in_tree=True, endless=True),
+    )
+}
+
+
+def names_of(condition: str) -> tuple[str, ...]:
+    """Return the names of the types that meet a condition, one of the yes-or-no attributes of :class:`JointType`."""
+    return tuple(name for name, item in JOINT_TYPES.items() if getattr(item, condition))
