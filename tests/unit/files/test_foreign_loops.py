@@ -16,7 +16,7 @@ import kinetostatics as ks
 from kinetostatics.cli import main as cli
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError, RobotFileError
 from kinetostatics.files.importers import ForeignLoop, gepetto, isaac, onshape
-from kinetostatics.files.importers import convert as conversion
+from kinetostatics.files.importers.convert import _read_source
 from kinetostatics.files.reader import parse_robot_text
 
 FOREIGN = TESTS / "foreign"
@@ -443,12 +443,12 @@ def test_all_three_sources_in_one_robot(tmp_path):
 
 
 def test_readers_return_one_kind_of_record():
-    source, _ = conversion._read_source(FIVE_BAR, {})
+    source, _ = _read_source(FIVE_BAR, {})
     (loop,) = onshape.read(source)
     assert (loop.type, loop.axis, loop.driven, loop.predecessor, loop.successor) == (None, (0, 0, 1), None, "rod_2", "tool")
-    (isaac_loop,) = isaac.read(conversion._read_source(FOUR_BAR, {})[0])
+    (isaac_loop,) = isaac.read(_read_source(FOUR_BAR, {})[0])
     assert (isaac_loop.type, isaac_loop.axis, isaac_loop.driven) == ("revolute", None, None)
-    (gepetto_loop,) = gepetto.read(conversion._read_source(GEPETTO[0], {})[0], GEPETTO[1]).loops
+    (gepetto_loop,) = gepetto.read(_read_source(GEPETTO[0], {})[0], GEPETTO[1]).loops
     assert (gepetto_loop.type, gepetto_loop.axis, gepetto_loop.driven) == ("fixed", None, False)
     assert {type(item) for item in (loop, isaac_loop, gepetto_loop)} == {ForeignLoop}
     with pytest.raises(AttributeError):
@@ -727,7 +727,7 @@ def test_unknown_keys_of_the_yaml_are_warned_of(tmp_path):
 
 
 def test_damaged_yaml_never_ends_in_a_traceback(tmp_path):
-    source, _ = conversion._read_source(RRS[0], {})
+    source, _ = _read_source(RRS[0], {})
     text, chance = RRS[1].read_bytes(), random.Random(8)
     outcomes = set()
     for _ in range(400):
