@@ -1,6 +1,14 @@
 """Cross-sections of beams: areas, moments, shear coefficients and the stress that a section wrench causes.
 
 The section's axes are y and z, x runs along the beam. ``I_y = ∫z² dA`` resists bending about y.
+
+>>> rod = Tube.of(outer_diameter=0.06, inner_diameter=0.05)
+>>> round(1e6 * rod.area)  # [mm²]
+864
+>>> [round(kappa, 3) for kappa in rod.shear_coefficients(poisson_ratio=0.3)]
+[0.538, 0.538]
+>>> round(float(rod.stress(np.array([1000.0, 0, 0, 0, 0, 0]))))  # 1000 N along the rod: N / A [Pa]
+1157490
 """
 
 from __future__ import annotations

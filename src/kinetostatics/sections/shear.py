@@ -73,7 +73,7 @@ class _Axis:
 
 
 #: Gauss-Lobatto points, and the matrix from values there to Legendre coefficients.
-_LOBATTO = np.concatenate([[-1.0], np.polynomial.legendre.Legendre.basis(_DEGREE).deriv().roots(), [1.0]])
+_LOBATTO = np.concatenate([[-1.0], np.polynomial.legendre.Legendre.basis(_DEGREE).deriv().roots().real, [1.0]])
 _TO_MODES = np.linalg.inv(np.polynomial.legendre.legvander(_LOBATTO, _DEGREE))
 
 
