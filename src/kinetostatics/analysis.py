@@ -61,6 +61,19 @@ def analyze(
         ArgumentError: a shape or value makes no sense.
         SingularPoseError: with the drives locked the platform can still move; the message says how.
         LimbEquilibriumError: a limb cannot hold its own weight.
+
+    Example:
+        A tripod carries 500 N on its platform. What load and weights contribute to the twist adds up to it:
+
+        >>> import kinetostatics as ks
+        >>> pose = ks.load_robot("3rps").assemble(platform={"z": 0.5, "rx": 0.0, "ry": 0.0})
+        >>> result = ks.analyze(pose, load=[0, 0, -500, 0, 0, 0])
+        >>> {name: round(1e9 * float(twist[2]), 1) for name, twist in result.contributions.items()}  # along z [nm]
+        {'load': -56.3, 'platform_weight': -21.7, 'limb_1': -17.3, 'limb_2': -17.3, 'limb_3': -17.3}
+        >>> bool(np.allclose(sum(result.contributions.values()), result.twist))
+        True
+        >>> {name: round(float(force), 1) for name, force in result.actuator_forces.items()}  # [N]
+        {'prismatic_1': 542.8, 'prismatic_2': 542.8, 'prismatic_3': 542.8}
     """
     if not isinstance(configuration, Configuration):
         raise ArgumentError(f"analyze wants a pose, not {configuration!r}: make one with robot.assemble(…)")

@@ -123,6 +123,14 @@ def tolerances(
     Raises:
         ArgumentError: not a single pose, or an amount that is not a positive number.
         SingularPoseError: with the drives locked the platform can still move.
+
+    Example:
+        The error that locks the largest force into an overconstrained robot:
+
+        >>> import kinetostatics as ks
+        >>> worst = ks.tolerances(ks.load_robot("2pru_upr").assemble()).rows[0]
+        >>> worst.name, worst.error, worst.amount, worst.at, round(worst.force)  # [rad], [N]
+        ('revolute_1', 'ry', 0.001, 'prismatic_1', 261)
     """
     if not isinstance(configuration, Configuration) or configuration.shape != ():
         raise ArgumentError("tolerances wants a single pose: make one with robot.assemble(…)")

@@ -1,4 +1,12 @@
-"""The units that numbers may carry: one table of them, with SI prefixes, products, quotients and powers of them."""
+"""The units that numbers may carry: one table of them, with SI prefixes, products, quotients and powers of them.
+
+>>> unit("mm").in_si(80)
+0.08
+>>> unit("N/mm").in_si(3), unit("N/mm").kind
+(3000.0, 'stiffness')
+>>> find_unit("furlong") is None
+True
+"""
 
 from __future__ import annotations
 

@@ -3,6 +3,17 @@
 A twist is ``[d; r]``: linear displacement [m] of the body point at the reference point, then rotation [rad]. A wrench is
 ``[f; m]``: force [N], then moment [N·m] about the reference point. With this order, Pinocchio's, the reciprocal product is
 the plain dot product of a twist and a wrench. All arrays are ``(6, …)``, ``(3, …)`` with the batch axes last.
+
+A force through a hinge's axis is reciprocal to its twist; a force beside it has a moment about it, and so does work:
+
+>>> hinge = rotation_twist(axis=np.array([0.0, 0.0, 1.0]), arm=np.array([2.0, 0.0, 0.0]))
+>>> through = wrench_of_force(force=np.array([0.0, 5.0, 0.0]), arm=np.array([2.0, 0.0, 0.0]))
+>>> beside = wrench_of_force(force=np.array([0.0, 5.0, 0.0]), arm=np.array([3.0, 0.0, 0.0]))
+>>> float(through @ hinge), float(beside @ hinge)
+(0.0, 5.0)
+>>> move_wrench(through, shift=np.array([2.0, 0.0, 0.0])).tolist()  # about a point of the axis: no moment
+[0.0, 5.0, 0.0, 0.0, 0.0, 0.0]
+
 Source: J. K. Davidson and K. H. Hunt, Robots and Screw Theory, Oxford 2004, chapters 3 and 5.
 """
 
