@@ -25,12 +25,14 @@ from kinetostatics.files.bundled import robots
 from kinetostatics.files.reader import read_robot_file, validate
 from kinetostatics.files.writer import save_robot
 from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.printing.dispatch import LATE_MODULES
 from kinetostatics.results.beam import BeamResult
 from kinetostatics.results.limb import LimbResult
 from kinetostatics.results.result import Result
+from kinetostatics.results.tolerances import Tolerance, Tolerances
 from kinetostatics.robot import Robot, load_robot
 from kinetostatics.status import Status
-from kinetostatics.tolerances import Tolerance, Tolerances, tolerances
+from kinetostatics.tolerances import tolerances
 
 if TYPE_CHECKING:
     from kinetostatics import indices
@@ -77,6 +79,9 @@ __all__ = [
     "validate",
     "verify",
 ]
+
+
+LATE_MODULES.append("kinetostatics.reports")
 
 
 def __dir__() -> list[str]:

@@ -24,6 +24,7 @@ from kinetostatics.limbs.model import StaticModel
 from kinetostatics.mechanism.limbs import analyze_topology
 from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.pinocchio_loops import constraint_models
+from kinetostatics.printing.dispatch import Shown, text_of
 from kinetostatics.statics.model import RobotStatics, make_statics
 
 
@@ -41,7 +42,7 @@ def load_robot(path: str | os.PathLike[str], parameters: Mapping[str, object] | 
     return Robot(read_robot_file(path, parameters))
 
 
-class Robot(RobotKinematics):
+class Robot(Shown, RobotKinematics):
     """A parallel manipulator: its joints, limbs and beams.
 
     What it knows of its poses is told in :class:`RobotKinematics`; here are its statics and what people call.
@@ -87,19 +88,7 @@ class Robot(RobotKinematics):
         return constraint_models(self.mechanism, self.model, self.length, anchors)
 
     def __str__(self) -> str:
-        from kinetostatics.reports import robot_report
-
-        return robot_report(self)
-
-    def __repr__(self) -> str:
-        from kinetostatics.reports.short import robot_line
-
-        return robot_line(self)
-
-    def _repr_html_(self) -> str:
-        from kinetostatics.reports.short import robot_html
-
-        return robot_html(self)
+        return text_of(self)
 
     # ---- statics ----------------------------------------------------------------------------------------------------
 

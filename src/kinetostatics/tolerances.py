@@ -6,8 +6,6 @@ errors add up.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -17,86 +15,12 @@ from kinetostatics.argument_checks import check_choice, positive
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.ordering import first_largest, ranked
+from kinetostatics.results.tolerances import Tolerance, Tolerances
 
 #: What the table may be ranked by.
 RANKINGS = ("force", "displacement", "rotation")
 #: Part of the largest effect of all errors below which one counts as none: along a joint's own freedoms.
 _NO_EFFECT = 1e-9
-
-
-@dataclass(frozen=True)
-class Tolerance:
-    """The effect of one error.
-
-    Attributes:
-        name: the joint or beam.
-        kind: ``joint`` or ``beam``.
-        error: what is off: ``x``, ``y``, ``z``, ``rx``, ``ry``, ``rz`` of a joint, along and about the axes of its frame on the
-            predecessor's side; ``length`` or ``temperature`` of a beam.
-        amount: by how much [m, rad, K].
-        twist: what it does to the platform: displacement of o and rotation, world axes [m, rad].
-        displacement, rotation: their sizes [m, rad].
-        force: the largest force that it locks into a joint [N], and ``at`` which one; 0 and "" where there is none.
-        at: see ``force``.
-        moment: the largest moment that it locks into a joint, about the joint's centre [N·m].
-        actuator_forces: what it adds to the drives [N, N·m].
-    """
-
-    name: str
-    kind: str
-    error: str
-    amount: float
-    twist: tuple[float, ...]
-    displacement: float
-    rotation: float
-    force: float
-    at: str
-    moment: float
-    actuator_forces: dict[str, float]
-
-
-@dataclass(frozen=True, repr=False)
-class Tolerances:
-    """The effects of all errors, the worst first.
-
-    Attributes:
-        configuration: the pose.
-        rows: one for each error that has an effect.
-        ranked_by: ``force``, ``displacement`` or ``rotation``.
-    """
-
-    configuration: Configuration
-    rows: tuple[Tolerance, ...]
-    ranked_by: str
-
-    def __str__(self) -> str:
-        from kinetostatics.reports import tolerances_report
-
-        return tolerances_report(self)
-
-    def __repr__(self) -> str:
-        from kinetostatics.reports.short import tolerances_line
-
-        return tolerances_line(self)
-
-    def _repr_html_(self) -> str:
-        from kinetostatics.reports.short import tolerances_html
-
-        return tolerances_html(self)
-
-    def __iter__(self) -> Iterator[Tolerance]:
-        return iter(self.rows)
-
-    def __len__(self) -> int:
-        return len(self.rows)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return everything as plain numbers, lists and strings: what ``--json`` prints."""
-        return {
-            "robot": self.configuration.robot.name,
-            "ranked_by": self.ranked_by,
-            "errors": [{**asdict(row), "twist": list(row.twist)} for row in self.rows],
-        }
 
 
 def tolerances(

@@ -181,7 +181,7 @@ def test_every_error_of_the_code_is_provoked_or_known_to_be_out_of_reach():
 
 
 #: Modules in which every text is a warning, or part of one; in the others it is what they append to warnings, or warn of.
-HOLDERS = re.compile(r"(checks|results)/warnings\w*|kinematics/unit_hints|results/near_singular")
+HOLDERS = re.compile(r"(checks|results)/warnings\w*|(description|kinematics)/unit_hints|results/near_singular")
 #: Words in a row that make a text rather than a part of one.
 WORDS = 5
 

@@ -3,25 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TypeVar
 
 from kinetostatics.checks.chains import Graph
+from kinetostatics.checks.facts import DeadWeightFacts, MobilityFacts, RobotFacts, ZeroFacts
 from kinetostatics.checks.limb_graph import GraphReader
-from kinetostatics.checks.mobility import LocalFreedom, Motions, coordinates_of, drives_of, local_freedoms
-from kinetostatics.checks.parts import (
-    BeamFacts,
-    ElasticJointFacts,
-    FollowerFacts,
-    LimbFacts,
-    beam_facts,
-    elastic_joints,
-    first_like,
-    followers,
-    limb_facts,
-    massless_links,
-)
-from kinetostatics.checks.redundancy import Redundancy, redundancies
+from kinetostatics.checks.mobility import Motions, coordinates_of, drives_of, local_freedoms
+from kinetostatics.checks.parts import beam_facts, elastic_joints, first_like, followers, limb_facts, massless_links
+from kinetostatics.checks.redundancy import redundancies
 from kinetostatics.checks.warnings import warnings_of_file, warnings_of_statics
 from kinetostatics.exceptions import AssemblyError, KinetostaticsError
 
@@ -30,93 +19,6 @@ if TYPE_CHECKING:
     from kinetostatics.robot import Robot
 
 T = TypeVar("T")
-
-
-@dataclass
-class MobilityFacts:
-    """What can move and what is held more than once.
-
-    Attributes:
-        platform: freedoms of the platform.
-        local: freedoms that do not move it; ``local_freedoms`` says which.
-        redundant_constraints: constraints that say nothing new; ``redundancies`` says where.
-        gap: ratio of the smallest kept to the largest dropped singular value; small means that the counts are doubtful.
-        coordinates: platform coordinates that place the platform, as many as its freedoms.
-        redundant_drives: how many more drives there are than freedoms that they move.
-        unheld: freedoms of the platform that are left with the drives locked.
-    """
-
-    platform: int
-    local: int
-    redundant_constraints: int
-    gap: float
-    coordinates: tuple[str, ...]
-    redundant_drives: int
-    unheld: int
-    local_freedoms: list[LocalFreedom]
-    redundancies: list[Redundancy]
-
-
-@dataclass
-class ZeroFacts:
-    """The zero pose.
-
-    Attributes:
-        openings: how far each loop is open where all joints are at zero, ``{name: {"m": …, "rad": …}}``.
-        drives: where the drives stand at the closed zero pose [m, rad]; None if the loops do not close.
-        closing_error: how far the closed loops stay open [scaled m or rad]; None if they do not close.
-    """
-
-    openings: dict[str, dict[str, float]]
-    drives: dict[str, float] | None = None
-    closing_error: float | None = None
-
-    def widest(self, unit: str) -> tuple[float, str]:
-        """Return the largest opening in ``m`` or ``rad``, and the loop's name."""
-        return max(((item[unit], name) for name, item in self.openings.items()), default=(0.0, ""))
-
-
-@dataclass
-class DeadWeightFacts:
-    """Links and joints of base or platform and of what hangs on it, and its ``graph``."""
-
-    links: tuple[str, ...]
-    joints: tuple[str, ...]
-    mass: float | None
-    graph: Graph
-
-
-@dataclass
-class RobotFacts:
-    """All that a report says of a robot; what cannot be computed is None, and ``problems`` say why.
-
-    Attributes:
-        mobility: numbers and what they mean.
-        zero: the zero pose.
-        mass: of everything at the zero pose [kg].
-        massless: rigid links between joints that weigh nothing.
-        problems: what keeps the robot from being analysed at all.
-        warnings: what to be careful about.
-    """
-
-    name: str
-    file: str
-    base: str
-    platform: str
-    mobility: MobilityFacts | None = None
-    drives: tuple[str, ...] = ()
-    zero: ZeroFacts = field(default_factory=lambda: ZeroFacts({}))
-    mass: float | None = None
-    mass_follows_pose: bool = False
-    massless: tuple[str, ...] = ()
-    limbs: list[LimbFacts] = field(default_factory=list)
-    beams: list[BeamFacts] = field(default_factory=list)
-    elastic_joints: list[ElasticJointFacts] = field(default_factory=list)
-    followers: list[FollowerFacts] = field(default_factory=list)
-    on_base: DeadWeightFacts | None = None
-    on_platform: DeadWeightFacts | None = None
-    problems: list[str] = field(default_factory=list)
-    warnings: list[str] = field(default_factory=list)
 
 
 def robot_facts(robot: Robot) -> RobotFacts:

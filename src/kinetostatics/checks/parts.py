@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.checks.chains import Graph, JointStep, bodies_of, joints_of, word_of
+from kinetostatics.checks.chains import bodies_of, joints_of, word_of
+from kinetostatics.checks.facts import BeamFacts, ElasticJointFacts, FollowerFacts, LimbFacts
 from kinetostatics.checks.limb_graph import GraphReader
 from kinetostatics.math.ordering import EQUAL
 from kinetostatics.mechanism.joint_compliance import springs_of
@@ -21,86 +21,6 @@ if TYPE_CHECKING:
     from kinetostatics.description.elements import Beam
     from kinetostatics.mechanism.limbs import Limb
     from kinetostatics.robot import Robot
-
-
-@dataclass
-class LimbFacts:
-    """A limb.
-
-    Attributes:
-        name: ``limb_1``, …
-        word: its joints from base to platform, such as ``R P(driven) S`` or ``R(driven) (S S | S S)``.
-        like: an earlier limb that is built alike, or None.
-        graph: how bodies and joints follow one another.
-        links, beams: names.
-        joints: in the order of the graph.
-        parts: first and last link of each part, if pieces that everything passes through split the limb.
-        rigid: whether nothing in it is elastic.
-        mass: at the zero pose [kg], None if not known.
-        constraint_wrenches, attached_wrenches: in words, None if not known.
-    """
-
-    name: str
-    word: str
-    like: str | None
-    graph: Graph
-    links: tuple[str, ...]
-    joints: list[JointStep]
-    beams: tuple[str, ...]
-    parts: tuple[tuple[str, str], ...]
-    rigid: bool
-    mass: float | None
-    constraint_wrenches: tuple[str, ...] | None = None
-    attached_wrenches: tuple[str, ...] | None = None
-
-
-@dataclass
-class BeamFacts:
-    """A beam; ``length`` [m] and ``mass`` [kg] are those of the zero pose, None if it is not known.
-
-    ``start`` and ``end`` name the joints at its ends, base to platform; ``depth`` [m] is the section's larger side or diameter.
-    """
-
-    name: str
-    link: str
-    start: str
-    end: str
-    section: str
-    telescopic: bool
-    length: float | None
-    depth: float
-    mass: float | None
-    youngs_modulus: float
-    shear_modulus: float
-    density: float | None
-    thermal_expansion: float
-    area: float
-    I_y: float
-    I_z: float
-    J: float
-    shear_areas: tuple[float, float]
-
-
-@dataclass
-class ElasticJointFacts:
-    """A joint that gives way: stiffnesses along [N/m] and about [N·m/rad] the axes of its frame; infinite ones are rigid."""
-
-    joint: str
-    kind: str
-    linear: tuple[float, float, float]
-    angular: tuple[float, float, float]
-    drive: float | None
-
-
-@dataclass
-class FollowerFacts:
-    """A joint that mimics another: ``multiplier`` times its coordinate plus ``offset`` [m, rad]."""
-
-    joint: str
-    kind: str
-    leader: str
-    multiplier: float
-    offset: float
 
 
 def limb_facts(robot: Robot, reader: GraphReader, limb: Limb, mass: float | None) -> LimbFacts:

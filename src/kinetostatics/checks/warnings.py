@@ -12,8 +12,9 @@ from kinetostatics.analysis import analyze
 from kinetostatics.checks.warnings_of_masses import without_mass
 from kinetostatics.checks.warnings_of_poses import AT_ZERO, facts_of_poses, poses_of
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes
+from kinetostatics.description.unit_hints import odd_angles
 from kinetostatics.exceptions import KinetostaticsError, StaticsError
-from kinetostatics.kinematics.unit_hints import odd_angles, odd_limits, robot_size
+from kinetostatics.kinematics.unit_hints import odd_limits, robot_size
 from kinetostatics.kinematics.zero_pose import corrections_hint
 from kinetostatics.math.ordering import EQUAL
 from kinetostatics.mechanism.beam_geometry import ends_nowhere
@@ -23,8 +24,7 @@ from kinetostatics.results.near_singular import near_singular_words
 from kinetostatics.status import WITHOUT_NUMBERS
 
 if TYPE_CHECKING:
-    from kinetostatics.checks.collect import RobotFacts
-    from kinetostatics.checks.parts import BeamFacts, ElasticJointFacts
+    from kinetostatics.checks.facts import BeamFacts, ElasticJointFacts, RobotFacts
     from kinetostatics.mechanism.mechanism import Connection
     from kinetostatics.robot import Robot
 
@@ -82,7 +82,7 @@ def _closing(robot: Robot, facts: RobotFacts) -> Iterable[str]:
             f"where all joints are at zero the loops are far from closed: {zero_openings(facts)}. They are closed from there, "
             + (
                 "which angles in degrees would explain: see the other warnings"
-                if odd_angles(robot.description)
+                if odd_angles(robot.description.joints, robot.description.loops)
                 else "perhaps in another assembly mode than is meant: look at the pose with kinetostatics view, or move the zero "
                 "of the joints so that it nearly closes the loops"
             )

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from kinetostatics.printing.text import listing
 
 if TYPE_CHECKING:
-    from kinetostatics.checks.collect import RobotFacts
+    from kinetostatics.checks.facts import RobotFacts
     from kinetostatics.robot import Robot
 
 

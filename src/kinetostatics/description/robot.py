@@ -23,7 +23,9 @@ from kinetostatics.description.elements import (
     Place,
     Vector,
 )
+from kinetostatics.description.unit_hints import odd_angles, odd_materials
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
+from kinetostatics.printing.dispatch import Shown, urdf_of
 from kinetostatics.printing.mappings import mapping_words
 
 Item = TypeVar("Item")
@@ -66,7 +68,7 @@ def by_name(kind: str, items: Iterable[Any], *taken: Mapping[str, Any]) -> dict[
 
 
 @dataclass(frozen=True, repr=False)
-class RobotDescription:
+class RobotDescription(Shown):
     """A whole robot.
 
     Attributes:
@@ -106,16 +108,6 @@ class RobotDescription:
             object.__setattr__(self, table, Items(getattr(self, table)))
         object.__setattr__(self, "driven", tuple(self.driven))
 
-    def __repr__(self) -> str:
-        from kinetostatics.reports.short import description_line
-
-        return description_line(self)
-
-    def _repr_html_(self) -> str:
-        from kinetostatics.reports.short import description_html
-
-        return description_html(self)
-
     @classmethod
     def of(
         cls,
@@ -154,22 +146,18 @@ class RobotDescription:
     @cached_property
     def urdf(self) -> str:
         """The plain tree URDF, with the additional elements left in (other tools skip them); written anew, xacro expanded."""
-        from kinetostatics.files.element_writer import robot_text  # which is made of descriptions
-
-        return robot_text(self)
+        return urdf_of(self)
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """What is suspicious but not wrong, in full sentences; most begin with a place."""
-        from kinetostatics.kinematics.unit_hints import odd_angles, odd_materials  # which tell of descriptions
-
         weightless = [
             f"{beam.place}: the beam {beam.name!r} has no density and its link no <inertial>, so that it weighs nothing; write "
             'density="0" if that is meant.'
             for beam in self.beams.values()
             if beam.density is None and beam.link in self.links and not self.links[beam.link].has_inertial
         ]
-        return (*self.file_warnings, *weightless, *odd_angles(self), *odd_materials(self))
+        return (*self.file_warnings, *weightless, *odd_angles(self.joints, self.loops), *odd_materials(self.beams))
 
     # ---- changed copies ------------------------------------------------------------------------------------------------
 

@@ -15,6 +15,7 @@ from kinetostatics.description.joint_types import names_of
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.exceptions import ArgumentError, RobotFileError
 from kinetostatics.files.xml import Element, parse, shortened, to_elements, to_text
+from kinetostatics.printing.dispatch import urdf_of
 from kinetostatics.sections.kinds import Rectangle, RectangularTube, Section, Tube
 
 _ATTRIBUTE = re.compile(r"[A-Za-z_][\w:.-]*")
@@ -23,6 +24,7 @@ _X, _Y, _Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
 _NONE = (float("inf"),) * 3
 
 
+@urdf_of.register(RobotDescription)
 def robot_text(description: RobotDescription, comment: str = "") -> str:
     """Return a description as the text of a plain URDF file with the additional elements, indented."""
     return to_text(robot_element(description), comment, indented=True)

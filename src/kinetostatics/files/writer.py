@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 from kinetostatics.argument_checks import path_name
 from kinetostatics.description.robot import RobotDescription
@@ -13,15 +13,20 @@ from kinetostatics.exceptions import ArgumentError
 from kinetostatics.files.element_writer import robot_text
 from kinetostatics.files.reader import validate
 
-if TYPE_CHECKING:
-    from kinetostatics.robot import Robot
-
 _COMMENT = "written by kinetostatics; the elements that are not URDF's are those of its docs/robot_format.md"
 #: Files that elements name, which lie beside the file that the robot was read from.
 _FILE = re.compile(r'(<(?:mesh|texture)\b[^<>]*\bfilename=")([^"]+)(")')
 
 
-def save_robot(robot: Robot | RobotDescription, path: str | os.PathLike[str]) -> None:
+class Described(Protocol):
+    """What has a description: a robot."""
+
+    @property
+    def description(self) -> RobotDescription:
+        """What its file says."""
+
+
+def save_robot(robot: Described | RobotDescription, path: str | os.PathLike[str]) -> None:
     """Write a robot to a plain URDF file that loads as the same robot, to the last digit.
 
     What the package does not use is written too: visuals and collisions, inertias, materials, dynamics, transmissions. Not

@@ -17,6 +17,7 @@ from kinetostatics.math.arrays import Array, batch_first, frozen
 from kinetostatics.math.orientation import Orientation, orientation_named
 from kinetostatics.mechanism.pinocchio_loops import LoopModel, loop_model
 from kinetostatics.mechanism.tree import Frames
+from kinetostatics.printing.dispatch import Shown
 from kinetostatics.printing.mappings import Named
 from kinetostatics.status import Status
 
@@ -47,7 +48,7 @@ class LimitExceeded:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Configuration:
+class Configuration(Shown):
     """A robot at one pose or a batch of poses, with closed loops. All arrays are read-only, batch axes first.
 
     Made by :meth:`Robot.assemble` or :meth:`Robot.configuration`.
@@ -61,16 +62,6 @@ class Configuration:
     frames: Frames
     openings: Mapping[str, tuple[Array, Array]]
     reached: NDArray[np.bool_]
-
-    def __repr__(self) -> str:
-        from kinetostatics.reports.short import configuration_line
-
-        return configuration_line(self)
-
-    def _repr_html_(self) -> str:
-        from kinetostatics.reports.short import configuration_html
-
-        return configuration_html(self)
 
     def __str__(self) -> str:
         if self.shape:

@@ -1,5 +1,9 @@
-"""What people and programs read of a robot and of a result: tables in words and units, and plain numbers for JSON."""
+"""What people and programs read of a robot and of a result: tables in words and units, and plain numbers for JSON.
 
+The modules register their functions with :mod:`kinetostatics.printing.dispatch` when something is printed for the first time.
+"""
+
+import kinetostatics.reports.short  # noqa: F401 - what ``repr`` and notebooks show
 from kinetostatics.reports.json import result_to_dict, robot_to_dict
 from kinetostatics.reports.result import result_report
 from kinetostatics.reports.robot import robot_report

@@ -7,18 +7,19 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from kinetostatics.checks.chains import Body, Chain, Graph, JointStep, Ways
-from kinetostatics.checks.collect import RobotFacts, robot_facts
+from kinetostatics.checks.collect import robot_facts
+from kinetostatics.checks.facts import RobotFacts
 from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.printing.dispatch import dict_of
+from kinetostatics.results.result import Result
+from kinetostatics.results.tolerances import Tolerances
+from kinetostatics.robot import Robot
 from kinetostatics.status import Status
-
-if TYPE_CHECKING:
-    from kinetostatics.results.result import Result
-    from kinetostatics.robot import Robot
 
 #: What the numbers of a result mean; batch axes come first.
 RESULT_UNITS = {
@@ -156,6 +157,7 @@ def _chain(chain: Chain) -> list[dict[str, Any]]:
     return found
 
 
+@dict_of.register(Result)
 def result_to_dict(result: Result) -> dict[str, Any]:
     """Return everything that an analysis found as plain values: what ``analyze --json`` prints.
 
@@ -185,6 +187,13 @@ def result_to_dict(result: Result) -> dict[str, Any]:
         for name, beam in result.beams.items()
     }
     return found
+
+
+@dict_of.register(Tolerances)
+def tolerances_to_dict(found: Tolerances) -> dict[str, Any]:
+    """Return what small errors do as plain values: what ``tolerances --json`` prints."""
+    errors = [{**dataclasses.asdict(row), "twist": list(row.twist)} for row in found.rows]
+    return {"robot": found.configuration.robot.name, "ranked_by": found.ranked_by, "errors": errors}
 
 
 def _configuration(configuration: Configuration) -> dict[str, Any]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,6 +13,7 @@ from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.ordering import EQUAL, first_largest
 from kinetostatics.math.screws import describe_twist
+from kinetostatics.printing.dispatch import text_of
 from kinetostatics.printing.text import (
     ANGLES,
     CLOSED,
@@ -42,18 +43,16 @@ from kinetostatics.reports.gravity import drive_parts, gravity_twists
 from kinetostatics.reports.json import drive_unit, wrench_units
 from kinetostatics.reports.limb_axes import checked, named
 from kinetostatics.reports.sources import source_lines
+from kinetostatics.results.result import Result
 from kinetostatics.sections.kinds import Section
 from kinetostatics.statics.joint_table import passive_joints
 from kinetostatics.statics.solution import UNBALANCED
 from kinetostatics.status import FACTS, STATUS_WORDS, WITHOUT_NUMBERS, Status
 
-if TYPE_CHECKING:
-    from kinetostatics.results.result import Result
-
-
 COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
 
 
+@text_of.register(Result)
 def result_report(result: Result, hinge_axes: Mapping[str, str] | None = None) -> str:
     """Return what an analysis found: tables with units for one pose, a summary for a batch of poses.
 

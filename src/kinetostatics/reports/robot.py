@@ -4,23 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import degrees, isinf
-from typing import TYPE_CHECKING
 
 from kinetostatics.checks.chains import Graph, chain_lines
-from kinetostatics.checks.collect import DeadWeightFacts, MobilityFacts, RobotFacts, robot_facts
+from kinetostatics.checks.collect import robot_facts
+from kinetostatics.checks.facts import DeadWeightFacts, ElasticJointFacts, FollowerFacts, LimbFacts, MobilityFacts, RobotFacts
 from kinetostatics.checks.mobility import LocalFreedom
-from kinetostatics.checks.parts import ElasticJointFacts, FollowerFacts, LimbFacts
 from kinetostatics.checks.redundancy import Redundancy
 from kinetostatics.checks.warnings import SMALL_GAP, zero_openings
 from kinetostatics.description.joint_types import JOINT_TYPES
+from kinetostatics.printing.dispatch import text_of
 from kinetostatics.printing.text import CLOSED, MASSES, MISSING, Scale, listing, quantity, section, table, warning_lines, wrapped
-
-if TYPE_CHECKING:
-    from kinetostatics.robot import Robot
+from kinetostatics.robot import Robot
 
 UNKNOWN = "not known"
 
 
+@text_of.register(Robot)
 def robot_report(robot: Robot) -> str:
     """Return what there is to know about a robot: mobility, masses, limbs, beams and warnings.
 

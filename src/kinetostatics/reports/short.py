@@ -5,12 +5,12 @@ Nothing here computes what is not known or quickly found, and nothing fails: pos
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kinetostatics.description.robot import RobotDescription
 from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.printing.dispatch import html_of, line_of
 from kinetostatics.printing.html_tables import html_table
 from kinetostatics.printing.text import (
     ANGLES,
@@ -29,16 +29,12 @@ from kinetostatics.printing.text import (
 )
 from kinetostatics.reports.json import drive_unit, wrench_units
 from kinetostatics.reports.tolerances import amount_words
+from kinetostatics.results.beam import BeamResult
+from kinetostatics.results.limb import LimbResult
+from kinetostatics.results.result import Result
+from kinetostatics.results.tolerances import Tolerances
+from kinetostatics.robot import Robot
 from kinetostatics.status import FACTS, WITHOUT_NUMBERS, Status
-
-if TYPE_CHECKING:
-    from kinetostatics.description.robot import RobotDescription
-    from kinetostatics.results.beam import BeamResult
-    from kinetostatics.results.limb import LimbResult
-    from kinetostatics.results.result import Result
-    from kinetostatics.robot import Robot
-    from kinetostatics.tolerances import Tolerances
-
 
 _MILLIMETRES: Units = (("mm", 1e-3),)
 _DEGREES: Units = (("°", np.pi / 180),)
@@ -77,6 +73,7 @@ def _statuses(poses: Configuration | Result) -> str:
 # ---- robots ----------------------------------------------------------------------------------------------------------
 
 
+@line_of.register(Robot)
 def robot_line(robot: Robot) -> str:
     """Return what ``repr`` shows of a robot."""
     description = robot.description
@@ -84,6 +81,7 @@ def robot_line(robot: Robot) -> str:
     return f"<Robot {robot.name!r} from {description.path!r}: {', '.join(_count(len(some), noun) for some, noun in counts)}>"
 
 
+@html_of.register(Robot)
 def robot_html(robot: Robot) -> str:
     """Return a table of a robot's limbs."""
     driven = set(robot.description.driven)
@@ -96,12 +94,14 @@ def robot_html(robot: Robot) -> str:
     return html_table(robot_line(robot)[1:-1], ("limb", "joints", "drives", "beams"), rows)
 
 
+@line_of.register(RobotDescription)
 def description_line(description: RobotDescription) -> str:
     """Return what ``repr`` shows of a description."""
     counts = ", ".join(_count(len(some), noun) for some, noun in _tables(description) if some or noun in ("link", "joint"))
     return f"<RobotDescription {description.name!r} from {description.path!r}: {counts}>"
 
 
+@html_of.register(RobotDescription)
 def description_html(description: RobotDescription) -> str:
     """Return a table of what a description has."""
     rows = [(f"{noun}s", f"{len(some)}", listing(list(some), 12)) for some, noun in _tables(description) if some]
@@ -118,12 +118,14 @@ def _tables(description: RobotDescription) -> list[tuple[list[str], str]]:
 # ---- poses -----------------------------------------------------------------------------------------------------------
 
 
+@line_of.register(Configuration)
 def configuration_line(configuration: Configuration) -> str:
     """Return what ``repr`` shows of a pose or a batch."""
     values = ", ".join(f"{name} {words}" for name, words in _coordinates(configuration)[:6])
     return f"<Configuration of {configuration.robot.name!r}: {_statuses(configuration)}; {values}>"
 
 
+@html_of.register(Configuration)
 def configuration_html(configuration: Configuration) -> str:
     """Return a table of a pose's coordinates; of a batch their ranges."""
     title = f"Configuration of {configuration.robot.name!r}: {_statuses(configuration)}"
@@ -145,6 +147,7 @@ def _coordinates(configuration: Configuration) -> list[tuple[str, str]]:
 # ---- results ---------------------------------------------------------------------------------------------------------
 
 
+@line_of.register(Result)
 def result_line(result: Result) -> str:
     """Return what ``repr`` shows of a result."""
     line = f"Result of {result.robot.name!r}: {_statuses(result)}"
@@ -154,6 +157,7 @@ def result_line(result: Result) -> str:
     return f"<{line}>"
 
 
+@html_of.register(Result)
 def result_html(result: Result) -> str:
     """Return a table of the platform's motion and of the drives' forces; of a batch their ranges."""
     rows = _motions(result)
@@ -179,12 +183,14 @@ def _noise(result: Result) -> tuple[float, float]:
     return found.displacement, found.rotation
 
 
+@line_of.register(LimbResult)
 def limb_line(limb: LimbResult) -> str:
     """Return what ``repr`` shows of a limb of a result."""
     values = ", ".join(f"{label} {words}" for label, words in _intensities(limb))
     return f"<LimbResult {limb.name!r}: {values or 'no constraint wrench'}>"
 
 
+@html_of.register(LimbResult)
 def limb_html(limb: LimbResult) -> str:
     """Return a table of a limb's intensities."""
     return html_table(f"LimbResult {limb.name!r}", ("what the platform puts on the limb", "intensity"), _intensities(limb))
@@ -202,12 +208,14 @@ def _intensities(limb: LimbResult) -> list[tuple[str, str]]:
     return found
 
 
+@line_of.register(BeamResult)
 def beam_line(beam: BeamResult) -> str:
     """Return what ``repr`` shows of a beam of a result."""
     values = ", ".join(f"{name} {words}" for name, words in _beam(beam)[:4])
     return f"<BeamResult {beam.name!r}: {values}>"
 
 
+@html_of.register(BeamResult)
 def beam_html(beam: BeamResult) -> str:
     """Return a table of a beam's main numbers."""
     return html_table(f"BeamResult {beam.name!r}", ("quantity", "value"), _beam(beam))
@@ -228,6 +236,7 @@ def _beam(beam: BeamResult) -> list[tuple[str, str]]:
 # ---- tolerances ------------------------------------------------------------------------------------------------------
 
 
+@line_of.register(Tolerances)
 def tolerances_line(found: Tolerances) -> str:
     """Return what ``repr`` shows of tolerances."""
     line = f"Tolerances of {found.configuration.robot.name!r}: {_count(len(found), 'error')}, ranked by {found.ranked_by}"
@@ -239,6 +248,7 @@ def tolerances_line(found: Tolerances) -> str:
     return f"<{line}>"
 
 
+@html_of.register(Tolerances)
 def tolerances_html(found: Tolerances) -> str:
     """Return a table of the worst errors."""
     rows = [

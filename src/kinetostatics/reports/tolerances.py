@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from kinetostatics.printing.dispatch import text_of
 from kinetostatics.printing.text import ANGLES, FORCES, LENGTHS, MOMENTS, Scale, quantity, section, table
-
-if TYPE_CHECKING:
-    from kinetostatics.tolerances import Tolerance, Tolerances
+from kinetostatics.results.tolerances import Tolerance, Tolerances
 
 _AMOUNTS = {"temperature": (("K", 1.0),), "length": LENGTHS, **dict.fromkeys("xyz", LENGTHS)}
 _RANKED = {"force": "by the force that they lock in", "displacement": "by what they move o", "rotation": "by what they turn"}
 
 
+@text_of.register(Tolerances)
 def tolerances_report(found: Tolerances) -> str:
     """Return a ranked table of what small errors do."""
     robot = found.configuration.robot

@@ -10,6 +10,7 @@ import numpy as np
 from kinetostatics.description.elements import Beam
 from kinetostatics.limbs import beam as beam_formulas
 from kinetostatics.math.arrays import Array, frozen
+from kinetostatics.printing.dispatch import Shown
 from kinetostatics.printing.mappings import Named
 from kinetostatics.results.batch import Batch
 from kinetostatics.robot import Robot
@@ -22,7 +23,7 @@ FRACTIONS = frozen(np.linspace(0, 1, STATIONS))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class BeamResult:
+class BeamResult(Shown):
     """One beam from its inner end (towards the base) to its outer end, at n stations.
 
     Attributes:
@@ -60,16 +61,6 @@ class BeamResult:
     strain_energy: Array
     member: tuple[str, ...]
     ends: str
-
-    def __repr__(self) -> str:
-        from kinetostatics.reports.short import beam_line
-
-        return beam_line(self)
-
-    def _repr_html_(self) -> str:
-        from kinetostatics.reports.short import beam_html
-
-        return beam_html(self)
 
 
 def beam_results(

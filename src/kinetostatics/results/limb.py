@@ -11,11 +11,12 @@ from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.statics import LimbStatics
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import Cholesky
+from kinetostatics.printing.dispatch import Shown
 from kinetostatics.results.batch import Batch
 from kinetostatics.statics.solution import Solution
 
 
-class LimbResult:
+class LimbResult(Shown):
     """One limb's wrenches, compliance and sag; wrenches are what the platform puts on the limb, about o, world axes.
 
     Of a limb with rings or several joints to the platform, a network, intensities are coordinates of its wrench in a basis: what
@@ -37,16 +38,6 @@ class LimbResult:
         self.platform_joints = tuple(edge.joint for edge in limb.platform_edges if edge.joint is not None)
         self.labels, self.attached_labels = group.labels[position], group.attached_labels[position]
         self._batch, self._solutions = batch, solutions
-
-    def __repr__(self) -> str:
-        from kinetostatics.reports.short import limb_line
-
-        return limb_line(self)
-
-    def _repr_html_(self) -> str:
-        from kinetostatics.reports.short import limb_html
-
-        return limb_html(self)
 
     def _readable(self, pick: Callable[[Solution, int], Array], *size: int) -> Array:
         return self._batch.public([self._where_readable(s, pick, size) for s in self._solutions])

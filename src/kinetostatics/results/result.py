@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.math.screws import move_wrench
+from kinetostatics.printing.dispatch import Shown, dict_of, text_of
 from kinetostatics.printing.mappings import Named
 from kinetostatics.results.batch import Batch
 from kinetostatics.results.beam import BeamResult, beam_results, euler_ratios
@@ -34,7 +35,7 @@ from kinetostatics.statics.solution import Solution, by_mechanism, of_deformatio
 from kinetostatics.status import FACTS, Status, status_of
 
 
-class Result:
+class Result(Shown):
     """The result of :func:`kinetostatics.analyze`. Wrenches and twists are ``[force; moment]`` and ``[d; r]``.
 
     Attributes:
@@ -56,19 +57,7 @@ class Result:
         self._which, self._reached = which, reached
 
     def __str__(self) -> str:
-        from kinetostatics.reports import result_report
-
-        return result_report(self)
-
-    def __repr__(self) -> str:
-        from kinetostatics.reports.short import result_line
-
-        return result_line(self)
-
-    def _repr_html_(self) -> str:
-        from kinetostatics.reports.short import result_html
-
-        return result_html(self)
+        return text_of(self)
 
     def report(self, *, hinge_axes: Mapping[str, str] | None = None) -> str:
         """Return the tables that ``print(result)`` shows.
@@ -80,15 +69,11 @@ class Result:
         Raises:
             ArgumentError: there is no such limb, or the axis is neither "x" nor "y".
         """
-        from kinetostatics.reports import result_report
-
-        return result_report(self, hinge_axes)
+        return text_of(self, hinge_axes=hinge_axes)
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything as plain numbers, lists and strings: what ``--json`` prints."""
-        from kinetostatics.reports import result_to_dict
-
-        return result_to_dict(self)
+        return dict_of(self)
 
     # ---- turning chunks into batches --------------------------------------------------------------------------------
 

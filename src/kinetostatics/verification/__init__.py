@@ -4,6 +4,7 @@ The frame is built from the robot's file and the frames of its links, not from l
 cannot hide. What both share, and what therefore is not checked, is said in ``docs/how_we_know_it_is_right.md``.
 """
 
+import kinetostatics.verification.report  # noqa: F401 - through which a verification prints
 from kinetostatics.verification.compare import Verification, verify
 from kinetostatics.verification.opensees import FrameSolution, OpenSeesError
 

@@ -13,6 +13,7 @@ from kinetostatics.analysis import analyze
 from kinetostatics.argument_checks import positive
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array, frozen
+from kinetostatics.printing.dispatch import dict_of, text_of
 from kinetostatics.printing.mappings import Named, ShortRepr
 from kinetostatics.verification.frame import FrameModel
 from kinetostatics.verification.model import build
@@ -82,15 +83,11 @@ class Verification(ShortRepr):
         return f"NOT verified: {what}"
 
     def __str__(self) -> str:
-        from kinetostatics.verification.report import verification_report
-
-        return verification_report(self)
+        return text_of(self)
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything as plain numbers, lists and strings: what ``--json`` prints."""
-        from kinetostatics.verification.report import verification_to_dict
-
-        return verification_to_dict(self)
+        return dict_of(self)
 
 
 def verify(

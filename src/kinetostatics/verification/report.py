@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from kinetostatics.printing.dispatch import dict_of, text_of
 from kinetostatics.printing.text import (
     ANGLES,
     FORCES,
@@ -22,9 +23,7 @@ from kinetostatics.printing.text import (
 )
 from kinetostatics.reports.json import plain
 from kinetostatics.reports.result import COMPONENTS, angles_words, drives_words, position_words
-
-if TYPE_CHECKING:
-    from kinetostatics.verification.compare import Verification
+from kinetostatics.verification.compare import Verification
 
 UNITS = {
     "general": "SI: m, rad, N, N·m; world axes; null: not a number or infinite",
@@ -52,6 +51,7 @@ WORDS = {
 DIGITS = 8
 
 
+@dict_of.register(Verification)
 def verification_to_dict(found: Verification) -> dict[str, Any]:
     """Return a verification as plain values."""
     arrays = ("twist", "compliance", "stiffness", "joint_wrenches", "beam_wrenches", "actuator_forces")
@@ -78,6 +78,7 @@ def verification_to_dict(found: Verification) -> dict[str, Any]:
     }
 
 
+@text_of.register(Verification)
 def verification_report(found: Verification) -> str:
     """Return both sides' numbers next to each other, and the verdict."""
     robot, pose = found.configuration.robot, found.configuration

@@ -1,0 +1,176 @@
+"""All that is known of a robot before any load, as data: what ``kinetostatics check`` writes and ``--json`` prints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from kinetostatics.checks.chains import Graph, JointStep
+from kinetostatics.checks.mobility import LocalFreedom
+from kinetostatics.checks.redundancy import Redundancy
+
+
+@dataclass
+class LimbFacts:
+    """A limb.
+
+    Attributes:
+        name: ``limb_1``, …
+        word: its joints from base to platform, such as ``R P(driven) S`` or ``R(driven) (S S | S S)``.
+        like: an earlier limb that is built alike, or None.
+        graph: how bodies and joints follow one another.
+        links, beams: names.
+        joints: in the order of the graph.
+        parts: first and last link of each part, if pieces that everything passes through split the limb.
+        rigid: whether nothing in it is elastic.
+        mass: at the zero pose [kg], None if not known.
+        constraint_wrenches, attached_wrenches: in words, None if not known.
+    """
+
+    name: str
+    word: str
+    like: str | None
+    graph: Graph
+    links: tuple[str, ...]
+    joints: list[JointStep]
+    beams: tuple[str, ...]
+    parts: tuple[tuple[str, str], ...]
+    rigid: bool
+    mass: float | None
+    constraint_wrenches: tuple[str, ...] | None = None
+    attached_wrenches: tuple[str, ...] | None = None
+
+
+@dataclass
+class BeamFacts:
+    """A beam; ``length`` [m] and ``mass`` [kg] are those of the zero pose, None if it is not known.
+
+    ``start`` and ``end`` name the joints at its ends, base to platform; ``depth`` [m] is the section's larger side or diameter.
+    """
+
+    name: str
+    link: str
+    start: str
+    end: str
+    section: str
+    telescopic: bool
+    length: float | None
+    depth: float
+    mass: float | None
+    youngs_modulus: float
+    shear_modulus: float
+    density: float | None
+    thermal_expansion: float
+    area: float
+    I_y: float
+    I_z: float
+    J: float
+    shear_areas: tuple[float, float]
+
+
+@dataclass
+class ElasticJointFacts:
+    """A joint that gives way: stiffnesses along [N/m] and about [N·m/rad] the axes of its frame; infinite ones are rigid."""
+
+    joint: str
+    kind: str
+    linear: tuple[float, float, float]
+    angular: tuple[float, float, float]
+    drive: float | None
+
+
+@dataclass
+class FollowerFacts:
+    """A joint that mimics another: ``multiplier`` times its coordinate plus ``offset`` [m, rad]."""
+
+    joint: str
+    kind: str
+    leader: str
+    multiplier: float
+    offset: float
+
+
+@dataclass
+class MobilityFacts:
+    """What can move and what is held more than once.
+
+    Attributes:
+        platform: freedoms of the platform.
+        local: freedoms that do not move it; ``local_freedoms`` says which.
+        redundant_constraints: constraints that say nothing new; ``redundancies`` says where.
+        gap: ratio of the smallest kept to the largest dropped singular value; small means that the counts are doubtful.
+        coordinates: platform coordinates that place the platform, as many as its freedoms.
+        redundant_drives: how many more drives there are than freedoms that they move.
+        unheld: freedoms of the platform that are left with the drives locked.
+    """
+
+    platform: int
+    local: int
+    redundant_constraints: int
+    gap: float
+    coordinates: tuple[str, ...]
+    redundant_drives: int
+    unheld: int
+    local_freedoms: list[LocalFreedom]
+    redundancies: list[Redundancy]
+
+
+@dataclass
+class ZeroFacts:
+    """The zero pose.
+
+    Attributes:
+        openings: how far each loop is open where all joints are at zero, ``{name: {"m": …, "rad": …}}``.
+        drives: where the drives stand at the closed zero pose [m, rad]; None if the loops do not close.
+        closing_error: how far the closed loops stay open [scaled m or rad]; None if they do not close.
+    """
+
+    openings: dict[str, dict[str, float]]
+    drives: dict[str, float] | None = None
+    closing_error: float | None = None
+
+    def widest(self, unit: str) -> tuple[float, str]:
+        """Return the largest opening in ``m`` or ``rad``, and the loop's name."""
+        return max(((item[unit], name) for name, item in self.openings.items()), default=(0.0, ""))
+
+
+@dataclass
+class DeadWeightFacts:
+    """Links and joints of base or platform and of what hangs on it, and its ``graph``."""
+
+    links: tuple[str, ...]
+    joints: tuple[str, ...]
+    mass: float | None
+    graph: Graph
+
+
+@dataclass
+class RobotFacts:
+    """All that a report says of a robot; what cannot be computed is None, and ``problems`` say why.
+
+    Attributes:
+        mobility: numbers and what they mean.
+        zero: the zero pose.
+        mass: of everything at the zero pose [kg].
+        massless: rigid links between joints that weigh nothing.
+        problems: what keeps the robot from being analysed at all.
+        warnings: what to be careful about.
+    """
+
+    name: str
+    file: str
+    base: str
+    platform: str
+    mobility: MobilityFacts | None = None
+    drives: tuple[str, ...] = ()
+    zero: ZeroFacts = field(default_factory=lambda: ZeroFacts({}))
+    mass: float | None = None
+    mass_follows_pose: bool = False
+    massless: tuple[str, ...] = ()
+    limbs: list[LimbFacts] = field(default_factory=list)
+    beams: list[BeamFacts] = field(default_factory=list)
+    elastic_joints: list[ElasticJointFacts] = field(default_factory=list)
+    followers: list[FollowerFacts] = field(default_factory=list)
+    on_base: DeadWeightFacts | None = None
+    on_platform: DeadWeightFacts | None = None
+    problems: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)

@@ -1,0 +1,64 @@
+"""How a class is printed without knowing its report: the functions of reports register themselves here, by class.
+
+A class calls these functions; the modules that know how to answer stand above it (:mod:`kinetostatics.reports`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import singledispatch
+from importlib import import_module
+from typing import Any
+
+#: Modules that register reports. They are imported when something is printed for the first time: importing the package is quick.
+LATE_MODULES: list[str] = []
+
+
+@singledispatch
+def text_of(item: Any, **options: Any) -> str:
+    """Return the whole report of something, which ``print`` shows."""
+    return str(_late(text_of.dispatch, item)(item, **options))
+
+
+@singledispatch
+def dict_of(item: Any) -> dict[str, Any]:
+    """Return everything about something as plain numbers, lists and strings, fit for JSON."""
+    return dict(_late(dict_of.dispatch, item)(item))
+
+
+@singledispatch
+def line_of(item: Any) -> str:
+    """Return the one line about something that ``repr`` shows."""
+    return str(_late(line_of.dispatch, item)(item))
+
+
+@singledispatch
+def html_of(item: Any) -> str:
+    """Return the HTML table about something that notebooks show."""
+    return str(_late(html_of.dispatch, item)(item))
+
+
+@singledispatch
+def urdf_of(item: Any) -> str:
+    """Return the text of a robot file that loads as the same robot."""
+    return str(_late(urdf_of.dispatch, item)(item))
+
+
+def _late(dispatch: Callable[[type], Callable[..., Any]], item: object) -> Callable[..., Any]:
+    """Return the function for something that none was registered for until now."""
+    for name in LATE_MODULES:
+        import_module(name)
+    found = dispatch(type(item))
+    if found is dispatch(object):
+        raise NotImplementedError(f"nothing is registered that writes a {type(item).__name__}")
+    return found
+
+
+class Shown:
+    """A base of classes whose ``repr`` is one line, and which notebooks show as a table."""
+
+    def __repr__(self) -> str:
+        return line_of(self)
+
+    def _repr_html_(self) -> str:
+        return html_of(self)

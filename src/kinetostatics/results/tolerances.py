@@ -1,0 +1,69 @@
+"""What small errors of joints and beams do, as people read it; :func:`kinetostatics.tolerances` finds it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.printing.dispatch import Shown, dict_of, text_of
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """The effect of one error.
+
+    Attributes:
+        name: the joint or beam.
+        kind: ``joint`` or ``beam``.
+        error: what is off: ``x``, ``y``, ``z``, ``rx``, ``ry``, ``rz`` of a joint, along and about the axes of its frame on the
+            predecessor's side; ``length`` or ``temperature`` of a beam.
+        amount: by how much [m, rad, K].
+        twist: what it does to the platform: displacement of o and rotation, world axes [m, rad].
+        displacement, rotation: their sizes [m, rad].
+        force: the largest force that it locks into a joint [N], and ``at`` which one; 0 and "" where there is none.
+        at: see ``force``.
+        moment: the largest moment that it locks into a joint, about the joint's centre [N·m].
+        actuator_forces: what it adds to the drives [N, N·m].
+    """
+
+    name: str
+    kind: str
+    error: str
+    amount: float
+    twist: tuple[float, ...]
+    displacement: float
+    rotation: float
+    force: float
+    at: str
+    moment: float
+    actuator_forces: dict[str, float]
+
+
+@dataclass(frozen=True, repr=False)
+class Tolerances(Shown):
+    """The effects of all errors, the worst first.
+
+    Attributes:
+        configuration: the pose.
+        rows: one for each error that has an effect.
+        ranked_by: ``force``, ``displacement`` or ``rotation``.
+    """
+
+    configuration: Configuration
+    rows: tuple[Tolerance, ...]
+    ranked_by: str
+
+    def __str__(self) -> str:
+        return text_of(self)
+
+    def __iter__(self) -> Iterator[Tolerance]:
+        return iter(self.rows)
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything as plain numbers, lists and strings: what ``--json`` prints."""
+        return dict_of(self)
