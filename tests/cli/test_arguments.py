@@ -7,7 +7,7 @@ import pytest
 
 import kinetostatics as ks
 from kinetostatics.cli.main import main
-from kinetostatics.kinematics.coordinate_choices import choices, request_for
+from kinetostatics.kinematics.coordinate_choices import choices, prescribed_platform
 from kinetostatics.math.orientation import orientation_named
 
 NAN, ONE_J = float("nan"), 1j
@@ -137,7 +137,7 @@ def test_those_that_are_named_do(name, orientation):
     convention = orientation_named(orientation)
     found = choices(robot, convention, (), robot.zero_poses)
     for names in found:
-        assert robot.freedoms.fixes_platform_at(request_for(names, convention), robot.zero_poses)
+        assert robot.mobility_analysis.fixes_platform_at(prescribed_platform(names, convention), robot.zero_poses)
         values = robot.assemble().platform_coordinates(orientation)
         pose = robot.assemble(platform={name: values[name] for name in names}, orientation=orientation)
         np.testing.assert_allclose(pose.platform_frame, robot.assemble().platform_frame, atol=1e-9)

@@ -132,7 +132,7 @@ def test_a_shipped_robot_with_other_zeros(name):
 
 def assert_written_anew(robot, seed):
     """Compare a random robot with another description of it."""
-    assume(not robot.description.driven or robot.freedoms.fixes_platform(robot.actuator_request))
+    assume(not robot.description.driven or robot.mobility_analysis.fixes_platform(robot.actuator_coordinates))
     drives, expected = poses_of(robot, wanted=2)
     assume(np.any(expected.status != ks.Status.SINGULAR))
     what = list(REWRITINGS)[seed % len(REWRITINGS)]

@@ -20,7 +20,7 @@ from kinetostatics.buckling.sway import free_motions, sliding_axes, turning_axes
 from kinetostatics.limbs.model import StaticModel
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.mechanism import Connection
-from kinetostatics.mechanism.rigid_bodies import Piece, PieceEdge, PieceGraph
+from kinetostatics.mechanism.rigid_bodies import BodyEdge, BodyGraph, RigidBody
 from kinetostatics.mechanism.tree import Frames
 
 #: Beams are in one line when they are off by less than this, relative to their length.
@@ -130,7 +130,7 @@ def members_of(model: StaticModel, generic: Frames) -> tuple[Member, ...]:
 
 class _Finder:
     def __init__(self, model: StaticModel, generic: Frames) -> None:
-        self.model, self.graph = model, PieceGraph(model.mechanism)
+        self.model, self.graph = model, BodyGraph(model.mechanism)
         frames, self.frames = model.zero_frames, generic
         self.edges = {edge.beam.beam.name: edge for edge in self.graph.edges if edge.beam is not None}
         self.points: dict[str, tuple[Array, Array]] = {}
@@ -141,10 +141,10 @@ class _Finder:
             end = frames.points(np.array([beam.span.end_body]), beam.span.end[:, None])[:, 0, 0]
             self.points[name] = start, end
             self.direction[name] = frames.directions(np.array([beam.span.carrier]), beam.axes[:, :1])[:, 0, 0]
-        self.at: dict[Piece, list[PieceEdge]] = {}
+        self.at: dict[RigidBody, list[BodyEdge]] = {}
         for edge in self.graph.edges:
-            for piece in (edge.inner.find(), edge.outer.find()):
-                self.at.setdefault(piece, []).append(edge)
+            for body in (edge.inner.find(), edge.outer.find()):
+                self.at.setdefault(body, []).append(edge)
 
     def members(self) -> Iterator[Member]:
         following = self._following()
@@ -167,26 +167,26 @@ class _Finder:
         ways: dict[tuple[str, bool], list[tuple[str, bool]]] = {}
         for name, edge in self.edges.items():
             for forward in (True, False):
-                piece = (edge.outer if forward else edge.inner).find()
-                if piece in (self.graph.base, self.graph.platform):
+                body = (edge.outer if forward else edge.inner).find()
+                if body in (self.graph.base, self.graph.platform):
                     continue
                 for other, next_edge in self.edges.items():
                     for onward in (True, False):
                         begin = (next_edge.inner if onward else next_edge.outer).find()
-                        if other != name and self._joined(piece, begin, name) and self._in_line(name, forward, other, onward):
+                        if other != name and self._joined(body, begin, name) and self._in_line(name, forward, other, onward):
                             ways.setdefault((name, forward), []).append((other, onward))
         one = {key: found[0] for key, found in ways.items() if len(found) == 1}
         back = {key: (value[0], not value[1]) for key, value in one.items()}
         return {key: value for key, value in one.items() if one.get(back[key]) == (key[0], not key[1])}
 
-    def _joined(self, piece: Piece, begin: Piece, name: str) -> bool:
+    def _joined(self, body: RigidBody, begin: RigidBody, name: str) -> bool:
         """Whether two pieces are one, or slide along a beam against each other."""
-        if piece is begin:
+        if body is begin:
             return True
         frames = self.model.zero_frames
-        for edge in self.at.get(piece, []):
+        for edge in self.at.get(body, []):
             joint = edge.connection
-            if joint is not None and edge.other(piece) is begin and (joint.type.is_fixed or joint.type.is_slide):
+            if joint is not None and edge.other(body) is begin and (joint.type.is_fixed or joint.type.is_slide):
                 if joint.type.is_fixed:
                     return True
                 axis = frames.directions(np.array([joint.predecessor_body]), joint.axis_on(True)[:, None])[:, 0, 0]
@@ -209,7 +209,7 @@ class _Finder:
         (first, way), (last, last_way) = run[0], run[-1]
         inner = (self.edges[first].inner if way else self.edges[first].outer).find()
         outer = (self.edges[last].outer if last_way else self.edges[last].inner).find()
-        found = [self._end(piece, beams) for piece in (inner, outer)]
+        found = [self._end(body, beams) for body in (inner, outer)]
         ends = [item[0] for item in found]
         frames, beam = self.model.zero_frames, self.model.beams[first]
         axes = frames.orientations(np.array([beam.span.carrier]), beam.axes[:, :, None])[:, :, 0, 0]
@@ -243,7 +243,7 @@ class _Finder:
         first: tuple[str, bool],
         last: tuple[str, bool],
         beams: set[int],
-        holders: tuple[Piece, Piece],
+        holders: tuple[RigidBody, RigidBody],
     ) -> MemberEnd:
         """Return how the outer end is held if it also moves where nothing but the member holds it."""
         beam, shifts, turns = self.model.beams[first[0]], [], False
@@ -286,22 +286,22 @@ class _Finder:
             found.append(turn @ np.diag(1 / beam.compliances[[5, 4]]) @ turn.T)
         return np.array(found)
 
-    def _end(self, piece: Piece, member: set[int]) -> tuple[MemberEnd, Piece, bool]:
+    def _end(self, body: RigidBody, member: set[int]) -> tuple[MemberEnd, RigidBody, bool]:
         """Return how the rest of the robot holds a piece at the end of a member of beams with these ids, what holds it, and
         whether it is a joint that lets it turn about all axes across it.
         """
         turns: list[tuple[int, Array]] | None = []
         slides: list[tuple[int, Array]] = []
         used, before = set(member), None
-        while not (piece in (self.graph.base, self.graph.platform) and self._is_held(piece, used)):
-            others = [edge for edge in self.at[piece] if id(edge) not in used]
-            ways = [edge for edge in others if self._is_held(edge.other(piece), used | {id(edge)})]
+        while not (body in (self.graph.base, self.graph.platform) and self._is_held(body, used)):
+            others = [edge for edge in self.at[body] if id(edge) not in used]
+            ways = [edge for edge in others if self._is_held(edge.other(body), used | {id(edge)})]
             if not ways:
-                return FREE, piece, False
+                return FREE, body, False
             joint = ways[0].connection
             if len(ways) > 1 or joint is None:
                 by_joint = turns is None or len(turns) > 1
-                return self._joined_end(turns or None, slides), piece, by_joint
+                return self._joined_end(turns or None, slides), body, by_joint
             if before is not None and not self._at_one_point(before, joint):
                 break
             if not joint.driven:
@@ -309,9 +309,9 @@ class _Finder:
                 turns = None if more is None or turns is None else turns + more
                 slides += sliding_axes(joint)
             used.add(id(ways[0]))
-            piece, before = ways[0].other(piece), joint
+            body, before = ways[0].other(body), joint
         end = self._joined_end(turns, slides)
-        return end, piece, end.words == "pinned"
+        return end, body, end.words == "pinned"
 
     @staticmethod
     def _joined_end(turns: list[tuple[int, Array]] | None, slides: list[tuple[int, Array]]) -> MemberEnd:
@@ -330,9 +330,9 @@ class _Finder:
         ]
         return float(np.linalg.norm(points[1] - points[0])) < _SAME
 
-    def _is_held(self, piece: Piece, without: set[int]) -> bool:
+    def _is_held(self, body: RigidBody, without: set[int]) -> bool:
         """Whether a piece hangs together with the base when some edges are cut."""
-        seen, queue = {piece}, [piece]
+        seen, queue = {body}, [body]
         while queue:
             here = queue.pop()
             if here is self.graph.base:

@@ -13,14 +13,20 @@ import numpy as np
 from kinetostatics.description.joint_types import Axes
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.mechanism import Connection
-from kinetostatics.mechanism.rigid_bodies import Piece, PieceEdge, PieceGraph
+from kinetostatics.mechanism.rigid_bodies import BodyEdge, BodyGraph, RigidBody
 from kinetostatics.mechanism.tree import Frames
 
 _TOLERANCE = 1e-7
 
 
 def free_motions(
-    graph: PieceGraph, frames: Frames, without: Collection[int], ends: tuple[Piece, Piece], rod: Array, twists: bool, size: float
+    graph: BodyGraph,
+    frames: Frames,
+    without: Collection[int],
+    ends: tuple[RigidBody, RigidBody],
+    rod: Array,
+    twists: bool,
+    size: float,
 ) -> Array:
     """Return how the second end can still move against the first (6, k): rotation, and shift of the member's outer end.
 
@@ -36,14 +42,14 @@ def free_motions(
         size: of the robot [m], by which shifts are divided.
     """
     edges = [edge for edge in graph.edges if id(edge) not in without]
-    at: dict[Piece, list[PieceEdge]] = {}
+    at: dict[RigidBody, list[BodyEdge]] = {}
     for edge in edges:
-        for piece in (edge.inner.find(), edge.outer.find()):
-            at.setdefault(piece, []).append(edge)
+        for body in (edge.inner.find(), edge.outer.find()):
+            at.setdefault(body, []).append(edge)
     columns: list[Array] = []  # (6,) each: twists at the origin of what lies beyond an edge of the tree
-    way: dict[Piece, list[int]] = {}  # the columns that move a piece
+    way: dict[RigidBody, list[int]] = {}  # the columns that move a piece
     tree: set[int] = set()
-    for root in (graph.base, *graph.pieces()):
+    for root in (graph.base, *graph.bodies()):
         if root in way:
             continue
         way[root] = [] if root is graph.base else list(range(len(columns), len(columns) + 6))
@@ -61,9 +67,9 @@ def free_motions(
                     queue.append(other)
     basis = np.array(columns).reshape(-1, 6).T
 
-    def twist(piece: Piece) -> Array:
+    def twist(body: RigidBody) -> Array:
         found = np.zeros_like(basis)
-        found[:, way[piece]] = basis[:, way[piece]]
+        found[:, way[body]] = basis[:, way[body]]
         return found
 
     rows = [
@@ -74,7 +80,7 @@ def free_motions(
     points = rod / size
     x = (rod[1] - rod[0]) / np.linalg.norm(rod[1] - rod[0])
     inner, outer = ends
-    longer = [np.concatenate([np.cross(point, x), x]) @ twist(piece) for piece, point in ((outer, points[1]), (inner, points[0]))]
+    longer = [np.concatenate([np.cross(point, x), x]) @ twist(body) for body, point in ((outer, points[1]), (inner, points[0]))]
     rows.append((longer[0] - longer[1])[None])
     if twists:
         rows.append((x @ (twist(outer) - twist(inner))[:3])[None])
@@ -93,7 +99,7 @@ def _held(free: Array) -> Array:
     return np.asarray(axes[:, int(np.sum(values > 6 * np.finfo(float).eps * values[0])) :].T)
 
 
-def _twists(edge: PieceEdge, frames: Frames, size: float) -> Array:
+def _twists(edge: BodyEdge, frames: Frames, size: float) -> Array:
     """Return the twists (6, k) that an edge leaves free: rotation, and shift at the origin over the robot's size [m]."""
     joint = edge.connection
     if joint is None or joint.driven:

@@ -15,7 +15,7 @@ from kinetostatics.checks.warnings import warnings_of_file, warnings_of_statics
 from kinetostatics.exceptions import AssemblyError, KinetostaticsError
 
 if TYPE_CHECKING:
-    from kinetostatics.mechanism.limbs import DeadWeight
+    from kinetostatics.mechanism.limbs import AttachedBodies
     from kinetostatics.robot import Robot
 
 T = TypeVar("T")
@@ -72,8 +72,10 @@ def robot_facts(robot: Robot) -> RobotFacts:
     facts.massless = massless_links(robot, facts.limbs)
     facts.elastic_joints = elastic_joints(robot)
     facts.followers = followers(robot)
-    facts.on_base = _dead_weight(robot.topology.base, mass_of("base"), reader.dead_weight(robot.topology, "base"))
-    facts.on_platform = _dead_weight(robot.topology.platform, mass_of("platform"), reader.dead_weight(robot.topology, "platform"))
+    facts.on_base = _attached_bodies(robot.topology.base, mass_of("base"), reader.dead_weight(robot.topology, "base"))
+    facts.on_platform = _attached_bodies(
+        robot.topology.platform, mass_of("platform"), reader.dead_weight(robot.topology, "platform")
+    )
     facts.warnings += warnings_of_file(robot, facts)
     if groups is not None and facts.mobility is not None:
         warnings, problems = warnings_of_statics(robot, facts)
@@ -88,7 +90,7 @@ def robot_facts(robot: Robot) -> RobotFacts:
 def _mobility(robot: Robot, zero: ZeroFacts) -> MobilityFacts:
     found, motions = robot.mobility, Motions(robot)
     drives = drives_of(motions)
-    values = robot.solver.values(robot.actuator_request, robot.zero_poses)[:, 0]
+    values = robot.solver.values(robot.actuator_coordinates, robot.zero_poses)[:, 0]
     zero.drives = {name: float(value) for name, value in zip(motions.drive_names, values, strict=True)}
     return MobilityFacts(
         found.platform,
@@ -103,5 +105,5 @@ def _mobility(robot: Robot, zero: ZeroFacts) -> MobilityFacts:
     )
 
 
-def _dead_weight(weight: DeadWeight, mass: float | None, graph: Graph) -> DeadWeightFacts:
+def _attached_bodies(weight: AttachedBodies, mass: float | None, graph: Graph) -> DeadWeightFacts:
     return DeadWeightFacts(weight.links, tuple(edge.joint for edge in weight.edges if edge.joint), mass, graph)

@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 
 from kinetostatics.checks.chains import Body, Chain, Graph, Hanging, Item, JointStep, Network, Stretch, Ways, bodies_of
 from kinetostatics.mechanism.joint_compliance import springs_of
-from kinetostatics.mechanism.limb_joints import Unit, limb_units
-from kinetostatics.mechanism.rigid_bodies import Piece, PieceEdge, PieceGraph
+from kinetostatics.mechanism.limb_joints import CompoundJoint, compound_joints
+from kinetostatics.mechanism.rigid_bodies import BodyEdge, BodyGraph, RigidBody
 
 if TYPE_CHECKING:
     from kinetostatics.mechanism.limbs import Edge, Limb, Topology
@@ -26,44 +26,44 @@ class GraphReader:
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
-        self.graph = PieceGraph(mechanism)
+        self.graph = BodyGraph(mechanism)
 
     def limb(self, limb: Limb) -> Graph:
         """Return the graph of a limb."""
-        units = limb_units(self.mechanism, limb)
-        return _Reducer(self, [*limb.edges, *limb.branches], units).through(self.graph.base, self.graph.platform)
+        compounds = compound_joints(self.mechanism, limb)
+        return _Reducer(self, [*limb.edges, *limb.branches], compounds).through(self.graph.base, self.graph.platform)
 
     def dead_weight(self, topology: Topology, role: str) -> Graph:
         """Return what hangs on the ``base`` or the ``platform`` alone."""
         edges = list((topology.base if role == "base" else topology.platform).edges)
-        units: list[Unit] = []
+        compounds: list[CompoundJoint] = []
         for limb in topology.hanging:
             if limb.name == role:
                 known = {edge.key for edge in edges}
                 edges += [edge for edge in (*limb.edges, *limb.branches) if edge.key not in known]
-                units += limb_units(self.mechanism, limb)
-        return _Reducer(self, edges, units).alone(self.graph.base if role == "base" else self.graph.platform)
+                compounds += compound_joints(self.mechanism, limb)
+        return _Reducer(self, edges, compounds).alone(self.graph.base if role == "base" else self.graph.platform)
 
-    def joint(self, unit: Unit | Connection) -> JointStep:
+    def joint(self, compound: CompoundJoint | Connection) -> JointStep:
         """Return a joint as it stands in a chain."""
-        names = unit.joints if isinstance(unit, Unit) else (unit.name,)
-        label = unit.label if isinstance(unit, Unit) else unit.name
+        names = compound.joints if isinstance(compound, CompoundJoint) else (compound.name,)
+        label = compound.label if isinstance(compound, CompoundJoint) else compound.name
         connections = [self.mechanism.connections[name] for name in names]
         mimic = connections[0].mimic
         elastic = any(springs_of(self.mechanism, name) for name in names)
         driven = connections[0].driven and mimic is None
-        return JointStep(label, names, unit.kind, driven, elastic, None if mimic is None else mimic.joint)
+        return JointStep(label, names, compound.kind, driven, elastic, None if mimic is None else mimic.joint)
 
 
 @dataclass(eq=False)
 class _Line:
     """An edge of the graph while it is reduced."""
 
-    start: Piece
-    end: Piece
+    start: RigidBody
+    end: RigidBody
     chain: Chain
 
-    def leaving(self, node: Piece) -> _Line:
+    def leaving(self, node: RigidBody) -> _Line:
         """Return the same edge as it leads away from a node."""
         return self if self.start is node else _Line(self.end, self.start, _turned(self.chain))
 
@@ -100,21 +100,21 @@ def _joined(*chains: Chain) -> Chain:
 class _Reducer:
     """Merges the edges of one limb, or of a dead weight, to a chain."""
 
-    def __init__(self, reader: GraphReader, edges: list[Edge], units: Sequence[Unit]) -> None:
+    def __init__(self, reader: GraphReader, edges: list[Edge], compounds: Sequence[CompoundJoint]) -> None:
         self.reader, self.graph = reader, reader.graph
         self.hanging: list[Hanging] = []
         keys = {edge.key for edge in edges}
         mine = [edge for edge in self.graph.edges if _key(edge) in keys]
         self.ends = (self.graph.base, self.graph.platform)
-        self._welded: dict[Piece, Piece] = {}
+        self._welded: dict[RigidBody, RigidBody] = {}
         for edge in mine:
             if self._is_weld(edge):
                 a, b = self._node(edge.inner.find()), self._node(edge.outer.find())
                 if a is not b:
                     self._welded[b] = a
         self._names = self._name_nodes(mine)
-        self.lines = self._make_lines(mine, units)
-        self._beam_at: dict[Piece, str] = {}
+        self.lines = self._make_lines(mine, compounds)
+        self._beam_at: dict[RigidBody, str] = {}
         for line in self.lines:
             for node in (line.start, line.end):
                 for beam in bodies_of(line.chain)[:1]:
@@ -124,21 +124,21 @@ class _Reducer:
 
     # ---- the graph ---------------------------------------------------------------------------------------------------
 
-    def _is_weld(self, edge: PieceEdge) -> bool:
+    def _is_weld(self, edge: BodyEdge) -> bool:
         """Whether an edge is a rigid fixed joint inside a limb."""
         item = edge.connection
         if item is None or not item.type.is_fixed or springs_of(self.reader.mechanism, item.name):
             return False
         return edge.inner.find() not in self.ends and edge.outer.find() not in self.ends
 
-    def _node(self, piece: Piece) -> Piece:
+    def _node(self, body: RigidBody) -> RigidBody:
         """Return the piece that stands for all that are welded to this one."""
-        piece = piece.find()
-        while piece in self._welded:
-            piece = self._welded[piece]
-        return piece
+        body = body.find()
+        while body in self._welded:
+            body = self._welded[body]
+        return body
 
-    def _name_nodes(self, edges: list[PieceEdge]) -> dict[Piece, tuple[str, ...]]:
+    def _name_nodes(self, edges: list[BodyEdge]) -> dict[RigidBody, tuple[str, ...]]:
         """Return the rigid links of every node that weigh something or hold a joint, in the order of the file."""
         description = self.reader.mechanism.description
         holding = {
@@ -147,36 +147,36 @@ class _Reducer:
             if edge.connection is not None and not self._is_weld(edge)
             for link in (edge.connection.predecessor, edge.connection.successor)
         }
-        members: dict[Piece, set[str]] = {}
-        for piece in {end.find() for edge in edges for end in (edge.inner, edge.outer)}:
-            links = {link for link in self.graph.rigid_links_of(piece) if link in holding or description.links[link].mass > 0}
-            members.setdefault(self._node(piece), set()).update(links)
+        members: dict[RigidBody, set[str]] = {}
+        for body in {end.find() for edge in edges for end in (edge.inner, edge.outer)}:
+            links = {link for link in self.graph.rigid_links_of(body) if link in holding or description.links[link].mass > 0}
+            members.setdefault(self._node(body), set()).update(links)
         named = {node: tuple(link for link in description.links if link in links) for node, links in members.items()}
         named[self.graph.base], named[self.graph.platform] = (description.base,), (description.platform,)
         return named
 
-    def _make_lines(self, edges: list[PieceEdge], units: Sequence[Unit]) -> list[_Line]:
-        unit_of = {name: unit for unit in units for name in unit.joints}
-        runs: dict[tuple[str, ...], list[PieceEdge]] = {}
+    def _make_lines(self, edges: list[BodyEdge], compounds: Sequence[CompoundJoint]) -> list[_Line]:
+        compound_of = {name: compound for compound in compounds for name in compound.joints}
+        runs: dict[tuple[str, ...], list[BodyEdge]] = {}
         found: list[_Line] = []
         for edge in edges:
             start, end = self._node(edge.inner), self._node(edge.outer)
             if edge.connection is not None:
-                unit = unit_of.get(edge.connection.name)
-                if unit is not None and len(unit.joints) > 1:
-                    runs.setdefault(unit.joints, []).append(edge)
+                compound = compound_of.get(edge.connection.name)
+                if compound is not None and len(compound.joints) > 1:
+                    runs.setdefault(compound.joints, []).append(edge)
                 elif not self._is_weld(edge):
-                    found.append(_Line(start, end, (self.reader.joint(unit or edge.connection),)))
+                    found.append(_Line(start, end, (self.reader.joint(compound or edge.connection),)))
             elif edge.beam is not None:
                 found.append(_Line(start, end, self._along_beam(edge)))
         for joints, parts in runs.items():
-            ends = [self._node(piece) for edge in parts for piece in (edge.inner, edge.outer)]
+            ends = [self._node(body) for edge in parts for body in (edge.inner, edge.outer)]
             outer = [node for node in ends if ends.count(node) == 1]
             if len(outer) == 2:  # else a run whose ends are one piece: it lies within the base or a ring of its own
-                found.append(_Line(outer[0], outer[1], (self.reader.joint(unit_of[joints[0]]),)))
+                found.append(_Line(outer[0], outer[1], (self.reader.joint(compound_of[joints[0]]),)))
         return found
 
-    def _along_beam(self, edge: PieceEdge) -> Chain:
+    def _along_beam(self, edge: BodyEdge) -> Chain:
         """Return a beam as a body; a telescope as its links and the joints between them."""
         span = edge.beam
         assert span is not None
@@ -190,14 +190,14 @@ class _Reducer:
             items.append(Body((span.beam.name if here == span.beam.link else here,)))
         return _joined(tuple(items))
 
-    def name(self, node: Piece) -> str:
+    def name(self, node: RigidBody) -> str:
         """Return what a node is called."""
         names = self._names.get(node, ())
         return " + ".join(names) if names else f"the end of {self._beam_at[node]}" if node in self._beam_at else "a point"
 
     # ---- the reduction -----------------------------------------------------------------------------------------------
 
-    def through(self, start: Piece, end: Piece) -> Graph:
+    def through(self, start: RigidBody, end: RigidBody) -> Graph:
         """Return the chain from one piece to another."""
         self._reduce({start, end})
         chain: Chain = ()
@@ -212,25 +212,25 @@ class _Reducer:
             here = node
         return Graph(chain, tuple(self.hanging), self.rings)
 
-    def alone(self, root: Piece) -> Graph:
+    def alone(self, root: RigidBody) -> Graph:
         """Return what hangs on a piece."""
         self._reduce({root})
         if self.lines:
             self.hanging.append(Hanging(self.name(root), (self._network(root, root, self.lines),), True))
         return Graph((), tuple(self.hanging), self.rings)
 
-    def _reduce(self, terminals: set[Piece]) -> None:
+    def _reduce(self, terminals: set[RigidBody]) -> None:
         while self._in_line(terminals) or self._side_by_side() or self._dead_ends(terminals):
             pass
 
-    def _at(self) -> dict[Piece, list[_Line]]:
-        found: dict[Piece, list[_Line]] = {}
+    def _at(self) -> dict[RigidBody, list[_Line]]:
+        found: dict[RigidBody, list[_Line]] = {}
         for line in self.lines:
             found.setdefault(line.start, []).append(line)
             found.setdefault(line.end, []).append(line)
         return found
 
-    def _in_line(self, terminals: set[Piece]) -> bool:
+    def _in_line(self, terminals: set[RigidBody]) -> bool:
         """Merge two edges that follow one another, or take a ring off the node on which it hangs."""
         for line in self.lines:
             if line.start is line.end:
@@ -247,7 +247,7 @@ class _Reducer:
 
     def _side_by_side(self) -> bool:
         """Merge all edges between the same two nodes."""
-        between: dict[frozenset[Piece], list[_Line]] = {}
+        between: dict[frozenset[RigidBody], list[_Line]] = {}
         for line in self.lines:
             between.setdefault(frozenset((line.start, line.end)), []).append(line)
         several = [same for same in between.values() if len(same) > 1]
@@ -260,7 +260,7 @@ class _Reducer:
             self._replace(same, _Line(start, end, (Ways(self.name(start), self.name(end), tuple(ways)),)))
         return bool(several)
 
-    def _dead_ends(self, terminals: set[Piece]) -> bool:
+    def _dead_ends(self, terminals: set[RigidBody]) -> bool:
         """Take an edge off that leads nowhere."""
         for node, lines in self._at().items():
             if len(lines) == 1 and node not in terminals:
@@ -278,11 +278,11 @@ class _Reducer:
 
     # ---- what cannot be merged ---------------------------------------------------------------------------------------
 
-    def _blocks(self, start: Piece, end: Piece) -> list[tuple[Piece, list[_Line]]]:
+    def _blocks(self, start: RigidBody, end: RigidBody) -> list[tuple[RigidBody, list[_Line]]]:
         """Return the nodes that every way from ``start`` to ``end`` passes, with the edges before each of them."""
         at = self._at()
 
-        def reach(without: Piece) -> set[Piece]:
+        def reach(without: RigidBody) -> set[RigidBody]:
             seen, queue = {start}, [start]
             while queue:
                 node = queue.pop()
@@ -295,7 +295,7 @@ class _Reducer:
 
         cuts = [(reach(node), node) for node in at if node not in (start, end)]
         cuts = sorted((cut for cut in cuts if end not in cut[0]), key=lambda cut: len(cut[0]))
-        found: list[tuple[Piece, list[_Line]]] = []
+        found: list[tuple[RigidBody, list[_Line]]] = []
         left = list(self.lines)
         for inside, node in [*cuts, (set(at), end)]:
             mine = [line for line in left if line.start in inside or line.end in inside]
@@ -304,7 +304,7 @@ class _Reducer:
                 found.append((node, mine))
         return found
 
-    def _network(self, start: Piece, end: Piece, lines: list[_Line]) -> Network:
+    def _network(self, start: RigidBody, end: RigidBody, lines: list[_Line]) -> Network:
         """Return a network, its stretches directed outwards from ``start``."""
         distance, queue = {start: 0}, [start]
         for node in queue:
@@ -326,5 +326,5 @@ class _Reducer:
         return Network(self.name(start), self.name(end), tuple(stretch for _, stretch in found))
 
 
-def _key(edge: PieceEdge) -> str:
+def _key(edge: BodyEdge) -> str:
     return edge.connection.name if edge.connection is not None else f"beam:{edge.beam.beam.name}" if edge.beam is not None else ""

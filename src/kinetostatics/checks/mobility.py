@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.kinematics.solver import Request
+from kinetostatics.kinematics.solver import PrescribedCoordinates
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import canonical_basis, null_space
 from kinetostatics.math.ordering import first_largest
@@ -73,7 +73,7 @@ class Motions:
         found = []
         for k in range(robot.generic_poses.x.shape[1]):
             pose = robot.generic_poses.take(np.array([k]))
-            _, gradient = solver.system(Request(), pose, np.zeros((0, 1)))
+            _, gradient = solver.system(PrescribedCoordinates(), pose, np.zeros((0, 1)))
             free, rank, _ = null_space(gradient[:, :, 0], robot.rank_tolerance)
             found.append((rank, k, pose, free))
         _, self.number, self.pose, self.free = max(found, key=lambda item: (item[0], -item[1]))
@@ -91,9 +91,9 @@ class Motions:
     @property
     def drives(self) -> Array:
         """The scaled rates (n, nv) of the driven joints, those of the tree first."""
-        request = self.robot.actuator_request
-        rows = np.eye(self.twists.shape[1])[np.array(request.columns, dtype=np.intp)]
-        loops = Request(loops=request.loops)
+        prescribed = self.robot.actuator_coordinates
+        rows = np.eye(self.twists.shape[1])[np.array(prescribed.columns, dtype=np.intp)]
+        loops = PrescribedCoordinates(loops=prescribed.loops)
         _, gradient = self.robot.solver.system(loops, self.pose, np.zeros((loops.size, 1)))
         return np.concatenate([rows, gradient[gradient.shape[0] - loops.size :, :, 0]])
 
@@ -153,8 +153,10 @@ def coordinates_of(motions: Motions) -> tuple[str, ...]:
         del options[best]
         chosen = tuple(sorted(best))
         positions = tuple(k for k in chosen if k < 3)
-        request = Request(positions=positions, angles=tuple(k - 3 for k in chosen if k > 2), orientation=orientation_named(None))
-        if robot.freedoms.fixes_platform(request):
+        prescribed = PrescribedCoordinates(
+            positions=positions, angles=tuple(k - 3 for k in chosen if k > 2), orientation=orientation_named(None)
+        )
+        if robot.mobility_analysis.fixes_platform(prescribed):
             return tuple(COORDINATES[k] for k in chosen)
     return ()
 
@@ -237,8 +239,8 @@ def _joint_along(motions: Motions, links: tuple[str, ...], axis: Array, foot: Ar
     A hinge inside a universal or spherical joint is none.
     """
     robot = motions.robot
-    units = [unit for group in robot.statics.groups for row in group.units for unit in row]
-    inside = {name for unit in units if len(unit.joints) > 1 for name in unit.joints}
+    compounds = [compound for group in robot.statics.groups for row in group.compounds for compound in row]
+    inside = {name for compound in compounds if len(compound.joints) > 1 for name in compound.joints}
     for connection in robot.mechanism.connections.values():
         if not {connection.predecessor, connection.successor} & set(links) or connection.name in inside:
             continue

@@ -15,7 +15,7 @@ import numpy as np
 
 from kinetostatics.checks.mobility import NOTHING, Motions, eliminated, groups_of
 from kinetostatics.kinematics.loop_constraints import world_frames
-from kinetostatics.kinematics.solver import Poses
+from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import canonical_basis, null_space
 from kinetostatics.printing.text import listing
@@ -78,7 +78,7 @@ class _SelfStress:
         first: position of each limb's first chord wrench.
     """
 
-    def __init__(self, robot: Robot, pose: Poses) -> None:
+    def __init__(self, robot: Robot, pose: SolverState) -> None:
         self.robot = robot
         frames = _frames(robot, pose)
         o = robot.mechanism.platform_pose(frames)[1]
@@ -92,12 +92,12 @@ class _SelfStress:
             for position, number in enumerate(group.numbers):
                 mine = slice(self.first[number], self.first[number + 1])
                 balance[:, mine] = group.platform_sum
-                for k, freedom in enumerate(group.freedoms[position]):
+                for k, dof in enumerate(group.dofs[position]):
                     row = np.zeros(self.first[-1])
-                    row[mine] = (group.freedom_chords[k][:, None] * twists[:, k, position]).ravel()
-                    connection = robot.mechanism.connections.get(freedom.label)
+                    row[mine] = (group.dof_chords[k][:, None] * twists[:, k, position]).ravel()
+                    connection = robot.mechanism.connections.get(dof.label)
                     alone = connection is not None and connection.type.is_single
-                    rows[freedom.label if alone else (number, k)] = row
+                    rows[dof.label if alone else (number, k)] = row
         for connection in robot.mechanism.connections.values():
             if connection.mimic is not None and connection.name in rows:  # it works through its leader
                 follower = rows.pop(connection.name) * connection.mimic.multiplier
@@ -130,7 +130,7 @@ class _SelfStress:
         chords = (self.states[mine] @ alone).reshape(len(limb.to_platform), 6, -1)
         edges = np.zeros((len(limb.edges), *chords.shape[1:]))
         for k, edge in enumerate(limb.edges):
-            for chord, sign in edge.chords:
+            for chord, sign in edge.cut_joints:
                 edges[k] += sign * chords[chord]
         columns = eliminated(edges.reshape(-1, edges.shape[2]))
         loaded = np.max(np.abs(edges @ columns), axis=1) > NOTHING
@@ -164,7 +164,7 @@ class _SelfStress:
         return np.asarray(U[:, : int(np.sum(values > NOTHING))])
 
 
-def _frames(robot: Robot, pose: Poses) -> Frames:
+def _frames(robot: Robot, pose: SolverState) -> Frames:
     """Return the frames of all bodies, those inside spherical joints too."""
     return world_frames(robot.mechanism, robot.mechanism.forward(robot.model_q(pose)))
 

@@ -18,7 +18,7 @@ from kinetostatics.kinematics.unit_hints import odd_limits, robot_size
 from kinetostatics.kinematics.zero_pose import corrections_hint
 from kinetostatics.math.ordering import EQUAL
 from kinetostatics.mechanism.beam_geometry import ends_nowhere
-from kinetostatics.mechanism.rigid_bodies import Piece, PieceGraph
+from kinetostatics.mechanism.rigid_bodies import BodyGraph, RigidBody
 from kinetostatics.printing.text import CLOSED, LENGTHS, listing, quantity
 from kinetostatics.results.near_singular import near_singular_words
 from kinetostatics.status import WITHOUT_NUMBERS
@@ -181,17 +181,17 @@ def _members(robot: Robot, facts: RobotFacts) -> dict[str, tuple[float, float]]:
 
     Beams that go on in much the same direction, welded or joined by a locked slide along them, are one member.
     """
-    graph, frames = PieceGraph(robot.mechanism), robot.zero_frames if facts.zero.closing_error is not None else None
+    graph, frames = BodyGraph(robot.mechanism), robot.zero_frames if facts.zero.closing_error is not None else None
     known = {beam.name: beam for beam in facts.beams}
     if frames is None:
         return {name: (beam.length or 0.0, beam.depth) for name, beam in known.items()}
-    welded: dict[Piece, Piece] = {}
+    welded: dict[RigidBody, RigidBody] = {}
 
-    def node(piece: Piece) -> Piece:
-        piece = piece.find()
-        while piece in welded:
-            piece = welded[piece]
-        return piece
+    def node(body: RigidBody) -> RigidBody:
+        body = body.find()
+        while body in welded:
+            body = welded[body]
+        return body
 
     for edge in graph.edges:
         item = edge.connection
@@ -199,7 +199,7 @@ def _members(robot: Robot, facts: RobotFacts) -> dict[str, tuple[float, float]]:
             a, b = node(edge.inner), node(edge.outer)
             if a is not b:
                 welded[b] = a
-    ends: dict[Piece, list[tuple[str, np.ndarray]]] = {}
+    ends: dict[RigidBody, list[tuple[str, np.ndarray]]] = {}
     for edge in graph.edges:
         if edge.beam is not None:
             name = edge.beam.beam.name

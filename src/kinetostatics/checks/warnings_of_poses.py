@@ -12,7 +12,7 @@ from kinetostatics.printing.text import listing
 from kinetostatics.results.warnings import undetermined_parts
 
 if TYPE_CHECKING:
-    from kinetostatics.kinematics.solver import Poses
+    from kinetostatics.kinematics.solver import SolverState
     from kinetostatics.robot import Robot
 
 #: How the text of a problem of the zero pose alone begins.
@@ -38,7 +38,7 @@ def facts_of_poses(robot: Robot) -> list[str]:
     return found
 
 
-def poses_of(robot: Robot, poses: Poses) -> Configuration:
+def poses_of(robot: Robot, poses: SolverState) -> Configuration:
     """Return a robot at poses of the solver, which close the loops as well as its file lets them."""
     tolerance = 1e-9 + 1e3 * robot.closing_error
     return robot.configuration(robot.model_q(poses).T, tolerance=tolerance, on_failure="nan")

@@ -11,12 +11,12 @@ from kinetostatics.argument_checks import check_choice, check_mapping, numbers, 
 from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, near_names
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.continuation import follow, reach
-from kinetostatics.kinematics.coordinate_choices import request_for, say_choices
+from kinetostatics.kinematics.coordinate_choices import prescribed_platform, say_choices
 from kinetostatics.kinematics.joint_coordinates import actuator_names
 from kinetostatics.kinematics.loop_constraints import world_frames
 from kinetostatics.kinematics.openings import gaps_at, gaps_text, worst_gaps_text
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
-from kinetostatics.kinematics.solver import Poses, Request
+from kinetostatics.kinematics.solver import PrescribedCoordinates, SolverState
 from kinetostatics.kinematics.unit_hints import odd_coordinates
 from kinetostatics.math.arrays import Array, chunks
 from kinetostatics.math.orientation import Orientation, orientation_named, orientations_with
@@ -44,11 +44,11 @@ def assemble(
     tolerance = positive("tolerance", tolerance, "a positive length [m] and angle [rad]", infinite=True)
     convention = orientation_named(orientation)
     if platform is not None:
-        request, names = _platform_request(robot, platform, orientation)
+        prescribed, names = _platform_coordinates(robot, platform, orientation)
         given: Mapping[str, ArrayLike] = platform
     else:
         given = actuators if actuators is not None else {name: 0.0 for name in robot.description.driven}
-        request, names = robot.actuator_request, actuator_names(robot.mechanism, robot.equations)
+        prescribed, names = robot.actuator_coordinates, actuator_names(robot.mechanism, robot.equations)
         _check_actuator_names(robot, given)
     shape, target = _stack([given[name] for name in names], names)
     raising = on_failure == "raise" or (on_failure is None and shape == ())
@@ -63,21 +63,23 @@ def assemble(
         if near.shape not in ((), shape):
             raise ArgumentError(f"near= has the batch shape {near.shape}; it must be () or {shape}")
         start = near.poses
-    request = robot.freedoms.without_idle(request)
-    origin = robot.zero_origin(request) if near is None else None
-    local = robot.freedoms.local_freedoms(request)
-    poses, arrived = reach(robot.solver, request, start, target, local, origin)
+    prescribed = robot.mobility_analysis.without_idle_dofs(prescribed)
+    origin = robot.zero_origin(prescribed) if near is None else None
+    local = robot.mobility_analysis.local_dofs(prescribed)
+    poses, arrived = reach(robot.solver, prescribed, start, target, local, origin)
     if raising and not np.all(arrived):  # nothing is complained of that is reached alone
         left = np.flatnonzero(~arrived)
         begin = start if start.x.shape[1] == 1 else start.take(left)
-        found, arrived[left], gone = follow(robot.solver, request, begin, target[:, left], local, origin)
+        found, arrived[left], gone = follow(robot.solver, prescribed, begin, target[:, left], local, origin)
         poses.x[:, left], poses.c[:, left] = found.x, found.c
         if not np.all(arrived):
             worst = int(np.argmin(arrived[left]))
-            _say_unreachable(robot, request, names, found.take(np.array([worst])), target[:, left[[worst]]], float(gone[worst]))
+            _say_unreachable(
+                robot, prescribed, names, found.take(np.array([worst])), target[:, left[[worst]]], float(gone[worst])
+            )
 
-    def again(which: NDArray[np.intp]) -> Poses:
-        return robot.solver.newton(request, poses.take(which), target[:, which], local)[0]
+    def again(which: NDArray[np.intp]) -> SolverState:
+        return robot.solver.newton(prescribed, poses.take(which), target[:, which], local)[0]
 
     named = orientation if platform is not None else None
     return _configuration(robot, poses, shape, arrived, named, convention, tolerance, raising, again=again)
@@ -92,7 +94,7 @@ def configuration_at(robot: RobotKinematics, q: ArrayLike, tolerance: float, on_
         raise ArgumentError(f"q has the shape {array.shape}; the last axis must be nq = {robot.mechanism.tree.nq}")
     shape = array.shape[:-1]
     flat = np.ascontiguousarray(array.reshape(int(np.prod(shape)), array.shape[-1]).T)
-    poses = Poses(robot.equations.from_model(flat), np.zeros((3, flat.shape[1])))
+    poses = SolverState(robot.equations.from_model(flat), np.zeros((3, flat.shape[1])))
     good = np.all(np.isfinite(flat), axis=0)
     raising = on_failure == "raise" or (on_failure is None and shape == ())
     return _configuration(robot, poses, shape, good, None, orientation_named(None), tolerance, raising, flat)
@@ -100,7 +102,7 @@ def configuration_at(robot: RobotKinematics, q: ArrayLike, tolerance: float, on_
 
 def _configuration(
     robot: RobotKinematics,
-    poses: Poses,
+    poses: SolverState,
     shape: tuple[int, ...],
     arrived: NDArray[np.bool_],
     orientation: str | None,
@@ -108,13 +110,13 @@ def _configuration(
     tolerance: float,
     raising: bool,
     q: Array | None = None,
-    again: Callable[[NDArray[np.intp]], Poses] | None = None,
+    again: Callable[[NDArray[np.intp]], SolverState] | None = None,
 ) -> Configuration:
     if q is None:
         q = robot.model_q(poses)
     frames, residual = _frames(robot, q)
     if again is not None:
-        # the last correction of some poses was not quite as small as foreseen
+        # the last correction of some poses was not quite as small as expected
         worst = np.max(np.abs(residual), axis=0, initial=0.0)
         rough = np.flatnonzero(arrived & (worst > ROUGH + 2 * robot.length * robot.closing_error))
         if rough.size:
@@ -171,9 +173,9 @@ def _check_actuator_names(robot: RobotKinematics, given: Mapping[str, ArrayLike]
         )
 
 
-def _platform_request(
+def _platform_coordinates(
     robot: RobotKinematics, platform: Mapping[str, ArrayLike], orientation: str | None
-) -> tuple[Request, list[str]]:
+) -> tuple[PrescribedCoordinates, list[str]]:
     convention = orientation_named(orientation)
     check_mapping("platform", platform, '{"z": 0.5}')
     known = ("x", "y", "z", *convention.names)
@@ -192,34 +194,36 @@ def _platform_request(
             + (f"; {say_choices(robot, convention, tuple(platform), robot.zero_poses)}" if 0 < mobility < 6 else ""),
             mobility,
         )
-    request = request_for(tuple(platform), convention)
-    if not robot.freedoms.fixes_platform(request):
+    prescribed = prescribed_platform(tuple(platform), convention)
+    if not robot.mobility_analysis.fixes_platform(prescribed):
         raise CoordinatesError(
             f"the coordinates {', '.join(platform)} do not determine the pose of {robot.name!r}: with them held the platform "
             f"can still move; its mobility is {mobility}; {say_choices(robot, convention, tuple(platform), robot.zero_poses)}",
             mobility,
         )
-    return request, [name for name in known if name in platform]
+    return prescribed, [name for name in known if name in platform]
 
 
-def _say_unreachable(robot: RobotKinematics, request: Request, names: list[str], pose: Poses, target: Array, gone: float) -> None:
+def _say_unreachable(
+    robot: RobotKinematics, prescribed: PrescribedCoordinates, names: list[str], pose: SolverState, target: Array, gone: float
+) -> None:
     mobility = robot.mobility.platform
-    nearest, _ = robot.solver.close(pose, request, target, weight=1e3)
+    nearest, _ = robot.solver.close(pose, prescribed, target, weight=1e3)
     gaps = gaps_at(robot.equations, nearest)
     wanted = ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, target[:, 0], strict=True))
     text = (
         f"{robot.name!r} (mobility {mobility}) cannot reach {wanted}: on the straight line from the start the loops close "
         f"up to {100 * gone:.1f} % of the way; "
     )
-    if gone == 0 and not robot.freedoms.fixes_platform_at(request, pose):
-        convention = request.orientation
+    if gone == 0 and not robot.mobility_analysis.fixes_platform_at(prescribed, pose):
+        convention = prescribed.orientation
         others = "" if convention is None else f"; {say_choices(robot, convention, names, pose)}"
         raise CoordinatesError(
             f"the coordinates {', '.join(names)} do not determine the pose of {robot.name!r} where the line to the target "
             f"starts, a singular pose for them: give near= a pose beside it, or choose other coordinates{others}",
             mobility,
         )
-    found = robot.solver.values(request, nearest)[:, 0]
+    found = robot.solver.values(prescribed, nearest)[:, 0]
     if float(np.abs(found - target[:, 0]).max(initial=0.0)) < 1e-3:
         worst = max((max(pair) for pair in gaps.values()), default=0.0)
         if worst < 1e-9:

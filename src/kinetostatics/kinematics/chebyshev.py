@@ -23,8 +23,8 @@ _CAUTION = 4.0
 _ROUNDING = 1e-14
 #: Costs, in corrections of a pose: a node, its weight in the polynomial of a pose, a box, a pose that follows its own line.
 _NODE, _WEIGHT, _BOX, _WITHOUT = 2.5, 6e-4, 20.0, 12.0
-#: First corrections of polynomials' poses are foreseen to be so many times their error, between these bounds.
-_SAFETY, _FORESEEN = 20.0, (8e-4, 1e-2)
+#: First corrections of polynomials' poses are expected to be so many times their error, between these bounds.
+_SAFETY, _EXPECTED_STEP = 20.0, (8e-4, 1e-2)
 
 
 @dataclass(frozen=True)
@@ -37,7 +37,7 @@ class Cells:
         count: (d,) numbers of boxes.
         nodes: (d,) numbers of nodes along the sides of a box.
         targets: how many there are in all boxes.
-        foreseen: scaled size of the first corrections of what polynomials predict that is not to be doubted.
+        expected_step: scaled size of the first corrections of what polynomials predict that is not to be doubted.
     """
 
     varying: NDArray[np.intp]
@@ -46,7 +46,7 @@ class Cells:
     count: NDArray[np.intp]
     nodes: tuple[int, ...]
     targets: int
-    foreseen: float
+    expected_step: float
 
     @classmethod
     def sampling(cls, target: Array) -> Cells | None:
@@ -60,7 +60,7 @@ class Cells:
             return None
         one = np.ones(d, dtype=np.intp)
         samples = (_SAMPLES[d],) * d
-        return cls(varying, low[varying], (high - low)[varying], one, samples, target.shape[1], 3 * _FORESEEN[1])
+        return cls(varying, low[varying], (high - low)[varying], one, samples, target.shape[1], 3 * _EXPECTED_STEP[1])
 
     def refined(self, values: Array) -> Cells | None:
         """Return boxes and nodes with which polynomials pay, judged by how fast the coefficients of samples fall.
@@ -84,8 +84,8 @@ class Cells:
             return None
         where, numbers, error = chosen
         count = np.array([_DIVISIONS[k] for k in where], dtype=np.intp)
-        foreseen = float(np.clip(_SAFETY * error, *_FORESEEN))
-        return replace(self, size=self.size / count, count=count, nodes=numbers, foreseen=foreseen)
+        expected_step = float(np.clip(_SAFETY * error, *_EXPECTED_STEP))
+        return replace(self, size=self.size / count, count=count, nodes=numbers, expected_step=expected_step)
 
     def _choices(self, axis: int, values: Array) -> Array:
         """Return what errors are to be expected with each division (len(_DIVISIONS), …) of a coordinate and 1, 2, … nodes.

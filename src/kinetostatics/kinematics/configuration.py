@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
-from kinetostatics.kinematics.solver import Poses
+from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.math.arrays import Array, batch_first, frozen
 from kinetostatics.math.orientation import Orientation, orientation_named
 from kinetostatics.mechanism.pinocchio_loops import LoopModel, loop_model
@@ -57,7 +57,7 @@ class Configuration(Shown):
     robot: RobotKinematics
     shape: tuple[int, ...]
     orientation: Orientation
-    poses: Poses
+    poses: SolverState
     model_q: Array
     frames: Frames
     openings: Mapping[str, tuple[Array, Array]]

@@ -1,7 +1,7 @@
 """From the zero pose to thousands of poses, each the one at the end of its own straight line.
 
 Few poses follow their own lines. Of many, polynomials through nodes predict all others so well that hardly more than one
-correction is left to do; where more than four coordinates vary, one pose of each cell, its leader, predicts its neighbours
+correction is left to do; where more than four coordinates vary, one pose of each cell, the seed, predicts its neighbours
 linearly. That leads to the poses at the ends of their own lines only if all these lines lie on one smooth sheet: lines that pass
 a singular pose on different sides may end in different assembly modes. So some poses follow their own lines as well, and where
 predictions do not agree with them, at the end or on the way, the coordinates are divided, until so few poses are left that all
@@ -17,16 +17,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.kinematics.chebyshev import MOST_VARYING, Cells
-from kinetostatics.kinematics.solver import ALONE, Pace, Poses, Request, Solver
+from kinetostatics.kinematics.solver import ALONE, PrescribedCoordinates, Solver, SolverState, StepControl
 from kinetostatics.math.arrays import Array, chunks
 
-#: Poses that share a leader, on average.
+#: Poses that share a seed, on average.
 _FOLLOWERS = 24
-#: Batches with fewer poses follow their own lines, and so do fewer leaders.
+#: Batches with fewer poses follow their own lines, and so do fewer seeds.
 MANY, _FEW = 1500, 200
 #: Where on their lines polynomials are compared with poses, and how many of these.
 _LEVELS, _TESTS = (1 / 3, 2 / 3, 1.0), 32
-#: Largest scaled correction foreseen where a prediction is compared with a pose, and scaled difference up to which both are one.
+#: Largest scaled correction expected where a prediction is compared with a pose, and scaled difference up to which both are one.
 _COARSE, _SAME = 0.3, 1e-6
 #: Part of the poses to which polynomials may lead but roughly.
 _ROUGH = 0.05
@@ -34,17 +34,17 @@ _ROUGH = 0.05
 
 def reach(
     solver: Solver,
-    request: Request,
-    start: Poses,
+    prescribed: PrescribedCoordinates,
+    start: SolverState,
     target: Array,
     local: int = 0,
     origin: tuple[Array, Array] | None = None,
-) -> tuple[Poses, NDArray[np.bool_]]:
+) -> tuple[SolverState, NDArray[np.bool_]]:
     """Reach the requested coordinates from ``start``.
 
     Args:
         solver: closes the loops.
-        request: which coordinates are given.
+        prescribed: which coordinates are given.
         start: one pose, or as many as there are targets.
         target: (n, N) coordinates.
         local: number of freedoms that do not move the platform; they stay as they are.
@@ -55,53 +55,55 @@ def reach(
     """
     N = target.shape[1]
     if N < MANY or start.x.shape[1] != 1:
-        return follow(solver, request, start, target, local, origin)[:2]
-    way = _Way(solver, request, start, local, solver.origin(request, start) if origin is None else origin)
+        return follow(solver, prescribed, start, target, local, origin)[:2]
+    continuation = BatchContinuation(
+        solver, prescribed, start, local, solver.origin(prescribed, start) if origin is None else origin
+    )
     poses, arrived = start.take(np.zeros(N, dtype=np.intp)), np.zeros(N, dtype=bool)
-    usual = _usual(target)
-    left, parts = [np.setdiff1d(np.arange(N), usual)], [usual]
+    inliers = _inliers(target)
+    left, parts = [np.setdiff1d(np.arange(N), inliers)], [inliers]
     while parts:
         part = parts.pop()
         if part.size < MANY:
             left.append(part)
             continue
-        found = way.predicted(target[:, part])
+        found = continuation.reach(target[:, part])
         if found is not None:
             at, good = found
             which = part[good]
             poses.x[:, which], poses.c[:, which], arrived[which] = at.x[:, good], at.c[:, good], True
             part = part[~good]
-        divided = _divided(target[:, part], solver.longest_strides(request)) if part.size else []
+        divided = _divided(target[:, part], solver.longest_strides(prescribed)) if part.size else []
         if len(divided) > 1:
             parts += [part[some] for some in divided]
         else:
             left.append(part)
     rest = np.concatenate(left)
     if rest.size:
-        alone, arrived[rest], _ = follow(solver, request, start, target[:, rest], local, origin)
+        alone, arrived[rest], _ = follow(solver, prescribed, start, target[:, rest], local, origin)
         poses.x[:, rest], poses.c[:, rest] = alone.x, alone.c
     return poses, arrived
 
 
 def follow(
     solver: Solver,
-    request: Request,
-    start: Poses,
+    prescribed: PrescribedCoordinates,
+    start: SolverState,
     target: Array,
     local: int = 0,
     origin: tuple[Array, Array] | None = None,
-    pace: Pace = ALONE,
-) -> tuple[Poses, NDArray[np.bool_], Array]:
+    control: StepControl = ALONE,
+) -> tuple[SolverState, NDArray[np.bool_], Array]:
     """Follow every pose's own straight line, in chunks; also return how much of its way (0 … 1) each has gone."""
     N = target.shape[1]
-    poses = Poses(np.empty((start.x.shape[0], N)), np.empty((3, N)))
+    poses = SolverState(np.empty((start.x.shape[0], N)), np.empty((3, N)))
     arrived, gone = np.empty(N, dtype=bool), np.empty(N)
     for part in chunks(N):
         alone = start.x.shape[1] == 1
-        mine = start if alone else Poses(start.x[:, part], start.c[:, part])
+        mine = start if alone else SolverState(start.x[:, part], start.c[:, part])
         one = origin is None or origin[0].shape[1] == 1
         known = origin if one or origin is None else (origin[0][:, part], origin[1][:, part])
-        found, arrived[part], gone[part] = solver.follow(request, mine, target[:, part], local, known, pace)
+        found, arrived[part], gone[part] = solver.follow(prescribed, mine, target[:, part], local, known, control)
         poses.x[:, part], poses.c[:, part] = found.x, found.c
     return poses, arrived, gone
 
@@ -112,7 +114,7 @@ class _Nodes:
 
     cells: Cells
     boxes: NDArray[np.intp]
-    poses: Poses
+    poses: SolverState
     reached: NDArray[np.bool_]
 
     @property
@@ -122,29 +124,29 @@ class _Nodes:
 
 
 @dataclass(frozen=True)
-class _Way:
+class BatchContinuation:
     """From one start to many poses: the arguments of :func:`reach`."""
 
     solver: Solver
-    request: Request
-    start: Poses
+    prescribed: PrescribedCoordinates
+    start: SolverState
     local: int
     origin: tuple[Array, Array]
 
-    def predicted(self, target: Array) -> tuple[Poses, NDArray[np.bool_]] | None:
+    def reach(self, target: Array) -> tuple[SolverState, NDArray[np.bool_]] | None:
         """Reach poses by predictions, and return which are reached; None if they may not be at the ends of their own lines."""
         tests = _spread(target)
         sampling = Cells.sampling(target)
         if sampling is None:
             if np.sum(np.ptp(target, axis=1) > 0) <= MOST_VARYING:
                 return None
-            ways = self._own_lines(target[:, tests], (1.0,))
+            ways = self.continue_from_start(target[:, tests], (1.0,))
             if ways is None:
                 return None
-            poses, arrived = self._lead(target)
+            poses, arrived = self._continue_by_seeds(target)
             return (poses, arrived) if np.all(self._same(poses.take(tests), ways[0])[arrived[tests]]) else None
         places = np.append(sampling.node_targets(0, target[:, 0]), target[:, tests], axis=1)
-        ways = self._own_lines(places, _LEVELS)
+        ways = self.continue_from_start(places, _LEVELS)
         if ways is None:
             return None
         at_nodes, at_tests = np.split(np.arange(places.shape[1]), [-tests.size])
@@ -159,27 +161,27 @@ class _Way:
 
     def _line(self, target: Array) -> tuple[Array, Array]:
         """Return where the lines to targets start: see :meth:`Solver.line_start`."""
-        return self.solver.line_start(self.request, self.origin, target, shorter=False)
+        return self.solver.line_start(self.prescribed, self.origin, target, shorter=False)
 
     def _at(self, target: Array, level: float) -> Array:
         """Return the coordinates that lines have at some part of their way."""
         first = self._line(target)[0]
         return first + level * (target - first)
 
-    def _own_lines(self, target: Array, levels: tuple[float, ...]) -> list[Poses] | None:
+    def continue_from_start(self, target: Array, levels: tuple[float, ...]) -> list[SolverState] | None:
         """Follow own lines up to some parts of their way; None if not all get there."""
         poses, result = self.start, []
         origin = self._line(target)
         for level in levels:
             there = target if level == 1 else self._at(target, level)
-            poses, arrived, _ = follow(self.solver, self.request, poses, there, self.local, origin)
+            poses, arrived, _ = follow(self.solver, self.prescribed, poses, there, self.local, origin)
             if not np.all(arrived):
                 return None
             origin = there, poses.c
             result.append(poses)
         return result
 
-    def _same(self, one: Poses, other: Poses) -> NDArray[np.bool_]:
+    def _same(self, one: SolverState, other: SolverState) -> NDArray[np.bool_]:
         """Return which pairs of poses (N,) have all joints alike, but for spins that matter to nothing."""
         bodies = [joint.body for joint in self.solver.tree.joints]
         frames = [self.solver.equations.forward(poses.x) for poses in (one, other)]
@@ -195,76 +197,78 @@ class _Way:
         boxes, examples = np.unique(cells.number(target), return_index=True)
         places = [cells.node_targets(box, target[:, k]) for box, k in zip(boxes.tolist(), examples, strict=True)]
         wanted = np.concatenate(places, axis=1)
-        poses, reached = self._through(samples, wanted, wanted, samples.cells.foreseen)
+        poses, reached = self._through(samples, wanted, wanted, samples.cells.expected_step)
         rest = np.flatnonzero(~reached)
         if rest.size:
-            found, reached[rest], _ = follow(self.solver, self.request, self.start, wanted[:, rest], self.local, self.origin)
+            found, reached[rest], _ = follow(self.solver, self.prescribed, self.start, wanted[:, rest], self.local, self.origin)
             poses.x[:, rest], poses.c[:, rest] = found.x, found.c
         return _Nodes(cells, boxes, poses, reached)
 
-    def _lead(self, target: Array) -> tuple[Poses, NDArray[np.bool_]]:
-        """Reach poses by way of one leader of each cell."""
+    def _continue_by_seeds(self, target: Array) -> tuple[SolverState, NDArray[np.bool_]]:
+        """Reach poses by way of one seed in each cell."""
         N = target.shape[1]
-        lead_by, leader_of = _leaders(target)
-        if N < _FEW or lead_by.size > N / 4:
-            return follow(self.solver, self.request, self.start, target, self.local, self.origin)[:2]
-        leaders, led = self._lead(target[:, lead_by])
-        poses = Poses(np.empty((leaders.x.shape[0], N)), np.empty((3, N)))
+        seed_numbers, seed_of = _seeds(target)
+        if N < _FEW or seed_numbers.size > N / 4:
+            return follow(self.solver, self.prescribed, self.start, target, self.local, self.origin)[:2]
+        seeds, led = self._continue_by_seeds(target[:, seed_numbers])
+        poses = SolverState(np.empty((seeds.x.shape[0], N)), np.empty((3, N)))
         arrived = np.zeros(N, dtype=bool)
-        follower_of = np.where(led, np.cumsum(led) - 1, -1)[leader_of]
-        # neighbours are solved together; those without a leader are not reached
-        order = np.argsort(follower_of, kind="stable")
-        order = order[np.searchsorted(follower_of[order], 0) :]
-        self._led(leaders.take(led), target[:, lead_by[led]], follower_of[order], poses, arrived, target, order)
+        seed_number = np.where(led, np.cumsum(led) - 1, -1)[seed_of]
+        # neighbours are solved together; those without a seed are not reached
+        order = np.argsort(seed_number, kind="stable")
+        order = order[np.searchsorted(seed_number[order], 0) :]
+        self.predict_from_seeds(seeds.take(led), target[:, seed_numbers[led]], seed_number[order], poses, arrived, target, order)
         return poses, arrived
 
-    def _led(
+    def predict_from_seeds(
         self,
-        leaders: Poses,
+        seeds: SolverState,
         places: Array,
-        leader_of: NDArray[np.intp],
-        poses: Poses,
+        seed_of: NDArray[np.intp],
+        poses: SolverState,
         arrived: NDArray[np.bool_],
         target: Array,
         which: NDArray[np.intp],
     ) -> None:
-        """Reach some of the targets, in place, from the leaders (len(which),) at places (n, M) with linear predictors."""
-        solver, request = self.solver, self.request
-        per_target = _predictors(solver, request, leaders, places, self.local)
-        shifts = np.abs(target[:, which] - places[:, leader_of]) / solver.longest_strides(request)[:, None]
+        """Reach some of the targets, in place, from the seeds (len(which),) at places (n, M) with linear predictors."""
+        solver, prescribed = self.solver, self.prescribed
+        per_target = _predictors(solver, prescribed, seeds, places, self.local)
+        shifts = np.abs(target[:, which] - places[:, seed_of]) / solver.longest_strides(prescribed)[:, None]
         near = np.max(shifts, axis=0, initial=0.0) < 1
-        which, leader_of = which[near], leader_of[near]
+        which, seed_of = which[near], seed_of[near]
         for part in chunks(which.size):
-            some, mine = which[part], leader_of[part]
+            some, mine = which[part], seed_of[part]
             step = np.einsum("ijn,jn->in", per_target[:, :, mine], target[:, some] - places[:, mine])
-            guess = solver.advance(request, leaders.take(mine), step)
-            size = solver.size(request, step)
-            found, arrived[some] = solver.newton(request, guess, target[:, some], self.local, np.maximum(size, 1e-3))
+            guess = solver.advance(prescribed, seeds.take(mine), step)
+            size = solver.size(prescribed, step)
+            found, arrived[some] = solver.newton(prescribed, guess, target[:, some], self.local, np.maximum(size, 1e-3))
             poses.x[:, some], poses.c[:, some] = found.x, found.c
 
-    def _interpolate(self, nodes: _Nodes, target: Array) -> tuple[Poses, NDArray[np.bool_]]:
+    def _interpolate(self, nodes: _Nodes, target: Array) -> tuple[SolverState, NDArray[np.bool_]]:
         """Reach poses from polynomials through nodes of their cells; where one of a cell is not reached, none is.
 
         The few to which polynomials lead but roughly follow their own lines, and count if both ways lead to one pose.
         """
-        poses, arrived = self._through(nodes, target, target, nodes.cells.foreseen)
+        poses, arrived = self._through(nodes, target, target, nodes.cells.expected_step)
         rest = np.flatnonzero(~arrived)
         if 0 < rest.size <= _ROUGH * arrived.size:
             roughly, good = self._through(nodes, target[:, rest], target[:, rest], _COARSE)
-            alone, reached, _ = follow(self.solver, self.request, self.start, target[:, rest], self.local, self.origin)
+            alone, reached, _ = follow(self.solver, self.prescribed, self.start, target[:, rest], self.local, self.origin)
             poses.x[:, rest], poses.c[:, rest] = alone.x, alone.c
             arrived[rest] = good & reached & self._same(roughly, alone)
         number = nodes.cells.number(target)
         return poses, arrived & ~np.isin(number, np.unique(number[~arrived]))
 
-    def _through(self, nodes: _Nodes, places: Array, target: Array, foreseen: float) -> tuple[Poses, NDArray[np.bool_]]:
+    def _through(
+        self, nodes: _Nodes, places: Array, target: Array, expected_step: float
+    ) -> tuple[SolverState, NDArray[np.bool_]]:
         """Reach targets from polynomials through nodes at places (n, N) of their boxes.
 
         Args:
             nodes: from which polynomials are made; boxes that lack one have none.
             places: where in the boxes polynomials are evaluated.
             target: the coordinates of the poses there; they are other ones than the places if nodes are only on their way.
-            foreseen: scaled size of first corrections that are not to be doubted.
+            expected_step: scaled size of first corrections that are not to be doubted.
         """
         solver, cells, N = self.solver, nodes.cells, target.shape[1]
         number = cells.number(places)
@@ -273,7 +277,7 @@ class _Way:
         members = np.split(order, firsts[1:])
         nodes_of = np.arange(nodes.reached.size).reshape(nodes.boxes.size, -1)[np.searchsorted(nodes.boxes, boxes)]
         usable = np.all(nodes.reached[nodes_of], axis=1)
-        poses = Poses(np.empty((nodes.poses.x.shape[0], N)), np.zeros((3, N)))
+        poses = SolverState(np.empty((nodes.poses.x.shape[0], N)), np.zeros((3, N)))
         arrived = np.zeros(N, dtype=bool)
         values, size = nodes.values, poses.x.shape[0]
         for box, mine, ours, good in zip(boxes.tolist(), members, nodes_of, usable, strict=True):
@@ -286,9 +290,9 @@ class _Way:
         ready = order[np.repeat(usable, [mine.size for mine in members])]
         for part in chunks(ready.size):
             which = ready[part]
-            guess = Poses(solver.tree.normalized(poses.x[:, which]), poses.c[:, which])
-            near = np.full(which.size, foreseen)
-            reached, arrived[which] = solver.newton(self.request, guess, target[:, which], self.local, before=near)
+            guess = SolverState(solver.tree.normalized(poses.x[:, which]), poses.c[:, which])
+            near = np.full(which.size, expected_step)
+            reached, arrived[which] = solver.newton(self.prescribed, guess, target[:, which], self.local, before=near)
             poses.x[:, which], poses.c[:, which] = reached.x, reached.c
         return poses, arrived
 
@@ -313,7 +317,7 @@ def _divided(target: Array, strides: Array) -> list[NDArray[np.intp]]:
     return [part for part in parts if part.size]
 
 
-def _usual(target: Array) -> NDArray[np.intp]:
+def _inliers(target: Array) -> NDArray[np.intp]:
     """Return the targets that are not far from where nearly all are: cells made for far ones would hardly divide the others."""
     finite = np.all(np.isfinite(target), axis=0)
     if not np.any(finite):
@@ -324,8 +328,8 @@ def _usual(target: Array) -> NDArray[np.intp]:
     return np.flatnonzero(np.all(within, axis=0))
 
 
-def _leaders(target: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return the poses that lead, and for each pose which of them is its leader."""
+def _seeds(target: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return the poses that are seeds, and for each pose which of them is its seed."""
     N = target.shape[1]
     finite = np.where(np.isfinite(target), target, 0.0)
     low, high = finite.min(axis=1), finite.max(axis=1)
@@ -339,14 +343,16 @@ def _leaders(target: Array) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     off_centre = np.sum((place - cell - 0.5) ** 2, axis=0)
     order = np.lexsort((off_centre, key))
     first = np.flatnonzero(np.r_[True, np.diff(key[order]) > 0])
-    leader_of = np.empty(N, dtype=np.intp)
-    leader_of[order] = np.repeat(np.arange(first.size), np.diff(np.r_[first, N]))
-    return order[first], leader_of
+    seed_of = np.empty(N, dtype=np.intp)
+    seed_of[order] = np.repeat(np.arange(first.size), np.diff(np.r_[first, N]))
+    return order[first], seed_of
 
 
-def _predictors(solver: Solver, request: Request, poses: Poses, target: Array, local: int) -> Array:
+def _predictors(solver: Solver, prescribed: PrescribedCoordinates, poses: SolverState, target: Array, local: int) -> Array:
     """Return :meth:`Solver.predictors` (free, n, N) at many solved poses."""
-    result = np.empty((len(solver.free_columns(request)) + len(request.unknown_angles), *target.shape))
+    result = np.empty((len(solver.free_columns(prescribed)) + len(prescribed.unknown_angles), *target.shape))
     for part in chunks(target.shape[1]):
-        result[:, :, part] = solver.predictors(request, Poses(poses.x[:, part], poses.c[:, part]), target[:, part], local)
+        result[:, :, part] = solver.predictors(
+            prescribed, SolverState(poses.x[:, part], poses.c[:, part]), target[:, part], local
+        )
     return result

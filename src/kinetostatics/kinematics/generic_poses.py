@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from kinetostatics.kinematics.solver import Poses, Request, Solver
+from kinetostatics.kinematics.solver import PrescribedCoordinates, Solver, SolverState
 from kinetostatics.math.linalg import null_space
 
 #: Relative singular value below which a direction counts as dependent. Angles rounded to 1.5708 leave 4e-6.
@@ -16,7 +16,7 @@ def rank_tolerance(closing_error: float) -> float:
     return max(RANK_TOLERANCE, 30 * closing_error)
 
 
-def generic_poses(solver: Solver, zero: Poses, closing_error: float) -> tuple[Poses, float]:
+def generic_poses(solver: Solver, zero: SolverState, closing_error: float) -> tuple[SolverState, float]:
     """Return three generic poses, and the largest scaled residual with which they and the zero pose close.
 
     Args:
@@ -25,7 +25,7 @@ def generic_poses(solver: Solver, zero: Poses, closing_error: float) -> tuple[Po
         closing_error: the scaled residual with which that closes.
     """
     random, tree, worst = np.random.default_rng(7), solver.tree, closing_error
-    nothing = Request(), np.zeros((0, 1))
+    nothing = PrescribedCoordinates(), np.zeros((0, 1))
     tolerance = rank_tolerance(worst)
     found = []
     for size in (0.12, 0.1, 0.08):
@@ -35,7 +35,7 @@ def generic_poses(solver: Solver, zero: Poses, closing_error: float) -> tuple[Po
             free = null_space(gradient[:, :, 0], tolerance)[0]
             v = free @ (free.T @ direction)
             v = v * solver.column_scale * (size / max(float(np.abs(v).max(initial=0.0)), 1e-9))
-            pose, residual = solver.close(Poses(tree.integrate(pose.x, v[:, None]), pose.c), *nothing, cutoff=tolerance)
+            pose, residual = solver.close(SolverState(tree.integrate(pose.x, v[:, None]), pose.c), *nothing, cutoff=tolerance)
             worst = max(worst, residual)
         found.append(pose)
-    return Poses(np.hstack([pose.x for pose in found]), np.hstack([pose.c for pose in found])), worst
+    return SolverState(np.hstack([pose.x for pose in found]), np.hstack([pose.c for pose in found])), worst

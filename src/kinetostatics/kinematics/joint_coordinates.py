@@ -8,7 +8,7 @@ import numpy as np
 
 from kinetostatics.kinematics.loop_constraints import LoopEquations
 from kinetostatics.kinematics.mimic import Couplings
-from kinetostatics.kinematics.solver import Request, Solver
+from kinetostatics.kinematics.solver import PrescribedCoordinates, Solver
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import dot
 from kinetostatics.mechanism.mechanism import Mechanism
@@ -58,7 +58,7 @@ def actuator_names(mechanism: Mechanism, equations: LoopEquations) -> list[str]:
     return sorted(mechanism.description.driven, key=lambda name: name in loops)
 
 
-def actuator_request(mechanism: Mechanism, equations: LoopEquations) -> Request:
+def actuator_coordinates(mechanism: Mechanism, equations: LoopEquations) -> PrescribedCoordinates:
     """Return the driven joints as the solver sees them."""
     columns, loops = [], []
     names = [loop.name for loop in equations.loops]
@@ -67,4 +67,4 @@ def actuator_request(mechanism: Mechanism, equations: LoopEquations) -> Request:
             loops.append(names.index(name))
         else:
             columns.append(equations.joint_of_body[mechanism.body_of_joint[name]].first_v)
-    return Request(tuple(columns), tuple(loops))
+    return PrescribedCoordinates(tuple(columns), tuple(loops))

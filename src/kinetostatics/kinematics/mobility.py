@@ -7,7 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
-from kinetostatics.kinematics.solver import Poses, Request, Solver
+from kinetostatics.kinematics.solver import PrescribedCoordinates, Solver, SolverState
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import null_space
 
@@ -35,7 +35,7 @@ class Mobility:
         return f"{self.platform}" + (f" (+{self.local} local)" if self.local else "")
 
 
-class Freedoms:
+class MobilityAnalysis:
     """The freedoms of a robot at its generic poses, by the null spaces of its loop equations.
 
     Args:
@@ -44,56 +44,56 @@ class Freedoms:
         rank_tolerance: relative singular value below which a direction counts as dependent.
     """
 
-    def __init__(self, solver: Solver, generic: Poses, rank_tolerance: float) -> None:
+    def __init__(self, solver: Solver, generic: SolverState, rank_tolerance: float) -> None:
         self.solver, self.rank_tolerance = solver, rank_tolerance
         self.poses = [generic.take(np.array([number])) for number in range(generic.x.shape[1])]
-        self._fixes: dict[Request, bool] = {}
-        self._local: dict[Request, int] = {}
-        self._without_idle: dict[Request, Request] = {}
+        self._fixes: dict[PrescribedCoordinates, bool] = {}
+        self._local: dict[PrescribedCoordinates, int] = {}
+        self._without_idle: dict[PrescribedCoordinates, PrescribedCoordinates] = {}
 
     @cached_property
     def mobility(self) -> Mobility:
         """Mobility of the platform, local freedoms and redundant constraints."""
         ranks, gaps, platforms = [], [], []
         for pose in self.poses:
-            _, gradient = self.solver.system(Request(), pose, np.zeros((0, 1)))
+            _, gradient = self.solver.system(PrescribedCoordinates(), pose, np.zeros((0, 1)))
             free, rank, gap = null_space(gradient[:, :, 0], self.rank_tolerance)
             values = np.linalg.svd(self._platform_map(pose) @ free, compute_uv=False)
             platforms.append(int(np.sum(values > self.rank_tolerance)))
             ranks.append(rank)
             gaps.append(gap)
         best = int(np.argmax(ranks))
-        freedoms, platform = self.solver.tree.nv - ranks[best], platforms[best]
-        return Mobility(platform, freedoms - platform, self.solver.equations.count - ranks[best], gaps[best])
+        mobility_analysis, platform = self.solver.tree.nv - ranks[best], platforms[best]
+        return Mobility(platform, mobility_analysis - platform, self.solver.equations.count - ranks[best], gaps[best])
 
-    def fixes_platform(self, request: Request) -> bool:
+    def fixes_platform(self, prescribed: PrescribedCoordinates) -> bool:
         """Whether the requested coordinates leave the platform no freedom, at generic poses."""
-        if request not in self._fixes:
-            self._fixes[request] = any(self.fixes_platform_at(request, pose) for pose in self.poses)
-        return self._fixes[request]
+        if prescribed not in self._fixes:
+            self._fixes[prescribed] = any(self.fixes_platform_at(prescribed, pose) for pose in self.poses)
+        return self._fixes[prescribed]
 
-    def fixes_platform_at(self, request: Request, pose: Poses) -> bool:
+    def fixes_platform_at(self, prescribed: PrescribedCoordinates, pose: SolverState) -> bool:
         """Whether the requested coordinates leave the platform no freedom at one pose."""
-        columns = self.solver.free_columns(request)
-        moving = self._platform_map(pose)[:, columns] @ self._free_motions(request, pose)[: len(columns)]
+        columns = self.solver.free_columns(prescribed)
+        moving = self._platform_map(pose)[:, columns] @ self._free_motions(prescribed, pose)[: len(columns)]
         return float(np.abs(moving).max(initial=0.0)) < 1e-6
 
-    def local_freedoms(self, request: Request) -> int:
+    def local_dofs(self, prescribed: PrescribedCoordinates) -> int:
         """How many freedoms the requested coordinates leave, at generic poses: local ones, if they fix the platform."""
-        if request not in self._local:
-            self._local[request] = min(self._free_motions(request, pose).shape[1] for pose in self.poses)
-        return self._local[request]
+        if prescribed not in self._local:
+            self._local[prescribed] = min(self._free_motions(prescribed, pose).shape[1] for pose in self.poses)
+        return self._local[prescribed]
 
-    def without_idle(self, request: Request) -> Request:
+    def without_idle_dofs(self, prescribed: PrescribedCoordinates) -> PrescribedCoordinates:
         """Return a request that fixes the freedoms that change neither loops nor what is requested: the spins of most rods."""
-        if request not in self._without_idle:
-            gradients = [np.abs(self._gradient(request, pose)) for pose in self.poses]
-            columns = self.solver.free_columns(request)
+        if prescribed not in self._without_idle:
+            gradients = [np.abs(self._gradient(prescribed, pose)) for pose in self.poses]
+            columns = self.solver.free_columns(prescribed)
             idle = columns[np.max(gradients, axis=(0, 1), initial=0.0)[: columns.size] < IDLE]
-            self._without_idle[request] = replace(request, held=tuple(idle.tolist()))
-        return self._without_idle[request]
+            self._without_idle[prescribed] = replace(prescribed, fixed_dofs=tuple(idle.tolist()))
+        return self._without_idle[prescribed]
 
-    def _platform_map(self, pose: Poses) -> Array:
+    def _platform_map(self, pose: SolverState) -> Array:
         """Return the scaled (6, nv) map from scaled tree freedoms to the platform's twist at o."""
         solver = self.solver
         frames = solver.equations.forward(pose.x)
@@ -102,13 +102,13 @@ class Freedoms:
         linear = twists[:3] + np.cross(twists[3:], position, axis=0)
         return np.concatenate([linear / solver.length, twists[3:]]) * solver.column_scale
 
-    def _free_motions(self, request: Request, pose: Poses) -> Array:
+    def _free_motions(self, prescribed: PrescribedCoordinates, pose: SolverState) -> Array:
         """Return a basis (n, k) of the scaled motions of free columns and unknown angles that a request allows at one pose."""
-        return null_space(self._gradient(request, pose), self.rank_tolerance)[0]
+        return null_space(self._gradient(prescribed, pose), self.rank_tolerance)[0]
 
-    def _gradient(self, request: Request, pose: Poses) -> Array:
+    def _gradient(self, prescribed: PrescribedCoordinates, pose: SolverState) -> Array:
         """Return the gradient (m, n) of loops and request at one pose."""
-        if request.orientation is not None:
+        if prescribed.orientation is not None:
             R, _ = self.solver.mechanism.platform_pose(self.solver.equations.forward(pose.x))
-            pose = Poses(pose.x, request.orientation.coordinates(R))
-        return self.solver.system(request, pose, self.solver.values(request, pose))[1][:, :, 0]
+            pose = SolverState(pose.x, prescribed.orientation.coordinates(R))
+        return self.solver.system(prescribed, pose, self.solver.values(prescribed, pose))[1][:, :, 0]

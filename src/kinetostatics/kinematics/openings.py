@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from kinetostatics.kinematics.loop_constraints import LoopEquations
-from kinetostatics.kinematics.solver import Poses
+from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.math.ordering import NOTHING, ranked
 
 #: Gap [m, rad] below which a loop is closed.
 CLOSED = 1e-9
 
 
-def gaps_at(equations: LoopEquations, pose: Poses) -> dict[str, tuple[float, float]]:
+def gaps_at(equations: LoopEquations, pose: SolverState) -> dict[str, tuple[float, float]]:
     """Return how far each loop is open at one pose, {name: (m, rad)}."""
     residual, _ = equations.evaluate(equations.forward(pose.x))
     return {name: (float(a[0]), float(b[0])) for name, (a, b) in equations.openings(residual, pose.x).items()}

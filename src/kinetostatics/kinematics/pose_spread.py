@@ -28,14 +28,14 @@ def ordinary_poses(robot: RobotKinematics) -> Array:
     names = actuator_names(robot.mechanism, robot.equations)
     if not names:
         return zero
-    request = robot.freedoms.without_idle(robot.actuator_request)
-    local = robot.freedoms.local_freedoms(request)
-    start = robot.zero_origin(request)[0]
+    prescribed = robot.mobility_analysis.without_idle_dofs(robot.actuator_coordinates)
+    local = robot.mobility_analysis.local_dofs(prescribed)
+    start = robot.zero_origin(prescribed)[0]
     ways = np.concatenate([np.diag([_reach(robot, name)[side] for name in names]) for side in (0, 1)], axis=1)
     poses = robot.zero_poses.take(np.zeros(ways.shape[1], dtype=np.intp))
     found = [zero]
     for part in _PARTS if len(names) <= _MANY else _PARTS[:1]:
-        poses, good = robot.solver.newton(request, poses, start + part * ways, local)
+        poses, good = robot.solver.newton(prescribed, poses, start + part * ways, local)
         poses, ways = poses.take(good), ways[:, good]
         found.append(robot.model_q(poses))
     reached = configuration_at(robot, np.hstack(found[1:]).T, np.inf, "nan")

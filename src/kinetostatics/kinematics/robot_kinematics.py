@@ -14,10 +14,10 @@ from kinetostatics.description.robot import RobotDescription
 from kinetostatics.exceptions import AssemblyError
 from kinetostatics.kinematics import generic_poses, joint_coordinates, zero_pose
 from kinetostatics.kinematics.loop_constraints import LoopEquations, world_frames
-from kinetostatics.kinematics.mobility import Freedoms, Mobility
+from kinetostatics.kinematics.mobility import Mobility, MobilityAnalysis
 from kinetostatics.kinematics.openings import CLOSED, are_within, gaps_at, worst_gaps_text
 from kinetostatics.kinematics.sizes import box_diagonal, characteristic_length
-from kinetostatics.kinematics.solver import Poses, Request, Solver
+from kinetostatics.kinematics.solver import PrescribedCoordinates, Solver, SolverState
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.beam_model import BeamModel, make_beam_models
 from kinetostatics.mechanism.limbs import Topology
@@ -41,7 +41,7 @@ class RobotKinematics:
         self.mechanism, self.topology = mechanism, topology
         self.description: RobotDescription = mechanism.description
         self.equations = LoopEquations(mechanism)
-        self._origins: dict[Request, tuple[Array, Array]] = {}
+        self._origins: dict[PrescribedCoordinates, tuple[Array, Array]] = {}
 
     @property
     def name(self) -> str:
@@ -67,9 +67,9 @@ class RobotKinematics:
     # ---- the zero pose ----------------------------------------------------------------------------------------------------
 
     @cached_property
-    def _closed_zero(self) -> tuple[Poses, float]:
+    def _closed_zero(self) -> tuple[SolverState, float]:
         """The zero pose with its loops as closed as they can be, and the scaled residual: the search for it is long."""
-        return zero_pose.closed_zero(self._solver(), self.actuator_request)
+        return zero_pose.closed_zero(self._solver(), self.actuator_coordinates)
 
     @cached_property
     def _unclosable(self) -> AssemblyError | None:
@@ -82,7 +82,7 @@ class RobotKinematics:
         return AssemblyError(zero_pose.wrong_zero_text(self.mechanism, self.zero_gaps, self.size, closest), gaps)
 
     @property
-    def _zero(self) -> tuple[Poses, float]:
+    def _zero(self) -> tuple[SolverState, float]:
         """The closed zero pose, and the scaled residual with which it closes.
 
         Raises:
@@ -93,7 +93,7 @@ class RobotKinematics:
         return self._closed_zero
 
     @property
-    def zero_poses(self) -> Poses:
+    def zero_poses(self) -> SolverState:
         """The closed zero pose, from which all others are reached."""
         return self._zero[0]
 
@@ -144,11 +144,11 @@ class RobotKinematics:
     # ---- generic poses, mobility, solver ----------------------------------------------------------------------------------
 
     @cached_property
-    def _generic(self) -> tuple[Poses, float]:
+    def _generic(self) -> tuple[SolverState, float]:
         return generic_poses.generic_poses(self._solver(), *self._zero)
 
     @property
-    def generic_poses(self) -> Poses:
+    def generic_poses(self) -> SolverState:
         """Three assembled poses without symmetry, near the zero pose, at which ranks and bases are decided."""
         return self._generic[0]
 
@@ -168,34 +168,34 @@ class RobotKinematics:
         return self._solver(slack=1e-7 + 100 * self.closing_error)
 
     @cached_property
-    def freedoms(self) -> Freedoms:
+    def mobility_analysis(self) -> MobilityAnalysis:
         """What the loops, and given coordinates, leave free."""
-        return Freedoms(self.solver, self.generic_poses, self.rank_tolerance)
+        return MobilityAnalysis(self.solver, self.generic_poses, self.rank_tolerance)
 
     @property
     def mobility(self) -> Mobility:
         """Mobility of the platform, local freedoms and redundant constraints."""
-        return self.freedoms.mobility
+        return self.mobility_analysis.mobility
 
     # ---- coordinates ------------------------------------------------------------------------------------------------------
 
     @cached_property
-    def actuator_request(self) -> Request:
+    def actuator_coordinates(self) -> PrescribedCoordinates:
         """The driven joints as the solver sees them."""
-        return joint_coordinates.actuator_request(self.mechanism, self.equations)
+        return joint_coordinates.actuator_coordinates(self.mechanism, self.equations)
 
-    def zero_origin(self, request: Request) -> tuple[Array, Array]:
+    def zero_origin(self, prescribed: PrescribedCoordinates) -> tuple[Array, Array]:
         """Return where lines from the zero pose start, see :meth:`Solver.origin`."""
-        if request not in self._origins:
-            self._origins[request] = self.solver.origin(request, self.zero_poses)
-        return self._origins[request]
+        if prescribed not in self._origins:
+            self._origins[prescribed] = self.solver.origin(prescribed, self.zero_poses)
+        return self._origins[prescribed]
 
-    def model_q(self, poses: Poses) -> Array:
+    def model_q(self, poses: SolverState) -> Array:
         """Return Pinocchio's coordinates (nq, N) of solved poses."""
         near = np.broadcast_to(self.mechanism.tree.neutral[:, None], (self.mechanism.tree.nq, poses.x.shape[1]))
         return self.equations.to_model(poses.x, near)
 
-    def frames_of(self, poses: Poses) -> Frames:
+    def frames_of(self, poses: SolverState) -> Frames:
         """Return the frames of solved poses, in world axes."""
         return world_frames(self.mechanism, self.mechanism.forward(self.model_q(poses)))
 

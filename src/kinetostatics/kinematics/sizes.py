@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from kinetostatics.mechanism.limb_joints import limb_units
+from kinetostatics.mechanism.limb_joints import compound_joints
 from kinetostatics.mechanism.limbs import Topology
 from kinetostatics.mechanism.mechanism import Mechanism
 
@@ -29,9 +29,9 @@ def characteristic_length(mechanism: Mechanism, topology: Topology, size: float)
     o = frames.points(np.array([body]), placement[:3, 3:])[:, 0, 0]
     distances = []
     for limb in topology.limbs:
-        unit_of = {name: unit for unit in limb_units(mechanism, limb) for name in unit.joints}
+        compound_of = {name: compound for compound in compound_joints(mechanism, limb) for name in compound.joints}
         for edge in limb.edges:
-            if edge.joint is None or len(edge.chords) != 1 or not limb.to_platform[edge.chords[0][0]]:
+            if edge.joint is None or len(edge.cut_joints) != 1 or not limb.to_platform[edge.cut_joints[0][0]]:
                 continue
             connection = mechanism.connections[edge.joint]
             for link, item_body, frame in (
@@ -41,10 +41,10 @@ def characteristic_length(mechanism: Mechanism, topology: Topology, size: float)
                 if link in topology.platform.links:  # which need not be the platform's body, if a loop fixes them
                     at = np.array([item_body])
                     arm = frames.points(at, frame[:3, 3:])[:, 0, 0] - o
-                    if edge.joint in unit_of:
-                        unit = unit_of[edge.joint]
+                    if edge.joint in compound_of:
+                        compound = compound_of[edge.joint]
                         along = frames.directions(at, (frame[:3, :3] @ connection.axis)[:, None])[:, 0, 0]
-                        arm = arm + along * (unit.shift if unit.has_centre else -(along @ arm))
+                        arm = arm + along * (compound.shift if compound.has_centre else -(along @ arm))
                     distances.append(float(np.linalg.norm(arm)))
                     break
     mean = float(np.mean(distances)) if distances else 0.0

@@ -28,7 +28,7 @@ ROUGHLY = 1e-7
 
 
 @dataclass(frozen=True)
-class Request:
+class PrescribedCoordinates:
     """Which coordinates are given, besides the closed loops.
 
     Attributes:
@@ -37,7 +37,7 @@ class Request:
         positions: which of x, y, z are given.
         angles: which orientation coordinates are given.
         orientation: their convention.
-        held: freedoms of the tree along which no step goes.
+        fixed_dofs: freedoms of the tree along which no step goes.
     The targets are (n, N): columns, loops, positions, angles in that order.
     """
 
@@ -46,7 +46,7 @@ class Request:
     positions: tuple[int, ...] = ()
     angles: tuple[int, ...] = ()
     orientation: Orientation | None = None
-    held: tuple[int, ...] = ()
+    fixed_dofs: tuple[int, ...] = ()
 
     @property
     def size(self) -> int:
@@ -65,19 +65,19 @@ class Request:
 
 
 @dataclass(repr=False)
-class Poses(ShortRepr):
+class SolverState(ShortRepr):
     """Solver state: tree coordinates ``x`` (nq', N) and the orientation coordinates ``c`` (3, N) of the platform."""
 
     x: Array
     c: Array
 
-    def take(self, which: NDArray[np.intp] | NDArray[np.bool_]) -> Poses:
+    def take(self, which: NDArray[np.intp] | NDArray[np.bool_]) -> SolverState:
         """Return a copy of some poses."""
-        return Poses(self.x[:, which], self.c[:, which])
+        return SolverState(self.x[:, which], self.c[:, which])
 
 
 @dataclass(frozen=True)
-class Pace:
+class StepControl:
     """How straight lines of requested coordinates are followed.
 
     Attributes:
@@ -92,7 +92,7 @@ class Pace:
 
 
 #: Of poses for which no effort is too much.
-ALONE = Pace(1e-3)
+ALONE = StepControl(1e-3)
 
 
 class Solver:
@@ -135,35 +135,35 @@ class Solver:
             angle = angle + 2 * np.pi * np.round(((loop.lower + loop.upper) / 2 - angle) / (2 * np.pi))
         return angle
 
-    def values(self, request: Request, poses: Poses, near: Array | None = None) -> Array:
+    def values(self, prescribed: PrescribedCoordinates, poses: SolverState, near: Array | None = None) -> Array:
         """Return the requested coordinates (n, N) of poses; of drives' angles that differ by full turns those near ``near``."""
         frames = self.equations.forward(poses.x)
-        given = np.zeros((request.size, 1)) if near is None else np.where(np.isfinite(near), near, 0.0)
+        given = np.zeros((prescribed.size, 1)) if near is None else np.where(np.isfinite(near), near, 0.0)
         rows = [
             self.equations.couplings.coordinate(self._joint_of_column[column], poses.x, given[row])
-            for row, column in enumerate(request.columns)
+            for row, column in enumerate(prescribed.columns)
         ]
-        for row, number in enumerate(request.loops, len(rows)):
+        for row, number in enumerate(prescribed.loops, len(rows)):
             value = self.loop_coordinate(number, frames)
             if near is not None and not self.equations.loops[number].type.is_slide:
                 value = value + 2 * np.pi * np.round((given[row] - value) / (2 * np.pi))
             rows.append(value)
         R, position = self.mechanism.platform_pose(frames)
-        rows += [position[k] for k in request.positions]
-        if request.angles and request.orientation is not None:
-            angles = request.orientation.coordinates(R)
-            rows += [angles[k] for k in request.angles]
-        return np.array(np.broadcast_arrays(*rows)).reshape(request.size, -1) if rows else np.zeros((0, poses.x.shape[1]))
+        rows += [position[k] for k in prescribed.positions]
+        if prescribed.angles and prescribed.orientation is not None:
+            angles = prescribed.orientation.coordinates(R)
+            rows += [angles[k] for k in prescribed.angles]
+        return np.array(np.broadcast_arrays(*rows)).reshape(prescribed.size, -1) if rows else np.zeros((0, poses.x.shape[1]))
 
     # ---- equations --------------------------------------------------------------------------------------------------
 
-    def system(self, request: Request, poses: Poses, target: Array) -> tuple[Array, Array]:
+    def system(self, prescribed: PrescribedCoordinates, poses: SolverState, target: Array) -> tuple[Array, Array]:
         """Return scaled residuals (m, N) and gradients (m, n, N) of loops and request, n: free tree columns, unknown angles."""
         equations, tree = self.equations, self.tree
-        free, (loop_factors, platform_factors) = self.free_columns(request), self._factors(request)
-        N, f, extra = poses.x.shape[1], len(free), len(request.unknown_angles)
-        rows = equations.count + len(request.loops) + len(request.positions)
-        residuals = np.empty((rows + (3 if request.angles else 0), N))
+        free, (loop_factors, platform_factors) = self.free_columns(prescribed), self._factors(prescribed)
+        N, f, extra = poses.x.shape[1], len(free), len(prescribed.unknown_angles)
+        rows = equations.count + len(prescribed.loops) + len(prescribed.positions)
+        residuals = np.empty((rows + (3 if prescribed.angles else 0), N))
         gradient = np.empty((residuals.shape[0], f + extra, N))
         gradient[:, f:] = 0
         frames = equations.forward(poses.x)
@@ -176,12 +176,12 @@ class Solver:
         np.einsum("krn,kvn->rvn", wrench, twists, out=gradient[:at, :f])
         gradient[:at, :f] *= loop_factors
         if equations.couplings.count:
-            residual, coupled = equations.couplings.equations(poses.x, self.column_scale, request.columns)
+            residual, coupled = equations.couplings.equations(poses.x, self.column_scale, prescribed.columns)
             residuals[at : at + len(residual)] = residual
             gradient[at : at + len(residual), :f] = coupled[:, free, None]
             at += len(residual)
-        given = len(request.columns)
-        for number in request.loops:
+        given = len(prescribed.columns)
+        for number in prescribed.loops:
             loop = equations.loops[number]
             body = np.array([loop.predecessor_body])
             axis = frames.directions(body, (loop.predecessor_frame[:3, :3] @ loop.axis)[:, None])[:, 0]
@@ -197,96 +197,96 @@ class Solver:
             residuals[at] = error / unit
             gradient[at, :f] = products(signs * self.column_scale[free] / unit, row, twists)[0]
             at, given = at + 1, given + 1
-        if request.positions or request.angles:
+        if prescribed.positions or prescribed.angles:
             R, position = self.mechanism.platform_pose(frames)
-        for k in request.positions:
+        for k in prescribed.positions:
             y, z = (k + 1) % 3, (k + 2) % 3
             residuals[at] = (position[k] - target[given]) / self.length
             at_o = twists[k] + twists[3 + y] * position[z] - twists[3 + z] * position[y]
             np.multiply(at_o, platform_factors / self.length, out=gradient[at, :f])
             at, given = at + 1, given + 1
-        if request.angles and request.orientation is not None:
-            wanted = request.orientation.matrix(poses.c)
+        if prescribed.angles and prescribed.orientation is not None:
+            wanted = prescribed.orientation.matrix(poses.c)
             residuals[at:] = rotations.logarithm(np.einsum("ijn,kjn->ikn", R, wanted))
             np.multiply(twists[3:], platform_factors, out=gradient[at:, :f])
             if extra:
-                gradient[at:, f:] = -request.orientation.rates(poses.c)[:, list(request.unknown_angles)]
+                gradient[at:, f:] = -prescribed.orientation.rates(poses.c)[:, list(prescribed.unknown_angles)]
         return residuals, gradient
 
-    def predictors(self, request: Request, poses: Poses, target: Array, local: int = 0) -> Array:
+    def predictors(self, prescribed: PrescribedCoordinates, poses: SolverState, target: Array, local: int = 0) -> Array:
         """Return the scaled steps (free columns and unknown angles, n, N) per change of each coordinate, at solved poses.
 
         ``local`` is the number of freedoms that do not move the platform; they stay as they are.
         """
-        given, free = len(request.columns), self.free_columns(request)
-        everything = replace(request, columns=())
+        given, free = len(prescribed.columns), self.free_columns(prescribed)
+        everything = replace(prescribed, columns=())
         columns = self.free_columns(everything)
         _, gradient = self.system(everything, poses, target[given:])
         rates = np.zeros((gradient.shape[0], *target.shape))
-        for row, column in enumerate(request.columns):
+        for row, column in enumerate(prescribed.columns):
             for moved, by in [(column, 1.0), *self.equations.couplings.following(column)]:
                 rates[:, row] += gradient[:, np.searchsorted(columns, moved)] * (by / self.column_scale[moved])
         at = self.equations.count
-        for row, number in enumerate(request.loops, given):
+        for row, number in enumerate(prescribed.loops, given):
             rates[at, row] = -1 / self.length if self.equations.loops[number].type.is_slide else -1.0
             at += 1
-        for row, _ in enumerate(request.positions, given + len(request.loops)):
+        for row, _ in enumerate(prescribed.positions, given + len(prescribed.loops)):
             rates[at, row] = -1 / self.length
             at += 1
-        if request.angles and request.orientation is not None:
-            rates[at:, request.first_angle :] = -request.orientation.rates(poses.c)[:, list(request.angles)]
+        if prescribed.angles and prescribed.orientation is not None:
+            rates[at:, prescribed.first_angle :] = -prescribed.orientation.rates(poses.c)[:, list(prescribed.angles)]
         unknown = np.append(np.searchsorted(columns, free), np.arange(columns.size, gradient.shape[1]))
         return np.nan_to_num(-least_squares(gradient[:, unknown.astype(np.intp)], rates, local))
 
-    def _factors(self, request: Request) -> tuple[Array, Array]:
+    def _factors(self, prescribed: PrescribedCoordinates) -> tuple[Array, Array]:
         """Return how scaled free columns enter the loops' scaled rows (count, f, 1), and the platform's motion (f, 1)."""
-        if (key := (request.columns, request.held)) not in self._scales:
-            free = self.free_columns(request)
+        if (key := (prescribed.columns, prescribed.fixed_dofs)) not in self._scales:
+            free = self.free_columns(prescribed)
             loops = self.equations.signs[:, free] * self.column_scale[free] / self._row_scale
             self._scales[key] = loops[:, :, None], (self.platform_signs * self.column_scale)[free, None]
         return self._scales[key]
 
-    def free_columns(self, request: Request) -> NDArray[np.intp]:
+    def free_columns(self, prescribed: PrescribedCoordinates) -> NDArray[np.intp]:
         """Return the freedoms of the tree that matter and are not given, by themselves or by a joint that they follow."""
-        if (key := (request.columns, request.held)) not in self._free:
-            followers = self.equations.couplings.given_with(request.columns)
-            self._free[key] = np.setdiff1d(np.arange(self.tree.nv), [*request.columns, *followers, *request.held])
+        if (key := (prescribed.columns, prescribed.fixed_dofs)) not in self._free:
+            followers = self.equations.couplings.given_with(prescribed.columns)
+            self._free[key] = np.setdiff1d(np.arange(self.tree.nv), [*prescribed.columns, *followers, *prescribed.fixed_dofs])
         return self._free[key]
 
-    def impose(self, request: Request, poses: Poses, target: Array) -> None:
+    def impose(self, prescribed: PrescribedCoordinates, poses: SolverState, target: Array) -> None:
         """Write the given tree coordinates and angles into the poses, in place."""
-        for row, column in enumerate(request.columns):
+        for row, column in enumerate(prescribed.columns):
             self._joint_of_column[column].write(target[row], poses.x)
-        self.equations.couplings.impose(request.columns, target, poses.x)
-        for row, k in enumerate(request.angles):
-            poses.c[k] = target[request.first_angle + row]
+        self.equations.couplings.impose(prescribed.columns, target, poses.x)
+        for row, k in enumerate(prescribed.angles):
+            poses.c[k] = target[prescribed.first_angle + row]
 
-    def advance(self, request: Request, poses: Poses, step: Array) -> Poses:
+    def advance(self, prescribed: PrescribedCoordinates, poses: SolverState, step: Array) -> SolverState:
         """Return the poses moved by a scaled step (n, N)."""
-        free = self.free_columns(request)
+        free = self.free_columns(prescribed)
         v = np.zeros((self.tree.nv, poses.x.shape[1]))
         v[free] = step[: len(free)] * self.column_scale[free, None]
         c = np.array(poses.c)
-        unknown = list(request.unknown_angles)
+        unknown = list(prescribed.unknown_angles)
         c[unknown] += step[len(free) :]
-        return Poses(self.tree.integrate(poses.x, v), c)
+        return SolverState(self.tree.integrate(poses.x, v), c)
 
-    def size(self, request: Request, step: Array) -> Array:
+    def size(self, prescribed: PrescribedCoordinates, step: Array) -> Array:
         """Return how large scaled steps (n, N) are: the largest turn [rad] or shift, in reaches."""
         squares = step * step
-        slides = np.flatnonzero(~self.tree.column_rotates[self.free_columns(request)])
+        slides = np.flatnonzero(~self.tree.column_rotates[self.free_columns(prescribed)])
         squares[slides] *= (self.length / self.reach) ** 2
         return np.asarray(np.sqrt(np.max(squares, axis=0, initial=0.0)))
 
     def newton(
         self,
-        request: Request,
-        poses: Poses,
+        prescribed: PrescribedCoordinates,
+        poses: SolverState,
         target: Array,
         local: int = 0,
         before: Array | None = None,
         passing: NDArray[np.bool_] | None = None,
-    ) -> tuple[Poses, NDArray[np.bool_]]:
+    ) -> tuple[SolverState, NDArray[np.bool_]]:
         """Solve for ``target`` from nearby ``poses``; also return which poses converged steadily.
 
         ``local`` is the number of freedoms that do not move the platform; they stay as they are. ``before`` (N,) are the sizes of
@@ -298,8 +298,8 @@ class Solver:
         belongs to the branch of the starting pose.
         """
         N = poses.x.shape[1]
-        result = Poses(np.array(poses.x), np.array(poses.c))
-        self.impose(request, result, target)
+        result = SolverState(np.array(poses.x), np.array(poses.c))
+        self.impose(prescribed, result, target)
         good = np.zeros(N, dtype=bool)
         active = np.arange(N)
         before = np.full(N, np.inf) if before is None else before
@@ -307,15 +307,15 @@ class Solver:
         for _ in range(12):
             everyone = active.size == N
             here = result if everyone else result.take(active)
-            residual, gradient = self.system(request, here, target if everyone else target[:, active])
+            residual, gradient = self.system(prescribed, here, target if everyone else target[:, active])
             step = -least_squares(gradient, residual[:, None], local)[:, 0]
-            size = self.size(request, step)
+            size = self.size(prescribed, step)
             ok = np.isfinite(size) & (size < 1.2)
             with np.errstate(invalid="ignore"):
                 ratio = size / before
             ok &= (ratio < np.minimum(_SHRINKING, np.maximum(shrunk, _QUADRATIC))) | (size < 1e-10)
             step = np.where(ok, step, 0.0)
-            moved = self.advance(request, here, step)
+            moved = self.advance(prescribed, here, step)
             if everyone:
                 result = moved
             else:
@@ -339,13 +339,13 @@ class Solver:
 
     def follow(
         self,
-        request: Request,
-        start: Poses,
+        prescribed: PrescribedCoordinates,
+        start: SolverState,
         target: Array,
         local: int = 0,
         origin: tuple[Array, Array] | None = None,
-        pace: Pace = ALONE,
-    ) -> tuple[Poses, NDArray[np.bool_], Array]:
+        control: StepControl = ALONE,
+    ) -> tuple[SolverState, NDArray[np.bool_], Array]:
         """Follow the straight line of requested coordinates from ``start`` to ``target`` (n, N).
 
         ``local`` is the number of freedoms that do not move the platform; they stay as they are. ``origin`` is what
@@ -356,10 +356,10 @@ class Solver:
         """
         N = target.shape[1]
         # a pose knows the angle of what turns freely but for full turns: the shorter way
-        known = self.origin(request, start, target) if origin is None else origin
-        first, c = self.line_start(request, known, target, shorter=origin is None)
-        state = Poses(np.array(np.broadcast_to(start.x, (start.x.shape[0], N))), c)
-        far = np.max(np.abs(target - first) / self.longest_strides(request)[:, None], axis=0, initial=0.0)
+        known = self.origin(prescribed, start, target) if origin is None else origin
+        first, c = self.line_start(prescribed, known, target, shorter=origin is None)
+        state = SolverState(np.array(np.broadcast_to(start.x, (start.x.shape[0], N))), c)
+        far = np.max(np.abs(target - first) / self.longest_strides(prescribed)[:, None], axis=0, initial=0.0)
         longest = 1 / np.maximum(1.0, far)
         gone, stride, steady = np.zeros(N), np.array(longest), np.ones(N, dtype=bool)
         active = np.arange(N)
@@ -368,9 +368,9 @@ class Solver:
             with np.errstate(invalid="ignore"):  # towards infinity, which nothing reaches
                 goal = first[:, active] + trial * (target[:, active] - first[:, active])
             here = state.take(active)
-            moved, good = self.newton(request, here, goal, local, passing=trial < 1)
-            if pace.careful and not local:
-                good[good] = self._on_one_side(request, here.take(good), moved.take(good), goal[:, good])
+            moved, good = self.newton(prescribed, here, goal, local, passing=trial < 1)
+            if control.careful and not local:
+                good[good] = self._on_one_side(prescribed, here.take(good), moved.take(good), goal[:, good])
             arrived = active[good]
             state.x[:, arrived], state.c[:, arrived] = moved.x[:, good], moved.c[:, good]
             gone[arrived] = trial[good]
@@ -378,11 +378,13 @@ class Solver:
             stride[calm] = np.minimum(2 * stride[calm], longest[calm])
             stride[active[~good]] /= 2
             steady[active] = good  # after a step that was too long the next is not doubled at once
-            least = np.where(gone[active] > 0, pace.shortest, max(pace.shortest, pace.first_step))
+            least = np.where(gone[active] > 0, control.shortest, max(control.shortest, control.first_step))
             active = active[(gone[active] < 1) & (stride[active] > least * longest[active])]
         return state, gone >= 1, gone
 
-    def line_start(self, request: Request, origin: tuple[Array, Array], target: Array, shorter: bool) -> tuple[Array, Array]:
+    def line_start(
+        self, prescribed: PrescribedCoordinates, origin: tuple[Array, Array], target: Array, shorter: bool
+    ) -> tuple[Array, Array]:
         """Return the requested coordinates (n, N) and all orientation coordinates (3, N) with which lines to targets start.
 
         They are those of the ``origin`` but for full turns of the platform, if the ``shorter`` way is wanted, and where the axes
@@ -390,20 +392,22 @@ class Solver:
         """
         first = np.array(np.broadcast_to(origin[0], target.shape))
         c = np.array(np.broadcast_to(origin[1], (3, target.shape[1])))
-        if request.angles and request.orientation is not None:
-            given = list(request.angles)
+        if prescribed.angles and prescribed.orientation is not None:
+            given = list(prescribed.angles)
             aim = np.array(c)
-            aim[given] = target[request.first_angle :]
-            c = request.orientation.same(c, np.where(np.isfinite(aim), aim, c), always=shorter)
-            first[request.first_angle :] = c[given]
+            aim[given] = target[prescribed.first_angle :]
+            c = prescribed.orientation.same(c, np.where(np.isfinite(aim), aim, c), always=shorter)
+            first[prescribed.first_angle :] = c[given]
         return first, c
 
-    def _on_one_side(self, request: Request, first: Poses, second: Poses, target: Array) -> NDArray[np.bool_]:
+    def _on_one_side(
+        self, prescribed: PrescribedCoordinates, first: SolverState, second: SolverState, target: Array
+    ) -> NDArray[np.bool_]:
         """Return whether there is no singular pose (N,) between two poses each.
 
         The determinants of the gradients G have one sign, or, where constraints are redundant, that of G₁ᵀ G₂ is positive.
         """
-        gradients = [np.moveaxis(self.system(request, poses, target)[1], 2, 0) for poses in (first, second)]
+        gradients = [np.moveaxis(self.system(prescribed, poses, target)[1], 2, 0) for poses in (first, second)]
         one, two = gradients
         with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
             sign, _ = np.linalg.slogdet(np.swapaxes(one, 1, 2) @ two)
@@ -412,33 +416,33 @@ class Solver:
             ]
         return (sign > 0) | ~(np.minimum(*regular) > np.log(SINGULAR))
 
-    def longest_strides(self, request: Request) -> Array:
+    def longest_strides(self, prescribed: PrescribedCoordinates) -> Array:
         """Return how far the requested coordinates (n,) may go in one go [m, rad]."""
-        turns = [bool(self.tree.column_rotates[column]) for column in request.columns]
-        turns += [not self.equations.loops[number].type.is_slide for number in request.loops]
-        turns += [False] * len(request.positions) + [True] * len(request.angles)
+        turns = [bool(self.tree.column_rotates[column]) for column in prescribed.columns]
+        turns += [not self.equations.loops[number].type.is_slide for number in prescribed.loops]
+        turns += [False] * len(prescribed.positions) + [True] * len(prescribed.angles)
         return np.where(turns, LONGEST_TURN, LONGEST_SHIFT * self.length)
 
-    def origin(self, request: Request, start: Poses, near: Array | None = None) -> tuple[Array, Array]:
+    def origin(self, prescribed: PrescribedCoordinates, start: SolverState, near: Array | None = None) -> tuple[Array, Array]:
         """Return where a line starts: the requested coordinates (n, N) and all orientation coordinates (3, N) of poses.
 
         Of drives' angles that differ by full turns those near ``near`` (n, N).
         """
-        values = self.values(request, start, near)
-        if not request.angles or request.orientation is None:
+        values = self.values(prescribed, start, near)
+        if not prescribed.angles or prescribed.orientation is None:
             return values, start.c
         R, _ = self.mechanism.platform_pose(self.equations.forward(start.x))
-        return values, request.orientation.coordinates(R)
+        return values, prescribed.orientation.coordinates(R)
 
     def close(
-        self, poses: Poses, request: Request, target: Array, weight: float = 1.0, cutoff: float = 1e-9
-    ) -> tuple[Poses, float]:
+        self, poses: SolverState, prescribed: PrescribedCoordinates, target: Array, weight: float = 1.0, cutoff: float = 1e-9
+    ) -> tuple[SolverState, float]:
         """Close the loops of one pose from far away by damped least squares (Levenberg–Marquardt).
 
         Args:
             poses: one pose to start from.
-            request: what is given, and ``target`` (n, 1) its values.
-            target: see ``request``.
+            prescribed: what is given, and ``target`` (n, 1) its values.
+            target: see ``prescribed``.
             weight: of the request's equations against those of the loops.
             cutoff: directions with a smaller relative singular value are left alone. Rounding in a file makes every motion of an
                 overconstrained robot open its loops a little; they are not to be closed by undoing the motion.
@@ -446,12 +450,12 @@ class Solver:
         Returns:
             The pose with the smallest residual found, and that scaled residual (largest entry).
         """
-        here = Poses(np.array(poses.x), np.array(poses.c))
-        self.impose(request, here, target)
+        here = SolverState(np.array(poses.x), np.array(poses.c))
+        self.impose(prescribed, here, target)
         damping = 1e-6
 
-        def system(poses: Poses) -> tuple[Array, Array]:
-            residual, gradient = self.system(request, poses, target)
+        def system(poses: SolverState) -> tuple[Array, Array]:
+            residual, gradient = self.system(prescribed, poses, target)
             residual[self.equations.count :] *= weight
             gradient[self.equations.count :] *= weight
             return residual, gradient
@@ -467,7 +471,7 @@ class Solver:
             largest = float(np.abs(step).max(initial=0.0))
             if largest > 0.5:
                 step *= 0.5 / largest
-            trial = self.advance(request, here, step[:, None])
+            trial = self.advance(prescribed, here, step[:, None])
             new_residual, new_gradient = system(trial)
             if float(np.sum(new_residual**2)) <= float(np.sum(r**2)):
                 here, residual, gradient = trial, new_residual, new_gradient

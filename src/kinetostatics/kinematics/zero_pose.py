@@ -9,7 +9,7 @@ import numpy as np
 from kinetostatics.kinematics.frame_corrections import FrameCorrection, frame_corrections
 from kinetostatics.kinematics.loop_constraints import LoopEquations
 from kinetostatics.kinematics.openings import CLOSED, are_within, gaps_text
-from kinetostatics.kinematics.solver import Poses, Request, Solver
+from kinetostatics.kinematics.solver import PrescribedCoordinates, Solver, SolverState
 from kinetostatics.mechanism.mechanism import Mechanism
 
 #: Gap at zero, in robot sizes or [rad], up to which loops that cannot be closed show rounding; beyond, something is wrong.
@@ -24,18 +24,18 @@ OPEN = 1e-2
 _SHOWN = 6
 
 
-def written_zero(equations: LoopEquations) -> Poses:
+def written_zero(equations: LoopEquations) -> SolverState:
     """Return the pose in which all joints are at zero."""
-    return Poses(equations.from_model(equations.mechanism.tree.neutral[:, None]), np.zeros((3, 1)))
+    return SolverState(equations.from_model(equations.mechanism.tree.neutral[:, None]), np.zeros((3, 1)))
 
 
-def closed_zero(solver: Solver, drives: Request) -> tuple[Poses, float]:
+def closed_zero(solver: Solver, drives: PrescribedCoordinates) -> tuple[SolverState, float]:
     """Return the pose nearest to the written zero at which the loops are closed, and the scaled residual that is left.
 
     The drives stay at zero where they can.
     """
     equations, tree = solver.equations, solver.tree
-    start, nothing = written_zero(equations), (Request(), np.zeros((0, 1)))
+    start, nothing = written_zero(equations), (PrescribedCoordinates(), np.zeros((0, 1)))
     if not equations.loops:
         return start, 0.0
     best, residual = solver.close(start, drives, np.zeros((drives.size, 1)))
@@ -50,7 +50,7 @@ def closed_zero(solver: Solver, drives: Request) -> tuple[Poses, float]:
         if residual < OPEN:
             break
         v = random.uniform(-0.7, 0.7, tree.nv) * solver.column_scale
-        trial = solver.close(Poses(tree.integrate(start.x, v[:, None]), start.c), *nothing)
+        trial = solver.close(SolverState(tree.integrate(start.x, v[:, None]), start.c), *nothing)
         if trial[1] < residual:
             best, residual = trial
     return best, residual

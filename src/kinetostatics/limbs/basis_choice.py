@@ -128,11 +128,11 @@ def choose_basis(group: LimbGroup, geometry: LimbGeometry, generic: int) -> Basi
     n_c = 6 - rank
     independent = tuple(_independent(mine[:, :, :generic], range(mine.shape[1]), rank))
     carried = tuple(_independent(twists[:, :, :generic], np.flatnonzero(group.platform_joint), carried_rank))
-    joints = (group.units[0], group.unit_of, group.passive, group.rotates, [f.label for f in group.freedoms[0]])
+    joints = (group.compounds[0], group.compound_of, group.passive, group.rotates, [f.label for f in group.dofs[0]])
     candidates = itertools.chain(constraint_candidates(*joints), further_candidates(*joints, group.is_serial))
     meeting = common_point(group, geometry)
     if meeting is not None:
-        candidates = itertools.chain(central_candidates(*meeting, group.freedoms[0]), candidates)
+        candidates = itertools.chain(central_candidates(*meeting, group.dofs[0]), candidates)
     if not group.is_serial:
         candidates = itertools.chain(beam_candidates([beam.name for beam in group.beams[0]]), candidates)
     choice = _Choice(group, geometry, generic)

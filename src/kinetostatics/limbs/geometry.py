@@ -18,7 +18,7 @@ from kinetostatics.math.linalg import cross, dot, normalize
 from kinetostatics.math.ordering import axis_across
 from kinetostatics.mechanism.beam_model import BeamModel
 from kinetostatics.mechanism.joint_compliance import Spring
-from kinetostatics.mechanism.limb_joints import Unit, sides
+from kinetostatics.mechanism.limb_joints import CompoundJoint, sides
 from kinetostatics.mechanism.limbs import Limb
 from kinetostatics.mechanism.tree import Frames
 
@@ -37,8 +37,8 @@ class LimbGeometry:
     Attributes:
         axes: (3, k, g, N) axes of all freedoms; which way they point does not depend on the file, see :func:`_orientations`.
         twists: (6, k, g, N) unit twists of all freedoms about o, outboard relative to inboard: the columns behind Eqs. (2), (4).
-        centres: (3, units + 1, g, N) joint centres, and the limb's outer end; of an axis without a centre of its own the point
-            nearest to the next joint with one along a serial limb, else to o.
+        centres: (3, compounds + 1, g, N) joint centres, and the limb's outer end; of an axis without a centre of its own the
+            point nearest to the next joint with one along a serial limb, else to o.
         limb_axes: (3, 3, g, N) columns x, y, z; z along the limb.
         beam_axes: (3, 3, beams, g, N).
         beam_lengths: (beams, g, N) [m].
@@ -62,10 +62,10 @@ class LimbSkeleton:
     """What of alike limbs has a place, fixed in the robot's bodies.
 
     Attributes:
-        freedoms: of every limb, the freedoms of its joints, inboard ones first.
+        dofs: of every limb, the freedoms of its joints, inboard ones first.
         rotates: (k,) which of them are rotations.
         passive: (k,) which of them are passive.
-        unit_of: (k,) the unit that each belongs to.
+        compound_of: (k,) the compound joint that each belongs to.
         y_choice: what the limbs' y axis follows: ``("axis", f)`` or ``("world", -1)``.
     """
 
@@ -73,15 +73,15 @@ class LimbSkeleton:
         self,
         model: StaticModel,
         limbs: Sequence[Limb],
-        units: Sequence[Sequence[Unit]],
+        compounds: Sequence[Sequence[CompoundJoint]],
         beams: Sequence[Sequence[BeamModel]],
         springs: Sequence[Sequence[Spring]],
     ) -> None:
-        self._units = units[0]
-        self.freedoms = rows = [[freedom for unit in row for freedom in unit.freedoms] for row in units]
-        self.rotates = np.array([freedom.rotates for freedom in rows[0]], dtype=bool)
-        self.passive = np.array([freedom.passive for freedom in rows[0]], dtype=bool)
-        self.unit_of = np.array([k for k, unit in enumerate(units[0]) for _ in unit.freedoms], dtype=np.intp)
+        self._compounds = compounds[0]
+        self.dofs = rows = [[dof for compound in row for dof in compound.dofs] for row in compounds]
+        self.rotates = np.array([dof.rotates for dof in rows[0]], dtype=bool)
+        self.passive = np.array([dof.passive for dof in rows[0]], dtype=bool)
+        self.compound_of = np.array([k for k, compound in enumerate(compounds[0]) for _ in compound.dofs], dtype=np.intp)
         signs = np.array([[f.sign for f in row] for row in rows], dtype=float).reshape(len(rows), -1).T[..., None]
         self._signs = signs if np.any(signs < 0) else None
         spans = [[beam.span for beam in row] for row in beams]
@@ -93,16 +93,16 @@ class LimbSkeleton:
         self._beam_starts = _Vectors([[(s.start_body, s.start) for s in row] for row in spans])
         self._beam_ends = _Vectors([[(s.end_body, s.end) for s in row] for row in spans])
         self._spring_points = _Vectors([[(spring.body, spring.frame[:3, 3]) for spring in row] for row in springs])
-        self._loose = _nearest_centres([unit.has_centre for unit in self._units], limbs[0].is_serial)
-        last = self._units[-1] if self._units and self._units[-1].edge == len(limbs[0].edges) - 1 else None
-        self._ends_at_joint = last is not None and (not last.has_centre or all(freedom.rotates for freedom in last.freedoms))
-        self._last_freedoms = [int(np.flatnonzero(self.unit_of == u)[-1]) for u in range(len(self._units))]
+        self._loose = _nearest_centres([compound.has_centre for compound in self._compounds], limbs[0].is_serial)
+        last = self._compounds[-1] if self._compounds and self._compounds[-1].edge == len(limbs[0].edges) - 1 else None
+        self._ends_at_joint = last is not None and (not last.has_centre or all(dof.rotates for dof in last.dofs))
+        self._last_dofs = [int(np.flatnonzero(self.compound_of == u)[-1]) for u in range(len(self._compounds))]
         zero = model.zero_frames
         axes, arms, centres = self._joints(zero, np.zeros((3, 1)))
         z = self._limb_z(self._beam_axes.at(zero), centres)[:, :, 0]
         self.y_choice = self._choose_y(axes[:, :, 0, 0], z[:, 0])
         self._world_y = axis_across(z)
-        named = np.array([unit.has_axis(freedom.rotates) for unit in units[0] for freedom in unit.freedoms], dtype=bool)
+        named = np.array([compound.has_axis(dof.rotates) for compound in compounds[0] for dof in compound.dofs], dtype=bool)
         moments = np.where(self.rotates[:, None], cross(arms, axes)[..., 0], 0.0)
         self._orientations = _orientations(axes[..., 0], moments, named, model.length)[:, :, None]
 
@@ -137,11 +137,11 @@ class LimbSkeleton:
     def _joints(self, frames: Frames, o: Array) -> tuple[Array, Array, Array]:
         """Return the freedoms' axes as in the file and arms to a point of each (3, k, g, N), and ``LimbGeometry.centres``."""
         axes, arms = self._axes.at(frames), self._centres.points(frames) - o[:, None, None]
-        centres = np.concatenate([arms[:, self._last_freedoms], self._outer_ends.points(frames) - o[:, None, None]], axis=1)
-        for unit, near in self._loose.items():
-            along = axes[:, self._last_freedoms[unit]]
-            arm = centres[:, unit] if near is None else centres[:, unit] - centres[:, near]
-            centres[:, unit] -= along * dot(along, arm)
+        centres = np.concatenate([arms[:, self._last_dofs], self._outer_ends.points(frames) - o[:, None, None]], axis=1)
+        for compound, near in self._loose.items():
+            along = axes[:, self._last_dofs[compound]]
+            arm = centres[:, compound] if near is None else centres[:, compound] - centres[:, near]
+            centres[:, compound] -= along * dot(along, arm)
         if self._ends_at_joint:  # which is where its axes meet
             centres[:, -1] = centres[:, -2]
         return axes, arms, centres
@@ -157,8 +157,8 @@ class LimbSkeleton:
     def _choose_y(self, axes: Array, z: Array) -> tuple[str, int]:
         """Choose what the y axis across ``z`` (3,) follows: a passive hinge, a universal's axis, a driven hinge, or the world."""
         for turns, passive in ((Axes.AXIS, True), (Axes.BOTH, True), (Axes.AXIS, False)):
-            for f, k in enumerate(self.unit_of):
-                kind = self._units[k].type
+            for f, k in enumerate(self.compound_of):
+                kind = self._compounds[k].type
                 wanted = kind.turns is turns and kind.slides is not Axes.ACROSS
                 if wanted and self.passive[f] == passive and self.rotates[f] and abs(float(axes[:, f] @ z)) < 0.999:
                     return "axis", f

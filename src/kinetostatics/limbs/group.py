@@ -18,7 +18,7 @@ from kinetostatics.limbs.geometry import LimbGeometry, LimbSkeleton
 from kinetostatics.limbs.model import StaticModel
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.joint_compliance import springs_of
-from kinetostatics.mechanism.limb_joints import limb_elements, limb_units
+from kinetostatics.mechanism.limb_joints import compound_joints, limb_elements
 from kinetostatics.mechanism.limbs import Edge
 from kinetostatics.mechanism.tree import Frames
 
@@ -29,18 +29,18 @@ class LimbGroup:
     Attributes:
         limbs: the limbs.
         numbers: their positions among the robot's limbs.
-        units: of every limb, its joints.
+        compounds: of every limb, its joints.
         elements: of every limb, its beams and joints, alike but for how many edges of the file they are.
         beams, springs: of every limb, the beams and springs on its edges, inboard ones first.
         spring_elements: which elements the springs belong to.
-        freedoms: of every limb, the freedoms of its joints, inboard ones first.
+        dofs: of every limb, the freedoms of its joints, inboard ones first.
         passive, rotates: (k,) which freedoms are passive, and which are rotations.
-        unit_of: (k,) the unit that each freedom belongs to.
+        compound_of: (k,) the compound joint that each freedom belongs to.
         platform_joint: (k,) which freedoms belong to the platform joint.
         compliances: (6, beams, g, 1) section compliances.
         beam_masses, beam_masses_per_length: (beams, g, 1) [kg], or [kg/m] where those are what is fixed, else NaN.
         spring_linear, spring_angular: (3, 3, springs, g) [m/N], [rad/(N·m)].
-        freedom_chords, beam_chords, spring_chords, element_chords: (…, M) signs of the chord wrenches that each of them carries.
+        dof_chords, beam_chords, spring_chords, element_chords: (…, M) signs of the chord wrenches that each of them carries.
         to_platform: (M,) which chords end at the platform.
 
     Decided once, at generic poses (:mod:`kinetostatics.limbs.grouping`):
@@ -64,8 +64,8 @@ class LimbGroup:
     def __init__(self, model: StaticModel, numbers: Sequence[int]) -> None:
         self.model, self.numbers = model, tuple(numbers)
         self.limbs = [model.topology.all_limbs[k] for k in numbers]
-        self.units = [limb_units(model.mechanism, limb) for limb in self.limbs]
-        self.elements = [limb_elements(limb, units) for limb, units in zip(self.limbs, self.units, strict=True)]
+        self.compounds = [compound_joints(model.mechanism, limb) for limb in self.limbs]
+        self.elements = [limb_elements(limb, compounds) for limb, compounds in zip(self.limbs, self.compounds, strict=True)]
         beam_edges = [[edge for edge in limb.edges if edge.beam] for limb in self.limbs]
         self.beams = [[model.beams[str(edge.beam)] for edge in row] for row in beam_edges]
         sprung = [
@@ -74,12 +74,12 @@ class LimbGroup:
         ]
         self.springs = [[spring for _, spring in row] for row in sprung]
         spring_edges = [[edge for edge, _ in row] for row in sprung]
-        self._skeleton = LimbSkeleton(model, self.limbs, self.units, self.beams, self.springs)
-        self.freedoms, self.passive = self._skeleton.freedoms, self._skeleton.passive
-        self.rotates, self.unit_of = self._skeleton.rotates, self._skeleton.unit_of
+        self._skeleton = LimbSkeleton(model, self.limbs, self.compounds, self.beams, self.springs)
+        self.dofs, self.passive = self._skeleton.dofs, self._skeleton.passive
+        self.rotates, self.compound_of = self._skeleton.rotates, self._skeleton.compound_of
         freedom_edges = [
-            [limb.edges[unit.edge] for unit in units for _ in unit.freedoms]
-            for limb, units in zip(self.limbs, self.units, strict=True)
+            [limb.edges[compound.edge] for compound in compounds for _ in compound.dofs]
+            for limb, compounds in zip(self.limbs, self.compounds, strict=True)
         ]
         self.compliances = _members_last([[m.compliances for m in row] for row in self.beams], (6,))[..., None]
         self.beam_masses = _members_last([[np.array(m.mass) for m in row] for row in self.beams], ())[..., None]
@@ -92,7 +92,7 @@ class LimbGroup:
         element_of = {k: number for number, element in enumerate(elements) for k in element.edges}
         self.spring_elements = tuple(element_of[limb.edges.index(edge)] for edge in spring_edges[0])
         self.to_platform = np.array(limb.to_platform, dtype=bool)
-        self.freedom_chords = self._chords(freedom_edges[0])
+        self.dof_chords = self._chords(freedom_edges[0])
         self.beam_chords = self._chords(beam_edges[0])
         self.spring_chords = self._chords(spring_edges[0])
         self.element_chords = self._chords([limb.edges[element.edges[-1]] for element in elements])
@@ -134,7 +134,7 @@ class LimbGroup:
     def signature(self) -> tuple[object, ...]:
         """What limbs must have in common to be stacked."""
         return (
-            tuple((unit.kind, tuple((f.rotates, f.passive) for f in unit.freedoms)) for unit in self.units[0]),
+            tuple((compound.kind, tuple((f.rotates, f.passive) for f in compound.dofs)) for compound in self.compounds[0]),
             tuple(element.signature for element in self.elements[0]),
             tuple(map(tuple, self.spring_chords.tolist())),
             self.spring_elements,
@@ -158,7 +158,7 @@ class LimbGroup:
         if np.sum(self.to_platform) != 1:
             return inside
         last = ((int(np.flatnonzero(self.to_platform)[0]), 1),)
-        position = max(k for k, edge in enumerate(limb.edges) if edge.chords == last)
+        position = max(k for k, edge in enumerate(limb.edges) if edge.cut_joints == last)
         outermost = position
         while position >= 0:
             edge = limb.edges[position]
@@ -167,9 +167,9 @@ class LimbGroup:
             connection = self.model.mechanism.connections[str(edge.joint)]
             if connection.driven or connection.name in self.model.description.joint_stiffness:
                 break
-            for k, unit in enumerate(self.units[0]):
-                if connection.name in unit.joints:
-                    inside |= self.unit_of == k
+            for k, compound in enumerate(self.compounds[0]):
+                if connection.name in compound.joints:
+                    inside |= self.compound_of == k
             position -= 1
         return inside
 
@@ -207,23 +207,23 @@ class LimbGroup:
         """Return the signs (edges, M) of the chord wrenches that edges carry."""
         table = np.zeros((len(edges), len(self.to_platform)), dtype=np.int8)
         for row, edge in enumerate(edges):
-            for chord, sign in edge.chords:
+            for chord, sign in edge.cut_joints:
                 table[row, chord] = sign
         return table
 
     def joint_equations(self, geometry: LimbGeometry) -> Array:
         """Return the passive joints' equations (k, 6 M, g, N) for scaled chord wrenches: no power on any freedom [1], Eq. (2)."""
         scaled = (geometry.twists[:, self.passive] * self.twist_scale).swapaxes(0, 1) / self.power_scale
-        signs = self.freedom_chords[self.passive]
+        signs = self.dof_chords[self.passive]
         rows = np.zeros((*signs.shape, *scaled.shape[1:]))
-        for freedom, chord in np.argwhere(signs).tolist():
-            rows[freedom, chord] = signs[freedom, chord] * scaled[freedom]
+        for dof, chord in np.argwhere(signs).tolist():
+            rows[dof, chord] = signs[dof, chord] * scaled[dof]
         return rows.reshape(len(signs), 6 * signs.shape[1], *scaled.shape[2:])
 
     @property
     def joint_pattern(self) -> NDArray[np.bool_]:
         """Which coefficients (k, 6 M) of these equations are not zero everywhere: those of the chords that a freedom carries."""
-        return np.repeat(self.freedom_chords[self.passive] != 0, 6, axis=1)
+        return np.repeat(self.dof_chords[self.passive] != 0, 6, axis=1)
 
     @property
     def platform_sum(self) -> Array:

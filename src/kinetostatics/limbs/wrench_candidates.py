@@ -19,7 +19,7 @@ from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import cross, dot, normalize
 from kinetostatics.math.screws import wrench_of_couple, wrench_of_force
-from kinetostatics.mechanism.limb_joints import Freedom, Unit
+from kinetostatics.mechanism.limb_joints import CompoundJoint, JointDof
 
 #: Sine of the angle between directions to which nothing is across; the same as a part of the characteristic length.
 PARALLEL = 1e-6
@@ -85,9 +85,9 @@ class _Directions:
         return np.where(dot(vector, vector) > (self.least * size) ** 2, normalize(vector), np.nan)
 
 
-def _foot(freedom: int, geometry: LimbGeometry) -> Array:
+def _foot(dof: int, geometry: LimbGeometry) -> Array:
     """Return the point (3, g, N) of a turning freedom's axis that is nearest to o, as seen from there."""
-    twist = geometry.twists[:, freedom]
+    twist = geometry.twists[:, dof]
     return cross(twist[3:], twist[:3])
 
 
@@ -115,14 +115,18 @@ def as_component(candidate: Candidate) -> Candidate:
 
 
 def constraint_candidates(
-    units: Sequence[Unit], unit_of: Index, passive: NDArray[np.bool_], rotates: NDArray[np.bool_], labels: list[str]
+    compounds: Sequence[CompoundJoint],
+    compound_of: Index,
+    passive: NDArray[np.bool_],
+    rotates: NDArray[np.bool_],
+    labels: list[str],
 ) -> Iterator[Candidate]:
     """Yield readable candidates of J_ic in the order of preference of ``docs/method.md``, section 3."""
-    outer = len(units)
-    at = _platform_centre(units)
-    where = [unit.label for unit in units] + ["its outer end"]
-    axes = _readable_axes(units, unit_of, passive, rotates)
-    others = [k for k in range(len(units) - 1, -1, -1) if k != at and units[k].tells_point]
+    outer = len(compounds)
+    at = _platform_centre(compounds)
+    where = [compound.label for compound in compounds] + ["its outer end"]
+    axes = _readable_axes(compounds, compound_of, passive, rotates)
+    others = [k for k in range(len(compounds) - 1, -1, -1) if k != at and compounds[k].tells_point]
     centres = [at, *others, *([outer] if at != outer else [])]
     yield Candidate(("limb", 2), at, f"force along limb axis at {where[at]}")
     for centre in centres:
@@ -131,8 +135,8 @@ def constraint_candidates(
     for k in (1, 0):
         yield Candidate(("limb", k), at, f"force along limb {'xyz'[k]} at {where[at]}")
     pairs = [(f, h) for i, f in enumerate(axes) for h in axes[i + 1 :]]
-    for f, h in sorted(pairs, key=lambda pair: unit_of[pair[0]] != unit_of[pair[1]]):
-        first, second = units[unit_of[f]], units[unit_of[h]]
+    for f, h in sorted(pairs, key=lambda pair: compound_of[pair[0]] != compound_of[pair[1]]):
+        first, second = compounds[compound_of[f]], compounds[compound_of[h]]
         what = first.label if first is second else f"{labels[f]} and {labels[h]}"
         yield Candidate(("cross", f, h), None, f"couple ⟂ {what}")
     for k in (2, 0, 1):
@@ -155,9 +159,9 @@ def common_point(group: LimbGroup, geometry: LimbGeometry) -> tuple[int, int] | 
     free = [int(f) for f in np.flatnonzero(group.passive)]
     if not group.is_serial or not all(group.rotates[f] for f in free):
         return None
-    named = [f for f in free if group.units[0][group.unit_of[f]].has_axis(True)]
+    named = [f for f in free if group.compounds[0][group.compound_of[f]].has_axis(True)]
     for f, h in itertools.combinations(named[::-1], 2):
-        if group.unit_of[f] == group.unit_of[h]:
+        if group.compound_of[f] == group.compound_of[h]:
             continue
         point = _meeting_point(f, h, geometry)
         gaps = [cross(point - _foot(k, geometry), geometry.axes[:, k]) for k in free]
@@ -166,9 +170,9 @@ def common_point(group: LimbGroup, geometry: LimbGeometry) -> tuple[int, int] | 
     return None
 
 
-def central_candidates(f: int, h: int, freedoms: Sequence[Freedom]) -> Iterator[Candidate]:
+def central_candidates(f: int, h: int, dofs: Sequence[JointDof]) -> Iterator[Candidate]:
     """Yield forces through the point in which all passive axes meet, along two of them and across, and the couple across."""
-    names = [freedoms[k].label for k in (f, h)]
+    names = [dofs[k].label for k in (f, h)]
     yield Candidate(("axis", f), (f, h), f"force along the axis of {names[0]}")
     yield Candidate(("axis", h), (f, h), f"force along the axis of {names[1]}")
     yield Candidate(("cross", f, h), (f, h), f"force ⟂ {names[0]} and {names[1]} where they meet")
@@ -176,46 +180,50 @@ def central_candidates(f: int, h: int, freedoms: Sequence[Freedom]) -> Iterator[
 
 
 def further_candidates(
-    units: Sequence[Unit],
-    unit_of: Index,
+    compounds: Sequence[CompoundJoint],
+    compound_of: Index,
     passive: NDArray[np.bool_],
     rotates: NDArray[np.bool_],
     labels: list[str],
     is_serial: bool,
 ) -> Iterator[Candidate]:
     """Yield candidates of J_ic for limbs with bent links and joints that lie anywhere."""
-    axes = _readable_axes(units, unit_of, passive, rotates)
+    axes = _readable_axes(compounds, compound_of, passive, rotates)
     for f in axes:
         for k in (0, 1):
             yield Candidate(("cross_limb", f, k), None, f"couple ⟂ {labels[f]} and limb {'xy'[k]}")
-    for u, v in itertools.combinations([k for k, unit in enumerate(units) if unit.has_centre], 2):
-        yield Candidate(("to", v), u, f"force along the line from {units[u].label} to {units[v].label}")
+    for u, v in itertools.combinations([k for k, compound in enumerate(compounds) if compound.has_centre], 2):
+        yield Candidate(("to", v), u, f"force along the line from {compounds[u].label} to {compounds[v].label}")
     if not is_serial:  # whose joints are too many to look for more
         return
     turning = [f for f in axes if rotates[f]]
-    pairs = [(f, h) for f, h in itertools.combinations(turning, 2) if unit_of[f] != unit_of[h]]
+    pairs = [(f, h) for f, h in itertools.combinations(turning, 2) if compound_of[f] != compound_of[h]]
     for f, h in pairs:
         for k in axes:
             if k not in (f, h):
                 yield Candidate(("axis", k), (f, h), f"force ∥ {labels[k]} where {labels[f]} and {labels[h]} meet")
         yield Candidate(("cross", f, h), (f, h), f"force ⟂ {labels[f]} and {labels[h]} where they meet")
-    for u in [k for k in range(len(units) - 1, -1, -1) if units[k].tells_point]:
+    for u in [k for k in range(len(compounds) - 1, -1, -1) if compounds[k].tells_point]:
         for f, h in itertools.combinations(turning, 2):
             what = f"the axes of {labels[f]} and {labels[h]}"
-            yield Candidate(("meets", f, h), u, f"force at {units[u].label} that meets {what}")
+            yield Candidate(("meets", f, h), u, f"force at {compounds[u].label} that meets {what}")
 
 
 def attached_candidates(
-    units: Sequence[Unit], unit_of: Index, passive: NDArray[np.bool_], rotates: NDArray[np.bool_], labels: list[str]
+    compounds: Sequence[CompoundJoint],
+    compound_of: Index,
+    passive: NDArray[np.bool_],
+    rotates: NDArray[np.bool_],
+    labels: list[str],
 ) -> Iterator[Candidate]:
     """Yield readable candidates of J_ig: forces through the platform joint's centre, then couples."""
-    at = _platform_centre(units)
-    where = units[at].label if at < len(units) else "its outer end"
+    at = _platform_centre(compounds)
+    where = compounds[at].label if at < len(compounds) else "its outer end"
     for k in range(3):
         yield Candidate(("limb", k), at, f"force along limb {'xyz'[k]} at {where}")
     for k in range(3):
         yield Candidate(("limb", k), None, f"couple along limb {'xyz'[k]}")
-    axes = _readable_axes(units, unit_of, passive, rotates)
+    axes = _readable_axes(compounds, compound_of, passive, rotates)
     for i, f in enumerate(axes):
         yield Candidate(("axis", f), at, f"force ∥ {labels[f]} at {where}")
         yield Candidate(("axis", f), None, f"couple ∥ {labels[f]}")
@@ -225,18 +233,20 @@ def attached_candidates(
             yield Candidate(("cross_limb", f, k), None, f"couple ⟂ {labels[f]} and limb {'xyz'[k]}")
 
 
-def _platform_centre(units: Sequence[Unit]) -> int:
-    """Return the unit through whose centre forces are preferred: the outermost joint that turns, if it is passive."""
-    for k in range(len(units) - 1, -1, -1):
-        if not units[k].passive:
+def _platform_centre(compounds: Sequence[CompoundJoint]) -> int:
+    """Return the joint through whose centre forces are preferred: the outermost joint that turns, if it is passive."""
+    for k in range(len(compounds) - 1, -1, -1):
+        if not compounds[k].passive:
             break
-        if any(freedom.rotates for freedom in units[k].freedoms):
+        if any(dof.rotates for dof in compounds[k].dofs):
             return k
-    return len(units)
+    return len(compounds)
 
 
-def _readable_axes(units: Sequence[Unit], unit_of: Index, passive: NDArray[np.bool_], rotates: NDArray[np.bool_]) -> list[int]:
+def _readable_axes(
+    compounds: Sequence[CompoundJoint], compound_of: Index, passive: NDArray[np.bool_], rotates: NDArray[np.bool_]
+) -> list[int]:
     """Return the freedoms whose axes mean something: single joints before universal ones, platform side first."""
-    free = [int(f) for f in np.flatnonzero(passive)[::-1] if units[unit_of[f]].has_axis(bool(rotates[f]))]
-    single = [f for f in free if units[unit_of[f]].type.turns is not Axes.BOTH]
+    free = [int(f) for f in np.flatnonzero(passive)[::-1] if compounds[compound_of[f]].has_axis(bool(rotates[f]))]
+    single = [f for f in free if compounds[compound_of[f]].type.turns is not Axes.BOTH]
     return [f for f in single if rotates[f]] + [f for f in free if f not in single] + [f for f in single if not rotates[f]]

@@ -83,7 +83,7 @@ def _of_serial(group: LimbGroup, geometry: LimbGeometry, T: Array, demand: Array
 def _crossed(group: LimbGroup, geometry: LimbGeometry) -> NDArray[np.bool_]:
     """Return where (g, N) the twists of a platform joint may be dependent: those of one unit alone never are."""
     carried = list(group.basis.carried)
-    if len({int(unit) for unit in group.unit_of[carried]}) < 2:
+    if len({int(compound) for compound in group.compound_of[carried]}) < 2:
         return np.zeros(geometry.limb_axes.shape[2:], dtype=bool)
     twists = normalize(geometry.twists[:, carried] / group.twist_scale[::-1])
     return ~definite(np.einsum("ki...,kj...->ij...", twists, twists), DOUBTFUL)

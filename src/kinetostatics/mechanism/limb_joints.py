@@ -1,4 +1,4 @@
-"""The joints of a limb as its statics see them: freedoms, universal and spherical joints, dead branches."""
+"""The joints of a limb as its statics see them: freedoms, universal and spherical joints, open branches."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from kinetostatics.mechanism.mechanism import Connection, Mechanism, meeting_poi
 
 
 @dataclass(frozen=True)
-class Freedom:
+class JointDof:
     """One freedom of a joint: a rotation about, or a translation along, an axis fixed in a body.
 
     ``centre`` is a point (3,) of ``centre_body`` on the axis. ``passive``: it is neither driven nor held by a spring.
@@ -34,7 +34,7 @@ class Freedom:
 
 
 @dataclass(frozen=True)
-class Unit:
+class CompoundJoint:
     """A joint of a limb as its statics see it: runs of revolutes that meet in a point are one universal or spherical joint.
 
     Attributes:
@@ -42,7 +42,7 @@ class Unit:
         label: name for people.
         joints: names of its joints.
         passive: whether at least one of its freedoms is free (neither driven nor held by a spring).
-        freedoms: its freedoms, base to platform.
+        dofs: its freedoms, base to platform.
         edge: position of its last joint among the limb's edges.
         has_centre: whether its centre is a point of the machine; else it is one that the file has chosen on its axis.
         shift: how far along its last joint's axis its centre lies from that joint's origin [m].
@@ -52,7 +52,7 @@ class Unit:
     label: str
     joints: tuple[str, ...]
     passive: bool
-    freedoms: tuple[Freedom, ...]
+    dofs: tuple[JointDof, ...]
     edge: int
     has_centre: bool
     shift: float = 0.0
@@ -65,7 +65,7 @@ class Unit:
     @property
     def tells_point(self) -> bool:
         """Whether something passes through its centre: its axes, or a beam."""
-        return self.has_centre or any(freedom.rotates for freedom in self.freedoms)
+        return self.has_centre or any(dof.rotates for dof in self.dofs)
 
     def has_axis(self, rotates: bool) -> bool:
         """Whether the axes of its rotations or translations are lines of the machine, not of a frame that the file has chosen."""
@@ -84,17 +84,17 @@ def has_centre(mechanism: Mechanism, connection: Connection) -> bool:
     return connection.name in ends or any(beam.link in (connection.predecessor, connection.successor) for beam in beams)
 
 
-def limb_units(mechanism: Mechanism, limb: Limb) -> tuple[Unit, ...]:
+def compound_joints(mechanism: Mechanism, limb: Limb) -> tuple[CompoundJoint, ...]:
     """Return the joints of a limb, inboard ones first, with runs of revolutes joined (fixed joints are left out)."""
     steps: list[tuple[int, Edge, Connection]] = []
-    units: list[Unit] = []
+    compounds: list[CompoundJoint] = []
 
     def flush() -> None:
         while steps:
             for count in (3, 2, 1):
                 centres = _common_centre([(edge, item) for _, edge, item in steps[:count]]) if len(steps) >= count else None
                 if count == 1 or centres is not None:
-                    units.append(_unit_of_run(mechanism, steps[:count], centres))
+                    compounds.append(_compound_of_run(mechanism, steps[:count], centres))
                     del steps[:count]
                     break
 
@@ -107,14 +107,16 @@ def limb_units(mechanism: Mechanism, limb: Limb) -> tuple[Unit, ...]:
         elif connection is None or not connection.type.is_fixed or elastic:
             flush()
             if connection is not None and not connection.type.is_fixed:
-                freedoms = freedoms_of(mechanism, connection, edge.sign)
-                passive = any(freedom.passive for freedom in freedoms)
+                dofs = joint_dofs(mechanism, connection, edge.sign)
+                passive = any(dof.passive for dof in dofs)
                 fixed = has_centre(mechanism, connection)
-                units.append(Unit(connection.kind, connection.name, (connection.name,), passive, freedoms, position, fixed))
+                compounds.append(
+                    CompoundJoint(connection.kind, connection.name, (connection.name,), passive, dofs, position, fixed)
+                )
         if limb.ends[position]:
             flush()
     flush()
-    return tuple(units)
+    return tuple(compounds)
 
 
 @dataclass(frozen=True)
@@ -124,51 +126,51 @@ class Element:
     Attributes:
         edges: positions of its edges in the limb; the last is its outboard end.
         parent: the element on its inboard side, −1 for none.
-        chords: signs of the chord wrenches that it carries, by number.
-        unit: which of the limb's units it is, None for a beam or a fixed joint.
+        cut_joints: signs of the cut joint wrenches that it carries, by number.
+        compound: which of the limb's compound joints it is, None for a beam or a fixed joint.
         is_beam: whether it is a beam.
         turned: whether base and platform give it no direction and it lies against the file's.
     """
 
     edges: tuple[int, ...]
     parent: int
-    chords: tuple[tuple[int, int], ...]
-    unit: int | None
+    cut_joints: tuple[tuple[int, int], ...]
+    compound: int | None
     is_beam: bool
     turned: bool
 
     @property
     def signature(self) -> tuple[object, ...]:
         """What alike elements have in common."""
-        return self.parent, self.chords, self.unit, self.is_beam, self.turned and self.is_beam
+        return self.parent, self.cut_joints, self.compound, self.is_beam, self.turned and self.is_beam
 
 
-def limb_elements(limb: Limb, units: Sequence[Unit]) -> tuple[Element, ...]:
+def limb_elements(limb: Limb, compounds: Sequence[CompoundJoint]) -> tuple[Element, ...]:
     """Return a limb's elements, inboard ones first."""
-    unit_of = {joint: number for number, unit in enumerate(units) for joint in unit.joints}
+    compound_of = {joint: number for number, compound in enumerate(compounds) for joint in compound.joints}
     found: list[Element] = []
     ends: dict[str, int] = {}
     pending: list[int] = []
     for k, edge in enumerate(limb.edges):
         pending.append(k)
-        number = unit_of.get(edge.joint) if edge.joint is not None else None
-        if number is not None and k != units[number].edge:
+        number = compound_of.get(edge.joint) if edge.joint is not None else None
+        if number is not None and k != compounds[number].edge:
             continue
         inner = limb.edges[pending[0]].parent
         parent = -1 if inner is None else ends[inner]
         turned = edge.both_ways and edge.sign < 0
-        found.append(Element(tuple(pending), parent, edge.chords, number, edge.beam is not None, turned))
+        found.append(Element(tuple(pending), parent, edge.cut_joints, number, edge.beam is not None, turned))
         ends.update((limb.edges[j].key, len(found) - 1) for j in pending)
         pending = []
     return tuple(found)
 
 
-def freedoms_of(mechanism: Mechanism, connection: Connection, sign: int) -> tuple[Freedom, ...]:
+def joint_dofs(mechanism: Mechanism, connection: Connection, sign: int) -> tuple[JointDof, ...]:
     """Return the freedoms of one joint or loop, base to platform; driven and sprung ones are not passive."""
     stiffness = mechanism.description.joint_stiffness.get(connection.name)
     return tuple(
-        replace(freedom, passive=not connection.driven and not is_sprung(stiffness, freedom.rotates, axis))
-        for freedom, axis in zip(_freedoms(connection, sign), _axes_in_joint(connection, sign), strict=True)
+        replace(dof, passive=not connection.driven and not is_sprung(stiffness, dof.rotates, axis))
+        for dof, axis in zip(_dofs(connection, sign), _axes_in_joint(connection, sign), strict=True)
     )
 
 
@@ -176,8 +178,8 @@ def _axes_in_joint(connection: Connection, sign: int) -> list[Array | None]:
     """Return the freedoms' axes in the joint's frame on the predecessor's side; None for one that moves in it."""
     back = connection.predecessor_frame[:3, :3].T
     return [
-        None if freedom.rotates and connection.type.turns is Axes.BOTH and "second" in freedom.label else back @ freedom.axis
-        for freedom in _freedoms(connection, sign)
+        None if dof.rotates and connection.type.turns is Axes.BOTH and "second" in dof.label else back @ dof.axis
+        for dof in _dofs(connection, sign)
     ]
 
 
@@ -211,7 +213,9 @@ def _common_centre(run: Sequence[tuple[Edge, Connection]]) -> tuple[float, float
     return meetings[0][0], meetings[-1][1]
 
 
-def _unit_of_run(mechanism: Mechanism, run: Sequence[tuple[int, Edge, Connection]], meeting: tuple[float, float] | None) -> Unit:
+def _compound_of_run(
+    mechanism: Mechanism, run: Sequence[tuple[int, Edge, Connection]], meeting: tuple[float, float] | None
+) -> CompoundJoint:
     names = tuple(connection.name for _, _, connection in run)
     label = names[0] if len(names) == 1 else _common_prefix(names).rstrip("_-. ") or "+".join(names)
     first_edge, first = run[0][1], run[0][2]
@@ -219,15 +223,15 @@ def _unit_of_run(mechanism: Mechanism, run: Sequence[tuple[int, Edge, Connection
     shift, last_shift = meeting if meeting is not None else (0.0, 0.0)
     centre = frame[:3, 3] + shift * (frame[:3, :3] @ first.axis)
     if len(run) == 3:
-        spun = tuple(Freedom(True, body, axis, body, centre, 1, label) for axis in np.eye(3))
-        return Unit("spherical", label, names, True, spun, run[-1][0], True, last_shift)
-    freedoms = tuple(
-        Freedom(True, connection.predecessor_body, connection.axis_on(True), body, centre, edge.sign, connection.name)
+        spun = tuple(JointDof(True, body, axis, body, centre, 1, label) for axis in np.eye(3))
+        return CompoundJoint("spherical", label, names, True, spun, run[-1][0], True, last_shift)
+    dofs = tuple(
+        JointDof(True, connection.predecessor_body, connection.axis_on(True), body, centre, edge.sign, connection.name)
         for _, edge, connection in run
     )
     if len(run) == 2:
-        return Unit("universal", label, names, True, freedoms, run[-1][0], True, last_shift)
-    return Unit("revolute", label, names, True, freedoms, run[-1][0], has_centre(mechanism, first))
+        return CompoundJoint("universal", label, names, True, dofs, run[-1][0], True, last_shift)
+    return CompoundJoint("revolute", label, names, True, dofs, run[-1][0], has_centre(mechanism, first))
 
 
 def _common_prefix(names: Sequence[str]) -> str:
@@ -237,7 +241,7 @@ def _common_prefix(names: Sequence[str]) -> str:
     return shortest[: next(same, len(shortest))]
 
 
-def _freedoms(connection: Connection, sign: int) -> tuple[Freedom, ...]:
+def _dofs(connection: Connection, sign: int) -> tuple[JointDof, ...]:
     """Return the freedoms of one joint or loop of any kind, base to platform."""
     slides, turns, name = connection.type.slides, connection.type.turns, connection.name
     here, there = connection.predecessor_body, connection.successor_body
@@ -245,9 +249,9 @@ def _freedoms(connection: Connection, sign: int) -> tuple[Freedom, ...]:
     axis = connection.axis_on(True)
     moves_away = slides is not Axes.NONE and not connection.type.is_on_axis  # its centre, from the predecessor's origin
 
-    def rotation(body: int, direction: Array, label: str = name) -> Freedom:
+    def rotation(body: int, direction: Array, label: str = name) -> JointDof:
         centre_body, centre = (there, other[:3, 3]) if moves_away else (here, frame[:3, 3])
-        return Freedom(True, body, direction, centre_body, centre, sign, label)
+        return JointDof(True, body, direction, centre_body, centre, sign, label)
 
     directions: list[Array] = []
     if slides is Axes.AXIS:
@@ -256,7 +260,7 @@ def _freedoms(connection: Connection, sign: int) -> tuple[Freedom, ...]:
         directions = [frame[:3, :3] @ side for side in across(connection.axis)]
     elif slides is Axes.ALL:
         directions = list(frame[:3, :3].T)
-    found = [Freedom(False, here, direction, there, other[:3, 3], sign, name) for direction in directions]
+    found = [JointDof(False, here, direction, there, other[:3, 3], sign, name) for direction in directions]
     if turns is Axes.AXIS:
         found.append(rotation(here, axis))
     elif turns is Axes.BOTH:

@@ -1,9 +1,9 @@
-"""From links and joints to limbs: the graph of rigid pieces cut at base and platform.
+"""From links and joints to limbs: the graph of rigid bodies cut at base and platform.
 
 With base and platform removed, every connected component that touches both is a limb; one that touches only one of them is
-dead weight on it (``docs/method.md``, section 2). A spanning tree, rooted at the base, reaches every piece of a limb; the
-edges that it leaves out are the limb's *chords*. With the wrenches of all chords known, equilibrium gives those of all other
-edges; a serial limb has one chord, its joint to the platform.
+attached to it, dead weight (``docs/method.md``, section 2). A spanning tree, rooted at the base, reaches every body of a limb;
+the edges that it leaves out are the limb's *cut joints*, chords of the graph. With the wrenches of all cut joints known,
+equilibrium gives those of all other edges; a serial limb has one cut joint, its joint to the platform.
 """
 
 from __future__ import annotations
@@ -13,15 +13,15 @@ from dataclasses import dataclass, replace
 
 from kinetostatics.exceptions import RobotFileError
 from kinetostatics.mechanism.beam_geometry import BeamSpan
-from kinetostatics.mechanism.edge_directions import Step, cut_pieces, steps_out
+from kinetostatics.mechanism.edge_directions import DirectedEdge, directed_edges, segments_between_cuts
 from kinetostatics.mechanism.mechanism import Connection, Mechanism
-from kinetostatics.mechanism.rigid_bodies import Piece, PieceEdge, PieceGraph
+from kinetostatics.mechanism.rigid_bodies import BodyEdge, BodyGraph, RigidBody
 from kinetostatics.printing.mappings import ShortRepr
 
 
 @dataclass(frozen=True)
 class Edge:
-    """A joint or a beam as it lies on the way out from the base (or, on a dead branch, from what it hangs on).
+    """A joint or a beam as it lies on the way out from the base (or, on an open branch, from what it hangs on).
 
     Attributes:
         joint: name of the joint or loop, or None for a beam.
@@ -31,9 +31,9 @@ class Edge:
             for distributed ones, ``beam:`` and the beam.
         excluded: names of weights that what lies outboard seems to carry but does not: of links inside a telescope that go with
             its outer end although they hang on the inner side of this joint.
-        parent: ``key`` of the edge on its inboard side, None if that is the base (of dead weight on the platform: the platform).
-        chords: ``{number: sign}`` of the chords whose wrenches it carries: what its outboard side puts on its inboard side is
-            the signed sum of them and of the weights outboard.
+        parent: ``key`` of the edge on its inboard side, None if that is the base (where all is attached to the platform: this).
+        cut_joints: ``{number: sign}`` of the cut joints whose wrenches it carries: what its outboard side puts on its inboard
+            side is the signed sum of them and of the weights outboard.
         both_ways: whether some ways from base to platform pass it in one direction and others in the other, so that its
             direction is the file's: from predecessor to successor.
     """
@@ -44,7 +44,7 @@ class Edge:
     outboard: tuple[str, ...]
     parent: str | None
     excluded: tuple[str, ...] = ()
-    chords: tuple[tuple[int, int], ...] = ()
+    cut_joints: tuple[tuple[int, int], ...] = ()
     both_ways: bool = False
 
     @property
@@ -54,12 +54,12 @@ class Edge:
 
 
 @dataclass(frozen=True)
-class Part:
-    """A part of a limb between two pieces that everything passes through.
+class LimbSegment:
+    """A part of a limb between two bodies that everything passes through.
 
     Attributes:
         keys: of its edges, inboard ones first.
-        start, end: names of a link of the piece at which it begins and ends.
+        start, end: names of a link of the body at which it begins and ends.
         is_serial: whether it is a single way.
     """
 
@@ -76,13 +76,13 @@ class Limb(ShortRepr):
     Attributes:
         name: ``limb_1``, …
         links: its links, in the order of the file.
-        edges: joints and beams that carry chords, inboard ones first. The joints inside a telescopic beam stand next to it.
-        branches: joints and beams of dead branches on the limb.
+        edges: joints and beams that carry cut joints, inboard ones first. The joints inside a telescopic beam stand next to it.
+        branches: joints and beams of open branches on the limb.
         weights: names of its weights.
         ends: whether the k-th edge ends a way: a weight or more than the next edge lies directly outboard of it.
-        to_platform: for each chord whether it ends at the platform.
-        on_platform: whether it is dead weight on the platform: the spanning tree is rooted there.
-        parts: its parts from base to platform, if it is split by pieces that everything passes through (a frame under the
+        to_platform: for each cut joint whether it ends at the platform.
+        on_platform: whether it is attached to the platform alone: the spanning tree is rooted there.
+        parts: its parts from base to platform, if it is split by bodies that everything passes through (a frame under the
             robot, a serial wrist); else one.
     """
 
@@ -94,7 +94,7 @@ class Limb(ShortRepr):
     ends: tuple[bool, ...]
     to_platform: tuple[bool, ...]
     on_platform: bool = False
-    parts: tuple[Part, ...] = ()
+    parts: tuple[LimbSegment, ...] = ()
 
     @property
     def is_serial(self) -> bool:
@@ -104,12 +104,12 @@ class Limb(ShortRepr):
     @property
     def platform_edges(self) -> tuple[Edge, ...]:
         """Its outermost edges on the ways to the platform: joints, and beams that are welded to the platform."""
-        chords = [number for number, ends in enumerate(self.to_platform) if ends]
-        return tuple([edge for edge in self.edges if number in dict(edge.chords)][-1] for number in chords)
+        cut_joints = [number for number, ends in enumerate(self.to_platform) if ends]
+        return tuple([edge for edge in self.edges if number in dict(edge.cut_joints)][-1] for number in cut_joints)
 
 
 @dataclass(frozen=True)
-class DeadWeight:
+class AttachedBodies:
     """What hangs on the base or on the platform alone, the rigid links of base or platform included.
 
     ``edges`` are those of open branches only.
@@ -122,16 +122,16 @@ class DeadWeight:
 
 @dataclass(frozen=True, repr=False)
 class Topology(ShortRepr):
-    """The robot's limbs, beams and dead weights.
+    """The robot's limbs, beams and attached bodies.
 
-    ``hanging`` holds dead weights with closed chains, as limbs that do not reach the platform. ``carried_by`` tells for every
-    rigid link of a limb or dead branch the ``key`` of the edge that it is the outer side of.
+    ``hanging`` holds attached bodies with closed chains, as limbs that do not reach the platform. ``carried_by`` tells for every
+    rigid link of a limb or open branch the ``key`` of the edge that it is the outer side of.
     """
 
     limbs: tuple[Limb, ...]
     hanging: tuple[Limb, ...]
-    base: DeadWeight
-    platform: DeadWeight
+    base: AttachedBodies
+    platform: AttachedBodies
     beams: dict[str, BeamSpan]
     carried_by: dict[str, str]
     warnings: tuple[str, ...]
@@ -143,7 +143,7 @@ class Topology(ShortRepr):
 
 
 def analyze_topology(mechanism: Mechanism) -> Topology:
-    """Find limbs, beams and dead weights.
+    """Find limbs, beams and attached bodies.
 
     Raises:
         RobotFileError: a beam's ends or what is attached along it make no sense.
@@ -153,7 +153,7 @@ def analyze_topology(mechanism: Mechanism) -> Topology:
 
 class _Builder:
     def __init__(self, mechanism: Mechanism) -> None:
-        self.graph = PieceGraph(mechanism)
+        self.graph = BodyGraph(mechanism)
         self.spans = dict(self.graph.spans)
         self.warnings = list(self.graph.warnings)
         self.carried_by: dict[str, str] = {}
@@ -161,8 +161,8 @@ class _Builder:
     def build(self) -> Topology:
         graph = self.graph
         base, platform = graph.base, graph.platform
-        at: dict[Piece, list[PieceEdge]] = {}
-        direct: list[PieceEdge] = []
+        at: dict[RigidBody, list[BodyEdge]] = {}
+        direct: list[BodyEdge] = []
         for edge in graph.edges:
             ends = (edge.inner.find(), edge.outer.find())
             if set(ends) == {base, platform}:
@@ -172,15 +172,15 @@ class _Builder:
                 at.setdefault(end, []).append(edge)
         limbs: list[tuple[int, Limb]] = []
         hanging: list[Limb] = []
-        dead: dict[Piece, list[Edge]] = {base: [], platform: []}
-        dead_pieces: dict[Piece, list[Piece]] = {base: [], platform: []}
-        dead_weights: dict[Piece, list[str]] = {root: list(graph.weights_of(root)) for root in (base, platform)}
-        seen: set[Piece] = {base, platform}
+        open_branches: dict[RigidBody, list[Edge]] = {base: [], platform: []}
+        attached_bodies: dict[RigidBody, list[RigidBody]] = {base: [], platform: []}
+        attached_weights: dict[RigidBody, list[str]] = {root: list(graph.weights_of(root)) for root in (base, platform)}
+        seen: set[RigidBody] = {base, platform}
         order = {link: number for number, link in enumerate(graph.description.links)}
-        for piece in graph.pieces():
-            if piece in seen:
+        for body in graph.bodies():
+            if body in seen:
                 continue
-            component, edges = self._component(piece, at, {base, platform})
+            component, edges = self._component(body, at, {base, platform})
             seen.update(component)
             limb = self._limb(component, edges)
             touched = {end for edge in edges for end in (edge.inner.find(), edge.outer.find())}
@@ -188,12 +188,12 @@ class _Builder:
                 limbs.append((min(order[link] for link in limb.links), limb))
                 continue
             root = platform if limb.on_platform else base
-            dead_pieces[root].extend(component)
-            dead_weights[root].extend(limb.weights)
+            attached_bodies[root].extend(component)
+            attached_weights[root].extend(limb.weights)
             if limb.to_platform:
                 hanging.append(replace(limb, name="platform" if limb.on_platform else "base"))
             else:
-                dead[root].extend(limb.branches)
+                open_branches[root].extend(limb.branches)
         for edge in direct:
             floating = edge.connection is not None and edge.connection.type.is_free
             if floating and edge.connection is not None and not self._is_sprung(edge.connection):
@@ -201,12 +201,12 @@ class _Builder:
             limbs.append((len(order), self._limb([], [edge])))
         limbs.sort(key=lambda pair: pair[0])
         numbered = tuple(replace(limb, name=f"limb_{k}") for k, (_, limb) in enumerate(limbs, 1))
-        self._check_misplaced((*numbered, *hanging), dead)
+        self._check_misplaced((*numbered, *hanging), open_branches)
         return Topology(
             numbered,
             tuple(hanging),
-            self._dead_weight(base, dead[base], dead_pieces[base], dead_weights[base]),
-            self._dead_weight(platform, dead[platform], dead_pieces[platform], dead_weights[platform]),
+            self._attached(base, open_branches[base], attached_bodies[base], attached_weights[base]),
+            self._attached(platform, open_branches[platform], attached_bodies[platform], attached_weights[platform]),
             self.spans,
             self.carried_by,
             tuple(self.warnings),
@@ -216,43 +216,43 @@ class _Builder:
         return connection.name in self.graph.description.joint_stiffness
 
     def _component(
-        self, start: Piece, at: dict[Piece, list[PieceEdge]], stops: set[Piece]
-    ) -> tuple[list[Piece], list[PieceEdge]]:
-        """Return the pieces and edges that hang together with ``start``, in the order of the file."""
-        pieces, edges, queue = {start}, set[PieceEdge](), deque([start])
+        self, start: RigidBody, at: dict[RigidBody, list[BodyEdge]], stops: set[RigidBody]
+    ) -> tuple[list[RigidBody], list[BodyEdge]]:
+        """Return the bodies and edges that hang together with ``start``, in the order of the file."""
+        bodies, edges, queue = {start}, set[BodyEdge](), deque([start])
         while queue:
-            piece = queue.popleft()
-            for edge in at.get(piece, []):
+            body = queue.popleft()
+            for edge in at.get(body, []):
                 edges.add(edge)
-                other = edge.other(piece)
-                if other not in pieces and other not in stops:
-                    pieces.add(other)
+                other = edge.other(body)
+                if other not in bodies and other not in stops:
+                    bodies.add(other)
                     queue.append(other)
         return (
-            [piece for piece in self.graph.pieces() if piece in pieces],
+            [body for body in self.graph.bodies() if body in bodies],
             [edge for edge in self.graph.edges if edge in edges],
         )
 
     # ---- limbs ------------------------------------------------------------------------------------------------------
 
-    def _limb(self, pieces: list[Piece], edges: list[PieceEdge]) -> Limb:
+    def _limb(self, bodies: list[RigidBody], edges: list[BodyEdge]) -> Limb:
         graph = self.graph
-        steps = steps_out(pieces, edges, graph.base, graph.platform)
-        on_platform = bool(pieces) and all(graph.base not in (edge.inner.find(), edge.outer.find()) for edge in edges)
+        steps = directed_edges(bodies, edges, graph.base, graph.platform)
+        on_platform = bool(bodies) and all(graph.base not in (edge.inner.find(), edge.outer.find()) for edge in edges)
         reached_by = {step.outer: step for step in steps if step.in_tree}
         below = self._weights_below(steps)
-        carries = _chords_carried(steps, reached_by)
-        chords = [step for step in steps if not step.in_tree]
+        carries = _cut_joints_carried(steps, reached_by)
+        cut_joints = [step for step in steps if not step.in_tree]
         leading = _leads_to_ring(steps, reached_by, carries)
-        degree: dict[Piece, int] = {}
+        degree: dict[RigidBody, int] = {}
         for edge in edges:
             for end in (edge.inner.find(), edge.outer.find()):
                 degree[end] = degree.get(end, 0) + 1
         found: list[Edge] = []
         branches: list[Edge] = []
         ends: list[bool] = []
-        last_key: dict[Piece, str] = {}
-        keys: dict[PieceEdge, tuple[str, ...]] = {}
+        last_key: dict[RigidBody, str] = {}
+        keys: dict[BodyEdge, tuple[str, ...]] = {}
         for step in steps:
             passes = step.in_tree and degree[step.outer] == 2 and not graph.weights_of(step.outer)
             chain = self._directed(step, below.get(step.edge, []), last_key.get(step.inner), tuple(carries[step.edge].items()))
@@ -266,34 +266,34 @@ class _Builder:
                 ends.extend([False] * (len(chain) - 1) + [not passes])
             else:
                 branches.extend(chain)
-        weights = [name for piece in pieces for name in graph.weights_of(piece)]
+        weights = [name for body in bodies for name in graph.weights_of(body)]
         weights += [f"beam:{edge.beam.beam.name}" for edge in edges if edge.beam is not None]
         return Limb(
             "",
-            graph.links_of(pieces, edges),
+            graph.links_of(bodies, edges),
             tuple(found),
             tuple(branches),
             tuple(weights),
             tuple(ends),
-            tuple(step.outer is graph.platform and not on_platform for step in chords),
+            tuple(step.outer is graph.platform and not on_platform for step in cut_joints),
             on_platform,
             self._parts([step for step in steps if step.edge in leading], keys),
         )
 
-    def _parts(self, steps: list[Step], keys: dict[PieceEdge, tuple[str, ...]]) -> tuple[Part, ...]:
-        """Split a limb at the pieces that every way from base to platform passes, serial stretches in one."""
+    def _parts(self, steps: list[DirectedEdge], keys: dict[BodyEdge, tuple[str, ...]]) -> tuple[LimbSegment, ...]:
+        """Split a limb at the bodies that every way from base to platform passes, serial stretches in one."""
         graph = self.graph
-        cuts = cut_pieces(steps, graph.base, graph.platform)
+        cuts = segments_between_cuts(steps, graph.base, graph.platform)
         if not cuts:
             return ()
-        groups: list[tuple[list[Step], Piece, Piece]] = []
+        groups: list[tuple[list[DirectedEdge], RigidBody, RigidBody]] = []
         for inner, outer, mine in cuts:
             if groups and len(mine) == 1 and len(groups[-1][0]) == self._stretch(groups[-1][0]):
                 groups[-1] = (groups[-1][0] + mine, groups[-1][1], outer)
             else:
                 groups.append((mine, inner, outer))
         return tuple(
-            Part(
+            LimbSegment(
                 tuple(key for step in mine for key in keys[step.edge]),
                 self._name_of(start),
                 self._name_of(end),
@@ -303,21 +303,21 @@ class _Builder:
         )
 
     @staticmethod
-    def _stretch(steps: list[Step]) -> int:
-        """Return how many different pieces lie at the outer ends of some edges: as many as edges on a single way."""
+    def _stretch(steps: list[DirectedEdge]) -> int:
+        """Return how many different bodies lie at the outer ends of some edges: as many as edges on a single way."""
         return len({step.outer for step in steps}) if len({step.inner for step in steps}) == len(steps) else 0
 
-    def _name_of(self, piece: Piece) -> str:
-        if piece is self.graph.base:
+    def _name_of(self, body: RigidBody) -> str:
+        if body is self.graph.base:
             return self.graph.description.base
-        if piece is self.graph.platform:
+        if body is self.graph.platform:
             return self.graph.description.platform
-        return self.graph.links_of([piece], [])[0]
+        return self.graph.links_of([body], [])[0]
 
-    def _weights_below(self, steps: list[Step]) -> dict[PieceEdge, list[str]]:
+    def _weights_below(self, steps: list[DirectedEdge]) -> dict[BodyEdge, list[str]]:
         """Return the names of the weights that the tree carries beyond each of its edges."""
-        hanging: dict[Piece, list[str]] = {}
-        below: dict[PieceEdge, list[str]] = {}
+        hanging: dict[RigidBody, list[str]] = {}
+        below: dict[BodyEdge, list[str]] = {}
         for step in reversed(steps):  # outer edges come after inner ones
             mine: list[str] = []
             if step.in_tree:
@@ -327,13 +327,15 @@ class _Builder:
             hanging[step.inner] = mine + own + hanging.get(step.inner, [])
         return below
 
-    def _directed(self, step: Step, below: list[str], parent: str | None, chords: tuple[tuple[int, int], ...]) -> list[Edge]:
+    def _directed(
+        self, step: DirectedEdge, below: list[str], parent: str | None, cut_joints: tuple[tuple[int, int], ...]
+    ) -> list[Edge]:
         """Return an edge, and the joints inside a telescopic beam, as seen on the way out."""
         edge = step.edge
         forward = edge.inner.find() is step.inner
         if edge.connection is not None:
             sign = 1 if forward else -1
-            return [Edge(edge.connection.name, None, sign, tuple(below), parent, (), chords, step.both_ways)]
+            return [Edge(edge.connection.name, None, sign, tuple(below), parent, (), cut_joints, step.both_ways)]
         assert edge.beam is not None
         name = edge.beam.beam.name
         if not forward and not step.both_ways and (edge.beam.beam.start or edge.beam.beam.end):
@@ -354,7 +356,7 @@ class _Builder:
         result: list[Edge] = []
         for number in range(len(joints) + 1):
             if number == before_carrier:
-                result.append(Edge(None, name, 1 if forward else -1, tuple(below), parent, (), chords, step.both_ways))
+                result.append(Edge(None, name, 1 if forward else -1, tuple(below), parent, (), cut_joints, step.both_ways))
                 parent = result[-1].key
             if number < len(joints):
                 item = joints[number]
@@ -364,17 +366,17 @@ class _Builder:
                 if number < before_carrier:
                     weights += [link for link in near if link not in inboard] + [f"beam:{name}"]
                 excluded = tuple(link for link in far if link in inboard)
-                result.append(Edge(item.name, None, sign, tuple(weights), parent, excluded, chords, step.both_ways))
+                result.append(Edge(item.name, None, sign, tuple(weights), parent, excluded, cut_joints, step.both_ways))
                 parent = result[-1].key
         return result
 
     # ---- the rest ---------------------------------------------------------------------------------------------------
 
-    def _check_misplaced(self, limbs: tuple[Limb, ...], dead: dict[Piece, list[Edge]]) -> None:
+    def _check_misplaced(self, limbs: tuple[Limb, ...], open_branches: dict[RigidBody, list[Edge]]) -> None:
         """Refuse what carries load somewhere along a beam instead of at its end."""
         carrying = {edge.joint for limb in limbs for edge in limb.edges}
         loaded = {edge.joint: edge.outboard for limb in limbs for edge in limb.branches}
-        loaded.update({edge.joint: edge.outboard for edges in dead.values() for edge in edges})
+        loaded.update({edge.joint: edge.outboard for edges in open_branches.values() for edge in edges})
         for _, connection, link in self.graph.misplaced:
             if connection.name in carrying or loaded.get(connection.name):
                 beams = ", ".join(repr(beam.name) for beam in self.graph.beams_of[link])
@@ -386,24 +388,24 @@ class _Builder:
                     place.line,
                 )
 
-    def _dead_weight(self, root: Piece, edges: list[Edge], pieces: list[Piece], weights: list[str]) -> DeadWeight:
-        return DeadWeight(self.graph.links_of([root, *pieces], []), tuple(edges), tuple(weights))
+    def _attached(self, root: RigidBody, edges: list[Edge], bodies: list[RigidBody], weights: list[str]) -> AttachedBodies:
+        return AttachedBodies(self.graph.links_of([root, *bodies], []), tuple(edges), tuple(weights))
 
 
-def _chords_carried(steps: list[Step], reached_by: dict[Piece, Step]) -> dict[PieceEdge, dict[int, int]]:
-    """Return for each edge the signs of the chords' wrenches in what its outboard side puts on its inboard side.
+def _cut_joints_carried(steps: list[DirectedEdge], reached_by: dict[RigidBody, DirectedEdge]) -> dict[BodyEdge, dict[int, int]]:
+    """Return for each edge the signs of the cut joints' wrenches in what its outboard side puts on its inboard side.
 
-    A chord's wrench is what its outer side puts on its inner side: it loads what lies beyond the edges on the way to its inner
-    end, and unloads what lies beyond those on the way to its outer end.
+    A cut joint's wrench is what its outer side puts on its inner side: it loads what lies beyond the edges on the way to its
+    inner end, and unloads what lies beyond those on the way to its outer end.
     """
-    carries: dict[PieceEdge, dict[int, int]] = {step.edge: {} for step in steps}
+    carries: dict[BodyEdge, dict[int, int]] = {step.edge: {} for step in steps}
     number = 0
-    for chord in steps:
-        if chord.in_tree:
+    for cut_joint in steps:
+        if cut_joint.in_tree:
             continue
-        carries[chord.edge][number] = 1
-        for piece, sign in ((chord.inner, 1), (chord.outer, -1)):
-            step = reached_by.get(piece)
+        carries[cut_joint.edge][number] = 1
+        for body, sign in ((cut_joint.inner, 1), (cut_joint.outer, -1)):
+            step = reached_by.get(body)
             while step is not None:
                 mine = carries[step.edge]
                 mine[number] = mine.get(number, 0) + sign
@@ -414,12 +416,14 @@ def _chords_carried(steps: list[Step], reached_by: dict[Piece, Step]) -> dict[Pi
     return carries
 
 
-def _leads_to_ring(steps: list[Step], reached_by: dict[Piece, Step], carries: dict[PieceEdge, dict[int, int]]) -> set[PieceEdge]:
-    """Return the edges that carry a chord, or beyond which one that does lies."""
-    found: set[PieceEdge] = set()
+def _leads_to_ring(
+    steps: list[DirectedEdge], reached_by: dict[RigidBody, DirectedEdge], carries: dict[BodyEdge, dict[int, int]]
+) -> set[BodyEdge]:
+    """Return the edges that carry a cut joint, or beyond which one that does lies."""
+    found: set[BodyEdge] = set()
     for step in steps:
         if carries[step.edge]:
-            here: Step | None = step
+            here: DirectedEdge | None = step
             while here is not None and here.edge not in found:
                 found.add(here.edge)
                 here = reached_by.get(here.inner)

@@ -12,7 +12,7 @@ import numpy as np
 from kinetostatics.limbs.group import chord_sum
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.math.screws import move_twist
-from kinetostatics.mechanism.limbs import Part
+from kinetostatics.mechanism.limbs import LimbSegment
 from kinetostatics.printing.mappings import Named
 from kinetostatics.results.batch import Batch
 from kinetostatics.results.beam import FRACTIONS
@@ -100,7 +100,7 @@ def part_contributions(robot: Robot, batch: Batch, sources: Mapping[str, Mapping
         for name, twist in named.items()
     ]
 
-    def of_part(part: Part) -> Array:
+    def of_part(part: LimbSegment) -> Array:
         return frozen(sum((twist for key, twist in twists if key in part.keys), nothing))
 
     limbs = [limb for limb in robot.topology.limbs if len(limb.parts) > 1]

@@ -228,7 +228,7 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
             beam_of[k] = replace(beam_of[k], inner=inner)
         if k in gives:
             outer = outer + gives[k]
-        for f in np.flatnonzero(group.unit_of == element.unit) if element.unit is not None else ():
+        for f in np.flatnonzero(group.compound_of == element.compound) if element.compound is not None else ():
             outer = outer + geometry.twists[:, None, f] * turned[f]
         motions.append(outer)
         for position, limb in enumerate(group.limbs):
@@ -292,7 +292,7 @@ def _joint_motions(
             gap[chord] -= signs[k, chord] * motion
     scale = np.array([1 / group.model.length] * 3 + [1.0] * 3).reshape(6, 1, 1, 1)
     twists = geometry.twists[:, passive] * scale
-    A = (group.freedom_chords[passive].T[:, None, :, None, None] * twists).reshape(6 * M, len(passive), g, N)
+    A = (group.dof_chords[passive].T[:, None, :, None, None] * twists).reshape(6 * M, len(passive), g, N)
     left = (gap * scale[None]).reshape(6 * M, S, g, N)
     sizes = np.sqrt(np.sum(A * A, axis=0))
     sizes = np.where(sizes > 0, sizes, 1.0)

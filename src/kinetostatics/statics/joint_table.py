@@ -7,12 +7,12 @@ import numpy as np
 from kinetostatics.limbs.model import StaticModel
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import rotation_twist, translation_twist
-from kinetostatics.mechanism.limb_joints import freedoms_of, sides
+from kinetostatics.mechanism.limb_joints import joint_dofs, sides
 from kinetostatics.mechanism.limbs import Edge
 from kinetostatics.mechanism.tree import Frames
 
 
-class Branch:
+class OpenBranch:
     """A passive joint of a dead branch: it has to be in equilibrium as it stands.
 
     Attributes:
@@ -26,20 +26,20 @@ class Branch:
         connection = model.mechanism.connections[str(edge.joint)]
         self.owner, self.joint = owner, connection.name
         self.outboard = np.array([(name in edge.outboard) - (name in edge.excluded) for name in model.weights.names], dtype=float)
-        self._freedoms = [f for f in freedoms_of(model.mechanism, connection, edge.sign) if f.passive]
-        self.scale = np.array([model.length if f.rotates else 1.0 for f in self._freedoms])
+        self._dofs = [f for f in joint_dofs(model.mechanism, connection, edge.sign) if f.passive]
+        self.scale = np.array([model.length if f.rotates else 1.0 for f in self._dofs])
 
     def twists(self, frames: Frames, o: Array) -> Array:
         """Return the unit twists (6, k, N) of its freedoms about o."""
         columns = []
-        for f in self._freedoms:
+        for f in self._dofs:
             axis = frames.directions(np.array([f.body]), f.axis[:, None])[:, 0] * f.sign
             arm = frames.points(np.array([f.centre_body]), f.centre[:, None])[:, 0] - o
             columns.append(rotation_twist(axis, arm) if f.rotates else translation_twist(axis))
         return np.stack(columns, axis=1) if columns else np.zeros((6, 0, o.shape[1]))
 
 
-def dead_joints(model: StaticModel) -> tuple[Branch, ...]:
+def dead_joints(model: StaticModel) -> tuple[OpenBranch, ...]:
     """Return the passive joints of all dead branches."""
     topology = model.topology
     parts = [(limb.name, limb.branches) for limb in topology.all_limbs]
@@ -48,7 +48,7 @@ def dead_joints(model: StaticModel) -> tuple[Branch, ...]:
     for owner, edges in parts:
         for edge in edges:
             if edge.joint is not None:
-                branch = Branch(model, owner, edge)
+                branch = OpenBranch(model, owner, edge)
                 if branch.scale.size:
                     found.append(branch)
     return tuple(found)
@@ -60,8 +60,8 @@ def passive_joints(model: StaticModel, owner: str) -> list[str]:
     for limb in model.topology.all_limbs:
         for edge in limb.edges if limb.name == owner else ():
             if edge.joint is not None:
-                freedoms = freedoms_of(model.mechanism, model.mechanism.connections[edge.joint], edge.sign)
-                if any(freedom.passive for freedom in freedoms):
+                dofs = joint_dofs(model.mechanism, model.mechanism.connections[edge.joint], edge.sign)
+                if any(dof.passive for dof in dofs):
                     names.append(edge.joint)
     return names
 
@@ -93,7 +93,7 @@ class JointTable:
         self.owners = [owner for edge, _, owner in found if edge.joint is not None]
         self.chords = np.zeros((len(entries), self._first[-1]))
         for row, (edge, k) in enumerate(entries):
-            for chord, sign in edge.chords:
+            for chord, sign in edge.cut_joints:
                 self.chords[row, k + chord] = sign
         weights = model.weights.names
         self.outboard = np.array(

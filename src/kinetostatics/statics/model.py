@@ -8,7 +8,7 @@ from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.grouping import make_limb_groups
 from kinetostatics.limbs.model import StaticModel
 from kinetostatics.mechanism.tree import Frames
-from kinetostatics.statics.joint_table import Branch, JointTable, dead_joints
+from kinetostatics.statics.joint_table import JointTable, OpenBranch, dead_joints
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,7 +22,7 @@ class RobotStatics(StaticModel):
     """
 
     groups: tuple[LimbGroup, ...]
-    branches: tuple[Branch, ...]
+    branches: tuple[OpenBranch, ...]
     joint_table: JointTable
 
 

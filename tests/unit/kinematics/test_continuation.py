@@ -12,9 +12,9 @@ import kinetostatics as ks
 from kinetostatics.description import Mimic
 from kinetostatics.files.bundled import robot_path
 from kinetostatics.kinematics import continuation
-from kinetostatics.kinematics.assembly import _platform_request, actuator_names
+from kinetostatics.kinematics.assembly import _platform_coordinates, actuator_names
 from kinetostatics.kinematics.chebyshev import Cells
-from kinetostatics.kinematics.solver import Poses
+from kinetostatics.kinematics.solver import SolverState
 
 POSES = {
     "3rps": ({"z": 0.55, "rx": 0.1, "ry": -0.05}, "XYZ"),
@@ -31,21 +31,21 @@ def follow_predictors(robot, given, values, orientation=None):
     options = {"orientation": orientation} if given == "platform" else {}
     here = robot.assemble(**{given: values}, **options)
     if given == "platform":
-        request, names = _platform_request(robot, values, orientation)
+        prescribed, names = _platform_coordinates(robot, values, orientation)
     else:
-        request, names = robot.actuator_request, actuator_names(robot)
-    solver, request = robot.solver, robot.freedoms.without_idle(request)
+        prescribed, names = robot.actuator_coordinates, actuator_names(robot)
+    solver, prescribed = robot.solver, robot.mobility_analysis.without_idle_dofs(prescribed)
     target = np.array([[values[name]] for name in names])
-    poses = Poses(here.poses.x, solver.origin(request, here.poses)[1])
-    steps = solver.predictors(request, poses, target, robot.freedoms.local_freedoms(request))
+    poses = SolverState(here.poses.x, solver.origin(prescribed, here.poses)[1])
+    steps = solver.predictors(prescribed, poses, target, robot.mobility_analysis.local_dofs(prescribed))
     h = 1e-4
     for k, name in enumerate(names):
         ends = [robot.assemble(**{given: {**values, name: values[name] + s * h}}, near=here, **options) for s in (1, -1)]
         expected = (ends[0].poses.x - ends[1].poses.x) / (2 * h)
-        imposed, far = Poses(np.array(poses.x), np.array(poses.c)), np.array(target)
+        imposed, far = SolverState(np.array(poses.x), np.array(poses.c)), np.array(target)
         far[k] += h
-        solver.impose(request, imposed, far)
-        predicted = (solver.advance(request, imposed, steps[:, k] * h).x - poses.x) / h
+        solver.impose(prescribed, imposed, far)
+        predicted = (solver.advance(prescribed, imposed, steps[:, k] * h).x - poses.x) / h
         np.testing.assert_allclose(predicted, expected, rtol=0, atol=2e-3 * max(1.0, np.abs(expected).max()), err_msg=name)
 
 
@@ -76,8 +76,8 @@ def test_predictors_of_driven_loops(kind):
 def test_spins_that_matter_to_nothing_are_no_unknowns():
     """Five rods of the Delta spin by a joint of their own; the sixth is a part of the tree's way to the platform."""
     robot = ks.load_robot(robot_path("delta"))
-    request, _ = _platform_request(robot, POSES["delta"][0], None)
-    held = robot.freedoms.without_idle(request)
+    prescribed, _ = _platform_coordinates(robot, POSES["delta"][0], None)
+    held = robot.mobility_analysis.without_idle_dofs(prescribed)
     spins = {f"upper_{limb}{rod}_z" for limb in (1, 2, 3) for rod in "ab"} - {"upper_1a_z"}
     columns = {
         joint.first_v: name
@@ -85,11 +85,11 @@ def test_spins_that_matter_to_nothing_are_no_unknowns():
         for joint in robot.mechanism.tree.joints
         if joint.body == body
     }
-    assert {columns[k] for k in held.held} == spins
-    assert robot.freedoms.local_freedoms(request) == 6 and robot.freedoms.local_freedoms(held) == 1
-    assert held.size == request.size and set(robot.solver.free_columns(request)) - set(robot.solver.free_columns(held)) == set(
-        held.held
-    )
+    assert {columns[k] for k in held.fixed_dofs} == spins
+    assert robot.mobility_analysis.local_dofs(prescribed) == 6 and robot.mobility_analysis.local_dofs(held) == 1
+    assert held.size == prescribed.size and set(robot.solver.free_columns(prescribed)) - set(
+        robot.solver.free_columns(held)
+    ) == set(held.fixed_dofs)
 
 
 def test_steps_do_not_lead_across_singular_poses():
@@ -135,7 +135,7 @@ def test_polynomials_are_as_exact_as_samples_say(gaps, targets, seed):
         mine = target[:, number == box]
         predicted = cells.interpolated(values(cells.node_targets(box, mine[:, 0])), cells.local(box, mine))
         worst = max(worst, np.abs(predicted - values(mine)).max())
-    assert worst < 0.4 * cells.foreseen  # what Newton's method takes for granted
+    assert worst < 0.4 * cells.expected_step  # what Newton's method takes for granted
 
 
 def test_coordinates_that_change_nothing_need_few_nodes():
@@ -191,9 +191,9 @@ def test_smooth_maps_are_predicted_and_others_are_not(monkeypatch):
     """Where all is smooth, few poses follow their own lines; where some do not get there, what is beyond them does."""
     followed = []
 
-    def counting(solver, request, start, target, *rest):
+    def counting(solver, prescribed, start, target, *rest):
         followed.append(target.shape[1])
-        return original(solver, request, start, target, *rest)
+        return original(solver, prescribed, start, target, *rest)
 
     original = continuation.follow
     monkeypatch.setattr(continuation, "follow", counting)
