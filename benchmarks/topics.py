@@ -1,15 +1,27 @@
-"""What is measured for the page, topic by topic, and what is said about it."""
+"""What is measured for the page, topic by topic: maps beside OpenSeesPy and Pinocchio, single poses, and :mod:`scaling`."""
 
 from __future__ import annotations
 
+import subprocess
+import sys
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
+import clocks
 import grids
+import numpy as np
+import opensees_frames
+import pinocchio as pin
 import scaling
-import yardsticks
-from opensees_frames import OpenSees
-from page import Page, mebibytes, micro, report, table, times
+from page import Page, micro, report, table, times
+
+import kinetostatics as ks
+from kinetostatics.verification import worker
+from kinetostatics.verification.model import build
+from kinetostatics.verification.opensees import PENALTY, _frame, _Scale
 
 
 @dataclass(frozen=True)
@@ -42,197 +54,155 @@ TINY = Effort(200, 2, 1, ((300, 1),), 300, ("3rps", "five_bar"), ("2pru_upr",))
 WAYS = (("plain", "A, as `verify` asks it"), ("all_cases", "B, all numbers, lean"), ("one", "C, one analysis, lean"))
 WANTED = {"3rps": 150, "2pru_upr": 150, "gough_stewart": 80}
 AT_LEAST = 30
+#: A penalty in the middle of those that `kinetostatics verify` extrapolates from, and its trace of stiffness of free directions.
+LEVEL = (8 * PENALTY, 1e-11)
+
+
+# ---- OpenSees ------------------------------------------------------------------------------------------------------------
+
+
+def compare(name: str, effort: Effort, solver: opensees_frames.OpenSees) -> dict[str, Any]:
+    """Return times per pose of one robot [s].
+
+    Returns:
+        "poses" of the grid; "ours": loops closed, and all numbers of a map, and its "parts": loops, statics, arrays; "sweep": the
+        same by ``ks.sweep``; OpenSees in its :data:`WAYS`; "difference" of the twists of C and ours, largest relative.
+    """
+    robot, workspace = grids.load(name), grids.WORKSPACES[name]
+    axes = workspace.axes(effort.poses)
+    coordinates = grids.mesh(axes)
+    size = scaling.count_of(axes)
+    some = np.linspace(0, size - 1, effort.frames).astype(int)
+    poses = [grids.assemble(robot, workspace, {key: float(v.ravel()[k]) for key, v in coordinates.items()}) for k in some]
+    lean = [opensees_frames.frame_of(pose, grids.LOAD) for pose in poses]
+    models = [build(pose, np.array(grids.LOAD), opensees_frames.GRAVITY) for pose in poses]
+    plain = [_frame(model, _Scale(model)) for model in models]
+    stages: list[Any] = []
+    best = clocks.interleaved(
+        {
+            "one": lambda: [solver.solve(frame) for frame in lean],
+            "ours": lambda: stages.append(_in_stages(robot, workspace, coordinates)),
+            "all_cases": lambda: [solver.solve_all(frame) for frame in lean],
+            "sweep": lambda: grids.sweep(robot, workspace, axes),
+            "plain": lambda: [worker.solve(solver.ops, frame, *LEVEL) for frame in plain],
+        },
+        effort.repeats,
+    )
+    differences = []
+    unit = np.repeat([1.0, robot.length], 3)
+    for pose, frame in zip(poses, lean, strict=True):
+        ours = ks.analyze(pose, grids.LOAD).twist * unit
+        differences.append(float(np.linalg.norm(np.array(solver.solve(frame)[0]) * unit - ours) / np.linalg.norm(ours)))
+    found = {key: value / (size if key in ("ours", "sweep") else effort.frames) for key, value in best.items()}
+    return {**found, "poses": size, "parts": min(stages, key=sum) / size, "difference": max(differences)}
+
+
+def _in_stages(robot: ks.Robot, workspace: grids.Workspace, coordinates: Any) -> Any:
+    """Compute a map, and return what closing the loops, statics and making the arrays take [s]."""
+    at = [time.process_time()]
+    configuration = grids.assemble(robot, workspace, coordinates)
+    at.append(time.process_time())
+    result = ks.analyze(configuration, grids.LOAD)
+    at.append(time.process_time())
+    grids.map_numbers(result)
+    return np.diff([*at, time.process_time()])
 
 
 def opensees(page: Page, effort: Effort) -> None:
     """All robots beside OpenSeesPy."""
-    solver = OpenSees()
-    found = {}
+    solver = opensees_frames.OpenSees()
+    found, ratios = {}, {}
     for name in effort.robots:
-        found[name] = yardsticks.compare(name, effort.poses, effort.frames, effort.repeats, solver)
-        report(f"{name}: {micro(found[name].ours)} µs, OpenSees {micro(found[name].plain)}")
-
-    def ratio(name: str, way: str) -> float:
-        return float(getattr(found[name], way) / found[name].ours)
-
+        found[name] = item = compare(name, effort, solver)
+        ratios[name] = {way: item[way] / item["ours"] for way, _ in WAYS}
+        report(f"{name}: {micro(item['ours'])} µs, OpenSees {micro(item['plain'])}")
     way, said = WAYS[0]
     for name, wanted in WANTED.items():
         if name in found:
-            reached = ratio(name, way)
+            reached = ratios[name][way]
             page.require(f"`{name}`: times faster than OpenSeesPy, {said}", f"≥ {wanted}", times(reached), reached >= wanted)
-    low = min(found, key=lambda name: ratio(name, way))
-    short = [name for name in found if ratio(name, way) < AT_LEAST]
-    all_of_them = f"{times(ratio(low, way))} (`{low}`); {len(found) - len(short)} of {len(found)} robots reach it"
-    page.require(f"every robot: times faster than OpenSeesPy, {said}", f"≥ {AT_LEAST}", all_of_them, not short)
-    rows = []
-    for name, item in found.items():
-        parts = " + ".join(micro(part) for part in item.parts)
-        theirs = [micro(getattr(item, way)) for way, _ in WAYS]
-        ratios = [times(ratio(name, way)) for way, _ in WAYS]
-        wanted = str(WANTED.get(name, AT_LEAST))
-        own = (f"{item.poses:,}", micro(item.ours), parts, micro(item.sweep))
-        rows.append((f"`{name}`", *own, *theirs, *ratios, wanted, f"{item.difference:.0e}"))
+    low = min(found, key=lambda name: ratios[name][way])
+    enough = sum(item[way] >= AT_LEAST for item in ratios.values())
+    all_of_them = f"{times(ratios[low][way])} (`{low}`); {enough} of {len(found)} robots reach it"
+    page.require(f"every robot: times faster than OpenSeesPy, {said}", f"≥ {AT_LEAST}", all_of_them, enough == len(found))
+    rows = [
+        (
+            *(
+                f"`{name}`",
+                f"{item['poses']:,}",
+                micro(item["ours"]),
+                " + ".join(map(micro, item["parts"])),
+                micro(item["sweep"]),
+            ),
+            *(micro(item[way]) for way, _ in WAYS),
+            *map(times, ratios[name].values()),
+            *(str(WANTED.get(name, AT_LEAST)), f"{item['difference']:.0e}"),
+        )
+        for name, item in found.items()
+    ]
     head = ("robot", "poses", "map", "loops + statics + arrays", "`ks.sweep`", "A", "B", "C")
-    spans = {key: [times(pick(ratio(name, key) for name in found)) for pick in (min, max)] for key, _ in WAYS}
-    page.add(
-        "Beside OpenSeesPy",
-        OPENSEES.format(frames=effort.frames, **{key: f"{low} … {high}" for key, (low, high) in spans.items()}),
-        table((*head, "A : map", "B : map", "C : map", "wanted", "difference"), rows),
+    ranges = (sorted(item[way] for item in ratios.values()) for way, _ in WAYS)
+    spans = (
+        f"beside {letter} {times(values[0])} … {times(values[-1])} times" for letter, values in zip("ABC", ranges, strict=True)
     )
+    text = f"OpenSees solved {effort.frames} poses of each grid. A map is faster: {', '.join(spans)}."
+    page.add("opensees", table((*head, "A : map", "B : map", "C : map", "wanted", "difference"), rows), text)
 
 
-OPENSEES = """\
-Processor time per pose in microseconds. **map**: from the arrays of coordinates to everything that a map holds: loops
-closed (`robot.assemble`), `twist`, `contributions`, `stiffness`, `compliance`, `actuator_forces`, `status`, every
-limb's `intensities` and `attached_intensities`. **`ks.sweep`**: the same as a labelled Dataset in memory by one
-process, with joints' coordinates, and every pose compared with its neighbours. OpenSeesPy builds and solves {frames}
-poses of the same grid in the same process. It is told where all points are: closing the loops is not counted for it.
-It can be asked in three ways:
-
-- **A**: the frame of `kinetostatics verify` at one of its penalties, with an element for every joint of the file and
-springs in all six directions. Three analyses under the loads, the second and third of what rounding has left
-unbalanced, and two under each of six unit loads; the answer is the twist, the compliance and all forces. The matrix
-is made anew for each.
-- **B**: as fast as we could make it give the numbers of a map. The frame is lean, as if made by hand: locked drives
-are no elements, crossing hinges are one `zeroLength` with springs where it blocks, a piece has one node where it has
-one point; beams are `ElasticTimoshenkoBeam` with `beamUniform`. The matrix (`ProfileSPD`) is factorised once, for all
-loads together, six unit loads, and the weight of each limb but one; the rest follows by superposition.
-- **C**: the lean frame and one analysis, under all loads together. The answer is the twist and all forces; it has no
-compliance and no contributions, and is less than a map.
-
-What was wanted is meant for a model like A, which takes about 2 ms for the robots of the paper: a map is {plain} times
-faster. A lean model that is factorised once asks more of whoever writes it and is much faster itself: beside B a map is
-{all_cases} times faster, beside C {one} times, loops closed and contributions included.
-
-**difference** is that of the twists of C and ours, relative: what the springs of its joints give way, and rounding."""
+# ---- Pinocchio, single poses -----------------------------------------------------------------------------------------------
 
 
 def pinocchio(page: Page, effort: Effort) -> None:
-    """The 3RPS beside Pinocchio's dynamics."""
-    found = yardsticks.compare_with_pinocchio("3rps", effort.poses, 2 * effort.repeats)
-    ratio = found.ours / found.rnea
+    """The 3RPS beside Pinocchio's inverse dynamics in C++, one thread, at the poses of a grid in random order."""
+    robot, workspace = grids.load("3rps"), grids.WORKSPACES["3rps"]
+    axes = workspace.axes(effort.poses)
+    coordinates = grids.mesh(axes)
+    pose = grids.assemble(robot, workspace, coordinates)
+    q = np.asfortranarray(np.random.default_rng(0).permutation(pose.q.reshape(-1, robot.model.nq)).T)
+    rest = np.zeros((robot.model.nv, q.shape[1]), order="F")
+    tau, pool = np.zeros_like(rest), pin.ModelPool(robot.model, 1)
+    best = clocks.interleaved(
+        {
+            "`rneaInParallel`, C++, one thread": lambda: [pin.rneaInParallel(1, pool, q, rest, rest, tau) for _ in range(10)],
+            "map, its statics and arrays alone": lambda: grids.map_numbers(ks.analyze(pose, grids.LOAD)),
+            "map, loops closed": lambda: grids.whole(robot, workspace, coordinates),
+            "`ks.sweep`": lambda: grids.sweep(robot, workspace, axes),
+        },
+        2 * effort.repeats,
+    )
+    first = next(iter(best))
+    best[first] /= 10
+    ratio = best["map, loops closed"] / best[first]
     page.require("`3rps`: times the cost of Pinocchio's `rneaInParallel`", "≤ 5", times(ratio), ratio <= 5)
-    rows = [
-        ("`rneaInParallel`, C++, one thread", micro(found.rnea), "1"),
-        ("map, its statics and arrays alone", micro(found.statics), times(found.statics / found.rnea)),
-        ("map, loops closed", micro(found.ours), times(ratio)),
-        ("`ks.sweep`", micro(found.sweep), times(found.sweep / found.rnea)),
-    ]
-    text = f"""\
-{found.poses:,} poses of the 3RPS. Pinocchio computes the inverse dynamics of the model, a tree of {found.joints}
-joints with the loops cut, at the coordinates of the same poses in random order, with velocities and accelerations
-zero. What it finds are the forces of drives that hold a tree without loops and elasticity: no alternative, but what a
-compiled program needs for one pass over the bodies."""
-    page.add("Beside Pinocchio", text, table(("", "µs per pose", "times"), rows))
-
-
-def sizes(page: Page, effort: Effort) -> None:
-    """From few poses to many."""
-    found = []
-    for poses, repeats in effort.sizes:
-        found.append(scaling.measure_size("3rps", poses, repeats))
-        report(f"3rps, {found[-1].poses:,} poses: {micro(found[-1].cpu)} µs dropped, {micro(found[-1].stored_cpu)} µs stored")
-    span = f"from {found[0].poses:,} to {found[-1].poses:,} poses"
-    values = [item.cpu for item in found]
-    spread = max(values) / min(values)
-    said = f"{micro(min(values))} … {micro(max(values))} µs, {spread:.2f} times"
-    page.require(f"cost per pose of a batch {span}", "the same (≤ 1.2 times)", said, spread <= 1.2)
-    peak = found[-1].memory / scaling.GIB
-    page.require(f"memory of a map of {found[-1].poses:,} poses, stored", "< 2 GiB", f"{peak:.2f} GiB", peak < 2)
-    rows = [
-        (
-            f"{item.poses:,}",
-            *map(micro, (item.cpu, item.wall, item.stored_cpu, item.stored_wall)),
-            mebibytes(item.memory),
-            mebibytes(item.file),
-        )
-        for item in found
-    ]
-    once = (found[0].stored_cpu - found[0].cpu) * found[0].poses
-    text = f"""\
-The 3RPS; each size in a process of its own with one thread. *Dropped*: the map is computed in blocks of at most
-100,000 poses, whose numbers are not kept. *Stored*: `ks.sweep(…, out="map.nc", workers=1)`. Processor time and, less
-to be relied on, time by the clock, both in µs per pose; memory is the most that the process had in use while it
-stored, Python and libraries included. A small map has less to share: the poses that lead others are more of it, and
-making and opening a file takes {once:.2f} s in any case."""
-    head = ("poses", "dropped", "by the clock", "stored", "by the clock", "memory", "file")
-    page.add("By the number of poses", text, table(head, rows))
-
-
-def reach(page: Page, effort: Effort) -> None:
-    """Poses out of reach."""
-    found = {name: scaling.measure_reach(name, effort.poses, effort.repeats) for name in effort.edges}
-    rows = []
-    for what, before, after, part in (
-        ("corners of the grid", "outside_without", "outside", "corner"),
-        ("corners, beside a smaller grid", "inside", "outside", "corner"),
-        ("corners, beside a smaller grid, `ks.sweep`", "inside_swept", "outside_swept", "corner"),
-        ("scattered", "all_reached", "some_missing", "scattered"),
-    ):
-        more = {}
-        for name, item in found.items():
-            without, having = getattr(item, before), getattr(item, after)
-            more[name] = having / without - 1
-            share = f"{100 * getattr(item, part):.1f} %"
-            rows.append((f"`{name}`, {what}", share, micro(without), micro(having), f"{100 * more[name]:+.0f} %"))
-        said = ", ".join(f"{100 * value:+.0f} % (`{name}`)" for name, value in more.items())
-        if what != "corners, beside a smaller grid":
-            page.require(f"1 % of the poses out of reach, {what}", "< +10 % of time", said, max(more.values()) < 0.1)
-    text = """\
-Processor time in µs per pose. *Corners*: a grid whose corners are beyond the robot's reach, and the same without the
-poses out of reach. *Beside a smaller grid*: that grid, and one of equally many poses that ends shortly before the
-reach of the robot does. More poses of the larger one lie near the rim, where no polynomial predicts them and steps are
-smaller; that they are there costs more than those that are out of reach. *Scattered*: the smaller grid in random
-order, without and with 1 % of its poses far outside. `ks.sweep` has more to do: what the line from the zero pose does
-not reach it tries from neighbours, and it marks what another assembly mode reaches."""
-    page.add("Poses out of reach", text, table(("", "out of reach", "none", "some", "more"), rows))
-
-
-def cores(page: Page, effort: Effort) -> None:
-    """Threads, processes, Dask."""
-    found = scaling.measure_cores("3rps", effort.cores, max(2, effort.repeats // 2))
-    rows = [
-        (what, micro(one / found.poses), micro(two / found.poses), f"{one / two:.2f}") for what, (one, two) in found.wall.items()
-    ]
-    each = found.wall[scaling.DASK][0] / found.poses
-    hours, tasks = each * 1e9 / 3600, 2 * 1e9 / 20_000
-    on_64, on_1000, scheduling = 60 * hours / 64, 3.6 * hours, tasks * 1e-3
-    enough = 3600 * hours / scheduling
-    whole = found.bytes_per_pose * 1e9 / 1e12
-    text = f"""\
-Time by the clock in µs per pose, {found.poses:,} poses of the 3RPS where nothing else is said. The first row is a
-loop that needs nothing but a core: what it gains by the second core is what there was to be gained while this ran,
-because others use the machine too. Each call of `ks.sweep` starts its processes anew, which small maps do not pay
-for; without `workers=` it starts none for them."""
-    paper = f"""\
-**1e9 poses, on paper.** A pose has {found.bytes_per_pose:,.0f} bytes in a map, all of them {whole:.1f} TB: not to be
-stored, but to be reduced to indices where they are computed, as in the last row. With its {micro(each)} µs a pose and
-worker, chunks of 20,000 poses, and nothing to be exchanged between them, 1e9 poses take {hours:.1f} hours of one
-core, {on_64:.0f} minutes of 64, and {on_1000:.0f} seconds of 1,000 if the rest keeps up. It would not: Dask's scheduler
-needs something like a millisecond a task, which for {tasks:,.0f} tasks are {scheduling:.0f} seconds. With more than some
-{enough:.0f} cores, chunks should be larger, or several sweeps be made side by side."""
-    page.add("Cores", text, table(("", "1 worker", "2 workers", "gain"), rows), paper)
+    rows = [(what, micro(value / q.shape[1]), times(value / best[first])) for what, value in best.items()]
+    page.add("pinocchio", table(("", "µs per pose", "times"), rows), f"{q.shape[1]:,} poses.")
 
 
 def single(page: Page, effort: Effort) -> None:
-    """Single poses, and the command."""
+    """Single poses, loops closed, and the command."""
     rows = []
     for name in effort.robots[:3]:
-        found = scaling.measure_single(name, 2 * effort.repeats)
-        numbers = (found.twist, found.numbers, found.everything)
-        rows.append((f"`{name}`", *(f"{1e3 * value:.2f}" for value in numbers), f"{found.command:.2f} s"))
-    text = """\
-Processor time in milliseconds, loops closed: of the twist; of the numbers of a map; of these and the wrenches of all
-joints, bent lines and stresses of beams. And `kinetostatics analyze ROBOT` from start to end, by the clock.
-`benchmarks/speed.py` has more."""
-    page.add("Single poses", text, table(("robot", "twist", "map", "everything", "command"), rows))
+        robot, workspace = grids.load(name), grids.WORKSPACES[name]
+        at = {key: low + 0.7 * (high - low) for key, (low, high) in workspace.box.items()}
+        asked = (lambda result: result.twist, grids.map_numbers, grids.everything)
+
+        def run(ask: Callable[[ks.Result], object], robot=robot, workspace=workspace, at=at) -> None:  # type: ignore[no-untyped-def]
+            for _ in range(20):
+                ask(ks.analyze(grids.assemble(robot, workspace, at), grids.LOAD))
+
+        best = clocks.interleaved({str(k): partial(run, ask) for k, ask in enumerate(asked)}, 2 * effort.repeats)
+        command = [sys.executable, "-m", "kinetostatics", "analyze", str(grids.ROBOTS / f"{name}.urdf.xacro")]
+        call = partial(subprocess.run, command, check=True, capture_output=True)
+        whole = clocks.interleaved({"command": call}, 2 * effort.repeats, time.perf_counter)["command"]
+        rows.append((f"`{name}`", *(f"{1e3 * value / 20:.2f}" for value in best.values()), f"{whole:.2f} s"))
+    page.add("single", table(("robot", "twist", "map", "everything", "command"), rows))
 
 
 TOPICS: dict[str, Callable[[Page, Effort], None]] = {
     "opensees": opensees,
     "pinocchio": pinocchio,
-    "sizes": sizes,
-    "reach": reach,
-    "cores": cores,
+    "sizes": lambda page, effort: scaling.sizes(page, effort.sizes),
+    "reach": lambda page, effort: scaling.reach(page, effort.edges, effort.poses, effort.repeats),
+    "cores": lambda page, effort: scaling.cores(page, "3rps", effort.cores, max(2, effort.repeats // 2)),
     "single": single,
 }

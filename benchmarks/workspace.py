@@ -9,24 +9,16 @@ of ``docs/benchmarks.md``, or writes them there.
 from __future__ import annotations
 
 import argparse
+import os
 import shlex
 import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
 
-import clocks  # noqa: F401  before NumPy, whose libraries are to use one thread
-from page import Page, report, write
-from topics import FULL, QUICK, TINY, TOPICS, Effort
-
-
-def measure(effort: Effort, topics: Sequence[str], command: str) -> str:
-    """Return what comes between the markers of the page."""
-    page, started = Page(), time.time()
-    for topic in topics:
-        TOPICS[topic](page, effort)
-        report(f"{topic}: done after {time.time() - started:.0f} s")
-    return page.text(command, started)
+import clocks  # before NumPy, whose libraries are to use one thread
+from page import Page, report, table, write
+from topics import FULL, QUICK, TINY, TOPICS
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -37,12 +29,22 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--write", type=Path, metavar="PAGE", help="write the tables between the markers of this page")
     args = parser.parse_args(arguments)
     effort = TINY if args.tiny else QUICK if args.quick else FULL
-    given = sys.argv[1:] if arguments is None else arguments
-    text = measure(effort, args.only, shlex.join(["python", "benchmarks/workspace.py", *given]))
+    page, started = Page(), time.time()
+    for topic in args.only:
+        TOPICS[topic](page, effort)
+        report(f"{topic}: done after {time.time() - started:.0f} s")
+    command = shlex.join(["python", "benchmarks/workspace.py", *(sys.argv[1:] if arguments is None else arguments)])
+    facts = [
+        *clocks.machine(),
+        f"command: `{command}`, {(time.time() - started) / 60:.1f} minutes, {time.strftime('%Y-%m-%d', time.gmtime())}",
+        f"load average of the machine at the end, with all that others did on it: {os.getloadavg()[0]:.1f}",
+    ]
+    requirements = table(("", "wanted", "found", "met"), page.requirements, left=True)
+    found = {"machine": "\n".join(f"- {line}" for line in facts), "requirements": requirements, **page.topics}
     if args.write:
-        write(args.write, text)
+        write(args.write, found)
     else:
-        print(text)
+        print("\n\n".join(f"## {topic}\n\n{numbers}" for topic, numbers in found.items()))
 
 
 if __name__ == "__main__":

@@ -26,23 +26,20 @@ for name, value in kept.items():  # the other tests need not be kept to one thre
         os.environ.pop(name, None)
 
 
-def generated(path=PAGE):
-    """What stands between the markers."""
-    (found,) = re.findall(f"{page.BEGIN}\n(.*?){page.END}", path.read_text(encoding="utf-8"), re.DOTALL)
-    return found
+def numbers_of(path=PAGE):
+    """What stands between the markers of each topic."""
+    return dict(re.findall(r"<!-- (\w+): begin -->\n(.*?)<!-- \1: end -->", path.read_text(encoding="utf-8"), re.DOTALL))
 
 
-def shape(text):
-    """Titles, and heads of tables with the numbers of their columns."""
+def heads(text):
+    """Heads of tables with the numbers of their columns; how many poses were measured is another matter."""
     lines = text.splitlines()
-    heads = [above for above, below in pairwise(lines) if below.startswith("|---")]
-    return [line for line in lines if line.startswith("## ")], heads
+    return [re.sub(r"[\d,]+ poses", "poses", above) for above, below in pairwise(lines) if below.startswith("|---")]
 
 
-def rows(text, title):
+def rows(text):
     """The cells of the first table of a topic, its head left out."""
-    topic = text.split(f"## {title}\n")[1].split("\n## ")[0]
-    lines = [line for line in topic.splitlines() if line.startswith("|")]
+    lines = [line for line in text.splitlines() if line.startswith("|")]
     return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines[2:]]
 
 
@@ -50,7 +47,7 @@ def rows(text, title):
 
 
 def test_the_page_has_every_robot_and_its_ratios_are_those_of_its_times():
-    found = rows(generated(), "Beside OpenSeesPy")
+    found = rows(numbers_of()["opensees"])
     assert [row[0].strip("`") for row in found] == list(grids.WORKSPACES)
     for row in found:
         assert int(row[1].replace(",", "")) >= 20_000
@@ -61,10 +58,10 @@ def test_the_page_has_every_robot_and_its_ratios_are_those_of_its_times():
 
 
 def test_what_the_page_says_of_requirements_follows_from_its_numbers():
-    text = generated()
-    wanted = rows(text, "What was wanted, and what came of it")
+    page_numbers = numbers_of()
+    wanted = rows(page_numbers["requirements"])
     assert {row[3] for row in wanted} <= {"yes", "**no**"}
-    by_robot = {row[0].strip("`"): row for row in rows(text, "Beside OpenSeesPy")}
+    by_robot = {row[0].strip("`"): row for row in rows(page_numbers["opensees"])}
     for name, least in topics.WANTED.items():
         (row,) = [row for row in wanted if row[0].startswith(f"`{name}`") and row[0].endswith(topics.WAYS[0][1])]
         assert row[1:3] == [f"≥ {least}", by_robot[name][8]]
@@ -75,28 +72,28 @@ def test_a_small_run_writes_the_tables_of_the_page_between_its_markers(tmp_path)
     pytest.importorskip("openseespy")
     some = ["opensees", "pinocchio", "sizes"]
     copy = tmp_path / "benchmarks.md"
-    around = "# Title\n\n{}\n\nbehind\n"
-    copy.write_text(around.format(f"{page.BEGIN}\nold\n{page.END}"), encoding="utf-8")
+    copy.write_text(PAGE.read_text(encoding="utf-8"), encoding="utf-8")
     command = [sys.executable, "benchmarks/workspace.py", "--tiny", "--only", *some, "--write", str(copy)]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
     if "cannot open shared object" in done.stderr:
         pytest.skip("OpenSeesPy cannot be loaded here")
     assert done.returncode == 0, done.stderr
-    text = generated(copy)
-    assert copy.read_text(encoding="utf-8") == around.format(f"{page.BEGIN}\n{text}{page.END}")
-    titles, heads = shape(text)
-    all_titles, all_heads = shape(generated())
-    assert set(titles) < set(all_titles) and set(heads) < set(all_heads), "stale: benchmarks/workspace.py --write it"
-    assert [row[0] for row in rows(text, "Beside OpenSeesPy")] == [f"`{robot}`" for robot in topics.TINY.robots]
-    assert "command: `python benchmarks/workspace.py --tiny --only opensees" in text
-    assert not re.search(r"\b(nan|inf)\b", text)
+    before, after = numbers_of(), numbers_of(copy)
+    assert set(after) == set(before) == {*topics.TOPICS, "machine", "requirements"}
+    assert {topic for topic in after if after[topic] != before[topic]} == {*some, "machine", "requirements"}
+    assert [heads(text) for text in after.values()] == [heads(text) for text in before.values()]
+    around = [re.sub(r"begin -->.*?<!--", "", path.read_text(encoding="utf-8"), flags=re.DOTALL) for path in (PAGE, copy)]
+    assert around[0] == around[1]
+    assert [row[0] for row in rows(after["opensees"])] == [f"`{robot}`" for robot in topics.TINY.robots]
+    assert "command: `python benchmarks/workspace.py --tiny --only opensees" in after["machine"]
+    assert not re.search(r"\b(nan|inf)\b", "".join(after.values()))
 
 
 def test_a_page_without_markers_is_not_overwritten(tmp_path):
     path = tmp_path / "page.md"
     path.write_text("nothing to see\n", encoding="utf-8")
     with pytest.raises(SystemExit, match="has no markers"):
-        page.write(path, "new")
+        page.write(path, {"sizes": "new"})
     assert path.read_text(encoding="utf-8") == "nothing to see\n"
 
 

@@ -24,7 +24,6 @@ from kinetostatics.math.orientation import orientation_named
 from kinetostatics.robot import Robot, load_robot
 from kinetostatics.statics.assembly_errors import parse_misfits
 from kinetostatics.workspace import provenance
-from kinetostatics.workspace.assembling import assemble
 from kinetostatics.workspace.grid import Axis, Field, coordinate_units, read_field, split_values
 from kinetostatics.workspace.plan import Plan, Source, saying
 
@@ -166,7 +165,7 @@ def try_plan(plan: Plan, first: Robot) -> None:
     for hint in odd_coordinates(first, {**plan.held, **{axis.name: axis.values for axis in plan.axes_of("coordinate")}}):
         warnings.warn(hint, stacklevel=3)
     corner = plan.coordinates(tuple(slice(0, 1) for _ in plan.axes_of("coordinate")))
-    configuration = assemble(plan, first, corner)
+    configuration = plan.assemble(first, corner)
     analyze(configuration, frame=plan.frame, misfits=plan.misfits, on_failure="nan")
 
 

@@ -12,7 +12,6 @@ from kinetostatics.analysis import analyze
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.results.gravity_ways import force_ways, twist_ways
 from kinetostatics.status import WITHOUT_NUMBERS, Status, status_of
-from kinetostatics.workspace.assembling import assemble
 from kinetostatics.workspace.grid import Block
 from kinetostatics.workspace.plan import Combination, Plan
 from kinetostatics.workspace.schema import NO_MODE, POSES, ROBOTS, ZERO_MODE, Labels, numbered, variables
@@ -38,7 +37,7 @@ def compute_block(plan: Plan, labels: Labels, block: Block) -> dict[str, Array]:
     combinations = list(plan.combinations(block))
     parts = []
     for combination in combinations:
-        configuration = assemble(plan, plan.robot(combination), plan.coordinates(coordinates))
+        configuration = plan.assemble(plan.robot(combination), plan.coordinates(coordinates))
         parts.append(pose_numbers(plan, labels, combination, configuration, cases, coordinates))
     found = {}
     for name, item in variables(labels).items():

@@ -45,7 +45,8 @@ def lazy_block(job: Job, bounds: tuple[tuple[int, int], ...]) -> dict[str, NDArr
         here = (*(slice(k, k + 1) for k in combination), *region)
         one = (0,) * len(combination)
         q, mode = joint_state(memory, labels, here)[one], memory.read("mode", here)[one]
-        finished = finish(plan, labels, combination, cases, region, q, mode == ZERO_MODE)
+        length = float(memory.read("characteristic_length", here[: len(one)])[one])
+        finished = finish(plan, labels, combination, cases, region, q, mode == ZERO_MODE, length)
         patch(memory, plan, labels, combination, cases, region, finished, sizes)
     return memory.arrays
 

@@ -19,6 +19,8 @@ import numpy as np
 
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.exceptions import ArgumentError, RobotFileError
+from kinetostatics.kinematics.assembly import assemble
+from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array
 from kinetostatics.robot import Robot, load_robot
 from kinetostatics.workspace.grid import Axis, Block, Field, shape_of
@@ -156,6 +158,11 @@ class Plan:
         """Let this thread use a robot that is there already."""
         kept: OrderedDict[Any, Robot] = _kept.__dict__.setdefault("robots", OrderedDict())
         kept[self.identity, combination] = robot
+
+    def assemble(self, robot: Robot, values: Mapping[str, Any], near: Configuration | None = None) -> Configuration:
+        """Return the poses (N,) at coordinates, along a line from the zero pose or from ``near``."""
+        given: tuple[Any, Any, str | None] = (None, values, self.orientation) if self.kind == "platform" else (values, None, None)
+        return assemble(robot, *given, near, self.tolerance, "nan")  # whose coordinates have been warned of before
 
     # ---- what makes it this sweep and no other ----------------------------------------------------------------------
 

@@ -271,7 +271,8 @@ class _Run:
             block = (*(slice(k, k + 1) for k in combination), *region)
             q, mode = joint_state(target, self.labels, block), target.read("mode", block)
             one = (0,) * len(combination)
-            return FinishTask(combination, cases, region, q[one], mode[one] == ZERO_MODE)
+            length = float(target.read("characteristic_length", block[: len(one)])[one])
+            return FinishTask(combination, cases, region, q[one], mode[one] == ZERO_MODE, length)
 
         several = len(list(self._regions())) == 1 and len(jobs) > 1
         if crew is not None and several:

@@ -14,7 +14,7 @@ from kinetostatics.math.orientation import orientation_named
 from kinetostatics.reports.json import drive_unit, wrench_units
 from kinetostatics.results.gravity_ways import WAYS
 from kinetostatics.status import FACTS, Status
-from kinetostatics.workspace.assembly_modes.other_modes import loose_coordinates
+from kinetostatics.workspace.loose_joints import loose_coordinates
 from kinetostatics.workspace.plan import Plan
 
 if TYPE_CHECKING:

@@ -34,6 +34,7 @@ class FinishTask:
     region: Block
     q: NDArray[np.float64]
     reached: NDArray[np.bool_]
+    length: float
 
 
 Task = BlockTask | FinishTask
@@ -42,7 +43,7 @@ Task = BlockTask | FinishTask
 def perform(plan: Plan, labels: Labels, task: Task) -> dict[str, NDArray[Any]] | Finished:
     """Do a piece of work and return what comes of it."""
     if isinstance(task, FinishTask):
-        return finish(plan, labels, task.combination, task.cases, task.region, task.q, task.reached)
+        return finish(plan, labels, task.combination, task.cases, task.region, task.q, task.reached, task.length)
     numbers = compute_block(plan, labels, task.block)
     if task.path is not None:
         write_part(task.path, numbers)

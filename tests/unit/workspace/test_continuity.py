@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from kinetostatics.workspace.assembly_modes.continuity import JointScale, suspect_edges
-from kinetostatics.workspace.assembly_modes.following import Poses
+from kinetostatics.workspace.assembly_modes.repair import _Look
 
 
 def steps(*sizes):
@@ -47,9 +47,7 @@ def test_an_untilted_start_has_no_azimuth(tilt, known):
         kind="platform",
         orientation="tilt_torsion",
         robot=lambda combination: machine,
-        coordinates=lambda region: {"azimuth": np.array([0.5, 1.0]), "tilt": tilt + np.array([0.1, 0.3])},
     )
     labels = SimpleNamespace(q=[("q", "rad")] * 3, loose=[False] * 3)
-    found, far = Poses(plan, labels, None, None, np.zeros((2, 3)), np.ones(2, dtype=bool)).from_zero()
-    assert np.isnan(found["azimuth"]) == (not known) and found["tilt"] == tilt
-    np.testing.assert_allclose(far, np.array([0.25, 2.25]) + known * np.array([4.0, 1.0]), rtol=1e-6)
+    found = _Look(plan, labels, None, None, np.zeros((2, 3)), np.ones(2, dtype=bool), 1.0).zero_coordinates()
+    assert found == {"tilt": tilt, "torsion": 0.0} | ({"azimuth": 1.5} if known else {})

@@ -8,7 +8,7 @@ import kinetostatics as ks
 from kinetostatics.files.bundled import robot_path
 from kinetostatics.workspace.arguments import read_plan
 from kinetostatics.workspace.assembly_modes import repair as finishing
-from kinetostatics.workspace.assembly_modes.continuity import Edges, JointScale, connected_parts, suspect_edges
+from kinetostatics.workspace.assembly_modes.continuity import JointScale, suspect_edges
 from kinetostatics.workspace.schema import NO_MODE, OTHER_MODE, ZERO_MODE, labels_of
 
 #: orientation, load, gravity, point, frame, misfits, parameters and beams of a sweep that asks for nothing more
@@ -108,9 +108,9 @@ def looked_at():
 
 
 def look(looked_at, q, reached):
-    _, plan, labels, _ = looked_at
+    robot, plan, labels, _ = looked_at
     region = tuple(slice(0, axis.size) for axis in plan.axes)
-    return finishing.finish(plan, labels, (), (), region, q, reached)
+    return finishing.finish(plan, labels, (), (), region, q, reached, robot.length)
 
 
 def other_elbow(robot, ds, which):
@@ -180,8 +180,8 @@ def test_a_pose_between_reached_ones_is_tried_from_all_of_them(looked_at, monkey
     place = {name: ds[name].values[k] for name, k in (("x", 6), ("y", 5))}
     original = finishing._Look.follow
 
-    def follow(self, starts, targets):
-        ends, arrived = original(self, starts, targets)
+    def follow(self, starts, first, targets, steps=1):
+        ends, arrived = original(self, starts, first, targets, steps)
         here = np.all([targets[name] == value for name, value in place.items()], axis=0)
         from_there = np.all(np.abs(starts[:, : len(only)] - only) < 1e-12, axis=1)
         return ends, arrived & (~here | from_there)
@@ -194,17 +194,17 @@ def test_a_pose_between_reached_ones_is_tried_from_all_of_them(looked_at, monkey
 
 def test_the_second_look_is_written_into_files_too(looked_at, monkeypatch, tmp_path):
     """Part of the grid is not reached at first; the map in a file is the same as that in memory, and as the unspoilt one."""
-    from kinetostatics.workspace import block as compute
+    from kinetostatics.workspace.plan import Plan
 
     robot, _, _, ds = looked_at
-    original = compute.assemble
+    original = Plan.assemble
 
     def blind(plan, robot, values, near=None):
         if near is None:  # the straight line does not get to the left
             values = {**values, "x": np.where((values["x"] < -0.04) & (values["y"] > 0.3), 9.0, values["x"])}
         return original(plan, robot, values, near)
 
-    monkeypatch.setattr(compute, "assemble", blind)
+    monkeypatch.setattr(Plan, "assemble", blind)
     monkeypatch.setattr("kinetostatics.workspace.run.BLOCK", 40)
     grid = {name: ds[name].values for name in ("x", "y")}
     load = xr.DataArray(np.diag([1.0, 1, 1, 0, 0, 0])[:2] * 100, dims=("case", "component"))
@@ -276,13 +276,6 @@ def test_modes_that_cannot_be_told_apart_by_continuity_are_not_invented():
     assert list(zip(edges.first, edges.second, strict=True)) == [(19, 20)]
     wrapped = suspect_edges(np.mod(jump * 0 + 6 * t, 2 * np.pi)[:, None] * 1.0, np.ones(40, dtype=bool), scale)
     assert len(wrapped) == 0
-
-
-def test_connected_parts():
-    edges = Edges(np.array([0, 1, 5, 7, 6]), np.array([1, 2, 6, 8, 9]))
-    assert connected_parts(10, edges).tolist() == [0, 0, 0, 3, 4, 5, 5, 7, 7, 5]
-    chain = np.random.default_rng(0).permutation(1000)
-    assert np.all(connected_parts(1000, Edges(chain[:-1], chain[1:])) == 0)
 
 
 def test_nothing_is_reached_where_nothing_can_be():

@@ -9,15 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.math.arrays import Array
-
-if TYPE_CHECKING:
-    from kinetostatics.robot import Robot
 
 Single = NDArray[np.float32]
 Mask = NDArray[np.bool_]
@@ -38,12 +34,6 @@ class JointScale:
     weights: Array
     angles: Mask
 
-    @classmethod
-    def of(cls, robot: Robot, units: Sequence[str]) -> JointScale:
-        """Return the scale of a robot whose model coordinates have these units."""
-        lengths = np.array([unit == "m" for unit in units], dtype=bool)
-        return cls(np.where(lengths, 1 / robot.length, 1.0), np.array([unit == "rad" for unit in units], dtype=bool))
-
     def difference(self, first: Array, second: Array) -> Array:
         """Return the largest scaled difference (…) of two poses (…, nq) [rad]; NaN where there is none."""
         gap = (second - first) * self.weights
@@ -60,6 +50,10 @@ class Edges:
 
     def __len__(self) -> int:
         return len(self.first)
+
+    def where(self, chosen: Mask) -> Edges:
+        """Return some of them."""
+        return Edges(self.first[chosen], self.second[chosen])
 
 
 def neighbours(shape: Sequence[int]) -> Iterator[tuple[int, tuple[slice, ...], tuple[slice, ...]]]:
@@ -114,29 +108,3 @@ def _suspect(joints: Single, both: Mask, scale: JointScale) -> Mask:
     alone[1:] &= ~pair
     alone[:-1] &= ~pair
     return np.asarray(suspect & ~(alone & (step <= LARGE * usual)))
-
-
-def connected_parts(count: int, edges: Edges) -> Index:
-    """Return for each of so many poses the smallest number of a pose that edges connect it with."""
-    label = np.arange(count)
-    while True:
-        least = np.minimum(label[edges.first], label[edges.second])
-        new = label.copy()
-        np.minimum.at(new, label[edges.first], least)
-        np.minimum.at(new, label[edges.second], least)
-        new = new[new]
-        if np.array_equal(new, label):
-            return label
-        label = new
-
-
-def grid_edges(reached: Mask) -> Edges:
-    """Return all edges between reached poses."""
-    numbers = np.arange(reached.size).reshape(reached.shape)
-    firsts: list[Any] = [np.zeros(0, dtype=np.intp)]
-    seconds: list[Any] = [np.zeros(0, dtype=np.intp)]
-    for _, lower, upper in neighbours(reached.shape):
-        both = reached[lower] & reached[upper]
-        firsts.append(numbers[lower][both])
-        seconds.append(numbers[upper][both])
-    return Edges(np.concatenate(firsts), np.concatenate(seconds))

@@ -1,51 +1,15 @@
-"""What tells assembly modes apart, and poses of other modes, from which poses are tried that the zero pose's does not reach."""
+"""Poses of other modes, from which poses are tried that the zero pose's does not reach."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from kinetostatics.exceptions import KinetostaticsError
 from kinetostatics.math.arrays import Array
+from kinetostatics.robot import Robot
 from kinetostatics.status import Status
-from kinetostatics.workspace.assembling import assemble
-
-if TYPE_CHECKING:
-    from kinetostatics.robot import Robot
-    from kinetostatics.workspace.plan import Plan
-
-
-#: Coordinates that change by more than the second when all are moved by the first and the loops closed again are loose.
-MOVED, CHANGED = 0.05, 1e-5
-
-
-def loose_coordinates(plan: Plan, robot: Robot) -> tuple[bool, ...]:
-    """Return which model coordinates local freedoms change: a rod that spins between two spherical joints.
-
-    They are what a pose's coordinates leave open, at a generic pose that is left a little and closed again.
-    """
-    if not robot.mobility.local:
-        return (False,) * robot.mechanism.tree.nq
-    q = robot.model_q(robot.generic_poses)[:, 0]
-    pose = robot.configuration(q, tolerance=np.inf, on_failure="nan")
-    known = pose.platform_coordinates(plan.orientation) if plan.kind == "platform" else pose.actuators
-    names = [*plan.held, *(axis.name for axis in plan.axes_of("coordinate"))]
-    random = np.random.default_rng(6)
-    starts = q + random.uniform(-MOVED, MOVED, (32, len(q)))
-    near = robot.configuration(starts, tolerance=np.inf, on_failure="nan")
-    try:
-        found = assemble(plan, robot, {name: np.full(len(starts), float(known[name])) for name in names}, near)
-    except (KinetostaticsError, KeyError):  # somebody else will complain
-        return (False,) * robot.mechanism.tree.nq
-    ends = found.q[found.status != Status.UNREACHABLE]
-    if len(ends) < 2:
-        driven = {joint for joint in robot.description.driven}
-        model = robot.mechanism.model
-        names_of_q = [name for name, count in zip(model.names, model.nqs, strict=True) for _ in range(count)]
-        return tuple(name not in driven for name in names_of_q)
-    return tuple((np.ptp(ends, axis=0) > CHANGED).tolist())
 
 
 def open_starts(robot: Robot, units: Sequence[str], count: int, seed: int = 1) -> Array:

@@ -3,23 +3,27 @@
 The straight line from the zero pose may jump to another assembly mode where two of them come near each other, and it may leave
 the workspace although the pose belongs to it. Both show only beside their neighbours:
 
-1. Neighbours whose joints differ too much are told apart (:mod:`kinetostatics.workspace.assembly_modes.continuity`). Of the parts
-   into which the grid falls, those stay that small steps along the line from the zero pose reach; the others are taken back.
+1. Neighbours whose joints differ too much (:mod:`kinetostatics.workspace.assembly_modes.continuity`) are followed from one to the
+   other. Where that leads elsewhere, both are followed once more from the zero pose, in small steps, and so are the neighbours
+   of those that end elsewhere.
 2. From the poses that are reached their neighbours are tried, ring by ring, until nothing more is reached.
 3. Of what is left a few are tried from random starts: poses that only another mode reaches are marked.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.math.arrays import Array
-from kinetostatics.workspace.assembly_modes.continuity import Edges, connected_parts, grid_edges, neighbours
-from kinetostatics.workspace.assembly_modes.following import FINE, Poses
+from kinetostatics.robot import Robot
+from kinetostatics.status import Status
+from kinetostatics.workspace.assembly_modes.continuity import Edges, JointScale, neighbours, suspect_edges
 from kinetostatics.workspace.assembly_modes.other_modes import closed_starts, open_starts
 from kinetostatics.workspace.block import pose_numbers
 from kinetostatics.workspace.grid import Block
@@ -29,6 +33,10 @@ from kinetostatics.workspace.schema import NO_MODE, OTHER_MODE, ZERO_MODE, Label
 Mask = NDArray[np.bool_]
 Index = NDArray[np.intp]
 
+#: Small steps along the line from the zero pose, and along that from a pose to its neighbour, to tell modes apart.
+STEPS, FINE = 48, 8
+#: Two ways to one pose end alike up to so much [rad], and that part of the step between its neighbours.
+ALIKE, ALIKE_PART = 1e-5, 0.02
 #: How often poses are taken back and reached anew.
 ROUNDS = 5
 #: Poses beside reached ones that are tried first; if none of them is reached, the others are not tried.
@@ -61,7 +69,7 @@ class Finished:
 
 
 def finish(
-    plan: Plan, labels: Labels, combination: Combination, cases: Block, region: Block, q: Array, reached: Mask
+    plan: Plan, labels: Labels, combination: Combination, cases: Block, region: Block, q: Array, reached: Mask, length: float
 ) -> Finished:
     """Look at a region of the coordinate axes for one robot.
 
@@ -73,202 +81,264 @@ def finish(
         region: of the coordinate axes.
         q: (…region, nq) model coordinates as :func:`joint_state` returns them, NaN where not reached.
         reached: (…region).
+        length: the robot's characteristic length [m].
     """
-    look = _Look(plan, labels, combination, region, q, reached)
-    seen = look.glance()
-    for _ in range(ROUNDS if seen != "nothing" else 0):
+    look = _Look(plan, labels, combination, region, q, reached, length)
+    gained = look.try_some()
+    for _ in range(ROUNDS):
+        before = look.count
         wrong = look.take_back()
-        if wrong or seen == "gained":
-            look.spread(ZERO_MODE)
-        if not look.fill() and not wrong:
+        if before < reached.size or wrong:
+            look.spread(ZERO_MODE, everywhere=gained or wrong > 0)
+        if not wrong and look.count == before:
             break
     look.try_other_modes()
-    changed = np.flatnonzero((look.mode == ZERO_MODE) != reached.ravel())
-    moved = np.flatnonzero((look.mode == ZERO_MODE) & reached.ravel() & look.retracted)
-    which = np.union1d(changed, moved)
-    jumps = look.jumps() if which.size else 0
-    gained = int(np.sum((look.mode == ZERO_MODE) & ~reached.ravel()))
-    retracted = int(np.sum(look.retracted & reached.ravel()))
-    mode = look.mode.reshape(reached.shape)
-    return Finished(which, look.numbers(which, cases) if which.size else None, mode, jumps, retracted, gained)
+    there, was = look.mode == ZERO_MODE, reached.ravel()
+    which = np.flatnonzero((there != was) | (there & look.retracted))
+    return Finished(
+        which,
+        look.numbers(which, cases) if which.size else None,
+        look.mode.reshape(reached.shape),
+        look.jumps() if which.size else 0,
+        int(np.sum(look.retracted & was)),
+        int(np.sum(there & ~was)),
+    )
 
 
-class _Look(Poses):
-    """Poses, and what has been tried with them."""
+class _Look:
+    """The poses of a region of the grid by their flat numbers, and what has been tried with them.
 
-    def __init__(self, plan: Plan, labels: Labels, combination: Combination, region: Block, q: Array, reached: Mask) -> None:
-        super().__init__(plan, labels, combination, region, q, reached)
-        self.retracted = np.zeros(reached.size, dtype=bool)
-        self._source = np.full(reached.size, -1, dtype=np.intp)  # from which neighbour a pose has been reached
+    Attributes:
+        q: (N, nq) model coordinates: where the pose is reached, in whichever mode; and if some of them are loose, x, y, z of o
+            behind them, which are not.
+        mode: (N,) the mode that reaches it.
+        retracted: (N,) whether it had been reached in another mode.
+    """
+
+    def __init__(
+        self, plan: Plan, labels: Labels, combination: Combination, region: Block, q: Array, reached: Mask, length: float
+    ) -> None:
+        self.plan, self.labels, self.combination, self.region = plan, labels, combination, region
+        self.shape, size = reached.shape, reached.size
+        self.q = q.reshape(size, q.shape[-1]).copy()
+        self.mode = np.where(reached.ravel(), ZERO_MODE, NO_MODE).astype(np.int8)
+        self.retracted = np.zeros(size, dtype=bool)
+        self.nq = len(labels.q)
+        self.units = [unit for _, unit in labels.q]
+        units = np.array(self.units + ["m"] * (q.shape[-1] - self.nq))
+        distinctive = np.array([not loose for loose in labels.loose] + [True] * (len(units) - self.nq), dtype=bool)
+        self.scale = JointScale(distinctive * np.where(units == "m", 1 / length, 1.0), (units == "rad") & distinctive)
+        self._sound = np.zeros(0, dtype=np.intp)  # edges that have been followed and are as they should be
+        self._source = np.full(size, -1, dtype=np.intp)  # from which neighbour a pose has been reached
         self._seeds, self._seed_q = np.zeros(0, dtype=np.intp), np.zeros((0, q.shape[-1]))  # reached from random starts
-        self._tried = {mode: np.zeros((2 * reached.ndim, reached.size), dtype=bool) for mode in (ZERO_MODE, OTHER_MODE)}
+        self._tried = {mode: np.zeros((2 * reached.ndim, size), dtype=bool) for mode in (ZERO_MODE, OTHER_MODE)}
 
-    def glance(self) -> str:
-        """Follow suspect edges, and try poses from neighbours and from random starts: all at once, because a call is costly.
+    @property
+    def robot(self) -> Robot:
+        """The robot, which is built only when something must be followed."""
+        return self.plan.robot(self.combination)
 
-        Returns:
-            "nothing" to look at, "something", or "gained": poses are reached from neighbours.
+    @property
+    def count(self) -> int:
+        """Number of poses that are reached."""
+        return int(np.sum(self.mode == ZERO_MODE))
+
+    @cached_property
+    def values(self) -> dict[str, Array]:
+        """The given coordinates (N,) of all poses."""
+        return self.plan.coordinates(self.region)
+
+    def at(self, which: Index) -> dict[str, Array]:
+        """Return the given coordinates of some poses."""
+        return {name: array[which] for name, array in self.values.items()}
+
+    def set(self, which: Index, q: Array, mode: int, source: Index | int = -1) -> None:
+        """Say where poses are, in which mode, and from which neighbour they have been reached."""
+        self.q[which], self.mode[which], self._source[which] = q, mode, source
+        self._sound = self._sound[~np.isin(np.divmod(self._sound, self.mode.size), which).any(axis=0)]
+
+    # ---- following --------------------------------------------------------------------------------------------------
+
+    def follow(
+        self, starts: Array | None, first: Mapping[str, Array | float], targets: dict[str, Array], steps: int = 1
+    ) -> tuple[Array, Mask]:
+        """Follow straight lines in so many steps; return where they end, and whether they arrive.
+
+        Args:
+            starts: (n, nq) poses; None: the zero pose.
+            first: their coordinates.
+            targets: coordinates (n,) to be reached.
+            steps: how many.
         """
-        suspects = self.suspects()
-        left = np.flatnonzero(self.mode == NO_MODE)
-        if not left.size and not len(suspects):
-            return "nothing"
-        targets, starts, ways = self._ring(ZERO_MODE, self._tried[ZERO_MODE])
-        if targets.size > PROBES:
-            some = np.linspace(0, targets.size - 1, PROBES).astype(np.intp)
-            targets, starts, ways = targets[some], starts[some], ways[some]
-        count = int(np.clip(self.mode.size // ONE_IN, LEAST, MOST)) if left.size else 0
-        tries = np.random.default_rng(3).choice(left, count) if count else left
-        at = np.concatenate([suspects.second, targets, tries])
-        by_chance = open_starts(self.robot, self.units[: self.nq], count)
-        near = self.q[np.concatenate([suspects.first, starts]), : self.nq]
-        ends, arrived = self.follow(np.concatenate([near, by_chance]), self.at(at))
-        edges, ring, chance = np.split(np.arange(at.size), [len(suspects), len(suspects) + targets.size])
-        same = self.is_there(suspects, ends[edges], arrived[edges])
-        self.sound = suspects.first[same] * self.mode.size + suspects.second[same]
-        hit = chance[arrived[chance]]
-        self._seeds, self._seed_q = at[hit], ends[hit]
-        self._tried[ZERO_MODE][ways, targets] = True
-        hit = ring[arrived[ring]]
-        self.set(at[hit], ends[hit], ZERO_MODE)
-        self._source[at[hit]] = starts[arrived[ring]]
-        return "gained" if hit.size else "something"
+        count = len(next(iter(targets.values())))
+        q = np.full((count, self.q.shape[1]), np.nan) if starts is None else starts.copy()
+        alive = np.arange(count)
+        for left in reversed(range(steps)):
+            goal = {name: (end - (end - first[name]) * left / steps)[alive] for name, end in targets.items()}
+            near = None
+            if starts is not None or left < steps - 1:
+                near = self.robot.configuration(q[alive, : self.nq], tolerance=np.inf, on_failure="nan")
+            found = self.plan.assemble(self.robot, goal, near)
+            arrived = np.asarray(found.status != Status.UNREACHABLE)
+            alive = alive[arrived]
+            q[alive, : self.nq] = found.q[arrived]
+            if q.shape[1] > self.nq:
+                place = found.platform_coordinates(self.plan.orientation)
+                q[alive, self.nq :] = np.stack([place[name] for name in "xyz"], axis=-1)[arrived]
+            if not alive.size:
+                break
+        return q, np.isin(np.arange(count), alive)
+
+    def follow_from_zero(self, which: Index) -> tuple[Array, Mask]:
+        """Follow the straight lines from the zero pose to poses in small steps."""
+        targets, zero = self.at(which), self.zero_coordinates()
+        return self.follow(None, {name: zero.get(name, targets[name]) for name in targets}, targets, STEPS)
+
+    def zero_coordinates(self) -> dict[str, float]:
+        """Return the zero pose's coordinates, without an azimuth if it is not tilted."""
+        zero = self.robot.configuration(self.robot.model_q(self.robot.zero_poses)[:, 0], tolerance=np.inf)
+        if self.plan.kind != "platform":
+            return {name: float(value) for name, value in zero.actuators.items()}
+        found = {name: float(value) for name, value in zero.platform_coordinates(self.plan.orientation).items()}
+        if self.plan.orientation == "tilt_torsion" and abs(found["tilt"]) < 1e-9:
+            del found["azimuth"]
+        return found
 
     # ---- 1: other modes ---------------------------------------------------------------------------------------------
 
+    def suspects(self) -> Edges:
+        """Return the edges whose steps are too large."""
+        found = suspect_edges(self.q.reshape(*self.shape, -1), (self.mode == ZERO_MODE).reshape(self.shape), self.scale)
+        return found.where(~np.isin(found.first * self.mode.size + found.second, self._sound))
+
+    def examine(self, edges: Edges) -> tuple[Edges, Mask]:
+        """Follow edges, in small steps where one does not do; return those that fail, and which of them lead elsewhere."""
+        elsewhere = np.zeros(0, dtype=bool)
+        for steps in (1, FINE):
+            if len(edges):
+                ends, arrived = self.follow(self.q[edges.first], self.at(edges.first), self.at(edges.second), steps)
+                step = self.scale.difference(self.q[edges.first], self.q[edges.second])
+                same = arrived & (self.scale.difference(ends, self.q[edges.second]) < ALIKE + ALIKE_PART * step)
+                self._sound = np.append(self._sound, (edges.first * self.mode.size + edges.second)[same])
+                edges = edges.where(~same)
+                elsewhere = arrived[~same]
+        return edges, elsewhere
+
+    def jumps(self) -> int:
+        """Return the number of edges that lead to another mode."""
+        return int(self.examine(self.suspects())[1].sum())
+
     def take_back(self) -> int:
-        """Take back poses that are not in the mode of the zero pose, and return how many."""
-        suspects = self.suspects()
-        if not len(suspects):
-            return 0
-        same, elsewhere = self.examine(suspects)
-        codes = suspects.first * self.mode.size + suspects.second
-        self.sound = np.concatenate([self.sound, codes[same]])
-        if np.all(same):
-            return 0
-        size = self.mode.size
-        everything = grid_edges((self.mode == ZERO_MODE).reshape(self.shape))
-        whole = ~np.isin(everything.first * size + everything.second, codes[~same])
-        parts = connected_parts(size, Edges(everything.first[whole], everything.second[whole]))
-        reached = np.flatnonzero(self.mode == ZERO_MODE)
-        names, counts = np.unique(parts[reached], return_counts=True)
-        good = self._is_zero_mode(parts, names)
-        if not np.any(good):
-            good = counts == counts.max()
-        wrong = reached[~np.isin(parts[reached], names[good])]
-        at_odds = elsewhere & ~np.isin(suspects.first, wrong) & ~np.isin(suspects.second, wrong)
-        wrong = np.union1d(wrong, self._at_odds(Edges(suspects.first[at_odds], suspects.second[at_odds]), everything))
-        self.retracted[wrong] = True
-        self.set(wrong, self.q[wrong], OTHER_MODE)
-        # a neighbour that stays must not mislead them again; those that go may be right the next time
-        misled = (self._source[wrong] >= 0) & ~np.isin(self._source[wrong], wrong)
-        self._tried[ZERO_MODE][:, wrong[~misled]] = False
-        self._source[wrong] = -1
-        return len(wrong)
+        """Take back poses that are not in the mode of the zero pose, and return how many.
 
-    def _at_odds(self, edges: Edges, everything: Edges) -> Index:
-        """Return which ends of edges to give up that lead elsewhere although their ends are connected by other edges.
-
-        Poses on the straight line from the zero pose must be reached in small steps. A way from neighbour to neighbour may have
-        passed a singular pose: what was reached on it goes, and of two such ends that most of whose edges lead elsewhere.
+        Those on the straight line from the zero pose are followed again in small steps. A way from neighbour to neighbour may
+        have passed a singular pose: what was reached on it goes, and what was reached from there.
         """
-        size = self.mode.size
-        wrong = np.zeros(size, dtype=bool)
-        by_neighbour = self._source >= 0
-        ends = np.unique([edges.first, edges.second])
-        straight = ends[~by_neighbour[ends]]
-        if straight.size:
-            wrong[straight] = ~self.is_reached_finely(straight)
-        bad, total = (np.bincount(np.concatenate([e.first, e.second]), minlength=size) for e in (edges, everything))
-        part = bad / np.maximum(total, 1)
+        edges, elsewhere = self.examine(self.suspects())
+        if not len(edges):
+            return 0
+        wrong = np.zeros(self.mode.size, dtype=bool)
+        seen = self._source >= 0
+        ask = np.unique([edges.first, edges.second])
+        while (ask := ask[~seen[ask]]).size:
+            seen[ask] = True
+            ends, arrived = self.follow_from_zero(ask)
+            right = arrived & (self.scale.difference(ends, self.q[ask]) < ALIKE)
+            wrong[ask[~right]] = True
+            moved = arrived & ~right
+            self.set(ask[~right], self.q[ask[~right]], OTHER_MODE)
+            self.set(ask[moved], ends[moved], ZERO_MODE)
+            ask = self._beside(ask[~right])
+        from_neighbours = self._source >= 0
         for this, other in ((edges.first, edges.second), (edges.second, edges.first)):
-            undecided = by_neighbour[this] & ~wrong[other]
-            worse = ~by_neighbour[other] | (part[this] >= part[other])
-            wrong[this[undecided & worse]] = True
-        while True:  # and what was reached from there
-            more = wrong | (by_neighbour & wrong[self._source])
-            if np.array_equal(more, wrong):
-                return np.flatnonzero(wrong)
-            wrong = more
+            wrong[this[from_neighbours[this] & elsewhere & ~wrong[other]]] = True
+        while np.any(more := from_neighbours & wrong[self._source] & ~wrong):
+            wrong |= more
+        gone = np.flatnonzero(wrong & from_neighbours)
+        # a neighbour that stays must not mislead them again; those that go may be right the next time
+        self._tried[ZERO_MODE][:, gone[wrong[self._source[gone]]]] = False
+        self.set(gone, self.q[gone], OTHER_MODE)
+        self.retracted |= wrong
+        return int(wrong.sum())
 
-    def _is_zero_mode(self, parts: Index, names: Index) -> Mask:
-        """Return which parts of the grid small steps from the zero pose reach, at the pose that is nearest to it."""
-        _, distance = self.from_zero()
-        order = np.lexsort((distance, parts))
-        order = order[self.mode[order] == ZERO_MODE]
-        nearest = order[np.searchsorted(parts[order], names)]
-        return self.is_reached_finely(nearest)
+    def _beside(self, which: Index) -> Index:
+        """Return the reached poses beside some."""
+        there, found = np.zeros(self.shape, dtype=bool), np.zeros(self.shape, dtype=bool)
+        there.ravel()[which] = True
+        for _, lower, upper in neighbours(self.shape):
+            found[lower] |= there[upper]
+            found[upper] |= there[lower]
+        return np.flatnonzero(found.ravel() & (self.mode == ZERO_MODE))
 
     # ---- 2: from neighbour to neighbour -----------------------------------------------------------------------------
 
-    def spread(self, mode: int) -> None:
-        """Reach neighbours of the poses in a mode, ring by ring, and their neighbours; each from each of them once at most."""
-        tried = self._tried[mode]
-        while True:
-            targets, starts, ways = self._ring(mode, tried)
-            if not targets.size:
-                return
-            tried[ways, targets] = True
-            ends, arrived = np.empty((targets.size, self.q.shape[1])), np.zeros(targets.size, dtype=bool)
+    def try_some(self) -> bool:
+        """Try some poses from neighbours, and some from random starts; return whether any is reached from a neighbour.
+
+        All at once, because a call is costly.
+        """
+        left = np.flatnonzero(self.mode == NO_MODE)
+        if not left.size:
+            return False
+        targets, starts, ways = self._ring(ZERO_MODE)
+        if targets.size > PROBES:
+            some = np.linspace(0, targets.size - 1, PROBES).astype(np.intp)
+            targets, starts, ways = targets[some], starts[some], ways[some]
+        count = int(np.clip(self.mode.size // ONE_IN, LEAST, MOST))
+        at = np.concatenate([targets, np.random.default_rng(3).choice(left, count)])
+        by_chance = self._padded(open_starts(self.robot, self.units, count))
+        ends, arrived = self.follow(np.concatenate([self.q[starts], by_chance]), self.at(at), self.at(at))
+        self._tried[ZERO_MODE][ways, targets] = True
+        hit = np.flatnonzero(arrived[: targets.size])
+        self.set(at[hit], ends[hit], ZERO_MODE, starts[hit])
+        hit = np.flatnonzero(arrived[targets.size :]) + targets.size
+        self._seeds, self._seed_q = at[hit], ends[hit]
+        return bool(np.any(arrived[: targets.size]))
+
+    def _padded(self, starts: Array) -> Array:
+        """Return model coordinates (n, nq) with places for what stands behind them in :attr:`q`."""
+        return np.pad(starts, ((0, 0), (0, self.q.shape[1] - self.nq)))
+
+    def spread(self, mode: int, everywhere: bool = True) -> None:
+        """Reach neighbours of the poses in a mode, ring by ring, and their neighbours; each from each of them once at most.
+
+        ``everywhere`` False: only those between two that are reached. That such a pose is out of reach is so unlikely that one
+        failure does not prove it.
+        """
+        while (ring := self._ring(mode, everywhere))[0].size:
+            targets, starts, ways = ring
+            self._tried[mode][ways, targets] = True
             for steps, mine in ((1, ~self.retracted[targets]), (FINE, self.retracted[targets])):
                 if np.any(mine):
-                    first, goal = self.at(starts[mine]), self.at(targets[mine])
-                    ends[mine], arrived[mine] = self.follow_finely(self.q[starts[mine]], first, goal, steps)
-            if not np.any(arrived):
-                return
-            self.set(targets[arrived], ends[arrived], mode)
-            self._source[targets[arrived]] = starts[arrived]
+                    to, by = targets[mine], starts[mine]
+                    ends, arrived = self.follow(self.q[by], self.at(by), self.at(to), steps)
+                    self.set(to[arrived], ends[arrived], mode, by[arrived])
 
-    def fill(self) -> int:
-        """Reach poses between two that are reached, from any of their neighbours, and return how many.
-
-        That such a pose is out of reach is so unlikely that one failure does not prove it.
-        """
-        before = int(np.sum(self.mode == ZERO_MODE))
-        tried = self._tried[ZERO_MODE]
-        while True:
-            targets, starts, ways = self._ring(ZERO_MODE, tried, between=True)
-            if not targets.size:
-                return int(np.sum(self.mode == ZERO_MODE)) - before
-            tried[ways, targets] = True
-            ends, arrived = self.follow_finely(self.q[starts], self.at(starts), self.at(targets), 1)
-            self.set(targets[arrived], ends[arrived], ZERO_MODE)
-            self._source[targets[arrived]] = starts[arrived]
-
-    def _ring(self, mode: int, tried: Mask, between: bool = False) -> tuple[Index, Index, Index]:
+    def _ring(self, mode: int, everywhere: bool = True) -> tuple[Index, Index, Index]:
         """Return poses beside those in a mode, for each a neighbour in it, and which of its neighbours that is.
 
-        A pose that could not be reached from one of its neighbours is tried again only from those that have been reached since;
-        ``between``: only those between two that are in the mode, from all their neighbours.
+        A pose that could not be reached from one of its neighbours is tried again only from those that have been reached since,
+        and one between two that are in the mode from all its neighbours.
         """
         numbers = np.arange(self.mode.size).reshape(self.shape)
         start = np.full(self.mode.size, -1, dtype=np.intp)
         way = np.zeros(self.mode.size, dtype=np.intp)
         # poses in another mode are tried for the zero mode too
         wanted = self.mode == NO_MODE if mode == OTHER_MODE else self.mode != ZERO_MODE
-        new = self._source >= 0
-        first = self.retracted | ~np.any(tried, axis=0)
-        if between:
-            first = self._between(mode)
-            wanted &= first & ~self.retracted
+        new, tried, there = self._source >= 0, self._tried[mode], self.mode == mode
+        between = np.zeros(self.mode.size, dtype=bool)
+        if mode == ZERO_MODE:
+            for _, lower, upper in neighbours(self.shape):
+                between[numbers[upper][lower]] |= there[numbers[lower][lower]] & there[numbers[upper][upper]]
+        again = between | self.retracted | ~np.any(tried, axis=0) if everywhere else between
         for axis, lower, upper in neighbours(self.shape):
             for side, (to, by) in enumerate(((upper, lower), (lower, upper))):
                 target, source, k = numbers[to].ravel(), numbers[by].ravel(), 2 * axis + side
-                fit = wanted[target] & (self.mode[source] == mode) & ~tried[k, target] & (start[target] < 0)
-                fit &= new[source] | first[target]
+                fit = wanted[target] & there[source] & ~tried[k, target] & (start[target] < 0)
+                fit &= again[target] | (new[source] & everywhere)
                 start[target[fit]], way[target[fit]] = source[fit], k
         targets = np.flatnonzero(start >= 0)
         return targets, start[targets], way[targets]
-
-    def _between(self, mode: int) -> Mask:
-        """Return which poses have a neighbour in a mode on both sides, along one of the axes."""
-        there = (self.mode == mode).reshape(self.shape)
-        found = np.zeros(self.shape, dtype=bool)
-        for _, lower, upper in neighbours(self.shape):
-            before, after = np.zeros((2, *self.shape), dtype=bool)
-            before[upper], after[lower] = there[lower], there[upper]
-            found |= before & after
-        return found.ravel()
 
     # ---- 3: what only other modes reach -----------------------------------------------------------------------------
 
@@ -279,12 +349,11 @@ class _Look(Poses):
         self.set(self._seeds[mine], self._seed_q[mine], OTHER_MODE)
         if left.size > MUCH * self.mode.size and not np.any(self.mode == OTHER_MODE):
             count = min(left.size, SEARCH)
-            random = np.random.default_rng(4)
-            starts = open_starts(self.robot, self.units[: self.nq], count, seed=5)
+            starts = open_starts(self.robot, self.units, count, seed=5)
             if self.plan.kind == "platform":
                 starts = np.concatenate([starts, closed_starts(self.robot, count, self.plan.tolerance)])
-            targets = random.choice(left, len(starts))
-            ends, arrived = self.follow(starts, self.at(targets))
+            targets = np.random.default_rng(4).choice(left, len(starts))
+            ends, arrived = self.follow(self._padded(starts), self.at(targets), self.at(targets))
             self.set(targets[arrived], ends[arrived], OTHER_MODE)
         if np.any(self.mode == OTHER_MODE):
             self.spread(OTHER_MODE)
@@ -293,10 +362,8 @@ class _Look(Poses):
 
     def numbers(self, which: Index, cases: Block) -> dict[str, NDArray[Any]]:
         """Return the variables of poses, as they are now."""
-        plan = self.plan
         q = np.where((self.mode[which] == ZERO_MODE)[:, None], self.q[which, : self.nq], np.nan)
         with np.errstate(invalid="ignore"):
-            configuration = self.robot.configuration(q, tolerance=plan.tolerance, on_failure="nan")
-            found = pose_numbers(plan, self.labels, self.combination, configuration, cases, self.region, which)
-        found["mode"] = self.mode[which]
-        return found
+            configuration = self.robot.configuration(q, tolerance=self.plan.tolerance, on_failure="nan")
+            found = pose_numbers(self.plan, self.labels, self.combination, configuration, cases, self.region, which)
+        return {**found, "mode": self.mode[which]}
