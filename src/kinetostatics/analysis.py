@@ -21,7 +21,7 @@ from kinetostatics.math.screws import describe_twist
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot, robot_of
-from kinetostatics.statics.assembly_errors import Misfits, parse_misfits
+from kinetostatics.statics.assembly_errors import AssemblyErrors, parse_assembly_errors
 from kinetostatics.statics.joint_table import passive_joints
 from kinetostatics.statics.limb_ranks import groups_of_poses
 from kinetostatics.statics.model import RobotStatics
@@ -83,7 +83,7 @@ def analyze(
     wrench, field = _vector("load", load, 6), _vector("gravity", gravity, 3)
     arm = None if point is None else _vector("point", point, 3)
     robot = robot_of(configuration)
-    errors = None if misfits is None else parse_misfits(robot.statics, misfits)
+    errors = None if misfits is None else parse_assembly_errors(robot.statics, misfits)
     arrays = [wrench, field] + ([arm] if arm is not None else []) + ([] if errors is None else errors.arrays())
     try:
         shape = np.broadcast_shapes(configuration.shape, *(array.shape[:-1] for array in arrays))
@@ -118,9 +118,11 @@ def analyze(
     return result
 
 
-def _solutions(robot: RobotStatics, frames: Frames, load: Array, gravity: Array, misfits: Misfits | None) -> list[Solution]:
+def _solutions(
+    robot: RobotStatics, frames: Frames, load: Array, gravity: Array, assembly_errors: AssemblyErrors | None
+) -> list[Solution]:
     """Solve the poses of a chunk; apart and in their order those at which a limb is not what it is elsewhere."""
-    whole = solve(robot, frames, load, gravity, misfits)
+    whole = solve(robot, frames, load, gravity, assembly_errors)
     special = groups_of_poses(robot, frames, whole.o, whole.statics)
     if not special:
         return [whole]
@@ -129,7 +131,7 @@ def _solutions(robot: RobotStatics, frames: Frames, load: Array, gravity: Array,
     for first, last in itertools.pairwise(ends):
         at = slice(first, last)
         here = Frames(frames.rotation[..., at], frames.position[..., at])
-        off = None if misfits is None else misfits.map(lambda array: array[:, at])  # noqa: B023
+        off = None if assembly_errors is None else assembly_errors.map(lambda array: array[:, at])  # noqa: B023
         found.append(solve(robot, here, load[:, at], gravity[:, at], off, special.get(first)))
     return found
 
@@ -172,8 +174,8 @@ def _complain(robot: Robot, solution: Solution) -> None:
                 joints,
             )
     contradictory = np.any(np.isnan(solution.twists[:, -1]), axis=0) & ~solution.singular
-    if solution.misfits is not None and np.any(contradictory):
-        names = ", ".join(sorted(solution.misfits.names))
+    if solution.assembly_errors is not None and np.any(contradictory):
+        names = ", ".join(sorted(solution.assembly_errors.names))
         raise StaticsError(
             f"the misfits of {names} contradict one another in rigid parts, which cannot give way: give those parts some "
             "elasticity (<beam>, <joint_stiffness>)"

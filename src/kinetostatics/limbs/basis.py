@@ -13,7 +13,7 @@ class Candidate:
         direction: ``("limb", k)``: the limb's axis x, y or z; ``("beam", b)``: along its b-th beam, through whose outer end a
             force passes; ``("axis", f)``: that of its f-th freedom; ``("cross", f, h)``: across two of them;
             ``("cross_limb", f, k)``; ``("to", u)``: towards the centre of its u-th joint; ``("meets", f, h)``: so that the axes
-            of two freedoms are met; ``("rest", s)``: no direction but the s-th seed, see ``Basis``.
+            of two freedoms are met; ``("complement", s)``: no direction but the s-th seed, see ``Basis``.
         centre: the joint whose centre the force passes through, or two freedoms in whose axes' common point it acts; None for a
             couple.
         label: for people.

@@ -66,8 +66,8 @@ def _columns(
     """Return the wrenches (6, g, N) of candidates, completed by ones reciprocal to ``twists`` and independent of ``known``."""
     scale = _scale(group)
     length = group.model.length
-    found = [wrench_of(candidate, geometry, length) for candidate in part if candidate.direction[0] != "rest"]
-    seeds = [int(c.direction[1]) for c in part if c.direction[0] == "rest"]
+    found = [wrench_of(candidate, geometry, length) for candidate in part if candidate.direction[0] != "complement"]
+    seeds = [int(c.direction[1]) for c in part if c.direction[0] == "complement"]
     if seeds:
         spanned = [twist / scale for twist in twists] + [w * scale for w in (*known, *found)]
         found += [w / scale for w in _complete(spanned, _seeds(geometry, length) * scale[:, None], seeds)]
@@ -108,7 +108,7 @@ def _replace(
 
 
 def choose_basis(group: LimbGroup, geometry: LimbGeometry, generic: int) -> Basis:
-    """Choose ranks and readable wrenches; for a group of one limb, whose plan is known.
+    """Choose ranks and readable wrenches; for a group of one limb, whose order of elimination is known.
 
     Args:
         group: the limb.
@@ -123,8 +123,8 @@ def choose_basis(group: LimbGroup, geometry: LimbGeometry, generic: int) -> Basi
     mine = allowed[:, :, 0] / _scale(group)
     rank, gap = _rank_over_poses(mine[:, :, :generic], tolerance)
     carried_rank, _ = _rank_over_poses(twists[:, group.platform_joint, :generic], tolerance)
-    if group.plan is not None:
-        rank = 6 - len(group.plan.platform)
+    if group.elimination is not None:
+        rank = 6 - len(group.elimination.platform)
     n_c = 6 - rank
     independent = tuple(_independent(mine[:, :, :generic], range(mine.shape[1]), rank))
     carried = tuple(_independent(twists[:, :, :generic], np.flatnonzero(group.platform_joint), carried_rank))
@@ -149,9 +149,11 @@ def allowed_twists(group: LimbGroup, geometry: LimbGeometry) -> Array:
     """Return twists (6, k, g, N) about o that span what the limbs allow the platform to do."""
     if group.is_serial:
         return geometry.twists[:, group.passive]
-    assert group.plan is not None
+    assert group.elimination is not None
     A = group.joint_equations(geometry)
-    found = force_method.distribute(group.plan, A, group.joint_pattern, group.platform_sum, np.zeros((A.shape[0], *A.shape[2:])))
+    found = force_method.distribute(
+        group.elimination, A, group.joint_pattern, group.platform_sum, np.zeros((A.shape[0], *A.shape[2:]))
+    )
     return found.allowed / group.twist_scale
 
 
@@ -191,11 +193,11 @@ class _Choice:
                 column = normalize(wrench_of(candidate, self.geometry, length, MARGIN)[:, 0] * scale[:, 0])
                 power = np.einsum("kin,kn->in", reciprocal_to[:, :, judged], column[:, judged])
                 if float(np.abs(power).max(initial=0.0)) < allowed and _least_singular_value([*taken, column], judged) > MARGIN:
-                    chosen.append(_told_apart(candidate, chosen))
+                    chosen.append(_with_own_label(candidate, chosen))
                     taken.append(column)
             seeds = (_seeds(self.geometry, length) * scale[:, None])[:, :, 0]
             ordinary = judged[judged >= self.generic]  # which are the same however the robot's file is written
-            return (*chosen, *_rest(spanned + taken, seeds, count - len(chosen), ordinary if ordinary.size else judged))
+            return (*chosen, *_complement(spanned + taken, seeds, count - len(chosen), ordinary if ordinary.size else judged))
 
     def _regular(self, spanned: list[Array], taken: list[Array]) -> Index:
         """Return the generic poses, and the ordinary ones at which the limb is not singular: no basis is sound at those."""
@@ -205,7 +207,7 @@ class _Choice:
         return poses[(poses < self.generic) | sound]
 
 
-def _told_apart(candidate: Candidate, others: list[Candidate]) -> Candidate:
+def _with_own_label(candidate: Candidate, others: list[Candidate]) -> Candidate:
     """Return a candidate with a label that none of the others has."""
     same = sum(other.label == candidate.label or other.label.startswith(f"{candidate.label} (") for other in others)
     return replace(candidate, label=f"{candidate.label} ({same + 1})") if same else candidate
@@ -263,7 +265,7 @@ def _complete(spanned: list[Array], seeds: Array, chosen: Sequence[int]) -> list
     return basis[len(spanned) :]
 
 
-def _rest(spanned: list[Array], seeds: Array, count: int, judged: Index) -> list[Candidate]:
+def _complement(spanned: list[Array], seeds: Array, count: int, judged: Index) -> list[Candidate]:
     """Choose ``count`` seeds whose completion of ``spanned`` is best conditioned at the poses ``judged``."""
     chosen: list[int] = []
     for number in range(count):
@@ -276,7 +278,7 @@ def _rest(spanned: list[Array], seeds: Array, count: int, judged: Index) -> list
         if not sizes:
             raise StaticsError(f"no complementary wrench number {number + 1} can be found")
         chosen.append(list(sizes)[first_largest(list(sizes.values()))])
-    return [Candidate(("rest", seed), None, f"complementary wrench {k}") for k, seed in enumerate(chosen, 1)]
+    return [Candidate(("complement", seed), None, f"complementary wrench {k}") for k, seed in enumerate(chosen, 1)]
 
 
 def _rank_over_poses(columns: Array, tolerance: float) -> tuple[int, float]:

@@ -85,14 +85,14 @@ def spring_twist(group: LimbGroup, spring: int, wrench: Array) -> Array:
     )
 
 
-def misfit_strains(group: LimbGroup, columns: Array, misfit: Array | None) -> Array:
+def assembly_error_strains(group: LimbGroup, columns: Array, assembly_error: Array | None) -> Array:
     """Return what misfits (6, elements, g, N) about o do along chord wrenches (M, 6, n, g, N): (n, g, N) [m or rad]."""
-    if misfit is None:
+    if assembly_error is None:
         return np.broadcast_to(0.0, columns.shape[2:])
     error: Array = np.zeros(columns.shape[2:])
-    for k in range(misfit.shape[1]):
-        if error.size and np.any(misfit[:, k]):
-            error += np.einsum("in...,i...->n...", chord_sum(group.element_chords[k], columns), misfit[:, k])
+    for k in range(assembly_error.shape[1]):
+        if error.size and np.any(assembly_error[:, k]):
+            error += np.einsum("in...,i...->n...", chord_sum(group.element_chords[k], columns), assembly_error[:, k])
     return error
 
 

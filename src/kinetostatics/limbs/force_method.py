@@ -22,12 +22,12 @@ from kinetostatics.math.ordering import first_largest
 
 #: Pivots below this are not trusted; the pose is then solved by singular values.
 _SMALL_PIVOT = 1e-6
-#: A plan is good enough for another limb if its pivots there are not smaller than this.
+#: An elimination order is good enough for another limb if its pivots there are not smaller than this.
 _GOOD_PIVOT = 1e-3
 
 
 @dataclass(frozen=True)
-class Plan:
+class EliminationOrder:
     """Pivots (row, column) of the elimination, fixed once per limb.
 
     Attributes:
@@ -60,7 +60,7 @@ class Distribution:
     doubtful: NDArray[np.bool_]
 
 
-def make_plan(A: Array, P: Array, tolerance: float) -> Plan:
+def elimination_order(A: Array, P: Array, tolerance: float) -> EliminationOrder:
     """Choose pivots at generic poses.
 
     Args:
@@ -74,22 +74,22 @@ def make_plan(A: Array, P: Array, tolerance: float) -> Plan:
     joints = _pivots(M, range(k), rank, [])
     platform = _pivots(M, range(k, k + 6), felt, [column for _, column in joints])
     used = {column for _, column in (*joints, *platform)}
-    return Plan(tuple(joints), tuple(platform), tuple(column for column in range(A.shape[1]) if column not in used))
+    return EliminationOrder(tuple(joints), tuple(platform), tuple(column for column in range(A.shape[1]) if column not in used))
 
 
-def suits(plan: Plan, A: Array, P: Array, tolerance: float) -> bool:
-    """Whether a plan made for one limb is good for another at the same generic poses."""
-    if ranks(A, P, tolerance) != (len(plan.joints), len(plan.platform)):
+def suits(elimination: EliminationOrder, A: Array, P: Array, tolerance: float) -> bool:
+    """Whether an elimination order made for one limb is good for another at the same generic poses."""
+    if ranks(A, P, tolerance) != (len(elimination.joints), len(elimination.platform)):
         return False
     M = _stacked(A, P)
-    return float(np.min(_eliminate(M, (*plan.joints, *plan.platform)), initial=1.0)) > _GOOD_PIVOT
+    return float(np.min(_eliminate(M, (*elimination.joints, *elimination.platform)), initial=1.0)) > _GOOD_PIVOT
 
 
-def distribute(plan: Plan, A: Array, filled: NDArray[np.bool_], P: Array, demand: Array) -> Distribution:
+def distribute(elimination: EliminationOrder, A: Array, filled: NDArray[np.bool_], P: Array, demand: Array) -> Distribution:
     """Solve A X = −demand, P X = w for every wrench w that the limb can carry.
 
     Args:
-        plan: the pivots.
+        elimination: the pivots.
         A: (k, n, g, N) the joints' equations.
         filled: (k, n) which of their coefficients are not zero everywhere.
         P: (6, n) sums over the platform's chords.
@@ -104,32 +104,32 @@ def distribute(plan: Plan, A: Array, filled: NDArray[np.bool_], P: Array, demand
     pattern = np.zeros((k + 6, n + 7), dtype=bool)
     pattern[:k, :n], pattern[:k, n], pattern[k:, :n] = filled, True, P != 0
     pattern[range(k, k + 6), range(n + 1, n + 7)] = True
-    smallest = _eliminate(M, plan.joints, pattern)
+    smallest = _eliminate(M, elimination.joints, pattern)
     M[k:, n], pattern[k:, n] = 0, False  # the particular solution leaves the free columns alone
-    smallest = np.minimum(smallest, _eliminate(M, plan.platform, pattern))
-    pivots = (*plan.joints, *plan.platform)
+    smallest = np.minimum(smallest, _eliminate(M, elimination.platform, pattern))
+    pivots = (*elimination.joints, *elimination.platform)
     rows, columns = [row for row, _ in pivots], [column for _, column in pivots]
     solved = np.zeros((n, 7, *batch))
     solved[columns] = M[rows, n:]
-    self_stress = np.zeros((n, len(plan.free), *batch))
-    self_stress[columns] = -M[np.ix_(rows, plan.free)]
-    self_stress[list(plan.free), range(len(plan.free))] = 1
-    taken = {row for row, _ in plan.platform}
+    self_stress = np.zeros((n, len(elimination.free), *batch))
+    self_stress[columns] = -M[np.ix_(rows, elimination.free)]
+    self_stress[list(elimination.free), range(len(elimination.free))] = 1
+    taken = {row for row, _ in elimination.platform}
     allowed = M[[row for row in range(k, k + 6) if row not in taken], n + 1 :].swapaxes(0, 1)
     with np.errstate(invalid="ignore", divide="ignore"):
         allowed = allowed / np.sqrt(np.sum(allowed * allowed, axis=0))
     bad = ~(smallest > _SMALL_PIVOT)
     result = Distribution(solved[:, 0], solved[:, 1:], self_stress, allowed, bad)
     for limb, pose in np.argwhere(bad).tolist():
-        _by_singular_values(plan, limb, pose, A, P, demand, result)
+        _by_singular_values(elimination, limb, pose, A, P, demand, result)
     return result
 
 
-def remainder(plan: Plan, A: Array, demand: Array, particular: Array) -> Array:
+def remainder(elimination: EliminationOrder, A: Array, demand: Array, particular: Array) -> Array:
     """Return what no chord wrenches can balance of the demand (k, g, N): the part of it that is across the columns of A.
 
     Args:
-        plan: the pivots, of which the rank is taken.
+        elimination: the pivots, of which the rank is taken.
         A: (k, n, g, N) the joints' equations.
         demand: (k, g, N) what the weights put on the passive freedoms.
         particular: (n, g, N) the solution by elimination, which leaves nothing where the equations agree. Where they do not,
@@ -139,7 +139,7 @@ def remainder(plan: Plan, A: Array, demand: Array, particular: Array) -> Array:
     where = np.max(np.abs(left), axis=0, initial=0.0) > 1e-10 * np.max(np.abs(demand), axis=0, initial=0.0)
     where &= np.all(np.isfinite(A), axis=(0, 1))
     if np.any(where):
-        images = np.linalg.svd(np.moveaxis(A[..., where], 2, 0), full_matrices=False)[0][:, :, : len(plan.joints)]
+        images = np.linalg.svd(np.moveaxis(A[..., where], 2, 0), full_matrices=False)[0][:, :, : len(elimination.joints)]
         wanted = demand[:, where].T[..., None]
         left[:, where] = (wanted - images @ (np.swapaxes(images, 1, 2) @ wanted))[..., 0].T
     return left
@@ -191,12 +191,14 @@ def _pivots(M: Array, rows: range, count: int, used: list[int]) -> list[tuple[in
     return chosen
 
 
-def _by_singular_values(plan: Plan, limb: int, pose: int, A: Array, P: Array, demand: Array, result: Distribution) -> None:
+def _by_singular_values(
+    elimination: EliminationOrder, limb: int, pose: int, A: Array, P: Array, demand: Array, result: Distribution
+) -> None:
     """Put the solution at one limb and pose, where the pivots fail, found by singular values, into ``result``."""
     one = A[..., limb, pose]
     if not np.all(np.isfinite(one)):
         return
-    rank, felt = len(plan.joints), len(plan.platform)
+    rank, felt = len(elimination.joints), len(elimination.platform)
     U, values, V = np.linalg.svd(one, full_matrices=True)
     inverse = np.where(values[:rank] > 0, 1 / np.maximum(values[:rank], 1e-300), 0.0)
     N = canonical_basis(V[rank:].T)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.limbs.basis import Basis
-from kinetostatics.limbs.force_method import Plan
+from kinetostatics.limbs.force_method import EliminationOrder
 from kinetostatics.limbs.geometry import LimbGeometry, LimbSkeleton
 from kinetostatics.limbs.model import StaticModel
 from kinetostatics.math.arrays import Array
@@ -46,7 +46,7 @@ class LimbGroup:
     Decided once, at generic poses (:mod:`kinetostatics.limbs.grouping`):
 
     Attributes:
-        plan: how the chord wrenches of a limb that is not serial are found.
+        elimination: how the chord wrenches of a limb that is not serial are found.
         basis: the readable wrenches, alike for all but for their labels.
         labels, attached_labels: names of the columns of J_ic and J_ig, for each limb.
         rigid_directions: along how many combinations of its constraint wrenches the limb is rigid.
@@ -54,7 +54,7 @@ class LimbGroup:
             (:mod:`kinetostatics.statics.limb_ranks`).
     """
 
-    plan: Plan | None = None
+    elimination: EliminationOrder | None = None
     basis: Basis
     labels: list[tuple[str, ...]]
     attached_labels: list[tuple[str, ...]]
@@ -103,10 +103,10 @@ class LimbGroup:
         self._outboard_of_passive = self._outboard(freedom_edges)[:, self.passive]
         self._outboard_of_beams, self._outboard_of_springs = self._outboard(beam_edges), self._outboard(spring_edges)
 
-    def decided(self, plan: Plan | None, bases: Sequence[Basis] = (), rigid_directions: int = 0) -> LimbGroup:
+    def decided(self, elimination: EliminationOrder | None, bases: Sequence[Basis] = (), rigid_directions: int = 0) -> LimbGroup:
         """Return the same limbs with what is decided about them once, at generic poses; ``bases`` are those of every limb."""
         group = copy.copy(self)
-        group.plan, group.rigid_directions = plan, rigid_directions
+        group.elimination, group.rigid_directions = elimination, rigid_directions
         if bases:
             group.basis = bases[0]
             group.labels = [tuple(c.label for c in basis.constraint) for basis in bases]
@@ -115,7 +115,7 @@ class LimbGroup:
 
     def alone(self, position: int) -> LimbGroup:
         """Return one of the limbs as a group of its own, with what is decided about it."""
-        group = LimbGroup(self.model, [self.numbers[position]]).decided(self.plan, (), self.rigid_directions)
+        group = LimbGroup(self.model, [self.numbers[position]]).decided(self.elimination, (), self.rigid_directions)
         group.basis, group.labels = self.basis, [self.labels[position]]
         group.attached_labels = [self.attached_labels[position]]
         return group
@@ -240,7 +240,7 @@ class LimbGroup:
         """What powers on passive freedoms are divided by (passive freedoms, 1, 1, 1) to be comparable: 1, or the length [m]."""
         return np.where(self.rotates[self.passive], self.model.length, 1.0).reshape(-1, 1, 1, 1)
 
-    def felt(self, chords: Array) -> Array:
+    def platform_wrench(self, chords: Array) -> Array:
         """Return what the platform puts on the limb (6, …) by chord wrenches (M, 6, …)."""
         return chord_sum(self.to_platform.astype(np.int8), chords)
 

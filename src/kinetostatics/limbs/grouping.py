@@ -26,16 +26,16 @@ def make_limb_groups(model: StaticModel, frames: Frames, ordinary: Frames) -> tu
     both = frames.followed_by(ordinary)
     o_of_both = model.mechanism.platform_pose(both)[1]
     alike: dict[tuple[object, ...], list[tuple[LimbGroup, Basis]]] = {}
-    plans: dict[tuple[object, ...], list[force_method.Plan]] = {}
+    plans: dict[tuple[object, ...], list[force_method.EliminationOrder]] = {}
     for number in range(len(model.topology.all_limbs)):
-        limb, basis, plan = _decided(LimbGroup(model, [number]), (frames, o), (both, o_of_both), plans)
+        limb, basis, elimination = _decided(LimbGroup(model, [number]), (frames, o), (both, o_of_both), plans)
         key = (
             limb.signature,
             tuple((c.direction, c.centre) for c in (*basis.constraint, *basis.attached)),
             len(basis.constraint),
             basis.independent,
             basis.carried,
-            plan,
+            elimination,
             limb.rigid_directions,
         )
         alike.setdefault(key, []).append((limb, basis))
@@ -54,21 +54,21 @@ def _decided(
     limb: LimbGroup,
     generic: tuple[Frames, Array],
     both: tuple[Frames, Array],
-    plans: dict[tuple[object, ...], list[force_method.Plan]],
-) -> tuple[LimbGroup, Basis, force_method.Plan | None]:
+    plans: dict[tuple[object, ...], list[force_method.EliminationOrder]],
+) -> tuple[LimbGroup, Basis, force_method.EliminationOrder | None]:
     """Decide about one limb at generic poses; the basis suits others behind them too."""
     geometry = limb.geometry(*generic)
-    plan = None if limb.is_serial else _plan(limb, geometry, plans.setdefault(limb.signature, []))
-    basis = choose_basis(limb.decided(plan), limb.geometry(*both), generic[1].shape[1])
-    limb = limb.decided(plan, [basis])
-    return limb.decided(plan, [basis], _rigid_directions(limb, *generic)), basis, plan
+    elimination = None if limb.is_serial else _elimination(limb, geometry, plans.setdefault(limb.signature, []))
+    basis = choose_basis(limb.decided(elimination), limb.geometry(*both), generic[1].shape[1])
+    limb = limb.decided(elimination, [basis])
+    return limb.decided(elimination, [basis], _rigid_directions(limb, *generic)), basis, elimination
 
 
 def _stacked(model: StaticModel, members: list[tuple[LimbGroup, Basis]]) -> LimbGroup:
     """Return limbs that are built alike, each a group of its own with its basis, as one group."""
     first = members[0][0]
     numbers, bases = [limb.numbers[0] for limb, _ in members], [basis for _, basis in members]
-    return LimbGroup(model, numbers).decided(first.plan, bases, first.rigid_directions)
+    return LimbGroup(model, numbers).decided(first.elimination, bases, first.rigid_directions)
 
 
 def _rigid_directions(limb: LimbGroup, frames: Frames, o: Array) -> int:
@@ -78,11 +78,13 @@ def _rigid_directions(limb: LimbGroup, frames: Frames, o: Array) -> int:
     return count_rigid(limb_statics(limb, frames, o, weightless, np.zeros((3, N))).C)
 
 
-def _plan(limb: LimbGroup, geometry: LimbGeometry, known: list[force_method.Plan]) -> force_method.Plan:
-    """Return a plan that another limb built alike has already, if it suits, else a new one, which is then ``known`` too."""
+def _elimination(
+    limb: LimbGroup, geometry: LimbGeometry, known: list[force_method.EliminationOrder]
+) -> force_method.EliminationOrder:
+    """Return the order that another limb built alike has, if it suits, else a new one, which is then ``known`` too."""
     A, P, tolerance = limb.joint_equations(geometry)[:, :, 0], limb.platform_sum, limb.model.rank_tolerance
-    for plan in known:
-        if force_method.suits(plan, A, P, tolerance):
-            return plan
-    known.append(force_method.make_plan(A, P, tolerance))
+    for elimination in known:
+        if force_method.suits(elimination, A, P, tolerance):
+            return elimination
+    known.append(force_method.elimination_order(A, P, tolerance))
     return known[-1]

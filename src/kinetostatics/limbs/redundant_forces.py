@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.limbs.compliance import RIGID, LimbLoads, misfit_strains, strains
+from kinetostatics.limbs.compliance import RIGID, LimbLoads, assembly_error_strains, strains
 from kinetostatics.limbs.geometry import LimbGeometry
 from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.wrenches import LimbWrenches
@@ -25,24 +25,24 @@ class RelaxedLimbs:
     Attributes:
         chords: (M, 6, n_c, g, N) chord wrenches per unit of each intensity.
         particular: (M, 6, g, N) chord wrenches under the limbs' own weights.
-        misfit_chords: (M, 6, g, N) chord wrenches under misfits.
+        assembly_error_chords: (M, 6, g, N) chord wrenches under misfits.
         loose: (M, 6, s, g, N) self-stresses without any compliance.
         C: (n_c, n_c, g, N) compliance C_ic, Eq. (1).
-        sag: (n_c, g, N) Δ_igc, Eqs. (16), (19), (21) [m or rad].
-        misfit: (n_c, g, N) the same of misfits; NaN where rigid rings cannot follow them.
+        gravity_displacement: (n_c, g, N) Δ_igc, Eqs. (16), (19), (21) [m or rad].
+        assembly_error: (n_c, g, N) the same of misfits; NaN where rigid rings cannot follow them.
     """
 
     chords: Array
     particular: Array
-    misfit_chords: Array
+    assembly_error_chords: Array
     loose: Array
     C: Array
-    sag: Array
-    misfit: Array
+    gravity_displacement: Array
+    assembly_error: Array
 
 
 def relaxed_limbs(
-    group: LimbGroup, geometry: LimbGeometry, found: LimbWrenches, loads: LimbLoads, misfit: Array | None
+    group: LimbGroup, geometry: LimbGeometry, found: LimbWrenches, loads: LimbLoads, assembly_error: Array | None
 ) -> RelaxedLimbs:
     """Relax the self-stress of limbs, if they have any.
 
@@ -50,13 +50,21 @@ def relaxed_limbs(
         group, geometry: the limbs and where they are.
         found: wrenches that are in equilibrium with passive joints and weights.
         loads: the weights on beams and springs.
-        misfit: (6, elements, g, N) what each element's outboard side is displaced by for no force, about o; None: nothing.
+        assembly_error: (6, elements, g, N) what each element's outboard side is off by for no force, about o; None: nothing.
     """
     chords, particular, self_stress = found.chords, found.particular, found.self_stress
     if not self_stress.shape[2]:
-        C, sag = strains(group, geometry, chords, particular, loads)
+        C, gravity_displacement = strains(group, geometry, chords, particular, loads)
         no_stress = np.broadcast_to(0.0, particular.shape)
-        return RelaxedLimbs(chords, particular, no_stress, self_stress, C, sag, misfit_strains(group, chords, misfit))
+        return RelaxedLimbs(
+            chords,
+            particular,
+            no_stress,
+            self_stress,
+            C,
+            gravity_displacement,
+            assembly_error_strains(group, chords, assembly_error),
+        )
     n = chords.shape[2]
     columns = np.concatenate([chords, self_stress], axis=2)
     gram, lean = strains(group, geometry, columns, particular, loads)
@@ -64,14 +72,16 @@ def relaxed_limbs(
     mixed = np.einsum("ab...,bj...->aj...", gain, gram[n:, :n])
     chords = chords - np.einsum("mia...,aj...->mij...", self_stress, mixed)
     particular = particular - np.einsum("mia...,ab...,b...->mi...", self_stress, gain, lean[n:])
-    error = misfit_strains(group, self_stress, misfit)
-    misfit_chords = -np.einsum("mia...,ab...,b...->mi...", self_stress, gain, error)
+    error = assembly_error_strains(group, self_stress, assembly_error)
+    assembly_error_chords = -np.einsum("mia...,ab...,b...->mi...", self_stress, gain, error)
     before = np.einsum("ii...->i...", gram[:n, :n]).max(axis=0, initial=0.0)
-    C, sag = strains(group, geometry, chords, particular, loads)
+    C, gravity_displacement = strains(group, geometry, chords, particular, loads)
     rounding = np.einsum("ii...->i...", C) <= 1e-20 * before
     C = np.where(rounding[:, None] | rounding[None], 0.0, C)
-    error = np.where(_rings_contradict(group, loose, misfit), np.nan, misfit_strains(group, chords, misfit))
-    return RelaxedLimbs(chords, particular, misfit_chords, loose, C, sag, error)
+    error = np.where(
+        _rings_contradict(group, loose, assembly_error), np.nan, assembly_error_strains(group, chords, assembly_error)
+    )
+    return RelaxedLimbs(chords, particular, assembly_error_chords, loose, C, gravity_displacement, error)
 
 
 def _relaxation(gram: Array, self_stress: Array) -> tuple[Array, Array]:
@@ -92,11 +102,11 @@ def _relaxation(gram: Array, self_stress: Array) -> tuple[Array, Array]:
     return gain, np.einsum("mia...,...ab->mib...", self_stress, loose)
 
 
-def _rings_contradict(group: LimbGroup, loose: Array, misfit: Array | None) -> NDArray[np.bool_]:
+def _rings_contradict(group: LimbGroup, loose: Array, assembly_error: Array | None) -> NDArray[np.bool_]:
     """Return where (g, N) misfits do something along self-stresses without compliance: rigid rings cannot follow them."""
-    if misfit is None:
+    if assembly_error is None:
         return np.zeros(loose.shape[3:], dtype=bool)
     length = group.model.length
     forces = np.max(np.maximum(np.abs(loose[:, :3]), np.abs(loose[:, 3:]) / length), axis=(0, 1))
-    shifts = np.max(np.maximum(np.abs(misfit[:3]), np.abs(misfit[3:]) * length), axis=(0, 1))
-    return np.asarray(np.any(np.abs(misfit_strains(group, loose, misfit)) > 1e-7 * forces * shifts, axis=0))
+    shifts = np.max(np.maximum(np.abs(assembly_error[:3]), np.abs(assembly_error[3:]) * length), axis=(0, 1))
+    return np.asarray(np.any(np.abs(assembly_error_strains(group, loose, assembly_error)) > 1e-7 * forces * shifts, axis=0))

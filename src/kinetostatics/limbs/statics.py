@@ -30,11 +30,11 @@ class LimbStatics(ShortRepr):
         W_g: (n_g, g, N) attached intensities, Eq. (3) [N or N·m].
         R_g: (6, g, N) their sum J_ig W_ig [N, N·m].
         C: (n_c, n_c, g, N) compliance C_ic, Eq. (1).
-        sag: (n_c, g, N) Δ_igc, Eqs. (16), (19), (21) [m or rad].
-        misfit: (n_c, g, N) the same of misfits.
+        gravity_displacement: (n_c, g, N) Δ_igc, Eqs. (16), (19), (21) [m or rad].
+        assembly_error: (n_c, g, N) the same of misfits.
         chords: (M, 6, n_c, g, N) chord wrenches per unit of each intensity; of a serial limb J_c itself.
         particular: (M, 6, g, N) chord wrenches under the limb's own weight; of a serial limb R_g.
-        misfit_chords: (M, 6, g, N) chord wrenches under misfits with no intensity: self-stress.
+        assembly_error_chords: (M, 6, g, N) chord wrenches under misfits with no intensity: self-stress.
         loose: (M, 6, s, g, N) self-stresses without any compliance: how much of them there is cannot be told.
         loads: the weights on beams and springs.
         unbalanced: (passive freedoms, g, N) what is left of Eq. (3) [N].
@@ -48,11 +48,11 @@ class LimbStatics(ShortRepr):
     W_g: Array
     R_g: Array
     C: Array
-    sag: Array
-    misfit: Array
+    gravity_displacement: Array
+    assembly_error: Array
     chords: Array
     particular: Array
-    misfit_chords: Array
+    assembly_error_chords: Array
     loose: Array
     loads: LimbLoads
     unbalanced: Array
@@ -61,7 +61,7 @@ class LimbStatics(ShortRepr):
 
 
 def limb_statics(
-    group: LimbGroup, frames: Frames, o: Array, weights: Array, gravity: Array, misfit: Array | None = None
+    group: LimbGroup, frames: Frames, o: Array, weights: Array, gravity: Array, assembly_error: Array | None = None
 ) -> LimbStatics:
     """Evaluate the wrenches, compliances and sag of alike limbs.
 
@@ -71,25 +71,25 @@ def limb_statics(
         o: (3, N) reference point [m].
         weights: (6, W, N) wrenches of all weights about o [N, N·m].
         gravity: (3, N) [m/s²].
-        misfit: (6, elements, g, N) what each element's outboard side is displaced by for no force, about o; None: nothing.
+        assembly_error: (6, elements, g, N) what each element's outboard side is off by for no force, about o; None: nothing.
     """
     geometry = group.geometry(frames, o)
     outboard, beyond, spring_beyond = group.weights_outboard(weights)
     found = limb_wrenches(group, geometry, outboard)
     loads = LimbLoads(beyond, spring_beyond, own_weights_of_beams(group, geometry, gravity))
-    relaxed = relaxed_limbs(group, geometry, found, loads, misfit)
+    relaxed = relaxed_limbs(group, geometry, found, loads, assembly_error)
     return LimbStatics(
         group=group,
         J_c=found.J_c,
         J_g=found.J_g,
         W_g=found.W_g,
-        R_g=group.felt(relaxed.particular),
+        R_g=group.platform_wrench(relaxed.particular),
         C=relaxed.C,
-        sag=relaxed.sag,
-        misfit=relaxed.misfit,
+        gravity_displacement=relaxed.gravity_displacement,
+        assembly_error=relaxed.assembly_error,
         chords=relaxed.chords,
         particular=relaxed.particular,
-        misfit_chords=relaxed.misfit_chords,
+        assembly_error_chords=relaxed.assembly_error_chords,
         loose=relaxed.loose,
         loads=loads,
         unbalanced=found.unbalanced,

@@ -91,19 +91,19 @@ def _crossed(group: LimbGroup, geometry: LimbGeometry) -> NDArray[np.bool_]:
 
 def _of_rings(group: LimbGroup, geometry: LimbGeometry, demand: Array) -> LimbWrenches:
     """Return the wrenches of limbs with several chords by the force method; ``demand`` as for serial ones."""
-    assert group.plan is not None
+    assert group.elimination is not None
     A = group.joint_equations(geometry)
     M, batch = len(group.to_platform), demand.shape[1:]
-    found = force_method.distribute(group.plan, A, group.joint_pattern, group.platform_sum, demand)
-    left = force_method.remainder(group.plan, A, demand, found.particular)
+    found = force_method.distribute(group.elimination, A, group.joint_pattern, group.platform_sum, demand)
+    left = force_method.remainder(group.elimination, A, demand, found.particular)
     scale = group.twist_scale
     J_c, J_g, degenerate = evaluate_bases(group, geometry, found.allowed / scale)
     n_c, n_g = J_c.shape[1], J_g.shape[1]
     spread = found.spread.reshape(M, 6, 6, *batch)
     chords = np.einsum("mij...,jc...->mic...", spread, J_c / scale) * scale[None]
     particular = found.particular.reshape(M, 6, *batch) * scale[:, 0]
-    self_stress = found.self_stress.reshape(M, 6, len(group.plan.free), *batch) * scale[None]
-    total = group.felt(particular)
+    self_stress = found.self_stress.reshape(M, 6, len(group.elimination.free), *batch) * scale[None]
+    total = group.platform_wrench(particular)
     W_g = np.zeros((n_g, *batch))
     if n_c + n_g:
         # The particular solution is made the one whose platform wrench has only readable attached parts.

@@ -83,7 +83,7 @@ def source_contributions(
     parts: dict[str, dict[str, list[Array]]] = {}
     for solution, deformation in zip(solutions, deformations, strict=True):
         units = unit_chords(robot.statics, solution)
-        for item in deformation.yielding:
+        for item in deformation.elastic:
             carried = chord_sum(item.chords, units[item.number])[:, :, list(item.positions)]
             twists = np.einsum("iagn,ign->agn", carried, item.motion)
             for position, name in enumerate(item.names):

@@ -78,7 +78,7 @@ class LimbResult(Shown):
     @cached_property
     def sag(self) -> Array:
         """(…, n_c) Δ_igc, displacement along each constraint wrench under the limb's own weight, Eqs. (16), (19), (21)."""
-        return self._readable(lambda s, k: s.statics[k].sag, len(self.labels))
+        return self._readable(lambda s, k: s.statics[k].gravity_displacement, len(self.labels))
 
     @cached_property
     def _parts(self) -> list[Array]:
@@ -117,10 +117,10 @@ def _intensities(solution: Solution, number: int) -> Array:
 def _limb_wrench(solution: Solution, number: int, position: int) -> Array:
     """Return what the platform puts on a limb (6, N) about o; NaN where it is not determined."""
     unknown = np.any(solution.undetermined[number][:, position], axis=0)
-    return np.where(unknown, np.nan, some_limb_wrench(solution, number, position))
+    return np.where(unknown, np.nan, particular_limb_wrench(solution, number, position))
 
 
-def some_limb_wrench(solution: Solution, number: int, position: int) -> Array:
+def particular_limb_wrench(solution: Solution, number: int, position: int) -> Array:
     """Return what the platform puts on a limb, where that is not determined one of the possible wrenches."""
     statics = solution.statics[number]
     intensities = solution.intensities[number][:, :, position].sum(axis=1)

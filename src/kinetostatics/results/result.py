@@ -26,7 +26,7 @@ from kinetostatics.results.contributions import (
     part_contributions,
     source_contributions,
 )
-from kinetostatics.results.limb import LimbResult, some_limb_wrench
+from kinetostatics.results.limb import LimbResult, particular_limb_wrench
 from kinetostatics.results.warnings import result_warnings
 from kinetostatics.robot import Robot, robot_of
 from kinetostatics.statics.deformation import Deformation, deform
@@ -314,7 +314,7 @@ class Result(Shown):
                     continue  # its weight is that of base or platform
                 for position, limb in enumerate(statics.group.limbs):
                     own = self.robot.weights.sum(limb.weights, weights)
-                    sum_at_o = sum_at_o + some_limb_wrench(solution, number, position) + own
+                    sum_at_o = sum_at_o + particular_limb_wrench(solution, number, position) + own
             origin = solution.frames.points(np.array([body]), placement[:3, 3:])[:, 0]
             total.append(-move_wrench(sum_at_o, origin - solution.o))
         return self._public(total)

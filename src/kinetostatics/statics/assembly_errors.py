@@ -1,4 +1,4 @@
-"""Misfits: what joints and beams are off by before anything is loaded.
+"""AssemblyErrors: what joints and beams are off by before anything is loaded.
 
 A joint's assembly error is a twist of its platform side relative to its base side; a beam is longer by a length error and by
 α ΔT L. What the limbs cannot give way to moves the platform and stresses an overconstrained robot (``docs/method.md``).
@@ -29,7 +29,7 @@ JOINT_KEYS, BEAM_KEYS, FRAMES = ("twist", "frame"), ("length", "temperature"), (
 
 
 @dataclass(frozen=True)
-class JointMisfit:
+class JointError:
     """A joint's error ``twist`` [m, rad], in world axes at the joint's centre or in the joint's own frame."""
 
     twist: Array
@@ -37,7 +37,7 @@ class JointMisfit:
 
 
 @dataclass(frozen=True)
-class BeamMisfit:
+class BeamError:
     """A beam's ``length`` error [m] and its ``temperature`` rise [K]."""
 
     length: Array
@@ -45,12 +45,12 @@ class BeamMisfit:
 
 
 @dataclass(frozen=True)
-class Misfits:
+class AssemblyErrors:
     """The misfits of joints and beams by name; arrays as given, or for a chunk of poses with the batch axis last."""
 
     robot: RobotStatics
-    joints: Mapping[str, JointMisfit]
-    beams: Mapping[str, BeamMisfit]
+    joints: Mapping[str, JointError]
+    beams: Mapping[str, BeamError]
 
     def arrays(self) -> list[Array]:
         """Return all arrays, component axis last, to find their common batch shape."""
@@ -59,12 +59,12 @@ class Misfits:
             found += [beam.length, beam.temperature]
         return found
 
-    def map(self, change: Callable[[Array], Array]) -> Misfits:
+    def map(self, change: Callable[[Array], Array]) -> AssemblyErrors:
         """Return the misfits with every array changed."""
-        return Misfits(
+        return AssemblyErrors(
             self.robot,
             {name: replace(item, twist=change(item.twist)) for name, item in self.joints.items()},
-            {name: BeamMisfit(change(item.length), change(item.temperature)) for name, item in self.beams.items()},
+            {name: BeamError(change(item.length), change(item.temperature)) for name, item in self.beams.items()},
         )
 
     @property
@@ -99,7 +99,7 @@ class Misfits:
             result[:3] = axis * (given.length[0] + alpha * given.temperature[0] * model.length(frames))
         return result
 
-    def _of_joint(self, edge: Edge, misfit: JointMisfit, frames: Frames, o: Array) -> Array:
+    def _of_joint(self, edge: Edge, misfit: JointError, frames: Frames, o: Array) -> Array:
         connection = self.robot.mechanism.connections[str(edge.joint)]
         turned = edge.both_ways and edge.sign < 0
         twist = -misfit.twist if turned else misfit.twist
@@ -113,7 +113,7 @@ class Misfits:
         return move_twist(twist, o - centre)
 
 
-def parse_misfits(robot: RobotStatics, misfits: Mapping[str, Any]) -> Misfits:
+def parse_assembly_errors(robot: RobotStatics, misfits: Mapping[str, Any]) -> AssemblyErrors:
     """Return misfits as people give them, checked.
 
     Raises:
@@ -121,8 +121,8 @@ def parse_misfits(robot: RobotStatics, misfits: Mapping[str, Any]) -> Misfits:
     """
     if not isinstance(misfits, Mapping):
         raise ArgumentError(f"misfits= wants a mapping from names of joints and beams to their misfits, not {misfits!r}")
-    joints: dict[str, JointMisfit] = {}
-    beams: dict[str, BeamMisfit] = {}
+    joints: dict[str, JointError] = {}
+    beams: dict[str, BeamError] = {}
     known_joints, known_beams = robot.mechanism.connections, robot.description.beams
     for name, value in misfits.items():
         is_beam = name in known_beams
@@ -140,7 +140,7 @@ def parse_misfits(robot: RobotStatics, misfits: Mapping[str, Any]) -> Misfits:
                     f"beam {name!r} has no thermal_expansion, so a temperature does nothing to it: write thermal_expansion [1/K] "
                     "in its <beam> element (steel: 1.2e-5)"
                 )
-            beams[name] = BeamMisfit(length[..., None], rise[..., None])
+            beams[name] = BeamError(length[..., None], rise[..., None])
         elif name in known_joints:
             if name not in robot.joint_table.names:
                 raise ArgumentError(
@@ -161,7 +161,7 @@ def parse_misfits(robot: RobotStatics, misfits: Mapping[str, Any]) -> Misfits:
                 raise ArgumentError(
                     f"the misfit of joint {name!r} has the shape {twist.shape}; its last axis must have 6 entries"
                 )
-            joints[name] = JointMisfit(twist, frame == "joint")
+            joints[name] = JointError(twist, frame == "joint")
         else:
             raise ArgumentError(f"misfits= names no joint or beam {name!r}: {near_names(name, [*known_joints, *known_beams])}")
-    return Misfits(robot, joints, beams)
+    return AssemblyErrors(robot, joints, beams)

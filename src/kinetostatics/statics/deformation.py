@@ -105,8 +105,8 @@ def rotate(axes: Array, screws: Array, back: bool = False) -> Array:
 
 
 @dataclass(frozen=True)
-class Yielding:
-    """What gives way, in alike places of g limbs: beams, joints, drives or misfits.
+class ElasticDeformation:
+    """What deforms, in alike places of g limbs: beams, joints, drives or misfits.
 
     Attributes:
         kind: ``beams``, ``joints``, ``drives`` or ``misfits``.
@@ -133,13 +133,13 @@ class Deformation:
     Attributes:
         motions: twist (6, S, N) of the outer side of every joint and beam, by the edge's key.
         beams: the loaded beams.
-        yielding: what gives way in the limbs.
+        elastic: what deforms in the limbs.
         spring_energy: (N,) strain energy of all elastic joints and drives of the limbs [J].
     """
 
     motions: dict[str, Array]
     beams: list[LoadedBeams]
-    yielding: list[Yielding]
+    elastic: list[ElasticDeformation]
     spring_energy: Array
 
     @cached_property
@@ -170,11 +170,11 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
     group = statics.group
     geometry = group.geometry(solution.frames, solution.o)
     # what strains the limbs; forces may belong to other contributions than what they strain
-    chords, share = solution.chord_wrenches(number, strains=True), solution.share(group, strains=True)
-    moved_share = solution.share(group) - share
+    chords, share = solution.chord_wrenches(number, strains=True), solution.contribution_mask(group, strains=True)
+    moved_share = solution.contribution_mask(group) - share
     S, g, N = chords.shape[2:]
     elements, signs = group.elements[0], group.element_chords
-    gives: dict[int, Array] = {}  # by element: what its elasticity and its misfit add to everything outboard (6, S, g, N)
+    gives: dict[int, Array] = {}  # by element: what its elasticity and its assembly_error add to everything outboard (6, S, g, N)
     beam_of: dict[int, LoadedBeams] = {}
     everyone = tuple(range(g))
     for b, k in enumerate(k for k, element in enumerate(elements) if element.is_beam):
@@ -202,7 +202,7 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
         beam_of[k] = beams
         gives[k] = beams.end_twist()
         names = tuple(model.name for model in models)
-        out.yielding.append(Yielding("beams", names, group, number, everyone, signs[k], gives[k].sum(axis=1)))
+        out.elastic.append(ElasticDeformation("beams", names, group, number, everyone, signs[k], gives[k].sum(axis=1)))
     for spring, k in enumerate(group.spring_elements):
         axes, arm = geometry.spring_axes[:, :, spring], geometry.spring_arms[:, spring]
         total = chord_sum(signs[k], chords) + share * statics.loads.spring_beyond[:, None, spring]
@@ -213,8 +213,8 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
         gives[k] = gives.get(k, 0.0) + moved
         names = tuple(row[spring].joint for row in group.springs)
         kind = "drives" if group.springs[0][spring].is_drive else "joints"
-        out.yielding.append(Yielding(kind, names, group, number, everyone, signs[k], moved.sum(axis=1)))
-    _add_misfits(solution, number, gives, beam_of, out)
+        out.elastic.append(ElasticDeformation(kind, names, group, number, everyone, signs[k], moved.sum(axis=1)))
+    _add_assembly_errors(solution, number, gives, beam_of, out)
     turned = _joint_motions(solution, statics, geometry, gives, signs, S)
     # from base to platform the motions of all elements add up
     root = np.zeros((6, S, g, N))
@@ -239,15 +239,15 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
         out.beams.append(beams.turned(motions[k]) if elements[k].turned else beams)
 
 
-def _add_misfits(
+def _add_assembly_errors(
     solution: Solution, number: int, gives: dict[int, Array], beam_of: dict[int, LoadedBeams], out: Deformation
 ) -> None:
     """Add what is off in a group of limbs to what its elements give, and list it by name."""
-    statics, errors, misfits = solution.statics[number], solution.errors[number], solution.misfits
-    if errors is None or misfits is None:
+    statics, errors, assembly_errors = solution.statics[number], solution.errors[number], solution.assembly_errors
+    if errors is None or assembly_errors is None:
         return
     group = statics.group
-    S = solution.share(group).shape[0]
+    S = solution.contribution_mask(group).shape[0]
     signs, source = group.element_chords, solution.sources.index("misfit")
     for k in range(errors.shape[1]):
         if np.any(errors[:, k]):
@@ -261,10 +261,10 @@ def _add_misfits(
     for position, limb in enumerate(group.limbs):
         for k, element in enumerate(group.elements[position]):
             for edge in (limb.edges[index] for index in element.edges):
-                if misfits.concerns(edge):
-                    motion = misfits.of_edge(edge, solution.frames, solution.o)[:, None]
+                if assembly_errors.concerns(edge):
+                    motion = assembly_errors.of_edge(edge, solution.frames, solution.o)[:, None]
                     name = str(edge.joint or edge.beam)
-                    out.yielding.append(Yielding("misfits", (name,), group, number, (position,), signs[k], motion))
+                    out.elastic.append(ElasticDeformation("misfits", (name,), group, number, (position,), signs[k], motion))
 
 
 def _mass(model: BeamModel, length: Array) -> Array:
@@ -297,7 +297,7 @@ def _joint_motions(
     sizes = np.sqrt(np.sum(A * A, axis=0))
     sizes = np.where(sizes > 0, sizes, 1.0)
     A = A / sizes
-    rank = 6 - statics.J_c.shape[1] if group.plan is None else len(group.plan.joints)
+    rank = 6 - statics.J_c.shape[1] if group.elimination is None else len(group.elimination.joints)
     result = np.zeros((len(passive), S, g, N))
     for _ in range(2):  # the second round removes the error of the normal equations
         step = least_squares(A, left, len(passive) - rank)
@@ -328,7 +328,7 @@ def _deform_branches(
         root: motion of what they hang on where an edge has no parent; None: it stands still.
         out: where the motions are put.
     """
-    frames, misfits = solution.frames, solution.misfits
+    frames, assembly_errors = solution.frames, solution.assembly_errors
     share, elsewhere = np.zeros((2, max(len(solution.sources), forces + 1), 1, 1))
     share[strains] = 1
     elsewhere[forces] += 1
@@ -340,8 +340,8 @@ def _deform_branches(
         else:
             motion = out.motions[edge.parent]
         off = np.zeros((6, len(share), solution.o.shape[1]))
-        if misfits is not None and misfits.concerns(edge):
-            off[:, solution.sources.index("misfit")] = misfits.of_edge(edge, frames, solution.o)
+        if assembly_errors is not None and assembly_errors.concerns(edge):
+            off[:, solution.sources.index("misfit")] = assembly_errors.of_edge(edge, frames, solution.o)
         if edge.beam is not None:
             model = robot.beams[edge.beam]
             axes = frames.orientations(np.array([model.span.carrier]), model.axes[:, :, None])
@@ -396,7 +396,7 @@ def axial_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]:
         if not any(element.is_beam for element in elements):
             continue
         geometry = group.geometry(solution.frames, solution.o)
-        chords, share = solution.chord_wrenches(number), solution.share(group).sum(axis=0)
+        chords, share = solution.chord_wrenches(number), solution.contribution_mask(group).sum(axis=0)
         for b, k in enumerate(k for k, element in enumerate(elements) if element.is_beam):
             total = chord_sum(signs[k], chords)[:3].sum(axis=1) + share * statics.loads.beyond[:3, b]
             outer = np.einsum("ign,ign->gn", geometry.beam_axes[:, 0, b], total)

@@ -39,7 +39,7 @@ class OpenBranch:
         return np.stack(columns, axis=1) if columns else np.zeros((6, 0, o.shape[1]))
 
 
-def dead_joints(model: StaticModel) -> tuple[OpenBranch, ...]:
+def open_branches_of(model: StaticModel) -> tuple[OpenBranch, ...]:
     """Return the passive joints of all dead branches."""
     topology = model.topology
     parts = [(limb.name, limb.branches) for limb in topology.all_limbs]
@@ -56,7 +56,7 @@ def dead_joints(model: StaticModel) -> tuple[OpenBranch, ...]:
 
 def passive_joints(model: StaticModel, owner: str) -> list[str]:
     """Return the passive joints of a limb, or of what hangs on ``base`` or ``platform``."""
-    names = [item.joint for item in dead_joints(model) if item.owner == owner]
+    names = [item.joint for item in open_branches_of(model) if item.owner == owner]
     for limb in model.topology.all_limbs:
         for edge in limb.edges if limb.name == owner else ():
             if edge.joint is not None:

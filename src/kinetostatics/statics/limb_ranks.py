@@ -50,8 +50,8 @@ def _changed(item: LimbStatics, frames: Frames, o: Array, pose: int) -> list[int
     if group.is_serial:
         usual = (6 - len(group.basis.constraint), len(group.basis.carried))
     else:
-        assert group.plan is not None
-        usual = (len(group.plan.joints), len(group.plan.platform))
+        assert group.elimination is not None
+        usual = (len(group.elimination.joints), len(group.elimination.platform))
         A = group.joint_equations(geometry)
     found = []
     for place in places:

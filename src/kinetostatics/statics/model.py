@@ -8,7 +8,7 @@ from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.grouping import make_limb_groups
 from kinetostatics.limbs.model import StaticModel
 from kinetostatics.mechanism.tree import Frames
-from kinetostatics.statics.joint_table import JointTable, OpenBranch, dead_joints
+from kinetostatics.statics.joint_table import JointTable, OpenBranch, open_branches_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,12 +17,12 @@ class RobotStatics(StaticModel):
 
     Attributes:
         groups: equal limbs stacked, with their wrench bases, which are chosen once per robot.
-        branches: the passive joints of all open branches.
+        open_branches: the passive joints of all open branches.
         joint_table: all joints through which something is held.
     """
 
     groups: tuple[LimbGroup, ...]
-    branches: tuple[OpenBranch, ...]
+    open_branches: tuple[OpenBranch, ...]
     joint_table: JointTable
 
 
@@ -35,4 +35,4 @@ def make_statics(model: StaticModel, generic: Frames, ordinary: Frames) -> Robot
         ordinary: frames of poses that people ask for, at which bases must not degenerate.
     """
     groups = make_limb_groups(model, generic, ordinary)
-    return RobotStatics(**vars(model), groups=groups, branches=dead_joints(model), joint_table=JointTable(model))
+    return RobotStatics(**vars(model), groups=groups, open_branches=open_branches_of(model), joint_table=JointTable(model))

@@ -18,12 +18,12 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import definite, normalize
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.printing.mappings import ShortRepr
-from kinetostatics.statics.assembly_errors import Misfits
+from kinetostatics.statics.assembly_errors import AssemblyErrors
 from kinetostatics.statics.model import RobotStatics
 from kinetostatics.statics.platform_equilibrium import PlatformEquilibrium
 
 #: Smallest eigenvalue of the Gram matrix of all unit wrenches (a squared sine) above which the platform counts as held.
-HELD = 1e-12
+CONSTRAINED = 1e-12
 #: Largest part of a limb's weight that may stay unbalanced on its passive joints.
 UNBALANCED = 1e-7
 
@@ -36,7 +36,7 @@ class Solution(ShortRepr):
         frames, o, gravity: the poses, o (3, N) [m], and the field (3, N) [m/s²].
         weights: (6, W, N) the robot's weights [N, N·m].
         statics: the groups of limbs.
-        misfits: what joints and beams are off by, and ``errors`` for each group (6, elements, g, N) or None.
+        assembly_errors: what joints and beams are off by, and ``errors`` for each group (6, elements, g, N) or None.
         errors: see ``misfits``.
         sources: names of the twist's contributions.
         twists: (6, S, N) contributions to the twist [m, rad], Eq. (12).
@@ -56,7 +56,7 @@ class Solution(ShortRepr):
     gravity: Array
     weights: Array
     statics: tuple[LimbStatics, ...]
-    misfits: Misfits | None
+    assembly_errors: AssemblyErrors | None
     errors: tuple[Array | None, ...]
     sources: tuple[str, ...]
     twists: Array
@@ -81,7 +81,7 @@ class Solution(ShortRepr):
             for position, limb in enumerate(item.group.limbs)
         }
 
-    def share(self, group: LimbGroup, strains: bool = False) -> Array:
+    def contribution_mask(self, group: LimbGroup, strains: bool = False) -> Array:
         """Return (S, g, 1): 1 for the contribution that the forces of each limb's own weight belong to.
 
         What hangs on the base alone contributes to nothing: its place is one behind all sources.
@@ -109,14 +109,14 @@ class Solution(ShortRepr):
     def chord_wrenches(self, number: int, strains: bool = False) -> Array:
         """Return the chord wrenches (M, 6, S, g, N) of each contribution in a group of limbs; ``strains``: see :meth:`share`."""
         statics = self.statics[number]
-        share = self.share(statics.group, strains)
+        share = self.contribution_mask(statics.group, strains)
         intensities = self.intensities[number]
         if share.shape[0] > intensities.shape[1]:
             intensities = np.concatenate([intensities, np.zeros_like(intensities[:, :1])], axis=1)
         total = np.einsum("mkign,isgn->mksgn", statics.chords, intensities)
         total += share * statics.particular[:, :, None]
         if "misfit" in self.sources:
-            total[:, :, self.sources.index("misfit")] += statics.misfit_chords
+            total[:, :, self.sources.index("misfit")] += statics.assembly_error_chords
         return total
 
     def total_chord_wrenches(self, number: int) -> Array:
@@ -125,7 +125,7 @@ class Solution(ShortRepr):
         total = np.einsum("mkign,ign->mkgn", statics.chords, self.intensities[number].sum(axis=1))
         total += statics.particular
         if "misfit" in self.sources:
-            total += statics.misfit_chords
+            total += statics.assembly_error_chords
         return total
 
 
@@ -134,7 +134,7 @@ def solve(
     frames: Frames,
     load: Array,
     gravity: Array,
-    misfits: Misfits | None = None,
+    assembly_errors: AssemblyErrors | None = None,
     groups: tuple[LimbGroup, ...] | None = None,
 ) -> Solution:
     """Solve Eq. (12) for N poses.
@@ -144,17 +144,17 @@ def solve(
         frames: of all bodies.
         load: (6, N) external load about o [N, N·m].
         gravity: (3, N) [m/s²].
-        misfits: what joints and beams are off by.
+        assembly_errors: what joints and beams are off by.
         groups: the limbs; None: as they are at generic poses.
     """
     _, o = robot.mechanism.platform_pose(frames)
     weights = robot.weights.wrenches(frames, o, gravity)
     groups = robot.groups if groups is None else groups
-    errors = tuple(None if misfits is None else misfits.of(group, frames, o) for group in groups)
+    errors = tuple(None if assembly_errors is None else assembly_errors.of(group, frames, o) for group in groups)
     statics = tuple(limb_statics(group, frames, o, weights, gravity, error) for group, error in zip(groups, errors, strict=True))
     platform_weight = weights[:, robot.weights.of("platform")].sum(axis=1)
     sources = ("load", "platform_weight", *(limb.name for limb in robot.topology.limbs))
-    if misfits is not None:
+    if assembly_errors is not None:
         sources += ("misfit",)
     balance = PlatformEquilibrium(robot, statics, o.shape[1])
     twists, intensities = balance.solve(*_by_contribution(sources, statics, load, platform_weight))
@@ -165,7 +165,7 @@ def solve(
         gravity=gravity,
         weights=weights,
         statics=statics,
-        misfits=misfits,
+        assembly_errors=assembly_errors,
         errors=errors,
         sources=sources,
         twists=twists,
@@ -238,9 +238,9 @@ def _by_contribution(
             for position, number in enumerate(item.group.numbers):
                 right[:, 2 + number] -= item.R_g[:, position]
                 if item.group.rigid_directions < len(strain):  # else nothing sags: what there is, is rounding
-                    strain[:, 2 + number, position] = item.sag[:, position]
+                    strain[:, 2 + number, position] = item.gravity_displacement[:, position]
         if sources[-1] == "misfit":
-            strain[:, -1] = item.misfit
+            strain[:, -1] = item.assembly_error
         strains.append(strain)
     return right, strains
 
@@ -270,7 +270,7 @@ def _held(statics: Iterable[LimbStatics], scale: Array, N: int) -> NDArray[np.bo
     for item in statics:
         unit = normalize(item.J_c * scale[:, None, None, None])
         gram += np.einsum("ikgn,jkgn->ijn", unit, unit)
-    return definite(gram, HELD)
+    return definite(gram, CONSTRAINED)
 
 
 def _unbalanced(
@@ -284,7 +284,7 @@ def _unbalanced(
             total = np.sqrt(np.sum(own**2, axis=0)).sum(axis=0)
             left = np.max(np.abs(item.unbalanced[:, position]), axis=0, initial=0.0)
             result[limb.name] = np.maximum(result.get(limb.name, 0.0), left / np.where(total > 0, total, 1.0))
-    for branch in robot.branches:
+    for branch in robot.open_branches:
         carried = np.einsum("w,iwn->in", branch.outboard, weights)
         total = np.sqrt(np.sum((weights[:3] * branch.outboard[:, None]) ** 2, axis=0)).sum(axis=0)
         power = np.abs(np.einsum("ikn,in->kn", branch.twists(frames, o), carried)) / branch.scale[:, None]

@@ -22,7 +22,7 @@ from kinetostatics.files.parameter_units import check_parameter_units
 from kinetostatics.kinematics.unit_hints import odd_coordinates
 from kinetostatics.math.orientation import orientation_named
 from kinetostatics.robot import Robot, load_robot
-from kinetostatics.statics.assembly_errors import parse_misfits
+from kinetostatics.statics.assembly_errors import parse_assembly_errors
 from kinetostatics.workspace import provenance
 from kinetostatics.workspace.grid import Axis, Field, coordinate_units, read_field, split_values
 from kinetostatics.workspace.plan import Plan, Source, saying
@@ -80,7 +80,7 @@ def read_plan(
     if given is None:
         given = dict.fromkeys(first.description.driven, 0.0)
     if misfits is not None:
-        parse_misfits(first.statics, misfits)
+        parse_assembly_errors(first.statics, misfits)
     check_mapping(kind, given, '{"z": [0.4, 0.5, 0.6]}')
     orientation_named(orientation)
     units = coordinate_units(first, kind, list(given))

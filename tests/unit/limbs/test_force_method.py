@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from kinetostatics.limbs.compliance import count_rigid
-from kinetostatics.limbs.force_method import distribute, make_plan, ranks
+from kinetostatics.limbs.force_method import distribute, elimination_order, ranks
 from kinetostatics.limbs.redundant_forces import _relaxation
 from kinetostatics.math.linalg import null_space
 
@@ -30,7 +30,7 @@ def test_pivots_that_are_not_trusted(pivot, doubtful):
     P = np.zeros((6, 3))
     P[0, 2] = 1
     generic = np.array([[1.0, 1, 0], [0, 1, 0]])
-    plan = make_plan(generic[:, :, None], P, 1e-6)
+    plan = elimination_order(generic[:, :, None], P, 1e-6)
     A = np.array([[1.0, 1, 0], [0, pivot, 0]])
     found = distribute(plan, A[:, :, None, None], generic != 0, P, np.array([3.0, 2 * pivot])[:, None, None])
     assert bool(found.doubtful[0, 0]) == doubtful
