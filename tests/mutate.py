@@ -279,22 +279,38 @@ def read_map() -> dict:
 def tests_of(mutant: Mutant, known: dict) -> list[str]:
     """Return the tests that reach a mutant, in the order to try them; for a constant those that reach a line that uses it."""
     lines = known["lines"].get(mutant.module, {})
-    name = re.match(r"(\w+)(: [^=]+)? = ", mutant.was)
-    found = {test for test in lines.get(str(mutant.line), ()) if test}
-    if not found:  # what stands in the head of a function: a default
-        for node in ast.walk(ast.parse(mutant.text)):
-            if isinstance(node, ast.FunctionDef) and node.lineno <= mutant.line < node.body[0].lineno:
-                inside = range(node.body[0].lineno, node.end_lineno + 1)
-                found = {test for line in inside for test in lines.get(str(line), ()) if test}
-    if name and not found:
-        mine = f"/test_{mutant.module.rpartition('/')[2]}.py::"
-        found = _tests_of_name(name[1], known, {name[1]}) | {test for test in known["seconds"] if mine in test}
+    found = set(lines.get(str(mutant.line), ()))
+    names: set[str] = set()
+    mine = re.compile(rf"/test_(\w+_)?{mutant.module.rpartition('/')[2]}\.py::")
+    for node in ast.walk(ast.parse(mutant.text)):
+        if isinstance(node, ast.FunctionDef) and node.lineno <= mutant.line < node.body[0].lineno:  # a default
+            inside = range(node.body[0].lineno, node.end_lineno + 1)
+            found |= {test for line in inside for test in lines.get(str(line), ())}
+    for node in ast.parse(mutant.text).body:  # what is read once, when the module is: by the test that comes first
+        if node.lineno <= mutant.line <= node.end_lineno:
+            names |= _constants(node, mutant.line)
+    if names:
+        found |= {test for test in known["seconds"] if mine.search(test)}
+    for name in names:
+        found |= _tests_of_name(name, known, set(names))
     found.discard("")
-    # the quickest of every file, then the second quickest: files have subjects of their own
+    # those of the module itself, then the quickest of every file, then the second quickest: files have subjects of their own
     files: dict[str, list[str]] = {}
     for test in sorted(found, key=lambda test: known["seconds"].get(test, 0.0)):
         files.setdefault(test.partition("::")[0], []).append(test)
-    return [test for row in zip_longest(*files.values()) for test in row if test]
+    mixed = [test for row in zip_longest(*files.values()) for test in row if test]
+    return sorted(mixed, key=lambda test: not mine.search(test))
+
+
+def _constants(node: ast.stmt, line: int) -> set[str]:
+    """Return the names that a statement of a module gives something made in a line: constants, or a class for its fields."""
+    if isinstance(node, ast.ClassDef):
+        inside = any(isinstance(part, ast.FunctionDef) and part.lineno <= line <= part.end_lineno for part in node.body)
+        return set() if inside else {node.name}
+    if isinstance(node, (ast.Assign, ast.AnnAssign)):
+        targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+        return {part.id for target in targets for part in ast.walk(target) if isinstance(part, ast.Name)}
+    return set()
 
 
 def _tests_of_name(name: str, known: dict, seen: set[str]) -> set[str]:
@@ -318,10 +334,10 @@ def survives(mutant: Mutant, tests: list[str], seconds: float, known: dict) -> b
     """Whether the tests that fit into so many seconds all pass with the mutant."""
     chosen, total = [], 0.0
     for test in tests:
-        total += known["seconds"].get(test, 0.0)
-        if chosen and total > seconds:
-            break
-        chosen.append(test)
+        needed = known["seconds"].get(test, 0.0)
+        if not chosen or total + needed <= seconds:
+            chosen.append(test)
+            total += needed
     with tempfile.TemporaryDirectory() as folder:
         copy = Path(folder) / "src" / "kinetostatics"
         shutil.copytree(PACKAGE, copy)  # compiled files, too
