@@ -1,0 +1,86 @@
+"""How readable wrenches of a limb are chosen: at which poses they are judged, and what its axes meet in."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from kinetostatics.limbs.basis_choice import _Choice, rank
+from kinetostatics.limbs.wrench_candidates import common_point
+from kinetostatics.limbs.wrenches import _crossed
+from kinetostatics.math.screws import rotation_twist, translation_twist
+
+X, Y, Z = np.eye(3)
+
+
+def pairs(*angles):
+    """Two unit columns (6, P) that are so far apart at every pose; their smallest singular value is √(1 − cos)."""
+    e = np.eye(6)
+    return [np.stack([e[0]] * len(angles), axis=1), np.cos(angles) * e[0][:, None] + np.sin(angles) * e[1][:, None]]
+
+
+def test_wrenches_are_judged_at_generic_poses_and_where_the_limb_is_regular():
+    choice = _Choice(None, SimpleNamespace(limb_axes=np.zeros((3, 3, 1, 5))), 1)
+    wide, close = 0.0143, 0.0140
+    assert choice._regular(pairs(0, 1, 0, 1, 0), []).tolist() == [0, 1, 3]
+    assert choice._regular(pairs(0, wide, close, 1, 1), []).tolist() == [0, 1, 3, 4]
+    assert choice._regular([], pairs(0, wide, close, 1, 1)).tolist() == [0, 1, 3, 4]
+    assert choice._regular(pairs(0, 0, 1, 1, 1), pairs(1, 1, 0, 1, 1)).tolist() == [0, 3, 4]
+    assert choice._regular(pairs(1, 1, np.nan, 1, 1), []).tolist() == [0, 1, 3, 4]
+
+
+def wrist(*freedoms, length=2.0, serial=True, units=None):
+    """A limb made of (kind, axis, point) freedoms, each a joint of its own, and its geometry about o."""
+    rotates = np.array([kind == "R" for kind, *_ in freedoms])
+    axes = np.array([axis / np.linalg.norm(axis) for _, axis, _ in freedoms]).T
+    columns = [
+        (rotation_twist(axis, np.asarray(point)) if turns else translation_twist(axis))
+        for turns, axis, (_, _, point) in zip(rotates, axes.T, freedoms, strict=True)
+    ]
+    unit_of = np.arange(len(freedoms)) if units is None else np.array(units)
+    group = SimpleNamespace(
+        passive=np.ones(len(freedoms), dtype=bool), is_serial=serial, rotates=rotates, unit_of=unit_of,
+        units=[[SimpleNamespace(has_axis=lambda turns: True) for _ in freedoms]], model=SimpleNamespace(length=length),
+        basis=SimpleNamespace(carried=range(len(freedoms))), twist_scale=np.array([1.0] * 3 + [length] * 3).reshape(6, 1, 1, 1),
+    )  # fmt: skip
+    geometry = SimpleNamespace(
+        twists=np.stack(columns, axis=1)[:, :, None, None], axes=axes[:, :, None, None], limb_axes=np.zeros((3, 3, 1, 1))
+    )
+    return group, geometry
+
+
+POINT = np.array([0.3, -0.2, 0.5])
+MEETING = [("R", X, POINT + 0.4 * X), ("R", Y + Z, POINT), ("R", Z - X, POINT - 0.1 * (Z - X))]
+
+
+def test_axes_meet_in_a_point_if_all_of_them_do():
+    assert common_point(*wrist(*MEETING)) == (2, 1)  # the outer ones
+    assert common_point(*wrist(*MEETING, serial=False)) is None
+    assert common_point(*wrist(*MEETING, units=[0, 1, 1])) == (2, 0)
+    assert common_point(*wrist(*MEETING, ("R", X, POINT + 0.1 * Y))) is None
+    assert common_point(*wrist(*MEETING, ("P", Z, (0, 0, 0)))) is None
+    # a slide whose line through o meets the others is no hinge for that
+    through_o = [("R", X, X), ("R", Y, Y)]
+    assert common_point(*wrist(*through_o)) == (1, 0) and common_point(*wrist(*through_o, ("P", Z, (0, 0, 0)))) is None
+
+
+@pytest.mark.parametrize(("beside", "meets"), [(0.0, True), (1.9e-8, True), (2.1e-8, False), (1e-3, False)])
+def test_axes_that_miss_a_point_by_rounding_meet_in_it(beside, meets):
+    assert (common_point(*wrist(("R", X, POINT + beside * Y), ("R", Y, POINT), ("R", Z, POINT))) is not None) == meets
+
+
+@pytest.mark.parametrize("length", [0.1, 10.0])
+@pytest.mark.parametrize(("part", "doubtful"), [(0.98e-4, True), (1.5e-4, False), (0.1, False)])
+def test_parallel_axes_are_apart_by_their_distance_over_the_characteristic_length(length, part, doubtful):
+    """Unit twists of hinges on o and beside it: the smaller eigenvalue of their Gram matrix is about half the squared angle."""
+    two = [("R", Z, (0, 0, 0)), ("R", Z, (np.sqrt(2) * part * length, 0, 0))]
+    assert _crossed(*wrist(*two, length=length)).item() == doubtful
+    assert not _crossed(*wrist(*two, length=length, units=[0, 0])).item()  # of one universal joint
+
+
+def test_ranks_come_with_the_gap_that_decides_them():
+    columns = np.zeros((6, 3))
+    columns[0, 0], columns[1, 1], columns[2, 2] = 2.0, 0.5, 1e-6
+    assert rank(columns, 1e-4) == (2, pytest.approx(5e5)) and rank(columns, 1e-7) == (3, np.inf)
+    assert rank(columns[:, :0], 1e-4) == (0, np.inf) and rank(np.zeros((6, 1)), 1e-4) == (0, np.inf)
+    assert rank(columns, 2.4e-1) == (2, pytest.approx(5e5)) and rank(columns, 2.6e-1) == (1, pytest.approx(4.0))

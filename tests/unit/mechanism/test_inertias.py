@@ -1,0 +1,55 @@
+"""Masses by way of Pinocchio: links welded together, massless ones, bodies that weigh what they are given."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from simple_machines import joint, link, robot
+
+from kinetostatics.mechanism.inertias import Falling, link_inertias, weighed
+
+
+def stick(mass, at=(0.0, 0.0, 0.0)):
+    return pin.Inertia(mass, np.array(at), 0.01 * mass * np.eye(3))
+
+
+def test_every_link_has_its_own_inertia():
+    """Two links welded to a third, one of them without mass, on a hinge."""
+    machine = robot(
+        link("base"), link("arm", 2.0, "0.1 0 0"), link("box", 3.0, "0 0.2 0"), link("platform"), link("tip", 0.5),
+        joint("hinge", "continuous", "base", "arm"), joint("weld", "fixed", "arm", "box", "0.5 0 0"),
+        joint("seam", "fixed", "box", "tip", "0 0 1"), joint("end", "fixed", "box", "platform", "0 0 0.3"),
+    )  # fmt: skip
+    found = link_inertias(machine.mechanism.model)
+    masses = {"arm": 2.0, "box": 3.0, "platform": 0.0, "tip": 0.5}
+    assert {name: found[name].mass for name in masses} == pytest.approx(masses, abs=1e-12)
+    np.testing.assert_allclose(found["arm"].lever, [0.1, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(found["box"].lever, [0.5, 0.2, 0], atol=1e-12)
+    np.testing.assert_allclose(found["tip"].lever, [0.5, 0, 1], atol=1e-12)
+
+
+@pytest.mark.parametrize(("mass", "weighs"), [(0.0, False), (1e-15, False), (1e-12, True), (1.0, True)])
+def test_what_rounding_leaves_of_a_link_weighs_nothing(mass, weighs):
+    machine = robot(
+        link("base"), link("arm", mass), link("platform", 0.7, "0 0 0.1"), joint("hinge", "continuous", "base", "arm"),
+        joint("weld", "fixed", "arm", "platform"),
+    )  # fmt: skip
+    assert bool(link_inertias(machine.mechanism.model)["arm"].mass) == weighs
+
+
+def test_a_model_weighs_what_it_is_given():
+    model = robot(
+        link("base", 9.0), link("arm", 9.0), link("platform", 9.0), joint("hinge", "continuous", "base", "arm"),
+        joint("elbow", "continuous", "arm", "platform", "1 0 0"),
+    ).mechanism.model  # fmt: skip
+    nothing = pin.Inertia.Zero()
+    copy = weighed(model, [(1, stick(2.0, (1, 0, 0))), (2, nothing), (1, stick(6.0, (0, 1, 0))), (1, nothing)])
+    assert [inertia.mass for inertia in copy.inertias] == [0, 8, 0]
+    np.testing.assert_allclose(copy.inertias[1].lever, [0.25, 0.75, 0], atol=1e-15)
+    assert model.inertias[2].mass == 9.0 and np.all(np.isfinite(copy.inertias[1].inertia))
+
+
+def test_a_weight_is_a_force_at_the_centre_of_mass():
+    turn = pin.exp3(np.array([0.3, -0.4, 0.5]))
+    arm, lever, gravity = np.array([1.0, 2.0, 3.0]), np.array([0.1, 0.2, -0.3]), np.array([0.5, -1.0, -9.0])
+    found = Falling(turn, arm, gravity).wrench(stick(4.0, lever))
+    np.testing.assert_allclose(found, np.r_[4 * gravity, np.cross(arm + turn @ lever, 4 * gravity)], rtol=1e-12)
