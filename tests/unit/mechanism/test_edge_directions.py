@@ -5,24 +5,24 @@ from itertools import combinations
 import pytest
 
 from kinetostatics.mechanism import edge_directions
-from kinetostatics.mechanism.edge_directions import cut_pieces, steps_out
-from kinetostatics.mechanism.rigid_bodies import Piece, PieceEdge
+from kinetostatics.mechanism.edge_directions import , directed_edges
+from kinetostatics.mechanism.rigid_bodies import RigidBody, BodyEdge
 
 
 class Network:
-    """Pieces named by letters, ``0`` the base and ``1`` the platform; edges as pairs of letters, from inner to outer."""
+    """Rigid bodies named by letters, ``0`` the base and ``1`` the platform; edges as pairs of letters, from inner to outer."""
 
     def __init__(self, *edges: str, beams: str = "") -> None:
         names = sorted({letter for edge in edges for letter in edge} | {"0", "1"})
-        self.named = {letter: Piece(letter) for letter in names}
+        self.named = {letter: RigidBody(letter) for letter in names}
         self.base, self.platform = self.named["0"], self.named["1"]
         self.edges = [
-            PieceEdge(self.named[a], self.named[b], beam="a beam" if a + b in beams.split() else None) for a, b in edges
+            BodyEdge(self.named[a], self.named[b], beam="a beam" if a + b in beams.split() else None) for a, b in edges
         ]
-        self.pieces = [piece for name, piece in self.named.items() if name not in "01"]
+        self.bodies = [body for name, body in self.named.items() if name not in "01"]
 
     def steps(self):
-        return steps_out(self.pieces, self.edges, self.base, self.platform)
+        return directed_edges(self.bodies, self.edges, self.base, self.platform)
 
     def read(self):
         """Return the steps in words: ``ab``, ``~`` before those of both ways, ``-`` behind those not of the tree."""
@@ -55,7 +55,7 @@ def test_only_the_bridge_is_passed_both_ways():
 def test_a_ring_in_a_chain_has_one_direction():
     assert Network("0a", "ab", "ac", "bd", "cd", "d1").read() == ["0a", "ab", "bd", "d1", "ac", "cd-"]
     assert Network("0a", "ab", "ac", "bd", "cd", "d1").back() == []
-    # the tree prefers beams where two edges end at one piece
+    # the tree prefers beams where two edges end at one body
     assert Network("0a", "ab", "ac", "bd", "cd", "d1", beams="cd").read() == ["0a", "ab", "bd-", "ac", "cd", "d1"]
 
 
@@ -80,7 +80,7 @@ def test_the_rungs_of_a_ladder_are_passed_both_ways():
 
 @pytest.mark.parametrize(("cluster", "found"), [("pqrstu", ["ab"]), ("pqrstuv", [])])
 def test_the_search_gives_up_in_large_networks(cluster, found):
-    """Pieces joined each to each, that hang on the base and are looked at first: 6 have 326 ways through them, 7 have 1957."""
+    """Bodies joined each to each, that hang on the base and are looked at first: 6 have 326 ways through them, 7 have 1957."""
     dense = [a + b for a, b in combinations(cluster, 2)]
     assert Network("0a", "0b", "ab", "a1", "b1", *dense, "0p").back() == found
 
@@ -95,8 +95,8 @@ def test_cuts_are_what_every_way_passes():
     network = Network("0a", "ab", "ac", "bd", "cd", "d1")
     found = [
         (inner.link, outer.link, [step.inner.link + step.outer.link for step in steps])
-        for inner, outer, steps in cut_pieces(network.steps(), network.base, network.platform)
+        for inner, outer, steps in (network.steps(), network.base, network.platform)
     ]
     assert found == [("0", "a", ["0a"]), ("a", "d", ["ab", "bd", "ac", "cd"]), ("d", "1", ["d1"])]
     hanging = Network("ab", "b1")
-    assert cut_pieces(hanging.steps(), hanging.base, hanging.platform) == []
+    assert (hanging.steps(), hanging.base, hanging.platform) == []
