@@ -5,8 +5,8 @@ from itertools import combinations
 import pytest
 
 from kinetostatics.mechanism import edge_directions
-from kinetostatics.mechanism.edge_directions import , directed_edges
-from kinetostatics.mechanism.rigid_bodies import RigidBody, BodyEdge
+from kinetostatics.mechanism.edge_directions import directed_edges, segments_between_cuts
+from kinetostatics.mechanism.rigid_bodies import BodyEdge, RigidBody
 
 
 class Network:
@@ -16,9 +16,7 @@ class Network:
         names = sorted({letter for edge in edges for letter in edge} | {"0", "1"})
         self.named = {letter: RigidBody(letter) for letter in names}
         self.base, self.platform = self.named["0"], self.named["1"]
-        self.edges = [
-            BodyEdge(self.named[a], self.named[b], beam="a beam" if a + b in beams.split() else None) for a, b in edges
-        ]
+        self.edges = [BodyEdge(self.named[a], self.named[b], beam="a beam" if a + b in beams.split() else None) for a, b in edges]
         self.bodies = [body for name, body in self.named.items() if name not in "01"]
 
     def steps(self):
@@ -95,8 +93,8 @@ def test_cuts_are_what_every_way_passes():
     network = Network("0a", "ab", "ac", "bd", "cd", "d1")
     found = [
         (inner.link, outer.link, [step.inner.link + step.outer.link for step in steps])
-        for inner, outer, steps in (network.steps(), network.base, network.platform)
+        for inner, outer, steps in segments_between_cuts(network.steps(), network.base, network.platform)
     ]
     assert found == [("0", "a", ["0a"]), ("a", "d", ["ab", "bd", "ac", "cd"]), ("d", "1", ["d1"])]
     hanging = Network("ab", "b1")
-    assert (hanging.steps(), hanging.base, hanging.platform) == []
+    assert segments_between_cuts(hanging.steps(), hanging.base, hanging.platform) == []
