@@ -81,7 +81,7 @@ __all__ = [
 ]
 
 
-LATE_MODULES.append("kinetostatics.reports")
+LATE_MODULES.extend(("kinetostatics.results.warnings", "kinetostatics.reports"))
 
 
 def __dir__() -> list[str]:

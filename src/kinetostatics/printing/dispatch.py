@@ -39,6 +39,12 @@ def html_of(item: Any) -> str:
 
 
 @singledispatch
+def warnings_of(item: Any) -> tuple[str, ...]:
+    """Return what to be careful about in something, in full sentences."""
+    return tuple(_late(warnings_of.dispatch, item)(item))
+
+
+@singledispatch
 def urdf_of(item: Any) -> str:
     """Return the text of a robot file that loads as the same robot."""
     return str(_late(urdf_of.dispatch, item)(item))

@@ -12,7 +12,6 @@ Two measures of the joints' geometry, without units (lengths are compared by the
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,12 +20,9 @@ from kinetostatics.limbs.statics import LimbStatics
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import canonical_basis
 from kinetostatics.math.screws import describe_twist
+from kinetostatics.results.result import Result
+from kinetostatics.robot import Robot
 from kinetostatics.statics.solution import solve
-
-if TYPE_CHECKING:
-    from kinetostatics.results.result import Result
-    from kinetostatics.robot import Robot
-
 
 #: Hold below which a pose is nearly singular; so is one where a network's gain is above 1/HOLD.
 HOLD = 0.02

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.math.screws import move_wrench
-from kinetostatics.printing.dispatch import Shown, dict_of, text_of
+from kinetostatics.printing.dispatch import Shown, dict_of, text_of, warnings_of
 from kinetostatics.printing.mappings import Named
 from kinetostatics.results.batch import Batch
 from kinetostatics.results.beam import BeamResult, beam_results, euler_ratios
@@ -27,7 +27,6 @@ from kinetostatics.results.contributions import (
     source_contributions,
 )
 from kinetostatics.results.limb import LimbResult, particular_limb_wrench
-from kinetostatics.results.warnings import result_warnings
 from kinetostatics.robot import Robot, robot_of
 from kinetostatics.statics.deformation import Deformation, deform
 from kinetostatics.statics.joint_wrenches import actuator_forces, drive_forces, joint_contributions, joint_wrenches
@@ -378,7 +377,7 @@ class Result(Shown):
     @cached_property
     def warnings(self) -> tuple[str, ...]:
         """What to be careful about, in full sentences."""
-        return result_warnings(self)
+        return warnings_of(self)
 
 
 def _two_ways(contributions: Mapping[str, Array], limb: str) -> Mapping[str, Array]:

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from kinetostatics.kinematics.unit_hints import odd_limits
+from kinetostatics.printing.dispatch import warnings_of
 from kinetostatics.results.near_singular import near_singular_words
-
-if TYPE_CHECKING:
-    from kinetostatics.results.result import Result
+from kinetostatics.results.result import Result
 
 #: Part of the Euler load above which the linear theory is doubtful.
 EULER_WARNING = 0.05
@@ -23,6 +21,7 @@ NOTHING = 1e-9
 OPEN_LOOPS = 1e-9
 
 
+@warnings_of.register
 def result_warnings(result: Result) -> tuple[str, ...]:
     """Return the warnings of the robot and of its poses under their loads."""
     robot = result.robot
