@@ -47,6 +47,10 @@ def own_weights_of_beams(group: LimbGroup, geometry: LimbGeometry, gravity: Arra
 def strains(group: LimbGroup, geometry: LimbGeometry, columns: Array, particular: Array, loads: LimbLoads) -> tuple[Array, Array]:
     """Return the compliance (n, n, g, N) along chord wrenches, and the sag (n, g, N) along them.
 
+    C_ic = Σ ∫ (X J_ic)ᵀ c (X J_ic) ds, Eqs. (1), (13);
+    Δ_igc = Σ ∫ (X J_ic)ᵀ c X (J_ig W_ig + weights) ds, Eqs. (16), (19), (21): Castigliano's theorem, in closed form for beams.
+    X moves wrenches to the section at s, c is the compliance there; a spring adds one term to each sum.
+
     Args:
         group, geometry: the limbs and where they are.
         columns: (M, 6, n, g, N) chord wrenches per unit of each of n intensities.
@@ -86,7 +90,7 @@ def spring_twist(group: LimbGroup, spring: int, wrench: Array) -> Array:
 
 
 def assembly_error_strains(group: LimbGroup, columns: Array, assembly_error: Array | None) -> Array:
-    """Return what misfits (6, elements, g, N) about o do along chord wrenches (M, 6, n, g, N): (n, g, N) [m or rad]."""
+    """Return J_icᵀ times the misfits (6, elements, g, N) about o, along chord wrenches (M, 6, n, g, N): (n, g, N) [m or rad]."""
     if assembly_error is None:
         return np.broadcast_to(0.0, columns.shape[2:])
     error: Array = np.zeros(columns.shape[2:])

@@ -44,7 +44,7 @@ class RelaxedLimbs:
 def relaxed_limbs(
     group: LimbGroup, geometry: LimbGeometry, found: LimbWrenches, loads: LimbLoads, assembly_error: Array | None
 ) -> RelaxedLimbs:
-    """Relax the self-stress of limbs, if they have any.
+    """Relax the self-stress y of limbs, if they have any: it takes the value of least complementary energy, ∂U/∂y = 0.
 
     Args:
         group, geometry: the limbs and where they are.

@@ -48,7 +48,15 @@ class LimbWrenches:
 
 
 def limb_wrenches(group: LimbGroup, geometry: LimbGeometry, outboard: Array) -> LimbWrenches:
-    """Find the wrenches of limbs; ``outboard`` (6, passive freedoms, g, N) are the weights outboard of each passive freedom."""
+    """Find the wrenches of limbs that do no work on any passive freedom j.
+
+    Tᵀ J_ic = 0, Eq. (2), and T_jᵀ (J_ig W_ig + Σ w) = 0, Eq. (3), with the weights w outboard of j; J_ig W_ig is the solution of
+    Eq. (4) whose basis people can read.
+
+    Args:
+        group, geometry: the limbs and where they are.
+        outboard: (6, passive freedoms, g, N) the weights outboard of each passive freedom, about o, world axes [N, N·m].
+    """
     T = geometry.twists[:, group.passive]
     demand = np.einsum("ik...,ik...->k...", T, outboard) / group.power_scale[:, 0]
     return _of_serial(group, geometry, T, demand) if group.is_serial else _of_rings(group, geometry, demand)

@@ -38,7 +38,10 @@ def actuator_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]
 
 
 def _carried(robot: RobotStatics, solution: Solution, joints: Sequence[int] | None = None) -> Array:
-    """Return the wrenches (6, J, N) of some joints of the table; None: of all. What is open has one of its possible values."""
+    """Return the wrenches (6, J, N) of some joints of the table; None: of all. What is open has one of its possible values.
+
+    Of a serial limb's joint −(J_ic W_ic + J_ig W_ig + Σ w), with the weights w outboard of it (``docs/method.md``, section 7).
+    """
     table = robot.joint_table
     which = slice(None) if joints is None else list(joints)
     chords = np.zeros((6, table.chords.shape[1], solution.o.shape[1]))
@@ -71,6 +74,8 @@ def drive_forces(
     robot: RobotStatics, solution: Solution, wrenches: Array, names: Sequence[str] | None = None
 ) -> dict[str, Array]:
     """Return the force or torque (…, N) of each drive, positive along its coordinate, from joint wrenches (6, J, …, N).
+
+    The power of the joint's wrench on the drive's unit twist, Eq. (17).
 
     A drive that other joints mimic moves them too: their forces count with their multipliers. ``names`` are those of the joints
     that the wrenches belong to; None: all of the robot's joint table.

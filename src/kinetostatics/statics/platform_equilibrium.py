@@ -36,7 +36,7 @@ class _Split:
 
 
 class PlatformEquilibrium:
-    """Operators of one chunk of N poses, ready for right-hand sides.
+    """K = Σ J_ic C_ic⁻¹ J_icᵀ of Eq. (12) at the N poses of a chunk, ready for right-hand sides.
 
     Attributes:
         scale: (6,) factors that make wrenches comparable.
@@ -90,6 +90,8 @@ class PlatformEquilibrium:
     def solve(self, right: Array, strains: Sequence[Array]) -> tuple[Array, list[Array]]:
         """Return the twists (6, S, N) and intensities, for each group (n_c, S, g, N).
 
+        Δ = K⁻¹ (W − Σ J_ig W_ig + Σ J_ic C_ic⁻¹ Δ_igc), Eq. (12), in the motions that rigid limbs leave.
+
         Args:
             right: (6, S, N) what the world puts on the platform, less what it puts on the limbs whatever their intensities.
             strains: for each group (n_c, S, g, N) what the limbs' ends move along their wrenches without any intensity.
@@ -116,7 +118,7 @@ class PlatformEquilibrium:
         return twists, intensities
 
     def _intensities(self, twists: Array, strains: Sequence[Array], multipliers: list[Array]) -> list[Array]:
-        """Return W_ic by Eq. (11)."""
+        """Return W_ic = C_ic⁻¹ (J_icᵀ Δ − Δ_igc), Eq. (11)."""
         rest = iter(multipliers)
         result: list[Array] = []
         for item, factor, strain in zip(self._statics, self._factors, strains, strict=True):
@@ -132,7 +134,7 @@ class PlatformEquilibrium:
         return result
 
     def _refine(self, right: Array, twists: Array, intensities: list[Array]) -> None:
-        """Let the platform move, in place, by what rounding has left unbalanced of Eq. (5)."""
+        """Let the platform move, in place, by what rounding leaves of Eq. (5), W = Σ J_ic W_ic + Σ J_ig W_ig."""
         left = right
         for item, W in zip(self._statics, intensities, strict=True):
             left = left - np.einsum("kign,isgn->ksn", item.J_c, W)

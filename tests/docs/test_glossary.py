@@ -1,0 +1,74 @@
+"""docs/glossary.md against the code: attributes exist, and what evaluates a formula names its symbol and its equation."""
+
+import importlib
+import inspect
+import re
+
+import pytest
+from places import ROOT
+
+import kinetostatics as ks
+
+PAGE = (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8")
+METHOD = (ROOT / "docs" / "method.md").read_text(encoding="utf-8")
+
+
+def rows(name):
+    table = re.search(rf"<!-- {name}: begin -->\n(.*?)<!-- {name}: end -->", PAGE, re.DOTALL).group(1)
+    return [[cell.strip() for cell in line.strip("|\n").split(" | ")] for line in table.splitlines()[2:]]
+
+
+def plain(text):
+    """Return text with LaTeX's symbols written as in docstrings: ``J_{ic}`` is J_ic."""
+    return re.sub(r"\\Delta", "Δ", re.sub(r"\\kappa", "κ", text)).replace("{", "").replace("}", "")
+
+
+def named(path):
+    """Return a module, class, function or attribute of the package by its dotted name."""
+    parts = path.split(".")
+    for count in range(len(parts), 0, -1):
+        try:
+            found = importlib.import_module(".".join(["kinetostatics", *parts[:count]]))
+        except ModuleNotFoundError:
+            continue
+        for name in parts[count:]:
+            found = inspect.getattr_static(found, name)
+        return found
+    raise AssertionError(path)
+
+
+SYMBOLS, WORDS = rows("symbols"), rows("words")
+
+
+@pytest.fixture(scope="module")
+def result():
+    return ks.analyze(ks.load_robot("3rps").assemble())
+
+
+@pytest.mark.parametrize("row", SYMBOLS, ids=lambda row: row[0])
+def test_symbols(row, result):
+    symbol, _, equation, attribute, code, unit = row
+    doc = inspect.getdoc(named(code.strip("`"))) or ""
+    for part in symbol.split(", "):
+        assert re.search(rf"(?<!\w){re.escape(part.split(' ')[0])}(?!\w)", doc + plain(METHOD)), part
+    for number in re.findall(r"\((\d+)\)", equation):
+        assert f"({number})" in doc, f"{code} does not name Eq. ({number})"
+    section = re.fullmatch(r"§ (\d+)", equation)
+    assert section is None or f"## {section[1]}. " in METHOD
+    if attribute != "–":
+        assert eval(attribute.strip("`"), {"result": result}) is not None
+    assert unit
+
+
+@pytest.mark.parametrize("row", WORDS, ids=lambda row: row[0])
+def test_words(row):
+    _, meaning, code = row
+    assert named(code.strip("`")) is not None and meaning
+
+
+def test_the_page_is_about_the_paper_and_in_order():
+    numbers = {int(number) for row in SYMBOLS for number in re.findall(r"\((\d+)\)", row[2])}
+    assert {1, 2, 3, 4, 5, 11, 12, 13, 16, 17, 19, 21} <= numbers
+    assert [row[0] for row in WORDS] == sorted(row[0] for row in WORDS)
+    for target in re.findall(r"\]\(([^)#:]+)\)", PAGE):
+        assert (ROOT / "docs" / target).exists(), target
