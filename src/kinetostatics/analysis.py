@@ -18,6 +18,7 @@ from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array, chunks
 from kinetostatics.math.linalg import canonical_basis, cross
 from kinetostatics.math.screws import describe_twist
+from kinetostatics.mechanism.beam_model import without_length
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot, robot_of
@@ -61,6 +62,7 @@ def analyze(
         ArgumentError: a shape or value makes no sense.
         SingularPoseError: with the drives locked the platform can still move; the message says how.
         LimbEquilibriumError: a limb cannot hold its own weight.
+        StaticsError: a telescopic beam has no length left, or misfits of rigid parts contradict one another.
 
     Example:
         A tripod carries 500 N on its platform. What load and weights contribute to the twist adds up to it:
@@ -159,6 +161,9 @@ def _load_at_o(robot: Robot, frames: Frames, load: Array, point: Array | None, f
 
 def _complain(robot: Robot, solution: Solution) -> None:
     """Raise what is wrong with the first failed pose of a chunk."""
+    for p in np.flatnonzero(solution.singular):
+        if short := without_length(robot.beams.values(), solution.frames, int(p)):
+            raise StaticsError(short)
     for name, part in solution.unbalanced.items():
         for p in np.flatnonzero(part > UNBALANCED):
             joints = passive_joints(robot.statics, name)

@@ -28,7 +28,8 @@ class Status(enum.IntEnum):
     LIMIT_EXCEEDED = 1
     #: The loops do not close at these coordinates; all numbers are NaN.
     UNREACHABLE = 2
-    #: With the drives locked the platform can still move, or a limb cannot hold its own weight; all numbers are NaN.
+    #: With the drives locked the platform can still move, a limb cannot hold its own weight, or a telescopic beam is pushed
+    #: together beyond its start; all numbers are NaN.
     SINGULAR = 3
     #: Rigid limbs overconstrain one another, or a rigid ring itself: the twist is valid, undetermined forces are NaN.
     INDETERMINATE = 4

@@ -133,6 +133,7 @@ CROOKED = (
     + '<loop name="ball" type="spherical"><predecessor link="strut"><origin xyz="0 0 0.3"/></predecessor>'
     '<successor link="plate"/></loop>'
 )  # fmt: skip
+DRIVEN_TELESCOPE = (*telescope("0 0 1"), *more(MOTOR.replace("motor", "m2").replace('"a"', '"slide"')))
 
 STATICS = (
     Mistake("`<transmission>` left out", "As many drives as the mobility, at least.", ((MOTOR, ""),), code="ks.analyze(pose)"),
@@ -140,6 +141,11 @@ STATICS = (
             "or drive d too.", FOLDED, code="ks.analyze(pose)"),
     Mistake("a lamp on a hinge of the plate, its centre of mass beside the hinge", "A drive or a `<joint_stiffness>` in the "
             "hinge; or let it hang straight down.", more(LAMP), code="ks.analyze(pose)"),
+    Mistake("the left rod a telescope, its slide driven too, and pushed in by more than its length", "Give the slide a "
+            "`<limit>`, and poses within it.", DRIVEN_TELESCOPE,
+            code="ks.analyze(robot.assemble(actuators={'a': 0, 'slide': -0.35}))"),
+    Mistake("the same, and `.model` of that pose", "The same.", DRIVEN_TELESCOPE,
+            code="robot.assemble(actuators={'a': 0, 'slide': -0.35}).model"),
     Mistake("a crooked strut, heavy, on a ball at either end", "A universal joint instead of one of the balls.", more(CROOKED),
             code="ks.analyze(robot.assemble(actuators={'a': 0.2}))"),
     code("ks.analyze(robot)", "Assemble it first."),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,6 +17,9 @@ from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.printing.mappings import ShortRepr
 from kinetostatics.sections.kinds import beam_compliance_coefficients
+
+#: What a length may be, relative to the coordinates of the beam's ends, and still be zero.
+ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, repr=False)
@@ -40,10 +44,33 @@ class BeamModel(ShortRepr):
 
     def length(self, frames: Frames) -> Array:
         """Return the length (N,) [m] at given frames."""
-        start = frames.points(np.array([self.span.start_body]), self.span.start[:, None])[:, 0]
-        end = frames.points(np.array([self.span.end_body]), self.span.end[:, None])[:, 0]
+        start, end = self._ends(frames)
         along = frames.directions(np.array([self.span.carrier]), self.axes[:, :1])[:, 0]
         return dot(along, end - start)
+
+    def _ends(self, frames: Frames) -> tuple[Array, Array]:
+        """Return start and end (3, N) [m]."""
+        span = self.span
+        return (
+            frames.points(np.array([span.start_body]), span.start[:, None])[:, 0],
+            frames.points(np.array([span.end_body]), span.end[:, None])[:, 0],
+        )
+
+    @property
+    def telescopic(self) -> bool:
+        """Whether its length changes with the pose."""
+        return self.span.start_body != self.span.end_body
+
+    def remaining_length(self, frames: Frames) -> Array:
+        """Return the length (N,) [m]: zero of a telescope pushed together to nothing, negative of one pushed further."""
+        length = self.length(frames)
+        rounding = ROUNDING * np.max(np.abs(self._ends(frames)), axis=(0, 1))
+        return np.where(np.abs(length) <= rounding, 0.0, length)
+
+    def mass_at(self, frames: Frames) -> Array:
+        """Return the mass (N,) [kg] at given frames; a telescope that has no length left has none."""
+        length = self.length(frames)
+        return np.full_like(length, self.mass) if self.mass_per_length is None else self.mass_per_length * np.maximum(length, 0)
 
     def rod(self, frames: Frames) -> tuple[int, Any]:
         """Return the beam as a rigid prism, at the frames of one pose: the body that carries it, and ``pin.Inertia`` in that.
@@ -53,17 +80,22 @@ class BeamModel(ShortRepr):
         import pinocchio as pin
 
         span, section = self.span, self.span.beam.section
-        ends = [
-            frames.points(np.array([body]), point[:, None])[:, 0, 0]
-            for body, point in ((span.start_body, span.start), (span.end_body, span.end))
-        ]
+        start, end = self._ends(frames)
         R, p = frames.rotation[:, :, span.carrier, 0], frames.position[:, span.carrier, 0]
-        length = float(self.length(frames)[0])
-        mass = self.mass if self.mass_per_length is None else self.mass_per_length * length
+        length, mass = float(self.length(frames)[0]), float(self.mass_at(frames)[0])
         about = np.array([section.I_y + section.I_z, section.I_y, section.I_z]) / section.area
         about[1:] += length**2 / 12
         own = mass * self.axes @ np.diag(about) @ self.axes.T
-        return span.carrier, pin.Inertia(mass, R.T @ ((ends[0] + ends[1]) / 2 - p), own)
+        return span.carrier, pin.Inertia(mass, R.T @ ((start[:, 0] + end[:, 0]) / 2 - p), own)
+
+
+def without_length(beams: Iterable[BeamModel], frames: Frames, pose: int) -> str | None:
+    """Return what is wrong if telescopes have no length left at a pose."""
+    short = {beam.name: float(beam.remaining_length(frames)[pose]) for beam in beams if beam.telescopic}
+    words = [f"{name!r} ({length:.3g} m from start to end)" for name, length in short.items() if length <= 0]
+    if not words:
+        return None
+    return f"telescopic beams are pushed together to nothing or further at this pose: {', '.join(words)}"
 
 
 def make_beam_models(mechanism: Mechanism, spans: dict[str, BeamSpan], zero: Frames) -> dict[str, BeamModel]:

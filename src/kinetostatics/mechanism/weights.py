@@ -12,9 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics.exceptions import StaticsError
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import cross
-from kinetostatics.mechanism.beam_model import BeamModel
+from kinetostatics.mechanism.beam_model import BeamModel, without_length
 from kinetostatics.mechanism.inertias import Falling, weighed
 from kinetostatics.mechanism.limbs import Topology
 from kinetostatics.mechanism.mechanism import Mechanism
@@ -59,12 +60,7 @@ class Weights:
         result = np.empty((len(self.names), N))
         result[self._is_rigid] = self._mass[:, None]
         if self._beams:
-            result[~self._is_rigid] = np.array(
-                [
-                    np.full(N, beam.mass) if beam.mass_per_length is None else beam.mass_per_length * beam.length(frames)
-                    for beam in self._beams
-                ]
-            )
+            result[~self._is_rigid] = np.array([beam.mass_at(frames) for beam in self._beams])
         return result
 
     def centres(self, frames: Frames) -> Array:
@@ -102,12 +98,20 @@ class Weights:
             self._known = []
             for number, is_rigid in enumerate(self._is_rigid):
                 beam = None if is_rigid else self._beam_of[number]
-                follows = beam is not None and beam.span.start_body != beam.span.end_body
-                self._known.append(None if follows else next(rigid) if beam is None else beam.rod(frames))
+                if beam is None:
+                    self._known.append(next(rigid))
+                else:
+                    self._known.append(None if beam.telescopic else beam.rod(frames))
         return self._known
 
     def on_model(self, model: Any, frames: Frames) -> Any:
-        """Return a copy of Pinocchio's model of the tree that weighs what the robot weighs at one pose."""
+        """Return a copy of Pinocchio's model of the tree that weighs what the robot weighs at one pose.
+
+        Raises:
+            StaticsError: a telescope is pushed together beyond its start.
+        """
+        if any(float(beam.remaining_length(frames)[0]) < 0 for beam in self._beams):
+            raise StaticsError(without_length(self._beams, frames, 0))
         return weighed(model, self._bodies_at(frames))
 
     def sum(self, names: Iterable[str], wrenches: Array) -> Array:

@@ -43,7 +43,8 @@ class Solution(ShortRepr):
         compliance, stiffness: (6, 6, N).
         intensities: for each group W_ic of each contribution (n_c, S, g, N), Eq. (11).
         load, platform_weight: (6, N) external load and weight of the platform [N, N·m].
-        singular: (N,) whether the platform or a limb can still move: no number means anything.
+        singular: (N,) whether the platform or a limb can still move, or a telescope is pushed together beyond its start: no
+            number means anything.
         indeterminate: (N,) whether rigid limbs or rings leave forces open.
         basis_degenerate: (N,) whether the readable wrench basis of a limb degenerates.
         undetermined: for each group (n_c, g, N) whether an intensity cannot be determined.
@@ -174,7 +175,7 @@ def solve(
         intensities=tuple(intensities),
         load=load,
         platform_weight=platform_weight,
-        singular=_singular(statics, balance, unbalanced),
+        singular=_singular(statics, balance, unbalanced) | _turned_inside_out(robot, frames),
         indeterminate=balance.indeterminate | _of_any_limb([np.any(item.loose, axis=(0, 1, 2)) for item in statics], o.shape[1]),
         basis_degenerate=_of_any_limb([item.degenerate for item in statics], o.shape[1]),
         undetermined=tuple(balance.undetermined),
@@ -254,6 +255,15 @@ def _singular(statics: Iterable[LimbStatics], balance: PlatformEquilibrium, unba
     for part in unbalanced.values():
         singular = singular | (part > UNBALANCED)
     return singular
+
+
+def _turned_inside_out(robot: RobotStatics, frames: Frames) -> NDArray[np.bool_]:
+    """Return where (N,) a telescope is pushed together beyond its start, where a beam's formulas mean nothing."""
+    result = np.zeros(frames.position.shape[2], dtype=bool)
+    for beam in robot.beams.values():
+        if beam.telescopic:
+            result |= beam.remaining_length(frames) < 0
+    return result
 
 
 def _of_any_limb(groups: Sequence[NDArray[np.bool_]], N: int) -> NDArray[np.bool_]:

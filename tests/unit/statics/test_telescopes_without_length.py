@@ -1,0 +1,75 @@
+"""A telescope pushed together beyond its own start: no numbers, and one plain error, whatever else holds the platform.
+
+The robot is a mast of two telescopes in series, both driven, so that the compliance of the mast would stay positive although
+one of them had a negative length.
+"""
+
+import numpy as np
+import pytest
+
+import kinetostatics as ks
+from kinetostatics.files.reader import parse_robot_text
+
+
+def mast(scale: float = 1.0) -> ks.Robot:
+    """Return the mast; both telescopes are 0.5 m long at zero, times ``scale``."""
+    parts, parent = ['<robot name="mast"><link name="ground"/>'], "ground"
+    for name in "ab":
+        parts.append(
+            f'<link name="sleeve_{name}"/><joint name="foot_{name}" type="fixed"><parent link="{parent}"/>'
+            f'<child link="sleeve_{name}"/></joint><link name="rod_{name}"/><joint name="slide_{name}" type="prismatic">'
+            f'<parent link="sleeve_{name}"/><child link="rod_{name}"/><origin xyz="0 0 {0.5 * scale!r}"/><axis xyz="0 0 1"/>'
+            '<limit lower="-2" upper="2" effort="1" velocity="1"/></joint>'
+            f'<beam link="sleeve_{name}" name="beam_{name}" from="foot_{name}" to="head_{name}" youngs_modulus="210e9" '
+            'poisson_ratio="0.3" density="7850"><circle diameter="0.02"/></beam>'
+            f'<transmission name="drive_{name}"><joint name="slide_{name}"/></transmission>'
+            f'<link name="end_{name}"/><joint name="head_{name}" type="fixed"><parent link="rod_{name}"/>'
+            f'<child link="end_{name}"/></joint>'
+        )
+        parent = f"end_{name}"
+    return ks.Robot(parse_robot_text("".join([*parts, '<base link="ground"/><platform link="end_b"/></robot>']), "mast.urdf"))
+
+
+def posed(robot: ks.Robot, *slides: float | list[float]) -> ks.Configuration:
+    return robot.assemble(actuators=dict(zip(("slide_a", "slide_b"), slides, strict=True)))
+
+
+def test_one_pose_raises_an_error_that_names_the_telescope() -> None:
+    pose = posed(mast(), -0.6, 0.3)
+    with pytest.raises(ks.StaticsError, match=r"'beam_a' \(-0.1 m from start to end\)") as caught:
+        ks.analyze(pose, load=[1, 2, -3, 0, 0, 0])
+    assert "beam_b" not in str(caught.value)
+    with pytest.raises(ks.StaticsError, match=r"'beam_a' \(-0.1 m from start to end\)"):
+        pose.model  # noqa: B018
+
+
+def test_poses_before_and_beyond_are_told_apart() -> None:
+    """Where the second telescope is longer than the first is turned inside out, the mast's compliance stays positive."""
+    poses = posed(mast(), [-0.4, -0.49, -0.6, -0.7], [0.3] * 4)
+    result = ks.analyze(poses)
+    assert result.status.tolist() == [ks.Status.OK, ks.Status.OK, ks.Status.SINGULAR, ks.Status.SINGULAR]
+    assert np.isfinite(result.twist[:2]).all()
+    assert np.isnan(result.twist[2:]).all()
+
+
+def test_a_telescope_shorter_than_rounding_weighs_nothing() -> None:
+    """At a millionth of the size of an atom the direction of a beam is lost; what remains is an error or a result."""
+    robot = mast(1e-31)
+    assert robot.beams["beam_a"].mass_at(robot.zero_frames)[0] >= 0
+    for text in ("5e-32", "-5e-32"):
+        try:
+            result = ks.analyze(posed(robot, float(text), float(text)))
+        except ks.KinetostaticsError:
+            continue
+        assert np.isfinite(result.twist).all()
+
+
+def test_one_pose_weighs_what_many_weigh() -> None:
+    robot = mast()
+    weights = robot.weights
+    for slide in (-0.6, -0.5, 0.2):
+        one, two = posed(robot, slide, 0.0).frames, posed(robot, [slide] * 2, [0.0] * 2).frames
+        down = np.array([[0.0], [0.0], [-9.81]])
+        alone = weights.wrenches(one, np.zeros((3, 1)), down)
+        together = weights.wrenches(two, np.zeros((3, 2)), np.repeat(down, 2, axis=1))
+        np.testing.assert_allclose(alone, together[..., :1], rtol=0, atol=1e-12)
