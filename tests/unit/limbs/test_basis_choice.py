@@ -29,7 +29,7 @@ def test_wrenches_are_judged_at_generic_poses_and_where_the_limb_is_regular():
     assert choice._regular(pairs(1, 1, np.nan, 1, 1), []).tolist() == [0, 1, 3, 4]
 
 
-def wrist(*freedoms, length=2.0, serial=True, units=None):
+def wrist(*freedoms, length=2.0, serial=True, compounds=None):
     """A limb made of (kind, axis, point) freedoms, each a joint of its own, and its geometry about o."""
     rotates = np.array([kind == "R" for kind, *_ in freedoms])
     axes = np.array([axis / np.linalg.norm(axis) for _, axis, _ in freedoms]).T
@@ -37,10 +37,10 @@ def wrist(*freedoms, length=2.0, serial=True, units=None):
         (rotation_twist(axis, np.asarray(point)) if turns else translation_twist(axis))
         for turns, axis, (_, _, point) in zip(rotates, axes.T, freedoms, strict=True)
     ]
-    unit_of = np.arange(len(freedoms)) if units is None else np.array(units)
+    compound_of = np.arange(len(freedoms)) if compounds is None else np.array(compounds)
     group = SimpleNamespace(
-        passive=np.ones(len(freedoms), dtype=bool), is_serial=serial, rotates=rotates, unit_of=unit_of,
-        units=[[SimpleNamespace(has_axis=lambda turns: True) for _ in freedoms]], model=SimpleNamespace(length=length),
+        passive=np.ones(len(freedoms), dtype=bool), is_serial=serial, rotates=rotates, compound_of=compound_of,
+        compounds=[[SimpleNamespace(has_axis=lambda turns: True) for _ in freedoms]], model=SimpleNamespace(length=length),
         basis=SimpleNamespace(carried=range(len(freedoms))), twist_scale=np.array([1.0] * 3 + [length] * 3).reshape(6, 1, 1, 1),
     )  # fmt: skip
     geometry = SimpleNamespace(
@@ -56,7 +56,7 @@ MEETING = [("R", X, POINT + 0.4 * X), ("R", Y + Z, POINT), ("R", Z - X, POINT - 
 def test_axes_meet_in_a_point_if_all_of_them_do():
     assert common_point(*wrist(*MEETING)) == (2, 1)  # the outer ones
     assert common_point(*wrist(*MEETING, serial=False)) is None
-    assert common_point(*wrist(*MEETING, units=[0, 1, 1])) == (2, 0)
+    assert common_point(*wrist(*MEETING, compounds=[0, 1, 1])) == (2, 0)
     assert common_point(*wrist(*MEETING, ("R", X, POINT + 0.1 * Y))) is None
     assert common_point(*wrist(*MEETING, ("P", Z, (0, 0, 0)))) is None
     # a slide whose line through o meets the others is no hinge for that
@@ -75,7 +75,7 @@ def test_parallel_axes_are_apart_by_their_distance_over_the_characteristic_lengt
     """Unit twists of hinges on o and beside it: the smaller eigenvalue of their Gram matrix is about half the squared angle."""
     two = [("R", Z, (0, 0, 0)), ("R", Z, (np.sqrt(2) * part * length, 0, 0))]
     assert _crossed(*wrist(*two, length=length)).item() == doubtful
-    assert not _crossed(*wrist(*two, length=length, units=[0, 0])).item()  # of one universal joint
+    assert not _crossed(*wrist(*two, length=length, compounds=[0, 0])).item()  # of one universal joint
 
 
 def test_ranks_come_with_the_gap_that_decides_them():
