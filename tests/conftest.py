@@ -1,12 +1,23 @@
-"""Hypothesis profiles: thorough by default, fewer examples and the same ones every time where CI is set."""
+"""Hypothesis profiles, and whole files for each process where tests run in several."""
 
 import os
 
+import pytest
 from hypothesis import HealthCheck, settings
 
 _SLOW = [HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_too_large]
 
-settings.register_profile("default", deadline=None, max_examples=25, suppress_health_check=_SLOW)
-settings.register_profile("ci", deadline=None, max_examples=15, suppress_health_check=_SLOW, derandomize=True)
-settings.register_profile("thorough", deadline=None, max_examples=400, suppress_health_check=_SLOW)
+# few examples, new ones every time, and the same ones where CI is set; many with HYPOTHESIS_PROFILE=thorough
+settings.register_profile("default", deadline=None, max_examples=10, suppress_health_check=_SLOW)
+settings.register_profile("ci", parent=settings.get_profile("default"), derandomize=True)
+settings.register_profile("thorough", parent=settings.get_profile("default"), max_examples=400)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "ci" if os.environ.get("CI") == "true" else "default"))
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    """Give each process whole files, in the order of the folders: what the tests of a file share is made once."""
+    from xdist.scheduler import LoadFileScheduling
+
+    config.option.loadscopereorder = False
+    return LoadFileScheduling(config, log)

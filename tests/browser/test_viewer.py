@@ -4,6 +4,7 @@ import base64
 import io
 import os
 import shutil
+from contextlib import contextmanager
 
 import meshcat
 import numpy as np
@@ -65,9 +66,9 @@ def browser():
         browser.close()
 
 
-@pytest.fixture
-def visit(browser):
-    """Open a page; when the test ends, nothing may have been logged and, for a file, nothing asked of the network."""
+@contextmanager
+def visits(browser):
+    """Open pages; in the end nothing may have been logged and, for a file, nothing asked of the network."""
     contexts = []
 
     def open_page(url, size=(900, 600), offline=True):
@@ -90,6 +91,12 @@ def visit(browser):
         context.close()
 
 
+@pytest.fixture
+def visit(browser):
+    with visits(browser) as open_page:
+        yield open_page
+
+
 @pytest.fixture(scope="module")
 def root(request):
     return request.config.rootpath
@@ -103,6 +110,13 @@ def shown(request, root, tmp_path_factory):
     file = tmp_path_factory.mktemp("page") / "sag.html"
     ks.save_html(result, file)
     return result, file.as_uri()
+
+
+@pytest.fixture(scope="module")
+def unchanged(browser, shown):
+    """The result and its page, opened once for all tests that only look."""
+    with visits(browser) as open_page:
+        yield shown[0], open_page(shown[1], (1400, 850))
 
 
 @pytest.fixture(scope="module")
@@ -156,9 +170,8 @@ def rotation(vector):
 # ---- one pose ------------------------------------------------------------------------------------------------------
 
 
-def test_tree_has_what_the_robot_has(visit, shown):
-    result, url = shown
-    page = visit(url)
+def test_tree_has_what_the_robot_has(unchanged):
+    result, page = unchanged
     for name in result.beams:
         assert vertices(page, f"Deformed/beams/{name}") is not None
         assert vertices(page, f"Rest/beams/{name}") is not None
@@ -252,10 +265,9 @@ def test_numbers_are_micrometres_and_millidegrees_and_go_to_zero_with_the_shares
     assert max(page.evaluate("[...robot_page.arrows.values()].map(a => a.size)")) < 1e-3
 
 
-def test_colours_tell_the_displacement(visit, one):
+def test_colours_tell_the_displacement(unchanged):
     """A beam is violet where it is held, and greener where it meets the platform."""
-    result, url = one
-    page = visit(url)
+    result, page = unchanged
     colour = np.array(
         page.evaluate("Array.from(robot_page.solids.get('Deformed/beams/rod_2').mesh.geometry.attributes.color.array)")
     ).reshape(-1, 3)
@@ -275,9 +287,8 @@ def test_a_mouse_moves_a_slider(visit, one):
 # ---- arrows and labels ---------------------------------------------------------------------------------------------
 
 
-def test_arrows_are_grouped_and_named_as_in_the_result(visit, shown):
-    result, url = shown
-    page = visit(url)
+def test_arrows_are_grouped_and_named_as_in_the_result(unchanged):
+    result, page = unchanged
     groups = set(page.evaluate(NAMES, "Arrows"))
     assert {"external load", "constraint forces", "attached wrenches", "weights", "base reaction", "actuator forces"} <= groups
     assert page.evaluate(NAMES, "Arrows/actuator forces") == list(result.actuator_forces)
@@ -322,9 +333,9 @@ def test_labels_do_not_overlap(visit, shown):
                 assert not (left < u - 1 and right > x + 1 and top < v - 1 and bottom > y + 1), (text, other)
 
 
-def test_pictures_are_not_blank_and_well_framed(visit, shown):
+def test_pictures_are_not_blank_and_well_framed(unchanged):
     image = pytest.importorskip("PIL.Image")
-    page = visit(shown[1], (1400, 850))
+    page = unchanged[1]
     settle(page)
     picture = np.asarray(image.open(io.BytesIO(page.screenshot())).convert("RGB")).astype(int)
     free = picture[:, 520:1050]  # between panel and sliders

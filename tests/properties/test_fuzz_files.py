@@ -29,7 +29,7 @@ from places import ROOT
 from kinetostatics.files.reader import read_robot_file
 
 #: Random files of each kind.
-NUMBER = int(os.environ.get("KINETOSTATICS_FUZZ", "120"))
+NUMBER = int(os.environ.get("KINETOSTATICS_FUZZ", "45"))
 #: Time [s] in which an answer must come, on a busy machine too.
 SECONDS = 20.0
 

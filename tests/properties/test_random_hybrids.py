@@ -1,7 +1,7 @@
 """Robots with hybrid limbs, elastic joints and misfits, random and small ones, against finite elements.
 
 ``hybrid_robots.random_hybrid`` grows them; two programs of finite elements judge: that of ``finite_elements`` with multipliers,
-and OpenSees. As many as half a minute allows by default;
+and OpenSees. A few by default;
 
     KINETOSTATICS_RANDOM_ROBOTS=5000 python -m pytest -q tests/properties/test_random_hybrids.py
 
@@ -23,7 +23,7 @@ from mechanisms import Beam, Edge, Joint, Link, Mechanism, Stiffness, across, ci
 import kinetostatics as ks
 from kinetostatics.files.reader import parse_robot_text
 
-COUNT = int(os.environ.get("KINETOSTATICS_RANDOM_ROBOTS", "12"))
+COUNT = int(os.environ.get("KINETOSTATICS_RANDOM_ROBOTS", "5"))
 needs_opensees = pytest.mark.skipif(
     find_spec("openseespy") is None and not os.environ.get("KINETOSTATICS_REQUIRE_OPENSEES"),
     reason="needs OpenSeesPy: pip install 'kinetostatics[verify]'",

@@ -198,7 +198,7 @@ def test_what_is_normalised_stays_normal() -> None:
     assert parse_robot_text(description.urdf) == description
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(st.tuples(*[st.floats(-1e30, 1e30) | st.floats(-1, 1)] * 3).filter(any))
 def test_directions_come_back(axis: tuple[float, float, float]) -> None:
     loop = Loop("l", "revolute", "a", "b", axis=axis)
@@ -282,7 +282,7 @@ def descriptions(draw: st.DrawFn) -> RobotDescription:
     )  # fmt: skip
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(descriptions())
 def test_random_descriptions(tmp_path_factory: pytest.TempPathFactory, description: RobotDescription) -> None:
     valid = ks.validate(description)
