@@ -173,10 +173,10 @@ XML: dict[str, tuple[str | bytes, list[str]]] = {
     "2000 links side by side": (star(2000), ["more than 1000 links"]),
     "800 links side by side": (star(800), []),
     "500 links in a row": (row(500, "fixed"), ["more than 400 joints in a row"]),
-    "200 hinges in a row": (row(200, "continuous"), []),
+    "100 hinges in a row": (row(100, "continuous"), []),
     "300 floating links": (row(300, "floating"), ["more than 500 freedoms"]),
     "300 loops": (with_body(loops(300)), ["more than 250 loops"]),
-    "200 loops": (with_body(loops(200)), []),
+    "100 loops": (with_body(loops(100)), []),
 }
 
 #: The same of expressions.

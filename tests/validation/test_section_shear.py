@@ -68,7 +68,7 @@ def test_walls_from_thin_to_full():
     assert full.J == pytest.approx(square.J, rel=1e-4)
     assert full.torsion_modulus == pytest.approx(square.torsion_modulus, rel=1e-3)
     assert full.shear_coefficients(NU) == pytest.approx(square.shear_coefficients(NU), rel=1e-5)
-    walls = [RectangularTube.of(1, 1, t) for t in np.linspace(0.01, 0.495, 12)]
+    walls = [RectangularTube.of(1, 1, t) for t in np.linspace(0.02, 0.495, 6)]
     assert np.all(np.diff([wall.J for wall in walls]) > 0)
     assert np.all(np.diff([wall.shear_coefficients(NU)[0] for wall in walls]) > 0)
 

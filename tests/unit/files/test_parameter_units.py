@@ -23,7 +23,7 @@ KINDS = (
 )
 
 
-@pytest.mark.parametrize("robot", ["2pru_upr", "3prs", "tricept"])
+@pytest.mark.parametrize("robot", ["2pru_upr", "tricept"])
 def test_parameters_of_robots_have_their_units_or_none(robot):
     path = str(robot_path(robot))
     with open(path, encoding="utf-8") as file:

@@ -133,6 +133,7 @@ def small(name):
     return sr.robot_of(specs[name]())
 
 
+@settings(max_examples=6)
 @given(st.sampled_from(("3rps", "2pru_upr", "four_bar", "planar_3rrr")), seeds)
 def test_the_assembly_mode_is_that_of_fine_continuation(name, seed):
     one = robot(name) if name in WORKSPACE else small(name)
