@@ -2,7 +2,7 @@
 
 The linear algebra library has kernels for many processors, which round differently, and so does NumPy with and without
 processors' wide registers. Here the reports of all robots in ``robots/`` and of the odd ones of ``odd_robots.py`` are printed by
-a process for each kernel, with one and two threads, and compared. ``--print`` prints them in this process.
+a process for each kernel, and for one of them with two threads, and compared. ``--print`` prints them in this process.
 """
 
 import argparse
@@ -10,13 +10,13 @@ import difflib
 import os
 import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 NARROW = "AVX512F AVX512CD AVX512_SKX AVX512_CLX AVX512_CNL AVX512_ICL AVX512_SPR X86_V4"
 OLD = f"{NARROW} AVX F16C FMA3 AVX2 X86_V3"
 #: Kernels by the names that OpenBLAS knows them by, what the processor must have, and which features NumPy does without.
 KERNELS = {"Haswell": ("avx2", NARROW), "SkylakeX": ("avx512f", ""), "Nehalem": ("sse4_2", OLD), "Prescott": ("pni", OLD)}
-THREADS = (1, 2)
 
 
 # ---- what is printed -----------------------------------------------------------------------------------------------------
@@ -81,12 +81,12 @@ def _print():
 # ---- who prints it -------------------------------------------------------------------------------------------------------
 
 
-def _run(kernel, features, threads):
+def _run(kernel, threads):
     environment = {
         **os.environ,
         "OPENBLAS_CORETYPE": kernel,
         "OPENBLAS_NUM_THREADS": str(threads),
-        "NPY_DISABLE_CPU_FEATURES": features,
+        "NPY_DISABLE_CPU_FEATURES": KERNELS[kernel][1],
         "PYTHONIOENCODING": "utf-8",
     }
     command = [sys.executable, __file__, "--print"]
@@ -102,18 +102,18 @@ def main():
     if parser.parse_args().print:
         return _print()
     flags = Path("/proc/cpuinfo").read_text(encoding="utf-8").split()
-    usable = {kernel: features for kernel, (flag, features) in KERNELS.items() if flag in flags}
+    usable = [kernel for kernel, (flag, _) in KERNELS.items() if flag in flags]
     print(f"kernels that this processor cannot run: {', '.join(sorted({*KERNELS} - {*usable})) or 'none'}")
-    first, seen, different = None, set(), False
-    for kernel, features in usable.items():
-        for threads in THREADS:
-            lines, ran = _run(kernel, features, threads)
-            seen.add(ran)
-            first = lines if first is None else first
-            changes = list(difflib.unified_diff(first, lines, "the first", f"{kernel}, {threads} threads", n=2, lineterm=""))
-            print(f"{kernel}, {threads} threads ({ran}): {len(lines)} lines, {'DIFFERENT' if changes else 'the same'}")
-            print(*changes, sep="\n", end="\n" if changes else "")
-            different |= bool(changes)
+    runs = [*((kernel, 1) for kernel in usable), (usable[0], 2)]
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        found = list(pool.map(lambda run: _run(*run), runs))
+    first, different = found[0][0], False
+    for (kernel, threads), (lines, ran) in zip(runs, found, strict=True):
+        changes = list(difflib.unified_diff(first, lines, "the first", f"{kernel}, {threads} threads", n=2, lineterm=""))
+        print(f"{kernel}, {threads} threads ({ran}): {len(lines)} lines, {'DIFFERENT' if changes else 'the same'}")
+        print(*changes, sep="\n", end="\n" if changes else "")
+        different |= bool(changes)
+    seen = {ran for _, ran in found}
     if len(seen) < min(2, len(usable)):
         sys.exit(f"only one kernel ran: {seen}")
     sys.exit(int(different))

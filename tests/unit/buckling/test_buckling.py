@@ -43,6 +43,7 @@ def pushed(spec, load, **options):
 # ---- the eigenvalue problem ----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.smoke
 @pytest.mark.parametrize("n", [1, 2, 4])
 @pytest.mark.parametrize(("first", "last", "factor"), CASES)
 def test_textbook_columns(first, last, factor, n):

@@ -20,6 +20,7 @@ def test_there_is_a_text_for_each_and_no_other():
     assert sorted(path.stem for path in GOLDEN.glob("*.txt")) == sorted(NAMES)
 
 
+@pytest.mark.smoke
 @pytest.mark.parametrize("name", NAMES)
 def test_check_says_what_it_said(name):
     found, expected = report(name).splitlines(), (GOLDEN / f"{name}.txt").read_text(encoding="utf-8").splitlines()

@@ -12,6 +12,8 @@ from kinetostatics.cli.main import main
 from kinetostatics.description.units import BASIC, KINDS, PREFIXES, find_unit, unit
 from kinetostatics.plots.display_units import CHOICES, display_unit
 
+pytestmark = pytest.mark.smoke
+
 DEGREE = math.pi / 180
 
 

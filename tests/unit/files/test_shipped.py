@@ -15,6 +15,7 @@ from kinetostatics.files.bundled import shipped_robots
 NAMES = sorted(path.name.removesuffix(".urdf.xacro") for path in ROBOTS.glob("*.urdf.xacro"))
 
 
+@pytest.mark.smoke
 def test_a_name_is_a_robot_in_python(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     for name in ("3rps", Path("3rps"), b"3rps"):
@@ -67,6 +68,7 @@ def test_what_is_no_path(wrong):
         ks.load_robot(wrong)
 
 
+@pytest.mark.smoke
 def test_every_robot_is_listed_with_what_it_is():
     found = ks.robots()
     assert sorted(found) == NAMES == list(found)

@@ -33,7 +33,7 @@ def follow_predictors(robot, given, values, orientation=None):
     if given == "platform":
         prescribed, names = _platform_coordinates(robot, values, orientation)
     else:
-        prescribed, names = robot.actuator_coordinates, actuator_names(robot)
+        prescribed, names = robot.actuator_coordinates, actuator_names(robot.mechanism, robot.equations)
     solver, prescribed = robot.solver, robot.mobility_analysis.without_idle_dofs(prescribed)
     target = np.array([[values[name]] for name in names])
     poses = SolverState(here.poses.x, solver.origin(prescribed, here.poses)[1])

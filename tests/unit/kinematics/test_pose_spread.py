@@ -1,10 +1,13 @@
 """Poses that stand for all that a robot reaches."""
 
 import numpy as np
+import pytest
 
 import kinetostatics as ks
 from kinetostatics.files.bundled import robot_path
 from kinetostatics.kinematics.pose_spread import ordinary_poses
+
+pytestmark = pytest.mark.smoke
 
 
 def test_ordinary_poses_are_parts_of_the_way_to_the_limits():

@@ -8,6 +8,8 @@ from kinetostatics.limbs.force_method import distribute, elimination_order, rank
 from kinetostatics.limbs.redundant_forces import _relaxation
 from kinetostatics.math.linalg import null_space
 
+pytestmark = pytest.mark.smoke
+
 
 def alike(difference):
     """The compliance of two wrenches that differ by little: correlated, its eigenvalues are ``difference`` and 2."""

@@ -7,6 +7,8 @@ import kinetostatics as ks
 from kinetostatics.files.bundled import robot_path
 from kinetostatics.limbs.geometry import _orientations
 
+pytestmark = pytest.mark.smoke
+
 
 @pytest.mark.parametrize("name", ["3rps", "2pru_upr", "delta", "planar_3rrr"])
 def test_limb_axes_are_right_handed(name):

@@ -1,8 +1,11 @@
 """A twist told in words: its axis, and its pitch."""
 
 import numpy as np
+import pytest
 
 from kinetostatics.math.screws import describe_twist
+
+pytestmark = pytest.mark.smoke
 
 
 def test_a_pitch_is_the_way_per_turn():

@@ -8,6 +8,8 @@ import pytest
 from kinetostatics.printing import text as report_text
 from kinetostatics.printing.text import Magnitudes, Scale, largest, listing, quantity, table, vector, wide_table, wrapped
 
+pytestmark = pytest.mark.smoke
+
 
 @pytest.mark.parametrize(
     ("kind", "value", "text"),

@@ -11,6 +11,8 @@ from kinetostatics.printing.text import Magnitudes
 from kinetostatics.reports.sources import ALIKE, MOST, ranked, source_lines
 from kinetostatics.sections import Tube
 
+pytestmark = pytest.mark.smoke
+
 TITLE = "Where the sag comes from: parts along the whole displacement and rotation"
 
 

@@ -5,6 +5,8 @@ import pytest
 
 from kinetostatics.sections import Rectangle, RectangularTube, Section, Tube
 
+pytestmark = pytest.mark.smoke
+
 
 def test_circle_and_tube():
     circle = Tube.of(0.1)

@@ -7,6 +7,8 @@ from simple_machines import CIRCLE, RHO, E, arm, bar, joint, link, loop, mount, 
 import kinetostatics as ks
 from kinetostatics.files.reader import parse_robot_text
 
+pytestmark = pytest.mark.smoke
+
 AREA, INERTIA = np.pi * 0.05**2 / 4, np.pi * 0.05**4 / 64
 LOAD = np.array([30.0, -20.0, 50.0, 4.0, -3.0, 2.0])
 STILL = (0, 0, 0)

@@ -9,6 +9,7 @@ import kinetostatics as ks
 STILL = (0, 0, 0)
 
 
+@pytest.mark.smoke
 def test_the_table_of_tolerances():
     machine = two_columns()
     pose = machine.assemble()

@@ -337,6 +337,7 @@ def test_cantilever_on_an_elastic_clamp(driven):
     np.testing.assert_allclose(found.twist, expected, rtol=1e-9, atol=1e-15)
 
 
+@pytest.mark.smoke
 def test_gough_platform_on_elastic_joints():
     """K = Σ k $ $ᵀ, a strut being as soft as its rod, its drive and the bearings at both ends together."""
     bearing, drive = 5e7, 2e7

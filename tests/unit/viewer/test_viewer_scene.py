@@ -50,6 +50,7 @@ def parts_of(scene, group):
 # ---- motions -------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.smoke
 def test_platform_and_beam_stations_carry_the_results_twists(result, scene):
     assert scene.stations.sources == tuple(result.contributions)
     twists = np.stack(list(result.contributions.values()))
@@ -352,6 +353,7 @@ def test_meshes_are_read_and_scaled(tmp_path, monkeypatch):
 # ---- the page, the command, live -----------------------------------------------------------------------------------
 
 
+@pytest.mark.smoke
 def test_page_holds_the_scene_and_no_address(scene):
     plain = scene.plain()
     page = page_html(plain)

@@ -8,6 +8,8 @@ import pytest
 from kinetostatics.workspace.assembly_modes.continuity import JointScale, suspect_edges
 from kinetostatics.workspace.assembly_modes.repair import _Look
 
+pytestmark = pytest.mark.smoke
+
 
 def steps(*sizes):
     """Poses on a line whose one angle grows by these steps."""
