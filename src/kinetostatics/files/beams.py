@@ -21,19 +21,23 @@ from kinetostatics.files.xml_values import (
 )
 from kinetostatics.sections.kinds import Rectangle, RectangularTube, Section, Tube
 
-_ATTRIBUTES = (
-    "link",
-    "name",
-    "from",
-    "to",
-    "youngs_modulus",
-    "poisson_ratio",
-    "shear_modulus",
-    "shear_coefficient",
-    "density",
-    "thermal_expansion",
-    "y_axis",
-)
+#: Numbers of a ``<beam>``, by attribute, and how each is read; ``from``, ``to`` and ``y_axis`` are no numbers.
+NUMBERS: dict[str, Callable[[Element, str], float]] = {
+    "youngs_modulus": positive,
+    "poisson_ratio": number,
+    "shear_modulus": positive,
+    "shear_coefficient": positive_or_inf,
+    "density": not_negative,
+    "thermal_expansion": number,
+}
+#: Elements of sections: the class and the attributes that it takes in turn; the last two of a ``<section>`` may be left out.
+SECTIONS: dict[str, tuple[type[Section], tuple[str, ...]]] = {
+    "circle": (Tube, ("diameter",)),
+    "tube": (Tube, ("outer_diameter", "inner_diameter")),
+    "rectangle": (Rectangle, ("width", "height")),
+    "rectangular_tube": (RectangularTube, ("width", "height", "thickness")),
+    "section": (Section, ("area", "I_y", "I_z", "J", "shear_area_y", "shear_area_z")),
+}
 
 
 def read_beams(root: Element, links: Collection[str], connections: Collection[str], rigid: Mapping[str, str]) -> dict[str, Beam]:
@@ -54,7 +58,7 @@ def read_beams(root: Element, links: Collection[str], connections: Collection[st
 
 
 def _beam(element: Element, links: Collection[str], connections: Collection[str], rigid: Mapping[str, str]) -> Beam:
-    allow(element, _ATTRIBUTES, _SECTIONS)
+    allow(element, ("link", "name", "from", "to", "y_axis", *NUMBERS), SECTIONS)
     link = reference(element, "link", links, "link")
     if link in rigid:
         raise element.error(
@@ -64,14 +68,17 @@ def _beam(element: Element, links: Collection[str], connections: Collection[str]
     start, end = _end(element, "from", connections), _end(element, "to", connections)
     if start is not None and start == end:
         raise element.error(f"{element.label} has zero length: it goes from {start.joint!r} to {start.joint!r}")
-    section = _section(element)
+    section, numbers = _section(element), _numbers(element)
+    coefficient = numbers.pop("shear_coefficient", None)
+    if coefficient is not None and section.shear_area_y is not None:
+        raise element.error(f"{element.label} has a shear_coefficient and shear areas; leave one of them")
     beam = Beam(
         link,
         section,
-        _material(element),
+        Material(**numbers),
         start,
         end,
-        _shear_coefficient(element, section),
+        coefficient,
         direction(element, "y_axis") if "y_axis" in element.attributes else None,
         new_name(element) if "name" in element.attributes else link,
         place=element.place,
@@ -129,82 +136,33 @@ def _end(element: Element, name: str, connections: Collection[str]) -> BeamEnd |
     return BeamEnd(joint, side)
 
 
-def _material(element: Element) -> Material:
-    youngs_modulus = positive(element, "youngs_modulus")
+def _numbers(element: Element) -> dict[str, float]:
+    """Return the numbers that are given; those of the material are all its attributes need."""
     given = [name for name in ("poisson_ratio", "shear_modulus") if name in element.attributes]
     if len(given) != 1:
         state = "both poisson_ratio and shear_modulus" if given else "neither poisson_ratio nor shear_modulus"
         raise element.error(f"{element.label} has {state}; give one of them")
-    shear_modulus = positive(element, "shear_modulus") if given == ["shear_modulus"] else None
-    ratio = None if shear_modulus is not None else number(element, "poisson_ratio")
-    if ratio is not None and not -1 < ratio <= 0.5:
+    found = {name: read(element, name) for name, read in NUMBERS.items() if name in {"youngs_modulus", *element.attributes}}
+    ratio = found.get("poisson_ratio", 0.0)
+    if not -1 < ratio <= 0.5:
         raise element.error(f"poisson_ratio={ratio:g} of {element.label} must be above -1 and at most 0.5")
-    return Material(
-        youngs_modulus,
-        ratio,
-        shear_modulus,
-        density=not_negative(element, "density") if "density" in element.attributes else None,
-        thermal_expansion=number(element, "thermal_expansion", 0.0),
-    )
-
-
-def _shear_coefficient(element: Element, section: Section) -> float | None:
-    given = element.attributes.get("shear_coefficient")
-    if given is None:
-        return None
-    if section.shear_area_y is not None:
-        raise element.error(f"{element.label} has a shear_coefficient and shear areas; leave one of them")
-    return positive_or_inf(element, "shear_coefficient")
+    return found
 
 
 def _section(beam: Element) -> Section:
     found = beam.children
     if len(found) != 1:
         raise (found[1] if found else beam).error(
-            f"{beam.label} has {len(found) or 'no'} sections; give one of " + ", ".join(f"<{tag}>" for tag in _SECTIONS)
+            f"{beam.label} has {len(found) or 'no'} sections; give one of " + ", ".join(f"<{tag}>" for tag in SECTIONS)
         )
     element = found[0]
-    try:
-        return _SECTIONS[element.tag](element)
-    except ArgumentError as error:
-        raise element.error(f"{element.label}: {error}") from None
-
-
-def _circle(element: Element) -> Section:
-    allow(element, ("diameter",))
-    return Tube.of(positive(element, "diameter"))
-
-
-def _tube(element: Element) -> Section:
-    allow(element, ("outer_diameter", "inner_diameter"))
-    return Tube.of(positive(element, "outer_diameter"), positive(element, "inner_diameter"))
-
-
-def _rectangle(element: Element) -> Section:
-    allow(element, ("width", "height"))
-    return Rectangle.of(positive(element, "width"), positive(element, "height"))
-
-
-def _rectangular_tube(element: Element) -> Section:
-    allow(element, ("width", "height", "thickness"))
-    width, height, thickness = (positive(element, name) for name in ("width", "height", "thickness"))
-    return RectangularTube.of(width, height, thickness)
-
-
-def _general(element: Element) -> Section:
-    allow(element, ("area", "I_y", "I_z", "J", "shear_area_y", "shear_area_z"))
-    area, I_y, I_z, J = (positive(element, name) for name in ("area", "I_y", "I_z", "J"))
-    given = [name for name in ("shear_area_y", "shear_area_z") if name in element.attributes]
+    kind, names = SECTIONS[element.tag]
+    allow(element, names)
+    given = [name for name in names[4:] if name in element.attributes]
     if len(given) == 1:
         raise element.error(f"<section> has {given[0]} alone; give both shear_area_y and shear_area_z, or neither")
-    areas = [positive(element, name) for name in given]
-    return Section(area, I_y, I_z, J, *areas)
-
-
-_SECTIONS: dict[str, Callable[[Element], Section]] = {
-    "circle": _circle,
-    "tube": _tube,
-    "rectangle": _rectangle,
-    "rectangular_tube": _rectangular_tube,
-    "section": _general,
-}
+    values = [positive(element, name) for name in (*names[:4], *given)]
+    try:
+        return kind(*values) if kind is Section else kind.of(*values)  # type: ignore[attr-defined]
+    except ArgumentError as error:
+        raise element.error(f"{element.label}: {error}") from None

@@ -14,9 +14,10 @@ from kinetostatics.description.elements import Beam, BeamEnd, Joint, JointStiffn
 from kinetostatics.description.joint_types import names_of
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.exceptions import ArgumentError, RobotFileError
+from kinetostatics.files.beams import NUMBERS, SECTIONS
 from kinetostatics.files.xml import Element, parse, shortened, to_elements, to_text
 from kinetostatics.printing.dispatch import urdf_of
-from kinetostatics.sections.kinds import Rectangle, RectangularTube, Section, Tube
+from kinetostatics.sections.kinds import Section, Tube
 
 _ATTRIBUTE = re.compile(r"[A-Za-z_][\w:.-]*")
 _X, _Y, _Z = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)
@@ -247,18 +248,14 @@ def _loop(loop: Loop) -> Element:
 
 def _beam(beam: Beam, joints: Collection[str]) -> Element:
     write = _Writer(beam.place, f"beam {beam.name!r}")
-    material = beam.material
+    numbers = {**vars(beam.material), "shear_coefficient": beam.shear_coefficient}
+    numbers["thermal_expansion"] = numbers["thermal_expansion"] or None
     attributes = {
         "name": None if beam.name == beam.link else beam.name,
         "link": beam.link,
         "from": _end(write, beam.start, joints),
         "to": _end(write, beam.end, joints),
-        "youngs_modulus": write.number("youngs_modulus", material.youngs_modulus),
-        "poisson_ratio": write.optional("poisson_ratio", material.poisson_ratio),
-        "shear_modulus": write.optional("shear_modulus", material.shear_modulus),
-        "shear_coefficient": write.optional("shear_coefficient", beam.shear_coefficient),
-        "density": write.optional("density", material.density),
-        "thermal_expansion": write.optional("thermal_expansion", material.thermal_expansion or None),
+        **{name: write.optional(name, numbers.get(name)) for name in NUMBERS},
         "y_axis": None if beam.y_axis is None else write.numbers("y_axis", beam.y_axis),
     }
     return write.element("beam", attributes, [_section(write, beam.section)])
@@ -277,7 +274,8 @@ def _end(write: _Writer, end: BeamEnd | None, joints: Collection[str]) -> str | 
 
 def _section(write: _Writer, section: Section) -> Element:
     """Return the element of a section, which must be what the section's own numbers follow from."""
-    tag, names = _SECTIONS.get(type(section), ("", ()))
+    made = {kind: (tag, names) for tag, (kind, names) in SECTIONS.items()}  # of a tube as <tube>
+    tag, names = made.get(type(section), ("", ()))
     if not tag:
         raise write.error(f"the section of {write.label} is {section!r}; take one of kinetostatics.sections")
     values = {name: write.optional(name, getattr(section, name)) for name in names}
@@ -293,14 +291,6 @@ def _section(write: _Writer, section: Section) -> Element:
     if type(section) is Tube and not section.inner_diameter:
         return write.element("circle", {"diameter": values["outer_diameter"]})
     return write.element(tag, values)
-
-
-_SECTIONS: dict[type, tuple[str, tuple[str, ...]]] = {
-    Tube: ("tube", ("outer_diameter", "inner_diameter")),
-    Rectangle: ("rectangle", ("width", "height")),
-    RectangularTube: ("rectangular_tube", ("width", "height", "thickness")),
-    Section: ("section", ("area", "I_y", "I_z", "J", "shear_area_y", "shear_area_z")),
-}
 
 
 def _stiffness(item: JointStiffness) -> Element:

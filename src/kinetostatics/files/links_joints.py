@@ -27,17 +27,7 @@ ROBOT_LEVEL = ("base", "platform", "loop", "beam", "joint_stiffness")
 MAX_LINKS, MAX_ROW, MAX_FREEDOMS = 1000, 400, 500
 
 _LINK_CHILDREN = ("inertial", "visual", "collision")
-_JOINT_CHILDREN = (
-    "parent",
-    "child",
-    "origin",
-    "axis",
-    "limit",
-    "dynamics",
-    "mimic",
-    "calibration",
-    "safety_controller",
-)
+_JOINT_CHILDREN = ("parent", "child", "origin", "axis", "limit", "dynamics", "mimic", "calibration", "safety_controller")
 
 
 def read_links(root: Element, warnings: list[str]) -> dict[str, Link]:

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from kinetostatics.argument_checks import check_mapping
-from kinetostatics.description.elements import Link, Origin, Place
+from kinetostatics.description.elements import Link
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.exceptions import ArgumentError, RobotFileError
 from kinetostatics.files.beams import read_beams
@@ -111,10 +111,12 @@ def _describe(root: Element, path: str, warnings: list[str]) -> RobotDescription
     joints = read_joints(root, links, warnings)
     tree = tree_root(links, joints)
     loops = read_loops(root, links, joints)
-    platform, platform_origin, place = _platform(root, links)
-    base = _base(root, links, tree)
+    platform_element, base_element = _only(root, "platform", links, "origin"), _only(root, "base", links)
+    if platform_element is None:
+        raise root.error('the robot has no platform; name the moving platform with <platform link="…"/>')
+    platform, base = platform_element.attributes["link"], tree if base_element is None else base_element.attributes["link"]
     if base == platform:
-        raise RobotFileError(f"the link {base!r} is both base and platform", place.file, place.line)
+        raise platform_element.error(f"the link {base!r} is both base and platform")
     driven = read_driven(root, joints, loops)
     check_mimics(root, joints, loops, driven)
     return _valid(
@@ -123,7 +125,7 @@ def _describe(root: Element, path: str, warnings: list[str]) -> RobotDescription
             links,
             joints,
             platform,
-            platform_origin,
+            origin(platform_element),
             base,
             loops,
             read_beams(root, links, {**joints, **loops}, {base: "base", platform: "platform"}),
@@ -132,7 +134,7 @@ def _describe(root: Element, path: str, warnings: list[str]) -> RobotDescription
             tuple((key, value) for key, value in root.attributes.items() if key != "name"),
             extra_of_robot(root, ("link", "joint", *ROBOT_LEVEL)),
             path,
-            platform_place=place,
+            platform_place=platform_element.place,
             file_warnings=tuple(warnings),
         )
     )
@@ -156,21 +158,12 @@ def _check_robot_level(root: Element) -> None:
             materials.add(material)
 
 
-def _platform(root: Element, links: Mapping[str, Link]) -> tuple[str, Origin, Place]:
-    found = root.named("platform")
-    if not found:
-        raise root.error('the robot has no platform; name the moving platform with <platform link="…"/>')
+def _only(root: Element, tag: str, links: Mapping[str, Link], *children: str) -> Element | None:
+    """Return the one element of a name that names a link, or None."""
+    found = root.named(tag)
     if len(found) > 1:
-        raise found[1].error("there are two <platform>; a robot has one")
-    allow(found[0], ("link",), ("origin",))
-    return reference(found[0], "link", links, "link"), origin(found[0]), found[0].place
-
-
-def _base(root: Element, links: Mapping[str, Link], tree: str) -> str:
-    found = root.named("base")
-    if not found:
-        return tree
-    if len(found) > 1:
-        raise found[1].error("there are two <base>; a robot has one")
-    allow(found[0], ("link",))
-    return reference(found[0], "link", links, "link")
+        raise found[1].error(f"there are two <{tag}>; a robot has one")
+    for element in found:
+        allow(element, ("link",), children)
+        reference(element, "link", links, "link")
+    return found[0] if found else None

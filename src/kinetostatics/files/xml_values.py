@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 import sys
-from collections.abc import Collection, Iterable
+from collections.abc import Callable, Collection, Iterable
 from typing import NoReturn
 
 from kinetostatics.description.elements import Origin, Vector
@@ -127,10 +127,14 @@ def vector(element: Element, name: str, default: Vector | None = None, largest: 
     value = element.attributes.get(name)
     if value is None:
         raise element.error(f"{element.label} lacks the attribute {name!r}")
-    items = [item for item in re.split(f"[{_SPACE}]+", value) if item]
+    return _three(element, name, re.split(f"[{_SPACE}]+", value), lambda item: _parse(element, name, item, largest))
+
+
+def _three(element: Element, name: str, items: Iterable[str], read: Callable[[str], float]) -> Vector:
+    items = list(filter(None, items))
     if len(items) != 3:
-        raise element.error(f"{name}={value!r} of {element.label} must be three numbers, not {len(items)}")
-    x, y, z = (_parse(element, name, item, largest) for item in items)
+        raise element.error(f"{name}={element.attributes[name]!r} of {element.label} must be three numbers, not {len(items)}")
+    x, y, z = map(read, items)
     return x, y, z
 
 
@@ -141,16 +145,16 @@ def positive_or_inf(element: Element, name: str) -> float:
 
 def stiffnesses(element: Element, name: str) -> Vector:
     """Return three numbers that must be there and be zero or greater, or "inf"."""
-    items = text(element, name).split()
-    if len(items) != 3:
-        raise element.error(f"{name}={element.attributes[name]!r} of {element.label} must be three numbers, not {len(items)}")
-    x, y, z = (math.inf if item == "inf" else _parse(element, name, item) for item in items)
-    for value in (x, y, z):
+
+    def read(item: str) -> float:
+        value = math.inf if item == "inf" else _parse(element, name, item)
         if value < 0:
             _wrong_sign(element, name, "three numbers that are zero or greater, or inf")
         if 0 < value < SMALLEST:
             _too_small(element, name)
-    return x, y, z
+        return value
+
+    return _three(element, name, text(element, name).split(), read)
 
 
 def direction(element: Element, name: str, default: Vector | None = None) -> Vector:

@@ -193,18 +193,7 @@ def _include(source: SourceRobot, uses_xacro: bool, completed: Completed, out: s
     path = path.replace(os.sep, "/")
     if "$" in path or not path.isprintable() or "$" in _additions(completed):
         return None
-    return path if uses_xacro or not _has_dollar(source.root) else None
-
-
-def _has_dollar(root: Element) -> bool:
-    elements = [root]
-    for element in elements:  # grows on the way
-        if any("$" in value for value in element.attributes.values()):
-            return True
-        if any("$" in item for item in element.content if isinstance(item, str)):
-            return True
-        elements.extend(element.children)
-    return False
+    return path if uses_xacro or "$" not in to_text(source.root) else None
 
 
 def _including(source: SourceRobot, include: str, additions: str) -> str:
