@@ -14,7 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.exceptions import ArgumentError
+from kinetostatics.exceptions import ArgumentError, RobotFileError
 from kinetostatics.printing.mappings import ShortRepr
 from kinetostatics.sections.kinds import Section
 
@@ -30,6 +30,10 @@ class Place:
 
     def __str__(self) -> str:
         return self.file if self.line is None else f"{self.file}:{self.line}"
+
+    def error(self, reason: str) -> RobotFileError:
+        """Return the error that says ``reason`` of what is written here."""
+        return RobotFileError(reason, self.file, self.line)
 
 
 #: Where things are that are not in a file.

@@ -24,7 +24,7 @@ from kinetostatics.description.elements import (
     Vector,
 )
 from kinetostatics.description.unit_hints import odd_angles, odd_materials
-from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
+from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.printing.dispatch import Shown, urdf_of
 from kinetostatics.printing.mappings import mapping_words
 
@@ -61,8 +61,7 @@ def by_name(kind: str, items: Iterable[Any], *taken: Mapping[str, Any]) -> dict[
     for item in items:
         for others in (*taken, result):
             if item.name in others:
-                reason = f"the {kind} name {item.name!r} is taken already, in {others[item.name].place}"
-                raise RobotFileError(reason, item.place.file, item.place.line)
+                raise item.place.error(f"the {kind} name {item.name!r} is taken already, in {others[item.name].place}")
         result[item.name] = item
     return result
 
@@ -130,7 +129,7 @@ class RobotDescription(Shown):
         stiff: dict[str, JointStiffness] = {}
         for item in joint_stiffness:
             if item.joint in stiff:
-                raise RobotFileError(f"the joint {item.joint!r} has two stiffnesses", item.place.file, item.place.line)
+                raise item.place.error(f"the joint {item.joint!r} has two stiffnesses")
             stiff[item.joint] = item
         return cls(
             name,

@@ -97,7 +97,7 @@ def _values(table: Mapping[str, Any], key: str = "name") -> list[Any]:
         own = getattr(item, key, None)
         if own != name:
             place = getattr(item, "place", Place())
-            raise RobotFileError(f"what is kept as {name!r} has the {key} {own!r}; the two must agree", place.file, place.line)
+            raise place.error(f"what is kept as {name!r} has the {key} {own!r}; the two must agree")
     return list(table.values())
 
 
@@ -108,7 +108,7 @@ class _Writer:
         self.place, self.label = place, label
 
     def error(self, reason: str) -> RobotFileError:
-        return RobotFileError(shortened(reason), self.place.file, self.place.line)
+        return self.place.error(shortened(reason))
 
     def element(self, tag: str, attributes: Mapping[str, str | None], content: Iterable[Element | None] = ()) -> Element:
         """Return an element; attributes and children that are None are left out."""

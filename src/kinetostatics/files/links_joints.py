@@ -10,10 +10,10 @@ import difflib
 import math
 from collections.abc import Mapping
 
-from kinetostatics.description.elements import Inertia, Joint, Link, Place, Vector
+from kinetostatics.description.elements import Inertia, Joint, Link, Vector
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes, names_of
 from kinetostatics.description.robot import by_name
-from kinetostatics.exceptions import RobotFileError, near_names
+from kinetostatics.exceptions import near_names
 from kinetostatics.files.element_writer import other_children
 from kinetostatics.files.joint_attributes import read_mimic
 from kinetostatics.files.xml import Element
@@ -60,29 +60,23 @@ def tree_root(links: Mapping[str, Link], joints: Mapping[str, Joint]) -> str:
     for joint in joints.values():
         other = to_parent.setdefault(joint.child, joint)
         if other is not joint:
-            raise _error(
-                joint.place,
+            raise joint.place.error(
                 f"link {joint.child!r} has two parents, by the joints {other.name!r} and {joint.name!r}; "
                 "make one of them a <loop>",
             )
     roots = [name for name in links if name not in to_parent]
     if len(roots) > 1:
-        place = links[roots[1]].place
         listed = ", ".join(map(repr, roots[:6])) + (", …" if len(roots) > 6 else "")
-        raise _error(place, f"the links do not hang together: {len(roots)} of them have no parent joint ({listed}); only one may")
+        raise links[roots[1]].place.error(
+            f"the links do not hang together: {len(roots)} of them have no parent joint ({listed}); only one may"
+        )
     cycle, longest = _cycle(links, to_parent)
     if cycle:
-        raise _error(
-            links[cycle[0]].place,
-            f"the joints form a cycle through the links {', '.join(map(repr, cycle))}; make one of them a <loop>",
-        )
+        listed = ", ".join(map(repr, cycle))
+        raise links[cycle[0]].place.error(f"the joints form a cycle through the links {listed}; make one of them a <loop>")
     if longest > MAX_ROW:
-        raise _error(links[roots[0]].place, f"the tree has more than {MAX_ROW} joints in a row")
+        raise links[roots[0]].place.error(f"the tree has more than {MAX_ROW} joints in a row")
     return roots[0]
-
-
-def _error(place: Place, reason: str) -> RobotFileError:
-    return RobotFileError(reason, place.file, place.line)
 
 
 def _cycle(links: Mapping[str, Link], to_parent: Mapping[str, Joint]) -> tuple[list[str], int]:

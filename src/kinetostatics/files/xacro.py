@@ -230,8 +230,8 @@ def _translated(error: Exception, path: str, arguments: _Arguments) -> RobotFile
     """Return the error to raise for one that came out of xacro."""
     place, calls = _where(error.__traceback__)
     place = place or Place(path)
-    called = f" (in the macro called at {calls[-1].file}:{calls[-1].line})" if calls else ""
-    return RobotFileError(shortened(_reason(error, arguments)) + called, place.file, place.line)
+    called = f" (in the macro called at {calls[-1]})" if calls else ""
+    return place.error(shortened(_reason(error, arguments)) + called)
 
 
 def _reason(error: Exception, arguments: _Arguments) -> str:

@@ -64,7 +64,7 @@ class Element:
         """Return the error that says ``reason`` at this element's place."""
         if self.owner and self.place.line is None and self.owner.partition(" ")[2] not in reason:
             reason = f"{self.owner}: {reason}"
-        return RobotFileError(shortened(reason), self.place.file, self.place.line)
+        return self.place.error(shortened(reason))
 
     def named(self, tag: str) -> list[Element]:
         """Return the child elements called ``tag``."""
@@ -267,7 +267,7 @@ def _check_node(node: minidom.Element, depth: int) -> None:
     place = place_of(node) or Place("", None)
 
     def error(reason: str) -> RobotFileError:
-        return RobotFileError(shortened(reason), place.file, place.line)
+        return place.error(shortened(reason))
 
     if depth > MAX_DEPTH:
         raise error(f"elements are nested more than {MAX_DEPTH} deep")

@@ -67,7 +67,7 @@ class BeamSpan:
 
 def beam_error(beam: Beam, reason: str) -> RobotFileError:
     """Return an error that names a beam and where it is written."""
-    return RobotFileError(f"<beam {beam.name!r}>: {reason}", beam.place.file, beam.place.line)
+    return beam.place.error(f"<beam {beam.name!r}>: {reason}")
 
 
 def ends_nowhere(mechanism: Mechanism) -> list[tuple[str, str]]:
@@ -366,7 +366,7 @@ class SpanFinder:
     def _check_centre_of_mass(self, link: str, spans: list[BeamSpan]) -> None:
         """Warn where a link's centre of mass is not that of its beams, along which its mass is spread by length."""
         names = ", ".join(repr(span.beam.name) for span in spans)
-        start = f"{spans[0].beam.place.file}:{spans[0].beam.place.line}: the centre of mass of link {link!r}"
+        start = f"{spans[0].beam.place}: the centre of mass of link {link!r}"
         if any(span.spanned for span in spans):
             self.warnings.append(
                 f"{start} stays in the link, but its mass is spread evenly along {names}, whose length changes; give a density"

@@ -136,8 +136,7 @@ def make_beam_models(mechanism: Mechanism, spans: dict[str, BeamSpan], zero: Fra
         hint = placement[:3, :3] @ (np.array(given) if given is not None else axis_across(placement[:3, :3].T @ x))
         y = hint - x * float(x @ hint)
         if float(np.linalg.norm(y)) < 1e-6 * float(np.linalg.norm(hint)):
-            place = span.beam.place
-            raise RobotFileError(f"<beam {name!r}>: its y_axis is parallel to the beam", place.file, place.line)
+            raise span.beam.place.error(f"<beam {name!r}>: its y_axis is parallel to the beam")
         y /= np.linalg.norm(y)
         del carrier
         beam = span.beam

@@ -341,7 +341,7 @@ class _Builder:
         if not forward and not step.both_ways and (edge.beam.beam.start or edge.beam.beam.end):
             place = edge.beam.beam.place
             self.warnings.append(
-                f"{place.file}:{place.line}: beam {name!r} runs from its end towards the platform to the one towards the base; "
+                f"{place}: beam {name!r} runs from its end towards the platform to the one towards the base; "
                 "from= should name the joint towards the base"
             )
         span = edge.beam if forward else edge.beam.reversed

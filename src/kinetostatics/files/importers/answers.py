@@ -11,7 +11,7 @@ import numpy as np
 
 from kinetostatics.description.elements import Loop, Vector
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes, names_of
-from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
+from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.files.importers import onshape
 from kinetostatics.files.importers.loop_record import ForeignLoop, SourceRobot
 from kinetostatics.files.importers.questions import MissingFactsError, Question, listed
@@ -83,11 +83,9 @@ def _check_names(source: SourceRobot, found: Sequence[ForeignLoop]) -> None:
     for loop in found:
         other = places.setdefault(loop.name, loop.place)
         if other is not loop.place:
-            reason = f"the loop's name {loop.name!r} is taken already, in {other.file}:{other.line}; rename one of them"
-            raise RobotFileError(reason, loop.place.file, loop.place.line)
+            raise loop.place.error(f"the loop's name {loop.name!r} is taken already, in {other}; rename one of them")
         if loop.predecessor == loop.successor:
-            reason = f"both frames of the loop {loop.name!r} are on the link {loop.predecessor!r}"
-            raise RobotFileError(reason, loop.place.file, loop.place.line)
+            raise loop.place.error(f"both frames of the loop {loop.name!r} are on the link {loop.predecessor!r}")
 
 
 def _links(source: SourceRobot, answers: Answers, questions: list[Question]) -> tuple[str | None, str | None]:
@@ -95,8 +93,7 @@ def _links(source: SourceRobot, answers: Answers, questions: list[Question]) -> 
     for argument, link in (("platform", answers.platform), ("base", answers.base)):
         written = source.root.child(argument)
         if link is not None and written is not None:
-            where = f"{written.place.file}:{written.place.line}"
-            raise ArgumentError(f"{argument} is given as {link!r}, but the source has a <{argument}> already, in {where}")
+            raise ArgumentError(f"{argument} is given as {link!r}, but the source has a <{argument}> already, in {written.place}")
         if link is not None and link not in source.links:
             raise ArgumentError(f"{argument}: there is no link {link!r}; {near_names(link, source.links)}")
     if answers.platform is None and source.root.child("platform") is None:
@@ -110,7 +107,7 @@ def _links(source: SourceRobot, answers: Answers, questions: list[Question]) -> 
 
 
 def _where(loop: ForeignLoop) -> str:
-    return f"{loop.name} ({loop.place.file}:{loop.place.line}), which joins {loop.predecessor} and {loop.successor}"
+    return f"{loop.name} ({loop.place}), which joins {loop.predecessor} and {loop.successor}"
 
 
 def _types(
@@ -127,8 +124,9 @@ def _types(
         if kind is not None and kind not in known:
             raise ArgumentError(f"types: {loop.name!r} cannot be {kind!r}; {near_names(str(kind), known)}")
         if kind is not None and loop.type not in (None, kind):
-            where = f"{loop.place.file}:{loop.place.line}"
-            warnings.append(f"{where}: the loop {loop.name!r} is taken as {kind}, as asked for; the source says {loop.type}.")
+            warnings.append(
+                f"{loop.place}: the loop {loop.name!r} is taken as {kind}, as asked for; the source says {loop.type}."
+            )
         types[loop.name] = kind or loop.type
         if types[loop.name] is None:
             what = f"the type of {_where(loop)}, one of {', '.join(known)}"
@@ -156,8 +154,9 @@ def _axes(
         elif answer is not None:
             axes[loop.name] = _unit_vectors(loop.name, answer, count, kind)
             if loop.axis is not None and count == 1 and np.abs(np.subtract(axes[loop.name][0], loop.axis)).max() > 1e-9:
-                where = f"{loop.place.file}:{loop.place.line}"
-                warnings.append(f"{where}: the loop {loop.name!r} has the axis that was asked for; the source says {loop.axis}.")
+                warnings.append(
+                    f"{loop.place}: the loop {loop.name!r} has the axis that was asked for; the source says {loop.axis}."
+                )
         elif loop.axis is not None and count == 1:
             axes[loop.name] = (loop.axis,)
         elif kind is not None:
@@ -279,6 +278,6 @@ def _turned(source: SourceRobot, loop: Loop) -> str | None:
     angle = math.degrees(math.acos(max(cosine, -1.0)))
     apart = f"{what} {angle:.0f}°" + ("" if kind.is_fixed else " apart")
     return (
-        f"{loop.place.file}:{loop.place.line}: at the zero of all joints the loop {loop.name!r} is far from closed: {apart}; "
+        f"{loop.place}: at the zero of all joints the loop {loop.name!r} is far from closed: {apart}; "
         "if the robot is assembled at zero, turn one frame with <origin rpy>."
     )

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from kinetostatics.description.elements import Joint, Link, Origin, Place, Vector
 from kinetostatics.description.joint_types import JOINT_TYPES
-from kinetostatics.exceptions import RobotFileError, near_names
+from kinetostatics.exceptions import near_names
 from kinetostatics.files.xml import Element
 
 
@@ -83,11 +83,10 @@ class SourceRobot:
         joint = self.joints.get(name)
         link = name if name in self.links else None
         if joint is None and link is None:
-            reason = f"there is no link or joint {name!r} in {self.path}; {near_names(name, [*self.links, *self.joints])}"
-            raise RobotFileError(reason, place.file, place.line)
+            near = near_names(name, [*self.links, *self.joints])
+            raise place.error(f"there is no link or joint {name!r} in {self.path}; {near}")
         if joint is not None and link is not None and joint.child != link:
-            reason = f"{name!r} is the name of a link and of a joint elsewhere in {self.path}; rename one of them"
-            raise RobotFileError(reason, place.file, place.line)
+            raise place.error(f"{name!r} is the name of a link and of a joint elsewhere in {self.path}; rename one of them")
         if joint is None:
             joint = self.parent_joints.get(name)
         elif not JOINT_TYPES[joint.type].is_fixed:

@@ -19,7 +19,6 @@ import numpy as np
 
 from kinetostatics.description.elements import Joint
 from kinetostatics.description.joint_types import JOINT_TYPES
-from kinetostatics.exceptions import RobotFileError
 from kinetostatics.files.importers.loop_record import ForeignLoop, SourceRobot
 
 FRAME = re.compile(r"(closing_.+)_([12])")
@@ -43,7 +42,7 @@ def read(source: SourceRobot, taken: Collection[str] = ()) -> list[ForeignLoop]:
         joint = source.parent_joints.get(name)
         if joint is None or not JOINT_TYPES[joint.type].is_fixed:
             reason = f"the link {name!r} has the name of a loop's frame, but no fixed joint holds it; rename it if it is none"
-            raise RobotFileError(reason, link.place.file, link.place.line)
+            raise link.place.error(reason)
         pairs.setdefault(match[1], {})[match[2]] = joint
     return [_loop(source, name, sides) for name, sides in pairs.items()]
 
@@ -53,7 +52,7 @@ def _loop(source: SourceRobot, name: str, sides: dict[str, Joint]) -> ForeignLoo
         (there, joint), *_ = sides.items()
         missing = f"{name}_{'2' if there == '1' else '1'}"
         reason = f"the loop's frame {joint.child!r} has no partner: there is no link {missing!r}; rename it if it closes no loop"
-        raise RobotFileError(reason, joint.place.file, joint.place.line)
+        raise joint.place.error(reason)
     first, second = sides["1"], sides["2"]
     hinge = all(_has_z_frame(source, joint) for joint in (first, second))
     return ForeignLoop(

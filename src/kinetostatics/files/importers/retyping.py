@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from kinetostatics.exceptions import RobotFileError
 from kinetostatics.files.importers.gepetto import Retyped
 from kinetostatics.files.importers.loop_record import SourceRobot
 from kinetostatics.files.xml import Element
@@ -44,7 +43,7 @@ def driven_after(driven: Sequence[str], retyped: Sequence[Retyped]) -> tuple[str
             names.append(name)
         elif len(item.axes) == 3:
             reason = f"the joint {name!r} is spherical, and name_mot drives it; only joints with one freedom can be driven"
-            raise RobotFileError(reason, item.place.file, item.place.line)
+            raise item.place.error(reason)
         else:
             names.extend(_names(item))
     return tuple(names)
@@ -66,10 +65,10 @@ def _run(source: SourceRobot, joint: Element, item: Retyped) -> list[Element | s
         link = f"{name}_link"
         for taken, what, where in ((name, "joint", source.joints), (link, "link", source.links)):
             if taken in where:
-                reason = (
-                    f"the joint {item.joint!r} becomes {', '.join(names)}, but there is a {what} {taken!r} already; rename it"
+                made = ", ".join(names)
+                raise item.place.error(
+                    f"the joint {item.joint!r} becomes {made}, but there is a {what} {taken!r} already; rename it"
                 )
-                raise RobotFileError(reason, item.place.file, item.place.line)
         content: list[Element | str] = [part for part in parts if part.tag != "child"]
         if index:
             content = [Element("parent", {"link": f"{names[index - 1]}_link"}, (), place)]

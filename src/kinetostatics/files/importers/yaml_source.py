@@ -96,8 +96,7 @@ def place(node: Any, file: str) -> Place:
 
 def fail(node: Any, file: str, reason: str) -> NoReturn:
     """Raise the error that says ``reason`` at a node's place."""
-    at = place(node, file)
-    raise RobotFileError(shortened(reason), at.file, at.line)
+    raise place(node, file).error(shortened(reason))
 
 
 def _text(path: str | os.PathLike[str], name: str) -> str:
