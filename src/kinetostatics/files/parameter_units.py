@@ -15,8 +15,9 @@ from kinetostatics.description.elements import Beam, Cone, Inertia, Joint, Joint
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.description.units import unit
 from kinetostatics.exceptions import ArgumentError, RobotFileError
+from kinetostatics.files.beams import SECTIONS
 from kinetostatics.files.reader import read_robot_file
-from kinetostatics.sections.kinds import Rectangle, RectangularTube, Tube
+from kinetostatics.sections.kinds import Section
 
 #: Units of the numbers of a robot, by class and field. Limits of joints follow their type.
 UNITS: dict[type, dict[str, str]] = {
@@ -26,9 +27,7 @@ UNITS: dict[type, dict[str, str]] = {
     Cone: {"angle": "rad"},
     JointStiffness: {"linear": "N/m", "angular": "N m/rad"},
     Material: {"youngs_modulus": "Pa", "shear_modulus": "Pa", "density": "kg/m³"},
-    Tube: {"outer_diameter": "m", "inner_diameter": "m"},
-    Rectangle: {"width": "m", "height": "m"},
-    RectangularTube: {"width": "m", "height": "m", "thickness": "m"},
+    **{kind: dict.fromkeys(names, "m") for kind, names in SECTIONS.values() if kind is not Section},
     Beam: {},
     Joint: {},
     Loop: {},

@@ -1,6 +1,7 @@
 """The table of joint types: what follows from its rows, that no module knows a type otherwise, and that a new row is enough."""
 
 import ast
+import re
 
 import numpy as np
 import pytest
@@ -66,6 +67,18 @@ def test_what_follows_from_the_table():
     assert {name: item.unit for name, item in JOINT_TYPES.items() if item.is_single} == {
         "revolute": "rad", "continuous": "rad", "prismatic": "m",
     }  # fmt: skip
+
+
+def test_the_page_on_robot_files_says_the_same():
+    rows = re.findall(
+        r"^\| `(\w+)` \| (\d) \| (.+?) \| (.+?) \| (.+?) \|$", (ROOT / "docs/robot_format.md").read_text("utf-8"), re.M
+    )
+    assert {row[0] for row in rows} == set(names_of("in_loop"))
+    for name, freedoms, axis, axis2, limit in rows:
+        item = JOINT_TYPES[name]
+        limited = "`<limit>`" if item.has_limits else "unlimited" if item.is_single else "`<cone>`" if item.has_cone else "–"
+        found = int(freedoms), axis != "–", axis2 != "–", limit
+        assert found == (item.freedoms, item.has_axis, item.turns is Axes.BOTH, limited)
 
 
 @pytest.mark.parametrize("name", names_of("in_tree")[1:])
