@@ -143,7 +143,7 @@ class _Finder:
             self.direction[name] = frames.directions(np.array([beam.span.carrier]), beam.axes[:, :1])[:, 0, 0]
         self.at: dict[RigidBody, list[BodyEdge]] = {}
         for edge in self.graph.edges:
-            for body in (edge.inner.find(), edge.outer.find()):
+            for body in edge.ends:
                 self.at.setdefault(body, []).append(edge)
 
     def members(self) -> Iterator[Member]:

@@ -44,7 +44,7 @@ def free_motions(
     edges = [edge for edge in graph.edges if id(edge) not in without]
     at: dict[RigidBody, list[BodyEdge]] = {}
     for edge in edges:
-        for body in (edge.inner.find(), edge.outer.find()):
+        for body in edge.ends:
             at.setdefault(body, []).append(edge)
     columns: list[Array] = []  # (6,) each: twists at the origin of what lies beyond an edge of the tree
     way: dict[RigidBody, list[int]] = {}  # the columns that move a piece
@@ -58,7 +58,7 @@ def free_motions(
         while queue:
             here = queue.pop()
             for edge in at.get(here, []):
-                other = edge.outer.find() if here is edge.inner.find() else edge.inner.find()
+                other = edge.other(here)
                 if other not in way:
                     free = _twists(edge, frames, size)
                     way[other] = [*way[here], *range(len(columns), len(columns) + free.shape[1])]

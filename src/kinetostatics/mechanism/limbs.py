@@ -8,10 +8,10 @@ equilibrium gives those of all other edges; a serial limb has one cut joint, its
 
 from __future__ import annotations
 
-from collections import deque
 from dataclasses import dataclass, replace
 
 from kinetostatics.exceptions import RobotFileError
+from kinetostatics.math.graphs import reachable
 from kinetostatics.mechanism.beam_geometry import BeamSpan
 from kinetostatics.mechanism.edge_directions import DirectedEdge, directed_edges, segments_between_cuts
 from kinetostatics.mechanism.mechanism import Connection, Mechanism
@@ -161,15 +161,10 @@ class _Builder:
     def build(self) -> Topology:
         graph = self.graph
         base, platform = graph.base, graph.platform
-        at: dict[RigidBody, list[BodyEdge]] = {}
-        direct: list[BodyEdge] = []
+        neighbours: dict[RigidBody, list[RigidBody]] = {body: [] for body in graph.bodies()}
         for edge in graph.edges:
-            ends = (edge.inner.find(), edge.outer.find())
-            if set(ends) == {base, platform}:
-                direct.append(edge)
-                continue
-            for end in ends:
-                at.setdefault(end, []).append(edge)
+            for end in edge.ends:
+                neighbours[end].append(edge.other(end))
         limbs: list[tuple[int, Limb]] = []
         hanging: list[Limb] = []
         open_branches: dict[RigidBody, list[Edge]] = {base: [], platform: []}
@@ -180,10 +175,12 @@ class _Builder:
         for body in graph.bodies():
             if body in seen:
                 continue
-            component, edges = self._component(body, at, {base, platform})
+            together = reachable([body], lambda body: [other for other in neighbours[body] if other not in (base, platform)])
+            component = [body for body in graph.bodies() if body in together]
+            edges = [edge for edge in graph.edges if any(end in together for end in edge.ends)]
             seen.update(component)
             limb = self._limb(component, edges)
-            touched = {end for edge in edges for end in (edge.inner.find(), edge.outer.find())}
+            touched = {end for edge in edges for end in edge.ends}
             if base in touched and platform in touched:
                 limbs.append((min(order[link] for link in limb.links), limb))
                 continue
@@ -194,11 +191,9 @@ class _Builder:
                 hanging.append(replace(limb, name="platform" if limb.on_platform else "base"))
             else:
                 open_branches[root].extend(limb.branches)
-        for edge in direct:
-            floating = edge.connection is not None and edge.connection.type.is_free
-            if floating and edge.connection is not None and not self._is_sprung(edge.connection):
-                continue  # it transmits nothing
-            limbs.append((len(order), self._limb([], [edge])))
+        for edge in graph.edges:
+            if set(edge.ends) == {base, platform} and not self._transmits_nothing(edge.connection):
+                limbs.append((len(order), self._limb([], [edge])))
         limbs.sort(key=lambda pair: pair[0])
         numbered = tuple(replace(limb, name=f"limb_{k}") for k, (_, limb) in enumerate(limbs, 1))
         self._check_misplaced((*numbered, *hanging), open_branches)
@@ -212,33 +207,15 @@ class _Builder:
             tuple(self.warnings),
         )
 
-    def _is_sprung(self, connection: Connection) -> bool:
-        return connection.name in self.graph.description.joint_stiffness
-
-    def _component(
-        self, start: RigidBody, at: dict[RigidBody, list[BodyEdge]], stops: set[RigidBody]
-    ) -> tuple[list[RigidBody], list[BodyEdge]]:
-        """Return the bodies and edges that hang together with ``start``, in the order of the file."""
-        bodies, edges, queue = {start}, set[BodyEdge](), deque([start])
-        while queue:
-            body = queue.popleft()
-            for edge in at.get(body, []):
-                edges.add(edge)
-                other = edge.other(body)
-                if other not in bodies and other not in stops:
-                    bodies.add(other)
-                    queue.append(other)
-        return (
-            [body for body in self.graph.bodies() if body in bodies],
-            [edge for edge in self.graph.edges if edge in edges],
-        )
+    def _transmits_nothing(self, joint: Connection | None) -> bool:
+        return joint is not None and joint.type.is_free and joint.name not in self.graph.description.joint_stiffness
 
     # ---- limbs ------------------------------------------------------------------------------------------------------
 
     def _limb(self, bodies: list[RigidBody], edges: list[BodyEdge]) -> Limb:
         graph = self.graph
-        steps = directed_edges(bodies, edges, graph.base, graph.platform)
-        on_platform = bool(bodies) and all(graph.base not in (edge.inner.find(), edge.outer.find()) for edge in edges)
+        steps = directed_edges(edges, graph.base, graph.platform)
+        on_platform = bool(bodies) and all(graph.base not in edge.ends for edge in edges)
         reached_by = {step.outer: step for step in steps if step.in_tree}
         below = self._weights_below(steps)
         carries = _cut_joints_carried(steps, reached_by)
@@ -246,7 +223,7 @@ class _Builder:
         leading = _leads_to_ring(steps, reached_by, carries)
         degree: dict[RigidBody, int] = {}
         for edge in edges:
-            for end in (edge.inner.find(), edge.outer.find()):
+            for end in edge.ends:
                 degree[end] = degree.get(end, 0) + 1
         found: list[Edge] = []
         branches: list[Edge] = []

@@ -42,9 +42,15 @@ class BodyEdge:
     connection: Connection | None = None
     beam: BeamSpan | None = None
 
+    @property
+    def ends(self) -> tuple[RigidBody, RigidBody]:
+        """The bodies on both sides, inner and outer."""
+        return self.inner.find(), self.outer.find()
+
     def other(self, body: RigidBody) -> RigidBody:
         """Return the body on the other side."""
-        return self.outer.find() if self.inner.find() is body else self.inner.find()
+        inner, outer = self.ends
+        return outer if inner is body else inner
 
 
 class BodyGraph:
