@@ -1,0 +1,69 @@
+"""Joints of a limb as its statics see them, and beams whose ends are found: what stands where in small robots."""
+
+import numpy as np
+import pytest
+from simple_machines import BAR, BEAM, CIRCLE, RHO, bar, joint, link, robot
+
+import kinetostatics as ks
+
+
+def hinges(*axes, at=None):
+    """A chain of hinges about these axes, all through one point unless ``at`` says where along x each stands, under a rod."""
+    at = np.zeros(len(axes)) if at is None else np.asarray(at)
+    names = ["base", *(f"link_{k}" for k in range(1, len(axes))), "rod"]
+    parts = [link(name) for name in [*names, "platform"]]
+    for k, axis in enumerate(axes):
+        before = at[k - 1] if k else 0.0
+        parts.append(joint(f"hinge_{k}", "continuous", names[k], names[k + 1], f"{at[k] - before} 0 0", axis))
+    parts += [joint("head", "fixed", "rod", "platform", "0.1 0.2 1"), bar("rod", f"hinge_{len(axes) - 1}", "head", RHO, CIRCLE)]
+    return robot(*parts)
+
+
+X, Y, Z, OBLIQUE = "1 0 0", "0 1 0", "0 0 1", "1 1 1"
+
+
+@pytest.mark.parametrize(
+    ("axes", "at", "kinds"),
+    [
+        ((X,), None, "revolute"),
+        ((X, Y), None, "universal"),
+        ((X, Y, Z), None, "spherical"),
+        ((X, Y, Z, OBLIQUE), None, "spherical revolute"),
+        ((X, Y, Z, X, Y), None, "spherical universal"),
+        ((X, Y, Z, X, Y, Z), None, "spherical spherical"),
+        ((Y, Y), (0, 0.3), "revolute revolute"),
+        ((Y, Z), (0, 0.3), "revolute revolute"),
+        ((X, Y), (0, 0.3), "universal"),
+        ((Y, X, Y), (0, 0, 0.3), "universal revolute"),
+        ((X, Y, Z), (0, 0.3, 0.3), "spherical"),
+        ((Y, X, Z), (0, 0, 0.3), "universal revolute"),
+    ],
+)
+def test_hinges_that_meet_are_one_joint(axes, at, kinds):
+    [group] = hinges(*axes, at=at).statics.groups
+    assert " ".join(item.kind for item in group.compounds[0]) == kinds
+
+
+def test_joints_are_in_the_order_of_their_links():
+    """Beams first, then joints from the base outwards, whatever the order in which joints are written."""
+    machine = robot(
+        link("base"), link("a"), link("b"), link("platform"), joint("third", "fixed", "b", "platform", "0 0 1"),
+        joint("second", "fixed", "a", "b", "0 0 1"), joint("first", "fixed", "base", "a"),
+        bar("b", "second", "third"), bar("a", "first", "second"),
+    )  # fmt: skip
+    [limb] = machine.topology.limbs
+    assert [edge.joint or edge.beam for edge in limb.edges] == ["first", "a", "second", "b", "third"]
+
+
+@pytest.mark.parametrize("side", ["base", "platform"])
+def test_a_beam_with_a_branch_runs_from_base_to_platform(side):
+    """Of three joints at a link the one towards the base, two links away, and the one towards the platform, are its ends."""
+    machine = robot(
+        link("base"), link("lower"), link("rod"), link("upper"), link("platform"), link("bob"),
+        joint("foot", "fixed", "base", "lower"), joint("in", "fixed", "lower", "rod", "0 0 0.2"),
+        joint("hook", "fixed", "rod", "bob", "0 0 0" if side == "base" else "0 0 0.5"),
+        joint("out", "fixed", "rod", "upper", "0 0 0.5"), joint("head", "fixed", "upper", "platform", "0 0 0.2"),
+        f'<beam link="rod" density="0" {BEAM}>{BAR}</beam>',
+    )  # fmt: skip
+    found = ks.analyze(machine.assemble()).beams["rod"]
+    np.testing.assert_allclose(found.points[[0, -1]], [[0, 0, 0.2], [0, 0, 0.7]], atol=1e-12)
