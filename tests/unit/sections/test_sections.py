@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from kinetostatics.sections import Rectangle, RectangularTube, Section, Tube
+from kinetostatics.sections.shear import shear_functions
 
 pytestmark = pytest.mark.smoke
 
@@ -75,3 +76,24 @@ def test_no_section_with_the_largest_stress_is_overlooked(section):
     wrenches[4:, :, :20] = np.sqrt(np.abs(wrenches[4:, :, :20]))
     everywhere = section.stress(wrenches.reshape(6, -1)).reshape(21, 40).max(axis=0)
     np.testing.assert_allclose(section.largest_stress(wrenches), everywhere, rtol=1e-6)
+
+
+@pytest.mark.parametrize("section", [Rectangle.of(0.03, 0.05), RectangularTube.of(0.03, 0.05, 0.004)])
+def test_the_largest_stress_is_where_tension_and_shear_add(section):
+    """M_z < 0 pulls at +y, where torsion and V_z turn the same way; M_y > 0 pulls at +z, where torsion and V_y differ."""
+    N, V, T, M = 3e3, 5e3, 40.0, 60.0
+    for together, apart in (
+        ([N, 0, V, T, 0, -M], [N, 0, V, T, 0, M]),
+        ([N, 0, V, -T, 0, M], [N, 0, V, -T, 0, -M]),
+        ([N, V, 0, -T, M, 0], [N, V, 0, -T, -M, 0]),
+        ([N, V, 0, T, -M, 0], [N, V, 0, T, M, 0]),
+    ):
+        assert section.stress(np.array(together)) > 1.02 * section.stress(np.array(apart))
+
+
+@pytest.mark.parametrize(("thickness", "near"), [(0.004, 0.004), (0.012, 0.0015)])
+def test_stresses_are_told_as_near_to_a_sharp_corner_as_said(thickness, near):
+    """As near as the wall, or as half of the hole's half sides: 0.003 of the narrow hole."""
+    y, z = shear_functions(0.03, 0.05, thickness).points()
+    gap = np.hypot(y - (0.015 - thickness), z - (0.025 - thickness))
+    assert gap.min() == pytest.approx(near, rel=1e-9)

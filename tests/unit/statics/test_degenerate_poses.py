@@ -151,6 +151,9 @@ def test_a_limb_whose_joints_are_dependent_carries_one_wrench_more(name):
     limb = found.limbs["limb_2"]
     assert np.all(np.isnan(limb.intensities)) and limb.intensities.shape == (len(limb.labels),)
     assert np.all(np.isfinite(limb.wrench)) and limb.compliance.shape == (len(limb.labels),) * 2
+    assert limb.constraint_wrenches.shape == (6, len(limb.labels)) and limb.sag.shape == (len(limb.labels),)
+    assert limb.attached_wrenches.shape == (6, len(limb.attached_labels))
+    assert limb.attached_intensities.shape == (len(limb.attached_labels),) and limb.stiffness.shape == limb.compliance.shape
     assert np.all(np.isfinite(found.limbs["limb_1"].intensities))
     assert np.all(np.isfinite(next(iter(found.joint_contributions.values()))["load"]))
     close(sum(found.contributions.values()), found.twist)

@@ -1,0 +1,112 @@
+"""What deforms, told by motions and forces that do not depend on how a robot is written."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from simple_machines import CIRCLE, RHO, bar, joint, link, loop, mount, robot, truss
+
+import kinetostatics as ks
+from kinetostatics.results.near_singular import near_singularity
+from kinetostatics.statics.limb_ranks import _changed
+
+LOAD = np.array([30.0, -20.0, 50.0, 4.0, -3.0, 2.0])
+CORNERS = {"base": (0, 0, 0), "n": (0.5, 0, 0.4), "m": (-0.5, 0.1, 0.4), "platform": (0.1, 0, 0.8)}
+
+
+def cross_brace(*bridge):
+    """A frame of five clamped beams; the one between its two corners ``n`` and ``m`` is written from one to the other."""
+    parts = [link("base"), link("n", 1.0), link("m"), link("platform", 3.0)]
+    sides = [("a", "base", "n"), ("b", "base", "m"), ("c", "n", "platform"), ("d", "m", "platform"), ("e", *bridge)]
+    known = {"base"}
+    for name, inner, outer in sides:
+        along = np.subtract(CORNERS[outer], CORNERS[inner])
+        text = " ".join(map(str, along.tolist()))
+        parts += [link(name), joint(f"{name}_1", "fixed", inner, name)]
+        if outer in known:
+            parts += [loop(f"{name}_2", "fixed", name, outer, text)]
+        else:
+            parts += [joint(f"{name}_2", "fixed", name, outer, text)]
+        known.add(outer)
+        parts += [bar(name, f"{name}_1", f"{name}_2", RHO, CIRCLE).replace('y_axis="0 1 0"', 'y_axis="0.3 1 0.2"')]
+    return ks.analyze(robot(*parts).assemble(), LOAD)
+
+
+def test_a_beam_that_is_passed_both_ways_is_the_same_from_either_end():
+    """Its stations come in the other order; what it carries there is the same, seen from the other side."""
+    one, other = cross_brace("n", "m"), cross_brace("m", "n")
+    np.testing.assert_allclose(other.twist, one.twist, rtol=1e-9)
+    there, back = one.beams["e"], other.beams["e"]
+    for what in ("points", "deflections", "rotations"):
+        np.testing.assert_allclose(getattr(back, what), getattr(there, what)[::-1], rtol=1e-8, atol=1e-15)
+    in_world = [(beam.section_wrenches.reshape(-1, 2, 3) @ beam.axes.T).reshape(-1, 6) for beam in (there, back)]
+    np.testing.assert_allclose(in_world[1], -in_world[0][::-1], rtol=1e-7, atol=1e-8)
+    np.testing.assert_allclose(back.section_wrenches[:, 0], there.section_wrenches[::-1, 0], rtol=1e-7)  # tension is tension
+    for name, inner, outer in (("e_1", "e_2", 1.0), ("e_2", "e_1", 1.0)):
+        np.testing.assert_allclose(
+            np.abs(other.joint_wrenches[name][:3]), np.abs(one.joint_wrenches[inner][:3]) * outer, rtol=1e-7
+        )
+
+
+def test_axial_forces_are_the_sums_of_their_contributions():
+    found = cross_brace("n", "m")
+    for name, beam in found.beams.items():
+        parts = found.axial_contributions[name]
+        assert sum(parts.values()) == pytest.approx(beam.section_wrenches[-1, 0], rel=1e-9)
+        assert max(abs(float(part)) for part in parts.values()) > 1e-3
+
+
+def test_a_platform_that_turns_about_a_hinge_is_said_to():
+    """The hinge lies 0.4 beside the reference point: a turn about it moves that by 0.4 per radian."""
+    machine = robot(
+        link("base"), link("arm"), link("platform", 3.0), joint("hinge", "continuous", "base", "arm", "0 0 0.3"),
+        joint("tip", "fixed", "arm", "platform", "0.4 0 0"), bar("arm", "hinge", "tip", RHO, CIRCLE),
+    )  # fmt: skip
+    with pytest.raises(
+        ks.SingularPoseError, match=r"rotation about the axis \(0, .?1, 0\) through o \+ \(-0.4, 0, 0\) m"
+    ) as error:
+        ks.analyze(machine.assemble(), gravity=(0, 0, 0))
+    free = error.value.free_twists
+    assert free.shape == (6, 1)
+    np.testing.assert_allclose(free[:, 0] / free[4, 0], [0, 0, -0.4, 0, 1, 0], atol=1e-9)
+
+
+def test_what_the_platform_puts_on_a_network_is_what_its_joints_carry():
+    """The weight of a truss and of its stem: its parts along readable wrenches add up to that at its end."""
+    found = ks.analyze(truss().assemble(), LOAD, gravity=(1.0, 2.0, -9.0))
+    [limb] = found.limbs.values()
+    assert limb.is_network
+    total = limb.constraint_wrenches @ limb.intensities + limb.attached_wrenches @ limb.attached_intensities
+    np.testing.assert_allclose(total, limb.wrench, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(total[:3], LOAD[:3] + 2.0 * np.array([1.0, 2.0, -9.0]), rtol=1e-9)
+    assert near_singularity(found).gain.tolist() == pytest.approx([1.0], rel=0.5)
+
+
+def test_a_single_way_is_no_network_that_could_collapse():
+    drive = '<transmission name="t"><joint name="mount"/></transmission>'
+    found = near_singularity(ks.analyze(mount(drive, kind="revolute").assemble()))
+    assert found.gain.tolist() == [0.0] and not found.where.any()
+
+
+@pytest.mark.parametrize(
+    ("angles", "doubtful", "changed"),
+    [
+        ((0.5, 0.5), (True, True), []),
+        ((0.0, 0.5), (True, True), [7]),
+        ((0.5, 0.0), (True, True), [8]),
+        ((0.0, 0.5), (False, True), []),
+    ],
+)
+def test_limbs_are_others_where_their_ranks_are_others(angles, doubtful, changed):
+    """Two limbs with two hinges each, that are apart by an angle; usually the ranks are two, and one for the platform's joint."""
+    twists = np.zeros((6, 2, 2, 1))
+    for limb, angle in enumerate(angles):
+        twists[3:, 0, limb, 0], twists[3:, 1, limb, 0] = (1, 0, 0), (np.cos(angle), np.sin(angle), 0)
+    group = SimpleNamespace(
+        numbers=(7, 8), is_serial=True, model=SimpleNamespace(rank_tolerance=1e-6), passive=np.array([True, True]),
+        platform_joint=np.array([False, True]), twist_scale=np.array([1.0] * 3 + [2.0] * 3).reshape(6, 1, 1, 1),
+        basis=SimpleNamespace(constraint=range(4), carried=range(1)),
+        geometry=lambda frames, o: SimpleNamespace(twists=twists),
+    )  # fmt: skip
+    item = SimpleNamespace(group=group, doubtful=np.array(doubtful)[:, None])
+    assert _changed(item, None, None, 0) == changed
