@@ -29,6 +29,9 @@ STRESSES: Units = (("MPa", 1e6),)
 MASSES: Units = (("kg", 1.0),)
 STIFFNESSES: Units = (("N/mm", 1e3), ("N/µm", 1e6))
 TURNING_STIFFNESSES: Units = (("N·m/rad", 1.0), ("N·m/mrad", 1e3), ("kN·m/mrad", 1e6))
+MILLIMETRES: Units = (("mm", 1e-3),)
+DEGREES: Units = (("°", math.pi / 180),)
+PER_CENT: Units = (("%", 0.01),)
 ENERGIES: Units = (("µJ", 1e-6), ("mJ", 1e-3), ("J", 1.0))
 
 MISSING = "–"
@@ -86,7 +89,7 @@ class Scale:
 
     def with_unit(self, value: ArrayLike) -> str:
         """Write one number and the unit."""
-        return f"{self(value)} {self.unit}"
+        return f"{self(value)}{'' if self.unit == '°' else ' '}{self.unit}"
 
 
 def largest(values: Iterable[ArrayLike]) -> float:
@@ -96,6 +99,12 @@ def largest(values: Iterable[ArrayLike]) -> float:
         array = np.abs(np.asarray(value, dtype=float))
         found = max(found, float(np.max(array, initial=0.0, where=np.isfinite(array))))
     return found
+
+
+#: Units of what is never told without its noise.
+KINDS = {"displacement": LENGTHS, "rotation": ANGLES, "force": FORCES, "moment": MOMENTS}
+#: The kinds of forces by their units.
+FORCE_KINDS = {"N": "force", "N·m": "moment"}
 
 
 @dataclass(frozen=True)
@@ -118,6 +127,10 @@ class Magnitudes:
         displacement = max(largest(t[..., :3] for t in twists), length * largest(t[..., 3:] for t in twists))
         force = max(largest(w[..., :3] for w in wrenches), largest(w[..., 3:] for w in wrenches) / length)
         return cls(NOISE * displacement, NOISE * displacement / length, NOISE * force, NOISE * force * length)
+
+    def scale(self, kind: str, values: ArrayLike, digits: int = 5) -> Scale:
+        """Choose unit and decimals of values [SI], which are of the ``kind`` displacement, rotation, force or moment."""
+        return Scale.of(values, KINDS[kind], getattr(self, kind), digits)
 
 
 def quantity(value: ArrayLike, units: Units, noise: float = 0.0, digits: int = 5) -> str:
@@ -148,6 +161,33 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]], align: str = "")
         ]
         lines.append("  ".join(padded).rstrip())
     return lines
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of a table: title, cells, and whether they stand to the left (``l``) or to the right (``r``)."""
+
+    title: str
+    cells: Sequence[str]
+    side: str = "l"
+
+    @classmethod
+    def of(cls, title: str, values: Iterable[ArrayLike | None], scale: Scale, with_unit: bool = True) -> Column:
+        """Make a column of numbers in one unit, which its title tells; empty cells for None."""
+        cells = ["" if value is None else scale(value) for value in values]
+        return cls(f"{title} [{scale.unit}]" if with_unit else title, cells, "r")
+
+
+def column_table(columns: Sequence[Column]) -> list[str]:
+    """Return the lines of a table of columns."""
+    rows = zip(*(column.cells for column in columns), strict=True)
+    return table([column.title for column in columns], rows, "".join(column.side for column in columns))
+
+
+def once(names: Iterable[str]) -> list[str]:
+    """Return names without those that repeat the one before: cells of a column that is ordered by them."""
+    found = list(names)
+    return ["" if k and found[k - 1] == name else name for k, name in enumerate(found)]
 
 
 def wide_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:

@@ -3,7 +3,19 @@
 from __future__ import annotations
 
 from kinetostatics.printing.dispatch import text_of
-from kinetostatics.printing.text import ANGLES, FORCES, LENGTHS, MOMENTS, Scale, quantity, section, table
+from kinetostatics.printing.text import (
+    ANGLES,
+    FORCES,
+    LENGTHS,
+    MISSING,
+    MOMENTS,
+    Column,
+    Scale,
+    Units,
+    column_table,
+    quantity,
+    section,
+)
 from kinetostatics.results.tolerances import Tolerance, Tolerances
 
 _AMOUNTS = {"temperature": (("K", 1.0),), "length": LENGTHS, **dict.fromkeys("xyz", LENGTHS)}
@@ -17,21 +29,22 @@ def tolerances_report(found: Tolerances) -> str:
     lines = [f"Tolerances of {robot.name!r}: what each error does alone, ranked {_RANKED[found.ranked_by]}"]
     if not found.rows:
         return "\n".join([*lines, "", "No error has an effect."])
-    shift = Scale.of([row.displacement for row in found.rows], LENGTHS, digits=4)
-    turn = Scale.of([row.rotation for row in found.rows], ANGLES, digits=4)
-    force = Scale.of([row.force for row in found.rows], FORCES, digits=4)
-    moment = Scale.of([row.moment for row in found.rows], MOMENTS, digits=4)
-    header = ["what", "error", "by", f"moves o [{shift.unit}]", f"turns [{turn.unit}]", "force [N]", "at", "moment [N·m]"]
-    rows = [
-        (
-            *(row.name, row.error, amount_words(row)),
-            *(shift(row.displacement), turn(row.rotation)),
-            *(force(row.force), row.at or "–", moment(row.moment)),
-        )
-        for row in found.rows
+
+    def column(title: str, values: list[float], units: Units) -> Column:
+        return Column.of(title, values, Scale.of(values, units, digits=4))
+
+    columns = [
+        Column("what", [row.name for row in found.rows]),
+        Column("error", [row.error for row in found.rows]),
+        Column("by", [amount_words(row) for row in found.rows]),
+        column("moves o", [row.displacement for row in found.rows], LENGTHS),
+        column("turns", [row.rotation for row in found.rows], ANGLES),
+        column("force", [row.force for row in found.rows], FORCES),
+        Column("at", [row.at or MISSING for row in found.rows]),
+        column("moment", [row.moment for row in found.rows], MOMENTS),
     ]
-    lines += section("Errors of joints along (x y z) and about (rx ry rz) the axes of their frames, and of beams", [])
-    lines += [f"  {line}" for line in table(header, rows, "lllrrrlr")]
+    title = "Errors of joints along (x y z) and about (rx ry rz) the axes of their frames, and of beams"
+    lines += section(title, column_table(columns))
     if all(row.force == row.moment == 0 for row in found.rows):
         lines += ["", "The robot is not overconstrained: errors move the platform but lock in no force."]
     return "\n".join(lines)

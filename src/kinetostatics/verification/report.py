@@ -6,23 +6,23 @@ from typing import Any
 
 import numpy as np
 
+from kinetostatics.math.arrays import Array
 from kinetostatics.printing.dispatch import dict_of, text_of
 from kinetostatics.printing.text import (
-    ANGLES,
-    FORCES,
-    LENGTHS,
-    MOMENTS,
     STIFFNESSES,
     TURNING_STIFFNESSES,
+    Column,
     Magnitudes,
     Scale,
+    column_table,
     section,
     table,
-    vector,
     wrapped,
 )
+from kinetostatics.reports.forces import sizes
 from kinetostatics.reports.json import plain
-from kinetostatics.reports.result import COMPONENTS, angles_words, drives_words, position_words
+from kinetostatics.reports.pose import pose_lines
+from kinetostatics.reports.result import COMPONENTS
 from kinetostatics.verification.compare import Verification
 
 UNITS = {
@@ -83,17 +83,8 @@ def verification_report(found: Verification) -> str:
     """Return both sides' numbers next to each other, and the verdict."""
     robot, pose = found.configuration.robot, found.configuration
     lines = [f"Check of {robot.name!r} by finite elements (OpenSees)"]
-    load, gravity = found.result.load, found.result.gravity
-    force, moment = Scale.of(load[:3], FORCES), Scale.of(load[3:], MOMENTS)
-    rows = [
-        ("o", position_words(pose)),
-        ("orientation", angles_words(pose)),
-        ("actuators", drives_words(pose)),
-        ("gravity", vector(gravity, Scale.of(gravity, (("m/s²", 1.0),), digits=4))),
-        ("load at o", f"force {vector(load[:3], force)}, moment {vector(load[3:], moment)}"),
-    ]
-    lines += section("Pose", [line for name, text in rows for line in wrapped(text, f"{name:13}")])
-    noise = _noise(found)
+    lines += section("Pose", pose_lines(pose, found.result.gravity, found.result.load))
+    noise = Magnitudes.of([found.finite_elements.twist], found.finite_elements.joint_wrenches.values(), found.length)
     lines += section("Twist of the platform at o, world axes", _twist(found, noise))
     lines += section("Stiffness of the platform at o, world axes, drives locked: the diagonal", _stiffness(found))
     if found.finite_elements.actuator_forces:
@@ -108,11 +99,6 @@ def verification_report(found: Verification) -> str:
     return "\n".join(lines)
 
 
-def _noise(found: Verification) -> Magnitudes:
-    theirs = found.finite_elements
-    return Magnitudes.of([theirs.twist], theirs.joint_wrenches.values(), found.length)
-
-
 def _row(name: str, ours: float, theirs: float, scale: Scale) -> tuple[str, str, str, str]:
     gap = (ours - theirs) / scale.factor
     return f"{name} [{scale.unit}]", scale(ours), scale(theirs), f"{gap:.0e}" if np.isfinite(gap) else "–"
@@ -121,46 +107,48 @@ def _row(name: str, ours: float, theirs: float, scale: Scale) -> tuple[str, str,
 HEADER = ("", "kinetostatics", "finite elements", "difference")
 
 
+def _components(ours: Array, theirs: Array, linear: Scale, angular: Scale) -> list[str]:
+    scales = [linear] * 3 + [angular] * 3
+    return table(HEADER, [_row(*item) for item in zip(COMPONENTS, ours, theirs, scales, strict=True)])
+
+
 def _twist(found: Verification, noise: Magnitudes) -> list[str]:
-    ours, theirs = found.ours.twist, found.finite_elements.twist
-    shift = Scale.of(theirs[:3], LENGTHS, noise.displacement, DIGITS)
-    turn = Scale.of(theirs[3:], ANGLES, noise.rotation, DIGITS)
-    return table(HEADER, [_row(name, ours[k], theirs[k], shift if k < 3 else turn) for k, name in enumerate(COMPONENTS)])
+    theirs = found.finite_elements.twist
+    scales = noise.scale("displacement", theirs[:3], DIGITS), noise.scale("rotation", theirs[3:], DIGITS)
+    return _components(found.ours.twist, theirs, *scales)
 
 
 def _stiffness(found: Verification) -> list[str]:
     ours, theirs = np.diag(found.ours.stiffness), np.diag(found.finite_elements.stiffness)
     if np.any(np.isnan(ours)):
         return ["infinite: rigid limbs"]
-    rows = []
-    for part, units in ((range(3), STIFFNESSES), (range(3, 6), TURNING_STIFFNESSES)):
-        scale = Scale.of(theirs[list(part)], units, digits=DIGITS)
-        rows += [_row(COMPONENTS[k], ours[k], theirs[k], scale) for k in part]
-    return table(HEADER, rows)
+    scales = Scale.of(theirs[:3], STIFFNESSES, digits=DIGITS), Scale.of(theirs[3:], TURNING_STIFFNESSES, digits=DIGITS)
+    return _components(ours, theirs, *scales)
 
 
 def _drives(found: Verification, noise: Magnitudes) -> list[str]:
-    theirs = found.finite_elements.actuator_forces
-    torques = found.finite_elements.torques
-    force = Scale.of([value for name, value in theirs.items() if name not in torques], FORCES, noise.force, DIGITS)
-    torque = Scale.of([theirs[name] for name in torques], MOMENTS, noise.moment, DIGITS)
-    ours = found.ours.actuator_forces
+    ours, theirs, torques = found.ours.actuator_forces, found.finite_elements.actuator_forces, found.finite_elements.torques
+    force = noise.scale("force", [value for name, value in theirs.items() if name not in torques], DIGITS)
+    torque = noise.scale("moment", [theirs[name] for name in torques], DIGITS)
     return table(HEADER, [_row(name, ours[name], value, torque if name in torques else force) for name, value in theirs.items()])
 
 
 def _joints(found: Verification, noise: Magnitudes) -> list[str]:
     ours, theirs = found.ours.joint_wrenches, found.finite_elements.joint_wrenches
     names = [name for name in theirs if name in ours]
-    sizes = np.array([[np.linalg.norm(w[part]) for w in (ours[n], theirs[n])] for n in names for part in (slice(3), slice(3, 6))])
-    sizes = sizes.reshape(-1, 4)
-    force = Scale.of(sizes[:, 1], FORCES, noise.force)
-    moment = Scale.of(sizes[:, 3], MOMENTS, noise.moment)
-    rows = [
-        (name, force(a), force(b), moment(c), moment(d), f"{found.joint_differences.get(name, np.nan):.0e}")
-        for name, (a, b, c, d) in zip(names, sizes, strict=True)
-    ]
-    header = ("joint", f"force [{force.unit}]", "finite el.", f"moment [{moment.unit}]", "finite el.", "difference, rel.")
-    return table(header, rows)
+    (force, moment), (force_fe, moment_fe) = (sizes(side[name] for name in names) for side in (ours, theirs))
+    forces, moments = noise.scale("force", force_fe), noise.scale("moment", moment_fe)
+    gaps = [f"{found.joint_differences.get(name, np.nan):.0e}" for name in names]
+    return column_table(
+        [
+            Column("joint", names),
+            Column.of("force", force, forces),
+            Column.of("finite el.", force_fe, forces, with_unit=False),
+            Column.of("moment", moment, moments),
+            Column.of("finite el.", moment_fe, moments, with_unit=False),
+            Column("difference, rel.", gaps, "r"),
+        ]
+    )
 
 
 def _differences(found: Verification) -> list[str]:
