@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -105,30 +106,29 @@ def word_of(chain: Chain) -> str:
     return " ".join(words)
 
 
+def parts_of(item: Item) -> tuple[Stretch, ...]:
+    """Return the ways or stretches of an item that has some; nothing of a body or joint."""
+    if isinstance(item, Ways):
+        return tuple(Stretch("", "", way) for way in item.ways)
+    return item.stretches if isinstance(item, Network) else ()
+
+
+def _items(chain: Chain) -> Iterator[Item]:
+    """Yield everything in a chain, and in its parts."""
+    for item in chain:
+        yield item
+        for part in parts_of(item):
+            yield from _items(part.chain)
+
+
 def joints_of(chain: Chain) -> list[JointStep]:
     """Return all joints of a chain."""
-    found: list[JointStep] = []
-    for item in chain:
-        if isinstance(item, JointStep):
-            found.append(item)
-        elif isinstance(item, Ways):
-            found += [joint for way in item.ways for joint in joints_of(way)]
-        elif isinstance(item, Network):
-            found += [joint for part in item.stretches for joint in joints_of(part.chain)]
-    return found
+    return [item for item in _items(chain) if isinstance(item, JointStep)]
 
 
 def bodies_of(chain: Chain) -> list[str]:
     """Return the names of all bodies of a chain."""
-    found: list[str] = []
-    for item in chain:
-        if isinstance(item, Body):
-            found += item.names
-        elif isinstance(item, Ways):
-            found += [name for way in item.ways for name in bodies_of(way)]
-        elif isinstance(item, Network):
-            found += [name for part in item.stretches for name in bodies_of(part.chain)]
-    return found
+    return [name for item in _items(chain) if isinstance(item, Body) for name in item.names]
 
 
 # ---- text ------------------------------------------------------------------------------------------------------------
@@ -176,10 +176,8 @@ def chain_lines(start: str, chain: Chain, end: str, indent: str = "") -> list[st
             what = f"{len(item.ways)} ways" if isinstance(item, Ways) else "a network"
             lines += _filled(words, f", then {what} to {item.end}:" if words else f"{what} to {item.end}:", indent)
             words = []
-            parts = [("", way, "") for way in item.ways] if isinstance(item, Ways) else []
-            parts += [(part.start, part.chain, part.end) for part in item.stretches] if isinstance(item, Network) else []
-            for part in parts:
-                inner = chain_lines(*part, indent + "    ")
+            for part in parts_of(item):
+                inner = chain_lines(part.start, part.chain, part.end, indent + "    ")
                 lines += [f"{indent}  - {inner[0].lstrip()}", *inner[1:]]
             if k == len(chain) - 1:
                 left = None

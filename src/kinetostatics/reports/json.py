@@ -6,16 +6,17 @@ Everything is in SI units; what is not a number, infinite or not determined is N
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
 
-from kinetostatics.checks.chains import Body, Chain, Graph, JointStep, Ways
+from kinetostatics.checks.chains import Body, JointStep, Network, Ways
 from kinetostatics.checks.collect import robot_facts
 from kinetostatics.checks.facts import RobotFacts
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.printing.dispatch import dict_of
+from kinetostatics.results.beam import BeamResult
 from kinetostatics.results.result import Result
 from kinetostatics.results.tolerances import Tolerances
 from kinetostatics.robot import Robot
@@ -62,43 +63,18 @@ ROBOT_UNITS = {
     "followers": "multiplier times the leader's coordinate plus offset [m, rad]",
 }
 
-RESULT_ARRAYS = ("twist", "stiffness", "compliance", "platform_wrench", "base_wrench", "strain_energy")
-RESULT_MAPPINGS = (
-    "contributions",
-    "mechanism_contributions",
-    "source_contributions",
-    "part_contributions",
-    "joint_wrenches",
-    "actuator_forces",
-    "actuator_contributions",
-    "actuator_mechanism_contributions",
-    "paper_forces",
-    "beam_contributions",
-    "link_contributions",
-)
-LIMB_ARRAYS = (
-    "constraint_wrenches",
-    "intensities",
-    "attached_wrenches",
-    "attached_intensities",
-    "compliance",
-    "stiffness",
-    "sag",
-    "wrench",
-)
-BEAM_ARRAYS = (
-    "stations",
-    "length",
-    "mass",
-    "axes",
-    "points",
-    "section_wrenches",
-    "deflections",
-    "rotations",
-    "stress",
-    "euler_ratio",
-    "strain_energy",
-)
+#: Attributes of a result and of its limbs that are arrays, or mappings of them.
+RESULT_NAMES = """
+    twist stiffness compliance platform_wrench base_wrench strain_energy
+    contributions mechanism_contributions source_contributions part_contributions joint_wrenches
+    actuator_forces actuator_contributions actuator_mechanism_contributions paper_forces
+    beam_contributions link_contributions
+""".split()
+LIMB_NAMES = """
+    constraint_wrenches intensities attached_wrenches attached_intensities compliance stiffness sag wrench
+""".split()
+#: What a result tells of its beams: not again what the file says.
+BEAM_NAMES = [item.name for item in dataclasses.fields(BeamResult) if item.name not in ("name", "description")]
 
 
 def plain(value: Any) -> Any:
@@ -135,26 +111,17 @@ def facts_to_dict(facts: RobotFacts) -> dict[str, Any]:
     return {**found, "units": dict(ROBOT_UNITS)}
 
 
-def _graph(graph: Graph) -> dict[str, Any]:
-    hanging = [{"at": item.at, "is_ring": item.is_ring, "chain": _chain(item.chain)} for item in graph.hanging]
-    return {"chain": _chain(graph.chain), "hanging": hanging, "rings": graph.rings}
+_TYPES = {Body: "body", JointStep: "joint", Ways: "ways", Network: "network"}
 
 
-def _chain(chain: Chain) -> list[dict[str, Any]]:
-    """Return a chain as a list of what its ``type`` says."""
-    found: list[dict[str, Any]] = []
-    for item in chain:
-        if isinstance(item, Body):
-            found.append({"type": "body", "names": list(item.names)})
-        elif isinstance(item, JointStep):
-            found.append({"type": "joint", **plain(item)})
-        elif isinstance(item, Ways):
-            ways = [_chain(way) for way in item.ways]
-            found.append({"type": "ways", "start": item.start, "end": item.end, "ways": ways})
-        else:
-            parts = [{"start": part.start, "end": part.end, "chain": _chain(part.chain)} for part in item.stretches]
-            found.append({"type": "network", "start": item.start, "end": item.end, "stretches": parts})
-    return found
+def _graph(part: Any) -> Any:
+    """Return a graph, or a part of one, as plain values; what stands in a chain says its ``type``."""
+    if isinstance(part, tuple):
+        return [_graph(item) for item in part]
+    if not dataclasses.is_dataclass(part):
+        return part
+    kind = {"type": _TYPES[type(part)]} if type(part) in _TYPES else {}
+    return {**kind, **{item.name: _graph(getattr(part, item.name)) for item in dataclasses.fields(part)}}
 
 
 @dict_of.register(Result)
@@ -173,19 +140,12 @@ def result_to_dict(result: Result) -> dict[str, Any]:
         **{name: plain(where) for name, where in result.facts.items()},
         "warnings": list(result.warnings),
         "configuration": _configuration(result.configuration),
-        "gravity": plain(result.gravity),
-        "load": plain(result.load),
-        "platform_weight": plain(result.platform_weight),
+        **_named(result, ("gravity", "load", "platform_weight")),
     }
-    found.update({name: plain(getattr(result, name)) for name in RESULT_ARRAYS})
-    for name in RESULT_MAPPINGS:
-        found[name] = plain(getattr(result, name))
+    found |= _named(result, RESULT_NAMES)
     found["actuator_units"] = {name: drive_unit(robot, name) for name in result.actuator_forces}
     found["limbs"] = {name: _limb(limb) for name, limb in result.limbs.items()}
-    found["beams"] = {
-        name: {attribute: plain(getattr(beam, attribute)) for attribute in (*BEAM_ARRAYS, "member", "ends")}
-        for name, beam in result.beams.items()
-    }
+    found["beams"] = {name: _named(beam, BEAM_NAMES) for name, beam in result.beams.items()}
     return found
 
 
@@ -196,6 +156,11 @@ def tolerances_to_dict(found: Tolerances) -> dict[str, Any]:
     return {"robot": found.configuration.robot.name, "ranked_by": found.ranked_by, "errors": errors}
 
 
+def _named(item: Any, names: Iterable[str]) -> dict[str, Any]:
+    """Return some attributes as plain values."""
+    return {name: plain(getattr(item, name)) for name in names}
+
+
 def _configuration(configuration: Configuration) -> dict[str, Any]:
     shape = configuration.shape
     return {
@@ -203,11 +168,7 @@ def _configuration(configuration: Configuration) -> dict[str, Any]:
         "status": status_names(configuration.status),
         "limit_exceeded": plain(configuration.limit_exceeded),
         "orientation": configuration.orientation.name,
-        "platform": plain(configuration.platform),
-        "platform_frame": plain(configuration.platform_frame),
-        "actuators": plain(configuration.actuators),
-        "q": plain(configuration.q),
-        "residual": plain(configuration.residual),
+        **_named(configuration, ("platform", "platform_frame", "actuators", "q", "residual")),
         "openings": {
             name: {"m": plain(metres.reshape(shape)), "rad": plain(radians.reshape(shape))}
             for name, (metres, radians) in configuration.openings.items()
@@ -225,7 +186,7 @@ def _limb(limb: Any) -> dict[str, Any]:
         "units": wrench_units(limb.labels, limb.constraint_wrenches),
         "attached_labels": list(limb.attached_labels),
         "attached_units": wrench_units(limb.attached_labels, limb.attached_wrenches),
-        **{name: plain(getattr(limb, name)) for name in LIMB_ARRAYS},
+        **_named(limb, LIMB_NAMES),
     }
 
 

@@ -511,7 +511,7 @@ def test_hybrid_limbs_of_any_shape_are_explained(seed):
         assert found.graph.rings == len(limb.to_platform) - 1
         assert len(set(found.constraint_wrenches)) == len(found.constraint_wrenches)
     for item in facts.mobility.redundancies:
-        inside = [limb for limb in one.all_limbs if item.limbs == (limb.name,)]
+        inside = [limb for limb in one.topology.all_limbs if item.limbs == (limb.name,)]
         for limb in inside:
             assert set(item.joints) <= {edge.joint for edge in limb.edges}
 
