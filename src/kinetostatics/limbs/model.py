@@ -11,10 +11,11 @@ from kinetostatics.mechanism.limbs import Topology
 from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.mechanism.weights import Weights
+from kinetostatics.printing.mappings import ShortRepr
 
 
-@dataclass(frozen=True, eq=False)
-class StaticModel:
+@dataclass(frozen=True, eq=False, repr=False)
+class StaticModel(ShortRepr):
     """A robot as the statics see it.
 
     Attributes:

@@ -11,7 +11,7 @@ from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.joint_table import JointTable, OpenBranch, open_branches_of
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class RobotStatics(StaticModel):
     """A robot as the equilibrium of its platform sees it.
 
