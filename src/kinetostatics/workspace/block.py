@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +13,7 @@ from kinetostatics.analysis import analyze
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.results.gravity_ways import force_ways, twist_ways
 from kinetostatics.status import WITHOUT_NUMBERS, Status, status_of
-from kinetostatics.workspace.grid import Block
+from kinetostatics.workspace.grid import Block, sizes_of
 from kinetostatics.workspace.plan import Combination, Plan
 from kinetostatics.workspace.schema import NO_MODE, POSES, ROBOTS, ZERO_MODE, Labels, numbered, variables
 
@@ -69,13 +70,12 @@ def pose_numbers(
         which: numbers of the poses in that block; None: all.
     """
     at = (*(slice(k, k + 1) for k in combination), *cases, *coordinates)
-    counts = tuple(piece.stop - piece.start for piece in cases)
-    count = int(np.prod([piece.stop - piece.start for piece in coordinates])) if coordinates else 1
+    counts, count = sizes_of(cases), math.prod(sizes_of(coordinates))
 
     def spread(values: Any) -> Any:
         values = values.reshape(values.shape[len(combination) :])  # one robot
         if any(size > 1 for size in values.shape[len(cases) : -1]):
-            full = np.broadcast_to(values, (*values.shape[: len(cases)], *_sizes(coordinates), values.shape[-1]))
+            full = np.broadcast_to(values, (*values.shape[: len(cases)], *sizes_of(coordinates), values.shape[-1]))
             values = full.reshape(*values.shape[: len(cases)], count, values.shape[-1])
             return values if which is None else values[..., which, :]
         return values.reshape(*values.shape[: len(cases)], 1, values.shape[-1])
@@ -90,10 +90,6 @@ def pose_numbers(
         on_failure="nan",
     )
     return _extract(plan, labels, combination, result, (*counts, configuration.shape[0]))
-
-
-def _sizes(block: Block) -> tuple[int, ...]:
-    return tuple(piece.stop - piece.start for piece in block)
 
 
 def _extract(plan: Plan, labels: Labels, combination: Combination, result: Result, shape: tuple[int, ...]) -> dict[str, Array]:

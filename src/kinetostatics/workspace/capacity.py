@@ -6,21 +6,14 @@ import math
 import os
 import shutil
 
-import numpy as np
-
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.workspace.plan import Plan
-from kinetostatics.workspace.schema import Labels, variables
-from kinetostatics.workspace.targets import tails
+from kinetostatics.workspace.schema import Labels, template
 
 
 def size_of(plan: Plan, labels: Labels) -> int:
     """Return how many bytes the arrays of a map are."""
-    found = 0
-    for (_, item), tail in zip(variables(labels).items(), tails(labels).values(), strict=True):
-        sizes = (axis.size for axis in plan.axes if axis.kind in item.kinds)
-        found += math.prod((*sizes, *tail)) * np.dtype(item.dtype).itemsize
-    return found
+    return sum(item.nbytes for item in template(plan, labels).data_vars.values())
 
 
 def check_memory(plan: Plan, labels: Labels) -> None:

@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.workspace.assembly_modes.repair import finish
 from kinetostatics.workspace.block import compute_block
-from kinetostatics.workspace.grid import Block, block_sizes, chunk_sizes, cut
+from kinetostatics.workspace.grid import Block, block_sizes, chunk_sizes, cut, sizes_of
 from kinetostatics.workspace.plan import Plan
-from kinetostatics.workspace.schema import ZERO_MODE, Labels, template, variables
-from kinetostatics.workspace.targets import Memory, joint_state, patch, tails, write_block
+from kinetostatics.workspace.schema import Labels, template, variables
+from kinetostatics.workspace.targets import Target, in_memory
+from kinetostatics.workspace.tasks import perform
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,18 +37,14 @@ def lazy_block(job: Job, bounds: tuple[tuple[int, int], ...]) -> dict[str, NDArr
     """Return the variables of a block, which knows nothing of the blocks beside it."""
     plan, labels = job.plan, job.labels
     block: Block = tuple(slice(*pair) for pair in bounds)
-    memory = Memory(plan, labels, block)
-    write_block(memory, plan, labels, block, compute_block(plan, labels, block))
+    part = template(plan, labels).isel({axis.name: piece for axis, piece in zip(plan.axes, block, strict=True)})
+    target = Target(plan, labels, in_memory(part), block)
+    target.write_block(block, compute_block(plan, labels, block))
     cases, region = plan.part(block, "case"), plan.part(block, "coordinate")
-    sizes = tuple(piece.stop - piece.start for piece in region)
     for combination in plan.combinations(block):
-        here = (*(slice(k, k + 1) for k in combination), *region)
-        one = (0,) * len(combination)
-        q, mode = joint_state(memory, labels, here)[one], memory.read("mode", here)[one]
-        length = float(memory.read("characteristic_length", here[: len(one)])[one])
-        finished = finish(plan, labels, combination, cases, region, q, mode == ZERO_MODE, length)
-        patch(memory, plan, labels, combination, cases, region, finished, sizes)
-    return memory.arrays
+        finished = perform(plan, labels, target.to_finish(combination, cases, region))
+        target.patch(combination, cases, region, finished, sizes_of(region))
+    return dict(target.arrays)
 
 
 def lazy_dataset(plan: Plan, labels: Labels, chunks: Mapping[str, int] | str) -> xr.Dataset:
@@ -81,12 +77,12 @@ def lazy_dataset(plan: Plan, labels: Labels, chunks: Mapping[str, int] | str) ->
         graph[blocks][(blocks, *place)] = (lazy_block, job, bounds)
     dependencies: dict[str, set[str]] = {job: set(), blocks: {job}}
     whole = template(plan, labels)
-    own = tails(labels)
     data = {}
     for name, item in variables(labels).items():
         layer = f"sweep-{name}-{token}"
         mine = [axis.kind in item.kinds for axis in plan.axes]
-        zeros = (0,) * len(own[name])
+        own = whole[name].shape[sum(mine) :]
+        zeros = (0,) * len(own)
         tasks: dict[Any, Any] = {}
         for place in numbers:
             if any(k and not here for k, here in zip(place, mine, strict=True)):
@@ -99,6 +95,6 @@ def lazy_dataset(plan: Plan, labels: Labels, chunks: Mapping[str, int] | str) ->
             if here
         )
         found = HighLevelGraph({**graph, layer: tasks}, {**dependencies, layer: {blocks}})
-        array = da.Array(found, layer, (*pieces, *((n,) for n in own[name])), dtype=item.dtype)  # type: ignore[no-untyped-call]
+        array = da.Array(found, layer, (*pieces, *((n,) for n in own)), dtype=item.dtype)  # type: ignore[no-untyped-call]
         data[name] = (whole[name].dims, array, whole[name].attrs)
     return whole.assign(data)

@@ -90,6 +90,11 @@ def shape_of(axes: Sequence[Axis]) -> tuple[int, ...]:
     return tuple(axis.size for axis in axes)
 
 
+def sizes_of(block: Block) -> tuple[int, ...]:
+    """Return the sizes of a block."""
+    return tuple(piece.stop - piece.start for piece in block)
+
+
 # ---- what people give ------------------------------------------------------------------------------------------------
 
 

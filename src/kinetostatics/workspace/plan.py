@@ -23,7 +23,7 @@ from kinetostatics.kinematics.assembly import assemble
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array
 from kinetostatics.robot import Robot, load_robot
-from kinetostatics.workspace.grid import Axis, Block, Field, shape_of
+from kinetostatics.workspace.grid import Axis, Block, Field, shape_of, sizes_of
 
 #: Which value each parameter has: an index along each parameter axis.
 Combination = tuple[int, ...]
@@ -134,7 +134,7 @@ class Plan:
         """Return the coordinates (N,) of all poses in a block of coordinate axes, held ones too."""
         axes = self.axes_of("coordinate")
         mesh = np.meshgrid(*(axis.values[piece] for axis, piece in zip(axes, block, strict=True)), indexing="ij")
-        count = int(np.prod([piece.stop - piece.start for piece in block])) if block else 1
+        count = math.prod(sizes_of(block))
         values = {axis.name: array.ravel() for axis, array in zip(axes, mesh, strict=True)}
         return {**values, **{name: np.full(count, value) for name, value in self.held.items()}}
 
@@ -236,10 +236,6 @@ def sha256_of(path: str | os.PathLike[str]) -> str:
     """Return the sha256 of a file, empty if it cannot be read."""
     try:
         with open(path, "rb") as file:
-            return hashlib.file_digest(file, "sha256").hexdigest() if hasattr(hashlib, "file_digest") else _digest(file.read())
+            return hashlib.sha256(file.read()).hexdigest()
     except (OSError, ValueError):
         return ""
-
-
-def _digest(data: bytes) -> str:
-    return hashlib.sha256(data).hexdigest()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -18,16 +19,15 @@ from kinetostatics.printing.waiting import waiting
 from kinetostatics.robot import Robot
 from kinetostatics.workspace import provenance
 from kinetostatics.workspace.arguments import need, read_plan, try_plan, try_robots
-from kinetostatics.workspace.assembly_modes.repair import Finished
 from kinetostatics.workspace.capacity import check_disk, check_memory
-from kinetostatics.workspace.grid import Block, block_sizes, cut, shape_of
-from kinetostatics.workspace.plan import Combination, Plan
-from kinetostatics.workspace.process_pool import Crew
+from kinetostatics.workspace.grid import Block, block_sizes, cut, shape_of, sizes_of
+from kinetostatics.workspace.plan import Plan
+from kinetostatics.workspace.process_pool import ProcessPool
 from kinetostatics.workspace.progress import Bar, wants_bar
-from kinetostatics.workspace.schema import ZERO_MODE, Labels, check_names, labels_of, template
+from kinetostatics.workspace.schema import Labels, check_names, labels_of, template
 from kinetostatics.workspace.storage import Storage, open_map, store_of
-from kinetostatics.workspace.targets import Memory, NetCDF, Target, Zarr, joint_state, patch, write_block
-from kinetostatics.workspace.tasks import BlockTask, FinishTask, Task, perform, read_part
+from kinetostatics.workspace.targets import Target, in_memory
+from kinetostatics.workspace.tasks import BlockTask, Task, perform, read_part
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -115,22 +115,8 @@ def sweep(
         out = path_name("out", out)
         need(*store_of(os.fspath(out)).needs)
     with waiting("planning the sweep", wanted=wants_bar(progress)):
-        plan, first = read_plan(
-            robot,
-            platform,
-            actuators,
-            orientation,
-            load,
-            gravity,
-            point,
-            frame,
-            misfits,
-            parameters,
-            beams,
-            tolerance,
-            ways,
-            parameter_units,
-        )
+        given = platform, actuators, orientation, load, gravity, point, frame, misfits, parameters, beams, tolerance, ways
+        plan, first = read_plan(robot, *given, parameter_units)
         labels = labels_of(plan, first)
         try_plan(plan, first)
         check_names(plan, labels)
@@ -140,6 +126,8 @@ def sweep(
 
             return lazy_dataset(plan, labels, chunks).assign_attrs(attributes)
         number = _workers(workers, plan.size)
+        if number > 1:
+            need("loky")
         try_robots(plan)
     if progress:
         need("tqdm")
@@ -187,112 +175,81 @@ class _Run:
 
     def in_memory(self, progress: bool | None) -> xr.Dataset:
         """Return the whole Dataset."""
-        target = Memory(self.plan, self.labels)
-        blocks = list(cut(self.plan.shape, self.sizes))
-        with ExitStack() as stack:
-            crew = self._crew(stack, len(blocks))
-            bar = stack.enter_context(Bar(progress, self.plan.size))
-            bar.say(COMPUTING)
-            for number, numbers in self._perform(crew, [BlockTask(block) for block in blocks]):
-                write_block(target, self.plan, self.labels, blocks[number], numbers)
-                bar.advance(_count(blocks[number]))
-            self._finish(crew, target, bar)
-        return target.dataset(self.template).assign_attrs(self.attributes)
+        target = Target(self.plan, self.labels, in_memory(self.template))
+        with Bar(progress, self.plan.size) as bar:
+            self._compute(target, [(None, block) for block in cut(self.plan.shape, self.sizes)], bar)
+        data = {name: (self.template[name].dims, array, self.template[name].attrs) for name, array in target.arrays.items()}
+        return self.template.assign(data).assign_attrs(self.attributes)
 
     def on_disk(self, storage: Storage, progress: bool | None) -> None:
         """Compute what is not there yet, and store the whole."""
-        with ExitStack() as stack:
-            bar = stack.enter_context(Bar(progress, self.plan.size))
+        with Bar(progress, self.plan.size) as bar:
             bar.say("reading what is there")
-            target = storage.open(self.template)
+            arrays, close = storage.create(self.template)
+            target = Target(self.plan, self.labels, arrays)
             missing = []
             for path, block, finished in storage.blocks():
                 numbers = read_part(path) if finished else None
                 if numbers is None:
                     missing.append((path, block))
                     continue
-                write_block(target, self.plan, self.labels, block, numbers)
-                bar.advance(_count(block), before=True)
-            crew = self._crew(stack, len(missing))
-            bar.say(COMPUTING)
-            for number, numbers in self._perform(crew, [BlockTask(block, path) for path, block in missing]):
-                path, block = missing[number]
-                write_block(target, self.plan, self.labels, block, numbers or read_part(path) or {})
-                bar.advance(_count(block))
-            self._finish(crew, target, bar)
+                target.write_block(block, numbers)
+                bar.advance(math.prod(sizes_of(block)), before=True)
+            self._compute(target, missing, bar)
             bar.say("storing")
-            target.close(self.attributes)
+            close(self.attributes)
             storage.publish()
 
-    def _crew(self, stack: ExitStack, pieces: int) -> Crew | None:
-        workers = min(self.workers, pieces)
-        return stack.enter_context(Crew(self.plan, self.labels, workers)) if workers > 1 else None
+    def _compute(self, target: Target, blocks: Sequence[tuple[str | None, Block]], bar: Bar) -> None:
+        """Compute blocks, write those that have a path to files too, and look at the whole once more."""
+        with ExitStack() as stack:
+            workers = min(self.workers, len(blocks))
+            pool = stack.enter_context(ProcessPool(self.plan, self.labels, workers)) if workers > 1 else None
+            bar.say(COMPUTING)
+            for number, numbers in self._perform(pool, (BlockTask(block, path) for path, block in blocks)):
+                path, block = blocks[number]
+                target.write_block(block, numbers or read_part(str(path)) or {})
+                bar.advance(math.prod(sizes_of(block)))
+            self._finish(pool, target, bar)
 
-    def _perform(self, crew: Crew | None, tasks: Iterable[Task]) -> Iterator[tuple[int, Any]]:
-        if crew is not None:
-            yield from crew.perform(tasks)
+    def _perform(self, pool: ProcessPool | None, tasks: Iterable[Task]) -> Iterator[tuple[int, Any]]:
+        if pool is not None:
+            yield from pool.perform(tasks)
             return
         for number, task in enumerate(tasks):
             yield number, perform(self.plan, self.labels, task)
 
     # ---- the second look --------------------------------------------------------------------------------------------
 
-    def _finish(self, crew: Crew | None, target: Memory | NetCDF | Zarr, bar: Bar) -> None:
+    def _finish(self, pool: ProcessPool | None, target: Target, bar: Bar) -> None:
         """Look at the grid of every robot once more, and say in the attributes what came of it."""
         cases = tuple(slice(0, axis.size) for axis in self.plan.axes_of("case"))
-        jobs = [(combination, region) for combination in self.plan.combinations() for region in self._regions()]
+        regions = self._regions()
+        jobs = [(combination, cases, region) for combination in self.plan.combinations() for region in regions]
         found = {"mode_jumps": 0, "poses_of_other_modes": 0, "poses_by_neighbours": 0}
         sizes = tuple(size for size, axis in zip(self.sizes, self.plan.axes, strict=True) if axis.kind == "coordinate")
         bar.say(COMPARING)
-        for count, (number, finished) in enumerate(self._look(crew, target, cases, jobs), 1):
-            combination, region = jobs[number]
-            patch(target, self.plan, self.labels, combination, cases, region, finished, sizes)
+        # regions of one robot overlap, and so one waits for the other
+        looks = self._perform(pool if len(regions) == 1 < len(jobs) else None, (target.to_finish(*job) for job in jobs))
+        for count, (number, finished) in enumerate(looks, 1):
+            target.patch(*jobs[number], finished, sizes)
             found["mode_jumps"] += finished.jumps
             found["poses_of_other_modes"] += finished.retracted
             found["poses_by_neighbours"] += finished.gained
             if len(jobs) > 1:
                 bar.add(f"{count} of {len(jobs)}")
         self.attributes.update(found)
-        if found["mode_jumps"]:
-            jumps = found["mode_jumps"]
+        if jumps := found["mode_jumps"]:
             pairs = "1 pair of neighbours on the grid is" if jumps == 1 else f"{jumps} pairs of neighbours on the grid are"
-            warnings.warn(
-                f"{pairs} in different assembly modes; a finer grid tells them apart",
-                UserWarning,
-                stacklevel=4,
-            )
+            warnings.warn(f"{pairs} in different assembly modes; a finer grid tells them apart", UserWarning, stacklevel=5)
 
-    def _look(
-        self, crew: Crew | None, target: Target, cases: Block, jobs: Sequence[tuple[Combination, Block]]
-    ) -> Iterator[tuple[int, Finished]]:
-        """Yield the number and the outcome of each look; one after the other where regions of a robot overlap."""
-
-        def task(combination: Combination, region: Block) -> FinishTask:
-            block = (*(slice(k, k + 1) for k in combination), *region)
-            q, mode = joint_state(target, self.labels, block), target.read("mode", block)
-            one = (0,) * len(combination)
-            length = float(target.read("characteristic_length", block[: len(one)])[one])
-            return FinishTask(combination, cases, region, q[one], mode[one] == ZERO_MODE, length)
-
-        several = len(list(self._regions())) == 1 and len(jobs) > 1
-        if crew is not None and several:
-            yield from crew.perform(task(*job) for job in jobs)
-            return
-        for number, job in enumerate(jobs):
-            yield number, perform(self.plan, self.labels, task(*job))  # type: ignore[misc]
-
-    def _regions(self) -> Iterator[Block]:
-        """Yield regions of the coordinate axes; each begins with the last layer of the one before."""
+    def _regions(self) -> list[Block]:
+        """Return regions of the coordinate axes; each begins with the last layer of the one before."""
         axes = self.plan.axes_of("coordinate")
         shape = shape_of(axes)
         if not axes:
-            yield ()
-            return
-        layer = max(1, int(np.prod(shape[1:])))
+            return [()]
+        layer = math.prod(shape[1:])
         thick = max(2, REGION // (layer * max(1, len(self.labels.q))))
-        for start in range(0, shape[0], thick):
-            yield (slice(max(0, start - 1), min(start + thick, shape[0])), *(slice(0, n) for n in shape[1:]))
-
-
-def _count(block: Block) -> int:
-    return int(np.prod([piece.stop - piece.start for piece in block]))
+        whole = tuple(slice(0, n) for n in shape[1:])
+        return [(slice(max(0, start - 1), min(start + thick, shape[0])), *whole) for start in range(0, shape[0], thick)]

@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 import os
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.workspace.grid import Block, cut
 from kinetostatics.workspace.plan import Plan, plain
-from kinetostatics.workspace.targets import STORES, NetCDF, Zarr
+from kinetostatics.workspace.targets import STORES, Store
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -28,7 +28,7 @@ COMPARED = {
 }
 
 
-def store_of(path: str) -> type[NetCDF] | type[Zarr]:
+def store_of(path: str) -> Store:
     """Return what a file's name asks for.
 
     Raises:
@@ -138,11 +138,11 @@ class Storage:
             name = f"{number:08d}.block"
             yield os.path.join(self.folder, name), block, name in there
 
-    def open(self, template: xr.Dataset) -> NetCDF | Zarr:
-        """Return an empty store for the whole map, which :meth:`publish` moves to its place."""
+    def create(self, template: xr.Dataset) -> tuple[dict[str, Any], Callable[[Mapping[str, Any]], None]]:
+        """Return the arrays of an empty store for the whole map, which :meth:`publish` moves to its place, and what closes it."""
         _remove(self._unfinished)
         sizes = {axis.name: size for axis, size in zip(self.plan.axes, self.sizes, strict=True)}
-        return self.store(self._unfinished, template, sizes)
+        return self.store.create(self._unfinished, template, sizes)
 
     @property
     def _unfinished(self) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -37,9 +37,9 @@ def summary(ds: xr.Dataset, seconds: float | None = None) -> str:
     size = int(ds["status"].size)
     counts = dict.fromkeys((WORDS[Status.OK], *(fact.summary for fact in FACTS.values()), *WORDS.values()), 0)
     several = others = 0
-    units = [str(unit) for unit in ds["actuator_force_unit"].values] if "actuator_force" in ds else []
-    # within the limits, and beyond them
-    found = _Extremes(), _Extremes()
+    # within the limits, and beyond them: the largest of each kind
+    within: dict[str, Found] = {}
+    outside: dict[str, Found] = {}
     for piece in _pieces(ds):
         part = ds.isel(piece)
         status = part["status"].values
@@ -50,8 +50,8 @@ def summary(ds: xr.Dataset, seconds: float | None = None) -> str:
         several += int((np.sum(list(true.values()), axis=0) > 1).sum())
         beyond = true[FACTS["limit_exceeded"].summary]
         others += int((part["mode"].values == OTHER_MODE).sum())
-        for extremes, where in zip(found, (~beyond, beyond), strict=True):
-            extremes.look_at(part, where, units)
+        _look_at(within, part, ~beyond)
+        _look_at(outside, part, beyond)
     sizes = " × ".join(f"{name} {ds.sizes[name]}" for name in dims)
     lines = [
         f"{ds.attrs.get('robot_name', 'robot')}: {size} {'pose' if size == 1 else 'poses'}" + (f" ({sizes})" if dims else "")
@@ -61,53 +61,45 @@ def summary(ds: xr.Dataset, seconds: float | None = None) -> str:
         lines.append(f"  {several:>10d} of them counted more than once")
     if others:
         lines.append(f"  {others:>10d} of the unreachable ones in another assembly mode only")
-    within, outside = found
-    if within.sag is not None:
-        lines += within.lines()
-    elif outside.sag is not None:
-        lines += ["no pose is within the joints' limits; beyond them:", *outside.lines()]
+    if within:
+        lines += _said_of(within, ds)
+    elif outside:
+        lines += ["no pose is within the joints' limits; beyond them:", *_said_of(outside, ds)]
     if seconds is not None:
         # of fewer poses it says how long Python takes to start
         lines.append(f"{seconds:.1f} s" + (f", {1e6 * seconds / size:.3g} µs a pose" if size >= MANY else ""))
     return "\n".join(lines)
 
 
-class _Extremes:
-    """The worst poses so far: largest value, where it is, and of which drive."""
+def _look_at(found: dict[str, Found], part: xr.Dataset, where: NDArray[np.bool_]) -> None:
+    """Take note of the largest values at the poses of a part of the map that are chosen by ``where``."""
+    if not where.any():
+        return
+    twist = part["twist"].values
+    numbers = [("sag", "", np.linalg.norm(twist[..., :3], axis=-1)), ("turn", "", np.linalg.norm(twist[..., 3:], axis=-1))]
+    if "actuator_force" in part:
+        drives = zip(part["actuator"].values, part["actuator_force_unit"].values, strict=True)
+        forces = np.moveaxis(np.abs(part["actuator_force"].values), -1, 0)
+        numbers += [(str(unit), str(name), force) for (name, unit), force in zip(drives, forces, strict=True)]
+    for kind, drive, values in numbers:
+        largest = _larger(found.get(kind), part, np.where(where, values, np.nan), drive)
+        if largest is not None:
+            found[kind] = largest
 
-    def __init__(self) -> None:
-        self.sag: Found | None = None
-        self.turn: Found | None = None
-        self.forces: dict[str, Found] = {}
-        self.far = False
 
-    def look_at(self, part: xr.Dataset, where: NDArray[np.bool_], units: Sequence[str]) -> None:
-        """Look at the poses of a part of the map that are chosen by ``where``."""
-        if not where.any():
-            return
-        twist = np.where(where[..., None], part["twist"].values, np.nan)
-        self.sag = _larger(self.sag, part, np.sqrt((twist[..., :3] ** 2).sum(-1)))
-        self.turn = _larger(self.turn, part, np.sqrt((twist[..., 3:] ** 2).sum(-1)))
-        for k, unit in enumerate(units):
-            force = np.where(where, np.abs(part["actuator_force"].values[..., k]), np.nan)
-            largest = _larger(self.forces.get(unit), part, force, str(part["actuator"].values[k]))
-            if largest is not None:
-                self.forces[unit] = largest
-        if self.sag is not None and self.turn is not None:
-            self.far = self.sag[0] >= 0.1 * float(part["characteristic_length"].max()) or self.turn[0] >= 0.1
-
-    def lines(self) -> list[str]:
-        """Return what was found, in words."""
-        found = []
-        if self.sag is not None and self.turn is not None:
-            found.append(f"worst sag {1e6 * self.sag[0]:.4g} µm at {self.sag[1]}")
-            found.append(f"worst turn {np.degrees(self.turn[0]) * 1e3:.4g} millidegrees at {self.turn[1]}")
-        if self.far:
-            found.append("  linear theory does not cover that: the pose is nearly singular, or units in the file are wrong")
-        return found + [
-            f"largest drive {'force' if unit == 'N' else 'torque'} {value:.4g} {unit.replace(' ', '·')}, {drive}, at {where}"
-            for unit, (value, where, drive) in self.forces.items()
-        ]
+def _said_of(found: dict[str, Found], ds: xr.Dataset) -> list[str]:
+    """Return the largest values in words."""
+    lines = []
+    if "sag" in found and "turn" in found:
+        (sag, sags, _), (turn, turns, _) = found["sag"], found["turn"]
+        lines += [f"worst sag {1e6 * sag:.4g} µm at {sags}", f"worst turn {np.degrees(turn) * 1e3:.4g} millidegrees at {turns}"]
+        if sag >= 0.1 * float(ds["characteristic_length"].max()) or turn >= 0.1:
+            lines.append("  linear theory does not cover that: the pose is nearly singular, or units in the file are wrong")
+    return lines + [
+        f"largest drive {'force' if unit == 'N' else 'torque'} {value:.4g} {unit.replace(' ', '·')}, {drive}, at {where}"
+        for unit, (value, where, drive) in found.items()
+        if unit not in ("sag", "turn")
+    ]
 
 
 def _larger(known: Found | None, part: xr.Dataset, values: NDArray[Any], what: str = "") -> Found | None:

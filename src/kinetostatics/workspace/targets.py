@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.workspace.assembly_modes.repair import Finished
-from kinetostatics.workspace.grid import Block, cut, shape_of
+from kinetostatics.workspace.grid import Block, cut, sizes_of
 from kinetostatics.workspace.plan import Combination, Plan
-from kinetostatics.workspace.schema import Labels, Variable, variables
+from kinetostatics.workspace.schema import ZERO_MODE, Labels, variables
+from kinetostatics.workspace.tasks import FinishTask
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -19,205 +21,150 @@ if TYPE_CHECKING:
 Array = NDArray[Any]
 
 
-class Target(Protocol):
-    """Something that holds the variables of a sweep."""
+class Target:
+    """The variables of a sweep, over the whole grid or a block of it.
 
-    def write(self, name: str, where: Block, values: Array) -> None:
-        """Write a part of a variable; ``where`` is along the dimensions that it shares with the grid."""
+    Attributes:
+        arrays: NumPy's, or others that are written and read by slices.
+    """
 
-    def read(self, name: str, where: Block) -> Array:
+    def __init__(self, plan: Plan, labels: Labels, arrays: Mapping[str, Any], block: Block | None = None) -> None:
+        self.plan, self.labels, self.arrays = plan, labels, arrays
+        self._items = variables(labels)
+        self._origin = [piece.start for piece in block] if block else [0] * len(plan.axes)
+
+    def write(self, name: str, block: Block, values: Array) -> None:
+        """Write a part of a variable: what it has of a block of the grid, of which it may lack axes."""
+        where, array = self._where(name, block), self.arrays[name]
+        shape = (*sizes_of(where), *array.shape[len(where) :])
+        array[where or ...] = np.asarray(values).reshape(shape).astype(array.dtype, copy=False)
+
+    def read(self, name: str, block: Block) -> Array:
         """Return a part of a variable."""
+        return np.asarray(self.arrays[name][self._where(name, block) or ...])
 
+    def _where(self, name: str, block: Block) -> Block:
+        kinds = self._items[name].kinds
+        pieces = zip(block, self._origin, self.plan.axes, strict=True)
+        return tuple(slice(p.start - start, p.stop - start) for p, start, axis in pieces if axis.kind in kinds)
 
-def part_of(plan: Plan, item: Variable, block: Block) -> Block:
-    """Return what a block of the whole grid is along the axes that a variable has."""
-    return plan.part(block, *item.kinds)
+    def write_block(self, block: Block, numbers: Mapping[str, Array]) -> None:
+        """Write all variables of a block."""
+        for name in self._items:
+            self.write(name, block, numbers[name])
 
+    # ---- the second look --------------------------------------------------------------------------------------------
 
-def write_block(target: Target, plan: Plan, labels: Labels, block: Block, numbers: Mapping[str, Array]) -> None:
-    """Write all variables of a block."""
-    for name, item in variables(labels).items():
-        target.write(name, part_of(plan, item, block), numbers[name])
+    def to_finish(self, combination: Combination, cases: Block, region: Block) -> FinishTask:
+        """Return what is known of a region of one robot before the second look at it."""
+        block, one = self._block(combination, cases, region), (0,) * len(combination)
+        q = self.read("q", block)[one]
+        if any(self.labels.loose):  # they tell nothing, but x, y, z of o do
+            q = np.concatenate([q, self.read("platform_pose", block)[one][..., :3]], axis=-1)
+        length = float(self.read("characteristic_length", block)[one])
+        return FinishTask(combination, cases, region, q, self.read("mode", block)[one] == ZERO_MODE, length)
 
-
-def joint_state(target: Target, labels: Labels, where: Block) -> Array:
-    """Return the model coordinates of poses; behind them x, y, z of o where some of them are loose and tell nothing."""
-    q = target.read("q", where)
-    if not any(labels.loose):
-        return q
-    return np.concatenate([q, target.read("platform_pose", where)[..., :3]], axis=-1)
-
-
-def patch(
-    target: Target,
-    plan: Plan,
-    labels: Labels,
-    combination: Combination,
-    cases: Block,
-    region: Block,
-    finished: Finished,
-    sizes: Sequence[int],
-) -> None:
-    """Write what the second look at a region of one robot has changed, in pieces of the coordinate axes of given sizes."""
-    robot = tuple(slice(k, k + 1) for k in combination)
-    shape = tuple(piece.stop - piece.start for piece in region)
-    changed = np.zeros(finished.mode.size, dtype=np.intp)
-    changed[finished.which] = np.arange(1, len(finished.which) + 1)
-    changed = changed.reshape(shape)
-    for piece in cut(shape, sizes):
-        local = changed[piece].ravel()
-        there = tuple(slice(p.start + r.start, p.stop + r.start) for p, r in zip(piece, region, strict=True))
-        block = (*robot, *cases, *there)
-        items = variables(labels)
-        target.write(
-            "mode", part_of(plan, items["mode"], block), finished.mode[piece].reshape((*(1 for _ in robot), *_sizes(piece)))
-        )
-        places = np.flatnonzero(local)
-        if not places.size or finished.numbers is None:
-            continue
-        rows = local[places] - 1
-        for name, item in items.items():
-            if "coordinate" not in item.kinds or name == "mode":
+    def patch(self, combination: Combination, cases: Block, region: Block, finished: Finished, sizes: Sequence[int]) -> None:
+        """Write what the second look has changed, in pieces of the coordinate axes of given sizes."""
+        shape = sizes_of(region)
+        row = np.full(finished.mode.size, -1)
+        row[finished.which] = np.arange(len(finished.which))
+        for piece in cut(shape, sizes):
+            there = tuple(slice(p.start + r.start, p.stop + r.start) for p, r in zip(piece, region, strict=True))
+            block = self._block(combination, cases, there)
+            self.write("mode", block, finished.mode[piece])
+            rows = row.reshape(shape)[piece].ravel()
+            places = np.flatnonzero(rows >= 0)
+            if not places.size or finished.numbers is None:
                 continue
-            where = part_of(plan, item, block)
-            values = np.array(target.read(name, where))
-            mine = _sizes(cases) if "case" in item.kinds else ()
-            tail = values.shape[values.ndim - len(item.labels) :]
-            flat = values.reshape((*mine, local.size, *tail))
-            index: tuple[Any, ...] = (slice(None),) * len(mine)
-            flat[(*index, places)] = finished.numbers[name][(*index, rows)]
-            target.write(name, where, flat.reshape(values.shape))
+            for name, item in self._items.items():
+                if "coordinate" not in item.kinds or name == "mode":
+                    continue
+                values = self.read(name, block)
+                before = sizes_of(cases) if "case" in item.kinds else ()
+                flat = values.reshape((*before, rows.size, *values.shape[values.ndim - len(item.labels) :]))
+                every: tuple[Any, ...] = (slice(None),) * len(before)
+                flat[(*every, places)] = finished.numbers[name][(*every, rows[places])]
+                self.write(name, block, flat)
+
+    def _block(self, combination: Combination, cases: Block, region: Block) -> Block:
+        return (*(slice(k, k + 1) for k in combination), *cases, *region)
 
 
-def _sizes(block: Block) -> tuple[int, ...]:
-    return tuple(piece.stop - piece.start for piece in block)
+def in_memory(template: xr.Dataset) -> dict[str, Array]:
+    """Return arrays for all variables."""
+    return {str(name): np.array(item.values) for name, item in template.data_vars.items()}
 
 
-class Memory:
-    """Arrays in memory, of the whole grid or of one block of it."""
+@dataclass(frozen=True)
+class Store:
+    """A kind of file.
 
-    def __init__(self, plan: Plan, labels: Labels, block: Block | None = None) -> None:
-        self.plan, self.items = plan, variables(labels)
-        self.block = block or tuple(slice(0, size) for size in shape_of(plan.axes))
-        self.arrays: dict[str, Array] = {}
-        self._tails = tails(labels)
-        for name, item in self.items.items():
-            self.arrays[name] = np.full((*_sizes(part_of(plan, item, self.block)), *self._tails[name]), item.nothing, item.dtype)
+    Attributes:
+        engine: xarray's name for it.
+        ending: of its files.
+        needs: packages.
+        create: makes an empty one at a path for a template with chunks of given sizes by dimension; returns its arrays, and a
+            function that writes the Dataset's attributes and closes it.
+    """
 
-    def _local(self, name: str, where: Block) -> Block:
-        starts = [piece.start for piece in part_of(self.plan, self.items[name], self.block)]
-        return tuple(slice(piece.start - s, piece.stop - s) for piece, s in zip(where, starts, strict=True))
-
-    def write(self, name: str, where: Block, values: Array) -> None:
-        """See :class:`Target`."""
-        self.arrays[name][self._local(name, where)] = values
-
-    def read(self, name: str, where: Block) -> Array:
-        """See :class:`Target`."""
-        return self.arrays[name][self._local(name, where)]
-
-    def dataset(self, template: xr.Dataset) -> xr.Dataset:
-        """Return the arrays as a Dataset."""
-        data = {name: (template[name].dims, array, template[name].attrs) for name, array in self.arrays.items()}
-        return template.assign(data)
+    engine: str
+    ending: str
+    needs: tuple[str, ...]
+    create: Callable[[str, xr.Dataset, Mapping[str, int]], tuple[dict[str, Any], Callable[[Mapping[str, Any]], None]]]
 
 
-def tails(labels: Labels) -> dict[str, tuple[int, ...]]:
-    """Return the sizes of each variable's own dimensions."""
-    sizes = {
-        "component": 6,
-        "component_2": 6,
-        "source": len(labels.sources),
-        "way": len(labels.ways),
-        "actuator": len(labels.actuators),
-        "wrench": len(labels.wrenches),
-        "attached_wrench": len(labels.attached),
-        "platform_coordinate": len(labels.pose),
-        "joint_coordinate": len(labels.q),
-        "beam": len(labels.beams),
-    }
-    return {name: tuple(sizes[label] for label in item.labels) for name, item in variables(labels).items()}
+def _options(variable: xr.DataArray, sizes: Mapping[str, int]) -> dict[str, Any]:
+    """Return chunks, if there are dimensions, and what stands where nothing is written."""
+    chunks = tuple(min(sizes.get(str(dim), n), n) for dim, n in variable.sizes.items())
+    return {"chunks": chunks} if chunks else {}
 
 
-class NetCDF:
-    """A netCDF-4 file, written with h5netcdf."""
+def _create_netcdf(path: str, template: xr.Dataset, sizes: Mapping[str, int]) -> Any:
+    """Make a netCDF-4 file with h5netcdf."""
+    import h5netcdf
 
-    engine, ending, needs = "h5netcdf", ".nc", ("h5netcdf", "h5py")
+    template.drop_vars(list(template.data_vars)).to_netcdf(path, engine="h5netcdf", mode="w")
+    file = h5netcdf.File(path, "a")
+    arrays = {}
+    for name, item in template.data_vars.items():
+        # netCDF has no truth values: xarray's way to store them
+        dtype, more = (np.dtype(np.int8), {"dtype": "bool"}) if item.dtype == bool else (item.dtype, {})
+        fill = np.nan if dtype.kind == "f" else None
+        arrays[str(name)] = created = file.create_variable(name, item.dims, dtype, fillvalue=fill, **_options(item, sizes))
+        created.attrs.update({**item.attrs, **more})
 
-    def __init__(self, path: str, template: xr.Dataset, sizes: Mapping[str, int]) -> None:
-        import h5netcdf
+    def close(attributes: Mapping[str, Any]) -> None:
+        file.attrs.update(attributes)
+        file.close()
 
-        large = [str(name) for name in template.data_vars]
-        template.drop_vars(large).to_netcdf(path, engine="h5netcdf", mode="w")
-        self._file = h5netcdf.File(path, "a")
-        self._variables: dict[str, Any] = {}
-        for name in large:
-            variable = template[name]
-            chunks = tuple(min(sizes.get(str(dim), n), n) for dim, n in variable.sizes.items())
-            fill = np.nan if variable.dtype.kind == "f" else None
-            options = {"chunks": chunks} if chunks else {}
-            truth = variable.dtype.kind == "b"  # netCDF has none: xarray's way to store it
-            dtype = np.dtype(np.int8) if truth else variable.dtype
-            created = self._file.create_variable(name, variable.dims, dtype, fillvalue=fill, **options)
-            for key, value in {**variable.attrs, **({"dtype": "bool"} if truth else {})}.items():
-                created.attrs[key] = value
-            self._variables[name] = created
-
-    def write(self, name: str, where: Block, values: Array) -> None:
-        """See :class:`Target`."""
-        self._variables[name][where if where else ...] = values.astype(np.int8) if values.dtype.kind == "b" else values
-
-    def read(self, name: str, where: Block) -> Array:
-        """See :class:`Target`."""
-        return np.asarray(self._variables[name][where if where else ...])
-
-    def close(self, attributes: Mapping[str, Any]) -> None:
-        """Write the attributes of the Dataset, and end."""
-        for key, value in attributes.items():
-            self._file.attrs[key] = value
-        self._file.close()
+    return arrays, close
 
 
-class Zarr:
-    """A zarr store, a folder of chunks; in the format 2, which all versions of zarr read."""
+def _create_zarr(path: str, template: xr.Dataset, sizes: Mapping[str, int]) -> Any:
+    """Make a zarr store, a folder of chunks; in the format 2, which all versions of zarr read."""
+    import zarr
 
-    engine, ending, needs = "zarr", ".zarr", ("zarr",)
+    template.drop_vars(list(template.data_vars)).to_zarr(path, mode="w", consolidated=False, zarr_format=2)
+    group: Any = zarr.open_group(path, mode="a", zarr_format=2)
+    arrays = {}
+    for name, item in template.data_vars.items():
+        attributes = {key: value.tolist() if isinstance(value, np.ndarray) else value for key, value in item.attrs.items()}
+        arrays[str(name)] = group.create_array(
+            name,
+            shape=item.shape,
+            dtype=item.dtype,
+            fill_value=np.nan if item.dtype.kind == "f" else None,
+            attributes={"_ARRAY_DIMENSIONS": list(item.dims), **attributes},
+            **{"chunks": item.shape, **_options(item, sizes)},
+        )
 
-    def __init__(self, path: str, template: xr.Dataset, sizes: Mapping[str, int]) -> None:
-        import zarr
+    def close(attributes: Mapping[str, Any]) -> None:
+        group.attrs.update(dict(attributes))
+        zarr.consolidate_metadata(path, zarr_format=2)
 
-        large = [str(name) for name in template.data_vars]
-        template.drop_vars(large).to_zarr(path, mode="w", consolidated=False, zarr_format=2)
-        self._path = path
-        self._group: Any = zarr.open_group(path, mode="a", zarr_format=2)
-        self._arrays: dict[str, Any] = {}
-        for name in large:
-            variable = template[name]
-            chunks = tuple(min(sizes.get(str(dim), n), n) for dim, n in variable.sizes.items())
-            plain = {key: value.tolist() if isinstance(value, np.ndarray) else value for key, value in variable.attrs.items()}
-            self._arrays[name] = self._group.create_array(
-                name,
-                shape=variable.shape,
-                chunks=chunks,
-                dtype=variable.dtype,
-                fill_value=np.nan if variable.dtype.kind == "f" else None,
-                attributes={"_ARRAY_DIMENSIONS": [str(dim) for dim in variable.dims], **plain},
-            )
-
-    def write(self, name: str, where: Block, values: Array) -> None:
-        """See :class:`Target`."""
-        self._arrays[name][where if where else ...] = values
-
-    def read(self, name: str, where: Block) -> Array:
-        """See :class:`Target`."""
-        return np.asarray(self._arrays[name][where if where else ...])
-
-    def close(self, attributes: Mapping[str, Any]) -> None:
-        """Write the attributes of the Dataset, and end."""
-        import zarr
-
-        self._group.attrs.update(dict(attributes))
-        zarr.consolidate_metadata(self._path, zarr_format=2)
+    return arrays, close
 
 
-STORES: dict[str, type[NetCDF] | type[Zarr]] = {".nc": NetCDF, ".nc4": NetCDF, ".zarr": Zarr}
+_NETCDF = Store("h5netcdf", ".nc", ("h5netcdf", "h5py"), _create_netcdf)
+STORES = {".nc": _NETCDF, ".nc4": _NETCDF, ".zarr": Store("zarr", ".zarr", ("zarr",), _create_zarr)}

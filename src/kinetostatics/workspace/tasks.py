@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.workspace.assembly_modes.repair import Finished, finish
+from kinetostatics.workspace.assembly_modes.repair import finish
 from kinetostatics.workspace.block import compute_block
 from kinetostatics.workspace.grid import Block
 from kinetostatics.workspace.plan import Combination, Plan
@@ -40,10 +40,10 @@ class FinishTask:
 Task = BlockTask | FinishTask
 
 
-def perform(plan: Plan, labels: Labels, task: Task) -> dict[str, NDArray[Any]] | Finished:
-    """Do a piece of work and return what comes of it."""
+def perform(plan: Plan, labels: Labels, task: Task) -> Any:
+    """Do a piece of work and return what comes of it: the variables of a block, or a :class:`Finished` one."""
     if isinstance(task, FinishTask):
-        return finish(plan, labels, task.combination, task.cases, task.region, task.q, task.reached, task.length)
+        return finish(plan, labels, **vars(task))
     numbers = compute_block(plan, labels, task.block)
     if task.path is not None:
         write_part(task.path, numbers)

@@ -18,7 +18,7 @@ from places import ROOT
 import kinetostatics as ks
 from kinetostatics.files.bundled import robot_path
 from kinetostatics.workspace.arguments import TRIED
-from kinetostatics.workspace.process_pool import Crew
+from kinetostatics.workspace.process_pool import ProcessPool
 from kinetostatics.workspace.tasks import read_part, write_part
 
 GRID = {"z": np.linspace(0.45, 0.65, 5), "rx": np.linspace(-0.15, 0.15, 4), "ry": np.array([-0.1, 0.0, 0.12])}
@@ -390,23 +390,37 @@ def test_other_processes_compute_the_same(monkeypatch, small):
 
 
 def test_a_worker_that_dies_is_replaced(monkeypatch, robot):
-    """Every worker is killed once; nothing is lost."""
+    """Two are killed, one after the other; nothing is lost."""
     monkeypatch.setattr("kinetostatics.workspace.run.BLOCK", 50)
     grid = {"z": np.linspace(0.45, 0.65, 20), "rx": np.linspace(-0.1, 0.1, 20), "ry": 0.0}
     killed = []
-    perform = Crew.perform
+    perform = ProcessPool.perform
 
     def murderous(self, tasks):
         for item in perform(self, tasks):
             if len(killed) < 2:
-                killed.append(self.pids[len(killed)])
+                killed.append(next(iter(self._executor._processes)))
                 os.kill(killed[-1], signal.SIGKILL)
             yield item
 
-    monkeypatch.setattr(Crew, "perform", murderous)
+    monkeypatch.setattr(ProcessPool, "perform", murderous)
     found = ks.sweep(robot, grid, workers=2)
-    assert len(killed) == 2
+    assert len(set(killed)) == 2
     near(found, ks.sweep(robot, grid))
+
+
+def test_processes_that_die_again_and_again_are_given_up(monkeypatch, robot):
+    monkeypatch.setattr("kinetostatics.workspace.run.BLOCK", 50)
+    start = ProcessPool._start
+
+    def short_lived(self):
+        executor = start(self)
+        executor.submit(os._exit, 1)
+        return executor
+
+    monkeypatch.setattr(ProcessPool, "_start", short_lived)
+    with pytest.raises(ks.KinetostaticsError, match="worker processes have ended 3 times"):
+        ks.sweep(robot, {"z": np.linspace(0.45, 0.65, 40), "rx": np.linspace(-0.1, 0.1, 40), "ry": 0.0}, workers=2)
 
 
 def test_what_a_worker_complains_about_is_raised(tmp_path):
