@@ -5,6 +5,7 @@ import re
 import warnings
 
 import odd_robots
+import package_robots
 import pytest
 
 import kinetostatics as ks
@@ -47,7 +48,7 @@ def said_of(robot):
     ],
 )
 def test_errors_name_the_unit_that_may_be_meant(name, given, hint):
-    robot = ks.load_robot(name)
+    robot = package_robots.robot(name)
     with warnings.catch_warnings(), pytest.raises(ks.AssemblyError) as caught:
         warnings.simplefilter("error")
         robot.assemble(**given)
@@ -66,7 +67,7 @@ def test_poses_that_exist_all_the_same_are_warned_of(robot):
 
 @pytest.mark.parametrize("name", sorted(shipped_robots()))
 def test_ordinary_coordinates_are_not(name):
-    robot = ks.load_robot(name)
+    robot = package_robots.robot(name)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         pose = robot.assemble()
@@ -134,7 +135,7 @@ def test_moduli_and_densities_in_other_units(parameters, words):
 
 @pytest.mark.parametrize("name", sorted(shipped_robots()))
 def test_shipped_robots_are_in_si(name):
-    robot = ks.load_robot(name)
+    robot = package_robots.robot(name)
     assert not re.search(r"look like|are in (m|rad|Pa|kg)|m large", "\n".join(robot_facts(robot).warnings))
 
 
