@@ -9,7 +9,8 @@
 Each mistake (a mutant) changes one thing: an operator, a comparison, a sign, a number, a statement left out. Thresholds, the
 numbers below 1e-3, become a thousand times larger and smaller. Every mutant meets the tests that reach its line, the quickest
 first, until one fails. What no test notices is listed; mutants that change nothing a user could see are named with the reason in
-``mutants_without_effect.txt`` (``-> …``: all of a line) and do not count. Needs ``coverage`` (in the extra ``test``) and a system that can fork.
+``mutants_without_effect.txt`` (``-> …``: all of a line) and do not count. Needs ``coverage`` (in the extra ``test``) and a
+system that can fork.
 
 Which test reaches which line is kept in ``build``; lines that have moved since are found by their text.
 """
