@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from functools import cached_property
 
 
 class Axes(Enum):
@@ -49,62 +50,62 @@ class JointType:
     in_loop: bool = True
     endless: bool = False
 
-    @property
+    @cached_property
     def freedoms(self) -> int:
         """Number of its freedoms."""
         return self.slides.count + self.turns.count
 
-    @property
+    @cached_property
     def coordinates(self) -> int:
         """Number of its coordinates in Pinocchio's ``q``: shifts, then an angle, (cos, sin) or a quaternion (x, y, z, w)."""
         return self.slides.count + (4 if self.turns is Axes.ALL else self.turns.count + self.endless)
 
-    @property
+    @cached_property
     def is_fixed(self) -> bool:
         """Whether it blocks everything."""
         return self.freedoms == 0
 
-    @property
+    @cached_property
     def is_free(self) -> bool:
         """Whether it blocks nothing."""
         return self.freedoms == 6
 
-    @property
+    @cached_property
     def is_single(self) -> bool:
         """Whether it has one freedom, so that it may be driven, have a limit, follow another or be followed."""
         return self.freedoms == 1
 
-    @property
+    @cached_property
     def has_limits(self) -> bool:
         """Whether its one coordinate has a lower and an upper limit."""
         return self.is_single and not self.endless
 
-    @property
+    @cached_property
     def is_slide(self) -> bool:
         """Whether it slides along its axis and does nothing else: its coordinate is a length, and its drive's force is in N."""
         return self.is_single and self.slides is Axes.AXIS
 
-    @property
+    @cached_property
     def is_hinge(self) -> bool:
         """Whether it turns about its axis and does nothing else."""
         return self.is_single and self.turns is Axes.AXIS
 
-    @property
+    @cached_property
     def is_on_axis(self) -> bool:
         """Whether it moves along and about its axis only, so that its origin is one of many points that would do."""
         return not self.is_fixed and {self.slides, self.turns} <= {Axes.NONE, Axes.AXIS}
 
-    @property
+    @cached_property
     def has_axis(self) -> bool:
         """Whether it has an axis: the only direction, the only one to turn about, the normal of a plane, or the first of two."""
         return not {self.slides, self.turns} <= {Axes.NONE, Axes.ALL}
 
-    @property
+    @cached_property
     def has_cone(self) -> bool:
         """Whether a ``<cone>`` may limit it: it tilts."""
         return self.in_loop and self.slides is Axes.NONE and self.turns.count > 1
 
-    @property
+    @cached_property
     def unit(self) -> str:
         """SI unit of the coordinate of a joint with one freedom."""
         return "m" if self.is_slide else "rad"

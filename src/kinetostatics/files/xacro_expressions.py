@@ -344,12 +344,7 @@ class _Evaluation:
         return slice(*(None if part is None else self.value(part) for part in (node.lower, node.upper, node.step)))
 
     def _Call(self, node: ast.Call) -> Any:
-        arguments: list[Any] = []
-        for part in node.args:
-            if isinstance(part, ast.Starred):
-                arguments.extend(self._items(part.value))
-            else:
-                arguments.append(self.value(part))
+        arguments = self._elements(node.args)
         named: dict[str, Any] = {}
         for keyword in node.keywords:
             named.update({keyword.arg: self.value(keyword.value)} if keyword.arg else dict(self.value(keyword.value)))
@@ -396,14 +391,15 @@ class _Evaluation:
     def _IfExp(self, node: ast.IfExp) -> Any:
         return self.value(node.body if self.value(node.test) else node.orelse)
 
-    def _List(self, node: ast.List | ast.Tuple) -> list[Any]:
+    def _elements(self, parts: Iterable[ast.AST]) -> list[Any]:
+        """Return the values of what stands between commas, starred lists taken apart."""
         result: list[Any] = []
-        for part in node.elts:
-            if isinstance(part, ast.Starred):
-                result.extend(self._items(part.value))
-            else:
-                result.append(self.value(part))
-        return self.steps.weigh(result)  # type: ignore[no-any-return]
+        for part in parts:
+            result.extend(self._items(part.value) if isinstance(part, ast.Starred) else [self.value(part)])
+        return result
+
+    def _List(self, node: ast.List | ast.Tuple) -> list[Any]:
+        return self.steps.weigh(self._elements(node.elts))  # type: ignore[no-any-return]
 
     def _Tuple(self, node: ast.Tuple) -> tuple[Any, ...]:
         return tuple(self._List(node))

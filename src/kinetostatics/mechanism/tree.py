@@ -120,7 +120,7 @@ class _Group:
         self.v = np.stack([np.arange(j.first_v, j.first_v + j.nv) for j in joints], axis=-1)
         axis = np.array([joint.axis for joint in joints]).T
         along = np.einsum("ijm,jm->im", self.R0[..., 0], axis)[None, :, :, None]
-        self.slides = along if self.type.slides is Axes.AXIS else self.R0.swapaxes(0, 1)[: self.shifts]
+        self.slides = tuple(along if self.type.slides is Axes.AXIS else self.R0.swapaxes(0, 1)[: self.shifts])
         # R0 exp(q K) = R0 (1 + K²) + sin q R0 K − cos q R0 K², with K the cross product with the unit axis.
         K = rotations.skew(axis)[..., None]
         self.R_sin = matmul(self.R0, K)
@@ -130,13 +130,13 @@ class _Group:
     def local(self, q: Array) -> tuple[Array, Array]:
         """Return rotations (3, 3, k, N) and positions (3, k, N) of the bodies relative to their parents."""
         c = q[self.q]
-        R, p, turn = self.R0, self.p0, c[self.shifts :]
-        if self.type.turns is Axes.ALL:
-            R = matmul(R, rotations.matrix_of_quaternion(turn))
-        elif self.type.turns is Axes.AXIS:
-            R = self._turned(turn[1], turn[0]) if self.type.endless else self._turned(np.sin(turn[0]), np.cos(turn[0]))
-        for direction, value in zip(self.slides, c, strict=False):
-            p = p + direction * value
+        R, p, first, turns = self.R0, self.p0, self.shifts, self.type.turns
+        if turns is Axes.ALL:
+            R = matmul(R, rotations.matrix_of_quaternion(c[first:]))
+        elif turns is Axes.AXIS:
+            R = self._turned(c[first + 1], c[first]) if self.type.endless else self._turned(np.sin(c[first]), np.cos(c[first]))
+        for k, direction in enumerate(self.slides):
+            p = p + direction * c[k]
         return R, p
 
     def _turned(self, sine: Array, cosine: Array) -> Array:
@@ -147,17 +147,18 @@ class _Group:
 
     def integrate(self, q: Array, v: Array) -> None:
         """Move the coordinates ``q`` (nq, N) in place by the displacement ``v`` (nv, N)."""
-        c, d = q[self.q], v[self.v]
-        (position, turn), (shift, by) = np.split(c, [self.shifts]), np.split(d, [self.shifts])
+        c, d, first = q[self.q], v[self.v], self.shifts
+        shift, turn, by = d[:first], c[first:], d[first:]
         if self.type.slides is Axes.ACROSS:
             shift = np.stack([turn[0] * shift[0] - turn[1] * shift[1], turn[1] * shift[0] + turn[0] * shift[1]])
         elif self.type.slides is Axes.ALL:
             shift = apply(rotations.matrix_of_quaternion(turn), shift)
+        if first:
+            q[self.q[:first]] = c[:first] + shift
         if self.type.turns is Axes.ALL:
-            turn = _unit(rotations.quaternion_product(turn, rotations.quaternion_exponential(by)))
+            q[self.q[first:]] = _unit(rotations.quaternion_product(turn, rotations.quaternion_exponential(by)))
         elif self.type.turns is Axes.AXIS:
-            turn = _turn(turn, by[0]) if self.type.endless else turn + by
-        q[self.q] = np.concatenate([position + shift, turn])
+            q[self.q[first:]] = _turn(turn, by[0]) if self.type.endless else turn + by
 
     def normalize(self, q: Array) -> None:
         """Make (cos, sin) and quaternions of unit length, in place."""
