@@ -1,4 +1,4 @@
-"""Which joint joins which bodies, read from the graph of rigid pieces: one chain for each limb (:mod:`report_chains`).
+"""Which joint joins which bodies, read from the graph of rigid pieces: one chain for each limb, see :mod:`checks.chains`.
 
 Series and parallel stretches of the graph are merged until one chain is left (R. J. Duffin, *Topology of series-parallel
 networks*, J. Math. Anal. Appl. 10, 1965); what cannot be merged, as a brace across a frame, stays a network. What leads nowhere

@@ -67,7 +67,7 @@ class Short:
 
 @singledispatch
 def _short(item: Any) -> Short:
-    raise NotImplementedError(f"nothing is known in short of a {type(item).__name__}")
+    raise NotImplementedError(f"nothing is registered that writes a {type(item).__name__} in short")
 
 
 def _line(item: Any) -> str:
