@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.plots.display_units import label, typeset
-from kinetostatics.plots.masks import edges, hatched, masks_of, patches_of, reasons
-from kinetostatics.plots.selection import Selection, axis_of, chosen_names, in_figure_units, select
+from kinetostatics.plots.masks import check_numbers, common_masks, draw_masks, edges, patches_of
+from kinetostatics.plots.selection import Selection, axis_of, chosen_names, in_figure_units, select, select_each
 from kinetostatics.plots.style import COLOURS, DASHES, MARKERS, ONE_COLUMN, figure_of, legend_below, name_ticks, new_axes, styled
 
 
@@ -58,17 +58,11 @@ def line(
         if len(parts) < len(found):
             parts = {part.what: part for part in found}
     else:
-        axis = axis_of(ds, series)
+        axis_of(ds, series)  # complains about its name first
         if series == x:
             raise ArgumentError(f"{x} cannot be the axis and the series")
-        count = len(axis.values)
-        chosen = np.unique(np.linspace(0, count - 1, min(count, len(DASHES))).round().astype(int))
-        parts = {axis.said(k): select(ds.isel({series: k}, drop=True), names[0], (x,), at, beyond_limits) for k in chosen}
-    if not any(np.isfinite(part.values).any() for part in parts.values()):
-        why = reasons(*(np.stack([getattr(part, name) for part in parts.values()]) for name in ("values", "status")))
-        raise ArgumentError(
-            f"{', '.join(names)}: no pose of {'this line' if len(parts) == 1 else 'these lines'} has a number ({why})"
-        )
+        parts = select_each(ds, names[0], (x,), series, len(DASHES), at, beyond_limits)
+    check_numbers(", ".join(names), list(parts.values()), "this line" if len(parts) == 1 else "these lines")
     with styled():
         return _draw(parts, unit, ax)
 
@@ -93,11 +87,8 @@ def _draw(parts: Mapping[str, Selection], unit: str | None, ax: Axes | None) -> 
             markerfacecolor="white",
             markeredgewidth=0.8,
         )
-    nowhere = np.where(np.all([np.isnan(numbers) for numbers in values], axis=0), np.nan, 0.0)
-    masks = masks_of(nowhere, first.status)
-    borders = edges(across.values)
-    for mask in masks:  # over the whole height
-        ax.add_collection(hatched(mask, borders, np.array([0.0, 1.0]), transform=ax.get_xaxis_transform()), autolim=False)
+    masks, borders = common_masks(list(parts.values())), edges(across.values)
+    draw_masks(ax, borders, np.array([0.0, 1.0]), masks, transform=ax.get_xaxis_transform())  # over the whole height
     names = {part.long_name for part in parts.values()}
     text = names.pop() if len(names) == 1 else _common(list(names))
     ax.set(xlabel=across.label, ylabel=label(text, unit), title=typeset(first.fixed), xlim=(borders[0], borders[-1]))

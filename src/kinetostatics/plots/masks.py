@@ -13,8 +13,9 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
+from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
-from kinetostatics.plots.selection import OTHER_MODE
+from kinetostatics.plots.selection import OTHER_MODE, Selection
 from kinetostatics.plots.style import legend_below
 from kinetostatics.status import Status
 
@@ -67,30 +68,42 @@ def edges(values: Array) -> Array:
     return np.concatenate([[2 * values[0] - middle[0]], middle, [2 * values[-1] - middle[-1]]])
 
 
-def reasons(values: Array, status: NDArray[np.int8]) -> str:
+def common_masks(parts: Sequence[Selection]) -> list[Mask]:
+    """Return the reasons where none of several quantities over the same axes has a number."""
+    everywhere = np.all([np.isnan(part.values) for part in parts], axis=0)
+    return masks_of(np.where(everywhere, np.nan, 0.0), parts[0].status)
+
+
+def reasons(*parts: Selection) -> str:
     """Return why poses have no number, in words."""
+    values, status = (np.stack([getattr(part, name) for part in parts]) for name in ("values", "status"))
     return ", ".join(mask.label for mask in masks_of(values, status))
 
 
-def draw_masks(ax: Axes, x_edges: Array, y_edges: Array, masks: Sequence[Mask], curved: bool = False) -> None:
-    """Hatch the cells of masks, whose borders are given; ``curved``: their sides along x are arcs."""
+def check_numbers(what: str, parts: Sequence[Selection], where: str) -> None:
+    """See to it that there is something to be drawn.
+
+    Raises:
+        ArgumentError: no pose has a number.
+    """
+    if not any(np.isfinite(part.values).any() for part in parts):
+        raise ArgumentError(f"{what}: no pose of {where} has a number ({reasons(*parts)})")
+
+
+def draw_masks(ax: Axes, x_edges: Array, y_edges: Array, masks: Sequence[Mask], curved: bool = False, **options: Any) -> None:
+    """Hatch the cells of masks (len x) or (len x, len y), whose borders are given; ``curved``: their sides along x are arcs."""
     for mask in masks:
-        ax.add_collection(hatched(mask, x_edges, y_edges, curved), autolim=False)
-
-
-def hatched(mask: Mask, x_edges: Array, y_edges: Array, curved: bool = False, **options: Any) -> PolyCollection:
-    """Return the cells of a mask (len x) or (len x, len y)."""
-    rectangles = _runs(mask.where.reshape(len(x_edges) - 1, -1), x_edges, y_edges, curved)
-    return PolyCollection(
-        rectangles,
-        facecolors=mask.face,
-        edgecolors=_EDGE,
-        linewidths=0,
-        hatch=mask.hatch,
-        zorder=0.5 if mask.where.ndim == 1 else 2,
-        label=mask.label,
-        **options,
-    )
+        cells = PolyCollection(
+            _runs(mask.where.reshape(len(x_edges) - 1, -1), x_edges, y_edges, curved),
+            facecolors=mask.face,
+            edgecolors=_EDGE,
+            linewidths=0,
+            hatch=mask.hatch,
+            zorder=0.5 if mask.where.ndim == 1 else 2,
+            label=mask.label,
+            **options,
+        )
+        ax.add_collection(cells, autolim=False)
 
 
 def legend_of(figure: Figure, masks: Sequence[Mask]) -> None:

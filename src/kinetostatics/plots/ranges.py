@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -31,18 +32,30 @@ def main_range(values: NDArray[np.float64]) -> tuple[float, float]:
     return (first if first - low > far else low), (last if high - last > far else high)
 
 
-def beyond(values: NDArray[np.float64], low: float, high: float) -> str:
-    """Return how far values go beyond a range, in words: ", up to 70.6"."""
+@dataclass(frozen=True)
+class Range:
+    """The values that colours or heights show.
+
+    Attributes:
+        low, high: from where to where.
+        extend: at which ends of a colour bar values lie beyond.
+        note: how far they go beyond a range that nobody has asked for, in words: ", up to 70.6".
+    """
+
+    low: float
+    high: float
+    extend: Literal["neither", "both", "min", "max"]
+    note: str
+
+
+def range_of(values: NDArray[np.float64], limits: tuple[float, float] | None) -> Range:
+    """Return the range of finite values: what is asked for, or the main one."""
+    low, high = limits or main_range(values)
     least, most = float(values.min()), float(values.max())
-    words = [f"from {least:.3g}"] if least < low else []
-    words += [f"up to {most:.3g}"] if most > high else []
-    return f", {' '.join(words)}".replace("-", "−") if words else ""
-
-
-def extend_of(values: NDArray[np.float64], low: float, high: float) -> Literal["neither", "both", "min", "max"]:
-    """Return at which ends of a colour bar values lie beyond."""
-    below, above = bool(np.any(values < low)), bool(np.any(values > high))
-    return "both" if below and above else "min" if below else "max" if above else "neither"
+    words = ([f"from {least:.3g}"] if least < low else []) + ([f"up to {most:.3g}"] if most > high else [])
+    note = f", {' '.join(words)}".replace("-", "−") if words and limits is None else ""
+    below, above = least < low, most > high
+    return Range(low, high, "both" if below and above else "min" if below else "max" if above else "neither", note)
 
 
 def check_limits(limits: tuple[float, float] | None) -> None:

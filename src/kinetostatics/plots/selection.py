@@ -155,6 +155,31 @@ def select(ds: xr.Dataset, what: str, dims: Sequence[str], at: Mapping[str, floa
     )
 
 
+def select_each(
+    ds: xr.Dataset,
+    what: str,
+    dims: Sequence[str],
+    other: str,
+    chosen: int | Sequence[float],
+    at: Mapping[str, float],
+    beyond_limits: bool,
+) -> dict[str, Selection]:
+    """Return what :func:`select` does at several values of one more coordinate, each by "name = value unit".
+
+    Args:
+        ds, what, dims, at, beyond_limits: as there.
+        other: name of the coordinate.
+        chosen: its values; or how many at most, evenly chosen.
+    """
+    axis = axis_of(ds, other)
+    if isinstance(chosen, int):
+        count = len(axis.values)
+        places = np.unique(np.linspace(0, count - 1, min(count, chosen)).round().astype(int)).tolist()
+    else:
+        places = [place_of(ds[other], axis, value) for value in chosen]
+    return {axis.said(k): select(ds.isel({other: k}, drop=True), what, dims, at, beyond_limits) for k in places}
+
+
 def _without_rounding(part: xr.Dataset, what: str, found: xr.DataArray) -> xr.DataArray:
     """Return a component of small motions or a part of a force, 0 where all that is drawn is what rounding has left of 0."""
     name, _, rest = what.partition(":")

@@ -14,11 +14,10 @@ from matplotlib.text import Text
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from kinetostatics.exceptions import ArgumentError
 from kinetostatics.plots.display_units import label, typeset
-from kinetostatics.plots.masks import draw_masks, legend_of, masks_of, reasons
+from kinetostatics.plots.masks import check_numbers, draw_masks, legend_of, masks_of
 from kinetostatics.plots.planes import OUTWARDS, ROUND, Plane, goes_round, label_axes, rectangle, round_a_pole
-from kinetostatics.plots.ranges import beyond, check_limits, extend_of, main_range
+from kinetostatics.plots.ranges import check_limits, range_of
 from kinetostatics.plots.selection import Selection, axis_of, chosen_names, in_figure_units, select
 from kinetostatics.plots.style import COLOURS, ONE_COLUMN, figure_of, new_axes, styled
 
@@ -77,8 +76,7 @@ def slice(
         axis_of(ds, name)  # complains about names before anything else does
     goes = goes_round(ds, dims, polar, ax)
     shown = select(ds, what, (ROUND, OUTWARDS) if goes else dims, at, beyond_limits)
-    if not np.isfinite(shown.values).any():
-        raise ArgumentError(f"{what}: no pose of this slice has a number ({reasons(shown.values, shown.status)})")
+    check_numbers(what, [shown], "this slice")
     (values,), unit = in_figure_units([shown], unit)
     with styled():
         plane = (round_a_pole if goes else rectangle)(*shown.axes)
@@ -101,7 +99,8 @@ def _draw(
 ) -> Axes:
     masked = np.ma.masked_invalid(values.T)
     figure = figure_of(ax)
-    low, high = limits or main_range(masked.compressed())
+    span = range_of(masked.compressed(), limits)
+    low, high = span.low, span.high
     ax.grid(False)
     mesh = ax.pcolormesh(
         plane.x_edges,
@@ -115,10 +114,8 @@ def _draw(
         rasterized=len(plane.cells) * len(plane.y) > VECTOR_CELLS,
         label=shown.what,
     )
-    if limits is None:
-        text += beyond(masked.compressed(), low, high)
     pad = 0.11 if plane.polar else 0.02
-    bar = figure.colorbar(mesh, ax=ax, label=text, pad=pad, extend=extend_of(masked.compressed(), low, high))
+    bar = figure.colorbar(mesh, ax=ax, label=text + span.note, pad=pad, extend=span.extend)
     masks = masks_of(shown.values[plane.cells], shown.status[plane.cells])
     draw_masks(ax, plane.x_edges, plane.y_edges, masks, curved=plane.polar)
     ax.set_title(typeset(shown.fixed))

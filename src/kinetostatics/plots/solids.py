@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 from numpy.typing import NDArray
 
 from kinetostatics.math.arrays import Array
@@ -39,22 +40,18 @@ def outer_faces(cells: NDArray[np.bool_]) -> NDArray[np.intp]:
     return np.concatenate(found)
 
 
-def shades(quads: Array, scale: Array) -> Array:
-    """Return how bright faces (m, 4, 3) are, up to 1, lit from one side whichever side of them is seen.
+def faces(quads: Array, colours: Array, scale: Array, edge: float, label: str) -> Poly3DCollection:
+    """Return faces (m, 4, 3) with RGBA colours (m, 4), darker where they turn away from the light, whichever side is seen.
 
     Args:
         quads: corners.
+        colours: of the faces.
         scale: (3,) lengths of the axes' box, so that the light sees what the figure shows.
+        edge: how dark their edges are.
+        label: of the collection.
     """
-    sides = (quads[:, 2] - quads[:, 0]) / scale, (quads[:, 3] - quads[:, 1]) / scale
-    normals = np.cross(*sides)
-    size = np.linalg.norm(normals, axis=1, keepdims=True)
-    cosines = np.abs(normals @ LIGHT) / np.where(size[:, 0] > 0, size[:, 0], 1)
-    return AMBIENT + (1 - AMBIENT) * cosines
-
-
-def lit(colours: Array, brightness: Array) -> Array:
-    """Return RGBA colours (m, 4), darkened."""
-    found = np.array(colours, dtype=float)
-    found[:, :3] *= brightness[:, None]
-    return found
+    normals = np.cross((quads[:, 2] - quads[:, 0]) / scale, (quads[:, 3] - quads[:, 1]) / scale)
+    size = np.linalg.norm(normals, axis=1)
+    brightness = AMBIENT + (1 - AMBIENT) * np.abs(normals @ LIGHT) / np.where(size > 0, size, 1)
+    lit = np.column_stack([colours[:, :3] * brightness[:, None], colours[:, 3]])
+    return Poly3DCollection(list(quads), facecolors=lit, edgecolors=(0, 0, 0, edge), linewidths=0.2, label=label, zorder=3)

@@ -76,6 +76,18 @@ def new_axes(width: float, height: float, projection: str | None = None) -> Axes
     return figure.add_subplot(projection=projection)  # type: ignore[no-any-return, call-overload]
 
 
+def solid_axes(ax: Axes | None, height: float, what: str) -> Axes3D:
+    """Return axes in three dimensions: those given, or new ones one column wide.
+
+    Raises:
+        ArgumentError: those given have two.
+    """
+    found = new_axes(ONE_COLUMN, height * ONE_COLUMN, projection="3d") if ax is None else ax
+    if not isinstance(found, Axes3D):
+        raise ArgumentError(f"{what} axes made with projection='3d'")
+    return found
+
+
 def make_room(ax: Axes3D, labels: Sequence[str]) -> None:
     """Label axes in three dimensions, fill their rectangle, and draw what is listed later over what is listed earlier."""
     ax.computed_zorder = False

@@ -18,11 +18,11 @@ from numpy.typing import NDArray
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 from kinetostatics.plots.display_units import label, typeset, wrapped
-from kinetostatics.plots.masks import edges, masks_of, reasons
-from kinetostatics.plots.ranges import beyond, check_limits, extend_of, main_range
-from kinetostatics.plots.selection import Selection, axis_of, chosen_names, free_names, in_figure_units, place_of, select
-from kinetostatics.plots.solids import grid_quads, lit, shades
-from kinetostatics.plots.style import COLOURS, ONE_COLUMN, figure_of, legend_below, make_room, new_axes, styled
+from kinetostatics.plots.masks import check_numbers, common_masks, edges
+from kinetostatics.plots.ranges import check_limits, range_of
+from kinetostatics.plots.selection import Selection, axis_of, chosen_names, free_names, in_figure_units, select, select_each
+from kinetostatics.plots.solids import faces, grid_quads
+from kinetostatics.plots.style import COLOURS, figure_of, legend_below, make_room, solid_axes, styled
 
 #: Surfaces of a figure that is not told which; an odd number, so that the middle one is among them.
 SURFACES = 5
@@ -85,9 +85,7 @@ def surface(
     for axis in next(iter(parts.values())).axes:
         if len(axis.values) == 1:
             raise ArgumentError(f"{axis.name} has one value, and a surface needs several along both of its axes")
-    if not any(np.isfinite(part.values).any() for part in parts.values()):
-        why = reasons(*(np.stack([getattr(part, name) for part in parts.values()]) for name in ("values", "status")))
-        raise ArgumentError(f"{what}: no pose of these surfaces has a number ({why})")
+    check_numbers(what, list(parts.values()), "these surfaces")
     left_out = ""
     if third is not None and not isinstance(over, Mapping) and len(parts) < ds.sizes[third]:
         left_out = f"{len(parts)} of the {ds.sizes[third]} values of {third}"
@@ -107,17 +105,13 @@ def _parts(
 ) -> dict[str, Selection]:
     if third is None:
         return {"": select(ds, what, dims, at, beyond_limits)}
-    axis = axis_of(ds, third)
+    axis_of(ds, third)  # complains about its name first
     if third in dims or third in at:
         raise ArgumentError(f"{third} cannot be an axis of the figure, or fixed, and tell the surfaces apart too")
-    if isinstance(over, Mapping):
-        if len(over) != 1:
-            raise ArgumentError("over= takes one coordinate")
-        chosen = [place_of(ds[third], axis, value) for value in over[third]]
-    else:
-        count = len(axis.values)
-        chosen = list(np.unique(np.linspace(0, count - 1, min(count, SURFACES)).round().astype(int)))
-    return {axis.said(k): select(ds.isel({third: k}, drop=True), what, dims, at, beyond_limits) for k in chosen}
+    if isinstance(over, Mapping) and len(over) != 1:
+        raise ArgumentError("over= takes one coordinate")
+    chosen = over[third] if isinstance(over, Mapping) else SURFACES
+    return select_each(ds, what, dims, third, chosen, at, beyond_limits)
 
 
 def _draw(
@@ -133,16 +127,12 @@ def _draw(
     across, up = first.axes
     everything = np.concatenate([numbers.ravel() for numbers in values])
     everything = everything[np.isfinite(everything)]
-    low, high = limits or main_range(everything)
-    extend = extend_of(everything, low, high)
-    further = beyond(everything, low, high) if limits is None else ""
+    span = range_of(everything, limits)
+    low, high = span.low, span.high
     values = [np.clip(numbers, low, high) for numbers in values]
     if high - low <= 1e-9 * max(abs(low), abs(high)):
         low, high = low - 0.5 * (abs(low) or 1.0), high + 0.5 * (abs(high) or 1.0)
-    if ax is None:
-        ax = new_axes(ONE_COLUMN, 0.95 * ONE_COLUMN, projection="3d")
-    if not isinstance(ax, Axes3D):
-        raise ArgumentError("surfaces need axes made with projection='3d'")
+    ax = solid_axes(ax, 0.95, "surfaces need")
     scale = np.array([np.ptp(across.values) or 1.0, np.ptp(up.values) or 1.0, high - low])
     colour_of = mpl.colormaps[COLOURS]
     steps = np.linspace(0.05, 0.95, len(parts))
@@ -152,22 +142,12 @@ def _draw(
         found = grid_quads(np.concatenate([plane, numbers[..., None]], axis=-1))
         part = (found[..., 2].mean(axis=1) - low) / (high - low) if len(parts) == 1 else np.full(len(found), step)
         quads.append(found)
-        colours.append(lit(colour_of(part), shades(found, scale)))
+        colours.append(colour_of(part))
     # one collection: Matplotlib sorts faces by depth within a collection only
-    faces = Poly3DCollection(
-        list(np.concatenate(quads)),
-        facecolors=np.concatenate(colours),
-        edgecolors=(0, 0, 0, 0.35),
-        linewidths=0.2,
-        label=first.what,
-        zorder=3,
-    )
-    ax.add_collection3d(faces)
-    nowhere = np.where(np.all([np.isnan(numbers) for numbers in values], axis=0), np.nan, 0.0)
-    masks = masks_of(nowhere, first.status)
+    ax.add_collection3d(faces(np.concatenate(quads), np.concatenate(colours), scale, 0.35, first.what))
     floor = low - 0.08 * (high - low)
     patches = []
-    for mask, grey in zip(masks, GREYS, strict=False):
+    for mask, grey in zip(common_masks(list(parts.values())), GREYS, strict=False):
         ground = _cells(edges(across.values), edges(up.values), mask.where, floor)
         cells = Poly3DCollection(ground, facecolors=grey, edgecolors="none", label=mask.label, zorder=2)
         ax.add_collection3d(cells)
@@ -175,10 +155,10 @@ def _draw(
     ax.set(xlim=across.values[[0, -1]], ylim=up.values[[0, -1]], zlim=(floor, high), title=typeset(first.fixed))
     make_room(ax, (across.label, up.label, ""))
     figure = figure_of(ax)
-    text = label(first.long_name, unit) + further
+    text = label(first.long_name, unit) + span.note
     if len(parts) == 1:
         mappable = ScalarMappable(Normalize(low, high), COLOURS)
-        figure.colorbar(mappable, ax=ax, label=wrapped(text), shrink=0.65, pad=0.1, extend=extend)
+        figure.colorbar(mappable, ax=ax, label=wrapped(text), shrink=0.65, pad=0.1, extend=span.extend)
     else:
         ax.set_title("\n".join(filter(None, (", ".join(filter(None, (text, typeset(first.fixed)))), left_out))))
     if legend:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import combinations, product
 
 import matplotlib as mpl
 import numpy as np
@@ -11,18 +12,19 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.patches import Patch
 from mpl_toolkits.mplot3d import Axes3D
-from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
+from mpl_toolkits.mplot3d.art3d import Line3DCollection
 from numpy.typing import NDArray
 
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
+from kinetostatics.plots import solids
 from kinetostatics.plots.display_units import coordinate_unit, label, typeset, wrapped
 from kinetostatics.plots.masks import masks_of, reasons
 from kinetostatics.plots.planes import SLENDER
-from kinetostatics.plots.ranges import beyond, check_limits, extend_of, main_range
+from kinetostatics.plots.ranges import check_limits, range_of
 from kinetostatics.plots.selection import Selection, chosen_names, in_figure_units, select
-from kinetostatics.plots.solids import cells_of, lit, outer_faces, shades
-from kinetostatics.plots.style import COLOURS, ONE_COLUMN, figure_of, legend_below, make_room, new_axes, styled
+from kinetostatics.plots.solids import cells_of, outer_faces
+from kinetostatics.plots.style import COLOURS, figure_of, legend_below, make_room, solid_axes, styled
 
 #: Components of ``platform_pose`` that can be axes.
 POSITIONS = ("x", "y", "z")
@@ -86,8 +88,8 @@ def workspace(
     good = np.isfinite(shown.values) & np.isfinite(grid).all(axis=-1)
     cells = cells_of(good)
     if not cells.any():
-        why = reasons(shown.values, shown.status)
-        raise ArgumentError(f"{colour}: no cell of the map has numbers at all of its corners ({why}); a finer grid may have")
+        why = f"no cell of the map has numbers at all of its corners ({reasons(shown)})"
+        raise ArgumentError(f"{colour}: {why}; a finer grid may have")
     if cut:
         cells = _without_octant(cells)
     (values,), unit = in_figure_units([shown], unit)
@@ -130,31 +132,23 @@ def _draw(
 ) -> Axes3D:
     places = tuple(np.moveaxis(faces, -1, 0))
     corners, levels = grid[places], values[places].mean(axis=1)
-    low, high = limits or main_range(levels)
-    if limits is None:
-        text += beyond(levels, low, high)
-    if ax is None:
-        ax = new_axes(ONE_COLUMN, 0.82 * ONE_COLUMN, projection="3d")
-    if not isinstance(ax, Axes3D):
-        raise ArgumentError("a workspace needs axes made with projection='3d'")
+    span = range_of(levels, limits)
+    low, high = span.low, span.high
+    ax = solid_axes(ax, 0.82, "a workspace needs")
     reach = grid.reshape(-1, 3) if box else corners.reshape(-1, 3)
     start, end = np.nanmin(reach, axis=0), np.nanmax(reach, axis=0)
     flat = 0.05 * (end - start).max() * (end <= start)  # the body of a planar robot
     start, end = start - flat, end + flat
     scale = np.where(end > start, end - start, 1.0)
     norm = Normalize(low, high if high > low else low + (abs(low) or 1.0))
-    colours = lit(mpl.colormaps[COLOURS](norm(levels)), shades(corners, scale))
-    body = Poly3DCollection(
-        list(corners), facecolors=colours, edgecolors=(0, 0, 0, 0.25), linewidths=0.2, label=shown.what, zorder=3
-    )
-    ax.add_collection3d(body)
+    ax.add_collection3d(solids.faces(corners, mpl.colormaps[COLOURS](norm(levels)), scale, 0.25, shown.what))
     ax.set(xlim=(start[0], end[0]), ylim=(start[1], end[1]), zlim=(start[2], end[2]), title=typeset(shown.fixed))
     make_room(ax, labels)
     if in_space and scale.max() < SLENDER * scale.min():
         ax.set_box_aspect(4 * scale / scale.max(), zoom=1.1)  # lengths as they are
     figure = figure_of(ax)
     bar = ScalarMappable(norm, COLOURS)
-    figure.colorbar(bar, ax=ax, label=wrapped(text), shrink=0.65, pad=0.17, extend=extend_of(levels, low, high))
+    figure.colorbar(bar, ax=ax, label=wrapped(text + span.note), shrink=0.65, pad=0.17, extend=span.extend)
     masks = masks_of(shown.values, shown.status)
     if box:
         wires = Line3DCollection(_wires(start, end), colors="0.35", linewidths=0.6, linestyles=":", zorder=2)
@@ -168,12 +162,5 @@ def _draw(
 
 def _wires(start: Array, end: Array) -> list[Array]:
     """Return the twelve edges of a box."""
-    found = []
-    for axis in range(3):
-        others = [k for k in range(3) if k != axis]
-        for a in (start, end):
-            for b in (start, end):
-                edge = np.stack([start, end])
-                edge[:, others[0]], edge[:, others[1]] = a[others[0]], b[others[1]]
-                found.append(edge)
-    return found
+    corners = np.array(list(product(*zip(start, end, strict=True))))
+    return [np.array(pair) for pair in combinations(corners, 2) if np.sum(pair[0] != pair[1]) == 1]
