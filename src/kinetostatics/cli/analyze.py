@@ -5,25 +5,13 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from kinetostatics.cli.arguments import (
-    VALUES_HELP,
-    add_json_argument,
-    add_load_arguments,
-    add_pose_arguments,
-    add_robot_arguments,
-    assemble,
-    load,
-    load_options,
-    parse_items,
-    print_json,
-    print_warnings,
-)
+from kinetostatics.cli import arguments
 from kinetostatics.printing.waiting import waiting
 
 NAME = "analyze"
 
 EXAMPLES = f"""\
-{VALUES_HELP}
+{arguments.VALUES_HELP}
 examples:
   kinetostatics analyze 3rps
   kinetostatics analyze 3rps --platform z=500mm azimuth=-170deg tilt=10deg --orientation tilt_torsion
@@ -35,16 +23,17 @@ examples:
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the parser."""
-    parser: argparse.ArgumentParser = subparsers.add_parser(
+    parser = arguments.add_command(
+        subparsers,
         NAME,
-        usage=f"kinetostatics {NAME} ROBOT [options]",
+        run,
         help="compute sag, stiffness, drive forces, joint reactions and stresses at one pose",
         description="Compute sag, stiffness, drive forces, joint reactions and beam stresses at one pose.",
         epilog=EXAMPLES,
     )
-    add_robot_arguments(parser)
-    add_pose_arguments(parser)
-    add_load_arguments(parser)
+    arguments.add_robot_arguments(parser)
+    arguments.add_pose_arguments(parser)
+    arguments.add_load_arguments(parser)
     parser.add_argument(
         "--hinge-axis",
         metavar="LIMB=x",
@@ -52,8 +41,7 @@ def add_parser(subparsers: Any) -> None:
         default=[],
         help="limbs whose x axis, not y, is called the one along the first hinge in the table of limbs (the paper's PRU limbs)",
     )
-    add_json_argument(parser)
-    parser.set_defaults(run=run)
+    arguments.add_json_argument(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -61,16 +49,11 @@ def run(args: argparse.Namespace) -> int:
     with waiting("analyzing"):
         from kinetostatics.analysis import analyze
 
-        options = load_options(args)
-        robot = load(args)
-        configuration, warnings = assemble(robot, args)
+        options = arguments.load_options(args)
+        robot = arguments.load(args)
+        configuration, warnings = arguments.assemble(robot, args)
         result = analyze(configuration, **options)
-        axes = parse_items("--hinge-axis", args.hinge_axis)
-        text, found = ("", result.to_dict()) if args.json else (result.report(hinge_axes=axes), {})
-    if args.json:
-        found["warnings"] = [*warnings, *found["warnings"]]
-        print_json(found)
-        print_warnings(found["warnings"])
-    else:
-        print("\n".join([*(f"! {warning}" for warning in warnings), text]))
+        axes = arguments.parse_items("--hinge-axis", args.hinge_axis)
+        found = result.to_dict() if args.json else result.report(hinge_axes=axes)
+    arguments.print_answer(found, warnings)
     return 0

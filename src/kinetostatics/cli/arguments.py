@@ -8,7 +8,7 @@ import math
 import os
 import re
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from kinetostatics.description.units import KINDS, KNOWN, Unit, find_unit
@@ -30,6 +30,28 @@ VALUES_HELP = """\
 values:
   Numbers are SI: m, rad, N, N·m. They may carry units, with SI prefixes: z=500mm rx=-2deg, 1.5kN, 20Nm, 70GPa, 7.8g/cm3.
 """
+
+
+#: How options are declared that take several values, and may be given several times.
+SEVERAL: Mapping[str, Any] = {"nargs": "+", "action": "extend", "default": []}
+
+
+def add_command(
+    subparsers: Any, name: str, run: Callable[[argparse.Namespace], int], usage: str | None = "ROBOT [options]", **texts: str
+) -> argparse.ArgumentParser:
+    """Add a command to the parser.
+
+    Args:
+        subparsers: of the parser.
+        name: of the command.
+        run: does the work and returns the exit code.
+        usage: what follows the name; None: all its options.
+        texts: ``help``, ``description`` and ``epilog``.
+    """
+    whole = None if usage is None else f"kinetostatics {name} {usage}"
+    parser: argparse.ArgumentParser = subparsers.add_parser(name, usage=whole, **texts)
+    parser.set_defaults(run=run)
+    return parser
 
 
 # ---- reading values ------------------------------------------------------------------------------------------------
@@ -149,10 +171,10 @@ def typed_units(items: Iterable[str]) -> dict[str, str]:
     return found
 
 
-def _numbers(option: str, texts: Sequence[str], *kinds: str) -> list[float]:
-    """Return numbers that are of one kind, or one of each of several kinds."""
+def number_of(option: str, text: str, kind: str | None = "number") -> float:
+    """Return the number that an option has, of a kind as in :func:`parse_quantity`."""
     try:
-        return [parse_quantity(text, kind) for text, kind in zip(texts, kinds * (len(texts) // len(kinds)), strict=True)]
+        return parse_quantity(text, kind)
     except ArgumentError as error:
         raise ArgumentError(f"{option}: {error}") from None
 
@@ -163,17 +185,13 @@ def _numbers(option: str, texts: Sequence[str], *kinds: str) -> list[float]:
 def add_robot_arguments(parser: argparse.ArgumentParser, value: str = "VALUE") -> None:
     """Add ROBOT and ``--set``; ``value`` is what help calls the values."""
     parser.add_argument(
-        "robot",
-        metavar="ROBOT",
-        help="a URDF or xacro file, or the name of a robot that comes with the package: 3rps, 2pru_upr",
+        "robot", metavar="ROBOT", help="a URDF or xacro file, or the name of a robot that comes with the package: 3rps, 2pru_upr"
     )
     parser.add_argument(
         "--set",
         dest="parameters",
         metavar=f"NAME={value}",
-        nargs="+",
-        action="extend",
-        default=[],
+        **SEVERAL,
         help="values of the file's xacro arguments, such as rod_diameter=80mm",
     )
 
@@ -210,13 +228,10 @@ def add_pose_arguments(
     either.add_argument(
         "--platform",
         metavar=f"NAME={value}",
-        nargs="+",
-        action="extend",
+        **SEVERAL,
         help="coordinates of the platform, as many as its mobility: x y z of o, rx ry rz or azimuth tilt torsion",
     )
-    either.add_argument(
-        "--actuators", metavar=f"JOINT={value}", nargs="+", action="extend", help="coordinates of all driven joints"
-    )
+    either.add_argument("--actuators", metavar=f"JOINT={value}", **SEVERAL, help="coordinates of all driven joints")
     group.add_argument(
         "--orientation",
         metavar="NAME",
@@ -224,35 +239,32 @@ def add_pose_arguments(
         "order of three letters; or tilt_torsion for azimuth tilt torsion",
     )
     group.add_argument(
-        "--tolerance",
-        metavar="T",
-        default="1e-10",
-        help="how far loops may stay open, m and rad (default: %(default)s)",
+        "--tolerance", metavar="T", default="1e-10", help="how far loops may stay open, m and rad (default: %(default)s)"
     )
 
 
 def assemble(robot: Robot, args: argparse.Namespace) -> tuple[Configuration, list[str]]:
     """Return the pose that the arguments ask for, and warnings."""
-    tolerance = tolerance_of(args)
-    if args.platform is not None:
-        platform = {
-            name: parse_coordinates("--platform", name, [value], PLATFORM_KINDS.get(name))[0]
-            for name, value in parse_items("--platform", args.platform).items()
-        }
-        return robot.assemble(platform=platform, orientation=args.orientation, tolerance=tolerance), []
-    if args.actuators is not None:
-        actuators = {
-            name: parse_coordinates("--actuators", name, [value], joint_kind(robot, name))[0]
-            for name, value in parse_items("--actuators", args.actuators).items()
-        }
-        return robot.assemble(actuators=actuators, orientation=args.orientation, tolerance=tolerance), []
+    option = "--actuators" if args.actuators else "--platform"
+    given: dict[str, Any] = {
+        name: parse_coordinates(option, name, [value], coordinate_kind(robot, option, name))[0]
+        for name, value in parse_items(option, args.actuators or args.platform).items()
+    }
     try:
-        return robot.assemble(orientation=args.orientation, tolerance=tolerance), []
+        return assembled(robot, option, given, args), []
     except AssemblyError:
+        if given:
+            raise
         # the file's zero may not be a pose of the robot; the pose nearest to it is
         q = robot.model_q(robot.zero_poses)[:, 0]
-        pose = robot.configuration(q, tolerance=tolerance)
+        pose = robot.configuration(q, tolerance=tolerance_of(args))
         return pose, ["the loops do not close with all drives at zero; this is the closed pose nearest to the file's zero"]
+
+
+def assembled(robot: Robot, option: str, coordinates: Mapping[str, Any], args: argparse.Namespace) -> Configuration:
+    """Return the poses at the coordinates of ``--platform`` or ``--actuators``; the zero pose where there are none."""
+    poses: dict[str, Any] = {option[2:]: coordinates or None}
+    return robot.assemble(**poses, orientation=args.orientation, tolerance=tolerance_of(args))
 
 
 def parse_coordinates(option: str, name: str, texts: Sequence[str], kind: str | None) -> list[float]:
@@ -267,9 +279,11 @@ def parse_coordinates(option: str, name: str, texts: Sequence[str], kind: str | 
     return found
 
 
-def joint_kind(robot: Robot, joint: str) -> str | None:
-    """Return whether a joint's coordinate is a "length" or an "angle", None if there is no such joint."""
-    connection = robot.mechanism.connections.get(joint)
+def coordinate_kind(robot: Robot | None, option: str, name: str) -> str | None:
+    """Return whether a coordinate of ``--platform`` or ``--actuators`` is a "length" or an "angle", None if there is none."""
+    if option == "--platform":
+        return PLATFORM_KINDS.get(name)
+    connection = None if robot is None else robot.mechanism.connections.get(name)
     if connection is None:
         return None  # assemble() will list the names
     return "length" if connection.type.is_slide else "angle"
@@ -306,17 +320,15 @@ def add_load_arguments(parser: argparse.ArgumentParser) -> None:
 
 def tolerance_of(args: argparse.Namespace) -> float:
     """Return how far loops may stay open [m, rad]."""
-    return _numbers("--tolerance", [args.tolerance], "length")[0]
+    return number_of("--tolerance", args.tolerance, "length")
 
 
 def load_options(args: argparse.Namespace) -> dict[str, Any]:
     """Return load, point, frame and gravity as :func:`kinetostatics.analyze` takes them."""
-    return {
-        "load": _numbers("--load", args.load, *["force"] * 3, *["moment"] * 3),
-        "point": None if args.point is None else _numbers("--point", args.point, "length"),
-        "frame": args.frame,
-        "gravity": _numbers("--gravity", args.gravity, "acceleration"),
-    }
+    load = [number_of("--load", text, "force" if k < 3 else "moment") for k, text in enumerate(args.load)]
+    point = None if args.point is None else [number_of("--point", text, "length") for text in args.point]
+    gravity = [number_of("--gravity", text, "acceleration") for text in args.gravity]
+    return {"load": load, "point": point, "frame": args.frame, "gravity": gravity}
 
 
 # ---- output --------------------------------------------------------------------------------------------------------
@@ -344,6 +356,16 @@ def _json(value: Any, indent: str, ascii_only: bool) -> str:
         f"{inner}{json.dumps(name, ensure_ascii=ascii_only)}: {_json(item, inner, ascii_only)}" for name, item in value.items()
     ]
     return "{\n" + ",\n".join(rows) + f"\n{indent}}}"
+
+
+def print_answer(found: str | dict[str, Any], warnings: Sequence[str]) -> None:
+    """Print what a command has found below the warnings of its pose, or as JSON with them and on standard error."""
+    if isinstance(found, str):
+        print("\n".join([*(f"! {warning}" for warning in warnings), found]))
+        return
+    found["warnings"] = [*warnings, *found.get("warnings", ())]
+    print_json(found)
+    print_warnings(found["warnings"])
 
 
 def print_warnings(warnings: Iterable[str]) -> None:

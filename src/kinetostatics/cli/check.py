@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from kinetostatics.cli.arguments import add_json_argument, add_robot_arguments, load, print_json, print_warnings
+from kinetostatics.cli.arguments import add_command, add_json_argument, add_robot_arguments, load, print_json, print_warnings
 from kinetostatics.printing.waiting import waiting
 
 NAME = "check"
@@ -21,9 +21,10 @@ The exit code is 0 if the robot can be analysed, 1 if it cannot (its loops do no
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the parser."""
-    parser: argparse.ArgumentParser = subparsers.add_parser(
+    parser = add_command(
+        subparsers,
         NAME,
-        usage=f"kinetostatics {NAME} ROBOT [options]",
+        run,
         help="say what a robot file describes: mobility, limbs, wrenches, beams, warnings",
         description="Say what a robot file describes: what can move and what is held more than once, every limb from base to "
         "platform with its constraint wrenches in words, beams, elastic joints, masses, and what looks like a mistake.",
@@ -31,7 +32,6 @@ def add_parser(subparsers: Any) -> None:
     )
     add_robot_arguments(parser)
     add_json_argument(parser)
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

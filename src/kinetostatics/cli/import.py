@@ -8,7 +8,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from kinetostatics.cli.arguments import parse_items, parse_parameters, print_warnings
+from kinetostatics.cli.arguments import SEVERAL, add_command, parse_items, parse_parameters, print_warnings
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.printing.waiting import waiting
 
@@ -33,9 +33,11 @@ exit code:
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the parser."""
-    parser: argparse.ArgumentParser = subparsers.add_parser(
+    parser = add_command(
+        subparsers,
         NAME,
-        usage=f"kinetostatics {NAME} SOURCE [options]",
+        run,
+        usage="SOURCE [options]",
         help="make a robot file from a URDF of onshape-to-robot, of Gepetto's, or of Isaac Sim",
         description="Make a robot file from a URDF whose loops another tool has described.",
         epilog=EXAMPLES,
@@ -47,32 +49,22 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument(
         "--types",
         metavar="LOOP=TYPE",
-        nargs="+",
-        action="extend",
+        **SEVERAL,
         help="the joints of loops; or one TYPE for all loops of which the source does not say it",
     )
     parser.add_argument(
         "--axes",
         metavar="LOOP=X,Y,Z",
-        nargs="+",
-        action="extend",
-        default=[],
+        **SEVERAL,
         help="the axes of loops in the frame of their first link; X,Y,Z/X,Y,Z for universal, the second in the second's",
     )
     parser.add_argument(
         "--driven", metavar="JOINT", nargs="*", action="extend", help="the driven joints; without any: there are no drives"
     )
     parser.add_argument(
-        "--set",
-        dest="parameters",
-        metavar="NAME=VALUE",
-        nargs="+",
-        action="extend",
-        default=[],
-        help="values of the source's xacro arguments",
+        "--set", dest="parameters", metavar="NAME=VALUE", **SEVERAL, help="values of the source's xacro arguments"
     )
     parser.add_argument("--out", metavar="FILE", help="the file to write (default: print it)")
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -108,8 +100,8 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def _types(items: Sequence[str] | None) -> Mapping[str, str] | str | None:
-    if items is None:
+def _types(items: Sequence[str]) -> Mapping[str, str] | str | None:
+    if not items:
         return None
     if len(items) == 1 and "=" not in items[0]:
         return items[0]

@@ -103,18 +103,14 @@ def _run(arguments: list[str]) -> int:
 
 
 def _parser(modules: Sequence[ModuleType]) -> argparse.ArgumentParser:
+    from kinetostatics import __version__
+
     parser = Parser(prog="kinetostatics", description=DESCRIPTION, epilog=EXAMPLES)
-    parser.add_argument("--version", action="version", version=f"kinetostatics {_version()}")
+    parser.add_argument("--version", action="version", version=f"kinetostatics {__version__}")
     subparsers = parser.add_subparsers(metavar="COMMAND", required=True, title="commands")
     for module in modules:
         module.add_parser(subparsers)
     return parser
-
-
-def _version() -> str:
-    from kinetostatics import __version__
-
-    return __version__
 
 
 def _prepare_output() -> None:

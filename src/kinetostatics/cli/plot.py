@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from kinetostatics.cli.arguments import VALUES_HELP, parse_items, parse_quantity
+from kinetostatics.cli.arguments import SEVERAL, VALUES_HELP, add_command, number_of, parse_items, parse_quantity
 from kinetostatics.description.units import find_unit
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.printing.waiting import waiting
@@ -33,9 +33,11 @@ examples:
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the parser."""
-    parser: argparse.ArgumentParser = subparsers.add_parser(
+    parser = add_command(
+        subparsers,
         NAME,
-        usage=f"kinetostatics {NAME} MAP [options]",
+        run,
+        usage="MAP [options]",
         help="draw figures of a workspace map",
         description="Draw a figure of a workspace map that kinetostatics sweep wrote: a slice in colour, surfaces, the body\n"
         "of the poses that are reached, or lines. Poses without valid numbers are grey and hatched. Slices over\n"
@@ -61,12 +63,7 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument("--over", metavar="NAME", help="coordinate that tells surfaces apart")
     parser.add_argument("--series", metavar="NAME", help="coordinate that tells lines apart")
     parser.add_argument(
-        "--at",
-        metavar="NAME=VALUE",
-        nargs="+",
-        action="extend",
-        default=[],
-        help="values of the other coordinates; the nearest pose of the map is shown",
+        "--at", metavar="NAME=VALUE", **SEVERAL, help="values of the other coordinates; the nearest pose of the map is shown"
     )
     parser.add_argument("--unit", help="of the quantity, such as µm, deg, kN, N/µm (default: what suits)")
     parser.add_argument(
@@ -76,7 +73,6 @@ def add_parser(subparsers: Any) -> None:
     parser.add_argument("--whole", action="store_true", help="do not cut a workspace open")
     parser.add_argument("--beyond-limits", action="store_true", help="poses beyond the joints' limits count like all others")
     parser.add_argument("--dpi", metavar="N", default="300", help="dots per inch of a PNG (default: %(default)s)")
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -106,22 +102,19 @@ def _draw(ds: xr.Dataset, args: argparse.Namespace) -> None:
         if getattr(args, name) not in (None, False) and name not in _TAKES[args.kind]:
             raise ArgumentError(f"--{name} is not an option of a {args.kind}")
     options: dict[str, Any] = {"at": _at(ds, args.at), "unit": args.unit, "beyond_limits": args.beyond_limits}
-    dpi = _number("--dpi", args.dpi)
+    dpi = number_of("--dpi", args.dpi)
     if not DPI[0] <= dpi <= DPI[1]:
         raise ArgumentError(f"--dpi: {dpi:g} is not between {DPI[0]} and {DPI[1]} dots per inch")
     if len(args.what) > 1 and args.kind != "line":
         raise ArgumentError(f"a {args.kind} shows one quantity, not {len(args.what)}")
     if args.limits is not None:
-        options["limits"] = tuple(_number("--limits", text) for text in args.limits)
-    what = args.what[0]
-    if args.kind == "slice":
-        axes = plot.slice(ds, what, args.x, args.y, polar=False if args.rectangular else None, **options)
-    elif args.kind == "surface":
-        axes = plot.surface(ds, what, args.x, args.y, over=args.over, **options)
-    elif args.kind == "workspace":
-        axes = plot.workspace(ds, what, args.axes, cut=not args.whole, **options)
-    else:
-        axes = plot.line(ds, args.what, args.x, series=args.series, **options)
+        options["limits"] = tuple(number_of("--limits", text) for text in args.limits)
+    if args.rectangular:
+        options["polar"] = False
+    if args.whole:
+        options["cut"] = False
+    options |= {name: getattr(args, name) for name in ("x", "y", "axes", "over", "series") if name in _TAKES[args.kind]}
+    axes = getattr(plot, args.kind)(ds, args.what if args.kind == "line" else args.what[0], **options)
     plot.save(axes, args.out, dpi=dpi)
     plt.close(figure_of(axes))
 
@@ -135,13 +128,6 @@ _TAKES = {
 }
 #: Dots per inch that make sense of a page as large as a column.
 DPI = (10, 2400)
-
-
-def _number(option: str, text: str) -> float:
-    try:
-        return parse_quantity(text, "number")
-    except ArgumentError as error:
-        raise ArgumentError(f"{option}: {error}") from None
 
 
 def _at(ds: xr.Dataset, items: list[str]) -> dict[str, Any]:

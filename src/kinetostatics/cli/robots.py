@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from kinetostatics.cli.arguments import add_json_argument, print_json
+from kinetostatics.cli.arguments import SEVERAL, add_command, add_json_argument, print_json
 from kinetostatics.files.bundled import copy_robots, robots
 
 NAME = "robots"
@@ -19,18 +19,17 @@ examples:
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the parser."""
-    parser: argparse.ArgumentParser = subparsers.add_parser(
+    parser = add_command(
+        subparsers,
         NAME,
-        usage=f"kinetostatics {NAME} [options]",
+        run,
+        usage="[options]",
         help="list the robots that come with the package, or copy their files",
         description="List the robots that come with the package; their names do wherever a ROBOT is asked for.",
         epilog=EXAMPLES,
     )
-    parser.add_argument(
-        "--copy", metavar="NAME", nargs="+", action="extend", help="copy the files of these robots to the current folder"
-    )
+    parser.add_argument("--copy", metavar="NAME", **SEVERAL, help="copy the files of these robots to the current folder")
     add_json_argument(parser)
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -3,29 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import functools
 import os
 import re
 import sys
 import time
 from typing import TYPE_CHECKING, Any
 
-from kinetostatics.cli.arguments import (
-    NUMBER,
-    PLATFORM_KINDS,
-    VALUES_HELP,
-    add_load_arguments,
-    add_pose_arguments,
-    add_robot_arguments,
-    joint_kind,
-    load_options,
-    parse_items,
-    parse_quantity,
-    parse_values,
-    print_warnings,
-    tolerance_of,
-    typed_units,
-    unit_of,
-)
+from kinetostatics.cli import arguments
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.printing.waiting import waiting
 
@@ -42,7 +27,7 @@ MOST = 1_000_000
 INTEGER = re.compile(r"[-+]?\d+")
 
 EXAMPLES = f"""\
-{VALUES_HELP}
+{arguments.VALUES_HELP}
   FROM:TO:COUNT and A,B,C are dimensions of the grid, whose poses are all combinations of their values.
   Parameters of the file may be words too: material=steel,brass.
 
@@ -61,16 +46,18 @@ examples:
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the parser."""
-    parser: argparse.ArgumentParser = subparsers.add_parser(
+    parser = arguments.add_command(
+        subparsers,
         NAME,
-        usage=f"kinetostatics {NAME} ROBOT --platform NAME=FROM:TO:COUNT … --out FILE [options]",
+        run,
+        usage="ROBOT --platform NAME=FROM:TO:COUNT … --out FILE [options]",
         help="map sag, stiffness and drive forces over the workspace",
         description="Analyze all poses of a grid, and variants of the robot, and write one labelled file.",
         epilog=EXAMPLES,
     )
-    add_robot_arguments(parser, "VALUES")
-    add_pose_arguments(parser, "VALUES", "The grid. Default: all drives at zero.")
-    add_load_arguments(parser)
+    arguments.add_robot_arguments(parser, "VALUES")
+    arguments.add_pose_arguments(parser, "VALUES", "The grid. Default: all drives at zero.")
+    arguments.add_load_arguments(parser)
     group = parser.add_argument_group("sweep")
     group.add_argument("--out", metavar="FILE", required=True, help="the file to write, .nc or .zarr")
     group.add_argument("--restart", action="store_true", help="begin anew, and replace a map that is there already")
@@ -82,7 +69,6 @@ def add_parser(subparsers: Any) -> None:
     )
     group.add_argument("--workers", metavar="N", help="processes (default: as many as cores, one for a small sweep)")
     group.add_argument("--quiet", action="store_true", help="no progress bar and no summary")
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -106,7 +92,7 @@ def run(args: argparse.Namespace) -> int:
                 text = summary(found, seconds)
             print(text)
             print(f"{args.out} was there already" if there else f"wrote {args.out}")
-        print_warnings(str(found.attrs.get("warnings", "")).splitlines())
+        arguments.print_warnings(str(found.attrs.get("warnings", "")).splitlines())
     return 0
 
 
@@ -116,11 +102,11 @@ def _map(args: argparse.Namespace) -> xr.Dataset:
     from kinetostatics.workspace.arguments import need
 
     need("xarray")
-    options = {**load_options(args), **_grid(args)}
+    options = {**arguments.load_options(args), **_grid(args)}
     return sweep(
         args.robot,
         **options,
-        tolerance=tolerance_of(args),
+        tolerance=arguments.tolerance_of(args),
         beams=args.beams,
         ways=args.ways,
         out=args.out,
@@ -133,16 +119,15 @@ def _map(args: argparse.Namespace) -> xr.Dataset:
 
 def _grid(args: argparse.Namespace) -> dict[str, Any]:
     """Return coordinates and parameters as :func:`kinetostatics.sweep` takes them."""
-    parameters = {name: _parameter(name, text) for name, text in parse_items("--set", args.parameters).items()}
+    parameters = {name: _parameter(name, text) for name, text in arguments.parse_items("--set", args.parameters).items()}
     found: dict[str, Any] = {"parameters": parameters, "orientation": args.orientation}
-    found["parameter_units"] = typed_units(args.parameters)
-    robot = None if args.actuators is None else _first_robot(args, parameters)
+    found["parameter_units"] = arguments.typed_units(args.parameters)
     for option, items in (("--platform", args.platform), ("--actuators", args.actuators)):
-        if items is not None:
-            found[option[2:]] = {
-                name: _values(option, name, text, PLATFORM_KINDS.get(name) if robot is None else joint_kind(robot, name))
-                for name, text in parse_items(option, items).items()
-            }
+        if items:
+            robot = _first_robot(args, parameters) if args.actuators else None
+            kind = functools.partial(arguments.coordinate_kind, robot, option)
+            given = arguments.parse_items(option, items)
+            found[option[2:]] = {name: _values(option, name, text, kind(name)) for name, text in given.items()}
     return found
 
 
@@ -161,14 +146,14 @@ def _values(option: str, name: str, text: str, kind: str | None = None) -> float
     count = text.rpartition(":")[2].strip()
     if text.count(":") == 2 and count.isdecimal() and int(count) > MOST:
         raise ArgumentError(f"{option}: {name}: {count} values are too many; at most {MOST:,} go along a dimension")
-    return parse_values(option, name, text, kind)
+    return arguments.parse_values(option, name, text, kind)
 
 
 def _parameter(name: str, text: str) -> Any:
     """Return the values of a parameter: numbers, a grid of them, several strings, or one."""
     separator = ":" if ":" in text else ","
     parts = [part.strip() for part in text.split(separator)]
-    if len(parts) > 1 and all(map(NUMBER.fullmatch, parts)) and any(map(_is_quantity, parts)):
+    if len(parts) > 1 and all(map(arguments.NUMBER.fullmatch, parts)) and any(map(_is_quantity, parts)):
         if separator == "," and all(INTEGER.fullmatch(part) for part in parts):
             return [int(part) for part in parts]
         return _values("--set", name, text)
@@ -178,13 +163,13 @@ def _parameter(name: str, text: str) -> Any:
         return parts
     if INTEGER.fullmatch(text):
         return int(text)
-    return parse_quantity(text) if _is_quantity(text) else text
+    return arguments.parse_quantity(text) if _is_quantity(text) else text
 
 
 def _is_quantity(text: str) -> bool:
     """Return whether a text is a number, with a unit or without."""
-    match = NUMBER.fullmatch(text)
-    return match is not None and (match[2] is None or unit_of(text) is not None)
+    match = arguments.NUMBER.fullmatch(text)
+    return match is not None and (match[2] is None or arguments.unit_of(text) is not None)
 
 
 def _whole(option: str, text: str) -> int:

@@ -5,24 +5,14 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from kinetostatics.cli.arguments import (
-    VALUES_HELP,
-    add_json_argument,
-    add_pose_arguments,
-    add_robot_arguments,
-    assemble,
-    load,
-    parse_quantity,
-    print_json,
-    print_warnings,
-)
+from kinetostatics.cli import arguments
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.printing.waiting import waiting
 
 NAME = "tolerances"
 
 EXAMPLES = f"""\
-{VALUES_HELP}
+{arguments.VALUES_HELP}
 examples:
   kinetostatics tolerances 2pru_upr
   kinetostatics tolerances 2pru_upr --length 20um --angle 0.1mrad --by force --top 10
@@ -32,16 +22,17 @@ examples:
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the parser."""
-    parser: argparse.ArgumentParser = subparsers.add_parser(
+    parser = arguments.add_command(
+        subparsers,
         NAME,
-        usage=f"kinetostatics {NAME} ROBOT [options]",
+        run,
         help="rank what small errors of joints and beams do",
         description="Move every joint and lengthen and warm every beam a little, one after the other, at one pose without loads, "
         "and rank what that does to the platform and which forces it locks into the robot.",
         epilog=EXAMPLES,
     )
-    add_robot_arguments(parser)
-    add_pose_arguments(parser)
+    arguments.add_robot_arguments(parser)
+    arguments.add_pose_arguments(parser)
     parser.add_argument("--length", metavar="L", default="0.1mm", help="error of lengths (default: %(default)s)")
     parser.add_argument("--angle", metavar="A", default="1mrad", help="error of angles (default: %(default)s)")
     parser.add_argument(
@@ -49,8 +40,7 @@ def add_parser(subparsers: Any) -> None:
     )
     parser.add_argument("--by", metavar="WHAT", help="rank by force, displacement or rotation (default: force, if there is any)")
     parser.add_argument("--top", metavar="N", help="print the worst N only")
-    add_json_argument(parser)
-    parser.set_defaults(run=run)
+    arguments.add_json_argument(parser)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -61,26 +51,22 @@ def run(args: argparse.Namespace) -> int:
         from kinetostatics.tolerances import tolerances
 
         amounts = {
-            "length": parse_quantity(args.length, "length"),
-            "angle": parse_quantity(args.angle, "angle"),
-            "temperature": parse_quantity(args.temperature, "temperature"),
+            "length": arguments.parse_quantity(args.length, "length"),
+            "angle": arguments.parse_quantity(args.angle, "angle"),
+            "temperature": arguments.parse_quantity(args.temperature, "temperature"),
         }
         top = None if args.top is None else _count(args.top)
-        configuration, warnings = assemble(load(args), args)
+        configuration, warnings = arguments.assemble(arguments.load(args), args)
         found = tolerances(configuration, **amounts, by=args.by)
         if top is not None:
             found = replace(found, rows=found.rows[:top])
-    if args.json:
-        print_json({**found.to_dict(), "warnings": warnings})
-        print_warnings(warnings)
-    else:
-        print("\n".join([*(f"! {warning}" for warning in warnings), str(found)]))
+    arguments.print_answer(found.to_dict() if args.json else str(found), warnings)
     return 0
 
 
 def _count(text: str) -> int:
     """Return how many rows are asked for."""
-    number = parse_quantity(text, "number")
+    number = arguments.parse_quantity(text, "number")
     if number != int(number) or number < 1:
         raise ArgumentError(f"--top is {text}; it must be a whole number from 1 on, such as --top 10")
     return int(number)

@@ -5,25 +5,13 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from kinetostatics.cli.arguments import (
-    VALUES_HELP,
-    add_json_argument,
-    add_load_arguments,
-    add_pose_arguments,
-    add_robot_arguments,
-    assemble,
-    load,
-    load_options,
-    parse_quantity,
-    print_json,
-    print_warnings,
-)
+from kinetostatics.cli import arguments
 from kinetostatics.printing.waiting import waiting
 
 NAME = "verify"
 
 EXAMPLES = f"""\
-{VALUES_HELP}
+{arguments.VALUES_HELP}
 exit code:
   0 verified, 1 not verified, 2 an error, such as OpenSeesPy missing: pip install 'kinetostatics[verify]'
 
@@ -36,21 +24,21 @@ examples:
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the parser."""
-    parser: argparse.ArgumentParser = subparsers.add_parser(
+    parser = arguments.add_command(
+        subparsers,
         NAME,
-        usage=f"kinetostatics {NAME} ROBOT [options]",
+        run,
         help="check one pose against finite elements (OpenSeesPy)",
         description="Compute one pose twice, by screw theory and by finite elements (OpenSeesPy), and compare.",
         epilog=EXAMPLES,
     )
-    add_robot_arguments(parser)
-    add_pose_arguments(parser)
-    add_load_arguments(parser)
-    add_json_argument(parser)
+    arguments.add_robot_arguments(parser)
+    arguments.add_pose_arguments(parser)
+    arguments.add_load_arguments(parser)
+    arguments.add_json_argument(parser)
     parser.add_argument(
         "--within", metavar="D", default="1e-6", help="largest relative difference that counts as verified (default: %(default)s)"
     )
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -58,13 +46,9 @@ def run(args: argparse.Namespace) -> int:
     with waiting("verifying"):
         from kinetostatics.verification import verify
 
-        options = load_options(args)
-        within = parse_quantity(args.within, "number")
-        configuration, warnings = assemble(load(args), args)
+        options = arguments.load_options(args)
+        within = arguments.parse_quantity(args.within, "number")
+        configuration, warnings = arguments.assemble(arguments.load(args), args)
         found = verify(configuration, **options, tolerance=within)
-    if args.json:
-        print_json({**found.to_dict(), "warnings": warnings})
-        print_warnings(warnings)
-    else:
-        print("\n".join([*(f"! {warning}" for warning in warnings), str(found)]))
+    arguments.print_answer(found.to_dict() if args.json else str(found), warnings)
     return 0 if found.verified else 1

@@ -4,24 +4,10 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import functools
 from typing import TYPE_CHECKING, Any
 
-from kinetostatics.cli.arguments import (
-    PLATFORM_KINDS,
-    VALUES_HELP,
-    add_load_arguments,
-    add_pose_arguments,
-    add_robot_arguments,
-    assemble,
-    joint_kind,
-    load,
-    load_options,
-    parse_coordinates,
-    parse_items,
-    parse_quantity,
-    parse_range,
-    print_warnings,
-)
+from kinetostatics.cli import arguments
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.printing.waiting import pausing, waiting
 
@@ -37,7 +23,7 @@ NAME = "view"
 POSES = 21
 
 EXAMPLES = f"""\
-{VALUES_HELP}
+{arguments.VALUES_HELP}
 examples:
   kinetostatics view 3rps
   kinetostatics view 3rps --platform z=500mm rx=2deg ry=-10deg --load 0 0 -500 0 0 0
@@ -52,22 +38,23 @@ examples:
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the parser."""
-    parser: argparse.ArgumentParser = subparsers.add_parser(
+    parser = arguments.add_command(
+        subparsers,
         NAME,
+        run,
+        usage=None,
         help="see the deformed robot in the browser",
         description="Show the deformed robot in the browser: bent beams, forces, and what each weight and load contributes.",
         epilog=EXAMPLES,
     )
-    add_robot_arguments(parser)
-    add_pose_arguments(parser)
-    add_load_arguments(parser)
+    arguments.add_robot_arguments(parser)
+    arguments.add_pose_arguments(parser)
+    arguments.add_load_arguments(parser)
     group = parser.add_argument_group("view")
     group.add_argument(
         "--sweep",
         metavar="NAME=FROM:TO[:POSES]",
-        nargs="+",
-        action="extend",
-        default=[],
+        **arguments.SEVERAL,
         help="an animation: coordinates of platform or drives that move together, the others being those of the pose "
         f"(default: {POSES} poses)",
     )
@@ -91,7 +78,6 @@ def add_parser(subparsers: Any) -> None:
         "--exaggeration", metavar="E", type=float, help="of displacements (default: the largest is about a tenth of the robot)"
     )
     group.add_argument("--port", metavar="P", type=int, default=0, help="of the live page (default: any that is free)")
-    parser.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -110,12 +96,12 @@ def _page(args: argparse.Namespace) -> int:
         from kinetostatics import viewer
         from kinetostatics.analysis import analyze
 
-        options = load_options(args)
-        robot = load(args)
-        configuration, found = (_swept(robot, args), []) if args.sweep else assemble(robot, args)
+        options = arguments.load_options(args)
+        robot = arguments.load(args)
+        configuration, found = (_swept(robot, args), []) if args.sweep else arguments.assemble(robot, args)
         result = analyze(configuration, **options)
         with pausing():
-            print_warnings([*found, *result.warnings])
+            arguments.print_warnings([*found, *result.warnings])
         if args.html is not None:
             viewer.save_html(result, args.html, exaggeration=args.exaggeration, ways=args.ways)
             said = f"wrote {args.html}"
@@ -152,7 +138,7 @@ def _live(args: argparse.Namespace) -> int:
 
         server, found = _server(args)
     with server:
-        print_warnings(found)
+        arguments.print_warnings(found)
         print(f"live at {server.url} (Ctrl+C ends it)", flush=True)
         open_browser(server.url)
         try:
@@ -167,8 +153,8 @@ def _server(args: argparse.Namespace) -> tuple[LiveServer, list[str]]:
     from kinetostatics.analysis import analyze
     from kinetostatics.viewer.live import serve
 
-    options = load_options(args)
-    configuration, found = assemble(load(args), args)
+    options = arguments.load_options(args)
+    configuration, found = arguments.assemble(arguments.load(args), args)
 
     def analyzed(pose: Configuration) -> Result:
         result = analyze(pose, **options)
@@ -178,8 +164,8 @@ def _server(args: argparse.Namespace) -> tuple[LiveServer, list[str]]:
         configuration,
         analyzed,
         orientation=args.orientation,
-        tolerance=parse_quantity(args.tolerance, "length"),
-        coordinates=tuple(parse_items("--platform", args.platform or ())),
+        tolerance=arguments.tolerance_of(args),
+        coordinates=tuple(arguments.parse_items("--platform", args.platform)),
         port=args.port,
     )
     return server, found
@@ -189,34 +175,24 @@ def _swept(robot: Robot, args: argparse.Namespace) -> Configuration:
     """Return the poses of ``--sweep``."""
     import numpy as np
 
-    swept = parse_items("--sweep", args.sweep)
+    swept = arguments.parse_items("--sweep", args.sweep)
     drives = [name for name in swept if name in robot.description.driven]
     if drives and len(drives) < len(swept):
         raise ArgumentError("--sweep: coordinates of drives and of the platform cannot move together")
-
-    def kind(name: str) -> str | None:
-        return joint_kind(robot, name) if drives else PLATFORM_KINDS.get(name)
-
-    ranges = {name: parse_range("--sweep", name, text, kind(name)) for name, text in swept.items()}
+    option, other = ("--actuators", "--platform") if drives else ("--platform", "--actuators")
+    kind = functools.partial(arguments.coordinate_kind, robot, option)
+    ranges = {name: arguments.parse_range("--sweep", name, text, kind(name)) for name, text in swept.items()}
     counts = {count for _, _, count in ranges.values() if count is not None}
     if len(counts) > 1:
         raise ArgumentError(f"--sweep: the coordinates move together, but have {', '.join(map(str, sorted(counts)))} poses")
     count = counts.pop() if counts else POSES
     values: dict[str, Any] = {name: np.linspace(first, last, count) for name, (first, last, _) in ranges.items()}
-    option = "--actuators" if drives else "--platform"
-    fixed = args.actuators if drives else args.platform
-    if (args.platform if drives else args.actuators) is not None:
+    if getattr(args, other[2:]):
         raise ArgumentError(f"--sweep: the coordinates that stand still are given by {option}")
-    for name, text in parse_items(option, fixed or []).items():
+    for name, text in arguments.parse_items(option, getattr(args, option[2:])).items():
         if name in values:
             raise ArgumentError(f"--sweep: {name} is given by {option} too")
-        (values[name],) = parse_coordinates(option, name, [text], kind(name))
+        (values[name],) = arguments.parse_coordinates(option, name, [text], kind(name))
     if drives:
         values.update({name: 0.0 for name in robot.description.driven if name not in values})
-    tolerance = parse_quantity(args.tolerance, "length")
-    return robot.assemble(
-        actuators=values if drives else None,
-        platform=None if drives else values,
-        orientation=args.orientation,
-        tolerance=tolerance,
-    )
+    return arguments.assembled(robot, option, values, args)

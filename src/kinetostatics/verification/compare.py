@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from kinetostatics.analysis import analyze
 from kinetostatics.argument_checks import positive
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.math.arrays import Array, frozen
+from kinetostatics.math.arrays import Array
 from kinetostatics.printing.dispatch import dict_of, text_of
 from kinetostatics.printing.mappings import Named, ShortRepr
 from kinetostatics.verification.frame import FrameModel
@@ -151,7 +151,7 @@ def verify(
         configuration,
         result,
         ours,
-        _read_only(theirs),
+        theirs,
         Named(differences),
         Named(joint_differences),
         Named(scatter),
@@ -236,15 +236,3 @@ def _relative(gap: Any, size: float) -> float:
     if size > 0:
         return float(gap) / size
     return 0.0 if gap == 0 else float("inf")
-
-
-def _read_only(solution: FrameSolution) -> FrameSolution:
-    return FrameSolution(
-        frozen(solution.twist),
-        frozen(solution.compliance),
-        frozen(solution.stiffness),
-        Named({name: frozen(wrench) for name, wrench in solution.joint_wrenches.items()}),
-        Named({name: frozen(wrench) for name, wrench in solution.beam_wrenches.items()}),
-        Named(dict(solution.actuator_forces)),
-        solution.torques,
-    )

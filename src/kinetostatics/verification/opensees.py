@@ -20,8 +20,8 @@ from typing import Any
 import numpy as np
 
 from kinetostatics.exceptions import KinetostaticsError
-from kinetostatics.math.arrays import Array
-from kinetostatics.printing.mappings import ShortRepr
+from kinetostatics.math.arrays import Array, frozen
+from kinetostatics.printing.mappings import Named, ShortRepr
 from kinetostatics.verification.frame import Coordinate, FrameJoint, FrameModel
 
 #: Smallest penalty, as a multiple of the largest stiffness of a beam or spring; each level doubles it.
@@ -187,16 +187,8 @@ def _frame(model: FrameModel, scale: _Scale) -> dict[str, Any]:
         for piece, load in enumerate(model.loads)
         if piece != model.base and np.any(load)
     ]
-    platform = references[model.platform]
-    return {
-        "nodes": nodes,
-        "fixed": fixed,
-        "ties": ties,
-        "springs": springs,
-        "beams": beams,
-        "loads": loads,
-        "platform": platform,
-    }
+    lists = {"nodes": nodes, "fixed": fixed, "ties": ties, "springs": springs, "beams": beams, "loads": loads}
+    return {**lists, "platform": references[model.platform]}
 
 
 def _series(joint: FrameJoint) -> list[tuple[Array, Array]]:
@@ -254,7 +246,15 @@ def _answer(model: FrameModel, scale: _Scale, raw: Mapping[str, Array]) -> Frame
     except np.linalg.LinAlgError:
         stiffness = np.full((6, 6), np.nan)
     torques = frozenset(drive.name for drive in model.drives if drive.rotates)
-    return FrameSolution(raw["twist"] * scale.twist, C, stiffness, wrenches, sections, forces, torques)
+    return FrameSolution(
+        frozen(raw["twist"] * scale.twist),
+        frozen(C),
+        frozen(stiffness),
+        Named({name: frozen(wrench) for name, wrench in wrenches.items()}),
+        Named({name: frozen(wrench) for name, wrench in sections.items()}),
+        Named(forces),
+        torques,
+    )
 
 
 def _along(part: Coordinate, wrenches: Mapping[str, Array]) -> float:

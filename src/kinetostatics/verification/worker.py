@@ -58,22 +58,8 @@ def build(ops: Any, frame: dict[str, Any], penalty: float, ground: float) -> Non
             materials.append({None: 1, 0.0: 2}.get(stiffness, 10 * spring["tag"] + direction))
             if materials[-1] > 2:
                 ops.uniaxialMaterial("Elastic", materials[-1], stiffness)
-        ops.element(
-            "zeroLength",
-            spring["tag"],
-            *spring["nodes"],
-            "-mat",
-            *materials,
-            "-dir",
-            1,
-            2,
-            3,
-            4,
-            5,
-            6,
-            "-orient",
-            *spring["axes"],
-        )
+        along = ("-mat", *materials, "-dir", *range(1, 7), "-orient", *spring["axes"])
+        ops.element("zeroLength", spring["tag"], *spring["nodes"], *along)
     for beam in frame["beams"]:
         EA, GAy, GAz, GJ, EIy, EIz = beam["stiffness"]
         ops.geomTransf("Linear", beam["tag"], *beam["z"])

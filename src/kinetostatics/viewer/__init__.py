@@ -96,7 +96,7 @@ def show(
         return _into(visualizer, result, title, pose, exaggeration, path)
     if path is not None:
         raise ArgumentError("path is where a visualizer draws the robot: give visualizer too")
-    html = page_html(describe_scene(_split(result, ways), title, pose=pose, exaggeration=exaggeration).plain())
+    html = _page(result, title, pose, exaggeration, ways)
     if in_notebook():
         return View(html)
     file = _temporary_file(html, result.robot.name)
@@ -127,15 +127,16 @@ def save_html(
         ArgumentError: no pose could be analysed, there are too many, or an argument makes no sense.
         KinetostaticsError: the file cannot be written.
     """
-    html = page_html(describe_scene(_split(result, ways), title, pose=pose, exaggeration=exaggeration).plain())
+    html = _page(result, title, pose, exaggeration, ways)
     try:
         Path(path).write_text(html, encoding="utf-8")
     except OSError as error:
         raise KinetostaticsError(f"{os.fspath(path)}: cannot write the page: {error.strerror or error}") from None
 
 
-def _split(result: Result, ways: bool) -> Result:
-    return result.by_mechanism if ways else result
+def _page(result: Result, title: str | None, pose: int | tuple[int, ...] | None, exaggeration: float | None, ways: bool) -> str:
+    shown = result.by_mechanism if ways else result
+    return page_html(describe_scene(shown, title, pose=pose, exaggeration=exaggeration).plain())
 
 
 def _into(

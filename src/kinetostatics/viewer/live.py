@@ -74,20 +74,14 @@ class LiveRobot:
         """
         kind, shown = question["kind"], question["values"]
         values = {name: float(value) * self.factors[kind, name] for name, value in shown.items()}
-        configuration = self._assemble(kind, values)
+        asked: dict[str, Any] = {kind: values}
+        configuration = self.robot.assemble(
+            **asked, orientation=self.orientation, near=self.configuration, tolerance=self.tolerance
+        )
         result = self.analyze(configuration)
         scene = self._scene(result)
         self.configuration = configuration
         return scene
-
-    def _assemble(self, kind: str, values: Mapping[str, float]) -> Configuration:
-        return self.robot.assemble(
-            actuators=values if kind == "actuators" else None,
-            platform=None if kind == "actuators" else values,
-            orientation=self.orientation,
-            near=self.configuration,
-            tolerance=self.tolerance,
-        )
 
     def _scene(self, result: Result) -> dict[str, Any]:
         scene = describe_scene(result, visuals=self.visuals)

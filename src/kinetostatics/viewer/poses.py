@@ -65,10 +65,15 @@ class ShownPoses:
         flat = np.reshape(array, (math.prod(shape), *np.shape(array)[len(shape) :]))
         return np.asarray(flat[self.indices])
 
-    def by_source(self, contributions: Mapping[str, Array]) -> list[Array]:
-        """Return the shown poses (F, …) of each contribution in turn; zero for one that is not there."""
-        some = next(iter(contributions.values()))
-        return [self.take(contributions.get(name, np.zeros_like(some))) for name in self.sources]
+    def by_source(self, contributions: Mapping[str, Array]) -> Array:
+        """Return the shown poses (F, K, …) of all contributions; zero for one that is not there."""
+        none = np.zeros_like(next(iter(contributions.values())))
+        return np.stack([self.take(contributions.get(name, none)) for name in self.sources], axis=1)
+
+    def parts(self, contributions: Mapping[str, Array]) -> Array:
+        """Return the same (F, K + 1, …) with zero for what cannot be determined, and for what belongs to no contribution."""
+        found = np.nan_to_num(self.by_source(contributions))
+        return np.concatenate([found, np.zeros_like(found[:, :1])], axis=1)
 
     def of_configuration(self, array: Array, components: int) -> Array:
         """Return the shown poses (F, …) of an array of the configuration, whose batch may be smaller than the result's."""
@@ -92,7 +97,7 @@ class ShownPoses:
     @cached_property
     def platform_twist(self) -> Array:
         """(F, K, 6) what each contribution does to the platform, at o."""
-        return np.stack(self.by_source(self.result.contributions), axis=1)
+        return self.by_source(self.result.contributions)
 
     def twist_at(self, link: str, point: Array) -> Array:
         """Return what each contribution does (F, K, 6) to the points (F, 3) of a link.
@@ -101,8 +106,7 @@ class ShownPoses:
         """
         own = self.result.link_contributions.get(link)
         if own is not None:
-            twist, origin = np.stack(self.by_source(own), axis=1), self.frame(link)[:, :3, 3]
-            return moved(twist, point - origin)
+            return moved(self.by_source(own), point - self.frame(link)[:, :3, 3])
         ends = []
         for name, beam in self.result.beams.items():
             if beam.description.link == link:
@@ -112,12 +116,11 @@ class ShownPoses:
         if not ends:
             return np.zeros((self.count, len(self.sources), 6))
         _, name, end, at = min(ends, key=lambda item: item[0])
-        lines = self.by_source(self.result.beam_contributions[name])
-        return moved(np.stack([line[:, end] for line in lines], axis=1), point - at)
+        return moved(self.beam_twists(name)[:, :, end], point - at)
 
     def beam_twists(self, name: str) -> Array:
         """Return what each contribution does (F, K, n, 6) to the stations of a beam."""
-        return np.stack(self.by_source(self.result.beam_contributions[name]), axis=1)
+        return self.by_source(self.result.beam_contributions[name])
 
 
 def moved(twist: Array, arm: Array) -> Array:

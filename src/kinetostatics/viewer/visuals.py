@@ -136,9 +136,7 @@ def _mesh_path(filename: str, folder: str) -> str | None:
 
 
 def _colour(material: Any, palette: dict[str, Any]) -> tuple[float, float, float]:
-    if material is None:
-        return GREY
-    colour = material.color if material.color is not None else palette.get(material.name)
+    colour = None if material is None else material.color or palette.get(material.name)
     if colour is None:
         return GREY
     red, green, blue = (float(part) for part in colour.rgba[:3])

@@ -45,11 +45,6 @@ class Wrenches:
         parts[:, sources.index(source) if source in sources else -1] = wrench
         return parts
 
-    def _intensities(self, limb: LimbResult) -> Array:
-        """Return the parts (F, K + 1, n) of W_ic for each contribution to the twist."""
-        parts = [self.poses.take(limb.contributions[source]) for source in self.poses.sources]
-        return np.nan_to_num(np.stack([*parts, np.zeros_like(parts[0])], axis=1))
-
     # ---- limbs ------------------------------------------------------------------------------------------------------
 
     def _limb(self, limb: Limb) -> Iterator[Arrow]:
@@ -60,7 +55,7 @@ class Wrenches:
         joints = self._joints_of(limb)
         ends = [joint.centre for joint in joints]
         outward = ends[0] - ends[-1] if len(ends) > 1 else np.zeros_like(self.poses.o)
-        intensities = self._intensities(found)
+        intensities = self.poses.parts(found.contributions)
         attached = self._only(limb.name, np.nan_to_num(take(found.attached_intensities)))
         for group, labels, wrenches, parts in (
             ("constraint", found.labels, found.constraint_wrenches, intensities),
@@ -74,19 +69,17 @@ class Wrenches:
         """Yield what the joints to the platform put on a network, and the axial forces at its beams' outer ends."""
         poses, result, table = self.poses, self.result, self.robot.statics.joint_table
         for name in limb.platform_joints:
-            parts = -np.nan_to_num(np.stack(poses.by_source(result.joint_contributions[name]), axis=1))
             k = [table.names.index(name)]
             centres = np.concatenate(
                 [s.frames.points(table.centre_body[k], table.centre[:, k])[:, 0] for s in result.solutions], -1
             )
             centre = poses.take(centres.T.reshape(*result.shape, 3))
             at = self.stations.add(centre, moved(poses.platform_twist, centre - poses.o))
-            parts = np.concatenate([parts, np.zeros_like(parts[:, :1])], axis=1)
+            parts = -poses.parts(result.joint_contributions[name])
             yield from self._pair("joints of networks", f"{limb.name}: {name}", at, parts, "tail")
         for name in limb.beams:
             beam = result.beams[name]
-            forces = np.nan_to_num(np.stack(poses.by_source(result.axial_contributions[name]), axis=1))
-            forces = np.concatenate([forces, np.zeros_like(forces[:, :1])], axis=1)
+            forces = poses.parts(result.axial_contributions[name])
             axis = poses.take(beam.axes)[:, :, 0]
             at = self.stations.add(poses.take(beam.points)[:, -1], poses.beam_twists(name)[:, :, -1])
             yield Arrow(
@@ -181,11 +174,9 @@ class Wrenches:
                 continue
             name = joint.name
             kind = "force" if self.robot.mechanism.connections[name].type.is_slide else "moment"
-            shares = self.result.actuator_contributions[name]
-            parts = np.nan_to_num(np.stack(self.poses.by_source(shares), axis=1))
-            force = np.nan_to_num(self.poses.take(self.result.actuator_forces[name]))
+            parts = self.poses.parts(self.result.actuator_contributions[name])
             # what belongs to no contribution is the weight of what hangs on the base
-            parts = np.concatenate([parts, (force - parts.sum(axis=1))[:, None]], axis=1)
+            parts[:, -1] = np.nan_to_num(self.poses.take(self.result.actuator_forces[name])) - parts.sum(axis=1)
             at, offset = self._beside(joint)
             vector = parts[..., None] * joint.axis[:, None]
             yield Arrow("actuator forces", name, name, kind, at, vector, offset, joint.axis)
