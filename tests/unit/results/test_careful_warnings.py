@@ -156,7 +156,7 @@ def test_poses_beside_a_singular_one_are_said():
     """The platform's hold falls with the angle to the quarter turn; the warning begins where it is 1/50."""
     low, high = 85.0, 89.0
     assert not any("singular" in text for text in gough_at(low).warnings)
-    for _ in range(20):
+    for _ in range(16):
         middle = (low + high) / 2
         low, high = (middle, high) if near_singularity(gough_at(middle)).hold[0] > HOLD else (low, middle)
     before, after = gough_at(low), gough_at(high)
