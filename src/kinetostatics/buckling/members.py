@@ -137,10 +137,10 @@ class _Finder:
         self.direction: dict[str, Array] = {}
         for name in self.edges:
             beam = model.beams[name]
-            start = frames.points(np.array([beam.span.start_body]), beam.span.start[:, None])[:, 0, 0]
-            end = frames.points(np.array([beam.span.end_body]), beam.span.end[:, None])[:, 0, 0]
+            start = frames.point(beam.span.start_body, beam.span.start)[:, 0]
+            end = frames.point(beam.span.end_body, beam.span.end)[:, 0]
             self.points[name] = start, end
-            self.direction[name] = frames.directions(np.array([beam.span.carrier]), beam.axes[:, :1])[:, 0, 0]
+            self.direction[name] = frames.direction(beam.span.carrier, beam.axes[:, 0])[:, 0]
         self.at: dict[RigidBody, list[BodyEdge]] = {}
         for edge in self.graph.edges:
             for body in edge.ends:
@@ -189,7 +189,7 @@ class _Finder:
             if joint is not None and edge.other(body) is begin and (joint.type.is_fixed or joint.type.is_slide):
                 if joint.type.is_fixed:
                     return True
-                axis = frames.directions(np.array([joint.predecessor_body]), joint.axis_on(True)[:, None])[:, 0, 0]
+                axis = frames.direction(joint.predecessor_body, joint.axis_on(True))[:, 0]
                 return bool(np.linalg.norm(np.cross(axis, self.direction[name])) < _IN_LINE)
         return False
 
@@ -275,7 +275,7 @@ class _Finder:
     def _point(self, frames: Frames, name: str, at_end: bool) -> Array:
         span = self.model.beams[name].span
         body, point = (span.end_body, span.end) if at_end else (span.start_body, span.start)
-        return frames.points(np.array([body]), point[:, None])[:, 0, 0]
+        return frames.point(body, point)[:, 0]
 
     def _stiffness(self, names: Sequence[str], across: Array) -> Array:
         found = []
@@ -324,10 +324,7 @@ class _Finder:
         return MemberEnd(words, None if turns is None else tuple(turns), tuple(slides))
 
     def _at_one_point(self, *joints: Connection) -> bool:
-        points = [
-            self.model.zero_frames.points(np.array([item.predecessor_body]), item.predecessor_frame[:3, 3:])[:, 0, 0]
-            for item in joints
-        ]
+        points = [self.model.zero_frames.point(item.predecessor_body, item.predecessor_frame[:3, 3])[:, 0] for item in joints]
         return float(np.linalg.norm(points[1] - points[0])) < _SAME
 
     def _is_held(self, body: RigidBody, without: set[int]) -> bool:
@@ -349,5 +346,5 @@ def _passes_torque(frames: Frames, end: MemberEnd, x: Array) -> bool:
     """Whether the joints of an end do not let it turn about the member, along x."""
     if end.turns is None:
         return False
-    axes = np.array([frames.directions(np.array([body]), axis[:, None])[:, 0, 0] for body, axis in end.turns]).reshape(-1, 3).T
+    axes = np.array([frames.direction(body, axis)[:, 0] for body, axis in end.turns]).reshape(-1, 3).T
     return bool(np.linalg.norm(x - axes @ np.linalg.pinv(axes) @ x) > 1e-3)

@@ -104,7 +104,7 @@ def _twists(edge: BodyEdge, frames: Frames, size: float) -> Array:
     joint = edge.connection
     if joint is None or joint.driven:
         return np.zeros((6, 0))
-    point = frames.points(np.array([joint.predecessor_body]), joint.predecessor_frame[:3, 3:])[:, 0, 0] / size
+    point = frames.point(joint.predecessor_body, joint.predecessor_frame[:3, 3])[:, 0] / size
     turns, slides = turning_axes(joint), sliding_axes(joint)
     about = list(np.eye(3)) if turns is None else [_world(frames, *item) for item in turns]
     along = list(np.eye(3)) if joint.type.slides is Axes.ALL else [_world(frames, *item) for item in slides]
@@ -114,7 +114,7 @@ def _twists(edge: BodyEdge, frames: Frames, size: float) -> Array:
 
 
 def _world(frames: Frames, body: int, direction: Array) -> Array:
-    return frames.directions(np.array([body]), direction[:, None])[:, 0, 0]
+    return frames.direction(body, direction)[:, 0]
 
 
 def turning_axes(joint: Connection) -> list[tuple[int, Array]] | None:

@@ -227,7 +227,7 @@ def _kind(motions: Motions, links: tuple[str, ...], moving: list[int], table: Ar
     along = []
     for link, (body, _) in robot.mechanism.body_of.items():
         for connection in robot.mechanism.at_link[link] if body in alike else ():
-            point = motions.frames.points(np.array([body]), connection.centre_on(link)[:, None])[:, 0, 0]
+            point = motions.frames.point(body, connection.centre_on(link))[:, 0]
             if float(np.linalg.norm(np.cross(point - foot, axis))) < 1e-6 * robot.length:
                 along.append(float(axis @ (point - foot)))
     return "spin" if along and max(along) - min(along) > 1e-6 * robot.length else "turn", None
@@ -246,9 +246,8 @@ def _joint_along(motions: Motions, links: tuple[str, ...], axis: Array, foot: Ar
             continue
         if not (connection.type.is_slide if foot is None else connection.type.is_hinge):
             continue
-        body = np.array([connection.predecessor_body])
-        mine = motions.frames.directions(body, connection.axis_on(True)[:, None])[:, 0, 0]
-        point = motions.frames.points(body, connection.predecessor_frame[:3, 3:])[:, 0, 0]
+        mine = motions.frames.direction(connection.predecessor_body, connection.axis_on(True))[:, 0]
+        point = motions.frames.point(connection.predecessor_body, connection.predecessor_frame[:3, 3])[:, 0]
         beside = 0.0 if foot is None else float(np.linalg.norm(np.cross(point - foot, axis)))
         if float(np.linalg.norm(np.cross(mine, axis))) < 1e-6 and beside < 1e-6 * robot.length:
             return connection.name

@@ -204,8 +204,8 @@ def _members(robot: Robot, facts: RobotFacts) -> dict[str, tuple[float, float]]:
         if edge.beam is not None:
             name = edge.beam.beam.name
             span = edge.beam
-            start = frames.points(np.array([span.start_body]), span.start[:, None])[:, 0, 0]
-            end = frames.points(np.array([span.end_body]), span.end[:, None])[:, 0, 0]
+            start = frames.point(span.start_body, span.start)[:, 0]
+            end = frames.point(span.end_body, span.end)[:, 0]
             along = (end - start) / max(float(np.linalg.norm(end - start)), 1e-300)
             ends.setdefault(node(edge.inner), []).append((name, along))
             ends.setdefault(node(edge.outer), []).append((name, -along))

@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.kinematics.chebyshev import MOST_VARYING, Cells
-from kinetostatics.kinematics.solver import ALONE, PrescribedCoordinates, Solver, SolverState, StepControl
+from kinetostatics.kinematics.lines import follow, line_start, longest_strides
+from kinetostatics.kinematics.solver import PrescribedCoordinates, Solver, SolverState
 from kinetostatics.math.arrays import Array, chunks
 
 #: Poses that share a seed, on average.
@@ -73,7 +74,7 @@ def reach(
             which = part[good]
             poses.x[:, which], poses.c[:, which], arrived[which] = at.x[:, good], at.c[:, good], True
             part = part[~good]
-        divided = _divided(target[:, part], solver.longest_strides(prescribed)) if part.size else []
+        divided = _divided(target[:, part], longest_strides(solver, prescribed)) if part.size else []
         if len(divided) > 1:
             parts += [part[some] for some in divided]
         else:
@@ -83,29 +84,6 @@ def reach(
         alone, arrived[rest], _ = follow(solver, prescribed, start, target[:, rest], local, origin)
         poses.x[:, rest], poses.c[:, rest] = alone.x, alone.c
     return poses, arrived
-
-
-def follow(
-    solver: Solver,
-    prescribed: PrescribedCoordinates,
-    start: SolverState,
-    target: Array,
-    local: int = 0,
-    origin: tuple[Array, Array] | None = None,
-    control: StepControl = ALONE,
-) -> tuple[SolverState, NDArray[np.bool_], Array]:
-    """Follow every pose's own straight line, in chunks; also return how much of its way (0 … 1) each has gone."""
-    N = target.shape[1]
-    poses = SolverState(np.empty((start.x.shape[0], N)), np.empty((3, N)))
-    arrived, gone = np.empty(N, dtype=bool), np.empty(N)
-    for part in chunks(N):
-        alone = start.x.shape[1] == 1
-        mine = start if alone else SolverState(start.x[:, part], start.c[:, part])
-        one = origin is None or origin[0].shape[1] == 1
-        known = origin if one or origin is None else (origin[0][:, part], origin[1][:, part])
-        found, arrived[part], gone[part] = solver.follow(prescribed, mine, target[:, part], local, known, control)
-        poses.x[:, part], poses.c[:, part] = found.x, found.c
-    return poses, arrived, gone
 
 
 @dataclass(frozen=True)
@@ -160,8 +138,8 @@ class BatchContinuation:
         return None if cells is None else self._interpolate(self._nodes(cells, samples, target), target)
 
     def _line(self, target: Array) -> tuple[Array, Array]:
-        """Return where the lines to targets start: see :meth:`Solver.line_start`."""
-        return self.solver.line_start(self.prescribed, self.origin, target, shorter=False)
+        """Return where the lines to targets start: see :func:`.lines.line_start`."""
+        return line_start(self.prescribed, self.origin, target, shorter=False)
 
     def _at(self, target: Array, level: float) -> Array:
         """Return the coordinates that lines have at some part of their way."""
@@ -233,7 +211,7 @@ class BatchContinuation:
         """Reach some of the targets, in place, from the seeds (len(which),) at places (n, M) with linear predictors."""
         solver, prescribed = self.solver, self.prescribed
         per_target = _predictors(solver, prescribed, seeds, places, self.local)
-        shifts = np.abs(target[:, which] - places[:, seed_of]) / solver.longest_strides(prescribed)[:, None]
+        shifts = np.abs(target[:, which] - places[:, seed_of]) / longest_strides(solver, prescribed)[:, None]
         near = np.max(shifts, axis=0, initial=0.0) < 1
         which, seed_of = which[near], seed_of[near]
         for part in chunks(which.size):

@@ -41,7 +41,7 @@ class JointCoordinates:
         for item in self.solver.mechanism.connections.values():
             if item.cone is not None:
                 axes = [
-                    frames.directions(np.array([body]), (frame[:3, :3] @ np.array(axis) / np.linalg.norm(axis))[:, None])[:, 0]
+                    frames.direction(body, frame[:3, :3] @ np.array(axis) / np.linalg.norm(axis))
                     for body, frame, axis in (
                         (item.predecessor_body, item.predecessor_frame, item.cone.predecessor_axis),
                         (item.successor_body, item.successor_frame, item.cone.successor_axis),

@@ -15,9 +15,8 @@ def box_diagonal(mechanism: Mechanism) -> float:
     frames = mechanism.forward(mechanism.tree.neutral[:, None])
     points = [frames.position[:, :, 0].T]
     for item in mechanism.connections.values():
-        at = np.array([item.predecessor_body])
-        points.append(frames.points(at, item.predecessor_frame[:3, 3:])[:, :, 0].T)
-    points.append(frames.points(np.array([body]), placement[:3, 3:])[:, :, 0].T)
+        points.append(frames.point(item.predecessor_body, item.predecessor_frame[:3, 3]).T)
+    points.append(frames.point(body, placement[:3, 3]).T)
     cloud = np.concatenate(points)
     return float(np.linalg.norm(cloud.max(axis=0) - cloud.min(axis=0)))
 
@@ -26,7 +25,7 @@ def characteristic_length(mechanism: Mechanism, topology: Topology, size: float)
     """Return the mean distance [m] of the limbs' outer joints from o, or a quarter of the robot's ``size`` [m]."""
     body, placement = mechanism.platform_frame
     frames = mechanism.forward(mechanism.tree.neutral[:, None])
-    o = frames.points(np.array([body]), placement[:3, 3:])[:, 0, 0]
+    o = frames.point(body, placement[:3, 3])[:, 0]
     distances = []
     for limb in topology.limbs:
         compound_of = {name: compound for compound in compound_joints(mechanism, limb) for name in compound.joints}
@@ -39,11 +38,10 @@ def characteristic_length(mechanism: Mechanism, topology: Topology, size: float)
                 (connection.predecessor, connection.predecessor_body, connection.predecessor_frame),
             ):
                 if link in topology.platform.links:  # which need not be the platform's body, if a loop fixes them
-                    at = np.array([item_body])
-                    arm = frames.points(at, frame[:3, 3:])[:, 0, 0] - o
+                    arm = frames.point(item_body, frame[:3, 3])[:, 0] - o
                     if edge.joint in compound_of:
                         compound = compound_of[edge.joint]
-                        along = frames.directions(at, (frame[:3, :3] @ connection.axis)[:, None])[:, 0, 0]
+                        along = frames.direction(item_body, frame[:3, :3] @ connection.axis)[:, 0]
                         arm = arm + along * (compound.shift if compound.has_centre else -(along @ arm))
                     distances.append(float(np.linalg.norm(arm)))
                     break

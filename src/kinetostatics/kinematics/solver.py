@@ -1,4 +1,4 @@
-"""Newton's method on thousands of poses at once: closed loops and requested coordinates."""
+"""Newton's method on thousands of poses at once: closed loops and prescribed coordinates."""
 
 from __future__ import annotations
 
@@ -16,13 +16,8 @@ from kinetostatics.math.orientation import Orientation
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.printing.mappings import ShortRepr
 
-#: Largest part of a line that is tried in one go, in rad and in characteristic lengths. However steadily Newton's method
-#: converges after a larger jump, it may be on another branch: a universal joint closes just as well with one axis turned over.
-LONGEST_TURN, LONGEST_SHIFT = 0.7, 2.0
 #: Corrections become smaller by this factor at least, and each time by more than the time before unless by the second.
 _SHRINKING, _QUADRATIC = 0.4, 0.25
-#: Determinants of GᵀG below this part of the product of the squared columns tell nothing.
-SINGULAR = 1e-14
 #: How far scaled coordinates may be off on the way.
 ROUGHLY = 1e-7
 
@@ -76,29 +71,10 @@ class SolverState(ShortRepr):
         return SolverState(self.x[:, which], self.c[:, which])
 
 
-@dataclass(frozen=True)
-class StepControl:
-    """How straight lines of requested coordinates are followed.
-
-    Attributes:
-        shortest: where steps of this part of a line are too long still, it ends.
-        first_step: the same at its beginning.
-        careful: whether steps do not lead across singular poses, beside which two assembly modes are near to each other.
-    """
-
-    shortest: float
-    first_step: float = 0.0
-    careful: bool = True
-
-
-#: Of poses for which no effort is too much.
-ALONE = StepControl(1e-3)
-
-
 class Solver:
     """Newton's method for the loops, for joints that follow others and for a request.
 
-    ``length`` [m] makes lengths and angles comparable where rank and requested coordinates are judged, ``reach`` [m] where steps
+    ``length`` [m] makes lengths and angles comparable where rank and prescribed coordinates are judged, ``reach`` [m] where steps
     are; ``slack`` is the scaled residual that the file's own rounding may leave.
     """
 
@@ -121,22 +97,20 @@ class Solver:
     def loop_coordinate(self, number: int, frames: Frames) -> Array:
         """Return the coordinate (N,) of a one-freedom loop: successor relative to predecessor [m, rad]."""
         loop = self.equations.loops[number]
-        one = np.array([loop.predecessor_body]), np.array([loop.successor_body])
-        axis = frames.directions(one[0], (loop.predecessor_frame[:3, :3] @ loop.axis)[:, None])[:, 0]
+        here, there = loop.predecessor_body, loop.successor_body
         if loop.type.is_slide:
-            gap = frames.points(one[1], loop.successor_frame[:3, 3:])[:, 0]
-            return dot(axis, gap - frames.points(one[0], loop.predecessor_frame[:3, 3:])[:, 0])
+            gap = frames.point(there, loop.successor_frame[:3, 3]) - frames.point(here, loop.predecessor_frame[:3, 3])
+            return dot(frames.direction(here, loop.axis_on(True)), gap)
         side, third = across(loop.axis)
-        u = frames.directions(one[0], (loop.predecessor_frame[:3, :3] @ side)[:, None])[:, 0]
-        v = frames.directions(one[0], (loop.predecessor_frame[:3, :3] @ third)[:, None])[:, 0]
-        w = frames.directions(one[1], (loop.successor_frame[:3, :3] @ side)[:, None])[:, 0]
+        u, v = (frames.direction(here, loop.predecessor_frame[:3, :3] @ axis) for axis in (side, third))
+        w = frames.direction(there, loop.successor_frame[:3, :3] @ side)
         angle = np.asarray(np.arctan2(dot(v, w), dot(u, w)))
         if np.isfinite(loop.lower + loop.upper):  # of the angles that differ by full turns the one that may be within the limits
             angle = angle + 2 * np.pi * np.round(((loop.lower + loop.upper) / 2 - angle) / (2 * np.pi))
         return angle
 
     def values(self, prescribed: PrescribedCoordinates, poses: SolverState, near: Array | None = None) -> Array:
-        """Return the requested coordinates (n, N) of poses; of drives' angles that differ by full turns those near ``near``."""
+        """Return the prescribed coordinates (n, N) of poses; of drives' angles that differ by full turns those near ``near``."""
         frames = self.equations.forward(poses.x)
         given = np.zeros((prescribed.size, 1)) if near is None else np.where(np.isfinite(near), near, 0.0)
         rows = [
@@ -183,12 +157,11 @@ class Solver:
         given = len(prescribed.columns)
         for number in prescribed.loops:
             loop = equations.loops[number]
-            body = np.array([loop.predecessor_body])
-            axis = frames.directions(body, (loop.predecessor_frame[:3, :3] @ loop.axis)[:, None])[:, 0]
+            axis = frames.direction(loop.predecessor_body, loop.axis_on(True))
             error = self.loop_coordinate(number, frames) - target[given]
             row = np.zeros((6, 1, N))
             if loop.type.is_slide:
-                point = frames.points(np.array([loop.successor_body]), loop.successor_frame[:3, 3:])[:, 0]
+                point = frames.point(loop.successor_body, loop.successor_frame[:3, 3])
                 row[:3, 0], row[3:, 0], unit = axis, cross(point, axis), self.length
             else:
                 error, unit = error - 2 * np.pi * np.round(error / (2 * np.pi)), 1.0
@@ -337,94 +310,8 @@ class Solver:
                 break
         return result, good
 
-    def follow(
-        self,
-        prescribed: PrescribedCoordinates,
-        start: SolverState,
-        target: Array,
-        local: int = 0,
-        origin: tuple[Array, Array] | None = None,
-        control: StepControl = ALONE,
-    ) -> tuple[SolverState, NDArray[np.bool_], Array]:
-        """Follow the straight line of requested coordinates from ``start`` to ``target`` (n, N).
-
-        ``local`` is the number of freedoms that do not move the platform; they stay as they are. ``origin`` is what
-        :meth:`origin` says of the start, if that is known already.
-
-        Returns:
-            The poses, whether each arrived, and how much of its way (0 … 1) each has gone.
-        """
-        N = target.shape[1]
-        # a pose knows the angle of what turns freely but for full turns: the shorter way
-        known = self.origin(prescribed, start, target) if origin is None else origin
-        first, c = self.line_start(prescribed, known, target, shorter=origin is None)
-        state = SolverState(np.array(np.broadcast_to(start.x, (start.x.shape[0], N))), c)
-        far = np.max(np.abs(target - first) / self.longest_strides(prescribed)[:, None], axis=0, initial=0.0)
-        longest = 1 / np.maximum(1.0, far)
-        gone, stride, steady = np.zeros(N), np.array(longest), np.ones(N, dtype=bool)
-        active = np.arange(N)
-        while active.size:
-            trial = np.minimum(gone[active] + stride[active], 1.0)
-            with np.errstate(invalid="ignore"):  # towards infinity, which nothing reaches
-                goal = first[:, active] + trial * (target[:, active] - first[:, active])
-            here = state.take(active)
-            moved, good = self.newton(prescribed, here, goal, local, passing=trial < 1)
-            if control.careful and not local:
-                good[good] = self._on_one_side(prescribed, here.take(good), moved.take(good), goal[:, good])
-            arrived = active[good]
-            state.x[:, arrived], state.c[:, arrived] = moved.x[:, good], moved.c[:, good]
-            gone[arrived] = trial[good]
-            calm = arrived[steady[arrived]]
-            stride[calm] = np.minimum(2 * stride[calm], longest[calm])
-            stride[active[~good]] /= 2
-            steady[active] = good  # after a step that was too long the next is not doubled at once
-            least = np.where(gone[active] > 0, control.shortest, max(control.shortest, control.first_step))
-            active = active[(gone[active] < 1) & (stride[active] > least * longest[active])]
-        return state, gone >= 1, gone
-
-    def line_start(
-        self, prescribed: PrescribedCoordinates, origin: tuple[Array, Array], target: Array, shorter: bool
-    ) -> tuple[Array, Array]:
-        """Return the requested coordinates (n, N) and all orientation coordinates (3, N) with which lines to targets start.
-
-        They are those of the ``origin`` but for full turns of the platform, if the ``shorter`` way is wanted, and where the axes
-        of two turns are one line, which leaves but the sum of the turns determined.
-        """
-        first = np.array(np.broadcast_to(origin[0], target.shape))
-        c = np.array(np.broadcast_to(origin[1], (3, target.shape[1])))
-        if prescribed.angles and prescribed.orientation is not None:
-            given = list(prescribed.angles)
-            aim = np.array(c)
-            aim[given] = target[prescribed.first_angle :]
-            c = prescribed.orientation.same(c, np.where(np.isfinite(aim), aim, c), always=shorter)
-            first[prescribed.first_angle :] = c[given]
-        return first, c
-
-    def _on_one_side(
-        self, prescribed: PrescribedCoordinates, first: SolverState, second: SolverState, target: Array
-    ) -> NDArray[np.bool_]:
-        """Return whether there is no singular pose (N,) between two poses each.
-
-        The determinants of the gradients G have one sign, or, where constraints are redundant, that of G₁ᵀ G₂ is positive.
-        """
-        gradients = [np.moveaxis(self.system(prescribed, poses, target)[1], 2, 0) for poses in (first, second)]
-        one, two = gradients
-        with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
-            sign, _ = np.linalg.slogdet(np.swapaxes(one, 1, 2) @ two)
-            regular = [
-                np.linalg.slogdet(np.swapaxes(g, 1, 2) @ g)[1] - np.sum(np.log(np.sum(g * g, axis=1)), axis=1) for g in gradients
-            ]
-        return (sign > 0) | ~(np.minimum(*regular) > np.log(SINGULAR))
-
-    def longest_strides(self, prescribed: PrescribedCoordinates) -> Array:
-        """Return how far the requested coordinates (n,) may go in one go [m, rad]."""
-        turns = [bool(self.tree.column_rotates[column]) for column in prescribed.columns]
-        turns += [not self.equations.loops[number].type.is_slide for number in prescribed.loops]
-        turns += [False] * len(prescribed.positions) + [True] * len(prescribed.angles)
-        return np.where(turns, LONGEST_TURN, LONGEST_SHIFT * self.length)
-
     def origin(self, prescribed: PrescribedCoordinates, start: SolverState, near: Array | None = None) -> tuple[Array, Array]:
-        """Return where a line starts: the requested coordinates (n, N) and all orientation coordinates (3, N) of poses.
+        """Return where a line starts: the prescribed coordinates (n, N) and all orientation coordinates (3, N) of poses.
 
         Of drives' angles that differ by full turns those near ``near`` (n, N).
         """

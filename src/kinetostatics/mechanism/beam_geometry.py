@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +13,7 @@ from kinetostatics.description.elements import Beam, BeamEnd
 from kinetostatics.description.joint_types import Axes
 from kinetostatics.exceptions import RobotFileError
 from kinetostatics.math.arrays import Array
+from kinetostatics.math.graphs import reachable
 from kinetostatics.mechanism.mechanism import Connection, Mechanism, meeting_points
 
 #: Two points of one link that are closer than this [m] are the same point of the file.
@@ -142,32 +143,24 @@ class SpanFinder:
 
     def _rigid_with(self, link: str) -> set[str]:
         """Return the links rigidly joined to ``link`` by fixed joints, stopping at elastic ones and at links that carry beams."""
-        found, queue = {link}, deque([link])
-        while queue:
-            for connection in self.mechanism.at_link[queue.popleft()]:
-                if connection.type.is_fixed and connection.name not in self.description.joint_stiffness:
-                    for other in (connection.predecessor, connection.successor):
-                        if other not in found and other not in self.beams_of:
-                            found.add(other)
-                            queue.append(other)
-        return found
+
+        def welded(link: str) -> Iterator[str]:
+            for item in self.mechanism.at_link[link]:
+                if item.type.is_fixed and item.name not in self.description.joint_stiffness:
+                    if item.other(link) not in self.beams_of:
+                        yield item.other(link)
+
+        return set(reachable([link], welded))
 
     def _reaches(self, link: str, connection: Connection, target: set[str], barred: set[str]) -> bool:
         """Whether walking out of ``link`` through ``connection`` leads to ``target`` without crossing ``barred``."""
-        first = connection.other(link)
-        seen, queue = {link, first}, deque([first])
-        while queue:
-            here = queue.popleft()
-            if here in target:
-                return True
-            if here in barred:
-                continue
-            for item in self.mechanism.at_link[here]:
-                for other in (item.predecessor, item.successor):
-                    if other not in seen:
-                        seen.add(other)
-                        queue.append(other)
-        return False
+
+        def onward(here: str) -> list[str]:
+            items = [] if here in barred else self.mechanism.at_link[here]
+            return [other for item in items if (other := item.other(here)) != link]
+
+        found = reachable([connection.other(link)], onward)
+        return not target.isdisjoint(found)
 
     def _ends(self, beam: Beam) -> tuple[BeamEnd, BeamEnd]:
         """Return the ends as they are written; of a link with just two joints these two are the default."""
@@ -256,22 +249,15 @@ class SpanFinder:
         self, start: str, goal: Callable[[str], bool], passes: Callable[[Connection], bool]
     ) -> list[Connection] | None:
         """Return the connections from link ``start`` to the nearest link that satisfies ``goal``."""
-        before: dict[str, tuple[str, Connection] | None] = {start: None}
-        queue = deque([start])
-        while queue:
-            here = queue.popleft()
+        paths: dict[str, list[Connection]] = {start: []}
+        queue = [start]
+        for here in queue:
             if goal(here):
-                path: list[Connection] = []
-                step = before[here]
-                while step is not None:
-                    path.append(step[1])
-                    step = before[step[0]]
-                return path[::-1]
-            for connection in self.mechanism.at_link[here]:
-                other = connection.other(here)
-                if other not in before and passes(connection):
-                    before[other] = (here, connection)
-                    queue.append(other)
+                return paths[here]
+            for item in self.mechanism.at_link[here]:
+                if item.other(here) not in paths and passes(item):
+                    paths[item.other(here)] = [*paths[here], item]
+                    queue.append(item.other(here))
         return None
 
     def _locate(self, beam: Beam, end: BeamEnd) -> tuple[str, list[Connection]]:

@@ -45,15 +45,15 @@ class BeamModel(ShortRepr):
     def length(self, frames: Frames) -> Array:
         """Return the length (N,) [m] at given frames."""
         start, end = self._ends(frames)
-        along = frames.directions(np.array([self.span.carrier]), self.axes[:, :1])[:, 0]
+        along = frames.direction(self.span.carrier, self.axes[:, 0])
         return dot(along, end - start)
 
     def _ends(self, frames: Frames) -> tuple[Array, Array]:
         """Return start and end (3, N) [m]."""
         span = self.span
         return (
-            frames.points(np.array([span.start_body]), span.start[:, None])[:, 0],
-            frames.points(np.array([span.end_body]), span.end[:, None])[:, 0],
+            frames.point(span.start_body, span.start),
+            frames.point(span.end_body, span.end),
         )
 
     @property
@@ -107,16 +107,12 @@ def make_beam_models(mechanism: Mechanism, spans: dict[str, BeamSpan], zero: Fra
     models = {}
     fixed_length: dict[str, float] = {}
     for name, span in spans.items():
-        carrier = np.array([span.carrier])
-        start = zero.points(np.array([span.start_body]), span.start[:, None])[:, 0, 0]
-        end = zero.points(np.array([span.end_body]), span.end[:, None])[:, 0, 0]
+        start = zero.point(span.start_body, span.start)[:, 0]
+        end = zero.point(span.end_body, span.end)[:, 0]
         direction = end - start
         for joint in span.spanned:
             connection = mechanism.connections[joint]
-            axis = zero.directions(
-                np.array([connection.predecessor_body]),
-                (connection.predecessor_frame[:3, :3] @ connection.axis)[:, None],
-            )[:, 0, 0]
+            axis = zero.direction(connection.predecessor_body, connection.axis_on(True))[:, 0]
             if float(np.linalg.norm(direction)) < SAME_POINT:
                 direction = axis
             if float(np.linalg.norm(np.cross(axis, direction))) > 1e-5 * float(np.linalg.norm(direction)):
@@ -138,7 +134,6 @@ def make_beam_models(mechanism: Mechanism, spans: dict[str, BeamSpan], zero: Fra
         if float(np.linalg.norm(y)) < 1e-6 * float(np.linalg.norm(hint)):
             raise span.beam.place.error(f"<beam {name!r}>: its y_axis is parallel to the beam")
         y /= np.linalg.norm(y)
-        del carrier
         beam = span.beam
         coefficients = beam_compliance_coefficients(beam.section, beam.youngs_modulus, beam.shear_modulus, beam.shear_areas)
         density = beam.density

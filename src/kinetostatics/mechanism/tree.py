@@ -88,6 +88,14 @@ class Frames(ShortRepr):
             result += self.rotation[:, j, bodies] * local[j][:, None]
         return result
 
+    def point(self, body: int, local: Array) -> Array:
+        """Return the world position (3, N) of one point ``local`` (3,) fixed in a body."""
+        return self.points(np.array([body]), local[:, None])[:, 0]
+
+    def direction(self, body: int, local: Array) -> Array:
+        """Return the world components (3, N) of one vector ``local`` (3,) fixed in a body."""
+        return self.directions(np.array([body]), local[:, None])[:, 0]
+
     def orientations(self, bodies: Index, local: Array) -> Array:
         """Return the rotations (3, 3, M, N) of frames with orientations ``local`` (3, 3, M) in ``bodies`` (M,)."""
         return np.einsum("ijmn,jkm->ikmn", self.rotation[:, :, bodies], local)

@@ -69,8 +69,7 @@ def link_contributions(
             continue
         body, placement = mechanism.body_of[link]
         moved = [
-            move_twist(t, (s.frames.points(np.array([body]), placement[:3, 3:])[:, 0] - s.o)[:, None])
-            for t, s in zip(twists, solutions, strict=True)
+            move_twist(t, (s.frames.point(body, placement[:3, 3]) - s.o)[:, None]) for t, s in zip(twists, solutions, strict=True)
         ]
         result[link] = batch.by_source(sources, moved)
     return Named(result)

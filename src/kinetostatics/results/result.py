@@ -314,7 +314,7 @@ class Result(Shown):
                 for position, limb in enumerate(statics.group.limbs):
                     own = self.robot.weights.sum(limb.weights, weights)
                     sum_at_o = sum_at_o + particular_limb_wrench(solution, number, position) + own
-            origin = solution.frames.points(np.array([body]), placement[:3, 3:])[:, 0]
+            origin = solution.frames.point(body, placement[:3, 3])
             total.append(-move_wrench(sum_at_o, origin - solution.o))
         return self._public(total)
 

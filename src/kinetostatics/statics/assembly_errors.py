@@ -95,7 +95,7 @@ class AssemblyErrors:
         if edge.beam in self.beams:
             model, given = self.robot.beams[str(edge.beam)], self.beams[str(edge.beam)]
             alpha = self.robot.description.beams[model.name].thermal_expansion
-            axis = frames.directions(np.array([model.span.carrier]), model.axes[:, :1])[:, 0]
+            axis = frames.direction(model.span.carrier, model.axes[:, 0])
             result[:3] = axis * (given.length[0] + alpha * given.temperature[0] * model.length(frames))
         return result
 
@@ -109,7 +109,7 @@ class AssemblyErrors:
             twist = np.concatenate([np.einsum("ijn,jn->in", axes, twist[:3]), np.einsum("ijn,jn->in", axes, twist[3:])])
         else:
             body, frame = sides(edge, connection)[0 if turned else 1]
-        centre = frames.points(np.array([body]), frame[:3, 3:])[:, 0]
+        centre = frames.point(body, frame[:3, 3])
         return move_twist(twist, o - centre)
 
 

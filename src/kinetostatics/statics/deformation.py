@@ -406,7 +406,7 @@ def axial_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]:
             found.update((row[b].name, all_three[:, m]) for m, row in enumerate(group.beams))
     for edge in (edge for edges in _branches(robot) for edge in edges if edge.beam is not None):
         model = robot.beams[str(edge.beam)]
-        axis = solution.frames.directions(np.array([model.span.carrier]), model.axes[:, :1])[:, 0]
+        axis = solution.frames.direction(model.span.carrier, model.axes[:, 0])
         length = model.length(solution.frames)
         outer = np.einsum("in,in->n", axis, robot.weights.sum(edge.outboard, solution.weights)[:3])
         inner = outer + np.einsum("in,in->n", axis, solution.gravity) * _mass(model, length)

@@ -33,8 +33,8 @@ class OpenBranch:
         """Return the unit twists (6, k, N) of its freedoms about o."""
         columns = []
         for f in self._dofs:
-            axis = frames.directions(np.array([f.body]), f.axis[:, None])[:, 0] * f.sign
-            arm = frames.points(np.array([f.centre_body]), f.centre[:, None])[:, 0] - o
+            axis = frames.direction(f.body, f.axis) * f.sign
+            arm = frames.point(f.centre_body, f.centre) - o
             columns.append(rotation_twist(axis, arm) if f.rotates else translation_twist(axis))
         return np.stack(columns, axis=1) if columns else np.zeros((6, 0, o.shape[1]))
 

@@ -87,7 +87,7 @@ def drive_forces(
         if joint not in places:
             return np.zeros(wrenches.shape[2:])
         connection = robot.mechanism.connections[joint]
-        axis = solution.frames.directions(np.array([connection.predecessor_body]), connection.axis_on(True)[:, None])[:, 0]
+        axis = solution.frames.direction(connection.predecessor_body, connection.axis_on(True))
         mine = wrenches[:, places[joint]]
         part = mine[:3] if connection.type.is_slide else mine[3:]
         return np.asarray(table.signs[joint] * np.einsum("in,i...n->...n", axis, part))

@@ -1,0 +1,131 @@
+"""Straight lines of prescribed coordinates, followed from closed poses in steps."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.kinematics.solver import PrescribedCoordinates, Solver, SolverState
+from kinetostatics.math.arrays import Array, chunks
+
+#: Largest part of a line that is tried in one go, in rad and in characteristic lengths. However steadily Newton's method
+#: converges after a larger jump, it may be on another branch: a universal joint closes just as well with one axis turned over.
+LONGEST_TURN, LONGEST_SHIFT = 0.7, 2.0
+#: Determinants of GᵀG below this part of the product of the squared columns tell nothing.
+SINGULAR = 1e-14
+#: Where steps of this part of the longest ones are too long still, a line ends.
+_SHORTEST = 1e-3
+
+
+def follow(
+    solver: Solver,
+    prescribed: PrescribedCoordinates,
+    start: SolverState,
+    target: Array,
+    local: int = 0,
+    origin: tuple[Array, Array] | None = None,
+) -> tuple[SolverState, NDArray[np.bool_], Array]:
+    """Follow every pose's own straight line of prescribed coordinates, in chunks.
+
+    Args:
+        solver: closes the loops.
+        prescribed: which coordinates are given.
+        start: one pose, or as many as there are targets.
+        target: (n, N) coordinates.
+        local: number of freedoms that do not move the platform; they stay as they are.
+        origin: what :meth:`Solver.origin` says of the start, if that is known already.
+
+    Returns:
+        The poses, whether each arrived, and how much of its way (0 … 1) each has gone.
+    """
+    N = target.shape[1]
+    poses = SolverState(np.empty((start.x.shape[0], N)), np.empty((3, N)))
+    arrived, gone = np.empty(N, dtype=bool), np.empty(N)
+    for part in chunks(N):
+        mine = start if start.x.shape[1] == 1 else SolverState(start.x[:, part], start.c[:, part])
+        known = origin
+        if origin is not None and origin[0].shape[1] > 1:
+            known = origin[0][:, part], origin[1][:, part]
+        found, arrived[part], gone[part] = _follow_chunk(solver, prescribed, mine, target[:, part], local, known)
+        poses.x[:, part], poses.c[:, part] = found.x, found.c
+    return poses, arrived, gone
+
+
+def _follow_chunk(
+    solver: Solver,
+    prescribed: PrescribedCoordinates,
+    start: SolverState,
+    target: Array,
+    local: int,
+    origin: tuple[Array, Array] | None,
+) -> tuple[SolverState, NDArray[np.bool_], Array]:
+    N = target.shape[1]
+    # a pose knows the angle of what turns freely but for full turns: the shorter way
+    known = solver.origin(prescribed, start, target) if origin is None else origin
+    first, c = line_start(prescribed, known, target, shorter=origin is None)
+    state = SolverState(np.array(np.broadcast_to(start.x, (start.x.shape[0], N))), c)
+    far = np.max(np.abs(target - first) / longest_strides(solver, prescribed)[:, None], axis=0, initial=0.0)
+    longest = 1 / np.maximum(1.0, far)
+    gone, stride, steady = np.zeros(N), np.array(longest), np.ones(N, dtype=bool)
+    active = np.arange(N)
+    while active.size:
+        trial = np.minimum(gone[active] + stride[active], 1.0)
+        with np.errstate(invalid="ignore"):  # towards infinity, which nothing reaches
+            goal = first[:, active] + trial * (target[:, active] - first[:, active])
+        here = state.take(active)
+        moved, good = solver.newton(prescribed, here, goal, local, passing=trial < 1)
+        if not local:
+            good[good] = _on_one_side(solver, prescribed, here.take(good), moved.take(good), goal[:, good])
+        arrived = active[good]
+        state.x[:, arrived], state.c[:, arrived] = moved.x[:, good], moved.c[:, good]
+        gone[arrived] = trial[good]
+        calm = arrived[steady[arrived]]
+        stride[calm] = np.minimum(2 * stride[calm], longest[calm])
+        stride[active[~good]] /= 2
+        steady[active] = good  # after a step that was too long the next is not doubled at once
+        active = active[(gone[active] < 1) & (stride[active] > _SHORTEST * longest[active])]
+    return state, gone >= 1, gone
+
+
+def line_start(
+    prescribed: PrescribedCoordinates, origin: tuple[Array, Array], target: Array, shorter: bool
+) -> tuple[Array, Array]:
+    """Return the prescribed coordinates (n, N) and all orientation coordinates (3, N) with which lines to targets start.
+
+    They are those of the ``origin`` but for full turns of the platform, if the ``shorter`` way is wanted, and where the axes
+    of two turns are one line, which leaves but the sum of the turns determined.
+    """
+    first = np.array(np.broadcast_to(origin[0], target.shape))
+    c = np.array(np.broadcast_to(origin[1], (3, target.shape[1])))
+    if prescribed.angles and prescribed.orientation is not None:
+        given = list(prescribed.angles)
+        aim = np.array(c)
+        aim[given] = target[prescribed.first_angle :]
+        c = prescribed.orientation.same(c, np.where(np.isfinite(aim), aim, c), always=shorter)
+        first[prescribed.first_angle :] = c[given]
+    return first, c
+
+
+def _on_one_side(
+    solver: Solver, prescribed: PrescribedCoordinates, first: SolverState, second: SolverState, target: Array
+) -> NDArray[np.bool_]:
+    """Return whether there is no singular pose (N,) between two poses each.
+
+    The determinants of the gradients G have one sign, or, where constraints are redundant, that of G₁ᵀ G₂ is positive.
+    """
+    gradients = [np.moveaxis(solver.system(prescribed, poses, target)[1], 2, 0) for poses in (first, second)]
+    one, two = gradients
+    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+        sign, _ = np.linalg.slogdet(np.swapaxes(one, 1, 2) @ two)
+        regular = [
+            np.linalg.slogdet(np.swapaxes(g, 1, 2) @ g)[1] - np.sum(np.log(np.sum(g * g, axis=1)), axis=1) for g in gradients
+        ]
+    return (sign > 0) | ~(np.minimum(*regular) > np.log(SINGULAR))
+
+
+def longest_strides(solver: Solver, prescribed: PrescribedCoordinates) -> Array:
+    """Return how far the prescribed coordinates (n,) may go in one go [m, rad]."""
+    turns = [bool(solver.tree.column_rotates[column]) for column in prescribed.columns]
+    turns += [not solver.equations.loops[number].type.is_slide for number in prescribed.loops]
+    turns += [False] * len(prescribed.positions) + [True] * len(prescribed.angles)
+    return np.where(turns, LONGEST_TURN, LONGEST_SHIFT * solver.length)
