@@ -8,6 +8,7 @@ equilibrium gives those of all other edges; a serial limb has one cut joint, its
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from kinetostatics.exceptions import RobotFileError
@@ -167,9 +168,7 @@ class _Builder:
                 neighbours[end].append(edge.other(end))
         limbs: list[tuple[int, Limb]] = []
         hanging: list[Limb] = []
-        open_branches: dict[RigidBody, list[Edge]] = {base: [], platform: []}
-        attached_bodies: dict[RigidBody, list[RigidBody]] = {base: [], platform: []}
-        attached_weights: dict[RigidBody, list[str]] = {root: list(graph.weights_of(root)) for root in (base, platform)}
+        attached: dict[RigidBody, list[tuple[list[RigidBody], Limb]]] = {base: [], platform: []}
         seen: set[RigidBody] = {base, platform}
         order = {link: number for number, link in enumerate(graph.description.links)}
         for body in graph.bodies():
@@ -185,27 +184,17 @@ class _Builder:
                 limbs.append((min(order[link] for link in limb.links), limb))
                 continue
             root = platform if limb.on_platform else base
-            attached_bodies[root].extend(component)
-            attached_weights[root].extend(limb.weights)
+            attached[root].append((component, limb))
             if limb.to_platform:
                 hanging.append(replace(limb, name="platform" if limb.on_platform else "base"))
-            else:
-                open_branches[root].extend(limb.branches)
         for edge in graph.edges:
             if set(edge.ends) == {base, platform} and not self._transmits_nothing(edge.connection):
                 limbs.append((len(order), self._limb([], [edge])))
         limbs.sort(key=lambda pair: pair[0])
         numbered = tuple(replace(limb, name=f"limb_{k}") for k, (_, limb) in enumerate(limbs, 1))
-        self._check_misplaced((*numbered, *hanging), open_branches)
-        return Topology(
-            numbered,
-            tuple(hanging),
-            self._attached(base, open_branches[base], attached_bodies[base], attached_weights[base]),
-            self._attached(platform, open_branches[platform], attached_bodies[platform], attached_weights[platform]),
-            self.spans,
-            self.carried_by,
-            tuple(self.warnings),
-        )
+        on_base, on_platform = (self._attached(root, attached[root]) for root in (base, platform))
+        self._check_misplaced((*numbered, *hanging), (*on_base.edges, *on_platform.edges))
+        return Topology(numbered, tuple(hanging), on_base, on_platform, self.spans, self.carried_by, tuple(self.warnings))
 
     def _transmits_nothing(self, joint: Connection | None) -> bool:
         return joint is not None and joint.type.is_free and joint.name not in self.graph.description.joint_stiffness
@@ -349,11 +338,11 @@ class _Builder:
 
     # ---- the rest ---------------------------------------------------------------------------------------------------
 
-    def _check_misplaced(self, limbs: tuple[Limb, ...], open_branches: dict[RigidBody, list[Edge]]) -> None:
+    def _check_misplaced(self, limbs: tuple[Limb, ...], attached: tuple[Edge, ...]) -> None:
         """Refuse what carries load somewhere along a beam instead of at its end."""
         carrying = {edge.joint for limb in limbs for edge in limb.edges}
-        loaded = {edge.joint: edge.outboard for limb in limbs for edge in limb.branches}
-        loaded.update({edge.joint: edge.outboard for edges in open_branches.values() for edge in edges})
+        branches = [edge for limb in limbs for edge in limb.branches]
+        loaded = {edge.joint: edge.outboard for edge in (*branches, *attached)}
         for _, connection, link in self.graph.misplaced:
             if connection.name in carrying or loaded.get(connection.name):
                 beams = ", ".join(repr(beam.name) for beam in self.graph.beams_of[link])
@@ -365,8 +354,18 @@ class _Builder:
                     place.line,
                 )
 
-    def _attached(self, root: RigidBody, edges: list[Edge], bodies: list[RigidBody], weights: list[str]) -> AttachedBodies:
-        return AttachedBodies(self.graph.links_of([root, *bodies], []), tuple(edges), tuple(weights))
+    def _attached(self, root: RigidBody, components: list[tuple[list[RigidBody], Limb]]) -> AttachedBodies:
+        bodies = [root, *(body for component, _ in components for body in component)]
+        weights = [*self.graph.weights_of(root), *(name for _, limb in components for name in limb.weights)]
+        edges = [edge for _, limb in components if not limb.to_platform for edge in limb.branches]
+        return AttachedBodies(self.graph.links_of(bodies, []), tuple(edges), tuple(weights))
+
+
+def _way_in(body: RigidBody, reached_by: dict[RigidBody, DirectedEdge]) -> Iterator[DirectedEdge]:
+    """Yield the edges of the spanning tree from a body to the root."""
+    while (step := reached_by.get(body)) is not None:
+        yield step
+        body = step.inner
 
 
 def _cut_joints_carried(steps: list[DirectedEdge], reached_by: dict[RigidBody, DirectedEdge]) -> dict[BodyEdge, dict[int, int]]:
@@ -376,20 +375,14 @@ def _cut_joints_carried(steps: list[DirectedEdge], reached_by: dict[RigidBody, D
     inner end, and unloads what lies beyond those on the way to its outer end.
     """
     carries: dict[BodyEdge, dict[int, int]] = {step.edge: {} for step in steps}
-    number = 0
-    for cut_joint in steps:
-        if cut_joint.in_tree:
-            continue
+    for number, cut_joint in enumerate(step for step in steps if not step.in_tree):
         carries[cut_joint.edge][number] = 1
         for body, sign in ((cut_joint.inner, 1), (cut_joint.outer, -1)):
-            step = reached_by.get(body)
-            while step is not None:
+            for step in _way_in(body, reached_by):
                 mine = carries[step.edge]
                 mine[number] = mine.get(number, 0) + sign
                 if mine[number] == 0:
                     del mine[number]
-                step = reached_by.get(step.inner)
-        number += 1
     return carries
 
 
@@ -400,8 +393,5 @@ def _leads_to_ring(
     found: set[BodyEdge] = set()
     for step in steps:
         if carries[step.edge]:
-            here: DirectedEdge | None = step
-            while here is not None and here.edge not in found:
-                found.add(here.edge)
-                here = reached_by.get(here.inner)
+            found.update([step.edge, *(item.edge for item in _way_in(step.inner, reached_by))])
     return found
