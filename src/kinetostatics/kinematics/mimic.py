@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -11,6 +13,18 @@ from kinetostatics.mechanism.tree import Tree, TreeJoint
 
 #: Of numbers of turns that fit as well as that [rad] the smaller is meant.
 _ALIKE = 1e-9
+
+
+class _Coupling(NamedTuple):
+    follower: TreeJoint
+    leader: TreeJoint
+    multiplier: float
+    offset: float
+
+    def error(self, x: Array, value: Array) -> Array:
+        """Return by how much (N,) [m, rad] the follower is beside where its leader's coordinate ``value`` puts it."""
+        error = self.follower.coordinate(x) - self.multiplier * value - self.offset
+        return np.asarray(error - 2 * np.pi * np.round(error / (2 * np.pi))) if self.follower.type.endless else error
 
 
 class Couplings:
@@ -25,38 +39,33 @@ class Couplings:
 
     def __init__(self, mechanism: Mechanism, tree: Tree) -> None:
         joint_of_body = {joint.body: joint for joint in tree.joints}
-        self.names: list[str] = []
-        self._followers: list[TreeJoint] = []
-        self._leaders: list[TreeJoint] = []
-        self._relations: list[tuple[float, float]] = []
-        for connection in mechanism.connections.values():
-            if connection.mimic is not None:
-                self.names.append(connection.name)
-                self._followers.append(joint_of_body[mechanism.body_of_joint[connection.name]])
-                self._leaders.append(joint_of_body[mechanism.body_of_joint[connection.mimic.joint]])
-                self._relations.append((connection.mimic.multiplier, connection.mimic.offset))
+        followers = {name: item.mimic for name, item in mechanism.connections.items() if item.mimic is not None}
+        self.names = list(followers)
+        self._couplings = [
+            _Coupling(
+                joint_of_body[mechanism.body_of_joint[name]],
+                joint_of_body[mechanism.body_of_joint[mimic.joint]],
+                mimic.multiplier,
+                mimic.offset,
+            )
+            for name, mimic in followers.items()
+        ]
         self.count = len(self.names)
-        self.columns = np.array([joint.first_v for joint in self._followers], dtype=np.intp)
-        self.is_length = np.array([joint.type.is_slide for joint in self._followers], dtype=bool)
-        self._following: dict[int, list[int]] = {}
-        for row, leader in enumerate(self._leaders):
-            self._following.setdefault(leader.first_v, []).append(row)
+        self.columns = np.array([item.follower.first_v for item in self._couplings], dtype=np.intp)
+        self.is_length = np.array([item.follower.type.is_slide for item in self._couplings], dtype=bool)
         self._gradient = np.zeros((self.count, tree.nv))
-        for row, (multiplier, _) in enumerate(self._relations):
-            self._gradient[row, self.columns[row]] = 1.0
-            self._gradient[row, self._leaders[row].first_v] = -multiplier
+        for row, item in zip(self._gradient, self._couplings, strict=True):
+            row[item.follower.first_v], row[item.leader.first_v] = 1.0, -item.multiplier
 
     def residual(self, x: Array, turns: int = 20) -> Array:
         """Return by how much (count, N) [m, rad] the followers are beside where they should be, at coordinates ``x`` (nq', N).
 
         The angle of a continuous leader is known but for full turns; see :meth:`coordinate`.
         """
-        result = np.empty((self.count, x.shape[1]))
-        for rows in self._following.values():
-            value = self.coordinate(self._leaders[rows[0]], x, turns=turns)
-            for row in rows:
-                result[row] = self._error(row, x, value)
-        return result
+        leaders = {item.leader.first_v: item.leader for item in self._couplings}
+        values = {column: self.coordinate(leader, x, turns=turns) for column, leader in leaders.items()}
+        errors = [item.error(x, values[item.leader.first_v]) for item in self._couplings]
+        return np.array(errors).reshape(self.count, x.shape[1])
 
     def coordinate(self, joint: TreeJoint, x: Array, near: Array | float = 0.0, turns: int = 500) -> Array:
         """Return the coordinate (N,) [m, rad] of a one-freedom joint at coordinates ``x`` (nq', N).
@@ -67,34 +76,28 @@ class Couplings:
         value = joint.coordinate(x)
         if not joint.type.endless:
             return value
-        rows = self._following.get(joint.first_v, [])
-        counting = [row for row in rows if not self._followers[row].type.endless]
+        led = [item for item in self._couplings if item.leader.first_v == joint.first_v]
+        counting = [item for item in led if not item.follower.type.endless]
         if counting:  # the one of which a turn moves the least of its way tells the number of turns best
-            row = max(counting, key=lambda row: abs(self._relations[row][0]))
-            multiplier, offset = self._relations[row]
-            near = (self._followers[row].coordinate(x) - offset) / multiplier
+            one = max(counting, key=lambda item: abs(item.multiplier))
+            near = (one.follower.coordinate(x) - one.offset) / one.multiplier
         value = value + 2 * np.pi * np.round((near - value) / (2 * np.pi))
-        if counting or not rows:
+        if counting or not led:
             return np.asarray(value)
-        best, least = value, self._misplacement(rows, x, value)
+
+        def misplaced(value: Array) -> Array:
+            return np.max([np.abs(item.error(x, value)) for item in led], axis=0)
+
+        best, least = value, misplaced(value)
         turned = np.where(value > near, -2 * np.pi, 2 * np.pi)
         for turn in range(1, turns + 1):
             if not np.any(least > _ALIKE):
                 break
             for option in (value + turn * turned, value - turn * turned):
-                error = self._misplacement(rows, x, option)
+                error = misplaced(option)
                 better = error < least - _ALIKE
                 best, least = np.where(better, option, best), np.where(better, error, least)
         return best
-
-    def _misplacement(self, rows: list[int], x: Array, value: Array) -> Array:
-        return np.max([np.abs(self._error(row, x, value)) for row in rows], axis=0)
-
-    def _error(self, row: int, x: Array, value: Array) -> Array:
-        """Return by how much (N,) [m, rad] a follower is beside where its leader's coordinate ``value`` puts it."""
-        multiplier, offset = self._relations[row]
-        error = self._followers[row].coordinate(x) - multiplier * value - offset
-        return _within(error, 2 * np.pi) if self._followers[row].type.endless else error
 
     def equations(self, x: Array, column_scale: Array, columns: tuple[int, ...]) -> tuple[Array, Array]:
         """Return scaled residuals (count, N) and gradients (count, nv), rows of unit length, for scaled freedoms.
@@ -108,13 +111,12 @@ class Couplings:
 
     def given_with(self, columns: tuple[int, ...]) -> NDArray[np.intp]:
         """Return the freedoms of the followers whose leaders are among the given ``columns``."""
-        pairs = zip(self._followers, self._leaders, strict=True)
-        return np.array([follower.first_v for follower, leader in pairs if leader.first_v in columns], dtype=np.intp)
+        given = [item.follower.first_v for item in self._couplings if item.leader.first_v in columns]
+        return np.array(given, dtype=np.intp)
 
     def following(self, column: int) -> list[tuple[int, float]]:
         """Return the freedoms of the followers of a freedom, and how fast each moves with it."""
-        rows = zip(self._followers, self._leaders, self._relations, strict=True)
-        return [(follower.first_v, multiplier) for follower, leader, (multiplier, _) in rows if leader.first_v == column]
+        return [(item.follower.first_v, item.multiplier) for item in self._couplings if item.leader.first_v == column]
 
     def impose(self, columns: tuple[int, ...], values: Array, x: Array) -> None:
         """Write the coordinates of the followers of given freedoms into ``x`` (nq', N), in place.
@@ -124,11 +126,6 @@ class Couplings:
             values: their coordinates (len(columns), N) [m, rad]; angles may be of more than one turn.
             x: coordinates.
         """
-        for follower, leader, (multiplier, offset) in zip(self._followers, self._leaders, self._relations, strict=True):
-            if leader.first_v in columns:
-                follower.write(multiplier * values[columns.index(leader.first_v)] + offset, x)
-
-
-def _within(value: Array, period: float) -> Array:
-    """Return a value modulo a period, at most half of it away from zero."""
-    return np.asarray(value - period * np.round(value / period))
+        for item in self._couplings:
+            if item.leader.first_v in columns:
+                item.follower.write(item.multiplier * values[columns.index(item.leader.first_v)] + item.offset, x)

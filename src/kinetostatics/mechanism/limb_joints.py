@@ -168,19 +168,13 @@ def limb_elements(limb: Limb, compounds: Sequence[CompoundJoint]) -> tuple[Eleme
 def joint_dofs(mechanism: Mechanism, connection: Connection, sign: int) -> tuple[JointDof, ...]:
     """Return the freedoms of one joint or loop, base to platform; driven and sprung ones are not passive."""
     stiffness = mechanism.description.joint_stiffness.get(connection.name)
-    return tuple(
-        replace(dof, passive=not connection.driven and not is_sprung(stiffness, dof.rotates, axis))
-        for dof, axis in zip(_dofs(connection, sign), _axes_in_joint(connection, sign), strict=True)
-    )
-
-
-def _axes_in_joint(connection: Connection, sign: int) -> list[Array | None]:
-    """Return the freedoms' axes in the joint's frame on the predecessor's side; None for one that moves in it."""
     back = connection.predecessor_frame[:3, :3].T
-    return [
-        None if dof.rotates and connection.type.turns is Axes.BOTH and "second" in dof.label else back @ dof.axis
-        for dof in _dofs(connection, sign)
-    ]
+
+    def passive(dof: JointDof) -> bool:
+        axis = back @ dof.axis if dof.body == connection.predecessor_body else None  # None: it moves in the predecessor's frame
+        return not connection.driven and not is_sprung(stiffness, dof.rotates, axis)
+
+    return tuple(replace(dof, passive=passive(dof)) for dof in _dofs(connection, sign))
 
 
 def sides(edge: Edge, connection: Connection) -> tuple[tuple[int, Array], tuple[int, Array]]:
@@ -217,28 +211,21 @@ def _compound_of_run(
     mechanism: Mechanism, run: Sequence[tuple[int, Edge, Connection]], meeting: tuple[float, float] | None
 ) -> CompoundJoint:
     names = tuple(connection.name for _, _, connection in run)
-    label = names[0] if len(names) == 1 else _common_prefix(names).rstrip("_-. ") or "+".join(names)
+    same = itertools.takewhile(lambda letters: len(set(letters)) == 1, zip(*names, strict=False))
+    label = names[0] if len(names) == 1 else "".join(letter for letter, *_ in same).rstrip("_-. ") or "+".join(names)
     first_edge, first = run[0][1], run[0][2]
     body, frame = sides(first_edge, first)[0]
     shift, last_shift = meeting if meeting is not None else (0.0, 0.0)
     centre = frame[:3, 3] + shift * (frame[:3, :3] @ first.axis)
-    if len(run) == 3:
-        spun = tuple(JointDof(True, body, axis, body, centre, 1, label) for axis in np.eye(3))
-        return CompoundJoint("spherical", label, names, True, spun, run[-1][0], True, last_shift)
-    dofs = tuple(
+    kind = ("revolute", "universal", "spherical")[len(run) - 1]
+    dofs = [
         JointDof(True, connection.predecessor_body, connection.axis_on(True), body, centre, edge.sign, connection.name)
         for _, edge, connection in run
-    )
-    if len(run) == 2:
-        return CompoundJoint("universal", label, names, True, dofs, run[-1][0], True, last_shift)
-    return CompoundJoint("revolute", label, names, True, dofs, run[-1][0], has_centre(mechanism, first))
-
-
-def _common_prefix(names: Sequence[str]) -> str:
-    """Return the longest start that all names share."""
-    shortest, longest = min(names), max(names)
-    same = (k for k, letter in enumerate(shortest) if longest[k : k + 1] != letter)
-    return shortest[: next(same, len(shortest))]
+    ]
+    if kind == "spherical":
+        dofs = [JointDof(True, body, axis, body, centre, 1, label) for axis in np.eye(3)]
+    fixed = len(run) > 1 or has_centre(mechanism, first)
+    return CompoundJoint(kind, label, names, True, tuple(dofs), run[-1][0], fixed, last_shift)
 
 
 def _dofs(connection: Connection, sign: int) -> tuple[JointDof, ...]:
