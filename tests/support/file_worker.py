@@ -174,7 +174,7 @@ def _watch(event: str, arguments: tuple) -> None:
         if folder is None or not isinstance(name, (str, bytes, os.PathLike)):
             return
         path = os.path.abspath(os.fsdecode(name))
-        if not path.startswith((folder, sys.prefix, sys.base_prefix, ROOT, os.devnull)):
+        if not path.startswith((folder, sys.prefix, sys.base_prefix, str(ROOT), os.devnull)):
             touched.append(path)
     elif event.startswith(("subprocess.", "os.system", "os.exec", "os.spawn", "os.fork", "os.remove", "os.rename", "socket.")):
         if folder is not None:
@@ -217,7 +217,6 @@ stage = ""
 #: Folder of the file that is being read, None between files.
 folder: str | None = None
 touched: list[str] = []
-ROOT = str(ROOT)
 
 if __name__ == "__main__":
     _serve()
