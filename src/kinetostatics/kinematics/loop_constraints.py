@@ -11,18 +11,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinetostatics.description.joint_types import Axes
 from kinetostatics.kinematics.mimic import Couplings
 from kinetostatics.math import rotations
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, Index
 from kinetostatics.math.linalg import cross, dot
 from kinetostatics.math.ordering import across
 from kinetostatics.mechanism.mechanism import Connection, Mechanism
 from kinetostatics.mechanism.tree import Frames, Tree, TreeJoint
-
-Index = NDArray[np.intp]
 
 _FULL = np.eye(3)
 

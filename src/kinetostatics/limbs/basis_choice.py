@@ -28,11 +28,9 @@ from kinetostatics.limbs.wrench_candidates import (
     further_candidates,
     wrench_of,
 )
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, Index
 from kinetostatics.math.linalg import canonical_basis, definite, dot, normalize
 from kinetostatics.math.ordering import first_largest
-
-Index = NDArray[np.intp]
 
 #: The smallest singular value of unit wrenches of a basis that is chosen, and the smallest sine that tells a direction of theirs.
 MARGIN = 0.01

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from kinetostatics.description.joint_types import Axes
 from kinetostatics.limbs.model import StaticModel
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, Index
 from kinetostatics.math.linalg import cross, dot, normalize
 from kinetostatics.math.ordering import axis_across
 from kinetostatics.mechanism.beam_model import BeamModel
@@ -21,8 +21,6 @@ from kinetostatics.mechanism.joint_compliance import Spring
 from kinetostatics.mechanism.limb_joints import CompoundJoint, sides
 from kinetostatics.mechanism.limbs import Limb
 from kinetostatics.mechanism.tree import Frames
-
-Index = NDArray[np.intp]
 
 #: Cosine of the angle between axes that count as parallel.
 _ALIKE = 1 - 1e-6

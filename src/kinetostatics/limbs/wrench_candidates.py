@@ -16,7 +16,7 @@ from kinetostatics.description.joint_types import Axes
 from kinetostatics.limbs.basis import Candidate
 from kinetostatics.limbs.geometry import LimbGeometry
 from kinetostatics.limbs.group import LimbGroup
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, Index
 from kinetostatics.math.linalg import cross, dot, normalize
 from kinetostatics.math.screws import wrench_of_couple, wrench_of_force
 from kinetostatics.mechanism.limb_joints import CompoundJoint, JointDof
@@ -25,7 +25,6 @@ from kinetostatics.mechanism.limb_joints import CompoundJoint, JointDof
 PARALLEL = 1e-6
 #: Sine of the angle between axes that meet nowhere.
 _MEETS_NOWHERE = 1e-3
-Index = NDArray[np.intp]
 
 
 def wrench_of(candidate: Candidate, geometry: LimbGeometry, length: float, least: float = PARALLEL) -> Array:

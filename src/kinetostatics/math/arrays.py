@@ -9,6 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array: TypeAlias = NDArray[np.float64]
+#: Positions in an axis.
+Index: TypeAlias = NDArray[np.intp]
+#: Truth values.
+Mask: TypeAlias = NDArray[np.bool_]
 
 #: Poses of a chunk at most: few enough to fit into the processor's cache. Each chunk costs some milliseconds whatever its size.
 AT_ONCE = 5500

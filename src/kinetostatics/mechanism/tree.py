@@ -12,15 +12,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes, JointType
 from kinetostatics.math import rotations
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, Index
 from kinetostatics.math.linalg import apply, matmul
 from kinetostatics.printing.mappings import ShortRepr
-
-Index = NDArray[np.intp]
 
 
 @dataclass(frozen=True)

@@ -13,11 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, Index, Mask
 
 Single = NDArray[np.float32]
-Mask = NDArray[np.bool_]
-Index = NDArray[np.intp]
 
 #: A step is suspect if it differs from those before and behind it by that part of the smaller of these and of the usual step.
 BESIDE, USUAL = 0.5, 0.2

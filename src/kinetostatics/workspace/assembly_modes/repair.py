@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.robot import Robot
 from kinetostatics.status import Status
 from kinetostatics.workspace.assembly_modes.continuity import Edges, JointScale, neighbours, suspect_edges
@@ -29,9 +29,6 @@ from kinetostatics.workspace.block import pose_numbers
 from kinetostatics.workspace.grid import Block
 from kinetostatics.workspace.plan import Combination, Plan
 from kinetostatics.workspace.schema import NO_MODE, OTHER_MODE, ZERO_MODE, Labels
-
-Mask = NDArray[np.bool_]
-Index = NDArray[np.intp]
 
 #: Small steps along the line from the zero pose, and along that from a pose to its neighbour, to tell modes apart.
 STEPS, FINE = 48, 8
