@@ -294,6 +294,9 @@ def tests_of(mutant: Mutant, known: dict) -> list[str]:
         if isinstance(node, ast.FunctionDef) and node.lineno <= mutant.line < node.body[0].lineno:  # a default
             inside = range(node.body[0].lineno, node.end_lineno + 1)
             found |= {test for line in inside for test in lines.get(str(line), ())}
+        elif isinstance(node, ast.FunctionDef) and not found and node.lineno <= mutant.line <= node.end_lineno:
+            # a line that has changed since: what reaches the rest of the function
+            found |= {test for line in range(node.body[0].lineno, node.end_lineno + 1) for test in lines.get(str(line), ())}
     for node in ast.parse(mutant.text).body:  # what is read once, when the module is: by the test that comes first
         if node.lineno <= mutant.line <= node.end_lineno:
             names |= _constants(node, mutant.line)
