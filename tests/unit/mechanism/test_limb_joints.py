@@ -67,3 +67,20 @@ def test_a_beam_with_a_branch_runs_from_base_to_platform(side):
     )  # fmt: skip
     found = ks.analyze(machine.assemble()).beams["rod"]
     np.testing.assert_allclose(found.points[[0, -1]], [[0, 0, 0.2], [0, 0, 0.7]], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("axes", "at", "count"),
+    [
+        ((X, Y, Z), None, 1),
+        ((Y, Z, X), (0, 0, 0), 1),
+        ((Y, Z, X), (0, 0, 0.3), 0),  # they meet, but not at the origin of the last
+        ((X, Y, Z), (0, 0.3, 0.3), 1),  # nor need they at that of the first
+        ((X, Y, OBLIQUE), None, 0),
+        ((X, Y, X), None, 1),
+        ((X, Y, Z, X, Y, Z), None, 2),
+        ((X, Y), None, 0),
+    ],
+)
+def test_three_hinges_at_right_angles_are_one_ball(axes, at, count):
+    assert len(hinges(*axes, at=at).mechanism.spherical_runs) == count
