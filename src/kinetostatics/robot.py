@@ -17,7 +17,7 @@ from kinetostatics.files.reader import read_robot_file
 from kinetostatics.kinematics import assembly
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.loop_constraints import world_frames
-from kinetostatics.kinematics.pose_spread import ordinary_poses
+from kinetostatics.kinematics.pose_spread import typical_poses
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.kinematics.unit_hints import odd_coordinates
 from kinetostatics.limbs.model import StaticModel
@@ -108,7 +108,7 @@ class Robot(Shown, RobotKinematics):
     @cached_property
     def statics(self) -> RobotStatics:
         """What the numerics of the statics need: frozen data, and the limbs' wrench bases, which are chosen once per robot."""
-        ordinary = world_frames(self.mechanism, self.mechanism.forward(ordinary_poses(self)))
+        ordinary = world_frames(self.mechanism, self.mechanism.forward(typical_poses(self)))
         return make_statics(self._static_model, self.frames_of(self.generic_poses), ordinary)
 
     @cached_property

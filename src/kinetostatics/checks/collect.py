@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, TypeVar
 
 from kinetostatics.checks.chains import Graph
-from kinetostatics.checks.facts import DeadWeightFacts, MobilityFacts, RobotFacts, ZeroFacts
+from kinetostatics.checks.facts import AttachedBodiesFacts, MobilityFacts, RobotFacts, ZeroFacts
 from kinetostatics.checks.limb_graph import GraphReader
 from kinetostatics.checks.mobility import Motions, coordinates_of, drives_of, local_freedoms
 from kinetostatics.checks.parts import beam_facts, elastic_joints, first_like, followers, limb_facts, massless_links
@@ -105,5 +105,5 @@ def _mobility(robot: Robot, zero: ZeroFacts) -> MobilityFacts:
     )
 
 
-def _attached_bodies(weight: AttachedBodies, mass: float | None, graph: Graph) -> DeadWeightFacts:
-    return DeadWeightFacts(weight.links, tuple(edge.joint for edge in weight.edges if edge.joint), mass, graph)
+def _attached_bodies(weight: AttachedBodies, mass: float | None, graph: Graph) -> AttachedBodiesFacts:
+    return AttachedBodiesFacts(weight.links, tuple(edge.joint for edge in weight.edges if edge.joint), mass, graph)

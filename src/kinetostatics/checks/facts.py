@@ -134,7 +134,7 @@ class ZeroFacts:
 
 
 @dataclass
-class DeadWeightFacts:
+class AttachedBodiesFacts:
     """Links and joints of base or platform and of what hangs on it, and its ``graph``."""
 
     links: tuple[str, ...]
@@ -170,7 +170,7 @@ class RobotFacts:
     beams: list[BeamFacts] = field(default_factory=list)
     elastic_joints: list[ElasticJointFacts] = field(default_factory=list)
     followers: list[FollowerFacts] = field(default_factory=list)
-    on_base: DeadWeightFacts | None = None
-    on_platform: DeadWeightFacts | None = None
+    on_base: AttachedBodiesFacts | None = None
+    on_platform: AttachedBodiesFacts | None = None
     problems: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)

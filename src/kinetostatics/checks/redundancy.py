@@ -74,8 +74,8 @@ class _SelfStress:
     """All self-stresses of a robot at one pose, drives free.
 
     Attributes:
-        states: (6 M, r) scaled wrenches of all chords of all limbs.
-        first: position of each limb's first chord wrench.
+        states: (6 M, r) scaled wrenches of all cut joints of all limbs.
+        first: position of each limb's first cut-joint wrench.
     """
 
     def __init__(self, robot: Robot, pose: SolverState) -> None:
@@ -94,7 +94,7 @@ class _SelfStress:
                 balance[:, mine] = group.platform_sum
                 for k, dof in enumerate(group.dofs[position]):
                     row = np.zeros(self.first[-1])
-                    row[mine] = (group.dof_chords[k][:, None] * twists[:, k, position]).ravel()
+                    row[mine] = (group.dof_cut_signs[k][:, None] * twists[:, k, position]).ravel()
                     connection = robot.mechanism.connections.get(dof.label)
                     alone = connection is not None and connection.type.is_single
                     rows[dof.label if alone else (number, k)] = row
@@ -127,11 +127,11 @@ class _SelfStress:
         alone = _null(self.states[~mine])
         if not alone.shape[1]:
             return []
-        chords = (self.states[mine] @ alone).reshape(len(limb.to_platform), 6, -1)
-        edges = np.zeros((len(limb.edges), *chords.shape[1:]))
+        carried = (self.states[mine] @ alone).reshape(len(limb.to_platform), 6, -1)
+        edges = np.zeros((len(limb.edges), *carried.shape[1:]))
         for k, edge in enumerate(limb.edges):
-            for chord, sign in edge.cut_joints:
-                edges[k] += sign * chords[chord]
+            for cut, sign in edge.cut_joints:
+                edges[k] += sign * carried[cut]
         columns = eliminated(edges.reshape(-1, edges.shape[2]))
         loaded = np.max(np.abs(edges @ columns), axis=1) > NOTHING
         found = []

@@ -113,7 +113,7 @@ def choose_basis(group: LimbGroup, geometry: LimbGeometry, generic: int) -> Basi
         geometry: at generic poses, which decide ranks, and behind them at ordinary poses, at which nothing may degenerate.
         generic: how many poses are generic.
     """
-    if group.is_hanging:
+    if group.is_attached:
         return Basis((), (), (), (), np.inf)
     tolerance = group.model.rank_tolerance
     twists = geometry.twists[:, :, 0] / _scale(group)

@@ -1,6 +1,7 @@
 """How limbs give way: compliance C_ic, Eq. (1), and sag Δ_igc, Eqs. (16), (19), (21).
 
-All are sums over beams and springs of what one wrench does along another, under chord wrenches ``(M, 6, …, limb, pose)`` about o.
+All are sums over beams and springs of what one wrench does along another, under cut-joint wrenches ``(M, 6, …, limb, pose)``
+about o.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import numpy as np
 
 from kinetostatics.limbs import beam as beam_formulas
 from kinetostatics.limbs.geometry import LimbGeometry
-from kinetostatics.limbs.group import LimbGroup, chord_sum
+from kinetostatics.limbs.group import LimbGroup, carried_wrench
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import correlation
 from kinetostatics.math.screws import move_wrench
@@ -22,7 +23,7 @@ RIGID = 1e-12
 
 @dataclass(frozen=True)
 class LimbLoads:
-    """Weights of g limbs as their beams and springs carry them, whatever the chord wrenches.
+    """Weights of g limbs as their beams and springs carry them, whatever the cut-joint wrenches.
 
     Attributes:
         beyond: (6, beams, g, N) weights outboard of each beam's outer end, about o, world axes [N, N·m].
@@ -45,7 +46,7 @@ def own_weights_of_beams(group: LimbGroup, geometry: LimbGeometry, gravity: Arra
 
 
 def strains(group: LimbGroup, geometry: LimbGeometry, columns: Array, particular: Array, loads: LimbLoads) -> tuple[Array, Array]:
-    """Return the compliance (n, n, g, N) along chord wrenches, and the sag (n, g, N) along them.
+    """Return the compliance (n, n, g, N) along cut-joint wrenches, and the sag (n, g, N) along them.
 
     C_ic = Σ ∫ (X J_ic)ᵀ c (X J_ic) ds, Eqs. (1), (13);
     Δ_igc = Σ ∫ (X J_ic)ᵀ c X (J_ig W_ig + weights) ds, Eqs. (16), (19), (21): Castigliano's theorem, in closed form for beams.
@@ -53,8 +54,8 @@ def strains(group: LimbGroup, geometry: LimbGeometry, columns: Array, particular
 
     Args:
         group, geometry: the limbs and where they are.
-        columns: (M, 6, n, g, N) chord wrenches per unit of each of n intensities.
-        particular: (M, 6, g, N) chord wrenches under the limbs' own weights.
+        columns: (M, 6, n, g, N) cut-joint wrenches per unit of each of n intensities.
+        particular: (M, 6, g, N) cut-joint wrenches under the limbs' own weights.
         loads: the weights on beams and springs.
     """
     n, g, N = columns.shape[2:]
@@ -63,8 +64,8 @@ def strains(group: LimbGroup, geometry: LimbGeometry, columns: Array, particular
         return C, sag
     for b in range(len(group.beams[0])):
         c, L = group.compliances[:, b][:, None], geometry.beam_lengths[b]
-        known = chord_sum(group.beam_chords[b], particular) + loads.beyond[:, b]
-        wrench = np.concatenate([chord_sum(group.beam_chords[b], columns), known[:, None]], axis=1)
+        known = carried_wrench(group.beam_cut_signs[b], particular) + loads.beyond[:, b]
+        wrench = np.concatenate([carried_wrench(group.beam_cut_signs[b], columns), known[:, None]], axis=1)
         local = _to_axes(geometry.beam_axes[:, :, b], geometry.beam_ends[:, b], wrench)
         moved = beam_formulas.end_displacement(c, L, local)
         moved[:, n] += beam_formulas.sag(c[:, 0], L, loads.own[:, b])
@@ -72,8 +73,8 @@ def strains(group: LimbGroup, geometry: LimbGeometry, columns: Array, particular
         C += product[:, :n]
         sag += product[:, n]
     for k in range(len(group.springs[0])):
-        known = chord_sum(group.spring_chords[k], particular) + loads.spring_beyond[:, k]
-        wrench = np.concatenate([chord_sum(group.spring_chords[k], columns), known[:, None]], axis=1)
+        known = carried_wrench(group.spring_cut_signs[k], particular) + loads.spring_beyond[:, k]
+        wrench = np.concatenate([carried_wrench(group.spring_cut_signs[k], columns), known[:, None]], axis=1)
         local = _to_axes(geometry.spring_axes[:, :, k], geometry.spring_arms[:, k], wrench)
         product = np.einsum("ki...,kj...->ij...", local[:, :n], spring_twist(group, k, local))
         C += product[:, :n]
@@ -90,13 +91,13 @@ def spring_twist(group: LimbGroup, spring: int, wrench: Array) -> Array:
 
 
 def assembly_error_strains(group: LimbGroup, columns: Array, assembly_error: Array | None) -> Array:
-    """Return J_icᵀ times the misfits (6, elements, g, N) about o, along chord wrenches (M, 6, n, g, N): (n, g, N) [m or rad]."""
+    """Return J_icᵀ e of assembly errors e (6, elements, g, N) about o, by cut-joint wrenches (M, 6, n, g, N): (n, g, N)."""
     if assembly_error is None:
         return np.broadcast_to(0.0, columns.shape[2:])
     error: Array = np.zeros(columns.shape[2:])
     for k in range(assembly_error.shape[1]):
         if error.size and np.any(assembly_error[:, k]):
-            error += np.einsum("in...,i...->n...", chord_sum(group.element_chords[k], columns), assembly_error[:, k])
+            error += np.einsum("in...,i...->n...", carried_wrench(group.element_cut_signs[k], columns), assembly_error[:, k])
     return error
 
 

@@ -1,9 +1,9 @@
-"""Statics of a limb with several chords: which chord wrenches are in equilibrium with its passive joints and weights.
+"""Statics of a limb with several cut joints: which cut-joint wrenches are in equilibrium with its passive joints and weights.
 
-Unknown are the wrenches X of all chords (:mod:`kinetostatics.mechanism.limbs`). Every passive freedom gives one equation, A X =
-−d; its solutions are X = X_0 + N y, and the platform feels P X, the sum of the chords that end at it. The wrenches that the limb
-can put on the platform are the image of P N; what is left of N, P N y = 0, is self-stress (``docs/method.md``, section 9; S. P.
-Timoshenko and D. H. Young, *Theory of Structures*, chapter on the force method).
+Unknown are the wrenches X of all cut joints (:mod:`kinetostatics.mechanism.limbs`). Every passive freedom gives one equation, A X
+= −d; its solutions are X = X_0 + N y, and the platform feels P X, the sum of the cut joints that end at it. The wrenches that the
+limb can put on the platform are the image of P N; what is left of N, P N y = 0, is self-stress (``docs/method.md``, section 9; S.
+P. Timoshenko and D. H. Young, *Theory of Structures*, chapter on the force method).
 
 The equations are eliminated with pivots chosen once, at generic poses, for thousands of poses at a time. Arrays are
 ``(…, limb, pose)``; lengths are scaled by the caller so that forces and moments are comparable.
@@ -32,7 +32,7 @@ class EliminationOrder:
 
     Attributes:
         joints: among the joints' equations.
-        platform: among the six sums of the platform's chords.
+        platform: among the six sums of the platform's cut joints.
         free: the columns that are left: self-stress.
     """
 
@@ -43,12 +43,12 @@ class EliminationOrder:
 
 @dataclass(frozen=True)
 class Distribution:
-    """What chord wrenches a limb allows; n unknowns.
+    """What cut-joint wrenches a limb allows; n unknowns.
 
     Attributes:
         particular: (n, …) X_0, in equilibrium with the weights.
-        spread: (n, 6, …) the chords' wrenches per unit of what the platform puts on the limb, for wrenches that it can carry.
-        self_stress: (n, s, …) chord wrenches that the platform does not feel.
+        spread: (n, 6, …) the cut joints' wrenches per unit of what the platform puts on the limb, for wrenches that it can carry.
+        self_stress: (n, s, …) cut-joint wrenches that the platform does not feel.
         allowed: (6, 6 − n_c, …) twists of the platform that the limb allows: reciprocal to all wrenches that it can carry.
         doubtful: (…) where the pivots fail, so that the limb may have other ranks than at generic poses.
     """
@@ -65,7 +65,7 @@ def elimination_order(A: Array, P: Array, tolerance: float) -> EliminationOrder:
 
     Args:
         A: (k, n, poses) the joints' equations.
-        P: (6, n) sums over the platform's chords.
+        P: (6, n) sums over the platform's cut joints.
         tolerance: relative singular value below which a direction counts as dependent.
     """
     k = A.shape[0]
@@ -92,7 +92,7 @@ def distribute(elimination: EliminationOrder, A: Array, filled: NDArray[np.bool_
         elimination: the pivots.
         A: (k, n, g, N) the joints' equations.
         filled: (k, n) which of their coefficients are not zero everywhere.
-        P: (6, n) sums over the platform's chords.
+        P: (6, n) sums over the platform's cut joints.
         demand: (k, g, N) what the weights put on the passive freedoms.
     """
     k, n = A.shape[:2]
@@ -126,7 +126,7 @@ def distribute(elimination: EliminationOrder, A: Array, filled: NDArray[np.bool_
 
 
 def remainder(elimination: EliminationOrder, A: Array, demand: Array, particular: Array) -> Array:
-    """Return what no chord wrenches can balance of the demand (k, g, N): the part of it that is across the columns of A.
+    """Return what no cut-joint wrenches can balance of the demand (k, g, N): the part of it that is across the columns of A.
 
     Args:
         elimination: the pivots, of which the rank is taken.
@@ -202,8 +202,8 @@ def _by_singular_values(
     U, values, V = np.linalg.svd(one, full_matrices=True)
     inverse = np.where(values[:rank] > 0, 1 / np.maximum(values[:rank], 1e-300), 0.0)
     N = canonical_basis(V[rank:].T)
-    left, felt_values, right = np.linalg.svd(P @ N, full_matrices=True)
-    back = np.where(felt_values[:felt] > 0, 1 / np.maximum(felt_values[:felt], 1e-300), 0.0)
+    left, platform_values, right = np.linalg.svd(P @ N, full_matrices=True)
+    back = np.where(platform_values[:felt] > 0, 1 / np.maximum(platform_values[:felt], 1e-300), 0.0)
     result.particular[..., limb, pose] = -V[:rank].T @ (inverse * (U[:, :rank].T @ demand[..., limb, pose]))
     result.spread[..., limb, pose] = N @ (right[:felt].T * back) @ left[:, :felt].T
     result.self_stress[..., limb, pose] = N @ canonical_basis(right[felt:].T)

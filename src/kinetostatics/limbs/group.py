@@ -1,6 +1,6 @@
-"""Limbs that are built alike, stacked: their joints, beams and springs, and which chord wrenches and weights each carries.
+"""Limbs that are built alike, stacked: their joints, beams and springs, and which cut-joint wrenches and weights each carries.
 
-What every edge of a limb carries is a signed sum of chord wrenches (:mod:`kinetostatics.mechanism.limbs`) and of the weights
+What every edge of a limb carries is a signed sum of cut-joint wrenches (:mod:`kinetostatics.mechanism.limbs`) and of the weights
 outboard of it. Limbs stand along an axis of their own: arrays are ``(component, column, limb, pose)``.
 """
 
@@ -40,13 +40,13 @@ class LimbGroup:
         compliances: (6, beams, g, 1) section compliances.
         beam_masses, beam_masses_per_length: (beams, g, 1) [kg], or [kg/m] where those are what is fixed, else NaN.
         spring_linear, spring_angular: (3, 3, springs, g) [m/N], [rad/(N·m)].
-        dof_chords, beam_chords, spring_chords, element_chords: (…, M) signs of the chord wrenches that each of them carries.
-        to_platform: (M,) which chords end at the platform.
+        dof_cut_signs, beam_cut_signs, spring_cut_signs, element_cut_signs: (…, M) signs of the cut-joint wrenches that each of
+        them carries. to_platform: (M,) which cut joints end at the platform.
 
     Decided once, at generic poses (:mod:`kinetostatics.limbs.grouping`):
 
     Attributes:
-        elimination: how the chord wrenches of a limb that is not serial are found.
+        elimination: how the cut-joint wrenches of a limb that is not serial are found.
         basis: the readable wrenches, alike for all but for their labels.
         labels, attached_labels: names of the columns of J_ic and J_ig, for each limb.
         rigid_directions: along how many combinations of its constraint wrenches the limb is rigid.
@@ -92,10 +92,10 @@ class LimbGroup:
         element_of = {k: number for number, element in enumerate(elements) for k in element.edges}
         self.spring_elements = tuple(element_of[limb.edges.index(edge)] for edge in spring_edges[0])
         self.to_platform = np.array(limb.to_platform, dtype=bool)
-        self.dof_chords = self._chords(freedom_edges[0])
-        self.beam_chords = self._chords(beam_edges[0])
-        self.spring_chords = self._chords(spring_edges[0])
-        self.element_chords = self._chords([limb.edges[element.edges[-1]] for element in elements])
+        self.dof_cut_signs = self._cut_signs(freedom_edges[0])
+        self.beam_cut_signs = self._cut_signs(beam_edges[0])
+        self.spring_cut_signs = self._cut_signs(spring_edges[0])
+        self.element_cut_signs = self._cut_signs([limb.edges[element.edges[-1]] for element in elements])
         self.platform_joint = self._platform_joint()
         own = [[model.weights.names.index(name) for name in limb.weights] for limb in self.limbs]
         most = max(map(len, own), default=0)
@@ -126,7 +126,7 @@ class LimbGroup:
         return self.limbs[0].is_serial
 
     @property
-    def is_hanging(self) -> bool:
+    def is_attached(self) -> bool:
         """Whether these are closed chains that hang on base or platform alone."""
         return not np.any(self.to_platform)
 
@@ -136,7 +136,7 @@ class LimbGroup:
         return (
             tuple((compound.kind, tuple((f.rotates, f.passive) for f in compound.dofs)) for compound in self.compounds[0]),
             tuple(element.signature for element in self.elements[0]),
-            tuple(map(tuple, self.spring_chords.tolist())),
+            tuple(map(tuple, self.spring_cut_signs.tolist())),
             self.spring_elements,
             tuple(self.platform_joint.tolist()),
             self.limbs[0].to_platform,
@@ -201,33 +201,33 @@ class LimbGroup:
             np.einsum("gkw,iwgn->ikgn", self._outboard_of_springs, own),
         )
 
-    # ---- chords -----------------------------------------------------------------------------------------------------
+    # ---- cut joints -----------------------------------------------------------------------------------------------------
 
-    def _chords(self, edges: list[Edge]) -> NDArray[np.int8]:
-        """Return the signs (edges, M) of the chord wrenches that edges carry."""
+    def _cut_signs(self, edges: list[Edge]) -> NDArray[np.int8]:
+        """Return the signs (edges, M) of the cut-joint wrenches that edges carry."""
         table = np.zeros((len(edges), len(self.to_platform)), dtype=np.int8)
         for row, edge in enumerate(edges):
-            for chord, sign in edge.cut_joints:
-                table[row, chord] = sign
+            for cut, sign in edge.cut_joints:
+                table[row, cut] = sign
         return table
 
     def joint_equations(self, geometry: LimbGeometry) -> Array:
-        """Return the passive joints' equations (k, 6 M, g, N) for scaled chord wrenches: no power on any freedom [1], Eq. (2)."""
+        """Return the passive joints' equations (k, 6 M, g, N) for scaled cut-joint wrenches: no power on any, Eq. (2)."""
         scaled = (geometry.twists[:, self.passive] * self.twist_scale).swapaxes(0, 1) / self.power_scale
-        signs = self.dof_chords[self.passive]
+        signs = self.dof_cut_signs[self.passive]
         rows = np.zeros((*signs.shape, *scaled.shape[1:]))
-        for dof, chord in np.argwhere(signs).tolist():
-            rows[dof, chord] = signs[dof, chord] * scaled[dof]
+        for dof, cut in np.argwhere(signs).tolist():
+            rows[dof, cut] = signs[dof, cut] * scaled[dof]
         return rows.reshape(len(signs), 6 * signs.shape[1], *scaled.shape[2:])
 
     @property
     def joint_pattern(self) -> NDArray[np.bool_]:
-        """Which coefficients (k, 6 M) of these equations are not zero everywhere: those of the chords that a freedom carries."""
-        return np.repeat(self.dof_chords[self.passive] != 0, 6, axis=1)
+        """Which coefficients (k, 6 M) of these equations are not zero everywhere: those of cut joints that a freedom carries."""
+        return np.repeat(self.dof_cut_signs[self.passive] != 0, 6, axis=1)
 
     @property
     def platform_sum(self) -> Array:
-        """The sum (6, 6 M) of the chord wrenches that the platform feels."""
+        """The sum (6, 6 M) of the cut-joint wrenches that the platform feels."""
         return np.concatenate([np.eye(6) * felt for felt in self.to_platform], axis=1)
 
     @property
@@ -240,18 +240,18 @@ class LimbGroup:
         """What powers on passive freedoms are divided by (passive freedoms, 1, 1, 1) to be comparable: 1, or the length [m]."""
         return np.where(self.rotates[self.passive], self.model.length, 1.0).reshape(-1, 1, 1, 1)
 
-    def platform_wrench(self, chords: Array) -> Array:
-        """Return what the platform puts on the limb (6, …) by chord wrenches (M, 6, …)."""
-        return chord_sum(self.to_platform.astype(np.int8), chords)
+    def platform_wrench(self, cut_wrenches: Array) -> Array:
+        """Return what the platform puts on the limb (6, …) by cut-joint wrenches (M, 6, …)."""
+        return carried_wrench(self.to_platform.astype(np.int8), cut_wrenches)
 
 
-def chord_sum(signs: NDArray[np.int8], chords: Array) -> Array:
-    """Return the signed sum (6, …) of chord wrenches (M, 6, …): what an edge with these ``signs`` (M,) carries of them."""
+def carried_wrench(signs: NDArray[np.int8], cut_wrenches: Array) -> Array:
+    """Return the signed sum (6, …) of cut-joint wrenches (M, 6, …): what an edge with these ``signs`` (M,) carries of them."""
     if len(signs) == 1 and signs[0] == 1:
-        return chords[0]
-    total = np.zeros(chords.shape[1:])
+        return cut_wrenches[0]
+    total = np.zeros(cut_wrenches.shape[1:])
     for number in np.flatnonzero(signs):
-        total += signs[number] * chords[number]
+        total += signs[number] * cut_wrenches[number]
     return total
 
 

@@ -23,18 +23,18 @@ class RelaxedLimbs:
     """Chord wrenches of g limbs with self-stress relaxed, and how the limbs give way under them.
 
     Attributes:
-        chords: (M, 6, n_c, g, N) chord wrenches per unit of each intensity.
-        particular: (M, 6, g, N) chord wrenches under the limbs' own weights.
-        assembly_error_chords: (M, 6, g, N) chord wrenches under misfits.
+        cut joints: (M, 6, n_c, g, N) cut-joint wrenches per unit of each intensity.
+        particular: (M, 6, g, N) cut-joint wrenches under the limbs' own weights.
+        assembly_error_cut_wrenches: (M, 6, g, N) cut-joint wrenches under assembly errors.
         loose: (M, 6, s, g, N) self-stresses without any compliance.
         C: (n_c, n_c, g, N) compliance C_ic, Eq. (1).
         gravity_displacement: (n_c, g, N) Δ_igc, Eqs. (16), (19), (21) [m or rad].
-        assembly_error: (n_c, g, N) the same of misfits; NaN where rigid rings cannot follow them.
+        assembly_error: (n_c, g, N) the same of assembly errors; NaN where rigid rings cannot follow them.
     """
 
-    chords: Array
+    cut_wrenches: Array
     particular: Array
-    assembly_error_chords: Array
+    assembly_error_cut_wrenches: Array
     loose: Array
     C: Array
     gravity_displacement: Array
@@ -52,44 +52,44 @@ def relaxed_limbs(
         loads: the weights on beams and springs.
         assembly_error: (6, elements, g, N) what each element's outboard side is off by for no force, about o; None: nothing.
     """
-    chords, particular, self_stress = found.chords, found.particular, found.self_stress
+    cut_wrenches, particular, self_stress = found.cut_wrenches, found.particular, found.self_stress
     if not self_stress.shape[2]:
-        C, gravity_displacement = strains(group, geometry, chords, particular, loads)
+        C, gravity_displacement = strains(group, geometry, cut_wrenches, particular, loads)
         no_stress = np.broadcast_to(0.0, particular.shape)
         return RelaxedLimbs(
-            chords,
+            cut_wrenches,
             particular,
             no_stress,
             self_stress,
             C,
             gravity_displacement,
-            assembly_error_strains(group, chords, assembly_error),
+            assembly_error_strains(group, cut_wrenches, assembly_error),
         )
-    n = chords.shape[2]
-    columns = np.concatenate([chords, self_stress], axis=2)
+    n = cut_wrenches.shape[2]
+    columns = np.concatenate([cut_wrenches, self_stress], axis=2)
     gram, lean = strains(group, geometry, columns, particular, loads)
     gain, loose = _relaxation(gram, self_stress)
     mixed = np.einsum("ab...,bj...->aj...", gain, gram[n:, :n])
-    chords = chords - np.einsum("mia...,aj...->mij...", self_stress, mixed)
+    cut_wrenches = cut_wrenches - np.einsum("mia...,aj...->mij...", self_stress, mixed)
     particular = particular - np.einsum("mia...,ab...,b...->mi...", self_stress, gain, lean[n:])
     error = assembly_error_strains(group, self_stress, assembly_error)
-    assembly_error_chords = -np.einsum("mia...,ab...,b...->mi...", self_stress, gain, error)
+    assembly_error_cut_wrenches = -np.einsum("mia...,ab...,b...->mi...", self_stress, gain, error)
     before = np.einsum("ii...->i...", gram[:n, :n]).max(axis=0, initial=0.0)
-    C, gravity_displacement = strains(group, geometry, chords, particular, loads)
+    C, gravity_displacement = strains(group, geometry, cut_wrenches, particular, loads)
     rounding = np.einsum("ii...->i...", C) <= 1e-20 * before
     C = np.where(rounding[:, None] | rounding[None], 0.0, C)
     error = np.where(
-        _rings_contradict(group, loose, assembly_error), np.nan, assembly_error_strains(group, chords, assembly_error)
+        _rings_contradict(group, loose, assembly_error), np.nan, assembly_error_strains(group, cut_wrenches, assembly_error)
     )
-    return RelaxedLimbs(chords, particular, assembly_error_chords, loose, C, gravity_displacement, error)
+    return RelaxedLimbs(cut_wrenches, particular, assembly_error_cut_wrenches, loose, C, gravity_displacement, error)
 
 
 def _relaxation(gram: Array, self_stress: Array) -> tuple[Array, Array]:
-    """Return how much self-stress answers a strain along it (s, s, g, N), and the chord wrenches of rigid self-stresses.
+    """Return how much self-stress answers a strain along it (s, s, g, N), and the cut-joint wrenches of rigid self-stresses.
 
     Args:
         gram: (n + s, n + s, g, N) compliance along n intensities and s self-stresses together.
-        self_stress: (M, 6, s, g, N) chord wrenches of the self-stresses.
+        self_stress: (M, 6, s, g, N) cut-joint wrenches of the self-stresses.
     """
     n = len(gram) - self_stress.shape[2]
     scaled, unit = correlation(np.moveaxis(gram, (0, 1), (-2, -1)))
@@ -103,7 +103,7 @@ def _relaxation(gram: Array, self_stress: Array) -> tuple[Array, Array]:
 
 
 def _rings_contradict(group: LimbGroup, loose: Array, assembly_error: Array | None) -> NDArray[np.bool_]:
-    """Return where (g, N) misfits do something along self-stresses without compliance: rigid rings cannot follow them."""
+    """Return where (g, N) assembly errors do something along self-stresses without compliance: rigid rings cannot follow them."""
     if assembly_error is None:
         return np.zeros(loose.shape[3:], dtype=bool)
     length = group.model.length

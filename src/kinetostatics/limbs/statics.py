@@ -1,7 +1,7 @@
 """Limbs at many poses: constraint wrenches J_ic, attached wrenches J_ig W_ig, compliance C_ic and sag Δ_igc.
 
-All limbs are solved alike: what every edge carries is a sum of chord wrenches (:mod:`kinetostatics.mechanism.limbs`) and weights.
-Limbs that are built alike are stacked along an axis of their own: arrays are ``(component, column, limb, pose)``.
+All limbs are solved alike: what every edge carries is a sum of cut-joint wrenches (:mod:`kinetostatics.mechanism.limbs`) and
+weights. Limbs that are built alike are stacked along an axis of their own: arrays are ``(component, column, limb, pose)``.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ class LimbStatics(ShortRepr):
         R_g: (6, g, N) their sum J_ig W_ig [N, N·m].
         C: (n_c, n_c, g, N) compliance C_ic, Eq. (1).
         gravity_displacement: (n_c, g, N) Δ_igc, Eqs. (16), (19), (21) [m or rad].
-        assembly_error: (n_c, g, N) the same of misfits.
-        chords: (M, 6, n_c, g, N) chord wrenches per unit of each intensity; of a serial limb J_c itself.
-        particular: (M, 6, g, N) chord wrenches under the limb's own weight; of a serial limb R_g.
-        assembly_error_chords: (M, 6, g, N) chord wrenches under misfits with no intensity: self-stress.
+        assembly_error: (n_c, g, N) the same of assembly errors.
+        cut joints: (M, 6, n_c, g, N) cut-joint wrenches per unit of each intensity; of a serial limb J_c itself.
+        particular: (M, 6, g, N) cut-joint wrenches under the limb's own weight; of a serial limb R_g.
+        assembly_error_cut_wrenches: (M, 6, g, N) cut-joint wrenches under assembly errors with no intensity: self-stress.
         loose: (M, 6, s, g, N) self-stresses without any compliance: how much of them there is cannot be told.
         loads: the weights on beams and springs.
         unbalanced: (passive freedoms, g, N) what is left of Eq. (3) [N].
@@ -50,9 +50,9 @@ class LimbStatics(ShortRepr):
     C: Array
     gravity_displacement: Array
     assembly_error: Array
-    chords: Array
+    cut_wrenches: Array
     particular: Array
-    assembly_error_chords: Array
+    assembly_error_cut_wrenches: Array
     loose: Array
     loads: LimbLoads
     unbalanced: Array
@@ -87,9 +87,9 @@ def limb_statics(
         C=relaxed.C,
         gravity_displacement=relaxed.gravity_displacement,
         assembly_error=relaxed.assembly_error,
-        chords=relaxed.chords,
+        cut_wrenches=relaxed.cut_wrenches,
         particular=relaxed.particular,
-        assembly_error_chords=relaxed.assembly_error_chords,
+        assembly_error_cut_wrenches=relaxed.assembly_error_cut_wrenches,
         loose=relaxed.loose,
         loads=loads,
         unbalanced=found.unbalanced,

@@ -1,4 +1,4 @@
-"""What joints and weights alone say of the wrenches of limbs: J_ic, J_ig and W_ig, Eqs. (2)–(4), and the chord wrenches.
+"""What joints and weights alone say of the wrenches of limbs: J_ic, J_ig and W_ig, Eqs. (2)–(4), and the cut-joint wrenches.
 
 Arrays are ``(…, limb, pose)``, wrenches about o, world axes.
 """
@@ -23,14 +23,14 @@ DOUBTFUL = 1e-8
 
 @dataclass(frozen=True)
 class LimbWrenches:
-    """Wrenches of g limbs with M chords that passive joints carry, at N poses.
+    """Wrenches of g limbs with M cut joints that passive joints carry, at N poses.
 
     Attributes:
         J_c, J_g: (6, n_c, g, N), (6, n_g, g, N) constraint and attached wrenches, Eqs. (2), (4).
         W_g: (n_g, g, N) attached intensities, Eq. (3) [N or N·m].
-        chords: (M, 6, n_c, g, N) chord wrenches per unit of each intensity; of a serial limb J_c itself.
-        particular: (M, 6, g, N) chord wrenches under the limb's own weight; of a serial limb J_g W_g.
-        self_stress: (M, 6, s, g, N) chord wrenches that the platform does not feel; of a serial limb none.
+        cut joints: (M, 6, n_c, g, N) cut-joint wrenches per unit of each intensity; of a serial limb J_c itself.
+        particular: (M, 6, g, N) cut-joint wrenches under the limb's own weight; of a serial limb J_g W_g.
+        self_stress: (M, 6, s, g, N) cut-joint wrenches that the platform does not feel; of a serial limb none.
         unbalanced: (passive freedoms, g, N) what is left of Eq. (3) [N].
         degenerate: (g, N) where the bases are not the readable ones.
         doubtful: (g, N) where the limb's joints may be dependent, so that it carries more wrenches than elsewhere.
@@ -39,7 +39,7 @@ class LimbWrenches:
     J_c: Array
     J_g: Array
     W_g: Array
-    chords: Array
+    cut_wrenches: Array
     particular: Array
     self_stress: Array
     unbalanced: Array
@@ -63,7 +63,7 @@ def limb_wrenches(group: LimbGroup, geometry: LimbGeometry, outboard: Array) -> 
 
 
 def _of_serial(group: LimbGroup, geometry: LimbGeometry, T: Array, demand: Array) -> LimbWrenches:
-    """Return the wrenches of serial limbs: their one chord carries just what the platform puts on them.
+    """Return the wrenches of serial limbs: their one cut joint carries just what the platform puts on them.
 
     Args:
         group, geometry: the limbs and where they are.
@@ -98,7 +98,7 @@ def _crossed(group: LimbGroup, geometry: LimbGeometry) -> NDArray[np.bool_]:
 
 
 def _of_rings(group: LimbGroup, geometry: LimbGeometry, demand: Array) -> LimbWrenches:
-    """Return the wrenches of limbs with several chords by the force method; ``demand`` as for serial ones."""
+    """Return the wrenches of limbs with several cut joints by the force method; ``demand`` as for serial ones."""
     assert group.elimination is not None
     A = group.joint_equations(geometry)
     M, batch = len(group.to_platform), demand.shape[1:]
@@ -108,7 +108,7 @@ def _of_rings(group: LimbGroup, geometry: LimbGeometry, demand: Array) -> LimbWr
     J_c, J_g, degenerate = evaluate_bases(group, geometry, found.allowed / scale)
     n_c, n_g = J_c.shape[1], J_g.shape[1]
     spread = found.spread.reshape(M, 6, 6, *batch)
-    chords = np.einsum("mij...,jc...->mic...", spread, J_c / scale) * scale[None]
+    cut_wrenches = np.einsum("mij...,jc...->mic...", spread, J_c / scale) * scale[None]
     particular = found.particular.reshape(M, 6, *batch) * scale[:, 0]
     self_stress = found.self_stress.reshape(M, 6, len(group.elimination.free), *batch) * scale[None]
     total = group.platform_wrench(particular)
@@ -118,5 +118,5 @@ def _of_rings(group: LimbGroup, geometry: LimbGeometry, demand: Array) -> LimbWr
         basis = np.concatenate([J_c, J_g], axis=1) / scale
         parts = least_squares(basis, (total / scale[:, 0])[:, None])[:, 0]
         W_g = parts[n_c:]
-        particular = particular - np.einsum("mic...,c...->mi...", chords, parts[:n_c])
-    return LimbWrenches(J_c, J_g, W_g, chords, particular, self_stress, left, degenerate, found.doubtful)
+        particular = particular - np.einsum("mic...,c...->mi...", cut_wrenches, parts[:n_c])
+    return LimbWrenches(J_c, J_g, W_g, cut_wrenches, particular, self_stress, left, degenerate, found.doubtful)

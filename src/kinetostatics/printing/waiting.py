@@ -129,7 +129,7 @@ class _Life:
         thread = threading.Thread(target=self._renew, args=(self._end,), daemon=True)
         thread.start()
         try:
-            with self._room_for_warnings():
+            with self._keep_line_for_warnings():
                 yield
         finally:
             self._end.set()
@@ -147,7 +147,7 @@ class _Life:
                     self._signs[-1].show()
 
     @contextmanager
-    def _room_for_warnings(self) -> Iterator[None]:
+    def _keep_line_for_warnings(self) -> Iterator[None]:
         """Let warnings begin on an empty line."""
         before = warnings.showwarning
 

@@ -7,7 +7,7 @@ from math import degrees, isinf
 
 from kinetostatics.checks.chains import Graph, chain_lines
 from kinetostatics.checks.collect import robot_facts
-from kinetostatics.checks.facts import DeadWeightFacts, ElasticJointFacts, FollowerFacts, LimbFacts, MobilityFacts, RobotFacts
+from kinetostatics.checks.facts import AttachedBodiesFacts, ElasticJointFacts, FollowerFacts, LimbFacts, MobilityFacts, RobotFacts
 from kinetostatics.checks.mobility import LocalFreedom
 from kinetostatics.checks.redundancy import Redundancy
 from kinetostatics.checks.warnings import SMALL_GAP, zero_openings
@@ -306,7 +306,7 @@ def _follower(item: FollowerFacts) -> str:
     return text
 
 
-def _dead_weight(weight: DeadWeightFacts) -> list[str]:
+def _dead_weight(weight: AttachedBodiesFacts) -> list[str]:
     mass = UNKNOWN if weight.mass is None else quantity(weight.mass, MASSES)
     rows = [("links", ", ".join(weight.links)), ("mass", mass)]
     lines = [line for name, text in rows for line in wrapped(text, f"{name:8}")]

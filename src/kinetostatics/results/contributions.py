@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from kinetostatics.limbs.group import chord_sum
+from kinetostatics.limbs.group import carried_wrench
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.math.screws import move_twist
 from kinetostatics.mechanism.limbs import LimbSegment
@@ -18,7 +18,7 @@ from kinetostatics.results.batch import Batch
 from kinetostatics.results.beam import FRACTIONS
 from kinetostatics.robot import Robot
 from kinetostatics.statics.deformation import Deformation
-from kinetostatics.statics.solution import Solution, unit_chords
+from kinetostatics.statics.solution import Solution, unit_cut_wrenches
 
 
 def beam_contributions(
@@ -81,9 +81,9 @@ def source_contributions(
     """Return the parts of the twist (…, 6) by kind and name of what gives way: P_sᵀ c_s w_s (``docs/method.md``, section 6)."""
     parts: dict[str, dict[str, list[Array]]] = {}
     for solution, deformation in zip(solutions, deformations, strict=True):
-        units = unit_chords(robot.statics, solution)
+        units = unit_cut_wrenches(robot.statics, solution)
         for item in deformation.elastic:
-            carried = chord_sum(item.chords, units[item.number])[:, :, list(item.positions)]
+            carried = carried_wrench(item.cut_signs, units[item.number])[:, :, list(item.positions)]
             twists = np.einsum("iagn,ign->agn", carried, item.motion)
             for position, name in enumerate(item.names):
                 parts.setdefault(item.kind, {}).setdefault(name, []).append(twists[:, position])

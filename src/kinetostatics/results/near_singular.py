@@ -93,7 +93,7 @@ def _held(result: Result) -> Array:
     for solution in result.solutions:
         total = np.zeros((solution.o.shape[1], 6, 6))
         for statics in solution.statics:
-            if statics.J_c.shape[1] and not statics.group.is_hanging:
+            if statics.J_c.shape[1] and not statics.group.is_attached:
                 Q = _bases(statics, result.robot.length)[0]
                 total += np.einsum("gnik,gnjk->nij", Q, Q)
         sums.append(total)
@@ -109,7 +109,7 @@ def _gains(result: Result) -> tuple[Array, Array]:
         for number, statics in enumerate(solution.statics):
             if not _is_network(statics):
                 continue
-            usual = usual or _usual_forces(result.robot)
+            usual = usual or _generic_forces(result.robot)
             sizes, wrenches = _joint_forces(statics, result.robot.length)
             ratios = sizes / usual[number][:, None]
             for ratio, wrench in zip(ratios, wrenches, strict=True):
@@ -122,19 +122,19 @@ def _gains(result: Result) -> tuple[Array, Array]:
 
 def _is_network(statics: LimbStatics) -> bool:
     group = statics.group
-    return bool(statics.J_c.shape[1]) and not group.is_serial and not group.is_hanging
+    return bool(statics.J_c.shape[1]) and not group.is_serial and not group.is_attached
 
 
 def _joint_forces(statics: LimbStatics, length: float) -> tuple[Array, Array]:
     """Return the largest joint forces (g, N) of a network under unit wrenches, and these (g, N, 6)."""
     Q, R = _bases(statics, length)
-    forces = np.moveaxis(statics.chords[:, :3], (3, 4), (0, 1))
+    forces = np.moveaxis(statics.cut_wrenches[:, :3], (3, 4), (0, 1))
     forces = np.nan_to_num(forces.reshape(*forces.shape[:2], -1, forces.shape[-1])) @ np.linalg.pinv(R)
     _, sizes, rows = np.linalg.svd(forces, full_matrices=False)
     return sizes[..., 0], np.einsum("gnik,gnk->gni", Q, rows[..., 0, :])
 
 
-def _usual_forces(robot: Robot) -> list[Array]:
+def _generic_forces(robot: Robot) -> list[Array]:
     """Return for each limb group the smallest of these forces (g,) at the generic poses; infinite if they are not known."""
     found = [np.full(len(group.limbs), np.inf) for group in robot.statics.groups]
     frames = robot.frames_of(robot.generic_poses)

@@ -309,7 +309,7 @@ class Result(Shown):
             weights = solution.weights
             sum_at_o = weights[:, self.robot.weights.of("base")].sum(axis=1)
             for number, statics in enumerate(solution.statics):
-                if statics.group.is_hanging:
+                if statics.group.is_attached:
                     continue  # its weight is that of base or platform
                 for position, limb in enumerate(statics.group.limbs):
                     own = self.robot.weights.sum(limb.weights, weights)
@@ -355,9 +355,9 @@ class Result(Shown):
     def source_contributions(self) -> Mapping[str, Mapping[str, Array]]:
         """What gives way where: ``{"beams": {name: (…, 6)}, "joints": …, "drives": …, "misfits": …}``, twists at o, world axes.
 
-        Each is the part of the twist that the deformation of one beam, joint or drive (or its misfit) makes, P_sᵀ c_s w_s with
-        P_s its wrenches under unit loads of the platform; together they are the twist (``docs/method.md``, section 6). Making
-        one of them rigid does not remove exactly that amount, because the forces redistribute.
+        Each is the part of the twist that the deformation of one beam, joint or drive (or its assembly error) makes, P_sᵀ c_s w_s
+        with P_s its wrenches under unit loads of the platform; together they are the twist (``docs/method.md``, section 6).
+        Making one of them rigid does not remove exactly that amount, because the forces redistribute.
         """
         return source_contributions(*self._motions)
 

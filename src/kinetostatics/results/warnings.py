@@ -97,7 +97,7 @@ def undetermined_parts(result: Result) -> str:
                     rigid[limb.name] = None
                 loose = item.loose[:, :, :, position]
                 for edge in limb.edges if np.any(loose) else ():
-                    carried = np.sum([sign * loose[chord] for chord, sign in edge.cut_joints], axis=0)
+                    carried = np.sum([sign * loose[cut] for cut, sign in edge.cut_joints], axis=0)
                     if edge.joint and np.max(np.abs(carried)) > NOTHING * np.max(np.abs(loose)):
                         rings.setdefault(limb.name, {})[edge.joint] = None
     what = [f"the rigid limbs {', '.join(rigid)} overconstrain one another"] if rigid else []

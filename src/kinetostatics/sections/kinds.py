@@ -24,7 +24,7 @@ import numpy as np
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 from kinetostatics.sections.shear import shear_functions
-from kinetostatics.sections.von_mises import largest_at_points, largest_on_rings, unit_stresses, von_mises_forms, worth_a_look
+from kinetostatics.sections.von_mises import largest_at_points, largest_on_rings, may_be_largest, unit_stresses, von_mises_forms
 
 #: The thinnest wall and hole of a rectangular tube and the thinnest rectangle, as a part of the larger side.
 THINNEST = 1e-5
@@ -89,7 +89,7 @@ class Section:
 
     def _largest(self, units: Array, wrenches: Array, poisson_ratio: float) -> Array:
         """Return the same by looking only at the sections that may have the largest stress."""
-        looked = worth_a_look(units, wrenches)
+        looked = may_be_largest(units, wrenches)
         found = np.where(looked, 0.0, -1.0) + wrenches[0] * 0  # what is not known stays unknown
         found[looked] += self.stress(wrenches[:, looked], poisson_ratio)
         return np.asarray(found.max(axis=0))

@@ -74,7 +74,7 @@ def unit_stresses(forms: Array) -> Array:
     return np.sqrt(forms[..., _FIRST == _SECOND].reshape(-1, 6).max(axis=0))
 
 
-def worth_a_look(units: Array, wrench: Array) -> NDArray[np.bool_]:
+def may_be_largest(units: Array, wrench: Array) -> NDArray[np.bool_]:
     """Return which of n sections (n, …) of a beam may be the most stressed one.
 
     Args:

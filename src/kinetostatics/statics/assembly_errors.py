@@ -46,7 +46,7 @@ class BeamError:
 
 @dataclass(frozen=True)
 class AssemblyErrors:
-    """The misfits of joints and beams by name; arrays as given, or for a chunk of poses with the batch axis last."""
+    """The assembly errors of joints and beams by name; arrays as given, or for a chunk of poses with the batch axis last."""
 
     robot: RobotStatics
     joints: Mapping[str, JointError]
@@ -60,7 +60,7 @@ class AssemblyErrors:
         return found
 
     def map(self, change: Callable[[Array], Array]) -> AssemblyErrors:
-        """Return the misfits with every array changed."""
+        """Return the assembly errors with every array changed."""
         return AssemblyErrors(
             self.robot,
             {name: replace(item, twist=change(item.twist)) for name, item in self.joints.items()},
@@ -114,7 +114,7 @@ class AssemblyErrors:
 
 
 def parse_assembly_errors(robot: RobotStatics, misfits: Mapping[str, Any]) -> AssemblyErrors:
-    """Return misfits as people give them, checked.
+    """Return assembly errors as people give them, checked.
 
     Raises:
         ArgumentError: an unknown name, a wrong shape, or a value that is not finite.

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from kinetostatics.limbs import beam as beam_formulas
 from kinetostatics.limbs.compliance import spring_twist
 from kinetostatics.limbs.geometry import LimbGeometry
-from kinetostatics.limbs.group import LimbGroup, chord_sum
+from kinetostatics.limbs.group import LimbGroup, carried_wrench
 from kinetostatics.limbs.statics import LimbStatics
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import least_squares
@@ -106,14 +106,14 @@ def rotate(axes: Array, screws: Array, back: bool = False) -> Array:
 
 @dataclass(frozen=True)
 class ElasticDeformation:
-    """What deforms, in alike places of g limbs: beams, joints, drives or misfits.
+    """What deforms, in alike places of g limbs: beams, joints, drives or assembly errors.
 
     Attributes:
         kind: ``beams``, ``joints``, ``drives`` or ``misfits``.
         names: of the beams or joints.
         group, number: the limbs, and the number of their group.
         positions: which of the group's limbs are meant.
-        chords: (M,) signs of the chord wrenches that it carries.
+        cut joints: (M,) signs of the cut-joint wrenches that it carries.
         motion: (6, g, N) of its outboard side relative to its inboard side, all contributions together, about o.
     """
 
@@ -122,7 +122,7 @@ class ElasticDeformation:
     group: LimbGroup
     number: int
     positions: tuple[int, ...]
-    chords: NDArray[np.int8]
+    cut_signs: NDArray[np.int8]
     motion: Array
 
 
@@ -170,10 +170,10 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
     group = statics.group
     geometry = group.geometry(solution.frames, solution.o)
     # what strains the limbs; forces may belong to other contributions than what they strain
-    chords, share = solution.chord_wrenches(number, strains=True), solution.contribution_mask(group, strains=True)
+    cut_wrenches, share = solution.cut_wrenches(number, strains=True), solution.contribution_mask(group, strains=True)
     moved_share = solution.contribution_mask(group) - share
-    S, g, N = chords.shape[2:]
-    elements, signs = group.elements[0], group.element_chords
+    S, g, N = cut_wrenches.shape[2:]
+    elements, signs = group.elements[0], group.element_cut_signs
     gives: dict[int, Array] = {}  # by element: what its elasticity and its assembly_error add to everything outboard (6, S, g, N)
     beam_of: dict[int, LoadedBeams] = {}
     everyone = tuple(range(g))
@@ -181,10 +181,10 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
         axes, end, length = geometry.beam_axes[:, :, b], geometry.beam_ends[:, b], geometry.beam_lengths[b]
         models = tuple(row[b] for row in group.beams)
         mass = np.stack([_mass(model, length[m]) for m, model in enumerate(models)])
-        total = chord_sum(signs[k], chords) + share * statics.loads.beyond[:, None, b]
+        total = carried_wrench(signs[k], cut_wrenches) + share * statics.loads.beyond[:, None, b]
         wrench = rotate(axes, move_wrench(total, end[:, None]), back=True)
         load = share * statics.loads.own[:, None, b]
-        own = chord_sum(signs[k], statics.particular)[:3] + statics.loads.beyond[:3, b]
+        own = carried_wrench(signs[k], statics.particular)[:3] + statics.loads.beyond[:3, b]
         own = np.einsum("ign,ign->gn", axes[:, 0], own) + elements[k].turned * statics.loads.own[0, b] * length
         beams = LoadedBeams(
             models,
@@ -205,7 +205,7 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
         out.elastic.append(ElasticDeformation("beams", names, group, number, everyone, signs[k], gives[k].sum(axis=1)))
     for spring, k in enumerate(group.spring_elements):
         axes, arm = geometry.spring_axes[:, :, spring], geometry.spring_arms[:, spring]
-        total = chord_sum(signs[k], chords) + share * statics.loads.spring_beyond[:, None, spring]
+        total = carried_wrench(signs[k], cut_wrenches) + share * statics.loads.spring_beyond[:, None, spring]
         wrench = rotate(axes, move_wrench(total, arm[:, None]), back=True)
         local = spring_twist(group, spring, wrench)
         out.spring_energy[:] += np.einsum("ign,ign->n", wrench.sum(axis=1), local.sum(axis=1)) / 2
@@ -248,7 +248,7 @@ def _add_assembly_errors(
         return
     group = statics.group
     S = solution.contribution_mask(group).shape[0]
-    signs, source = group.element_chords, solution.sources.index("misfit")
+    signs, source = group.element_cut_signs, solution.sources.index("misfit")
     for k in range(errors.shape[1]):
         if np.any(errors[:, k]):
             more = np.zeros((6, S, *errors.shape[2:]))
@@ -276,7 +276,7 @@ def _joint_motions(
 ) -> Array:
     """Return how far all freedoms move (k, S, g, N) so that the limbs stay together; local freedoms stay.
 
-    Along every chord the motions of all edges that carry it sum to that of the platform, or to none in a ring.
+    Along every cut joint the motions of all edges that carry it sum to that of the platform, or to none in a ring.
     """
     group = statics.group
     M, (g, N) = len(group.to_platform), geometry.limb_axes.shape[2:]
@@ -285,14 +285,14 @@ def _joint_motions(
     if not passive.size or not M:
         return turned
     gap = np.zeros((M, 6, S, g, N))
-    for chord in np.flatnonzero(group.to_platform):
-        gap[chord] = solution.twists[:, :, None]
+    for cut in np.flatnonzero(group.to_platform):
+        gap[cut] = solution.twists[:, :, None]
     for k, motion in gives.items():
-        for chord in np.flatnonzero(signs[k]):
-            gap[chord] -= signs[k, chord] * motion
+        for cut in np.flatnonzero(signs[k]):
+            gap[cut] -= signs[k, cut] * motion
     scale = np.array([1 / group.model.length] * 3 + [1.0] * 3).reshape(6, 1, 1, 1)
     twists = geometry.twists[:, passive] * scale
-    A = (group.dof_chords[passive].T[:, None, :, None, None] * twists).reshape(6 * M, len(passive), g, N)
+    A = (group.dof_cut_signs[passive].T[:, None, :, None, None] * twists).reshape(6 * M, len(passive), g, N)
     left = (gap * scale[None]).reshape(6 * M, S, g, N)
     sizes = np.sqrt(np.sum(A * A, axis=0))
     sizes = np.where(sizes > 0, sizes, 1.0)
@@ -392,13 +392,13 @@ def axial_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]:
     found: dict[str, Array] = {}
     for number, statics in enumerate(solution.statics):
         group = statics.group
-        elements, signs = group.elements[0], group.element_chords
+        elements, signs = group.elements[0], group.element_cut_signs
         if not any(element.is_beam for element in elements):
             continue
         geometry = group.geometry(solution.frames, solution.o)
-        chords, share = solution.chord_wrenches(number), solution.contribution_mask(group).sum(axis=0)
+        cut_wrenches, share = solution.cut_wrenches(number), solution.contribution_mask(group).sum(axis=0)
         for b, k in enumerate(k for k, element in enumerate(elements) if element.is_beam):
-            total = chord_sum(signs[k], chords)[:3].sum(axis=1) + share * statics.loads.beyond[:3, b]
+            total = carried_wrench(signs[k], cut_wrenches)[:3].sum(axis=1) + share * statics.loads.beyond[:3, b]
             outer = np.einsum("ign,ign->gn", geometry.beam_axes[:, 0, b], total)
             inner = outer + share * statics.loads.own[0, b] * geometry.beam_lengths[b]
             both = [outer, inner] if elements[k].turned else [inner, outer]

@@ -73,8 +73,8 @@ class JointTable:
         names: of the joints, fixed ones too: those of the limbs, of their branches, and of dead weights.
         owners: for each of them the limb it belongs to, or ``base`` or ``platform``.
         signs: for each name 1 if the predecessor is on the side whose wrench on the other is reported, else −1.
-        chords: (J, Q) signs of the chord wrenches of all limbs in turn in what the joint's outboard side puts on the inboard one.
-        outboard: (J, W) which weights it carries.
+        cut joints: (J, Q) signs of the cut-joint wrenches of all limbs in turn in what the joint's outboard side puts on the
+        inboard one. outboard: (J, W) which weights it carries.
         reported: (J,) −1 where the inboard side's wrench on the outboard side is reported, 1 where it is the other way round.
         centre_body, centre: body (J,) and point (3, J) of its centre; of a sliding joint that on the loaded side.
     """
@@ -91,10 +91,10 @@ class JointTable:
         entries = [(edge, k) for edge, k, _ in found if edge.joint is not None]
         self.names = [str(edge.joint) for edge, _ in entries]
         self.owners = [owner for edge, _, owner in found if edge.joint is not None]
-        self.chords = np.zeros((len(entries), self._first[-1]))
+        self.cut_signs = np.zeros((len(entries), self._first[-1]))
         for row, (edge, k) in enumerate(entries):
-            for chord, sign in edge.cut_joints:
-                self.chords[row, k + chord] = sign
+            for cut, sign in edge.cut_joints:
+                self.cut_signs[row, k + cut] = sign
         weights = model.weights.names
         self.outboard = np.array(
             [[(name in edge.outboard) - (name in edge.excluded) for name in weights] for edge, _ in entries], dtype=float
@@ -109,6 +109,6 @@ class JointTable:
         self.centre_body = np.array([body for body, _ in outer], dtype=np.intp)
         self.centre = np.array([frame[:3, 3] for _, frame in outer]).reshape(-1, 3).T
 
-    def chords_of(self, limb: int) -> slice:
-        """Return which columns of ``chords`` are those of a limb."""
+    def cuts_of(self, limb: int) -> slice:
+        """Return which columns of ``cut_signs`` are those of a limb."""
         return slice(self._first[limb], self._first[limb + 1])

@@ -1,4 +1,4 @@
-"""Wrenches of all joints and forces of all drives, from the limbs' chord wrenches and the weights; one chunk of poses at a time.
+"""Wrenches of all joints and forces of all drives, from the limbs' cut-joint wrenches and the weights, chunk by chunk.
 
 Wrenches are what a joint's base side puts on its platform side, at the joint's centre, world axes.
 """
@@ -44,12 +44,12 @@ def _carried(robot: RobotStatics, solution: Solution, joints: Sequence[int] | No
     """
     table = robot.joint_table
     which = slice(None) if joints is None else list(joints)
-    chords = np.zeros((6, table.chords.shape[1], solution.o.shape[1]))
+    cut_signs = np.zeros((6, table.cut_signs.shape[1], solution.o.shape[1]))
     for number, statics in enumerate(solution.statics):
-        total = solution.total_chord_wrenches(number)
+        total = solution.total_cut_wrenches(number)
         for position, limb in enumerate(statics.group.numbers):
-            chords[:, table.chords_of(limb)] = total[:, :, position].swapaxes(0, 1)
-    carried = np.einsum("jq,iqn->ijn", table.chords[which], chords)
+            cut_signs[:, table.cuts_of(limb)] = total[:, :, position].swapaxes(0, 1)
+    carried = np.einsum("jq,iqn->ijn", table.cut_signs[which], cut_signs)
     carried += np.einsum("jw,iwn->ijn", table.outboard[which], solution.weights)
     return table.reported[which][:, None] * move_wrench(carried, _arms(robot, solution, which))
 
@@ -57,12 +57,12 @@ def _carried(robot: RobotStatics, solution: Solution, joints: Sequence[int] | No
 def joint_contributions(robot: RobotStatics, solution: Solution) -> Array:
     """Return the wrenches (6, J, S, N) by contribution; the weights of what hangs on the base belong to none."""
     table, S = robot.joint_table, len(solution.sources)
-    chords = np.zeros((6, table.chords.shape[1], S + 1, solution.o.shape[1]))
+    cut_signs = np.zeros((6, table.cut_signs.shape[1], S + 1, solution.o.shape[1]))
     for number, statics in enumerate(solution.statics):
-        parts = solution.chord_wrenches(number)
+        parts = solution.cut_wrenches(number)
         for position, limb in enumerate(statics.group.numbers):
-            chords[:, table.chords_of(limb), : parts.shape[2]] = parts[:, :, :, position].swapaxes(0, 1)
-    carried = np.einsum("jq,iqsn->ijsn", table.chords, chords)
+            cut_signs[:, table.cuts_of(limb), : parts.shape[2]] = parts[:, :, :, position].swapaxes(0, 1)
+    carried = np.einsum("jq,iqsn->ijsn", table.cut_signs, cut_signs)
     place = {"base": S, "platform": 1} | {name: k for k, name in enumerate(solution.sources)}
     own = np.array([place[owner] for owner in table.owners], dtype=np.intp)
     carried[:, np.arange(len(own)), own] += np.einsum("jw,iwn->ijn", table.outboard, solution.weights)
@@ -116,20 +116,20 @@ def _open_wrenches(robot: RobotStatics, solution: Solution, joints: Sequence[int
     """Return the ways (6, J, K, N) in which rigid parts leave joint wrenches open, each of the size 1; None if there are none."""
     table, N = robot.joint_table, solution.o.shape[1]
     # what rigid limbs leave open between them changes the forces of several limbs together
-    shared = np.zeros((6, table.chords.shape[1], max((item.shape[1] for item in solution.open), default=0), N))
+    shared = np.zeros((6, table.cut_signs.shape[1], max((item.shape[1] for item in solution.open), default=0), N))
     ways = [shared]
     for number, statics in enumerate(solution.statics):
-        together = np.einsum("mkign,iagn->mkagn", statics.chords, solution.open[number])
-        loose = np.zeros((6, table.chords.shape[1], statics.loose.shape[2], N))
+        together = np.einsum("mkign,iagn->mkagn", statics.cut_wrenches, solution.open[number])
+        loose = np.zeros((6, table.cut_signs.shape[1], statics.loose.shape[2], N))
         for position, limb in enumerate(statics.group.numbers):
-            which = table.chords_of(limb)
+            which = table.cuts_of(limb)
             shared[:, which, : together.shape[2]] = together[:, :, :, position].swapaxes(0, 1)
             loose[:, which] = statics.loose[:, :, :, position].swapaxes(0, 1)
         ways.append(loose)
     ways = [way for way in ways if np.any(way)]
     if not ways:
         return None
-    carried = np.einsum("jq,iqan->ijan", table.chords, np.concatenate(ways, axis=2))
+    carried = np.einsum("jq,iqan->ijan", table.cut_signs, np.concatenate(ways, axis=2))
     moved = move_wrench(carried, _arms(robot, solution)[:, :, None])
     sizes = np.maximum(np.abs(moved[:3]), np.abs(moved[3:]) / robot.length).max(axis=(0, 1))
     moved = moved / np.where(sizes > 0, sizes, 1.0)

@@ -231,7 +231,7 @@ class _RigidPart:
         moved = shift + self.inverse @ (force - self.K @ shift)
         multipliers = self.gain @ (force - self.K @ moved)
         if np.any(wanted):
-            # rigid limbs cannot follow misfits that contradict one another
+            # rigid limbs cannot follow assembly errors that contradict one another
             null = np.einsum("nra,nrs->nas", self.unknown * self.sizes[:, :, None], wanted)
             against = np.max(np.abs(null), axis=1, initial=0.0) > _DEPENDENT * np.max(np.abs(wanted), axis=1, initial=0.0)
             moved = np.where(against[:, None], np.nan, moved)

@@ -1,4 +1,4 @@
-"""Platform equilibrium of one chunk of poses, Eqs. (11), (12): limbs, loads and gravity → twist, intensities and chord wrenches.
+"""Platform equilibrium of one chunk of poses, Eqs. (11), (12): limbs, loads, gravity → twist, intensities, cut-joint wrenches.
 
 Everything here has the batch axis last; :mod:`kinetostatics.results.result` turns it for people.
 """
@@ -92,10 +92,10 @@ class Solution(ShortRepr):
             strains: instead, for the contribution that the strains which these forces cause belong to; it is another one after
                 :func:`by_mechanism`.
         """
-        hanging_on_base = group.is_hanging and not group.limbs[0].on_platform
+        hanging_on_base = group.is_attached and not group.limbs[0].on_platform
         share = np.zeros((len(self.sources) + hanging_on_base, len(group.limbs), 1))
         for position, number in enumerate(group.numbers):
-            if group.is_hanging:
+            if group.is_attached:
                 place = len(self.sources) if hanging_on_base else 1
             else:
                 place = self.place_of_strains(number) if strains else 2 + number
@@ -107,26 +107,26 @@ class Solution(ShortRepr):
         deformation = of_deformation(self.sources[2 + limb])
         return self.sources.index(deformation) if deformation in self.sources else 2 + limb
 
-    def chord_wrenches(self, number: int, strains: bool = False) -> Array:
-        """Return the chord wrenches (M, 6, S, g, N) of each contribution in a group of limbs; ``strains``: see :meth:`share`."""
+    def cut_wrenches(self, number: int, strains: bool = False) -> Array:
+        """Return the cut-joint wrenches (M, 6, S, g, N) of each contribution in a group; see :meth:`contribution_mask`."""
         statics = self.statics[number]
         share = self.contribution_mask(statics.group, strains)
         intensities = self.intensities[number]
         if share.shape[0] > intensities.shape[1]:
             intensities = np.concatenate([intensities, np.zeros_like(intensities[:, :1])], axis=1)
-        total = np.einsum("mkign,isgn->mksgn", statics.chords, intensities)
+        total = np.einsum("mkign,isgn->mksgn", statics.cut_wrenches, intensities)
         total += share * statics.particular[:, :, None]
         if "misfit" in self.sources:
-            total[:, :, self.sources.index("misfit")] += statics.assembly_error_chords
+            total[:, :, self.sources.index("misfit")] += statics.assembly_error_cut_wrenches
         return total
 
-    def total_chord_wrenches(self, number: int) -> Array:
-        """Return the chord wrenches (M, 6, g, N) of all contributions together in a group of limbs."""
+    def total_cut_wrenches(self, number: int) -> Array:
+        """Return the cut-joint wrenches (M, 6, g, N) of all contributions together in a group of limbs."""
         statics = self.statics[number]
-        total = np.einsum("mkign,ign->mkgn", statics.chords, self.intensities[number].sum(axis=1))
+        total = np.einsum("mkign,ign->mkgn", statics.cut_wrenches, self.intensities[number].sum(axis=1))
         total += statics.particular
         if "misfit" in self.sources:
-            total += statics.assembly_error_chords
+            total += statics.assembly_error_cut_wrenches
         return total
 
 
@@ -212,13 +212,13 @@ def of_deformation(limb: str) -> str:
     return f"deformation of {limb}"
 
 
-def unit_chords(robot: RobotStatics, solution: Solution) -> list[Array]:
-    """Return for each group the chord wrenches (M, 6, 6, g, N) under unit loads at o, world axes."""
+def unit_cut_wrenches(robot: RobotStatics, solution: Solution) -> list[Array]:
+    """Return for each group the cut-joint wrenches (M, 6, 6, g, N) under unit loads at o, world axes."""
     N = solution.o.shape[1]
     balance = PlatformEquilibrium(robot, solution.statics, N)
     none = [np.zeros((item.J_c.shape[1], 6, *item.J_c.shape[2:])) for item in solution.statics]
     _, intensities = balance.solve(np.broadcast_to(np.eye(6)[:, :, None], (6, 6, N)), none)
-    return [np.einsum("mkign,isgn->mksgn", item.chords, W) for item, W in zip(solution.statics, intensities, strict=True)]
+    return [np.einsum("mkign,isgn->mksgn", item.cut_wrenches, W) for item, W in zip(solution.statics, intensities, strict=True)]
 
 
 def _by_contribution(
@@ -227,15 +227,15 @@ def _by_contribution(
     """Return the right-hand sides of Eqs. (12) and (11), a column for each contribution.
 
     Returns:
-        What the world puts on the platform, less the limbs' attached wrenches (6, S, N); and for each group what sag and misfits
-        move its limbs' ends along their wrenches (n_c, S, g, N).
+        What the world puts on the platform, less the limbs' attached wrenches (6, S, N); and for each group what sag and assembly
+        errors move its limbs' ends along their wrenches (n_c, S, g, N).
     """
     right = np.zeros((6, len(sources), load.shape[1]))
     right[:, 0], right[:, 1] = load, platform_weight
     strains = []
     for item in statics:
         strain = np.zeros((item.J_c.shape[1], len(sources), *item.J_c.shape[2:]))
-        if not item.group.is_hanging:
+        if not item.group.is_attached:
             for position, number in enumerate(item.group.numbers):
                 right[:, 2 + number] -= item.R_g[:, position]
                 if item.group.rigid_directions < len(strain):  # else nothing sags: what there is, is rounding

@@ -194,7 +194,7 @@ class _Ruler:
             float(np.linalg.norm(theirs.compliance * np.outer(self.unit, self.unit))), NOTHING / model.stiffest
         )
         softness = max(self.compliance_size, 1 / model.stiffest)
-        yielding = softness * loads + model.largest_misfit
+        yielding = softness * loads + model.largest_assembly_error
         self.twist_size = max(float(np.linalg.norm(theirs.twist * self.unit)), NOTHING * yielding)
         sizes = [float(np.linalg.norm(wrench / self.unit)) for wrench in theirs.joint_wrenches.values()]
         self.wrench_size = max([*sizes, NOTHING * yielding / softness])

@@ -126,7 +126,7 @@ class FrameModel:
         return max(found, default=1.0)
 
     @property
-    def largest_misfit(self) -> float:
+    def largest_assembly_error(self) -> float:
         """Largest displacement that a misfit causes by itself [m]."""
         unit = np.repeat([1.0, self.size], 3)
         found = [float(np.linalg.norm(joint.misfit * unit)) for joint in self.joints]

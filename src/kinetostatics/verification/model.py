@@ -13,9 +13,9 @@ import numpy as np
 
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.ordering import axis_across
-from kinetostatics.verification.connections import joint_misfit, joint_springs, releases
+from kinetostatics.verification.connections import joint_assembly_error, joint_springs, releases
 from kinetostatics.verification.frame import Coordinate, Drive, FrameBeam, FrameJoint, FrameModel
-from kinetostatics.verification.pieces import JointedPieces, Pieces, PlacedBeam
+from kinetostatics.verification.pieces import JointedBodies, Pieces, PlacedBeam
 
 if TYPE_CHECKING:
     from kinetostatics.kinematics.configuration import Configuration
@@ -105,14 +105,14 @@ class _Builder:
 
     # ---- joints and beams -------------------------------------------------------------------------------------------
 
-    def _joint(self, item: JointedPieces, outward: bool) -> FrameJoint:
+    def _joint(self, item: JointedBodies, outward: bool) -> FrameJoint:
         joint = item.joint
         elastic = self.description.joint_stiffness.get(joint.name)
         axes, free = releases(joint, elastic)
         first, second = (self.number(piece) for piece in item.pieces)
         # the centre of a sliding joint is the one on its outer side; of others the two are the same
         centre = joint.frames[1 if outward else 0][:3, 3]
-        misfit = joint_misfit(self.misfits.get(joint.name), joint, centre)
+        misfit = joint_assembly_error(self.misfits.get(joint.name), joint, centre)
         return FrameJoint(
             joint.name,
             (first, second) if outward else (second, first),

@@ -112,7 +112,7 @@ class _Scale:
             float(np.abs(model.loads[:, 3:]).max(initial=0.0)) / self.length,
         ]
         forces += [float(np.linalg.norm(beam.load)) * beam.length for beam in model.beams]
-        forces.append(self.stiffness * model.largest_misfit)
+        forces.append(self.stiffness * model.largest_assembly_error)
         self.force = max(forces) or 1.0
 
     @property

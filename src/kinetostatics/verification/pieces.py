@@ -83,7 +83,7 @@ def placed_joints(configuration: Configuration) -> dict[str, PlacedJoint]:
 
 
 @dataclass(frozen=True)
-class JointedPieces:
+class JointedBodies:
     """A joint between the ``pieces`` of its predecessor and its successor.
 
     ``along`` tells for a joint inside a telescopic beam the beam's name, and whether the predecessor is nearer to its start.
@@ -126,7 +126,7 @@ class Pieces:
         self._parent: list[int] = []
         #: the pieces of every link with the point at which each is found, None where everything of the link is one piece
         self._of: dict[str, list[tuple[Array | None, int]]] = {}
-        self._inside: list[JointedPieces] = []
+        self._inside: list[JointedBodies] = []
         #: where a telescopic beam begins or ends, for every piece between there and the beam
         self._whole: dict[int, int] = {}
         spans = SpanFinder(self.robot.mechanism).spans()
@@ -135,7 +135,7 @@ class Pieces:
         self.beams = {name: self._place(span) for name, span in spans.items()}
         spanned = {item.joint.name for item in self._inside}
         order = list(self.joints)
-        outside = [JointedPieces(joint, self._sides(joint)) for name, joint in self.joints.items() if name not in spanned]
+        outside = [JointedBodies(joint, self._sides(joint)) for name, joint in self.joints.items() if name not in spanned]
         self.jointed = sorted([*outside, *self._inside], key=lambda item: order.index(item.joint.name))
         self.base, self.platform = self.of_link(self.description.base), self.of_link(self.description.platform)
 
@@ -216,7 +216,7 @@ class Pieces:
             for joint, inner_piece, outer_piece, link in zip(joints, row, row[1:], outer, strict=False):
                 forward = joint.links[1] == link
                 pieces = (inner_piece, outer_piece) if forward else (outer_piece, inner_piece)
-                self._inside.append(JointedPieces(joint, pieces, (span.beam.name, forward)))
+                self._inside.append(JointedBodies(joint, pieces, (span.beam.name, forward)))
         return PlacedBeam(span.beam.name, ends, np.array([start, end]))
 
     # ---- which side is inboard --------------------------------------------------------------------------------------

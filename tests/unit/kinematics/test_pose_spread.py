@@ -5,7 +5,7 @@ import pytest
 
 import kinetostatics as ks
 from kinetostatics.files.bundled import robot_path
-from kinetostatics.kinematics.pose_spread import ordinary_poses
+from kinetostatics.kinematics.pose_spread import typical_poses
 
 pytestmark = pytest.mark.smoke
 
@@ -13,7 +13,7 @@ pytestmark = pytest.mark.smoke
 def test_ordinary_poses_are_parts_of_the_way_to_the_limits():
     """One drive at a time goes a fifth and three fifths of its way, not farther than 1.2 characteristic lengths."""
     machine = ks.load_robot(robot_path("3rps"))
-    pose = machine.configuration(ordinary_poses(machine).T)
+    pose = machine.configuration(typical_poses(machine).T)
     connections = machine.mechanism.connections
     drives = list(machine.description.driven)
     moved = np.stack([pose.actuators[name] for name in drives], axis=1)

@@ -12,10 +12,10 @@ from kinetostatics.results.near_singular import NearSingularity, _bases, _joint_
 
 def network(**changes):
     """Two chords that share a force along x and a moment about z of 2 m · N: 3 and 4 times the force, and large moments."""
-    J_c, chords = np.zeros((6, 2, 1, 1)), np.zeros((2, 6, 2, 1, 1))
+    J_c, cut_wrenches = np.zeros((6, 2, 1, 1)), np.zeros((2, 6, 2, 1, 1))
     J_c[0, 0], J_c[5, 1] = 1.0, 2.0
-    chords[0, 0, 0], chords[1, 1, 0], chords[:, 3:] = 3.0, 4.0, 1e3
-    return SimpleNamespace(J_c=J_c, chords=chords, **changes)
+    cut_wrenches[0, 0, 0], cut_wrenches[1, 1, 0], cut_wrenches[:, 3:] = 3.0, 4.0, 1e3
+    return SimpleNamespace(J_c=J_c, cut_wrenches=cut_wrenches, **changes)
 
 
 def test_forces_in_the_joints_of_a_network_leave_moments_out():
