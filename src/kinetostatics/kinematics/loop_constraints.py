@@ -224,8 +224,7 @@ class LoopEquations(Closures):
 
     def forward(self, x: Array) -> Frames:
         """Return the frames of all bodies in world axes."""
-        frames = self.tree.forward(x)
-        return world_frames(self.mechanism, frames)
+        return world_frames(self.mechanism, self.tree.forward(x))
 
     # ---- residuals --------------------------------------------------------------------------------------------------
 
@@ -239,10 +238,6 @@ class LoopEquations(Closures):
             result[name] = (error, none) if slides else (none, error)
         return result
 
-    def jacobian(self, frames: Frames, wrench: Array) -> Array:
-        """Return the gradients (closures, nv, N) of the loops' residuals with respect to the tree's freedoms."""
-        return products(self.signs, wrench, self.tree.twists(frames))
-
 
 def _blocked_translations(slides: Axes, axis: Array) -> list[Array]:
     return {Axes.NONE: list(_FULL), Axes.AXIS: list(across(axis)), Axes.ACROSS: [axis], Axes.ALL: []}[slides]
@@ -253,10 +248,9 @@ def world_frames(mechanism: Mechanism, frames: Frames) -> Frames:
     if mechanism.base_frame is None:
         return frames
     body, placement = mechanism.base_frame
-    seen = frames.relative_to(body)
-    back = placement[:3, :3].T
-    shifted = seen.position - placement[:3, 3][:, None, None]
-    return Frames(np.einsum("ij,jkbn->ikbn", back, seen.rotation), np.einsum("ij,jbn->ibn", back, shifted))
+    back = np.einsum("ijn,jk->kin", frames.rotation[:, :, body], placement[:3, :3])
+    shifted = frames.position - frames.point(body, placement[:3, 3])[:, None]
+    return Frames(np.einsum("ijn,jkbn->ikbn", back, frames.rotation), np.einsum("ijn,jbn->ibn", back, shifted))
 
 
 def products(signs: Array, wrench: Array, twists: Array) -> Array:

@@ -103,12 +103,6 @@ class Frames(ShortRepr):
             np.concatenate([self.rotation, other.rotation], axis=-1), np.concatenate([self.position, other.position], axis=-1)
         )
 
-    def relative_to(self, body: int) -> Frames:
-        """Return the same frames as seen from ``body``."""
-        back = np.swapaxes(self.rotation[:, :, body], 0, 1)
-        shifted = self.position - self.position[:, body][:, None]
-        return Frames(np.einsum("ijn,jkbn->ikbn", back, self.rotation), np.einsum("ijn,jbn->ibn", back, shifted))
-
 
 class _Group:
     """Joints of one kind at one depth of the tree, moved together."""
