@@ -88,10 +88,6 @@ def test_three_hinges_at_right_angles_are_one_ball(axes, at, count):
 
 @pytest.mark.parametrize(("axes", "at"), [((X, Y), (0, 0.3)), ((X, Y, Z), (0, 0.3, 0.3)), ((X, Y, Z), (-0.2, 0.3, 0.3))])
 def test_the_centre_of_a_joint_is_where_its_axes_meet(axes, at):
-    [group] = hinges(*axes, at=at).statics.groups
-    [compound] = group.compounds[0]
-    for freedom in compound.freedoms:
-        np.testing.assert_allclose(freedom.centre, [0.3, 0, 0], atol=1e-12)
     machine = hinges(*axes, at=at)
     [group] = machine.statics.groups
     frames = machine.assemble().frames
