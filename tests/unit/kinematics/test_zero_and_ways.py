@@ -7,7 +7,7 @@ import pytest
 
 import kinetostatics as ks
 from kinetostatics.files.bundled import robot_path
-from kinetostatics.kinematics import continuation, zero_pose
+from kinetostatics.kinematics import lines, zero_pose
 from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.math import arrays
 
@@ -53,7 +53,7 @@ def test_every_pose_of_every_chunk_follows_its_own_line(monkeypatch, many_starts
         origin = (origin[0][:, one], origin[1][:, one])
     seen = []
 
-    def follow(prescribed, mine, target, local, known, pace):
+    def follow(solver, prescribed, mine, target, local, known):
         seen.append(target.shape[1])
         count = target.shape[1]
         expected = target[0] if many_starts else np.zeros(1)
@@ -63,7 +63,8 @@ def test_every_pose_of_every_chunk_follows_its_own_line(monkeypatch, many_starts
         np.testing.assert_array_equal(known[1][0], expected + 200)
         return SolverState(np.stack([target[0], 2 * target[0]]), np.ones((3, count))), target[0] > 4, target[0] / 10
 
-    poses, arrived, gone = continuation.follow(SimpleNamespace(follow=follow), None, start, numbers[None], 0, origin)
+    monkeypatch.setattr(lines, "_follow_chunk", follow)
+    poses, arrived, gone = lines.follow(None, None, start, numbers[None], 0, origin)
     assert len(seen) == 3 and sum(seen) == N and max(seen) <= 4
     np.testing.assert_array_equal(poses.x, [numbers, 2 * numbers])
     np.testing.assert_array_equal(poses.c, np.ones((3, N)))
