@@ -24,6 +24,7 @@ from loop_robots import (
 )  # fmt: skip
 
 import kinetostatics as ks
+from kinetostatics.files.reader import parse_robot_text
 
 Z = np.array([0.0, 0, 1])
 MANY_FREEDOMS = tuple(kind for kind, count in FREEDOMS.items() if count > 1)
@@ -206,7 +207,7 @@ def test_a_fixed_loop_cannot_be_driven():
     held = Held("fixed", seed=1)
     text = held.text.replace("</robot>", driven("closing") + "</robot>")
     with pytest.raises(ks.RobotFileError, match="'closing' is fixed and cannot be driven"):
-        ks.Robot(ks.robot_file.parse_robot_text(text))
+        ks.Robot(parse_robot_text(text))
 
 
 # ---- limits ----------------------------------------------------------------------------------------------------------------

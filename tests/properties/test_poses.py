@@ -843,7 +843,7 @@ def test_drives_of_a_telescope_carry_the_links_beyond_them(carrier, above_p1, ab
     text = STAGES.replace("CARRIER", carrier)
     if carrier == "middle":  # its own mass is replaced by the beam's
         above_p1 = 0
-    robot = ks.Robot(ks.robot_file.parse_robot_text(text))
+    robot = ks.Robot(parse_robot_text(text))
     result = ks.analyze(robot.assemble(), gravity=(0, 0, -10))
     beam = 7850 * np.pi * 0.02**2 * 1.2
     on_p1 = above_p1 + (beam if carrier in ("middle", "rod") else 0)
@@ -868,7 +868,7 @@ def test_local_freedoms_that_are_driven_are_not_free():
     <transmission name="t"><joint name="turn"/></transmission>
     <beam link="rod" from="foot" to="head" youngs_modulus="2e11" poisson_ratio="0.3" density="7850"><circle diameter="0.04"/>
     </beam></robot>"""
-    robot = ks.Robot(ks.robot_file.parse_robot_text(text))
+    robot = ks.Robot(parse_robot_text(text))
     pose = robot.assemble(actuators={"turn": 0.7})
     assert pose.status == ks.Status.OK
     assert float(pose.actuators["turn"]) == pytest.approx(0.7)
@@ -880,8 +880,8 @@ def test_local_freedoms_that_are_driven_are_not_free():
 def test_rounding_does_not_change_the_assembly_mode(rounded):
     """Closing a rounded loop a little better far away is not what was asked for."""
     text = (TESTS / "five_bar_rounded.urdf").read_text()
-    exact = ks.Robot(ks.robot_file.parse_robot_text(text.replace('"1.57 0 0"', '"1.5707963267948966 0 0"')))
-    robot = ks.Robot(ks.robot_file.parse_robot_text(text.replace('"1.57 0 0"', f'"{rounded} 0 0"')))
+    exact = ks.Robot(parse_robot_text(text.replace('"1.57 0 0"', '"1.5707963267948966 0 0"')))
+    robot = ks.Robot(parse_robot_text(text.replace('"1.57 0 0"', f'"{rounded} 0 0"')))
     assert robot.mobility.platform == exact.mobility.platform == 2
     with pytest.raises(ks.AssemblyError, match="rounded"):
         robot.assemble()
@@ -905,7 +905,7 @@ def test_beams_of_dead_branches_bend_under_their_own_weight(on):
     <beam link="rod" from="foot" to="head" youngs_modulus="2e11" poisson_ratio="0.3" density="0"><circle diameter="0.05"/></beam>
     <beam link="arm" from="inner" to="outer" youngs_modulus="2e11" poisson_ratio="0.3" density="7850" shear_coefficient="inf">
     <circle diameter="0.02"/></beam></robot>"""
-    result = ks.analyze(ks.Robot(ks.robot_file.parse_robot_text(text)).assemble(), gravity=(0, 0, -10))
+    result = ks.analyze(ks.Robot(parse_robot_text(text)).assemble(), gravity=(0, 0, -10))
     q, length, EI = 7850 * np.pi * 0.01**2 * 10, 0.4, 2e11 * np.pi * 0.01**4 / 4
     beam = result.beams["arm"]
     assert np.hypot(*beam.section_wrenches[0, 4:]) == pytest.approx(q * length**2 / 2)
