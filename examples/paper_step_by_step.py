@@ -45,7 +45,7 @@ SYMBOLS = [
         "(17)",
         'result.paper_forces["limb_1"]["f_1a"]',
         "paper_forces.limb_1.f_1a",
-        "N inner (beams)",
+        "N base end (beams)",
         "N; tension positive",
     ),
     ("C_ic", "(1)", 'result.limbs["limb_1"].compliance', "limbs.limb_1.compliance", "–", "m/N, rad/(N·m)"),

@@ -182,7 +182,7 @@ def _complain(robot: Robot, solution: Solution) -> None:
     if solution.assembly_errors is not None and np.any(contradictory):
         names = ", ".join(sorted(solution.assembly_errors.names))
         raise StaticsError(
-            f"the misfits of {names} contradict one another in rigid parts, which cannot give way: give those parts some "
+            f"the misfits of {names} contradict one another in rigid parts, which cannot deform: give those parts some "
             "elasticity (<beam>, <joint_stiffness>)"
         )
     for p in np.flatnonzero(solution.singular):

@@ -195,7 +195,7 @@ def test_pose_and_units_as_printed():
     assert row(text, "Joints", "spherical_2")[-1] == "0"  # a ball carries no moment: noise is not shown
     assert [line.split()[0] for line in part(text, "Ground")] == ["force", "moment"]
     header = part(text, "Beams")[0]
-    for title in ("length [mm]", "mass [kg]", "stress [MPa]", "N/N_Euler [%]", "end moves [nm]"):
+    for title in ("length [mm]", "mass [kg]", "stress [MPa]", "N/N_Euler [%]", "end displacement [nm]"):
         assert title in header
     stiffness = part(text, "Stiffness")
     assert stiffness[1].startswith("x [N/µm]") and stiffness[4].startswith("rx [kN·m/mrad]")

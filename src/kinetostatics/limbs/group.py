@@ -241,7 +241,7 @@ class LimbGroup:
         return np.where(self.rotates[self.passive], self.model.length, 1.0).reshape(-1, 1, 1, 1)
 
     def platform_wrench(self, cut_wrenches: Array) -> Array:
-        """Return what the platform puts on the limb (6, …) by cut-joint wrenches (M, 6, …)."""
+        """Return the platform's wrench acting on the limb (6, …) by cut-joint wrenches (M, 6, …)."""
         return carried_wrench(self.to_platform.astype(np.int8), cut_wrenches)
 
 

@@ -38,10 +38,10 @@ def force_sections(result: Result, noise: Magnitudes, hinge_axes: Mapping[str, s
     magnitudes = "magnitudes about the joint's centre"
     return {
         "Drives, positive along the joint's positive direction": _drives(result, noise),
-        "Limbs: what the platform puts on the limb": _limbs(result, noise, hinge_axes),
+        "Limbs: wrenches of the platform acting on the limb": _limbs(result, noise, hinge_axes),
         "Limbs that are networks: what their beams and their joints to the platform carry": _networks(result, noise),
-        f"Joints: what the base side puts on the platform side, {magnitudes}": _joints(result, noise),
-        "Ground: what it puts on the robot, about the base link's origin": [
+        f"Joints: wrench of the base side acting on the platform side, {magnitudes}": _joints(result, noise),
+        "Ground: its reaction, acting on the robot, about the base link's origin": [
             f"force   {vector(result.base_wrench[:3], noise.scale('force', result.base_wrench[:3]))}",
             f"moment  {vector(result.base_wrench[3:], noise.scale('moment', result.base_wrench[3:]))}",
         ],
@@ -183,12 +183,12 @@ def _beams(result: Result, noise: Magnitudes) -> list[str]:
         Column("beam", list(result.beams)),
         column("length", [beam.length for beam in beams], MILLIMETRES),
         column("mass", [beam.mass for beam in beams], MASSES),
-        Column.of("N inner", [forces[0] for forces in axial], force),
-        Column.of("N outer", [forces[-1] for forces in axial], force),
+        Column.of("N base end", [forces[0] for forces in axial], force),
+        Column.of("N platform end", [forces[-1] for forces in axial], force),
         column("stress", [beam.stress for beam in beams], STRESSES, 4),
         Column("N/N_Euler [%]", ratios, "r"),
-        Column.of("end moves", ends, shift),
-        Column.of("most", most, shift),
+        Column.of("end displacement", ends, shift),
+        Column.of("largest", most, shift),
     ]
     notes = ["N: axial force, tension positive; stress: largest von Mises stress"]
     if any(type(beam.description.section) is Section for beam in beams):
@@ -198,5 +198,5 @@ def _beams(result: Result, noise: Magnitudes) -> list[str]:
         if beam.name == next(name for name in result.beams if name in beam.member):
             held.setdefault(beam.ends, []).append("+".join(beam.member))
     groups = "; ".join(f"{', '.join(names)}: {words}" for words, names in held.items())
-    notes += wrapped(f"N/N_Euler: 100 % buckles; beams in one line count as one. Inner and outer ends of {groups}", "")
+    notes += wrapped(f"N/N_Euler: 100 % buckles; beams in one line count as one. Ends towards base and platform of {groups}", "")
     return [*column_table(columns), *notes]

@@ -109,11 +109,11 @@ def _motion_sections(result: Result, noise: Magnitudes) -> dict[str, list[str]]:
     return {
         "Twist of the platform at o, world axes": _twists({**result.contributions, **total}, noise),
         "What gravity does, by the ways in which it acts": _twists(gravity, noise),
-        "What gives way: the same twist by beams, elastic joints, drives and misfits": _twists(
+        "Elastic displacement by source: the same twist by beams, elastic joints, drives and misfits": _twists(
             {**kinds, **total} if {"joints", "drives", "misfits"} & {*kinds} else {}, noise
         ),
         "Where the sag comes from: parts along the whole displacement and rotation": source_lines(result, noise),
-        "What gives way in the parts of the limbs": _twists(parts, noise),
+        "Elastic displacement of the parts of the limbs": _twists(parts, noise),
         "Stiffness of the platform at o, world axes, drives locked": _stiffness(result),
     }
 
@@ -138,7 +138,7 @@ def _stiffness(result: Result) -> list[str]:
     held, free = np.diag(result.stiffness), _reciprocal(np.diag(result.compliance), result)
     linear = Scale.of([held[:3], free[:3]], STIFFNESSES, digits=6)
     angular = Scale.of([held[3:], free[3:]], TURNING_STIFFNESSES, digits=6)
-    lines = table(("", "others held", "others free"), component_rows(linear, angular, held, free))
+    lines = table(("", "constrained", "free"), component_rows(linear, angular, held, free))
     values, axes = np.linalg.eigh(result.compliance[:3, :3])
     sizes = _reciprocal(values, result)
     for word, k in (("softest", 2), ("stiffest", 0)):

@@ -185,7 +185,7 @@ def _limb(limb: LimbResult) -> Short:
         for k, (label, unit) in enumerate(zip(labels, wrench_units(labels, wrenches), strict=True)):
             rows.append((label, values_words(values[..., k], KINDS[FORCE_KINDS[unit]], noise[unit])))
     title, words = f"LimbResult {limb.name!r}", _listed(rows) or "no constraint wrench"
-    return Short(f"{title}: {words}", title, ("what the platform puts on the limb", "intensity"), rows)
+    return Short(f"{title}: {words}", title, ("wrench acting on the limb", "intensity"), rows)
 
 
 @_short.register

@@ -34,7 +34,7 @@ class BeamResult(Shown):
         mass: (…) [kg].
         axes: (…, 3, 3) beam axes x (along), y, z as columns, world axes.
         points: (…, n, 3) the undeformed centre line [m].
-        section_wrenches: (…, n, 6) N, V_y, V_z, T, M_y, M_z in beam axes: what the outer part puts on the inner [N, N·m].
+        section_wrenches: (…, n, 6) N, V_y, V_z, T, M_y, M_z in beam axes: of the outer part, acting on the inner one [N, N·m].
         deflections: (…, n, 3) displacement of the centre line, world axes [m].
         rotations: (…, n, 3) rotation of the sections, world axes [rad].
         stress: (…) largest von Mises stress over the stations, of all six section forces [Pa]; NaN for ``<section>``, whose

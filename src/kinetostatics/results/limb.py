@@ -17,7 +17,7 @@ from kinetostatics.statics.solution import Solution
 
 
 class LimbResult(Shown):
-    """One limb's wrenches, compliance and sag; wrenches are what the platform puts on the limb, about o, world axes.
+    """One limb's wrenches, compliance and sag; wrenches are those of the platform acting on the limb, about o, world axes.
 
     Of a limb with rings or several joints to the platform, a network, intensities are coordinates of its wrench in a basis: what
     its beams and joints carry stands in :attr:`Result.beams` and :attr:`Result.joint_wrenches`.

@@ -302,7 +302,7 @@ class Result(Shown):
 
     @cached_property
     def base_wrench(self) -> Array:
-        """(…, 6) what the ground puts on the robot, about the base link's origin, world axes [N, N·m]."""
+        """(…, 6) base reaction: the ground's wrench acting on the robot, about the base link's origin, world axes [N, N·m]."""
         total: list[Array] = []
         body, placement = self.robot.mechanism.body_of[self.robot.description.base]
         for solution in self.solutions:

@@ -30,7 +30,7 @@ UNITS = {
     "twist": "[displacement m; rotation rad] of the platform at o",
     "compliance": "m/N, m/(N·m) = rad/N, rad/(N·m), at o, drives locked",
     "stiffness": "N/m, N/rad = N·m/m, N·m/rad, at o, drives locked",
-    "joint_wrenches": "[force N; moment N·m] what the base side puts on the platform side, about the joint's centre",
+    "joint_wrenches": "[force N; moment N·m] wrench of the base side acting on the platform side, about the joint's centre",
     "beam_wrenches": "[force N; moment N·m] what the outer part of a beam puts on its inner, at its inner and its outer end",
     "actuator_forces": "N, of turning joints N·m, positive along the joint's positive direction",
     "differences": "relative, of whole twists, wrenches and matrices, rotations and moments made comparable by `length` m; of "
@@ -87,7 +87,7 @@ def verification_report(found: Verification) -> str:
     if found.finite_elements.actuator_forces:
         lines += section("Drives, positive along the joint's positive direction", _drives(found, noise))
     lines += section(
-        "Joints: what the base side puts on the platform side, magnitudes about the joint's centre", _joints(found, noise)
+        "Joints: wrench of the base side acting on the platform side, magnitudes about the joint's centre", _joints(found, noise)
     )
     lines += section("Differences, relative", _differences(found))
     for name, why in found.not_compared.items():

@@ -20,9 +20,10 @@ def test_the_axial_force_at_both_ends_of_a_hanging_rod():
     found = ks.analyze(machine.assemble(), gravity=(0, 0, -10))
     np.testing.assert_allclose(found.beams["rod"].points[[0, 10, -1]], [[0, 0, 0], [0, 0, -0.5], [0, 0, -1]], atol=1e-12)
     lines = str(found).splitlines()
-    at = next(k for k, line in enumerate(lines) if "N outer [N]" in line)
+    at = next(k for k, line in enumerate(lines) if "N platform end [N]" in line)
     header, row = (
-        lines[k].replace(" [", "[").replace("N inner", "N-inner").replace("N outer", "N-outer").split() for k in (at, at + 1)
+        lines[k].replace(" [", "[").replace("N base end", "N-inner").replace("N platform end", "N-outer").split()
+        for k in (at, at + 1)
     )
     cells = dict(zip((name.partition("[")[0] for name in header), row, strict=False))
     assert float(cells["N-inner"]) == pytest.approx(10 + 10 * RHO * AREA, rel=1e-3)
