@@ -1,8 +1,14 @@
 """The characteristic length: the mean distance of the limbs' outer joints from o, else a quarter of the robot."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from simple_machines import joint, link, loop, mount, parallelogram, robot
+
+from kinetostatics.kinematics.loop_constraints import world_frames
+from kinetostatics.math.rotations import exponential
+from kinetostatics.mechanism.tree import Frames
 
 
 def hinged(*axes):
@@ -43,3 +49,29 @@ def test_joints_that_all_but_meet_in_o_tell_no_length(far, length):
 def test_a_robot_of_one_joint_is_as_large_as_its_box():
     machine = mount(kind="continuous")
     assert machine.size == pytest.approx(0.3) and machine.length == pytest.approx(0.075)
+
+
+def test_a_robot_in_one_point_has_the_length_one():
+    machine = robot(link("base"), link("platform", 1.0), joint("hinge", "continuous", "base", "platform"))
+    assert machine.size == 0 and machine.length == 1.0
+
+
+def test_frames_are_seen_from_the_base_wherever_it_goes():
+    """The base link is in its own frame; what lies elsewhere keeps its place relative to it."""
+    random = np.random.default_rng(4)
+    turns = exponential(random.standard_normal((3, 5, 7)))
+    frames = Frames(turns, random.standard_normal((3, 5, 7)))
+    placement = np.eye(4)
+    placement[:3, :3], placement[:3, 3] = exponential(np.array([[0.3], [0.4], [-0.5]]))[:, :, 0], (1.0, 2.0, 3.0)
+    seen = world_frames(SimpleNamespace(base_frame=(2, placement)), frames)
+    assert seen.rotation.shape == (3, 3, 5, 7) and seen.position.shape == (3, 5, 7)
+    for pose in range(7):
+        world = [
+            np.block([[part.rotation[..., b, pose], part.position[:, b, pose, None]], [0, 0, 0, 1]])
+            for part in (frames, seen)
+            for b in range(5)
+        ]
+        base = world[2] @ placement
+        for before, after in zip(world[:5], world[5:], strict=True):
+            np.testing.assert_allclose(after, np.linalg.inv(base) @ before, atol=1e-12)
+    assert world_frames(SimpleNamespace(base_frame=None), frames) is frames

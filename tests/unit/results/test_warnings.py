@@ -3,8 +3,9 @@
 from types import SimpleNamespace
 
 import numpy as np
+import pytest
 
-from kinetostatics.results.warnings import _buckling, _slender
+from kinetostatics.results.warnings import _buckling, _slender, undetermined_parts
 
 
 def result(**ratios):
@@ -28,3 +29,24 @@ def test_every_member_is_warned_of_once():
 def test_from_which_part_of_the_euler_load_on():
     assert [len(_slender(result(c=part))) for part in (0.049, 0.051, 0.999, 1.0)] == [0, 1, 1, 0]
     assert [len(_buckling(result(c=part))) for part in (0.049, 0.999, 1.0, 1.001)] == [0, 0, 1, 1]
+
+
+@pytest.mark.parametrize(("part", "joints"), [(0.9e-9, "a, c"), (1.1e-9, "a, b, c"), (-1.1e-9, "a, b, c")])
+def test_joints_that_rounding_alone_loads_have_no_part_in_a_self_stress(part, joints):
+    """Two cut joints that carry opposite forces of 2 N but for ``part`` of them: b carries their sum, a and c one each."""
+    loose = np.zeros((2, 6, 1, 1, 1))
+    loose[0, 0], loose[1, 0] = 2.0, -2.0 * (1 + part)
+    edges = [
+        SimpleNamespace(joint=name, cut_joints=signs)
+        for name, signs in (("a", ((0, 1),)), ("b", ((0, 1), (1, 1))), (None, ((0, 1),)), ("c", ((1, -1),)), ("d", ((0, 0),)))
+    ]
+    item = SimpleNamespace(group=SimpleNamespace(limbs=[SimpleNamespace(name="limb_1", edges=edges)]), loose=loose)
+    undetermined = np.zeros((2, 1, 1), dtype=bool)
+    found = SimpleNamespace(solutions=[SimpleNamespace(statics=[item], undetermined=[undetermined])])
+    rest = "how they share their forces is not determined; undetermined forces are NaN"
+    assert undetermined_parts(found) == f"the rigid rings in limb_1 ({joints}) are overconstrained in themselves: {rest}"
+    undetermined[1] = True
+    assert undetermined_parts(found).startswith("the rigid limbs limb_1 overconstrain one another and the rigid rings in limb_1")
+    loose[:] = 0
+    undetermined[:] = False
+    assert undetermined_parts(found) == f"rigid parts are overconstrained: {rest}"

@@ -112,3 +112,17 @@ def test_limbs_are_others_where_their_ranks_are_others(angles, doubtful, changed
     )  # fmt: skip
     item = SimpleNamespace(group=group, doubtful=np.array(doubtful)[:, None])
     assert _changed(item, None, None, 0) == changed
+
+
+def test_a_joint_and_a_beam_of_one_name_are_told_apart_by_what_is_off():
+    machine = robot(
+        link("base"), link("column"), link("platform", 1.0), joint("column", "fixed", "base", "column"),
+        joint("head", "fixed", "column", "platform", "0 0 1"), bar("column", "column", "head", RHO, CIRCLE),
+    )  # fmt: skip
+    pose, still = machine.assemble(), (0, 0, 0)
+    longer = ks.analyze(pose, gravity=still, misfits={"column": {"length": 1e-4}}).twist
+    np.testing.assert_allclose(longer, [0, 0, 1e-4, 0, 0, 0], atol=1e-12)
+    turned = ks.analyze(pose, gravity=still, misfits={"column": [1e-4, 0, 0, 0, 1e-3, 0]}).twist
+    np.testing.assert_allclose(turned, [1e-4 + 1e-3, 0, 0, 0, 1e-3, 0], atol=1e-12)
+    heads = ks.analyze(pose, gravity=still, misfits={"head": [1e-4, 0, 0, 0, 1e-3, 0]}).twist
+    np.testing.assert_allclose(heads, [1e-4, 0, 0, 0, 1e-3, 0], atol=1e-12)
