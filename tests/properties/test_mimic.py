@@ -305,3 +305,24 @@ def test_screws_on_one_motor_have_made_the_same_turns() -> None:
         jacks.configuration(q)
     held = jacks.assemble(platform={"z": 0.2})
     np.testing.assert_allclose(held.frame("l0")[2, 3], 0.02 + 2e-3 * 0.18 / 3e-3, atol=1e-12)
+
+
+@pytest.mark.parametrize(("miss", "turns"), [(0.0, 0), (0.5e-9, 0), (2e-9, 3), (-2e-9, 3)])
+def test_of_turns_that_fit_alike_the_fewest_are_meant(miss: float, turns: int) -> None:
+    """A third of the leader's angle: three turns of it are one of the follower, but for ``miss``."""
+    multiplier = 1 / 3 + miss / (6 * np.pi)
+    text = GRIPPER.replace('<platform link="tool"/>', '<platform link="screw"/>').replace(
+        '<axis xyz="1 0 0"/></joint>',
+        f'<axis xyz="0 0 1"/><mimic joint="wrist" multiplier="{multiplier!r}" offset="0.2"/></joint>',
+    )
+    text = text.replace('<joint name="spindle"/></transmission>', "</transmission>")
+    for joint in ("left", "right"):
+        text = (
+            text[: text.index(f'<joint name="{joint}"')]
+            + text[text.index("</joint>", text.index(f'<joint name="{joint}"')) + 8 :]
+        )
+    text = text.replace('<link name="jaw_1"/><link name="jaw_2"/>', "")
+    robot = ks.Robot(parse_robot_text(text))
+    pose = robot.assemble(actuators={"wrist": 0.3 + 6 * np.pi}, tolerance=1e-8)
+    found = robot.configuration(pose.q, tolerance=1e-8)
+    assert found.actuators["wrist"] == pytest.approx(0.3 + 2 * np.pi * turns, abs=1e-9)
