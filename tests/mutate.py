@@ -288,15 +288,13 @@ def read_map() -> dict:
 def tests_of(mutant: Mutant, known: dict) -> list[str]:
     """Return the tests that reach a mutant, in the order to try them; for a constant those that reach a line that uses it."""
     lines = known["lines"].get(mutant.module, {})
-    found = set(lines.get(str(mutant.line), ()))
+    at_line = set(lines.get(str(mutant.line), ()))
+    found = set(at_line)
     names: set[str] = set()
     mine = re.compile(rf"/test_(\w+_)?{mutant.module.rpartition('/')[2]}\.py::")
     for node in ast.walk(ast.parse(mutant.text)):
-        if isinstance(node, ast.FunctionDef) and node.lineno <= mutant.line < node.body[0].lineno:  # a default
-            inside = range(node.body[0].lineno, node.end_lineno + 1)
-            found |= {test for line in inside for test in lines.get(str(line), ())}
-        elif isinstance(node, ast.FunctionDef) and not found and node.lineno <= mutant.line <= node.end_lineno:
-            # a line that has changed since: what reaches the rest of the function
+        if isinstance(node, ast.FunctionDef) and node.lineno <= mutant.line <= node.end_lineno:
+            # its head has defaults; and of a line that has changed since the map knows but what reaches the rest
             found |= {test for line in range(node.body[0].lineno, node.end_lineno + 1) for test in lines.get(str(line), ())}
     for node in ast.parse(mutant.text).body:  # what is read once, when the module is: by the test that comes first
         if node.lineno <= mutant.line <= node.end_lineno:
@@ -306,12 +304,13 @@ def tests_of(mutant: Mutant, known: dict) -> list[str]:
     for name in names:
         found |= _tests_of_name(name, known, set(names))
     found.discard("")
-    # those of the module itself, then the quickest of every file, then the second quickest: files have subjects of their own
+    # those of the module itself, then those that reach the very line; of them the quickest of every file, then the second
+    # quickest: files have subjects of their own
     files: dict[str, list[str]] = {}
     for test in sorted(found, key=lambda test: known["seconds"].get(test, 0.0)):
         files.setdefault(test.partition("::")[0], []).append(test)
     mixed = [test for row in zip_longest(*files.values()) for test in row if test]
-    return sorted(mixed, key=lambda test: not mine.search(test))
+    return sorted(mixed, key=lambda test: (not mine.search(test), test not in at_line))
 
 
 def _constants(node: ast.stmt, line: int) -> set[str]:
@@ -398,7 +397,7 @@ def main() -> int:
         return 0
     modules = options.modules or CORE
     known = read_map()
-    excused = {line.partition("  # ")[0].strip() for line in _excuses()}
+    excused = {line.rpartition("  # ")[0].strip() for line in _excuses()}
     drawn: list[Mutant] = []
     for module in modules:
         every_one = list(mutants(module))

@@ -126,3 +126,11 @@ def test_a_joint_and_a_beam_of_one_name_are_told_apart_by_what_is_off():
     np.testing.assert_allclose(turned, [1e-4 + 1e-3, 0, 0, 0, 1e-3, 0], atol=1e-12)
     heads = ks.analyze(pose, gravity=still, misfits={"head": [1e-4, 0, 0, 0, 1e-3, 0]}).twist
     np.testing.assert_allclose(heads, [1e-4, 0, 0, 0, 1e-3, 0], atol=1e-12)
+
+
+def test_wrenches_of_joints_are_the_sums_of_their_contributions():
+    found = cross_brace("n", "m")
+    for name, wrench in found.joint_wrenches.items():
+        parts = found.joint_contributions[name]
+        np.testing.assert_allclose(sum(parts.values()), wrench, rtol=1e-8, atol=1e-8)
+        assert "load" in parts and len(parts) > 2
