@@ -222,7 +222,7 @@ def _compound_of_run(
         JointDof(True, connection.predecessor_body, connection.axis_on(True), body, centre, edge.sign, connection.name)
         for _, edge, connection in run
     ]
-    if kind == "spherical":
+    if len(run) == 3:
         dofs = [JointDof(True, body, axis, body, centre, 1, label) for axis in np.eye(3)]
     fixed = len(run) > 1 or has_centre(mechanism, first)
     return CompoundJoint(kind, label, names, True, tuple(dofs), run[-1][0], fixed, last_shift)
