@@ -139,9 +139,9 @@ def _live(args: argparse.Namespace) -> int:
         server, found = _server(args)
     with server:
         arguments.print_warnings(found)
-        print(f"live at {server.url} (Ctrl+C ends it)", flush=True)
-        open_browser(server.url)
         try:
+            print(f"live at {server.url} (Ctrl+C ends it)", flush=True)
+            open_browser(server.url)
             server.wait()
         except KeyboardInterrupt:
             print()
