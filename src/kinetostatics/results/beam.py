@@ -14,7 +14,8 @@ from kinetostatics.printing.dispatch import Shown
 from kinetostatics.printing.mappings import Named
 from kinetostatics.results.batch import Batch
 from kinetostatics.robot import Robot
-from kinetostatics.statics.deformation import Deformation, LoadedBeams, axial_forces
+from kinetostatics.statics.deformation import Deformation, axial_forces
+from kinetostatics.statics.loaded_beams import LoadedBeams
 from kinetostatics.statics.solution import Solution
 
 #: Stations along a beam, ends included.

@@ -14,7 +14,6 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.limbs import beam as beam_formulas
 from kinetostatics.limbs.compliance import spring_twist
 from kinetostatics.limbs.geometry import LimbGeometry
 from kinetostatics.limbs.group import LimbGroup, carried_wrench
@@ -25,83 +24,9 @@ from kinetostatics.math.screws import move_twist, move_wrench
 from kinetostatics.mechanism.beam_model import BeamModel
 from kinetostatics.mechanism.joint_compliance import Spring, springs_of
 from kinetostatics.mechanism.limbs import Edge
+from kinetostatics.statics.loaded_beams import LoadedBeams, rotate
 from kinetostatics.statics.model import RobotStatics
 from kinetostatics.statics.solution import Solution
-
-
-@dataclass(frozen=True)
-class LoadedBeams:
-    """Alike beams of g limbs with what loads them, for each contribution; wrenches and loads in beam axes.
-
-    Attributes:
-        models: the beams.
-        compliances: (6, g, 1) section compliances.
-        axes: (3, 3, g, N) beam axes in the world.
-        length: (g, N) [m].
-        mass: (g, N) [kg].
-        end: (3, g, N) arm from o to the outer end.
-        wrench: (6, S, g, N) wrench at the outer end.
-        load: (3, S, g, N) own weight [N/m].
-        inner: (6, S, g, N) motion of the inner end as a rigid body, about o, world axes.
-        stretch: (S, g, N) how much longer it is by itself, by error or warmth [m].
-        elsewhere: (S, g, N) of the axial force at the end that reports tell, what belongs to other contributions than the strains
-            that it causes [N]; see :func:`kinetostatics.statics.solution.by_mechanism`.
-    """
-
-    models: tuple[BeamModel, ...]
-    compliances: Array
-    axes: Array
-    length: Array
-    mass: Array
-    end: Array
-    wrench: Array
-    load: Array
-    inner: Array
-    stretch: Array
-    elsewhere: Array
-
-    def axial_force(self) -> Array:
-        """Return the axial force (S, g, N) at the outer end by the contributions that forces belong to, tension positive."""
-        return np.asarray(self.wrench[0] + self.elsewhere)
-
-    def end_twist(self) -> Array:
-        """Return what their own deformation adds to everything outboard (6, S, g, N), about o, world axes."""
-        c = self.compliances[:, None]
-        local = beam_formulas.end_displacement(c, self.length, self.wrench)
-        local += beam_formulas.sag(c, self.length, self.load)
-        return move_twist(rotate(self.axes, local), -self.end[:, None])
-
-    def turned(self, outer: Array) -> LoadedBeams:
-        """Return the same beams from their other ends, whose motions as rigid bodies are ``outer`` (6, S, g, N)."""
-        back = np.array([-1.0, 1.0, -1.0]).reshape(3, 1, 1)
-        start = beam_formulas.section_wrench(self.length, self.wrench, self.load, np.zeros_like(self.length))
-        signs = np.tile(back, (2, 1, 1))[:, None]
-        return replace(
-            self,
-            axes=self.axes * back[None],
-            end=self.end - self.axes[:, 0] * self.length,
-            wrench=-start * signs,
-            load=self.load * back[:, None],
-            inner=outer,
-        )
-
-    def lines(self, fractions: Array) -> Array:
-        """Return displacement and rotation (6, n, S, g, N) of stations at given fractions of the length, world axes."""
-        s = fractions[:, None, None, None] * self.length
-        c = self.compliances[:, None, None]
-        local = beam_formulas.bent_line(c, self.length, self.wrench[:, None], self.load[:, None], s)
-        arm = self.end[:, None, None] - self.axes[:, 0, None, None] * (self.length - s)
-        moved = rotate(self.axes, local) + move_twist(self.inner[:, None], arm)
-        moved[:3] += self.axes[:, 0, None, None] * (fractions[:, None, None, None] * self.stretch)
-        return moved
-
-
-def rotate(axes: Array, screws: Array, back: bool = False) -> Array:
-    """Turn twists or wrenches (6, …, g, N) from the axes (3, 3, g, N) into world axes, or back."""
-    result = np.empty(screws.shape)
-    for rows in (slice(0, 3), slice(3, 6)):
-        result[rows] = np.einsum("ji...gn,j...gn->i...gn" if back else "ij...gn,j...gn->i...gn", axes, screws[rows])
-    return result
 
 
 @dataclass(frozen=True)

@@ -68,7 +68,6 @@ class PlatformEquilibrium:
                 half = factor.forward(np.swapaxes(item.J_c, 0, 1))
                 K += np.einsum("kign,kjgn->ijn", half, half)
             self._halves.append(half)
-        self._K = K
         splits = [factor for factor in self._factors if isinstance(factor, _Split)]
         self._rigid = _RigidPart(K, splits, self.scale) if splits else None
         self.undetermined = [np.zeros((*item.J_c.shape[1:],), dtype=bool) for item in statics]
