@@ -56,8 +56,8 @@ mechanism/beam_model mechanism/edge_directions mechanism/inertias mechanism/join
 mechanism/limbs mechanism/mechanism mechanism/rigid_bodies mechanism/tree mechanism/weights printing/text
 results/batch results/beam results/contributions results/gravity_ways results/limb results/near_singular
 results/result results/warnings sections/kinds sections/shear sections/von_mises statics/assembly_errors
-statics/deformation statics/loaded_beams statics/joint_table statics/joint_wrenches statics/limb_ranks statics/platform_equilibrium
-statics/solution""".split()
+statics/deformation statics/loaded_beams statics/joint_table statics/joint_wrenches statics/limb_ranks
+statics/platform_equilibrium statics/solution""".split()
 
 #: Tests that reach the core by way of a browser, other processes or large maps tell little about single numbers for their time.
 SLOW = re.compile(
