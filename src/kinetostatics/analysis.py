@@ -23,7 +23,6 @@ from kinetostatics.mechanism.tree import Frames
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot, robot_of
 from kinetostatics.statics.assembly_errors import AssemblyErrors, parse_assembly_errors
-from kinetostatics.statics.joint_table import passive_joints
 from kinetostatics.statics.limb_ranks import groups_of_poses
 from kinetostatics.statics.model import RobotStatics
 from kinetostatics.statics.solution import UNBALANCED, Solution, solve
@@ -166,7 +165,7 @@ def _complain(robot: Robot, solution: Solution) -> None:
             raise StaticsError(short)
     for name, part in solution.unbalanced.items():
         for p in np.flatnonzero(part > UNBALANCED):
-            joints = passive_joints(robot.statics, name)
+            joints = robot.statics.passive_joints(name)
             what = (
                 f"{name} cannot hold its own weight"
                 if name.startswith("limb")

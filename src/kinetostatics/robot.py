@@ -16,7 +16,6 @@ from kinetostatics.exceptions import ArgumentError, AssemblyError
 from kinetostatics.files.reader import read_robot_file
 from kinetostatics.kinematics import assembly
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.kinematics.loop_constraints import world_frames
 from kinetostatics.kinematics.pose_spread import typical_poses
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.kinematics.unit_hints import odd_coordinates
@@ -108,13 +107,12 @@ class Robot(Shown, RobotKinematics):
     @cached_property
     def statics(self) -> RobotStatics:
         """What the numerics of the statics need: frozen data, and the limbs' wrench bases, which are chosen once per robot."""
-        ordinary = world_frames(self.mechanism, self.mechanism.forward(typical_poses(self)))
-        return make_statics(self._static_model, self.frames_of(self.generic_poses), ordinary)
+        return make_statics(self._static_model, self.generic_frames, self.frames_at(typical_poses(self)))
 
     @cached_property
     def members(self) -> tuple[Member, ...]:
         """Runs of beams in one line, which buckle as one, and how their ends are held."""
-        return members_of(self._static_model, self.frames_of(self.generic_poses))
+        return members_of(self._static_model, self.generic_frames)
 
     # ---- poses --------------------------------------------------------------------------------------------------------
 

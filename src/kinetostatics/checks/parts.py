@@ -121,8 +121,7 @@ def beam_facts(robot: Robot, labels: dict[str, str], attempt: Callable[[Callable
         length = mass = None
         if models is not None and frames is not None:
             model = models[name]
-            length = float(model.length(frames)[0])
-            mass = model.mass if model.mass_per_length is None else model.mass_per_length * length
+            length, mass = float(model.length(frames)[0]), float(model.mass_at(frames)[0])
         found.append(_beam(robot, beam, labels, length, mass))
     return found
 

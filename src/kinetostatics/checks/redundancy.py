@@ -14,14 +14,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from kinetostatics.checks.mobility import NOTHING, Motions, eliminated, groups_of
-from kinetostatics.kinematics.loop_constraints import world_frames
 from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import canonical_basis, null_space
 from kinetostatics.printing.text import listing
 
 if TYPE_CHECKING:
-    from kinetostatics.mechanism.tree import Frames
     from kinetostatics.robot import Robot
 
 
@@ -80,7 +78,7 @@ class _SelfStress:
 
     def __init__(self, robot: Robot, pose: SolverState) -> None:
         self.robot = robot
-        frames = _frames(robot, pose)
+        frames = robot.frames_of(pose)
         o = robot.mechanism.platform_pose(frames)[1]
         limbs = robot.topology.all_limbs
         self.first = np.concatenate([[0], np.cumsum([6 * len(limb.to_platform) for limb in limbs])]).astype(int)
@@ -162,11 +160,6 @@ class _SelfStress:
         mine = felt[limbs] @ _null(felt[others].reshape(-1, felt.shape[2]))
         U, values, _ = np.linalg.svd(np.concatenate(list(mine), axis=1), full_matrices=False)
         return np.asarray(U[:, : int(np.sum(values > NOTHING))])
-
-
-def _frames(robot: Robot, pose: SolverState) -> Frames:
-    """Return the frames of all bodies, those inside spherical joints too."""
-    return world_frames(robot.mechanism, robot.mechanism.forward(robot.model_q(pose)))
 
 
 def _null(matrix: Array) -> Array:

@@ -14,7 +14,6 @@ from kinetostatics.kinematics.continuation import reach
 from kinetostatics.kinematics.coordinate_choices import prescribed_platform, say_choices
 from kinetostatics.kinematics.joint_coordinates import actuator_names
 from kinetostatics.kinematics.lines import follow
-from kinetostatics.kinematics.loop_constraints import world_frames
 from kinetostatics.kinematics.openings import gaps_at, gaps_text, worst_gaps_text
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.kinematics.solver import PrescribedCoordinates, SolverState
@@ -156,7 +155,7 @@ def _frames(robot: RobotKinematics, q: Array) -> tuple[Frames, Array]:
 
 
 def _frames_of(robot: RobotKinematics, q: Array) -> tuple[Array, Array, Array]:
-    frames = world_frames(robot.mechanism, robot.mechanism.forward(q))
+    frames = robot.frames_at(q)
     return frames.rotation, frames.position, robot.equations.evaluate(frames)[0]
 
 

@@ -1,4 +1,4 @@
-"""Boxes of requested coordinates, with Chebyshev nodes from which polynomials predict what lies between."""
+"""Boxes of prescribed coordinates, with Chebyshev nodes from which polynomials predict what lies between."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _SAFETY, _EXPECTED_STEP = 20.0, (8e-4, 1e-2)
 
 @dataclass(frozen=True)
 class Cells:
-    """A partition of the requested coordinates into boxes, with nodes for a polynomial in each.
+    """A partition of the prescribed coordinates into boxes, with nodes for a polynomial in each.
 
     Attributes:
         varying: the coordinates that vary.

@@ -41,7 +41,7 @@ def reach(
     local: int = 0,
     origin: tuple[Array, Array] | None = None,
 ) -> tuple[SolverState, NDArray[np.bool_]]:
-    """Reach the requested coordinates from ``start``.
+    """Reach the prescribed coordinates from ``start``.
 
     Args:
         solver: closes the loops.

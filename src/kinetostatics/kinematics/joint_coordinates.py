@@ -53,7 +53,7 @@ class JointCoordinates:
 
 
 def actuator_names(mechanism: Mechanism, equations: LoopEquations) -> list[str]:
-    """Return the driven joints in the order of their request: those of the tree, then loops."""
+    """Return the driven joints in the order in which they are prescribed: those of the tree, then loops."""
     loops = [loop.name for loop in equations.loops]
     return sorted(mechanism.description.driven, key=lambda name: name in loops)
 

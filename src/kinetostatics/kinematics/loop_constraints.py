@@ -1,7 +1,7 @@
 """The equations of all loop joints, and of joints that follow others.
 
 The unknowns are the freedoms of a spanning tree that is Pinocchio's but for spherical joints written as three revolutes, which
-are one joint here. Every equation is a constraint wrench of a joint or of the requested coordinates, so that its gradient is
+are one joint here. Every equation is a constraint wrench of a joint or of the prescribed coordinates, so that its gradient is
 the product of that wrench with the tree's twists. Overconstrained loops are closed in the least-squares sense.
 """
 

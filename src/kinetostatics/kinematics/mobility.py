@@ -63,29 +63,29 @@ class MobilityAnalysis:
             ranks.append(rank)
             gaps.append(gap)
         best = int(np.argmax(ranks))
-        mobility_analysis, platform = self.solver.tree.nv - ranks[best], platforms[best]
-        return Mobility(platform, mobility_analysis - platform, self.solver.equations.count - ranks[best], gaps[best])
+        freedoms, platform = self.solver.tree.nv - ranks[best], platforms[best]
+        return Mobility(platform, freedoms - platform, self.solver.equations.count - ranks[best], gaps[best])
 
     def fixes_platform(self, prescribed: PrescribedCoordinates) -> bool:
-        """Whether the requested coordinates leave the platform no freedom, at generic poses."""
+        """Whether the prescribed coordinates leave the platform no freedom, at generic poses."""
         if prescribed not in self._fixes:
             self._fixes[prescribed] = any(self.fixes_platform_at(prescribed, pose) for pose in self.poses)
         return self._fixes[prescribed]
 
     def fixes_platform_at(self, prescribed: PrescribedCoordinates, pose: SolverState) -> bool:
-        """Whether the requested coordinates leave the platform no freedom at one pose."""
+        """Whether the prescribed coordinates leave the platform no freedom at one pose."""
         columns = self.solver.free_columns(prescribed)
         moving = self._platform_map(pose)[:, columns] @ self._free_motions(prescribed, pose)[: len(columns)]
         return float(np.abs(moving).max(initial=0.0)) < 1e-6
 
     def local_dofs(self, prescribed: PrescribedCoordinates) -> int:
-        """How many freedoms the requested coordinates leave, at generic poses: local ones, if they fix the platform."""
+        """How many freedoms the prescribed coordinates leave, at generic poses: local ones, if they fix the platform."""
         if prescribed not in self._local:
             self._local[prescribed] = min(self._free_motions(prescribed, pose).shape[1] for pose in self.poses)
         return self._local[prescribed]
 
     def without_idle_dofs(self, prescribed: PrescribedCoordinates) -> PrescribedCoordinates:
-        """Return a request that fixes the freedoms that change neither loops nor what is requested: the spins of most rods."""
+        """Fix besides the freedoms that change neither loops nor what is prescribed: the spins of most rods."""
         if prescribed not in self._without_idle:
             gradients = [np.abs(self._gradient(prescribed, pose)) for pose in self.poses]
             columns = self.solver.free_columns(prescribed)
@@ -103,11 +103,11 @@ class MobilityAnalysis:
         return np.concatenate([linear / solver.length, twists[3:]]) * solver.column_scale
 
     def _free_motions(self, prescribed: PrescribedCoordinates, pose: SolverState) -> Array:
-        """Return a basis (n, k) of the scaled motions of free columns and unknown angles that a request allows at one pose."""
+        """Return a basis (n, k) of the scaled motions of free columns and unknown angles that are left at one pose."""
         return null_space(self._gradient(prescribed, pose), self.rank_tolerance)[0]
 
     def _gradient(self, prescribed: PrescribedCoordinates, pose: SolverState) -> Array:
-        """Return the gradient (m, n) of loops and request at one pose."""
+        """Return the gradient (m, n) of loops and prescribed coordinates at one pose."""
         if prescribed.orientation is not None:
             R, _ = self.solver.mechanism.platform_pose(self.solver.equations.forward(pose.x))
             pose = SolverState(pose.x, prescribed.orientation.coordinates(R))

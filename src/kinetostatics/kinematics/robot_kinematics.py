@@ -33,7 +33,7 @@ class RobotKinematics:
     Attributes:
         description: what the file says.
         mechanism: bodies and connections.
-        topology: limbs and dead weights.
+        topology: limbs, and what is attached to base and platform.
         equations: of the loops.
     """
 
@@ -152,6 +152,11 @@ class RobotKinematics:
         """Three assembled poses without symmetry, near the zero pose, at which ranks and bases are decided."""
         return self._generic[0]
 
+    @cached_property
+    def generic_frames(self) -> Frames:
+        """Frames of the generic poses."""
+        return self.frames_of(self.generic_poses)
+
     @property
     def closing_error(self) -> float:
         """How far the loops stay open at the zero pose and beside it [scaled m, rad]: rounding, or the file's own."""
@@ -195,9 +200,13 @@ class RobotKinematics:
         near = np.broadcast_to(self.mechanism.tree.neutral[:, None], (self.mechanism.tree.nq, poses.x.shape[1]))
         return self.equations.to_model(poses.x, near)
 
+    def frames_at(self, q: Array) -> Frames:
+        """Return the frames of all bodies at Pinocchio's coordinates (nq, N), in world axes."""
+        return world_frames(self.mechanism, self.mechanism.forward(q))
+
     def frames_of(self, poses: SolverState) -> Frames:
-        """Return the frames of solved poses, in world axes."""
-        return world_frames(self.mechanism, self.mechanism.forward(self.model_q(poses)))
+        """Return the frames of all bodies at solved poses, in world axes."""
+        return self.frames_at(self.model_q(poses))
 
     @cached_property
     def _coordinates(self) -> joint_coordinates.JointCoordinates:

@@ -72,7 +72,7 @@ class SolverState(ShortRepr):
 
 
 class Solver:
-    """Newton's method for the loops, for joints that follow others and for a request.
+    """Newton's method for the loops, for joints that follow others and for prescribed coordinates.
 
     ``length`` [m] makes lengths and angles comparable where rank and prescribed coordinates are judged, ``reach`` [m] where steps
     are; ``slack`` is the scaled residual that the file's own rounding may leave.
@@ -132,7 +132,7 @@ class Solver:
     # ---- equations --------------------------------------------------------------------------------------------------
 
     def system(self, prescribed: PrescribedCoordinates, poses: SolverState, target: Array) -> tuple[Array, Array]:
-        """Return scaled residuals (m, N) and gradients (m, n, N) of loops and request, n: free tree columns, unknown angles."""
+        """Return scaled residuals (m, N) and gradients (m, n, N) of all equations, n: free tree columns, unknown angles."""
         equations, tree = self.equations, self.tree
         free, (loop_factors, platform_factors) = self.free_columns(prescribed), self._factors(prescribed)
         N, f, extra = poses.x.shape[1], len(free), len(prescribed.unknown_angles)
@@ -330,7 +330,7 @@ class Solver:
             poses: one pose to start from.
             prescribed: what is given, and ``target`` (n, 1) its values.
             target: see ``prescribed``.
-            weight: of the request's equations against those of the loops.
+            weight: of the prescribed coordinates' equations against those of the loops.
             cutoff: directions with a smaller relative singular value are left alone. Rounding in a file makes every motion of an
                 overconstrained robot open its loops a little; they are not to be closed by undoing the motion.
 

@@ -1,6 +1,6 @@
 """Self-stress in limbs with rings: it takes the value that the elasticity of beams and springs gives it (the force method).
 
-Chord wrenches are ``(M, 6, …, limb, pose)`` about o; see ``docs/method.md``, section 9.
+Cut-joint wrenches are ``(M, 6, …, limb, pose)`` about o; see ``docs/method.md``, section 9.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from kinetostatics.math.linalg import correlation
 
 @dataclass(frozen=True)
 class RelaxedLimbs:
-    """Chord wrenches of g limbs with self-stress relaxed, and how the limbs give way under them.
+    """Cut-joint wrenches of g limbs with self-stress relaxed, and how the limbs give way under them.
 
     Attributes:
-        cut joints: (M, 6, n_c, g, N) cut-joint wrenches per unit of each intensity.
+        cut_wrenches: (M, 6, n_c, g, N) cut-joint wrenches per unit of each intensity.
         particular: (M, 6, g, N) cut-joint wrenches under the limbs' own weights.
         assembly_error_cut_wrenches: (M, 6, g, N) cut-joint wrenches under assembly errors.
         loose: (M, 6, s, g, N) self-stresses without any compliance.

@@ -32,7 +32,7 @@ class LimbStatics(ShortRepr):
         C: (n_c, n_c, g, N) compliance C_ic, Eq. (1).
         gravity_displacement: (n_c, g, N) Δ_igc, Eqs. (16), (19), (21) [m or rad].
         assembly_error: (n_c, g, N) the same of assembly errors.
-        cut joints: (M, 6, n_c, g, N) cut-joint wrenches per unit of each intensity; of a serial limb J_c itself.
+        cut_wrenches: (M, 6, n_c, g, N) cut-joint wrenches per unit of each intensity; of a serial limb J_c itself.
         particular: (M, 6, g, N) cut-joint wrenches under the limb's own weight; of a serial limb R_g.
         assembly_error_cut_wrenches: (M, 6, g, N) cut-joint wrenches under assembly errors with no intensity: self-stress.
         loose: (M, 6, s, g, N) self-stresses without any compliance: how much of them there is cannot be told.

@@ -28,7 +28,7 @@ class LimbWrenches:
     Attributes:
         J_c, J_g: (6, n_c, g, N), (6, n_g, g, N) constraint and attached wrenches, Eqs. (2), (4).
         W_g: (n_g, g, N) attached intensities, Eq. (3) [N or N·m].
-        cut joints: (M, 6, n_c, g, N) cut-joint wrenches per unit of each intensity; of a serial limb J_c itself.
+        cut_wrenches: (M, 6, n_c, g, N) cut-joint wrenches per unit of each intensity; of a serial limb J_c itself.
         particular: (M, 6, g, N) cut-joint wrenches under the limb's own weight; of a serial limb J_g W_g.
         self_stress: (M, 6, s, g, N) cut-joint wrenches that the platform does not feel; of a serial limb none.
         unbalanced: (passive freedoms, g, N) what is left of Eq. (3) [N].

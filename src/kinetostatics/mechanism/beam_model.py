@@ -68,8 +68,11 @@ class BeamModel(ShortRepr):
         return np.where(np.abs(length) <= rounding, 0.0, length)
 
     def mass_at(self, frames: Frames) -> Array:
-        """Return the mass (N,) [kg] at given frames; a telescope that has no length left has none."""
-        length = self.length(frames)
+        """Return the mass (N,) [kg] at given frames."""
+        return self.mass_of(self.length(frames))
+
+    def mass_of(self, length: Array) -> Array:
+        """Return the mass [kg] at given lengths (…) [m]; a telescope that has no length left has none."""
         return np.full_like(length, self.mass) if self.mass_per_length is None else self.mass_per_length * np.maximum(length, 0)
 
     def rod(self, frames: Frames) -> tuple[int, Any]:

@@ -126,7 +126,7 @@ class Element:
     Attributes:
         edges: positions of its edges in the limb; the last is its outboard end.
         parent: the element on its inboard side, −1 for none.
-        cut_joints: signs of the cut joint wrenches that it carries, by number.
+        cut_joints: signs of the cut-joint wrenches that it carries, by number.
         compound: which of the limb's compound joints it is, None for a beam or a fixed joint.
         is_beam: whether it is a beam.
         turned: whether base and platform give it no direction and it lies against the file's.

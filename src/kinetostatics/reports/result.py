@@ -31,7 +31,6 @@ from kinetostatics.reports.gravity import gravity_twists
 from kinetostatics.reports.pose import facts_of, pose_lines, statuses_of
 from kinetostatics.reports.sources import source_lines
 from kinetostatics.results.result import Result
-from kinetostatics.statics.joint_table import passive_joints
 from kinetostatics.statics.solution import UNBALANCED
 from kinetostatics.status import WITHOUT_NUMBERS, Status
 
@@ -85,7 +84,7 @@ def _pose(result: Result) -> list[str]:
 def _free_motions(result: Result) -> list[str]:
     robot, solution = result.robot, result.solutions[0]
     found = [
-        f"{owner}: its passive joints {', '.join(passive_joints(robot.statics, owner))} do not carry all of its weight"
+        f"{owner}: its passive joints {', '.join(robot.statics.passive_joints(owner))} do not carry all of its weight"
         for owner, part in solution.unbalanced.items()
         if part[0] > UNBALANCED
     ]

@@ -137,7 +137,7 @@ def _joint_forces(statics: LimbStatics, length: float) -> tuple[Array, Array]:
 def _generic_forces(robot: Robot) -> list[Array]:
     """Return for each limb group the smallest of these forces (g,) at the generic poses; infinite if they are not known."""
     found = [np.full(len(group.limbs), np.inf) for group in robot.statics.groups]
-    frames = robot.frames_of(robot.generic_poses)
+    frames = robot.generic_frames
     N = frames.position.shape[2]
     solution = solve(robot.statics, frames, np.zeros((6, N)), np.zeros((3, N)))
     for number, statics in enumerate(solution.statics):

@@ -21,7 +21,6 @@ from kinetostatics.limbs.statics import LimbStatics
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import least_squares
 from kinetostatics.math.screws import move_twist, move_wrench
-from kinetostatics.mechanism.beam_model import BeamModel
 from kinetostatics.mechanism.joint_compliance import Spring, springs_of
 from kinetostatics.mechanism.limbs import Edge
 from kinetostatics.statics.loaded_beams import LoadedBeams, rotate
@@ -38,7 +37,7 @@ class ElasticDeformation:
         names: of the beams or joints.
         group, number: the limbs, and the number of their group.
         positions: which of the group's limbs are meant.
-        cut joints: (M,) signs of the cut-joint wrenches that it carries.
+        cut_signs: (M,) signs of the cut-joint wrenches that it carries.
         motion: (6, g, N) of its outboard side relative to its inboard side, all contributions together, about o.
     """
 
@@ -105,7 +104,7 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
     for b, k in enumerate(k for k, element in enumerate(elements) if element.is_beam):
         axes, end, length = geometry.beam_axes[:, :, b], geometry.beam_ends[:, b], geometry.beam_lengths[b]
         models = tuple(row[b] for row in group.beams)
-        mass = np.stack([_mass(model, length[m]) for m, model in enumerate(models)])
+        mass = np.stack([model.mass_of(length[m]) for m, model in enumerate(models)])
         total = carried_wrench(signs[k], cut_wrenches) + share * statics.loads.beyond[:, None, b]
         wrench = rotate(axes, move_wrench(total, end[:, None]), back=True)
         load = share * statics.loads.own[:, None, b]
@@ -192,10 +191,6 @@ def _add_assembly_errors(
                     out.elastic.append(ElasticDeformation("misfits", (name,), group, number, (position,), signs[k], motion))
 
 
-def _mass(model: BeamModel, length: Array) -> Array:
-    return np.full_like(length, model.mass) if model.mass_per_length is None else model.mass_per_length * length
-
-
 def _joint_motions(
     solution: Solution, statics: LimbStatics, geometry: LimbGeometry, gives: dict[int, Array], signs: NDArray[np.int8], S: int
 ) -> Array:
@@ -241,7 +236,7 @@ def _deform_branches(
     root: Array | None,
     out: Deformation,
 ) -> None:
-    """Let dead branches follow what they hang on, their beams bent by their own weight.
+    """Let open branches follow what they hang on, their beams bent by their own weight.
 
     Args:
         robot: the robot.
@@ -274,7 +269,7 @@ def _deform_branches(
             length = model.length(frames)[None]
             beyond = robot.weights.sum(edge.outboard, solution.weights)[:, None]
             local = rotate(axes, move_wrench(beyond, end), back=True)
-            mass = _mass(model, length)
+            mass = model.mass_of(length)
             load = np.einsum("jign,jn->ign", axes, solution.gravity) * mass / length
             beams = LoadedBeams(
                 (model,),
@@ -297,7 +292,7 @@ def _deform_branches(
 
 
 def _spring_motion(robot: RobotStatics, solution: Solution, edge: Edge, spring: Spring) -> Array:
-    """Return the motion (6, N), about o, of what a spring of a dead branch carries."""
+    """Return the motion (6, N), about o, of what a spring of an open branch carries."""
     frames, body = solution.frames, np.array([spring.body])
     axes = frames.orientations(body, spring.frame[:3, :3, None])
     arm = frames.points(body, spring.frame[:3, 3:]) - solution.o[:, None]
@@ -334,7 +329,7 @@ def axial_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]:
         axis = solution.frames.direction(model.span.carrier, model.axes[:, 0])
         length = model.length(solution.frames)
         outer = np.einsum("in,in->n", axis, robot.weights.sum(edge.outboard, solution.weights)[:3])
-        inner = outer + np.einsum("in,in->n", axis, solution.gravity) * _mass(model, length)
+        inner = outer + np.einsum("in,in->n", axis, solution.gravity) * model.mass_of(length)
         found[model.name] = np.stack([inner, outer, length])
     return found
 

@@ -13,7 +13,7 @@ from kinetostatics.mechanism.tree import Frames
 
 
 class OpenBranch:
-    """A passive joint of a dead branch: it has to be in equilibrium as it stands.
+    """A passive joint of an open branch: it has to be in equilibrium as it stands.
 
     Attributes:
         owner: the limb on which the branch hangs, or ``base`` or ``platform``.
@@ -40,7 +40,7 @@ class OpenBranch:
 
 
 def open_branches_of(model: StaticModel) -> tuple[OpenBranch, ...]:
-    """Return the passive joints of all dead branches."""
+    """Return the passive joints of all open branches."""
     topology = model.topology
     parts = [(limb.name, limb.branches) for limb in topology.all_limbs]
     parts += [("base", topology.base.edges), ("platform", topology.platform.edges)]
@@ -54,27 +54,16 @@ def open_branches_of(model: StaticModel) -> tuple[OpenBranch, ...]:
     return tuple(found)
 
 
-def passive_joints(model: StaticModel, owner: str) -> list[str]:
-    """Return the passive joints of a limb, or of what hangs on ``base`` or ``platform``."""
-    names = [item.joint for item in open_branches_of(model) if item.owner == owner]
-    for limb in model.topology.all_limbs:
-        for edge in limb.edges if limb.name == owner else ():
-            if edge.joint is not None:
-                dofs = joint_dofs(model.mechanism, model.mechanism.connections[edge.joint], edge.sign)
-                if any(dof.passive for dof in dofs):
-                    names.append(edge.joint)
-    return names
-
-
 class JointTable:
     """All joints through which something is held, for their wrenches.
 
     Attributes:
-        names: of the joints, fixed ones too: those of the limbs, of their branches, and of dead weights.
+        names: of the joints, fixed ones too: those of the limbs, of their open branches, and those of base and platform.
         owners: for each of them the limb it belongs to, or ``base`` or ``platform``.
         signs: for each name 1 if the predecessor is on the side whose wrench on the other is reported, else −1.
-        cut joints: (J, Q) signs of the cut-joint wrenches of all limbs in turn in what the joint's outboard side puts on the
-        inboard one. outboard: (J, W) which weights it carries.
+        cut_signs: (J, Q) signs of the cut-joint wrenches of all limbs in turn in what the joint's outboard side puts on the
+            inboard one.
+        outboard: (J, W) which weights it carries.
         reported: (J,) −1 where the inboard side's wrench on the outboard side is reported, 1 where it is the other way round.
         centre_body, centre: body (J,) and point (3, J) of its centre; of a sliding joint that on the loaded side.
     """

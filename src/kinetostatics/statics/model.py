@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.grouping import make_limb_groups
 from kinetostatics.limbs.model import StaticModel
+from kinetostatics.mechanism.limb_joints import joint_dofs
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.joint_table import JointTable, OpenBranch, open_branches_of
 
@@ -24,6 +25,17 @@ class RobotStatics(StaticModel):
     groups: tuple[LimbGroup, ...]
     open_branches: tuple[OpenBranch, ...]
     joint_table: JointTable
+
+    def passive_joints(self, owner: str) -> list[str]:
+        """Return the passive joints of a limb, or of what hangs on ``base`` or ``platform``."""
+        names = [item.joint for item in self.open_branches if item.owner == owner]
+        for limb in self.topology.all_limbs:
+            for edge in limb.edges if limb.name == owner else ():
+                if edge.joint is not None:
+                    dofs = joint_dofs(self.mechanism, self.mechanism.connections[edge.joint], edge.sign)
+                    if any(dof.passive for dof in dofs):
+                        names.append(edge.joint)
+        return names
 
 
 def make_statics(model: StaticModel, generic: Frames, ordinary: Frames) -> RobotStatics:
