@@ -33,7 +33,7 @@ class Status(enum.IntEnum):
     SINGULAR = 3
     #: Rigid limbs overconstrain one another, or a rigid ring itself: the twist is valid, undetermined forces are NaN.
     INDETERMINATE = 4
-    #: The readable wrench basis of a limb degenerates: twist and joint wrenches are valid, its intensities are NaN.
+    #: The canonical wrench basis of a limb degenerates: twist and joint wrenches are valid, its intensities are NaN.
     BASIS_DEGENERATE = 5
 
 
@@ -76,7 +76,7 @@ FACTS: Mapping[str, Fact] = {
         Fact(
             "basis_degenerate",
             Status.BASIS_DEGENERATE,
-            "a limb's readable wrenches degenerate: its intensities are missing; that changes no other number",
+            "a limb's canonical wrenches degenerate: its intensities are missing; that changes no other number",
             "with unreadable intensities",
         ),
         Fact(

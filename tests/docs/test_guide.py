@@ -55,7 +55,7 @@ WARNINGS_UNREACHABLE = {
     "the number of constraint wrenches of": "needs a limb that is almost singular in every pose",
     "as much under such a load as near the zero pose": "needs a network that nearly collapses, see test_careful_warnings.py",
     "no pose could be analysed": "needs loops that close nowhere that was tried, although they can",
-    "the readable wrenches of": "needs limbs with more than rods, as those in test_degenerate_poses.py",
+    "the canonical wrenches of": "needs limbs with more than rods, as those in test_degenerate_poses.py",
     "the rigid rings in": "needs a rigid ring in a limb, see test_hybrid_limbs.py",
 }
 

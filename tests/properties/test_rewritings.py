@@ -141,7 +141,7 @@ def assert_written_anew(robot, seed):
 
 @settings(max_examples=COUNT, deadline=None)
 @given(st.lists(st.sampled_from(LIMBS), min_size=2, max_size=5).filter(lambda kinds: sum(map(wrenches, kinds)) >= 6), seeds)
-@example(["rUU", "pUS", "UpU", "UpR", "RRpU"], 2)  # a complement of a readable wrench turned over with another tree
+@example(["rUU", "pUS", "UpU", "UpR", "RRpU"], 2)  # a complement of a canonical wrench turned over with another tree
 @example(["RpU", "pRRR", "rUU", "UpU", "UpS"], 100)  # the characteristic length slid along axes
 def test_a_random_robot_written_anew(kinds, seed):
     assert_written_anew(sr.write(sr.random_spec(kinds, seed)).robot(), seed)

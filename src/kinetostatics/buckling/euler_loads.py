@@ -41,7 +41,7 @@ _BENDING, _TENSION = _matrices()
 
 @dataclass(frozen=True)
 class Ends:
-    """How the two ends of a member are held across it, at M poses: first the inner, then the outer end.
+    """How the two ends of a member are held across it, at M poses: first the base end, then the platform end.
 
     Attributes:
         shifts: (2, M, 2, 2) projectors on the directions (y, z) in which the ends may move.

@@ -56,9 +56,9 @@ class Member:
     """A run of beams in one line.
 
     Attributes:
-        beams: their names, from the inner to the outer end.
+        beams: their names, from the base to the platform end.
         forward: whether each beam runs the same way as the member.
-        ends: how the inner and the outer end are held.
+        ends: how the base and the platform end are held.
         stiffness: (n, 2, 2) bending stiffness of the deflections along y and z of the first beam's axes [N·m²].
     """
 
@@ -104,7 +104,7 @@ class Member:
         Args:
             model: the robot.
             frames: of the poses.
-            axial: (3, N) axial forces at the inner and outer end of every beam [N] and its length [m], by name.
+            axial: (3, N) axial forces at the base and platform end of every beam [N] and its length [m], by name.
             least: smaller ratios may be returned as 0, where a simple bound of them says so.
         """
         lengths = np.stack([axial[name][2] for name in self.beams], axis=1)
@@ -245,7 +245,7 @@ class _Finder:
         beams: set[int],
         holders: tuple[RigidBody, RigidBody],
     ) -> MemberEnd:
-        """Return how the outer end is held if it also moves where nothing but the member holds it."""
+        """Return how the platform end is held if it also moves where nothing but the member holds it."""
         beam, shifts, turns = self.model.beams[first[0]], [], False
         for k in range(self.frames.position.shape[2]):
             frames = Frames(self.frames.rotation[..., k : k + 1], self.frames.position[..., k : k + 1])

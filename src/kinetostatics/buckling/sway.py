@@ -28,7 +28,7 @@ def free_motions(
     twists: bool,
     size: float,
 ) -> Array:
-    """Return how the second end can still move against the first (6, k): rotation, and shift of the member's outer end.
+    """Return how the second end can still move against the first (6, k): rotation, and shift of the member's platform end.
 
     The motions that the edges of a spanning tree allow are the unknowns; the other edges and the rod are their equations.
 
@@ -36,7 +36,7 @@ def free_motions(
         graph: pieces and edges of the robot.
         frames: of one pose.
         without: ids of the edges that are taken out: the member's beams.
-        ends: what holds the member at its inner and outer end.
+        ends: what holds the member at its base and platform end.
         rod: (2, 3) the member's ends [m].
         twists: whether the member also passes a torque on.
         size: of the robot [m], by which shifts are divided.

@@ -107,7 +107,7 @@ class _SelfStress:
         self.states = null_space(matrix, robot.rank_tolerance)[0]
 
     @property
-    def felt(self) -> Array:
+    def platform_wrenches(self) -> Array:
         """What the platform puts on each limb (limbs, 6, r)."""
         found = []
         for number, limb in enumerate(self.robot.topology.limbs):
@@ -141,11 +141,11 @@ class _SelfStress:
 
     def between(self) -> list[tuple[int, list[int]]]:
         """Return how many self-stresses there are between which limbs."""
-        felt = self.felt
-        if not felt.size:
+        wrenches = self.platform_wrenches
+        if not wrenches.size:
             return []
-        flat = felt.reshape(-1, felt.shape[2])
-        reduced = (flat @ eliminated(flat)).reshape(*felt.shape[:2], -1)
+        flat = wrenches.reshape(-1, wrenches.shape[2])
+        reduced = (flat @ eliminated(flat)).reshape(*wrenches.shape[:2], -1)
         loaded = np.max(np.abs(reduced), axis=1, initial=0.0) > NOTHING
         used = [k for k in range(loaded.shape[1]) if np.any(loaded[:, k])]
         return [
@@ -155,9 +155,9 @@ class _SelfStress:
 
     def braced(self, limbs: list[int]) -> Array:
         """Return an orthonormal basis (6, k) of the scaled wrenches by which some limbs, and no others, brace."""
-        felt = self.felt
-        others = [k for k in range(len(felt)) if k not in limbs]
-        mine = felt[limbs] @ _null(felt[others].reshape(-1, felt.shape[2]))
+        wrenches = self.platform_wrenches
+        others = [k for k in range(len(wrenches)) if k not in limbs]
+        mine = wrenches[limbs] @ _null(wrenches[others].reshape(-1, wrenches.shape[2]))
         U, values, _ = np.linalg.svd(np.concatenate(list(mine), axis=1), full_matrices=False)
         return np.asarray(U[:, : int(np.sum(values > NOTHING))])
 

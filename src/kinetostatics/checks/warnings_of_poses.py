@@ -34,7 +34,7 @@ def facts_of_poses(robot: Robot) -> list[str]:
         ]
         if limbs and np.any(result.basis_degenerate):
             verb = "degenerate" if where else "degenerate at some poses"
-            found.append(f"{where}the readable wrenches of {listing(limbs)} {verb}: intensities are NaN there")
+            found.append(f"{where}the canonical wrenches of {listing(limbs)} {verb}: intensities are NaN there")
     return found
 
 

@@ -1,4 +1,4 @@
-"""What a readable basis of a limb's wrenches consists of: candidates, fixed once per robot and evaluated at every pose."""
+"""What a canonical basis of a limb's wrenches consists of: candidates, fixed once per robot and evaluated at every pose."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ class Candidate:
     """A wrench that a person can read: a unit force through a joint's centre or a unit couple, along some direction.
 
     Attributes:
-        direction: ``("limb", k)``: the limb's axis x, y or z; ``("beam", b)``: along its b-th beam, through whose outer end a
+        direction: ``("limb", k)``: the limb's axis x, y or z; ``("beam", b)``: along its b-th beam, through whose platform end a
             force passes; ``("axis", f)``: that of its f-th freedom; ``("cross", f, h)``: across two of them;
             ``("cross_limb", f, k)``; ``("to", u)``: towards the centre of its u-th joint; ``("meets", f, h)``: so that the axes
             of two freedoms are met; ``("complement", s)``: no direction but the s-th seed, see ``Basis``.

@@ -34,12 +34,12 @@ from kinetostatics.math.ordering import first_largest
 
 #: The smallest singular value of unit wrenches of a basis that is chosen, and the smallest sine that tells a direction of theirs.
 MARGIN = 0.01
-#: Below this eigenvalue of the Gram matrix (the squared sine of an angle) a readable basis counts as degenerate.
+#: Below this eigenvalue of the Gram matrix (the squared sine of an angle) a canonical basis counts as degenerate.
 DEGENERATE = 1e-10
 
 
 def evaluate_bases(group: LimbGroup, geometry: LimbGeometry, allowed: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
-    """Return J_ic (6, n_c, g, N), J_ig (6, n_g, g, N) about o, and where (g, N) the readable bases degenerate.
+    """Return J_ic (6, n_c, g, N), J_ig (6, n_g, g, N) about o, and where (g, N) the canonical bases degenerate.
 
     There the bases are orthonormal ones, found by singular values. ``allowed`` (6, k, g, N) are twists about o that span what
     the limb allows the platform to do; of a serial limb those of its passive joints.
@@ -91,7 +91,7 @@ def _replace(
     allowed: Array,
     bad: NDArray[np.bool_],
 ) -> None:
-    """Put orthonormal bases, found by singular values, where the readable ones degenerate."""
+    """Put orthonormal bases, found by singular values, where the canonical ones degenerate."""
     s = scale[:, 0, 0]
     for limb, pose in np.argwhere(bad):
         mine = allowed[:, :, limb, pose] / s[:, None]
@@ -106,7 +106,7 @@ def _replace(
 
 
 def choose_basis(group: LimbGroup, geometry: LimbGeometry, generic: int) -> Basis:
-    """Choose ranks and readable wrenches; for a group of one limb, whose order of elimination is known.
+    """Choose ranks and canonical wrenches; for a group of one limb, whose order of elimination is known.
 
     Args:
         group: the limb.
@@ -170,7 +170,7 @@ class _Choice:
 
         Args:
             candidates: in the order of preference.
-            count: how many are wanted; where the readable ones do not suffice they are completed.
+            count: how many are wanted; where the canonical ones do not suffice they are completed.
             reciprocal_to: (6, k, poses) scaled twists, of which ``independent`` (6, r, poses) are independent.
             independent: see ``reciprocal_to``.
             known: (6, 1, poses) wrenches that are taken already.

@@ -1,7 +1,7 @@
 """One straight elastic beam: compliance of its end, sag under its own weight, and its bent line.
 
-All in beam axes: x along the beam from its inner end (clamped) to its outer end, wrenches ``[f; m]`` and twists
-``[d; r]`` about the outer end. ``c`` holds the six section compliances 1/EA, 1/κGA_y, 1/κGA_z, 1/GJ, 1/EI_y, 1/EI_z.
+All in beam axes: x along the beam from its base end (clamped) to its platform end, wrenches ``[f; m]`` and twists
+``[d; r]`` about the platform end. ``c`` holds the six section compliances 1/EA, 1/κGA_y, 1/κGA_z, 1/GJ, 1/EI_y, 1/EI_z.
 Source: closed forms of a cantilever, e.g. S. P. Timoshenko, Strength of Materials, part I, with shear deformation added;
 ``docs/method.md``, section 5. Arrays are ``(6, …)``, batch axes last.
 """
@@ -25,12 +25,12 @@ def _six(*rows: Array | float) -> Array:
 
 
 def end_displacement(c: Array, length: Array, wrench: Array) -> Array:
-    """Return the twists (6, …) of the outer end that wrenches (6, …) at that end cause: the end compliance times them.
+    """Return the twists (6, …) of the platform end that wrenches (6, …) at that end cause: the end compliance times them.
 
     Args:
         c: (6, …) section compliances.
         length: (…) length [m].
-        wrench: (6, …) wrenches about the outer end [N, N·m].
+        wrench: (6, …) wrenches about the platform end [N, N·m].
     """
     axial, shear_y, shear_z, twist, bend_y, bend_z = c
     L = length
@@ -46,7 +46,7 @@ def end_displacement(c: Array, length: Array, wrench: Array) -> Array:
 
 
 def sag(c: Array, length: Array, load: Array) -> Array:
-    """Return the twists (6, …) of the outer end under an even load ``load`` (3, …) [N/m]."""
+    """Return the twists (6, …) of the platform end under an even load ``load`` (3, …) [N/m]."""
     axial, shear_y, shear_z, _, bend_y, bend_z = c
     L = length
     qx, qy, qz = load
@@ -61,13 +61,13 @@ def sag(c: Array, length: Array, load: Array) -> Array:
 
 
 def bent_line(c: Array, length: Array, wrench: Array, load: Array, s: Array) -> Array:
-    """Return the twists (6, …) of the section at ``s`` [m] from the inner end, about that section's centre.
+    """Return the twists (6, …) of the section at ``s`` [m] from the base end, about that section's centre.
 
     Args:
         c, length: as above.
-        wrench: (6, …) wrench at the outer end.
+        wrench: (6, …) wrench at the platform end.
         load: (3, …) even load [N/m].
-        s: (…) distance from the inner end [m].
+        s: (…) distance from the base end [m].
     """
     axial, shear_y, shear_z, twist, bend_y, bend_z = c
     L = length

@@ -26,7 +26,7 @@ class LimbLoads:
     """Weights of g limbs as their beams and springs carry them, whatever the cut-joint wrenches.
 
     Attributes:
-        beyond: (6, beams, g, N) weights outboard of each beam's outer end, about o, world axes [N, N·m].
+        beyond: (6, beams, g, N) weights outboard of each beam's platform end, about o, world axes [N, N·m].
         spring_beyond: (6, springs, g, N) the same of each spring.
         own: (3, beams, g, N) the beams' own weights in beam axes [N/m].
     """

@@ -69,10 +69,10 @@ def elimination_order(A: Array, P: Array, tolerance: float) -> EliminationOrder:
         tolerance: relative singular value below which a direction counts as dependent.
     """
     k = A.shape[0]
-    rank, felt = ranks(A, P, tolerance)
+    rank, platform_rank = ranks(A, P, tolerance)
     M = _stacked(A, P)
     joints = _pivots(M, range(k), rank, [])
-    platform = _pivots(M, range(k, k + 6), felt, [column for _, column in joints])
+    platform = _pivots(M, range(k, k + 6), platform_rank, [column for _, column in joints])
     used = {column for _, column in (*joints, *platform)}
     return EliminationOrder(tuple(joints), tuple(platform), tuple(column for column in range(A.shape[1]) if column not in used))
 
@@ -198,16 +198,16 @@ def _by_singular_values(
     one = A[..., limb, pose]
     if not np.all(np.isfinite(one)):
         return
-    rank, felt = len(elimination.joints), len(elimination.platform)
+    rank, platform_rank = len(elimination.joints), len(elimination.platform)
     U, values, V = np.linalg.svd(one, full_matrices=True)
     inverse = np.where(values[:rank] > 0, 1 / np.maximum(values[:rank], 1e-300), 0.0)
     N = canonical_basis(V[rank:].T)
     left, platform_values, right = np.linalg.svd(P @ N, full_matrices=True)
-    back = np.where(platform_values[:felt] > 0, 1 / np.maximum(platform_values[:felt], 1e-300), 0.0)
+    back = np.where(platform_values[:platform_rank] > 0, 1 / np.maximum(platform_values[:platform_rank], 1e-300), 0.0)
     result.particular[..., limb, pose] = -V[:rank].T @ (inverse * (U[:, :rank].T @ demand[..., limb, pose]))
-    result.spread[..., limb, pose] = N @ (right[:felt].T * back) @ left[:, :felt].T
-    result.self_stress[..., limb, pose] = N @ canonical_basis(right[felt:].T)
-    result.allowed[..., limb, pose] = canonical_basis(left[:, felt:])
+    result.spread[..., limb, pose] = N @ (right[:platform_rank].T * back) @ left[:, :platform_rank].T
+    result.self_stress[..., limb, pose] = N @ canonical_basis(right[platform_rank:].T)
+    result.allowed[..., limb, pose] = canonical_basis(left[:, platform_rank:])
 
 
 def ranks(A: Array, P: Array, tolerance: float) -> tuple[int, int]:

@@ -35,12 +35,12 @@ class LimbGeometry:
     Attributes:
         axes: (3, k, g, N) axes of all freedoms; which way they point does not depend on the file, see :func:`_orientations`.
         twists: (6, k, g, N) unit twists of all freedoms about o, outboard relative to inboard: the columns behind Eqs. (2), (4).
-        centres: (3, compounds + 1, g, N) joint centres, and the limb's outer end; of an axis without a centre of its own the
+        centres: (3, compounds + 1, g, N) joint centres, and the limb's platform end; of an axis without a centre of its own the
             point nearest to the next joint with one along a serial limb, else to o.
         limb_axes: (3, 3, g, N) columns x, y, z; z along the limb.
         beam_axes: (3, 3, beams, g, N).
         beam_lengths: (beams, g, N) [m].
-        beam_ends: (3, beams, g, N) outer ends.
+        beam_ends: (3, beams, g, N) platform ends.
         spring_axes: (3, 3, springs, g, N) axes of the sprung joints' frames.
         spring_arms: (3, springs, g, N) their origins.
     """
@@ -145,7 +145,7 @@ class LimbSkeleton:
         return axes, arms, centres
 
     def _limb_z(self, beam_axes: Array, centres: Array) -> Array:
-        """Return the limbs' z axes (3, g, N): along the last beam, else from the first joint to the outer end, else up."""
+        """Return the limbs' z axes (3, g, N): along the last beam, else from the first joint to the platform end, else up."""
         if beam_axes.shape[2]:
             return beam_axes[:, 0, -1]
         axis = centres[:, -1] - centres[:, 0]
@@ -218,7 +218,7 @@ def _orientations(axes: Array, moments: Array, named: NDArray[np.bool_], length:
 
 
 def _outer_point(model: StaticModel, limb: Limb) -> tuple[int, Array]:
-    """Return body and point (3,) [m] of a limb's outer end: its last joint's or beam's."""
+    """Return body and point (3,) [m] of a limb's platform end: its last joint's or beam's."""
     edge = limb.edges[-1]
     if edge.beam:
         span = model.beams[edge.beam].span

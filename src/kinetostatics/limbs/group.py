@@ -47,7 +47,7 @@ class LimbGroup:
 
     Attributes:
         elimination: how the cut-joint wrenches of a limb that is not serial are found.
-        basis: the readable wrenches, alike for all but for their labels.
+        basis: the canonical wrenches, alike for all but for their labels.
         labels, attached_labels: names of the columns of J_ic and J_ig, for each limb.
         rigid_directions: along how many combinations of its constraint wrenches the limb is rigid.
         at_one_pose: whether that was decided at one pose, at which the limb is another one
@@ -186,7 +186,7 @@ class LimbGroup:
         return table
 
     def weights_outboard(self, weights: Array) -> tuple[Array, Array, Array]:
-        """Return the sums of the limbs' own weights outboard of passive freedoms, of beams' outer ends, and of springs.
+        """Return the sums of the limbs' own weights outboard of passive freedoms, of beams' platform ends, and of springs.
 
         Args:
             weights: (6, W, N) wrenches of all of the robot's weights about o [N, N·m].
@@ -227,8 +227,8 @@ class LimbGroup:
 
     @property
     def platform_sum(self) -> Array:
-        """The sum (6, 6 M) of the cut-joint wrenches that the platform feels."""
-        return np.concatenate([np.eye(6) * felt for felt in self.to_platform], axis=1)
+        """The sum (6, 6 M) of the cut-joint wrenches that act on the platform."""
+        return np.concatenate([np.eye(6) * counts for counts in self.to_platform], axis=1)
 
     @property
     def twist_scale(self) -> Array:

@@ -38,7 +38,7 @@ class LimbStatics(ShortRepr):
         loose: (M, 6, s, g, N) self-stresses without any compliance: how much of them there is cannot be told.
         loads: the weights on beams and springs.
         unbalanced: (passive freedoms, g, N) what is left of Eq. (3) [N].
-        degenerate: (g, N) where the bases are not the readable ones.
+        degenerate: (g, N) where the bases are not the canonical ones.
         doubtful: (g, N) where the limb may have other ranks than at generic poses.
     """
 

@@ -120,11 +120,11 @@ def constraint_candidates(
     rotates: NDArray[np.bool_],
     labels: list[str],
 ) -> Iterator[Candidate]:
-    """Yield readable candidates of J_ic in the order of preference of ``docs/method.md``, section 3."""
+    """Yield candidates of J_ic in the order of preference of ``docs/method.md``, section 3."""
     outer = len(compounds)
     at = _platform_centre(compounds)
     where = [compound.label for compound in compounds] + ["its outer end"]
-    axes = _readable_axes(compounds, compound_of, passive, rotates)
+    axes = _candidate_axes(compounds, compound_of, passive, rotates)
     others = [k for k in range(len(compounds) - 1, -1, -1) if k != at and compounds[k].tells_point]
     centres = [at, *others, *([outer] if at != outer else [])]
     yield Candidate(("limb", 2), at, f"force along limb axis at {where[at]}")
@@ -187,7 +187,7 @@ def further_candidates(
     is_serial: bool,
 ) -> Iterator[Candidate]:
     """Yield candidates of J_ic for limbs with bent links and joints that lie anywhere."""
-    axes = _readable_axes(compounds, compound_of, passive, rotates)
+    axes = _candidate_axes(compounds, compound_of, passive, rotates)
     for f in axes:
         for k in (0, 1):
             yield Candidate(("cross_limb", f, k), None, f"couple ⟂ {labels[f]} and limb {'xy'[k]}")
@@ -215,14 +215,14 @@ def attached_candidates(
     rotates: NDArray[np.bool_],
     labels: list[str],
 ) -> Iterator[Candidate]:
-    """Yield readable candidates of J_ig: forces through the platform joint's centre, then couples."""
+    """Yield candidates of J_ig: forces through the platform joint's centre, then couples."""
     at = _platform_centre(compounds)
     where = compounds[at].label if at < len(compounds) else "its outer end"
     for k in range(3):
         yield Candidate(("limb", k), at, f"force along limb {'xyz'[k]} at {where}")
     for k in range(3):
         yield Candidate(("limb", k), None, f"couple along limb {'xyz'[k]}")
-    axes = _readable_axes(compounds, compound_of, passive, rotates)
+    axes = _candidate_axes(compounds, compound_of, passive, rotates)
     for i, f in enumerate(axes):
         yield Candidate(("axis", f), at, f"force ∥ {labels[f]} at {where}")
         yield Candidate(("axis", f), None, f"couple ∥ {labels[f]}")
@@ -242,7 +242,7 @@ def _platform_centre(compounds: Sequence[CompoundJoint]) -> int:
     return len(compounds)
 
 
-def _readable_axes(
+def _candidate_axes(
     compounds: Sequence[CompoundJoint], compound_of: Index, passive: NDArray[np.bool_], rotates: NDArray[np.bool_]
 ) -> list[int]:
     """Return the freedoms whose axes mean something: single joints before universal ones, platform side first."""

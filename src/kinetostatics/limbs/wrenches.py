@@ -32,7 +32,7 @@ class LimbWrenches:
         particular: (M, 6, g, N) cut-joint wrenches under the limb's own weight; of a serial limb J_g W_g.
         self_stress: (M, 6, s, g, N) cut-joint wrenches that the platform does not feel; of a serial limb none.
         unbalanced: (passive freedoms, g, N) what is left of Eq. (3) [N].
-        degenerate: (g, N) where the bases are not the readable ones.
+        degenerate: (g, N) where the bases are not the canonical ones.
         doubtful: (g, N) where the limb's joints may be dependent, so that it carries more wrenches than elsewhere.
     """
 
@@ -114,7 +114,7 @@ def _of_rings(group: LimbGroup, geometry: LimbGeometry, demand: Array) -> LimbWr
     total = group.platform_wrench(particular)
     W_g = np.zeros((n_g, *batch))
     if n_c + n_g:
-        # The particular solution is made the one whose platform wrench has only readable attached parts.
+        # The particular solution is made the one whose platform wrench has only canonical attached parts.
         basis = np.concatenate([J_c, J_g], axis=1) / scale
         parts = least_squares(basis, (total / scale[:, 0])[:, None])[:, 0]
         W_g = parts[n_c:]

@@ -138,7 +138,7 @@ def _networks(result: Result, noise: Magnitudes) -> list[str]:
         if limb.is_network:
             for name in limb.beams:
                 axial = result.beams[name].section_wrenches[-1, 0]
-                entries.append((limb.name, name, "axial force at the outer end", axial, None))
+                entries.append((limb.name, name, "axial force at the platform end", axial, None))
             both = sizes(result.joint_wrenches[name] for name in limb.platform_joints).T
             for name, (force, moment) in zip(limb.platform_joints, both, strict=True):
                 entries.append((limb.name, name, "joint to the platform", force, moment))

@@ -45,7 +45,7 @@ RESULT_UNITS = {
     "`section_wrenches` of its `beams`",
     "section_wrenches": "N, V_y, V_z [N], T, M_y, M_z [N·m] in beam axes: of the outer part, acting on the inner one",
     "euler_ratio": "axial forces over those at which the beam's `member`, held at its `ends`, buckles by Euler",
-    "stations": "0 at the inner, 1 at the outer end of a beam; deflections in m, rotations in rad, stress in Pa",
+    "stations": "0 at the base end, 1 at the platform end of a beam; deflections in m, rotations in rad, stress in Pa",
     "link_contributions": "[displacement m; rotation rad] of rigid links at their own origins",
     "strain_energy": "J",
 }
@@ -202,7 +202,7 @@ def wrench_units(labels: tuple[str, ...], wrenches: Any) -> list[str]:
     for k, label in enumerate(labels):
         forces = np.abs(wrenches[..., :3, k])
         known = forces[np.isfinite(forces)]
-        # degenerate poses alone have no readable wrench: then the label must do
+        # degenerate poses alone have no canonical wrench: then the label must do
         couple = label.startswith("couple") if known.size == 0 else bool(np.all(known < 1e-12))
         units.append("N·m" if couple else "N")
     return units

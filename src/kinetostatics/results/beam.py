@@ -25,12 +25,12 @@ FRACTIONS = frozen(np.linspace(0, 1, STATIONS))
 
 @dataclass(frozen=True, eq=False, repr=False)
 class BeamResult(Shown):
-    """One beam from its inner end (towards the base) to its outer end, at n stations.
+    """One beam from its base end (towards the base) to its platform end, at n stations.
 
     Attributes:
         name: of the beam.
         description: what the file says of it.
-        stations: (n,) where the stations are, from 0 at the inner to 1 at the outer end.
+        stations: (n,) where the stations are, from 0 at the base end to 1 at the platform end.
         length: (…) [m].
         mass: (…) [kg].
         axes: (…, 3, 3) beam axes x (along), y, z as columns, world axes.
@@ -42,7 +42,7 @@ class BeamResult(Shown):
             outline is not known. Sharp inner corners of rectangular tubes do not count.
         euler_ratio: (…) the axial forces over those at which it buckles, by Euler: 1 and more buckles. Beams in one line that are
             welded, or slide in one another, are one member with one ratio.
-        member: names of the beams of that member, from its inner to its outer end.
+        member: names of the beams of that member, from its base to its platform end.
         ends: how the member's ends are taken to be held, as ``"clamped and free"``: see :mod:`kinetostatics.buckling.members`.
         strain_energy: (…) [J].
     """

@@ -37,7 +37,7 @@ def beam_contributions(
 def axial_contributions(
     robot: Robot, batch: Batch, solutions: Sequence[Solution], deformations: Sequence[Deformation]
 ) -> Mapping[str, Mapping[str, Array]]:
-    """Return the axial forces (…) at the outer ends of all beams, by beam and contribution."""
+    """Return the axial forces (…) at the platform ends of all beams, by beam and contribution."""
     found: dict[str, Mapping[str, Array]] = {}
     for name in robot.description.beams:
         places = [d.places[name] for d in deformations]

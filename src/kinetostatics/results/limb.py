@@ -39,10 +39,10 @@ class LimbResult(Shown):
         self.labels, self.attached_labels = group.labels[position], group.attached_labels[position]
         self._batch, self._solutions = batch, solutions
 
-    def _readable(self, pick: Callable[[Solution, int], Array], *size: int) -> Array:
-        return self._batch.public([self._where_readable(s, pick, size) for s in self._solutions])
+    def _canonical(self, pick: Callable[[Solution, int], Array], *size: int) -> Array:
+        return self._batch.public([self._where_canonical(s, pick, size) for s in self._solutions])
 
-    def _where_readable(self, solution: Solution, pick: Callable[[Solution, int], Array], size: tuple[int, ...]) -> Array:
+    def _where_canonical(self, solution: Solution, pick: Callable[[Solution, int], Array], size: tuple[int, ...]) -> Array:
         """Return what is picked of a chunk (*size, N), NaN where the limb's wrenches are not those of the labels."""
         number, position = solution.places[self.name]
         statics = solution.statics[number]
@@ -53,37 +53,37 @@ class LimbResult(Shown):
     @cached_property
     def constraint_wrenches(self) -> Array:
         """(…, 6, n_c) J_ic, Eq. (2), unit wrenches."""
-        return self._readable(lambda s, k: s.statics[k].J_c, 6, len(self.labels))
+        return self._canonical(lambda s, k: s.statics[k].J_c, 6, len(self.labels))
 
     @cached_property
     def attached_wrenches(self) -> Array:
         """(…, 6, n_g) J_ig, Eq. (4), unit wrenches."""
-        return self._readable(lambda s, k: s.statics[k].J_g, 6, len(self.attached_labels))
+        return self._canonical(lambda s, k: s.statics[k].J_g, 6, len(self.attached_labels))
 
     @cached_property
     def attached_intensities(self) -> Array:
         """(…, n_g) W_ig, Eq. (3) [N or N·m]."""
-        return self._readable(lambda s, k: s.statics[k].W_g, len(self.attached_labels))
+        return self._canonical(lambda s, k: s.statics[k].W_g, len(self.attached_labels))
 
     @cached_property
     def compliance(self) -> Array:
         """(…, n_c, n_c) C_ic, Eq. (1), displacement along one wrench per unit of another."""
-        return self._readable(lambda s, k: s.statics[k].C, len(self.labels), len(self.labels))
+        return self._canonical(lambda s, k: s.statics[k].C, len(self.labels), len(self.labels))
 
     @cached_property
     def stiffness(self) -> Array:
         """(…, n_c, n_c) K_ic = C_ic⁻¹, Eq. (1); NaN where the limb is rigid along one of its wrenches."""
-        return self._readable(lambda s, k: _inverse(s.statics[k]), len(self.labels), len(self.labels))
+        return self._canonical(lambda s, k: _inverse(s.statics[k]), len(self.labels), len(self.labels))
 
     @cached_property
     def sag(self) -> Array:
         """(…, n_c) Δ_igc, displacement along each constraint wrench under the limb's own weight, Eqs. (16), (19), (21)."""
-        return self._readable(lambda s, k: s.statics[k].gravity_displacement, len(self.labels))
+        return self._canonical(lambda s, k: s.statics[k].gravity_displacement, len(self.labels))
 
     @cached_property
     def _parts(self) -> list[Array]:
-        """W_ic of each contribution (n_c, S, N), NaN where it is not determined or its basis not readable."""
-        return [self._where_readable(s, _intensities, (len(self.labels), len(s.sources))) for s in self._solutions]
+        """W_ic of each contribution (n_c, S, N), NaN where it is not determined or its basis degenerate."""
+        return [self._where_canonical(s, _intensities, (len(self.labels), len(s.sources))) for s in self._solutions]
 
     @cached_property
     def intensities(self) -> Array:

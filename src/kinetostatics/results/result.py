@@ -132,7 +132,7 @@ class Result(Shown):
 
     @cached_property
     def basis_degenerate(self) -> NDArray[np.bool_]:
-        """(…) whether the readable wrench basis of a limb degenerates: its intensities are NaN, all else stays."""
+        """(…) whether the canonical wrench basis of a limb degenerates: its intensities are NaN, all else stays."""
         return self._fact(lambda s: s.basis_degenerate)
 
     @cached_property
@@ -343,7 +343,7 @@ class Result(Shown):
 
     @cached_property
     def axial_contributions(self) -> Mapping[str, Mapping[str, Array]]:
-        """What each contribution adds to the axial force at each beam's outer end (…) [N], tension positive."""
+        """What each contribution adds to the axial force at each beam's platform end (…) [N], tension positive."""
         return axial_contributions(*self._motions)
 
     @cached_property

@@ -305,7 +305,7 @@ def _spring_motion(robot: RobotStatics, solution: Solution, edge: Edge, spring: 
 
 
 def axial_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]:
-    """Return of every beam the axial forces at its inner and outer end, tension positive [N], and its length [m]: (3, N).
+    """Return of every beam the axial forces at its base and platform end, tension positive [N], and its length [m]: (3, N).
 
     The same as in :func:`deform`, in a fraction of its time.
     """

@@ -30,10 +30,10 @@ def actuator_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]
     names = [name for name in (*robot.description.driven, *followers) if name in table.names]
     which = [table.names.index(name) for name in names]
     forces = drive_forces(robot, solution, _carried(robot, solution, which), names)
-    leeway = _open_wrenches(robot, solution, which)
-    if leeway is None:
+    undetermined = _open_wrenches(robot, solution, which)
+    if undetermined is None:
         return forces
-    changes = drive_forces(robot, solution, leeway, names)
+    changes = drive_forces(robot, solution, undetermined, names)
     return {name: np.where(np.max(np.abs(changes[name]), axis=0) > _NOTHING, np.nan, force) for name, force in forces.items()}
 
 
@@ -104,11 +104,11 @@ def _arms(robot: RobotStatics, solution: Solution, which: slice | list[int] = sl
     return solution.frames.points(table.centre_body[which], table.centre[:, which]) - solution.o[:, None]
 
 
-def _masked(wrenches: Array, leeway: Array | None) -> Array:
+def _masked(wrenches: Array, undetermined: Array | None) -> Array:
     """Return joint wrenches (6, J, …, N), NaN where one may change by something."""
-    if leeway is None:
+    if undetermined is None:
         return wrenches
-    unknown = np.max(np.abs(leeway), axis=(0, 2)) > _NOTHING
+    unknown = np.max(np.abs(undetermined), axis=(0, 2)) > _NOTHING
     return np.where(unknown.reshape(unknown.shape[0], *(1,) * (wrenches.ndim - 3), unknown.shape[1]), np.nan, wrenches)
 
 

@@ -22,10 +22,10 @@ class LoadedBeams:
         axes: (3, 3, g, N) beam axes in the world.
         length: (g, N) [m].
         mass: (g, N) [kg].
-        end: (3, g, N) arm from o to the outer end.
-        wrench: (6, S, g, N) wrench at the outer end.
+        end: (3, g, N) arm from o to the platform end.
+        wrench: (6, S, g, N) wrench at the platform end.
         load: (3, S, g, N) own weight [N/m].
-        inner: (6, S, g, N) motion of the inner end as a rigid body, about o, world axes.
+        inner: (6, S, g, N) motion of the base end as a rigid body, about o, world axes.
         stretch: (S, g, N) how much longer it is by itself, by error or warmth [m].
         elsewhere: (S, g, N) of the axial force at the end that reports tell, what belongs to other contributions than the strains
             that it causes [N]; see :func:`kinetostatics.statics.solution.by_mechanism`.
@@ -44,7 +44,7 @@ class LoadedBeams:
     elsewhere: Array
 
     def axial_force(self) -> Array:
-        """Return the axial force (S, g, N) at the outer end by the contributions that forces belong to, tension positive."""
+        """Return the axial force (S, g, N) at the platform end by the contributions that forces belong to, tension positive."""
         return np.asarray(self.wrench[0] + self.elsewhere)
 
     def end_twist(self) -> Array:

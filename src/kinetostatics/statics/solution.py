@@ -46,7 +46,7 @@ class Solution(ShortRepr):
         singular: (N,) whether the platform or a limb can still move, or a telescope is pushed together beyond its start: no
             number means anything.
         indeterminate: (N,) whether rigid limbs or rings leave forces open.
-        basis_degenerate: (N,) whether the readable wrench basis of a limb degenerates.
+        basis_degenerate: (N,) whether the canonical wrench basis of a limb degenerates.
         undetermined: for each group (n_c, g, N) whether an intensity cannot be determined.
         open: for each group (n_c, k, g, N) how intensities may change together without the platform feeling it.
         unbalanced: for each limb or dead weight, how much of its weight its passive joints cannot carry (N,).

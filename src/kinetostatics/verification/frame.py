@@ -12,7 +12,7 @@ from kinetostatics.math.arrays import Array
 
 @dataclass(frozen=True)
 class FrameBeam:
-    """An elastic beam between two pieces, inner end first.
+    """An elastic beam between two pieces, base end first.
 
     Attributes:
         name: of the beam.

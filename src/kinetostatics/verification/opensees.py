@@ -52,7 +52,7 @@ class FrameSolution(ShortRepr):
         compliance: (6, 6) at o, by six unit loads.
         stiffness: (6, 6) its inverse, NaN if it has none.
         joint_wrenches: (6,) for every joint [N, N·m].
-        beam_wrenches: (2, 6) for every beam: what its outer part puts on its inner, at its inner and its outer end, about that
+        beam_wrenches: (2, 6) for every beam: what its outer part puts on its inner, at its base and its platform end, about that
             end, world axes [N, N·m].
         actuator_forces: for every driven joint [N or N·m].
         torques: names of the driven joints that turn.
@@ -177,7 +177,7 @@ def _frame(model: FrameModel, scale: _Scale) -> dict[str, Any]:
                 "stiffness": (np.array(beam.stiffness) / section).tolist(),
                 "z": beam.axes[:, 2].tolist(),
                 "load": (beam.axes.T @ beam.load * scale.length / scale.force).tolist(),
-                # the force that takes back what it is too long, from its inner end on
+                # the force that takes back what it is too long, from its base end on
                 "thrust": (beam.stiffness[0] / beam.length * beam.too_long / scale.force * beam.axes[:, 0]).tolist(),
             }
         )

@@ -31,7 +31,7 @@ UNITS = {
     "compliance": "m/N, m/(N·m) = rad/N, rad/(N·m), at o, drives locked",
     "stiffness": "N/m, N/rad = N·m/m, N·m/rad, at o, drives locked",
     "joint_wrenches": "[force N; moment N·m] wrench of the base side acting on the platform side, about the joint's centre",
-    "beam_wrenches": "[force N; moment N·m] what the outer part of a beam puts on its inner, at its inner and its outer end",
+    "beam_wrenches": "[force N; moment N·m] what the outer part of a beam puts on its inner, at its base and its platform end",
     "actuator_forces": "N, of turning joints N·m, positive along the joint's positive direction",
     "differences": "relative, of whole twists, wrenches and matrices, rotations and moments made comparable by `length` m; of "
     "forces relative to the largest joint wrench",

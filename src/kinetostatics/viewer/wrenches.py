@@ -66,7 +66,7 @@ class Wrenches:
                 yield from self._screw(group, limb.name, label, joints, units[:, :, n], parts[:, :, n], outward)
 
     def _network(self, limb: LimbResult) -> Iterator[Arrow]:
-        """Yield what the joints to the platform put on a network, and the axial forces at its beams' outer ends."""
+        """Yield what the joints to the platform put on a network, and the axial forces at its beams' platform ends."""
         poses, result, table = self.poses, self.result, self.robot.statics.joint_table
         for name in limb.platform_joints:
             k = [table.names.index(name)]

@@ -140,7 +140,7 @@ def _extract(plan: Plan, labels: Labels, combination: Combination, result: Resul
         if wanted:
             nothing = np.full(shape, np.nan)
             found[name] = np.stack([columns.get((limb, label), nothing) for limb, label, _ in wanted], axis=-1)
-    if not matches:  # the readable wrenches are others than those of the first robot
+    if not matches:  # the canonical wrenches are others than those of the first robot
         facts["basis_degenerate"] = ~np.isin(result.status, WITHOUT_NUMBERS)
         found["status"] = status_of(result.status, facts)
     if labels.beams:

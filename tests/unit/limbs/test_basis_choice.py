@@ -1,4 +1,4 @@
-"""How readable wrenches of a limb are chosen: at which poses they are judged, and what its axes meet in."""
+"""How canonical wrenches of a limb are chosen: at which poses they are judged, and what its axes meet in."""
 
 from types import SimpleNamespace
 

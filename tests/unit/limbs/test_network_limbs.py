@@ -49,7 +49,7 @@ def test_a_parallelograms_rods_pull_alike():
     result = ks.analyze(ks.load_robot(PAR4).assemble(), load=[0, 0, -100, 0, 0, 0])
     report = str(result)
     table = report[report.index("Limbs that are networks") : report.index("\n\nJoints:")]
-    shown = dict(re.findall(r"(rod_\w\w) +axial force at the outer end +([-\d.]+)", table))
+    shown = dict(re.findall(r"(rod_\w\w) +axial force at the platform end +([-\d.]+)", table))
     assert len(shown) == 8
     down = -float(result.configuration.frame("plate_A")[2, 3] - result.configuration.frame("wrist_1")[2, 3])
     hanging = 100 + 9.81 * (2 + 0.3 + 0.3 + 0.2 + 0.1296)  # payload, plates, bars

@@ -74,7 +74,7 @@ def test_a_platform_that_turns_about_a_hinge_is_said_to():
 
 
 def test_what_the_platform_puts_on_a_network_is_what_its_joints_carry():
-    """The weight of a truss and of its stem: its parts along readable wrenches add up to that at its end."""
+    """The weight of a truss and of its stem: its parts along canonical wrenches add up to that at its end."""
     found = ks.analyze(truss().assemble(), LOAD, gravity=(1.0, 2.0, -9.0))
     [limb] = found.limbs.values()
     assert limb.is_network

@@ -1,4 +1,4 @@
-"""Poses at which the readable wrenches of a limb degenerate: its intensities are NaN, every other number is right."""
+"""Poses at which the canonical wrenches of a limb degenerate: its intensities are NaN, every other number is right."""
 
 import itertools
 

@@ -26,9 +26,9 @@ def test_a_pendulum_hangs_straight_or_falls(part, status):
 
 @pytest.mark.parametrize(("size", "unknown"), [(1e-10, False), (5e-10, False), (2e-9, True), (0.5, True)])
 def test_forces_that_may_change_are_unknown(size, unknown):
-    leeway = np.zeros((6, 2, 1, 1))
-    leeway[4, 0], leeway[0, 1] = 1.0, size
-    found = _masked(np.ones((6, 2, 1)), leeway)
+    undetermined = np.zeros((6, 2, 1, 1))
+    undetermined[4, 0], undetermined[0, 1] = 1.0, size
+    found = _masked(np.ones((6, 2, 1)), undetermined)
     assert np.isnan(found[:, 0]).all() and np.isnan(found[:, 1]).all() == unknown
 
 
