@@ -1,9 +1,9 @@
 """How fast workspace maps are: beside OpenSeesPy and Pinocchio, by size, with poses out of reach, on two cores.
 
-    python benchmarks/workspace.py [--quick] [--only TOPIC …] [--write docs/benchmarks.md]
+    python benchmarks/workspace.py [--quick] [--only TOPIC …] [--write docs/explanation/benchmarks.md]
 
 Everything that is compared is measured in this one run, in turn, again and again, and the shortest times count. Prints the tables
-of ``docs/benchmarks.md``, or writes them there.
+of ``docs/explanation/benchmarks.md``, or writes them there.
 """
 
 from __future__ import annotations

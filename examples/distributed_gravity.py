@@ -21,7 +21,7 @@ from reproduce_paper import ROOT
 
 import kinetostatics as ks
 
-PAGE = ROOT / "docs" / "beside_other_methods.md"
+PAGE = ROOT / "docs" / "explanation" / "beside_other_methods.md"
 PICTURE = ROOT / "docs" / "pictures" / "distributed_gravity.png"
 
 SPREAD, MIDDLES, ENDS, PLATFORM = "spread", "at the rods' middles", "at the rods' ends", "at the platform"

@@ -159,11 +159,11 @@ def story() -> str:
         f"But f_12 and f_22, which agree with Table 4 to 0.03 % otherwise, then differ by {f2_off[0]:+.1f} % and "
         f"{f2_off[1]:+.1f} %. "
         "Solid elements decide it: a model of the whole robot in CalculiX "
-        "([solid_finite_elements.md](solid_finite_elements.md)), which "
+        "([solid finite elements](solid_finite_elements.md)), which "
         "knows none of these formulas, has Δ_dy between 3.110e-6 and 3.124e-6 m and Δ_rx between 7.601e-6 and 7.636e-6 "
         "rad, by how a "
         "joint grips the rod's end. That is the twist with the bending of rod 3. Without these two entries the twist is just "
-        "what comes out where each rod's weight is lumped at its ends ([beside_other_methods.md](beside_other_methods.md)): "
+        "what comes out where each rod's weight is lumped at its ends ([beside other methods](beside_other_methods.md)): "
         "that would explain the paper's twist, and not its forces. What its model did cannot be seen from the text.",
     ]
     return "\n".join(lines)

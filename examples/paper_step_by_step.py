@@ -1,7 +1,7 @@
 """The paper, step by step: where its symbols are in the package, its equations in numbers, and what does not come out.
 
     python examples/paper_step_by_step.py            print the page
-    python examples/paper_step_by_step.py --write    write docs/paper.md
+    python examples/paper_step_by_step.py --write    write docs/explanation/paper.md
 
 C. Yang, F. Huang, W. Ye, Q. Chen, Chinese Journal of Mechanical Engineering 36 (2023).
 """
@@ -15,7 +15,7 @@ from paper_configuration_2 import story
 from paper_equations import Row, pages
 from reproduce_paper import ROOT
 
-PAGE = ROOT / "docs" / "paper.md"
+PAGE = ROOT / "docs" / "explanation" / "paper.md"
 
 #: Symbol of the paper, its equation, the attribute, the key of ``--json``, what the tables print, unit and sign.
 SYMBOLS = [
@@ -61,7 +61,7 @@ SYMBOLS = [
 
 
 def page() -> str:
-    """Return docs/paper.md."""
+    """Return docs/explanation/paper.md."""
     lines = [
         "# The paper, step by step",
         "",

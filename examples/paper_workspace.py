@@ -25,7 +25,7 @@ import xarray as xr
 import kinetostatics as ks
 
 ROOT = Path(__file__).resolve().parent.parent
-PAGE = ROOT / "docs" / "workspace_figures.md"
+PAGE = ROOT / "docs" / "how_to" / "workspace_figures.md"
 
 #: What the text says: linear sag [µm], angular sag [°], force [N].
 PAPER = {"2pru_upr": (26.0, 0.0075, 496.0), "3rps": (16.0, 0.002, 600.0)}
@@ -307,7 +307,7 @@ def draw(folder: Path, endings: tuple[str, ...], dpi: float) -> None:
 
 
 def write_docs() -> None:
-    """Put the tables between the markers of the page, and the pictures beside it."""
+    """Put the tables between the markers of the page, and draw its pictures."""
     page = PAGE.read_text(encoding="utf-8")
     captions = [(f"figure {number}", caption(number)) for number in (6, 7, 13)]
     for name, text in (("indices", index_table()), ("maxima", table()), *captions):
@@ -315,7 +315,7 @@ def write_docs() -> None:
         before, rest = page.split(begin)
         page = f"{before}{begin}\n\n{text}\n\n{end}{rest.split(end)[1]}"
     PAGE.write_text(page, encoding="utf-8")
-    draw(PAGE.parent / "pictures", ("png",), 110)
+    draw(ROOT / "docs" / "pictures", ("png",), 110)
 
 
 def index_table() -> str:

@@ -63,8 +63,9 @@ Configuration 1 comes out to all printed digits (density 7850 kg/m³, not the 78
 configuration 2 are those of the paper's *finite elements* but for f_32, which is not in equilibrium with the others of its row.
 **Four numbers we do not reproduce:** Δ_dy, Δ_dz, Δ_rx and Δ_rz. A frame of beams in OpenSees gives ours to all digits
 (`kinetostatics verify`), and solid elements in CalculiX bracket Δ_dy by 3.110e-6 … 3.124e-6 m and Δ_rx by
-7.601e-6 … 7.636e-6 rad, by how a joint grips the rod's end ([docs/solid_finite_elements.md](docs/solid_finite_elements.md)).
-We have not tuned anything to the paper's. [docs/paper.md](docs/paper.md) goes through its equations one by one, and tells what
+7.601e-6 … 7.636e-6 rad, by how a joint grips the rod's end ([solid finite
+elements](docs/explanation/solid_finite_elements.md)). We have not tuned anything to the paper's.
+[The paper, step by step](docs/explanation/paper.md) goes through its equations one by one, and tells what
 does not fit in full.""",
 }
 

@@ -3,7 +3,7 @@
     python examples/robot_without_a_file.py [tripod.urdf]
 
 Each leg stands on a hinge, is driven where it telescopes, and carries the table on a ball. All sizes are made up. What the
-classes mean is described in ``docs/python_api.md``.
+classes mean is described in ``docs/how_to/robots_in_python.md``.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@
     python examples/solid_finite_elements.py --configuration 2 --picture solid.png
 
 Needs ``ccx``, the solver of CalculiX (Debian and Ubuntu: ``apt install calculix-ccx``); ``--picture`` needs matplotlib too.
-What is modelled, and what the numbers mean, is described in ``docs/solid_finite_elements.md``.
+What is modelled, and what the numbers mean, is described in ``docs/explanation/solid_finite_elements.md``.
 """
 
 from __future__ import annotations

@@ -3,7 +3,8 @@
     python examples/standing_quadruped.py
 
 The quadruped is the file of ``example-robot-data``, included unedited by ``robots/anymal_standing.urdf.xacro``: the trunk is the
-platform, each foot a ball joint on the ground; see ``docs/example_robot_data.md``. Twelve locked drives hold six freedoms, so
+platform, each foot a ball joint on the ground; see ``docs/how_to/example_robot_data.md``.
+Twelve locked drives hold six freedoms, so
 only elasticity decides who carries what. The feet push outwards too: ground and friction hold them there.
 """
 

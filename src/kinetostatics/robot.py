@@ -31,7 +31,7 @@ def load_robot(path: str | os.PathLike[str], parameters: Mapping[str, object] | 
     """Load a robot from a URDF or xacro file.
 
     Args:
-        path: of the file, whose format is described in ``docs/robot_format.md``; or the name of a robot that comes with the
+        path: of the file, whose format is described in the page on robot files; or the name of a robot that comes with the
             package, such as "3rps", see :func:`kinetostatics.robots`.
         parameters: values of the file's xacro arguments, SI units.
 

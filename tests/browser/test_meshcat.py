@@ -23,7 +23,7 @@ from kinetostatics.viewer.scene import describe_scene
 
 LOAD = [100, 50, -500, 10, 20, -5]
 POSES = {"3rps": {"z": 0.5, "rx": 0.03, "ry": -0.17}, "2pru_upr": {"z": 0.6, "rx": 0.1, "ry": 0.1}}
-PAGE = ROOT / "docs" / "viewer.md"
+PAGE = ROOT / "docs" / "how_to" / "viewer.md"
 
 
 class Window:

@@ -14,7 +14,7 @@ from places import ROOT
 import kinetostatics as ks
 from kinetostatics.files.bundled import shipped_robots
 
-PAGE = ROOT / "docs" / "benchmarks.md"
+PAGE = ROOT / "docs" / "explanation" / "benchmarks.md"
 sys.path.insert(0, str(ROOT / "benchmarks"))
 kept = {name: os.environ.get(name) for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")}
 import grids  # noqa: E402

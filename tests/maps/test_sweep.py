@@ -527,7 +527,7 @@ def test_the_size_of_a_map_is_known_before(small, robot):
 
     plan, first = read_plan(robot, GRID, None, None, LOAD, (0, 0, -9.81), None, "world", None, None, True, 1e-10)
     assert size_of(plan, labels_of(plan, first)) == sum(small[name].nbytes for name in small.data_vars)
-    # what docs/workspace.md says
+    # what docs/how_to/workspace.md says
     plan, first = read_plan(robot, GRID, None, None, LOAD, (0, 0, -9.81), None, "world", None, None, False, 1e-10)
     assert size_of(plan, labels_of(plan, first)) / plan.size == pytest.approx(1.1e3, rel=0.05)
 
@@ -690,8 +690,8 @@ def test_the_command_refuses_in_one_line(tmp_path, monkeypatch, capsys, line, me
 
 
 def test_the_page_is_true(tmp_path, monkeypatch, capsys):
-    """Every block of Python in docs/workspace.md runs, and what it prints is there."""
-    page = ROOT / "docs" / "workspace.md"
+    """Every block of Python in docs/how_to/workspace.md runs, and what it prints is there."""
+    page = ROOT / "docs" / "how_to" / "workspace.md"
     monkeypatch.chdir(tmp_path)
     names = {}
     for block in re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL):

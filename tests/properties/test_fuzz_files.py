@@ -34,7 +34,7 @@ NUMBER = int(os.environ.get("KINETOSTATICS_FUZZ", "45"))
 SECONDS = 20.0
 
 SHIPPED = sorted((ROOT / "robots").glob("*.xacro"))
-EXAMPLE = (ROOT / "docs" / "robot_format.md").read_text(encoding="utf-8").split("```xml\n")[1].split("```")[0]
+EXAMPLE = (ROOT / "docs" / "reference" / "robot_format.md").read_text(encoding="utf-8").split("```xml\n")[1].split("```")[0]
 XACRO = EXAMPLE.replace('<robot name="parallelogram">', '<robot name="p" xmlns:xacro="http://www.ros.org/wiki/xacro">')
 
 

@@ -1,6 +1,6 @@
-"""The mistakes of docs/describe_your_own_robot.md: how each is made, and which places of the code answer them.
+"""The mistakes of the guide: how each is made, and which places of the code answer them.
 
-Each changes the complete example of docs/robot_format.md, the parallelogram, or is a whole text, or code that is run on it.
+Each changes the complete example of the page on robot files, the parallelogram, or is a whole text, or code that is run on it.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ XACRO = ' xmlns:xacro="http://www.ros.org/wiki/xacro"'
 
 @cache
 def parallelogram() -> str:
-    """Return the complete example of docs/robot_format.md."""
-    page = (ROOT / "docs" / "robot_format.md").read_text(encoding="utf-8")
+    """Return the complete example of docs/reference/robot_format.md."""
+    page = (ROOT / "docs" / "reference" / "robot_format.md").read_text(encoding="utf-8")
     return page.partition("## A complete example")[2].partition("```xml\n")[2].partition("```")[0]
 
 

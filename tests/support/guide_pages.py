@@ -1,4 +1,4 @@
-"""Runs the blocks of docs/describe_your_own_robot.md and writes its answers and tables: ``python tests/support/guide_pages.py``.
+"""Runs the blocks of the guide and writes its answers and tables: ``python tests/support/guide_pages.py``.
 
 A block of XML is merged into the lift table's file: what has the tag and name of something in the file replaces it, what is new
 goes before ``</robot>``. After ``<!-- lift: only once -->`` the file is as before when the next block of commands is done.
@@ -22,7 +22,7 @@ from guide_mistakes import ROOT, Mistake, provoke
 
 from kinetostatics.cli.main import main
 
-PAGE = ROOT / "docs" / "describe_your_own_robot.md"
+PAGE = ROOT / "docs" / "tutorials" / "describe_your_own_robot.md"
 FILE = "lift_table.urdf.xacro"
 TABLES: dict[str, tuple[Mistake, ...]] = {
     name: getattr(module, name)

@@ -1,6 +1,6 @@
 """The parts of a robot as plain frozen dataclasses: links, joints, loops, beams and what they are made of.
 
-Field by field this is the format of ``docs/robot_format.md``. SI units, radians. Values are looked at when the whole
+Field by field this is the format of robot files. SI units, radians. Values are looked at when the whole
 description is validated or made a robot, so that they may be wrong until then. Where something is written (``place``) is no
 part of what it is: parts that differ in places only are equal.
 """
@@ -155,7 +155,7 @@ class Loop(ShortRepr):
 
     Attributes:
         name: its name.
-        type: one of the eight of ``docs/robot_format.md``.
+        type: one of the eight of the page on robot files.
         predecessor, successor: names of the links, with the joint's frames ``predecessor_origin``, ``successor_origin`` in them.
         axis: in the predecessor's origin frame; ``axis2`` (universal only) in the successor's. Unit vectors once validated.
         lower, upper: limits [rad or m] of a joint with one freedom, both infinite where there are none.

@@ -1,4 +1,4 @@
-"""Reads robot files: URDF or xacro with the additional elements of ``docs/robot_format.md``."""
+"""Reads robot files: URDF or xacro with the additional elements of the page on robot files."""
 
 from __future__ import annotations
 

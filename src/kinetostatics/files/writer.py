@@ -13,7 +13,7 @@ from kinetostatics.exceptions import ArgumentError
 from kinetostatics.files.element_writer import robot_text
 from kinetostatics.files.reader import validate
 
-_COMMENT = "written by kinetostatics; the elements that are not URDF's are those of its docs/robot_format.md"
+_COMMENT = "written by kinetostatics; the elements that are not URDF's are those of its docs/reference/robot_format.md"
 #: Files that elements name, which lie beside the file that the robot was read from.
 _FILE = re.compile(r'(<(?:mesh|texture)\b[^<>]*\bfilename=")([^"]+)(")')
 

@@ -1,7 +1,7 @@
 """Readable bases of a limb's constraint wrenches J_ic and attached wrenches J_ig: their choice and completion.
 
 The choice is made once per robot, at a few generic poses; at every pose the same candidates are evaluated
-(``docs/method.md``, sections 2 to 4).
+(the method page, sections 2 to 4).
 """
 
 from __future__ import annotations

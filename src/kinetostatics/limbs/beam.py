@@ -3,7 +3,7 @@
 All in beam axes: x along the beam from its base end (clamped) to its platform end, wrenches ``[f; m]`` and twists
 ``[d; r]`` about the platform end. ``c`` holds the six section compliances 1/EA, 1/κGA_y, 1/κGA_z, 1/GJ, 1/EI_y, 1/EI_z.
 Source: closed forms of a cantilever, e.g. S. P. Timoshenko, Strength of Materials, part I, with shear deformation added;
-``docs/method.md``, section 5. Arrays are ``(6, …)``, batch axes last.
+the method page, section 5. Arrays are ``(6, …)``, batch axes last.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Self-stress in limbs with rings: it takes the value that the elasticity of beams and springs gives it (the force method).
 
-Cut-joint wrenches are ``(M, 6, …, limb, pose)`` about o; see ``docs/method.md``, section 9.
+Cut-joint wrenches are ``(M, 6, …, limb, pose)`` about o; see the method page, section 9.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Wrenches that a person can read, from which bases are chosen: forces through joints' centres and couples along what is there.
 
-The order in which they are preferred is that of ``docs/method.md``, sections 3 and 4; those for bent links and odd joints follow.
+The order in which they are preferred is that of the method page, sections 3 and 4; those for bent links and odd joints follow.
 """
 
 from __future__ import annotations
@@ -120,7 +120,7 @@ def constraint_candidates(
     rotates: NDArray[np.bool_],
     labels: list[str],
 ) -> Iterator[Candidate]:
-    """Yield candidates of J_ic in the order of preference of ``docs/method.md``, section 3."""
+    """Yield candidates of J_ic in the order of preference of the method page, section 3."""
     outer = len(compounds)
     at = _platform_centre(compounds)
     where = [compound.label for compound in compounds] + ["its outer end"]

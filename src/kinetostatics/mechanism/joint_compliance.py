@@ -1,6 +1,6 @@
 """Elastic joints, bearings and drives: compliances at a joint's centre, in its frame on the predecessor's side.
 
-The rules are those of ``<joint_stiffness>`` in ``docs/robot_format.md``: along a direction that the joint blocks a missing or
+The rules are those of ``<joint_stiffness>`` in the page on robot files: along a direction that the joint blocks a missing or
 infinite stiffness is rigid; along one of its freedoms a finite one is a spring, and any other leaves it free.
 """
 

@@ -1,7 +1,7 @@
 """From links and joints to limbs: the graph of rigid bodies cut at base and platform.
 
 With base and platform removed, every connected component that touches both is a limb; one that touches only one of them is
-attached to it, dead weight (``docs/method.md``, section 2). A spanning tree, rooted at the base, reaches every body of a limb;
+attached to it, dead weight (the method page, section 2). A spanning tree, rooted at the base, reaches every body of a limb;
 the edges that it leaves out are the limb's *cut joints*, chords of the graph. With the wrenches of all cut joints known,
 equilibrium gives those of all other edges; a serial limb has one cut joint, its joint to the platform.
 """

@@ -78,7 +78,7 @@ def link_contributions(
 def source_contributions(
     robot: Robot, batch: Batch, solutions: Sequence[Solution], deformations: Sequence[Deformation]
 ) -> Mapping[str, Mapping[str, Array]]:
-    """Return the parts of the twist (…, 6) by kind and name of what gives way: P_sᵀ c_s w_s (``docs/method.md``, section 6)."""
+    """Return the parts of the twist (…, 6) by kind and name of what gives way: P_sᵀ c_s w_s (the method page, section 6)."""
     parts: dict[str, dict[str, list[Array]]] = {}
     for solution, deformation in zip(solutions, deformations, strict=True):
         units = unit_cut_wrenches(robot.statics, solution)

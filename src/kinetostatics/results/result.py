@@ -164,7 +164,7 @@ class Result(Shown):
 
         ``attached`` is the work of its attached wrenches, −C J_ig W_ig, ``deformation`` that of its elastic deformation along its
         constraint wrenches, C J_ic K_ic Δ_igc: the second decoupling of Eq. (12). Together they are the limb's contribution. Each
-        of them depends on the choice of J_ig (``docs/method.md``, section 4); their sum does not.
+        of them depends on the choice of J_ig (the method page, section 4); their sum does not.
         """
         twists = self._batch.by_source(self._by_mechanism[0].sources, [s.twists for s in self._by_mechanism])
         return Named({limb.name: _two_ways(twists, limb.name) for limb in self.robot.topology.limbs})
@@ -356,7 +356,7 @@ class Result(Shown):
         """What gives way where: ``{"beams": {name: (…, 6)}, "joints": …, "drives": …, "misfits": …}``, twists at o, world axes.
 
         Each is the part of the twist that the deformation of one beam, joint or drive (or its assembly error) makes, P_sᵀ c_s w_s
-        with P_s its wrenches under unit loads of the platform; together they are the twist (``docs/method.md``, section 6).
+        with P_s its wrenches under unit loads of the platform; together they are the twist (the method page, section 6).
         Making one of them rigid does not remove exactly that amount, because the forces redistribute.
         """
         return source_contributions(*self._motions)

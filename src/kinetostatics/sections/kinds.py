@@ -305,7 +305,7 @@ class RectangularTube(Rectangle):
 def beam_compliance_coefficients(
     section: Section, youngs_modulus: float, shear_modulus: float, shear_areas: tuple[float, float]
 ) -> Any:
-    """Return the six section compliances c (``docs/method.md``, section 5): 1/EA, 1/κGA_y, 1/κGA_z, 1/GJ, 1/EI_y, 1/EI_z.
+    """Return the six section compliances c (the method page, section 5): 1/EA, 1/κGA_y, 1/κGA_z, 1/GJ, 1/EI_y, 1/EI_z.
 
     Args:
         section: the cross-section.

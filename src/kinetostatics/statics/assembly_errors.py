@@ -1,7 +1,7 @@
 """AssemblyErrors: what joints and beams are off by before anything is loaded.
 
 A joint's assembly error is a twist of its platform side relative to its base side; a beam is longer by a length error and by
-α ΔT L. What the limbs cannot give way to moves the platform and stresses an overconstrained robot (``docs/method.md``).
+α ΔT L. What the limbs cannot give way to moves the platform and stresses an overconstrained robot (the method page).
 """
 
 from __future__ import annotations

@@ -40,7 +40,7 @@ def actuator_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]
 def _carried(robot: RobotStatics, solution: Solution, joints: Sequence[int] | None = None) -> Array:
     """Return the wrenches (6, J, N) of some joints of the table; None: of all. What is open has one of its possible values.
 
-    Of a serial limb's joint −(J_ic W_ic + J_ig W_ig + Σ w), with the weights w outboard of it (``docs/method.md``, section 7).
+    Of a serial limb's joint −(J_ic W_ic + J_ig W_ig + Σ w), with the weights w outboard of it (the method page, section 7).
     """
     table = robot.joint_table
     which = slice(None) if joints is None else list(joints)

@@ -1,6 +1,6 @@
 """Poses at which a limb is not what it is elsewhere: its joints become dependent, so that it carries more wrenches.
 
-Ranks and bases belong to the robot (``docs/method.md``, section 2). Where a limb is stretched, or two of its axes fall together,
+Ranks and bases belong to the robot (the method page, section 2). Where a limb is stretched, or two of its axes fall together,
 its passive joints allow one motion less, and it resists one wrench more. Such a limb is decided about at that very pose.
 """
 

@@ -1,7 +1,7 @@
 """An independent check by finite elements: the same robot at the same pose as a frame of beams and joints in OpenSeesPy.
 
 The frame is built from the robot's file and the frames of its links, not from limbs, wrenches or compliances: a mistake in those
-cannot hide. What both share, and what therefore is not checked, is said in ``docs/how_we_know_it_is_right.md``.
+cannot hide. What both share, and what therefore is not checked, is said in the page on how we know it is right.
 """
 
 import kinetostatics.verification.report  # noqa: F401 - through which a verification prints

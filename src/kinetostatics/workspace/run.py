@@ -98,7 +98,7 @@ def sweep(
         command_line: what to say of the command in the attributes.
 
     Returns:
-        The Dataset; ``docs/workspace.md`` says what is in it. With ``out`` it is read from there when needed.
+        The Dataset; the page on workspace maps says what is in it. With ``out`` it is read from there when needed.
 
     Raises:
         ArgumentError: an argument makes no sense, or ``out`` holds something else.

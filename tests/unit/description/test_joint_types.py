@@ -71,7 +71,7 @@ def test_what_follows_from_the_table():
 
 def test_the_page_on_robot_files_says_the_same():
     rows = re.findall(
-        r"^\| `(\w+)` \| (\d) \| (.+?) \| (.+?) \| (.+?) \|$", (ROOT / "docs/robot_format.md").read_text("utf-8"), re.M
+        r"^\| `(\w+)` \| (\d) \| (.+?) \| (.+?) \| (.+?) \|$", (ROOT / "docs/reference/robot_format.md").read_text("utf-8"), re.M
     )
     assert {row[0] for row in rows} == set(names_of("in_loop"))
     for name, freedoms, axis, axis2, limit in rows:

@@ -33,7 +33,7 @@ Y = (0, 1, 0)
 
 
 def parallelogram() -> RobotDescription:
-    """The example of ``docs/robot_format.md``."""
+    """The example of ``docs/reference/robot_format.md``."""
     return RobotDescription.of(
         "parallelogram",
         links=[
@@ -59,7 +59,7 @@ def parallelogram() -> RobotDescription:
 
 
 def from_docs() -> RobotDescription:
-    text = (ROOT / "docs" / "robot_format.md").read_text()
+    text = (ROOT / "docs" / "reference" / "robot_format.md").read_text()
     found = re.search(r"```xml\n(<\?xml.*?)```", text, re.DOTALL)
     assert found is not None
     return parse_robot_text(found[1].replace('<transmission name="motor">', '<transmission name="drive_a">'), "docs.urdf")
@@ -395,7 +395,7 @@ def test_errors_name_the_line_of_what_was_read() -> None:
 
 
 def test_warnings_of_the_file_are_said_once() -> None:
-    text = (ROOT / "docs" / "robot_format.md").read_text()
+    text = (ROOT / "docs" / "reference" / "robot_format.md").read_text()
     text = text[text.index("<?xml") : text.index("</robot>") + len("</robot>")]
     text = text.replace('<link name="left"/>', '<link name="left"><visul/></link>').replace(
         'type="revolute"', 'type="continuous"', 1

@@ -775,7 +775,7 @@ def test_command_in_a_process_of_its_own(tmp_path):
 
 
 def test_the_page_shows_what_the_commands_print(tmp_path, monkeypatch, capsys):
-    page = (ROOT / "docs" / "foreign_loops.md").read_text()
+    page = (ROOT / "docs" / "how_to" / "foreign_loops.md").read_text()
     (block,) = re.findall(r"```console\n(.*?)```", page, re.DOTALL)
     monkeypatch.chdir(tmp_path)
     for path in FOREIGN.iterdir():
@@ -793,13 +793,13 @@ def test_the_page_shows_what_the_commands_print(tmp_path, monkeypatch, capsys):
 
 
 def test_the_page_shows_the_sample_of_gepetto():
-    page = (ROOT / "docs" / "foreign_loops.md").read_text()
+    page = (ROOT / "docs" / "how_to" / "foreign_loops.md").read_text()
     (block,) = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
     assert yaml.safe_load(block) == {**yaml.safe_load(RRS[1].read_text()), "type": ["3d", "3d"]}
 
 
 def test_the_python_of_the_page(monkeypatch):
-    page = (ROOT / "docs" / "foreign_loops.md").read_text()
+    page = (ROOT / "docs" / "how_to" / "foreign_loops.md").read_text()
     (block,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
     monkeypatch.chdir(ROOT)
     names = {}

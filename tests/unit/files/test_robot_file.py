@@ -735,7 +735,7 @@ def test_xacro_in_threads() -> None:
 
 
 def test_the_example_of_the_documentation_is_read() -> None:
-    page = (ROOT / "docs" / "robot_format.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "reference" / "robot_format.md").read_text(encoding="utf-8")
     example = re.findall(r"```xml\n(.*?)```", page, re.DOTALL)[0]
     robot = parse_robot_text(example)
     assert (list(robot.beams), list(robot.loops), robot.driven, robot.warnings) == (

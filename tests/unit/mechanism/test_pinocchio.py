@@ -208,7 +208,7 @@ def test_constraint_dynamics_keeps_the_robot_still(name):
 
 
 def test_the_page_about_pinocchio_is_true(capsys):
-    page = (ROOT / "docs" / "pinocchio.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "how_to" / "pinocchio.md").read_text(encoding="utf-8")
     names = {}
     blocks = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
     for block in blocks:

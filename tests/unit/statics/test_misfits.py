@@ -87,7 +87,7 @@ def test_a_longer_rod_is_a_longer_stroke(rod):
 
 
 def test_a_rail_that_is_off_presses_the_paper_s_robot():
-    """0.1 mm on one rail along X in configuration 1 locks in 34 N, more than gravity's 31 N (docs/method.md, section 6)."""
+    """0.1 mm on one rail along X in configuration 1 locks in 34 N, more than gravity's 31 N (the method page, section 6)."""
     machine = ks.load_robot("2pru_upr")
     pose = machine.assemble()
     found = ks.analyze(pose, gravity=STILL, misfits={"prismatic_1": [1e-4, 0, 0, 0, 0, 0]})

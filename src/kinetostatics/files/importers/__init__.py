@@ -3,7 +3,7 @@
 Three sources are read: the ``closing_…_1``/``closing_…_2`` frames of onshape-to-robot (:mod:`.onshape`), the ``robot.yaml``
 of Gepetto's example-parallel-robots (:mod:`.gepetto`), and Isaac Sim's ``<loop_joint>`` (:mod:`.isaac`). Each reader
 returns records of one kind, :class:`ForeignLoop`; whatever a source leaves open is asked for, never guessed.
-``docs/foreign_loops.md`` describes the three formats and cites where they are defined.
+The page on other tools' loops describes the three formats and cites where they are defined.
 """
 
 from kinetostatics.files.importers.convert import convert, import_robot

@@ -1,0 +1,26 @@
+"""Links of README, CONTRIBUTING and all pages lead to files; that anchors exist, too, ``mkdocs build --strict`` checks."""
+
+import re
+
+import pytest
+from places import ROOT
+
+DOCS = ROOT / "docs"
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted(DOCS.rglob("*.md"))]
+
+
+def targets(page):
+    """Return what a page links to, without code."""
+    text = re.sub(r"^```.*?^```$|`[^`]*`", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+    return re.findall(r"\]\(([^)\s#:]+)(?:#[^)]*)?\)", text)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_links_lead_to_files(page):
+    for target in targets(page):
+        assert (page.parent / target).exists(), target
+
+
+def test_every_picture_is_shown_somewhere():
+    shown = {(page.parent / target).resolve() for page in PAGES for target in targets(page)}
+    assert [picture.name for picture in (DOCS / "pictures").iterdir() if picture.resolve() not in shown] == []
