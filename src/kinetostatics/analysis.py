@@ -108,7 +108,7 @@ def analyze(
     solutions: list[Solution] = []
     for part in chunks(N) or [slice(0, 0)]:  # one chunk even of an empty batch
         mine = part if isinstance(which, slice) else which[part]
-        chunk = Frames(frames.rotation[..., mine], frames.position[..., mine])
+        chunk = frames.take(mine)
         at_o = _load_at_o(robot, chunk, loads[:, part], None if arms is None else arms[:, part], frame)
         off = None if spread is None else spread.map(lambda array: array[:, part])  # noqa: B023
         solutions += _solutions(robot.statics, chunk, at_o, fields[:, part], off)
@@ -131,7 +131,7 @@ def _solutions(
     ends = sorted({0, load.shape[1], *special, *(pose + 1 for pose in special)})
     for first, last in itertools.pairwise(ends):
         at = slice(first, last)
-        here = Frames(frames.rotation[..., at], frames.position[..., at])
+        here = frames.take(at)
         off = None if assembly_errors is None else assembly_errors.map(lambda array: array[:, at])  # noqa: B023
         found.append(solve(robot, here, load[:, at], gravity[:, at], off, special.get(first)))
     return found
@@ -197,8 +197,7 @@ def free_twists(robot: Robot, solution: Solution, pose: int) -> Array:
     scale = np.array([1.0] * 3 + [1 / robot.length] * 3)[:, None]
     columns = [np.zeros((6, 0)), *(item.J_c[..., pose].reshape(6, -1) for item in solution.statics)]
     wrenches = np.concatenate(columns, axis=1) * scale
-    sizes = np.linalg.norm(wrenches, axis=0)
-    U, values, _ = np.linalg.svd(wrenches / np.where(sizes > 0, sizes, 1), full_matrices=True)
+    U, values, _ = np.linalg.svd(wrenches, full_matrices=True)
     values = np.concatenate([values, np.zeros(6 - len(values))])[:6] if len(values) < 6 else values
     free = values <= max(1e-6 * float(values[0]), float(values.min()))
     return canonical_basis(U[:, free]) * scale

@@ -159,6 +159,7 @@ def test_another_zero_and_rounded_angles_are_no_mistake(joint):
     loop = description.loops["universal_2"]
     robot = ks.Robot(moved(description, "universal_2", loop.predecessor, (0, 0, 0), (50 * rounded, 50 * rounded, 50 * rounded)))
     assert 1e-9 < robot.closing_error < 1e-5 and not robot.has_wrong_zero
+    assert max(map(abs, robot.assemble(tolerance=1e-5).actuators.values())) < 1e-12  # a motion would close no better
     pose = robot.configuration(robot.model_q(robot.zero_poses)[:, 0], tolerance=1e-5)
     assert pose.status == ks.Status.OK
     with pytest.raises(ks.AssemblyError, match="rounded or wrong") as caught:

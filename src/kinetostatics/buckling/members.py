@@ -75,7 +75,7 @@ class Member:
 
     def holds(self, model: StaticModel, frames: Frames, which: NDArray[np.intp]) -> Ends:
         """Return how its ends are held at some poses."""
-        frames = Frames(frames.rotation[..., which], frames.position[..., which])
+        frames = frames.take(which)
         beam = model.beams[self.beams[0]]
         axes = frames.orientations(np.array([beam.span.carrier]), beam.axes[:, :, None])[:, :, 0]
         sign = 1.0 if self.forward[0] else -1.0
@@ -248,7 +248,7 @@ class _Finder:
         """Return how the platform end is held if it also moves where nothing but the member holds it."""
         beam, shifts, turns = self.model.beams[first[0]], [], False
         for k in range(self.frames.position.shape[2]):
-            frames = Frames(self.frames.rotation[..., k : k + 1], self.frames.position[..., k : k + 1])
+            frames = self.frames.take(np.array([k]))
             points = np.array([self._point(frames, first[0], not first[1]), self._point(frames, last[0], last[1])])
             if not np.any(points[1] - points[0]):
                 continue  # a telescope without length

@@ -14,7 +14,7 @@ from kinetostatics.kinematics.continuation import reach
 from kinetostatics.kinematics.coordinate_choices import prescribed_platform, say_choices
 from kinetostatics.kinematics.joint_coordinates import actuator_names
 from kinetostatics.kinematics.lines import follow
-from kinetostatics.kinematics.openings import gaps_at, gaps_text, worst_gaps_text
+from kinetostatics.kinematics.openings import CLOSED, gaps_at, gaps_text, worst_gaps_text
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.kinematics.solver import PrescribedCoordinates, SolverState
 from kinetostatics.kinematics.unit_hints import odd_coordinates
@@ -226,7 +226,7 @@ def _say_unreachable(
     found = robot.solver.values(prescribed, nearest)[:, 0]
     if float(np.abs(found - target[:, 0]).max(initial=0.0)) < 1e-3:
         worst = max((max(pair) for pair in gaps.values()), default=0.0)
-        if worst < 1e-9:
+        if worst < CLOSED:
             text += "the target itself can be assembled, but the line to it passes a singular pose or leaves the workspace: "
             text += "give near= a pose beyond"
         else:

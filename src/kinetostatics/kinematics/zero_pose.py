@@ -39,11 +39,11 @@ def closed_zero(solver: Solver, drives: PrescribedCoordinates) -> tuple[SolverSt
     if not equations.loops:
         return start, 0.0
     best, residual = solver.close(start, drives, np.zeros((drives.size, 1)))
-    if residual < 1e-11:
+    if residual < CLOSED:
         return best, residual
     # Rounding alone is no reason to move the drives: a nearly closed pose far away would be another assembly mode.
     free = solver.close(start, *nothing, cutoff=1e-3)
-    if free[1] < 1e-9 or OPEN < residual > free[1]:
+    if free[1] < CLOSED or OPEN < residual > free[1]:
         best, residual = free
     random = np.random.default_rng(1)
     for _ in range(20):

@@ -97,6 +97,10 @@ class Frames(ShortRepr):
         """Return the rotations (3, 3, M, N) of frames with orientations ``local`` (3, 3, M) in ``bodies`` (M,)."""
         return np.einsum("ijmn,jkm->ikmn", self.rotation[:, :, bodies], local)
 
+    def take(self, poses: Index | slice) -> Frames:
+        """Return some of the poses."""
+        return Frames(self.rotation[..., poses], self.position[..., poses])
+
     def followed_by(self, other: Frames) -> Frames:
         """Return these poses and behind them others."""
         return Frames(

@@ -33,8 +33,8 @@ def groups_of_poses(
         doubtful |= np.any(item.doubtful, axis=0)
     found = {}
     for pose in np.flatnonzero(doubtful & np.all(np.isfinite(o), axis=0)).tolist():
-        here = Frames(frames.rotation[..., pose : pose + 1], frames.position[..., pose : pose + 1])
-        changed = {number for item in statics for number in _changed(item, here, o[:, pose : pose + 1], pose)}
+        here = frames.take(np.array([pose]))
+        changed = {number for item in statics for number in _changed(item, here, o[:, [pose]], pose)}
         if changed:
             found[pose] = tuple(group for item in statics for group in _regrouped(robot, item.group, changed, here))
     return found

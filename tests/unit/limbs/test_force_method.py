@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from kinetostatics.limbs.compliance import count_rigid
-from kinetostatics.limbs.force_method import distribute, elimination_order, ranks
+from kinetostatics.limbs.force_method import distribute, elimination_order, ranks, suits
 from kinetostatics.limbs.redundant_forces import _relaxation
 from kinetostatics.math.linalg import null_space
 
@@ -30,13 +30,27 @@ def test_directions_without_compliance_are_rigid(difference, count):
 def test_pivots_that_are_not_trusted(pivot, doubtful):
     """x + y = −d and pivot · y = −e; the platform feels the third unknown."""
     P = np.zeros((6, 3))
-    P[0, 2] = 1
+    P[0, 2] = 4
     generic = np.array([[1.0, 1, 0], [0, 1, 0]])
     plan = elimination_order(generic[:, :, None], P, 1e-6)
     A = np.array([[1.0, 1, 0], [0, pivot, 0]])
     found = distribute(plan, A[:, :, None, None], generic != 0, P, np.array([3.0, 2 * pivot])[:, None, None])
     assert bool(found.doubtful[0, 0]) == doubtful
     np.testing.assert_allclose(found.particular[:, 0, 0], [-1.0, -2, 0] if pivot else [-1.5, -1.5, 0], rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(P @ found.spread[:, :, 0, 0], np.diag([1.0, 0, 0, 0, 0, 0]), atol=1e-12)
+
+
+def test_an_order_of_elimination_suits_limbs_of_equal_ranks_and_good_pivots():
+    P = np.zeros((6, 3))
+    P[0, 2] = 1
+
+    def fits(*rows):
+        return suits(plan, np.array(rows, dtype=float)[:, :, None], P, 1e-6)
+
+    plan = elimination_order(np.array([[1.0, 1, 0], [0, 1, 0]])[:, :, None], P, 1e-6)
+    assert fits([1, 1, 0], [0, 1, 0]) and fits([1, 0, 0], [1, 1, 0])
+    assert not fits([1, 1, 0], [1, 1, 0])  # of another rank
+    assert not fits([1, 1, 0], [1, 1 + 1e-5, 0])  # of the same, but a small pivot
 
 
 def test_ranks_are_judged_beside_the_largest_value_or_one():

@@ -1,0 +1,98 @@
+"""The zero pose of files that are open where all joints are at zero: drives stay if they can, and dead centres are left."""
+
+import numpy as np
+import pytest
+from simple_machines import joint, link, loop, robot
+
+import kinetostatics as ks
+
+
+def four_bar(gap=0.0, unit=1.0, slack=False, zero=0.0, bent=0.0, turned=0.0):
+    """A linkage in the plane y = 0, its crank driven: at zero all in a line, which is too long by ``gap``.
+
+    Args:
+        gap: [units].
+        unit: the length of the unit [m].
+        slack: whether the crank is a telescope across the line.
+        zero: what the coupler's and rocker's zeros are turned by [rad].
+        bent: by how much the rocker's head is off the plane [units].
+        turned: what the crank's zero is turned by [rad].
+    """
+
+    def at(x, y=0.0, turn=0.0):
+        return f"{x * unit!r} {y * unit!r} 0" + f'" rpy="0 {turn!r} 0'
+
+    parts = [
+        link("base"),
+        link("crank"),
+        link("platform", 1.0),
+        link("rocker"),
+        joint("a", "continuous", "base", "crank", at(0.0, turn=turned)),
+    ]
+    inner = "crank"
+    if slack:
+        parts += [link("sleeve"), joint("s", "prismatic", "crank", "sleeve", axis="0 0 1")]
+        inner = "sleeve"
+    parts += [
+        joint("b", "continuous", inner, "platform", at(0.3, turn=zero)),
+        joint("d", "continuous", "base", "rocker", at(1.2 - gap, turn=-zero)),
+        loop("c", "revolute", "rocker", "platform", at(-0.4, bent), at(0.5), "0 1 0"),
+        '<transmission name="t"><joint name="a"/></transmission>',
+    ]
+    return robot(*parts)
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-3])
+@pytest.mark.parametrize("slack", [False, True])
+def test_a_dead_centre_is_left(unit, slack):
+    """All in a line, nothing that the joints do at first order closes the gap: the way out is found by chance."""
+    machine = four_bar(0.05, unit, slack)
+    assert machine.zero_gaps["c"][0] == pytest.approx(0.05 * unit)
+    assert machine.closing_error < 1e-12 and not machine.has_wrong_zero
+    assert np.max(np.abs(machine.assemble().frame("platform")[:3, 1])) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("off", [0.0, 1e-6, 1e-5])
+def test_drives_stay_where_the_loops_close_up_to_rounding(off):
+    """Whether the file is exact or its frames are rounded: the other joints alone close what they can."""
+    machine = four_bar(0.05, zero=0.3, bent=off)
+    assert machine.joint_coordinates(machine.model_q(machine.zero_poses), machine.zero_frames)["a"] == pytest.approx(
+        0.0, abs=1e-12
+    )
+    assert machine.closing_error == pytest.approx(off / machine.length, rel=0.01, abs=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("gap", "turned", "off", "least"),
+    [
+        (0.05, 2.5, 0.0, 2.5 - np.arccos((0.3**2 + 1.15**2 - 0.9**2) / (2 * 0.3 * 1.15))),
+        (0.05, 2.5, 1e-6, 2.5 - np.arccos((0.3**2 + 1.15**2 - 0.9**2) / (2 * 0.3 * 1.15))),  # far out of the others' reach
+        (0.0005, 0.1, 0.0, 0.1 - np.arccos((0.3**2 + 1.1995**2 - 0.9**2) / (2 * 0.3 * 1.1995))),  # by a little
+    ],
+)
+def test_drives_move_where_they_must(gap, turned, off, least):
+    """Not much further than to the dead centre of coupler and rocker, the last place where the crank gets."""
+    machine = four_bar(gap, turned=turned, zero=0.2, bent=off)
+    assert machine.closing_error < 1.1 * off / machine.length + 1e-11 and not machine.has_wrong_zero
+    moved = float(-machine.joint_coordinates(machine.model_q(machine.zero_poses), machine.zero_frames)["a"][0])
+    assert least - 1e-4 < moved < least + 0.2, (least, moved)
+
+
+@pytest.mark.parametrize("unit", [1e-3, 1.0, 1e3])
+@pytest.mark.parametrize(("part", "wrong"), [(0.9e-4, False), (1.1e-4, True)])
+def test_gaps_are_judged_beside_the_robot_whatever_its_size(unit, part, wrong):
+    """1.2 units long: a rocker's head that far off the plane is rounding, or a mistake."""
+    machine = four_bar(unit=unit, bent=1.2 * part)
+    assert machine.size == pytest.approx(1.2 * unit)
+    assert machine.zero_is_near != wrong and machine.has_wrong_zero == wrong
+
+
+@pytest.mark.parametrize(("off", "accepted"), [(0.9e-10, True), (1.1e-10, False)])
+def test_loops_may_stay_open_by_a_tenth_of_a_nanometre_unless_more_is_allowed(off, accepted):
+    machine = four_bar(0.05, zero=0.3, bent=off)
+    closed = machine.assemble(on_failure="nan")
+    assert (closed.status == ks.Status.OK) == accepted
+    q = machine.assemble(tolerance=1e-9).q
+    assert (machine.configuration(q, on_failure="nan").status == ks.Status.OK) == accepted
+    moved = machine.assemble(actuators={"a": 0.1}, on_failure="nan")
+    assert (moved.status == ks.Status.OK) == accepted
