@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from typing import Any
 
 from kinetostatics.cli import arguments
 from kinetostatics.printing.waiting import waiting
@@ -21,7 +20,7 @@ examples:
 """
 
 
-def add_parser(subparsers: Any) -> None:
+def add_parser(subparsers: arguments.Subparsers) -> None:
     """Add the command to the parser."""
     parser = arguments.add_command(
         subparsers,

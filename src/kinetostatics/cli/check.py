@@ -3,9 +3,16 @@
 from __future__ import annotations
 
 import argparse
-from typing import Any
 
-from kinetostatics.cli.arguments import add_command, add_json_argument, add_robot_arguments, load, print_json, print_warnings
+from kinetostatics.cli.arguments import (
+    Subparsers,
+    add_command,
+    add_json_argument,
+    add_robot_arguments,
+    load,
+    print_json,
+    print_warnings,
+)
 from kinetostatics.printing.waiting import waiting
 
 NAME = "check"
@@ -19,7 +26,7 @@ The exit code is 0 if the robot can be analysed, 1 if it cannot (its loops do no
 """
 
 
-def add_parser(subparsers: Any) -> None:
+def add_parser(subparsers: Subparsers) -> None:
     """Add the command to the parser."""
     parser = add_command(
         subparsers,

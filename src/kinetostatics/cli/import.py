@@ -8,7 +8,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from kinetostatics.cli.arguments import SEVERAL, add_command, parse_items, parse_parameters, print_warnings
+from kinetostatics.cli.arguments import SEVERAL, Subparsers, add_command, parse_items, parse_parameters, print_warnings
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.printing.waiting import waiting
 
@@ -31,7 +31,7 @@ exit code:
 """
 
 
-def add_parser(subparsers: Any) -> None:
+def add_parser(subparsers: Subparsers) -> None:
     """Add the command to the parser."""
     parser = add_command(
         subparsers,

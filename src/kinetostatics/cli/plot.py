@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from kinetostatics.cli.arguments import SEVERAL, VALUES_HELP, add_command, number_of, parse_items, parse_quantity
+from kinetostatics.cli.arguments import SEVERAL, VALUES_HELP, Subparsers, add_command, number_of, parse_items, parse_quantity
 from kinetostatics.description.units import find_unit
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.printing.waiting import waiting
@@ -31,7 +31,7 @@ examples:
 """
 
 
-def add_parser(subparsers: Any) -> None:
+def add_parser(subparsers: Subparsers) -> None:
     """Add the command to the parser."""
     parser = add_command(
         subparsers,

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import argparse
-from typing import Any
 
-from kinetostatics.cli.arguments import SEVERAL, add_command, add_json_argument, print_json
+from kinetostatics.cli.arguments import SEVERAL, Subparsers, add_command, add_json_argument, print_json
 from kinetostatics.files.bundled import copy_robots, robots
 
 NAME = "robots"
@@ -17,7 +16,7 @@ examples:
 """
 
 
-def add_parser(subparsers: Any) -> None:
+def add_parser(subparsers: Subparsers) -> None:
     """Add the command to the parser."""
     parser = add_command(
         subparsers,

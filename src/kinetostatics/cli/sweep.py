@@ -44,7 +44,7 @@ examples:
 """
 
 
-def add_parser(subparsers: Any) -> None:
+def add_parser(subparsers: arguments.Subparsers) -> None:
     """Add the command to the parser."""
     parser = arguments.add_command(
         subparsers,

@@ -7,6 +7,7 @@ from dataclasses import MISSING, Field, fields
 from typing import Any, TypeVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 Key = TypeVar("Key")
 Item = TypeVar("Item")
@@ -88,7 +89,7 @@ def in_short(value: Any) -> str:
     return words if len(words) <= LONGEST else words[: LONGEST - 2] + " …"
 
 
-def _array(array: np.ndarray[Any, Any]) -> str:
+def _array(array: NDArray[np.generic]) -> str:
     known = array[np.isfinite(array)] if array.dtype.kind in "fc" else array.ravel()
     if array.size <= FEW and array.ndim <= 1:
         noise = NOISE * max((abs(number) for number in known.tolist()), default=0.0) if array.dtype.kind == "f" else 0

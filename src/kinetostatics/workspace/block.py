@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from kinetostatics.kinematics.configuration import Configuration
     from kinetostatics.results.result import Result
 
-Array = NDArray[Any]
+Array = NDArray[np.generic]
 
 
 def compute_block(plan: Plan, labels: Labels, block: Block) -> dict[str, Array]:

@@ -33,7 +33,7 @@ class Job:
     labels: Labels
 
 
-def lazy_block(job: Job, bounds: tuple[tuple[int, int], ...]) -> dict[str, NDArray[Any]]:
+def lazy_block(job: Job, bounds: tuple[tuple[int, int], ...]) -> dict[str, NDArray[np.generic]]:
     """Return the variables of a block, which knows nothing of the blocks beside it."""
     plan, labels = job.plan, job.labels
     block: Block = tuple(slice(*pair) for pair in bounds)

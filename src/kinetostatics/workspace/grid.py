@@ -36,7 +36,7 @@ class Axis:
 
     name: str
     kind: str
-    values: NDArray[Any]
+    values: NDArray[np.generic]
     units: str = ""
 
     @property
@@ -131,7 +131,7 @@ def split_values(
     return axes, held
 
 
-def _array(what: str, name: str, value: Any, text: bool) -> NDArray[Any]:
+def _array(what: str, name: str, value: Any, text: bool) -> NDArray[np.generic]:
     try:
         array = np.asarray(value)
     except ValueError:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinetostatics.analysis import analyze
 from kinetostatics.exceptions import ArgumentError
@@ -307,7 +308,7 @@ def _held_units(plan: Plan, labels: Labels, name: str) -> str:
     return "rad" if labels.turning[labels.actuators.index(name)] else "m"
 
 
-def _stored(values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+def _stored(values: NDArray[np.generic]) -> NDArray[np.generic]:
     """Return an array as files can hold it: strings as objects, truth values as integers."""
     if values.dtype.kind == "U":
         return values.astype(object)

@@ -102,7 +102,7 @@ def _said_of(found: dict[str, Found], ds: xr.Dataset) -> list[str]:
     ]
 
 
-def _larger(known: Found | None, part: xr.Dataset, values: NDArray[Any], what: str = "") -> Found | None:
+def _larger(known: Found | None, part: xr.Dataset, values: NDArray[np.generic], what: str = "") -> Found | None:
     """Return the largest of some values and of what is known, and at which coordinates it is."""
     if not np.any(np.isfinite(values)):
         return known

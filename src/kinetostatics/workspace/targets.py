@@ -18,7 +18,7 @@ from kinetostatics.workspace.tasks import FinishTask
 if TYPE_CHECKING:
     import xarray as xr
 
-Array = NDArray[Any]
+Array = NDArray[np.generic]
 
 
 class Target:

@@ -50,7 +50,7 @@ def perform(plan: Plan, labels: Labels, task: Task) -> Any:
     return numbers
 
 
-def write_part(path: str, numbers: Mapping[str, NDArray[Any]]) -> None:
+def write_part(path: str, numbers: Mapping[str, NDArray[np.generic]]) -> None:
     """Write a block to a file that is there as a whole or not at all, whatever happens to this process."""
     unfinished = f"{path}.{os.getpid()}.tmp"
     arrays = [np.asarray(array, order="C") for array in numbers.values()]
@@ -60,7 +60,7 @@ def write_part(path: str, numbers: Mapping[str, NDArray[Any]]) -> None:
     os.replace(unfinished, path)
 
 
-def read_part(path: str) -> dict[str, NDArray[Any]] | None:
+def read_part(path: str) -> dict[str, NDArray[np.generic]] | None:
     """Return the block of a file, None if it is not whole: after a power failure, say."""
     try:
         with open(path, "rb") as file:
@@ -73,7 +73,7 @@ def read_part(path: str) -> dict[str, NDArray[Any]] | None:
     return dict(zip(names.tolist(), arrays, strict=True))
 
 
-def _checksum(arrays: Sequence[NDArray[Any]]) -> NDArray[np.uint64]:
+def _checksum(arrays: Sequence[NDArray[np.generic]]) -> NDArray[np.uint64]:
     """Return the sum of all numbers, taken as integers."""
     total = np.zeros((), dtype=np.uint64)
     for array in arrays:

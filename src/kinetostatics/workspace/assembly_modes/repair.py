@@ -15,7 +15,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,7 +57,7 @@ class Finished:
     """
 
     which: Index
-    numbers: dict[str, NDArray[Any]] | None
+    numbers: dict[str, NDArray[np.generic]] | None
     mode: NDArray[np.int8]
     jumps: int
     retracted: int
@@ -357,7 +356,7 @@ class _Look:
 
     # ---- what comes of it -------------------------------------------------------------------------------------------
 
-    def numbers(self, which: Index, cases: Block) -> dict[str, NDArray[Any]]:
+    def numbers(self, which: Index, cases: Block) -> dict[str, NDArray[np.generic]]:
         """Return the variables of poses, as they are now."""
         q = np.where((self.mode[which] == ZERO_MODE)[:, None], self.q[which, : self.nq], np.nan)
         with np.errstate(invalid="ignore"):
