@@ -35,7 +35,7 @@ def analyze(
     *,
     point: ArrayLike | None = None,
     frame: str = "world",
-    misfits: Mapping[str, Any] | None = None,
+    misfits: Mapping[str, object] | None = None,
     on_failure: str | None = None,
 ) -> Result:
     """Compute sag, stiffness and forces at one pose or a batch of poses.

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from kinetostatics.exceptions import ArgumentError
 
 
-def check_mapping(what: str, value: Any, example: str) -> None:
+def check_mapping(what: str, value: object, example: str) -> None:
     """Complain unless a value is a mapping whose keys are names.
 
     Raises:
@@ -26,7 +26,7 @@ def check_mapping(what: str, value: Any, example: str) -> None:
             raise ArgumentError(f"{what} has the key {name!r}; keys are names, as in {example}")
 
 
-def check_choice(what: str, value: Any, choices: Sequence[str]) -> None:
+def check_choice(what: str, value: object, choices: Sequence[str]) -> None:
     """Complain unless a value is one of several words.
 
     Raises:
@@ -66,7 +66,7 @@ def numbers(what: str, value: Any) -> NDArray[np.float64]:
     return array
 
 
-def finite_numbers(what: str, value: Any) -> NDArray[np.float64]:
+def finite_numbers(what: str, value: object) -> NDArray[np.float64]:
     """Return an array of finite numbers.
 
     Raises:
@@ -78,7 +78,7 @@ def finite_numbers(what: str, value: Any) -> NDArray[np.float64]:
     return array
 
 
-def path_name(what: str, value: Any) -> str:
+def path_name(what: str, value: object) -> str:
     """Return a path as a text.
 
     Raises:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable, Mapping
-from typing import Any
 
 
 def near_names(name: object, known: Iterable[str]) -> str:
@@ -90,7 +89,7 @@ class SingularPoseError(StaticsError):
         free_twists: (6, k) array, the free twists at o in world axes [m, rad].
     """
 
-    def __init__(self, message: str, free_twists: Any) -> None:
+    def __init__(self, message: str, free_twists: object) -> None:
         self.free_twists = free_twists
         super().__init__(message)
 

@@ -256,7 +256,7 @@ def add_pose_arguments(
 def assemble(robot: Robot, args: argparse.Namespace) -> tuple[Configuration, list[str]]:
     """Return the pose that the arguments ask for, and warnings."""
     option = "--actuators" if args.actuators else "--platform"
-    given: dict[str, Any] = {
+    given: dict[str, object] = {
         name: parse_coordinates(option, name, [value], coordinate_kind(robot, option, name))[0]
         for name, value in parse_items(option, args.actuators or args.platform).items()
     }
@@ -271,7 +271,7 @@ def assemble(robot: Robot, args: argparse.Namespace) -> tuple[Configuration, lis
         return pose, ["the loops do not close with all drives at zero; this is the closed pose nearest to the file's zero"]
 
 
-def assembled(robot: Robot, option: str, coordinates: Mapping[str, Any], args: argparse.Namespace) -> Configuration:
+def assembled(robot: Robot, option: str, coordinates: Mapping[str, object], args: argparse.Namespace) -> Configuration:
     """Return the poses at the coordinates of ``--platform`` or ``--actuators``; the zero pose where there are none."""
     poses: dict[str, Any] = {option[2:]: coordinates or None}
     return robot.assemble(**poses, orientation=args.orientation, tolerance=tolerance_of(args))
@@ -349,13 +349,13 @@ def add_json_argument(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print JSON, all numbers in SI; warnings go to standard error")
 
 
-def print_json(values: Mapping[str, Any]) -> None:
+def print_json(values: Mapping[str, object]) -> None:
     """Print a dict of plain values as JSON: one entry a line, arrays in one line."""
     encoding = (getattr(sys.stdout, "encoding", None) or "ascii").lower().replace("-", "")
     print(_json(values, "", encoding != "utf8"))
 
 
-def _json(value: Any, indent: str, ascii_only: bool) -> str:
+def _json(value: object, indent: str, ascii_only: bool) -> str:
     inner = indent + "  "
     if isinstance(value, list) and value and isinstance(value[0], Mapping):
         items = [inner + _json(item, inner, ascii_only) for item in value]

@@ -6,7 +6,6 @@ import argparse
 import os
 import sys
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from kinetostatics.cli.arguments import SEVERAL, Subparsers, add_command, parse_items, parse_parameters, print_warnings
 from kinetostatics.exceptions import ArgumentError
@@ -108,8 +107,8 @@ def _types(items: Sequence[str]) -> Mapping[str, str] | str | None:
     return parse_items("--types", items)
 
 
-def _axes(items: Sequence[str]) -> dict[str, Any]:
-    found: dict[str, Any] = {}
+def _axes(items: Sequence[str]) -> dict[str, object]:
+    found: dict[str, object] = {}
     for name, value in parse_items("--axes", items).items():
         try:
             vectors = [[float(number) for number in part.replace(",", " ").split()] for part in value.split("/")]

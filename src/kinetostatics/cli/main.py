@@ -122,7 +122,7 @@ def _prepare_output() -> None:
             stream.reconfigure(errors="replace")
 
 
-def _warn(message: Warning | str, *_where: Any, **_more: Any) -> None:
+def _warn(message: Warning | str, *_where: object, **_more: object) -> None:
     """Print a warning in one line, at once."""
     if sys.stderr is not None:
         print(f"kinetostatics: warning: {' '.join(str(message).split())}", file=sys.stderr)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from kinetostatics.cli.arguments import SEVERAL, VALUES_HELP, Subparsers, add_command, number_of, parse_items, parse_quantity
 from kinetostatics.description.units import find_unit
@@ -101,7 +101,7 @@ def _draw(ds: xr.Dataset, args: argparse.Namespace) -> None:
     for name in ("x", "y", "axes", "over", "series", "limits", "whole", "rectangular"):
         if getattr(args, name) not in (None, False) and name not in _TAKES[args.kind]:
             raise ArgumentError(f"--{name} is not an option of a {args.kind}")
-    options: dict[str, Any] = {"at": _at(ds, args.at), "unit": args.unit, "beyond_limits": args.beyond_limits}
+    options: dict[str, object] = {"at": _at(ds, args.at), "unit": args.unit, "beyond_limits": args.beyond_limits}
     dpi = number_of("--dpi", args.dpi)
     if not DPI[0] <= dpi <= DPI[1]:
         raise ArgumentError(f"--dpi: {dpi:g} is not between {DPI[0]} and {DPI[1]} dots per inch")
@@ -130,9 +130,9 @@ _TAKES = {
 DPI = (10, 2400)
 
 
-def _at(ds: xr.Dataset, items: list[str]) -> dict[str, Any]:
+def _at(ds: xr.Dataset, items: list[str]) -> dict[str, object]:
     """Return the values of ``--at`` in SI; names, which some parameters have for values, as they stand."""
-    found: dict[str, Any] = {}
+    found: dict[str, object] = {}
     for name, text in parse_items("--at", items).items():
         if name not in ds.dims:
             known = [str(dim) for dim in ds["status"].dims]

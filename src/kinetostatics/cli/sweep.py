@@ -8,7 +8,7 @@ import os
 import re
 import sys
 import time
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from kinetostatics.cli import arguments
 from kinetostatics.exceptions import ArgumentError
@@ -117,10 +117,10 @@ def _map(args: argparse.Namespace) -> xr.Dataset:
     )
 
 
-def _grid(args: argparse.Namespace) -> dict[str, Any]:
+def _grid(args: argparse.Namespace) -> dict[str, object]:
     """Return coordinates and parameters as :func:`kinetostatics.sweep` takes them."""
     parameters = {name: _parameter(name, text) for name, text in arguments.parse_items("--set", args.parameters).items()}
-    found: dict[str, Any] = {"parameters": parameters, "orientation": args.orientation}
+    found: dict[str, object] = {"parameters": parameters, "orientation": args.orientation}
     found["parameter_units"] = arguments.typed_units(args.parameters)
     for option, items in (("--platform", args.platform), ("--actuators", args.actuators)):
         if items:
@@ -131,7 +131,7 @@ def _grid(args: argparse.Namespace) -> dict[str, Any]:
     return found
 
 
-def _first_robot(args: argparse.Namespace, parameters: dict[str, Any]) -> Robot:
+def _first_robot(args: argparse.Namespace, parameters: dict[str, object]) -> Robot:
     """Return the robot with the first values of all parameters, to know which drives turn."""
     from kinetostatics.files.bundled import robot_path
     from kinetostatics.robot import load_robot
@@ -149,7 +149,7 @@ def _values(option: str, name: str, text: str, kind: str | None = None) -> float
     return arguments.parse_values(option, name, text, kind)
 
 
-def _parameter(name: str, text: str) -> Any:
+def _parameter(name: str, text: str) -> object:
     """Return the values of a parameter: numbers, a grid of them, several strings, or one."""
     separator = ":" if ":" in text else ","
     parts = [part.strip() for part in text.split(separator)]

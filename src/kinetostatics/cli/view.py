@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import functools
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from kinetostatics.cli import arguments
 from kinetostatics.exceptions import ArgumentError
@@ -186,7 +186,7 @@ def _swept(robot: Robot, args: argparse.Namespace) -> Configuration:
     if len(counts) > 1:
         raise ArgumentError(f"--sweep: the coordinates move together, but have {', '.join(map(str, sorted(counts)))} poses")
     count = counts.pop() if counts else POSES
-    values: dict[str, Any] = {name: np.linspace(first, last, count) for name, (first, last, _) in ranges.items()}
+    values: dict[str, object] = {name: np.linspace(first, last, count) for name, (first, last, _) in ranges.items()}
     if getattr(args, other[2:]):
         raise ArgumentError(f"--sweep: the coordinates that stand still are given by {option}")
     for name, text in arguments.parse_items(option, getattr(args, option[2:])).items():

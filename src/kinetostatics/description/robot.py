@@ -34,7 +34,7 @@ Item = TypeVar("Item")
 class Items(dict[str, Item]):
     """A dict that cannot be changed, as everything in a description."""
 
-    def _refuse(self, *_arguments: Any, **_more: Any) -> NoReturn:
+    def _refuse(self, *_arguments: object, **_more: object) -> NoReturn:
         raise TypeError("a description is not changed in place; make a changed one with its methods or dataclasses.replace")
 
     __setitem__ = __delitem__ = __ior__ = clear = pop = popitem = setdefault = update = _refuse  # type: ignore[assignment]
@@ -57,7 +57,7 @@ def by_name(kind: str, items: Iterable[Any], *taken: Mapping[str, Any]) -> dict[
     Raises:
         RobotFileError: two have the same name.
     """
-    result: dict[str, Any] = {}
+    result: dict[str, object] = {}
     for item in items:
         for others in (*taken, result):
             if item.name in others:

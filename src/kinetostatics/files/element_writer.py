@@ -126,7 +126,7 @@ class _Writer:
             raise self.error(f"{name} of {self.label} is {value!r}; it must be a number") from None
         return text.removesuffix(".0")
 
-    def optional(self, name: str, value: Any) -> str | None:
+    def optional(self, name: str, value: object) -> str | None:
         """Return a number, or None for None."""
         return None if value is None else self.number(name, value)
 
@@ -149,7 +149,7 @@ class _Writer:
         found = {name: self.unless(name, getattr(origin, name), zero) for name in ("xyz", "rpy")}
         return [self.element("origin", found)] if any(found.values()) else []
 
-    def direction(self, tag: str, axis: Any, default: tuple[float, float, float]) -> Element | None:
+    def direction(self, tag: str, axis: object, default: tuple[float, float, float]) -> Element | None:
         """Return ``<axis>`` or ``<axis2>``, or None where it is the default."""
         text = self.unless(tag, axis, default)
         return None if text is None else self.element(tag, {"xyz": text})

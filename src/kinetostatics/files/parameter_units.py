@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass
 from numbers import Real
-from typing import Any
 
 from kinetostatics.description.elements import Beam, Cone, Inertia, Joint, JointStiffness, Link, Loop, Material, Origin
 from kinetostatics.description.joint_types import JOINT_TYPES
@@ -36,7 +35,7 @@ UNITS: dict[type, dict[str, str]] = {
 STEPS, SLOPE = (1e-3, 2.5e-3), 1e-6
 
 
-def parameter_unit(path: str, parameters: Mapping[str, Any], name: str) -> str:
+def parameter_unit(path: str, parameters: Mapping[str, object], name: str) -> str:
     """Return the SI unit of a parameter, empty if it is not certain.
 
     Args:
@@ -62,7 +61,7 @@ def parameter_unit(path: str, parameters: Mapping[str, Any], name: str) -> str:
     return ""
 
 
-def check_parameter_units(path: str, parameters: Mapping[str, Any], given: Mapping[str, str]) -> dict[str, str]:
+def check_parameter_units(path: str, parameters: Mapping[str, object], given: Mapping[str, str]) -> dict[str, str]:
     """Return the units of parameters: those that the file makes certain, otherwise those with which they were given.
 
     Args:
@@ -90,12 +89,12 @@ def _one_for_one(before: tuple[float, str], after: tuple[float, str] | None, ste
     return after is not None and abs(abs((after[0] - before[0]) / step) - 1) < SLOPE
 
 
-def _numbers(path: str, parameters: Mapping[str, Any]) -> dict[tuple[Any, ...], tuple[float, str]]:
+def _numbers(path: str, parameters: Mapping[str, object]) -> dict[tuple[object, ...], tuple[float, str]]:
     """Return all numbers of a robot whose units are known, and these, by where they stand."""
     return dict(_walk(read_robot_file(path, parameters), (), ""))
 
 
-def _walk(value: Any, place: tuple[Any, ...], own: str) -> Iterator[tuple[tuple[Any, ...], tuple[float, str]]]:
+def _walk(value: object, place: tuple[object, ...], own: str) -> Iterator[tuple[tuple[object, ...], tuple[float, str]]]:
     if is_dataclass(value):
         units = UNITS.get(type(value), {})
         if isinstance(value, Joint | Loop):

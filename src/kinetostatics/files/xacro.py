@@ -144,11 +144,11 @@ def _count(xacro: Any, steps: Steps) -> None:
     """Let xacro count the elements and texts that it works on."""
     eval_all, eval_text, replace_node = xacro.eval_all, xacro.eval_text, xacro.replace_node
 
-    def counted_eval_all(node: Any, macros: Any, table: Any) -> None:
+    def counted_eval_all(node: object, macros: object, table: object) -> None:
         steps.take(ELEMENT)
         eval_all(node, macros, table)
 
-    def counted_eval_text(text: str, symbols: Any) -> Any:  # xacro names this argument
+    def counted_eval_text(text: str, symbols: object) -> object:  # xacro names this argument
         if not text or "$" not in text:
             return text or ""
         if len(text) > MAX_TEXT:
@@ -170,7 +170,7 @@ def _replace_evaluation(xacro: Any, steps: Steps) -> None:
     eval_extension = xacro.eval_extension
     original = xacro._global_symbols["xacro"]
 
-    def load_yaml(filename: str) -> Any:
+    def load_yaml(filename: str) -> object:
         import yaml  # type: ignore[import-untyped]
 
         path = xacro.abs_filename_spec(filename)
@@ -189,7 +189,7 @@ def _replace_evaluation(xacro: Any, steps: Steps) -> None:
             reason = " ".join(str(error).split()) if isinstance(error, yaml.YAMLError) else "it is nested too deep"
             raise xacro.XacroException(f"cannot read {path}: {reason}") from None
 
-    def extension(text: str) -> Any:
+    def extension(text: str) -> object:
         if text.startswith("$(find "):
             return str(package_folder(text[7:-1].strip()))
         if not text.startswith("$(eval "):
@@ -199,7 +199,7 @@ def _replace_evaluation(xacro: Any, steps: Steps) -> None:
         values = {name: xacro.Table._eval_literal(value) for name, value in dict.items(arguments)}
         return str(evaluate(text[7:-1], {**xacro._global_symbols, **constants, **values}, steps))
 
-    def include_files(text: str, table: Any) -> Iterator[str]:
+    def include_files(text: str, table: object) -> Iterator[str]:
         spec = str(xacro.eval_text(text, table))
         path = xacro.abs_filename_spec(spec)
         if not WILDCARD.search(spec) or os.path.exists(path):
@@ -217,7 +217,7 @@ def _replace_evaluation(xacro: Any, steps: Steps) -> None:
         for item in found:
             yield os.path.join(folder, item)
 
-    own: dict[str, Callable[..., Any]] = {
+    own: dict[str, Callable[..., object]] = {
         name: dict.__getitem__(original, name) for name in ("message", "warning", "error", "print_location", "fatal", "arg")
     }
     own.update(abs_filename=xacro.abs_filename_spec, dotify=xacro.YamlDictWrapper)

@@ -72,10 +72,10 @@ class Steps:
 class Function:
     """A function that expressions may call, and hand to ``map``."""
 
-    def __init__(self, name: str, call: Callable[..., Any], steps: Steps) -> None:
+    def __init__(self, name: str, call: Callable[..., object], steps: Steps) -> None:
         self.name, self.call, self.steps = name, call, steps
 
-    def __call__(self, *arguments: Any, **named: Any) -> Any:
+    def __call__(self, *arguments: object, **named: object) -> object:
         """Call it; arguments and result are weighed."""
         self.steps.weigh([arguments, named])
         return self.steps.weigh(self.call(*arguments, **named))
@@ -87,7 +87,7 @@ class Function:
 # ---- functions -------------------------------------------------------------------------------------------------------------
 
 
-def _round(number: float, digits: int | None = None) -> Any:
+def _round(number: float, digits: int | None = None) -> object:
     if digits is not None and abs(digits) > 300:
         raise ExpressionError("round() takes at most 300 digits")
     return round(number, digits)
@@ -131,11 +131,11 @@ def _tokenize(text: str, separators: str = ",; ", skip_empty: bool = True) -> li
     return [item for item in items if item or not skip_empty]
 
 
-_PLAIN: dict[str, Callable[..., Any]] = {
+_PLAIN: dict[str, Callable[..., object]] = {
     **{"list": list, "dict": dict, "len": len, "str": str, "float": float, "int": int, "bool": bool},
     **{"min": min, "max": max, "map": _listed(map), "round": _round, "sorted": sorted, "range": _range},
 }
-_PYTHON: dict[str, Callable[..., Any]] = {
+_PYTHON: dict[str, Callable[..., object]] = {
     **_PLAIN,
     **{"abs": abs, "all": all, "any": any, "divmod": divmod, "frozenset": frozenset, "isinstance": _isinstance},
     **{"ord": ord, "repr": repr, "set": set, "sum": _sum, "tuple": tuple},
@@ -144,8 +144,8 @@ _PYTHON: dict[str, Callable[..., Any]] = {
 
 
 def symbols(
-    steps: Steps, namespace: Callable[[], Any], load_yaml: Callable[[str], Any], own: Mapping[str, Callable[..., Any]]
-) -> dict[str, Any]:
+    steps: Steps, namespace: Callable[[], object], load_yaml: Callable[[str], object], own: Mapping[str, Callable[..., object]]
+) -> dict[str, object]:
     """Return the names that expressions know from the start: functions, ``math.``, ``python.`` and ``xacro.``.
 
     Args:
@@ -155,10 +155,10 @@ def symbols(
         own: further functions of ``xacro.``.
     """
 
-    def functions(table: Mapping[str, Callable[..., Any]]) -> dict[str, Function]:
+    def functions(table: Mapping[str, Callable[..., object]]) -> dict[str, Function]:
         return {name: Function(name, call, steps) for name, call in table.items()}
 
-    mathematics: dict[str, Any] = {}
+    mathematics: dict[str, object] = {}
     for name, item in vars(math).items():
         if isinstance(item, float):
             mathematics[name] = item
@@ -277,7 +277,7 @@ _COMPARE: dict[type[ast.cmpop], Callable[[Any, Any], Any]] = {
 # ---- evaluation ------------------------------------------------------------------------------------------------------------
 
 
-def evaluate(text: str, names: Mapping[str, Any], steps: Steps) -> Any:
+def evaluate(text: str, names: Mapping[str, object], steps: Steps) -> object:
     """Return the value of an expression.
 
     Args:
@@ -302,9 +302,9 @@ def evaluate(text: str, names: Mapping[str, Any], steps: Steps) -> Any:
 class _Evaluation:
     """The evaluation of one expression; ``local`` are the variables of its comprehensions."""
 
-    def __init__(self, names: Mapping[str, Any], steps: Steps) -> None:
+    def __init__(self, names: Mapping[str, object], steps: Steps) -> None:
         self.names, self.steps = names, steps
-        self.local: dict[str, Any] = {}
+        self.local: dict[str, object] = {}
 
     def value(self, node: ast.AST) -> Any:
         """Return the value of a node."""
@@ -314,12 +314,12 @@ class _Evaluation:
             raise ExpressionError(f"{_NAMES.get(type(node), type(node).__name__)} is not allowed")
         return method(node)
 
-    def _Constant(self, node: ast.Constant) -> Any:
+    def _Constant(self, node: ast.Constant) -> object:
         if not isinstance(node.value, (int, float, str, type(None))):
             raise ExpressionError(f"a constant of type {type(node.value).__name__} is not allowed")
         return self.steps.weigh(node.value)
 
-    def _Name(self, node: ast.Name) -> Any:
+    def _Name(self, node: ast.Name) -> object:
         if node.id in self.local:
             return self.local[node.id]
         try:
@@ -327,7 +327,7 @@ class _Evaluation:
         except KeyError:
             raise NameError(f"name {node.id!r} is not defined") from None
 
-    def _Attribute(self, node: ast.Attribute) -> Any:
+    def _Attribute(self, node: ast.Attribute) -> object:
         owner = self.value(node.value)
         if isinstance(owner, dict) and not node.attr.startswith("__"):  # namespaces and what was read from YAML
             try:
@@ -336,16 +336,16 @@ class _Evaluation:
                 pass
         raise ExpressionError(f"there is no {node.attr!r} in {ast.unparse(node.value)}, or it is not allowed")
 
-    def _Subscript(self, node: ast.Subscript) -> Any:
+    def _Subscript(self, node: ast.Subscript) -> object:
         owner, key = self.value(node.value), self.value(node.slice)
         return self.steps.weigh(owner[key]) if isinstance(key, slice) else owner[key]
 
     def _Slice(self, node: ast.Slice) -> slice:
         return slice(*(None if part is None else self.value(part) for part in (node.lower, node.upper, node.step)))
 
-    def _Call(self, node: ast.Call) -> Any:
+    def _Call(self, node: ast.Call) -> object:
         arguments = self._elements(node.args)
-        named: dict[str, Any] = {}
+        named: dict[str, object] = {}
         for keyword in node.keywords:
             named.update({keyword.arg: self.value(keyword.value)} if keyword.arg else dict(self.value(keyword.value)))
         if isinstance(node.func, ast.Attribute):
@@ -361,23 +361,23 @@ class _Evaluation:
             raise ExpressionError(f"{ast.unparse(node.func)} is not a function that is allowed")
         return function(*arguments, **named)
 
-    def _BinOp(self, node: ast.BinOp) -> Any:
+    def _BinOp(self, node: ast.BinOp) -> object:
         a, b = self.value(node.left), self.value(node.right)
         return self.steps.weigh(_BINARY[type(node.op)](a, b)) if type(node.op) in _BINARY else self.value(node.op)
 
-    def _UnaryOp(self, node: ast.UnaryOp) -> Any:
+    def _UnaryOp(self, node: ast.UnaryOp) -> object:
         return _UNARY[type(node.op)](self.value(node.operand))
 
-    def _BoolOp(self, node: ast.BoolOp) -> Any:
+    def _BoolOp(self, node: ast.BoolOp) -> object:
         stops_at = isinstance(node.op, ast.Or)
-        result: Any = None
+        result: object = None
         for part in node.values:
             result = self.value(part)
             if bool(result) == stops_at:
                 break
         return result
 
-    def _Compare(self, node: ast.Compare) -> Any:
+    def _Compare(self, node: ast.Compare) -> object:
         left, result = self.value(node.left), True
         for comparison, part in zip(node.ops, node.comparators, strict=True):
             right = self.value(part)
@@ -388,31 +388,31 @@ class _Evaluation:
             left = right
         return result
 
-    def _IfExp(self, node: ast.IfExp) -> Any:
+    def _IfExp(self, node: ast.IfExp) -> object:
         return self.value(node.body if self.value(node.test) else node.orelse)
 
-    def _elements(self, parts: Iterable[ast.AST]) -> list[Any]:
+    def _elements(self, parts: Iterable[ast.AST]) -> list[object]:
         """Return the values of what stands between commas, starred lists taken apart."""
-        result: list[Any] = []
+        result: list[object] = []
         for part in parts:
             result.extend(self._items(part.value) if isinstance(part, ast.Starred) else [self.value(part)])
         return result
 
-    def _List(self, node: ast.List | ast.Tuple) -> list[Any]:
+    def _List(self, node: ast.List | ast.Tuple) -> list[object]:
         return self.steps.weigh(self._elements(node.elts))  # type: ignore[no-any-return]
 
-    def _Tuple(self, node: ast.Tuple) -> tuple[Any, ...]:
+    def _Tuple(self, node: ast.Tuple) -> tuple[object, ...]:
         return tuple(self._List(node))
 
-    def _items(self, node: ast.AST) -> list[Any]:
+    def _items(self, node: ast.AST) -> list[object]:
         """Return what a node's value iterates over."""
         value = self.value(node)
         if not isinstance(value, (str, list, tuple, set, frozenset, dict)):
             raise ExpressionError(f"{type(value).__name__} cannot be iterated over")
         return list(value)
 
-    def _ListComp(self, node: ast.ListComp | ast.GeneratorExp) -> list[Any]:
-        result: list[Any] = []
+    def _ListComp(self, node: ast.ListComp | ast.GeneratorExp) -> list[object]:
+        result: list[object] = []
         before = dict(self.local)
         self._comprehend(node, 0, result)
         self.local = before
@@ -420,7 +420,7 @@ class _Evaluation:
 
     _GeneratorExp = _ListComp
 
-    def _comprehend(self, node: ast.ListComp | ast.GeneratorExp, level: int, result: list[Any]) -> None:
+    def _comprehend(self, node: ast.ListComp | ast.GeneratorExp, level: int, result: list[object]) -> None:
         if level == len(node.generators):
             result.append(self.value(node.elt))
             return

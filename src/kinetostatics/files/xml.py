@@ -172,7 +172,7 @@ class _Builder(expatbuilder.ExpatBuilder):
             reason = f"there are more than {MAX_NODES} elements and attributes"
             raise RobotFileError(reason, self.file, self.getParser().CurrentLineNumber)
 
-    def start_doctype_decl_handler(self, *_declaration: Any) -> None:
+    def start_doctype_decl_handler(self, *_declaration: object) -> None:
         reason = "a DOCTYPE, with the entities it may declare, is not allowed in a robot file; delete it"
         raise RobotFileError(reason, self.file, self.getParser().CurrentLineNumber)
 
@@ -225,7 +225,7 @@ def _parse_failure(error: expat.ExpatError, builder: _Builder) -> str:
     return reason
 
 
-def place_of(node: Any) -> Place | None:
+def place_of(node: object) -> Place | None:
     """Return where the nearest element around a node of a document was written, if that is known."""
     while isinstance(node, minidom.Node):
         place = node.getUserData(_PLACE)

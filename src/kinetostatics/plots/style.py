@@ -27,7 +27,7 @@ ONE_COLUMN, TWO_COLUMNS = 3.46, 7.09
 COLOURS = "cividis"
 
 #: Matplotlib's settings of every figure.
-STYLE: dict[str, Any] = {
+STYLE: dict[str, object] = {
     "font.family": "sans-serif",
     "font.sans-serif": ["DejaVu Sans"],
     "font.size": 8,

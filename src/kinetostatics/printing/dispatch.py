@@ -15,37 +15,37 @@ LATE_MODULES: list[str] = []
 
 
 @singledispatch
-def text_of(item: Any, **options: Any) -> str:
+def text_of(item: object, **options: object) -> str:
     """Return the whole report of something, which ``print`` shows."""
     return str(_late(text_of.dispatch, item)(item, **options))
 
 
 @singledispatch
-def dict_of(item: Any) -> dict[str, Any]:
+def dict_of(item: object) -> dict[str, object]:
     """Return everything about something as plain numbers, lists and strings, fit for JSON."""
     return dict(_late(dict_of.dispatch, item)(item))
 
 
 @singledispatch
-def line_of(item: Any) -> str:
+def line_of(item: object) -> str:
     """Return the one line about something that ``repr`` shows."""
     return str(_late(line_of.dispatch, item)(item))
 
 
 @singledispatch
-def html_of(item: Any) -> str:
+def html_of(item: object) -> str:
     """Return the HTML table about something that notebooks show."""
     return str(_late(html_of.dispatch, item)(item))
 
 
 @singledispatch
-def warnings_of(item: Any) -> tuple[str, ...]:
+def warnings_of(item: object) -> tuple[str, ...]:
     """Return what to be careful about in something, in full sentences."""
     return tuple(_late(warnings_of.dispatch, item)(item))
 
 
 @singledispatch
-def urdf_of(item: Any) -> str:
+def urdf_of(item: object) -> str:
     """Return the text of a robot file that loads as the same robot."""
     return str(_late(urdf_of.dispatch, item)(item))
 

@@ -76,7 +76,7 @@ def items_words(mapping: Mapping[Any, Any]) -> list[tuple[Any, str]]:
     return [*shown, (f"… {left} more", "")] if left else shown
 
 
-def in_short(value: Any) -> str:
+def in_short(value: object) -> str:
     """Return a value in a few words: of arrays all numbers if they are few, else shape and range."""
     if isinstance(value, np.ndarray):
         return _array(value)
@@ -113,7 +113,7 @@ class ShortRepr:
         return f"{type(self).__name__}({', '.join(shown)})"
 
 
-def _is_default(item: Field[Any], value: Any) -> bool:
+def _is_default(item: Field[object], value: object) -> bool:
     """Whether a field says nothing: it is at its default, or no part of what the dataclass is."""
     default = item.default_factory() if item.default_factory is not MISSING else item.default
     return default is not MISSING and (not item.compare or bool(value == default))

@@ -95,12 +95,12 @@ def plain(value: Any) -> Any:
     return value
 
 
-def robot_to_dict(robot: Robot) -> dict[str, Any]:
+def robot_to_dict(robot: Robot) -> dict[str, object]:
     """Return what there is to know about a robot as plain values: what ``check --json`` prints."""
     return facts_to_dict(robot_facts(robot))
 
 
-def facts_to_dict(facts: RobotFacts) -> dict[str, Any]:
+def facts_to_dict(facts: RobotFacts) -> dict[str, object]:
     """Return the facts about a robot as plain values."""
     found: dict[str, Any] = plain(facts)
     for entry, limb in zip(found["limbs"], facts.limbs, strict=True):
@@ -114,7 +114,7 @@ def facts_to_dict(facts: RobotFacts) -> dict[str, Any]:
 _TYPES = {Body: "body", JointStep: "joint", Ways: "ways", Network: "network"}
 
 
-def _graph(part: Any) -> Any:
+def _graph(part: object) -> object:
     """Return a graph, or a part of one, as plain values; what stands in a chain says its ``type``."""
     if isinstance(part, tuple):
         return [_graph(item) for item in part]
@@ -125,13 +125,13 @@ def _graph(part: Any) -> Any:
 
 
 @dict_of.register(Result)
-def result_to_dict(result: Result) -> dict[str, Any]:
+def result_to_dict(result: Result) -> dict[str, object]:
     """Return everything that an analysis found as plain values: what ``analyze --json`` prints.
 
     Arrays keep the shapes that they have in the result, batch axes first.
     """
     robot = result.robot
-    found: dict[str, Any] = {
+    found: dict[str, object] = {
         "robot": robot.name,
         "file": robot.description.path,
         "units": dict(RESULT_UNITS),
@@ -150,18 +150,18 @@ def result_to_dict(result: Result) -> dict[str, Any]:
 
 
 @dict_of.register(Tolerances)
-def tolerances_to_dict(found: Tolerances) -> dict[str, Any]:
+def tolerances_to_dict(found: Tolerances) -> dict[str, object]:
     """Return what small errors do as plain values: what ``tolerances --json`` prints."""
     errors = [{**dataclasses.asdict(row), "twist": list(row.twist)} for row in found.rows]
     return {"robot": found.configuration.robot.name, "ranked_by": found.ranked_by, "errors": errors}
 
 
-def _named(item: Any, names: Iterable[str]) -> dict[str, Any]:
+def _named(item: object, names: Iterable[str]) -> dict[str, object]:
     """Return some attributes as plain values."""
     return {name: plain(getattr(item, name)) for name in names}
 
 
-def _configuration(configuration: Configuration) -> dict[str, Any]:
+def _configuration(configuration: Configuration) -> dict[str, object]:
     shape = configuration.shape
     return {
         "shape": list(shape),

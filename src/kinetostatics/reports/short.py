@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import singledispatch
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -66,15 +65,15 @@ class Short:
 
 
 @singledispatch
-def _short(item: Any) -> Short:
+def _short(item: object) -> Short:
     raise NotImplementedError(f"nothing is registered that writes a {type(item).__name__} in short")
 
 
-def _line(item: Any) -> str:
+def _line(item: object) -> str:
     return f"<{_short(item).line}>"
 
 
-def _html(item: Any) -> str:
+def _html(item: object) -> str:
     found = _short(item)
     return html_table(found.title, found.header, found.rows)
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -113,7 +113,7 @@ class AssemblyErrors:
         return move_twist(twist, o - centre)
 
 
-def parse_assembly_errors(robot: RobotStatics, misfits: Mapping[str, Any]) -> AssemblyErrors:
+def parse_assembly_errors(robot: RobotStatics, misfits: Mapping[str, object]) -> AssemblyErrors:
     """Return assembly errors as people give them, checked.
 
     Raises:

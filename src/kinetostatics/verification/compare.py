@@ -97,7 +97,7 @@ def verify(
     *,
     point: ArrayLike | None = None,
     frame: str = "world",
-    misfits: Mapping[str, Any] | None = None,
+    misfits: Mapping[str, object] | None = None,
     tolerance: float = TOLERANCE,
 ) -> Verification:
     """Check the analysis of one pose against finite elements (OpenSeesPy, ``pip install 'kinetostatics[verify]'``).

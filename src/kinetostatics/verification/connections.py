@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,7 +92,7 @@ def _finite(elastic: JointStiffness | None) -> list[NDArray[np.bool_]]:
     return [np.zeros(3, dtype=bool) if values is None else np.isfinite(values) & (np.array(values) != 0) for values in groups]
 
 
-def joint_assembly_error(misfit: Any, joint: PlacedJoint, centre: Array) -> Array:
+def joint_assembly_error(misfit: object, joint: PlacedJoint, centre: Array) -> Array:
     """Return the displacement (6,) of the outer side relative to the inner at the centre, world axes.
 
     Args:

@@ -7,7 +7,7 @@ in SI units and world axes.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -27,7 +27,7 @@ def build(
     gravity: Array,
     point: Array | None = None,
     frame: str = "world",
-    misfits: Mapping[str, Any] | None = None,
+    misfits: Mapping[str, object] | None = None,
 ) -> FrameModel:
     """Build the frame of a single pose.
 
@@ -43,7 +43,7 @@ def build(
 
 
 class _Builder:
-    def __init__(self, configuration: Configuration, misfits: Mapping[str, Any]) -> None:
+    def __init__(self, configuration: Configuration, misfits: Mapping[str, object]) -> None:
         self.configuration = configuration
         self.description = configuration.robot.description
         self.misfits = misfits

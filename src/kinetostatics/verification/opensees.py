@@ -15,7 +15,6 @@ import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -126,7 +125,7 @@ class _Scale:
         return np.repeat([self.force / self.stiffness, self.force / self.stiffness / self.length], 3)
 
 
-def _frame(model: FrameModel, scale: _Scale) -> dict[str, Any]:
+def _frame(model: FrameModel, scale: _Scale) -> dict[str, object]:
     """Return the frame as plain numbers in units of ``scale``, for the worker."""
     nodes: list[list[float]] = []
     fixed: list[int] = []
@@ -148,8 +147,8 @@ def _frame(model: FrameModel, scale: _Scale) -> dict[str, Any]:
         return tag
 
     unit = scale.stiffness * np.repeat([1.0, scale.length**2], 3)
-    springs: list[dict[str, Any]] = []
-    beams: list[dict[str, Any]] = []
+    springs: list[dict[str, object]] = []
+    beams: list[dict[str, object]] = []
     for joint in model.joints:
         inner, outer = (attached(piece, joint.point) for piece in joint.pieces)
         rows = _series(joint)
@@ -202,7 +201,7 @@ def _orientation(axes: Array) -> list[float]:
     return [*axes[:, 0].tolist(), *axes[:, 1].tolist()]
 
 
-def _arrays(level: Mapping[str, Any]) -> dict[str, Array]:
+def _arrays(level: Mapping[str, object]) -> dict[str, Array]:
     """Return a level's answer, still in units of the scale."""
     moved = np.array(level["platform"])
     return {
@@ -266,7 +265,7 @@ def _along(part: Coordinate, wrenches: Mapping[str, Array]) -> float:
 # ---- the process that does the work --------------------------------------------------------------------------------------
 
 
-def _run(frame: dict[str, Any]) -> list[dict[str, Any]]:
+def _run(frame: dict[str, object]) -> list[dict[str, object]]:
     """Let OpenSees solve a frame in a process of its own."""
     if importlib.util.find_spec("openseespy") is None:
         raise OpenSeesError("the check by finite elements needs OpenSeesPy: pip install 'kinetostatics[verify]'")
@@ -288,5 +287,5 @@ def _run(frame: dict[str, Any]) -> list[dict[str, Any]]:
         raise _SingularFrame(f"OpenSees failed: {answer['singular']}")
     if "error" in answer:
         raise OpenSeesError(f"OpenSees failed: {answer['error']}")
-    levels: list[dict[str, Any]] = answer["levels"]
+    levels: list[dict[str, object]] = answer["levels"]
     return levels

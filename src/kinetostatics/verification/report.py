@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from kinetostatics.math.arrays import Array
@@ -52,7 +50,7 @@ DIGITS = 8
 
 
 @dict_of.register(Verification)
-def verification_to_dict(found: Verification) -> dict[str, Any]:
+def verification_to_dict(found: Verification) -> dict[str, object]:
     """Return a verification as plain values."""
     arrays = ("twist", "compliance", "stiffness", "joint_wrenches", "beam_wrenches", "actuator_forces")
     robot = found.configuration.robot

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 
-def load_opensees() -> Any:
+def load_opensees() -> object:
     """Import OpenSees.
 
     Its wheel for Linux brings BLAS and LAPACK but does not tell the loader where the libraries that they need in turn are: where
@@ -168,7 +168,7 @@ def main() -> None:
     sink = os.open(os.devnull, os.O_WRONLY)
     os.dup2(sink, 1)
     os.dup2(sink, 2)
-    answer: dict[str, Any]
+    answer: dict[str, object]
     try:
         frame = json.load(sys.stdin)
         ops = load_opensees()

@@ -43,7 +43,7 @@ def need(package: str, *more: str, extra: str = "sweep") -> None:
 
 
 def read_plan(
-    robot: Any,
+    robot: object,
     platform: Mapping[str, ArrayLike] | None,
     actuators: Mapping[str, ArrayLike] | None,
     orientation: str | None,
@@ -51,8 +51,8 @@ def read_plan(
     gravity: ArrayLike,
     point: ArrayLike | None,
     frame: str,
-    misfits: Mapping[str, Any] | None,
-    parameters: Mapping[str, Any] | None,
+    misfits: Mapping[str, object] | None,
+    parameters: Mapping[str, object] | None,
     beams: bool,
     tolerance: float,
     ways: bool = False,
@@ -107,7 +107,7 @@ def read_plan(
     return plan, first
 
 
-def _with_units(varying: Sequence[Axis], path: str, start: Mapping[str, Any], given: Mapping[str, str] | None) -> list[Axis]:
+def _with_units(varying: Sequence[Axis], path: str, start: Mapping[str, object], given: Mapping[str, str] | None) -> list[Axis]:
     """Return the axes of parameters with units, as far as these are known, having looked at units that are given."""
     given = {} if given is None else given
     check_mapping("parameter_units", given, '{"rod_diameter": "m"}')
@@ -138,7 +138,7 @@ def _source(robot: Any, parameters: Mapping[str, Any], varying: bool) -> tuple[R
     return found, Source(path, None if varying else description, files, provenance.text_digest(description))
 
 
-def _fields(given: Mapping[str, tuple[Any, int]], known: Sequence[Axis]) -> tuple[dict[str, Field], list[Axis]]:
+def _fields(given: Mapping[str, tuple[object, int]], known: Sequence[Axis]) -> tuple[dict[str, Field], list[Axis]]:
     """Return load, gravity and point, and the dimensions that they add to the grid."""
     fields: dict[str, Field] = {}
     cases: list[Axis] = []

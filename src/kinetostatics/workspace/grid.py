@@ -55,7 +55,7 @@ class Axis:
             return f"{self.name} of the platform's reference point o"
         return f"orientation coordinate {self.name} of the platform" if self.units == "rad" else self.name
 
-    def as_json(self) -> dict[str, Any]:
+    def as_json(self) -> dict[str, object]:
         """Return the axis as plain values."""
         return {"kind": self.kind, "units": self.units, "values": self.values.tolist()}
 
@@ -80,7 +80,7 @@ class Field:
         values = values.transpose(*order, len(self.dims))
         return values.reshape(*(values.shape[order.index(self.dims.index(n))] if n in self.dims else 1 for n in names), -1)
 
-    def as_json(self) -> Any:
+    def as_json(self) -> object:
         """Return the field as plain values."""
         return self.values.tolist() if not self.dims else {"dims": list(self.dims), "values": self.values.tolist()}
 
@@ -99,7 +99,7 @@ def sizes_of(block: Block) -> tuple[int, ...]:
 
 
 def split_values(
-    what: str, given: Mapping[str, Any], kind: str, units: Mapping[str, str] | str = ""
+    what: str, given: Mapping[str, object], kind: str, units: Mapping[str, str] | str = ""
 ) -> tuple[list[Axis], dict[str, Any]]:
     """Return the axes of one-dimensional arrays, and the single values that are held.
 
@@ -131,7 +131,7 @@ def split_values(
     return axes, held
 
 
-def _array(what: str, name: str, value: Any, text: bool) -> NDArray[np.generic]:
+def _array(what: str, name: str, value: object, text: bool) -> NDArray[np.generic]:
     try:
         array = np.asarray(value)
     except ValueError:

@@ -94,7 +94,7 @@ class Plan:
     gravity: Field
     point: Field | None
     frame: str
-    misfits: Mapping[str, Any] | None
+    misfits: Mapping[str, object] | None
     tolerance: float
     beams: bool
     ways: bool
@@ -142,7 +142,7 @@ class Plan:
 
     def robot(self, combination: Combination) -> Robot:
         """Return a robot; each thread keeps the last few, because robots are costly to build and not made to be shared."""
-        kept: OrderedDict[Any, Robot] = _kept.__dict__.setdefault("robots", OrderedDict())
+        kept: OrderedDict[object, Robot] = _kept.__dict__.setdefault("robots", OrderedDict())
         key = (self.identity, combination)
         if key not in kept:
             varying = [axis.name for axis in self.axes_of("parameter")]
@@ -156,10 +156,10 @@ class Plan:
 
     def keep(self, combination: Combination, robot: Robot) -> None:
         """Let this thread use a robot that is there already."""
-        kept: OrderedDict[Any, Robot] = _kept.__dict__.setdefault("robots", OrderedDict())
+        kept: OrderedDict[object, Robot] = _kept.__dict__.setdefault("robots", OrderedDict())
         kept[self.identity, combination] = robot
 
-    def assemble(self, robot: Robot, values: Mapping[str, Any], near: Configuration | None = None) -> Configuration:
+    def assemble(self, robot: Robot, values: Mapping[str, object], near: Configuration | None = None) -> Configuration:
         """Return the poses (N,) at coordinates, along a line from the zero pose or from ``near``."""
         given: tuple[Any, Any, str | None] = (None, values, self.orientation) if self.kind == "platform" else (values, None, None)
         return assemble(robot, *given, near, self.tolerance, "nan")  # whose coordinates have been warned of before
@@ -167,7 +167,7 @@ class Plan:
     # ---- what makes it this sweep and no other ----------------------------------------------------------------------
 
     @property
-    def arguments(self) -> dict[str, Any]:
+    def arguments(self) -> dict[str, object]:
         """All arguments as plain values."""
         return {
             self.kind: {
@@ -187,7 +187,7 @@ class Plan:
         }
 
     @cached_property
-    def facts(self) -> dict[str, Any]:
+    def facts(self) -> dict[str, object]:
         """Everything that the numbers depend on, as plain values in one level."""
         grid = {f"axis {axis.name}": axis.as_json() for axis in self.axes}
         return {
@@ -218,7 +218,7 @@ def saying(parameters: Mapping[str, object]) -> Iterator[None]:
         raise RobotFileError(f"{error.reason} (with {said})", error.file, error.line) from None
 
 
-def plain(value: Any) -> Any:
+def plain(value: object) -> object:
     """Return nested mappings and arrays as plain values."""
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items()}
@@ -227,7 +227,7 @@ def plain(value: Any) -> Any:
     return np.asarray(value).tolist() if isinstance(value, (np.ndarray, np.generic)) else value
 
 
-def as_text(value: Any) -> str:
+def as_text(value: object) -> str:
     """Return plain values as JSON, always the same for the same values."""
     return json.dumps(plain(value), sort_keys=True, ensure_ascii=False, separators=(",", ":"))
 

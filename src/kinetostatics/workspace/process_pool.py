@@ -40,14 +40,14 @@ class ProcessPool:
     def __exit__(self, *_: object) -> None:
         self._executor.shutdown(kill_workers=True)
 
-    def perform(self, tasks: Iterable[Task]) -> Iterator[tuple[int, Any]]:
+    def perform(self, tasks: Iterable[Task]) -> Iterator[tuple[int, object]]:
         """Yield the number and the outcome of each piece of work, in the order in which they come.
 
         Raises:
             KinetostaticsError: what a process raised; or that processes die again and again.
         """
         waiting: Iterator[tuple[int, Task]] = enumerate(tasks)
-        at_work: dict[Future[Any], tuple[int, Task]] = {}
+        at_work: dict[Future[object], tuple[int, Task]] = {}
         losses = 0
         while True:
             # one in work and one at hand for each
@@ -80,11 +80,11 @@ class ProcessPool:
         arguments = os.getpid(), self._plan, self._labels
         return ProcessPoolExecutor(self._workers, initializer=_begin, initargs=arguments, env=environment)
 
-    def _submit(self, task: Task) -> Future[Any]:
+    def _submit(self, task: Task) -> Future[object]:
         try:
             return self._executor.submit(_work, task)
         except BrokenExecutor as error:
-            failed: Future[Any] = Future()
+            failed: Future[object] = Future()
             failed.set_exception(error)
             return failed
 
@@ -111,7 +111,7 @@ def _end_with(parent: int) -> None:
     os._exit(1)
 
 
-def _work(task: Task) -> Any:
+def _work(task: Task) -> object:
     """Do a piece of work; what is in a file need not be returned.
 
     Raises:

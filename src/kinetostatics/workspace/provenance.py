@@ -75,7 +75,7 @@ def attributes(plan: Plan, labels: Labels, robot: Robot, command_line: Sequence[
     return found
 
 
-def _short(value: Any) -> Any:
+def _short(value: object) -> object:
     if isinstance(value, Mapping):
         return {key: _short(item) for key, item in value.items()}
     if isinstance(value, list) and len(value) > LONGEST:

@@ -56,8 +56,8 @@ def sweep(
     gravity: ArrayLike = (0, 0, -9.81),
     point: ArrayLike | None = None,
     frame: str = "world",
-    misfits: Mapping[str, Any] | None = None,
-    parameters: Mapping[str, Any] | None = None,
+    misfits: Mapping[str, object] | None = None,
+    parameters: Mapping[str, object] | None = None,
     parameter_units: Mapping[str, str] | None = None,
     beams: bool = False,
     ways: bool = False,
@@ -164,7 +164,9 @@ def _cores() -> int:
 class _Run:
     """A sweep that is being computed."""
 
-    def __init__(self, plan: Plan, labels: Labels, sizes: tuple[int, ...], workers: int, attributes: Mapping[str, Any]) -> None:
+    def __init__(
+        self, plan: Plan, labels: Labels, sizes: tuple[int, ...], workers: int, attributes: Mapping[str, object]
+    ) -> None:
         self.plan, self.labels, self.sizes, self.workers = plan, labels, sizes, workers
         self.attributes = dict(attributes)
 

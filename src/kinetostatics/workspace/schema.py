@@ -73,7 +73,7 @@ class Variable:
     dtype: Any = field(default=np.float64)
 
     @property
-    def nothing(self) -> Any:
+    def nothing(self) -> object:
         """Return what stands where nothing has been written."""
         return NO_MODE if self.dtype == np.int8 else False if self.dtype == np.bool_ else np.nan
 
@@ -234,14 +234,14 @@ def _label_coordinates(labels: Labels) -> dict[str, tuple[list[str], str]]:
     }
 
 
-def _unit_coordinates(labels: Labels) -> dict[str, tuple[tuple[str, ...], Any]]:
+def _unit_coordinates(labels: Labels) -> dict[str, tuple[tuple[str, ...], object]]:
     """Return names, dimensions and values of coordinates that say units, limbs and labels."""
     degrees = tuple("rad" if turning else "m" for turning in labels.turning)
     stiffness = [[f"{force}/{move}" for move in COMPONENT_UNITS] for force in WRENCH_UNITS]
     compliance = [
         [f"{move}/({force})" if " " in force else f"{move}/{force}" for force in WRENCH_UNITS] for move in COMPONENT_UNITS
     ]
-    found: dict[str, tuple[tuple[str, ...], Any]] = {
+    found: dict[str, tuple[tuple[str, ...], object]] = {
         "component_unit": (("component",), COMPONENT_UNITS),
         "stiffness_unit": (("component", "component_2"), stiffness),
         "compliance_unit": (("component", "component_2"), compliance),

@@ -6,7 +6,7 @@ import json
 import os
 import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.workspace.grid import Block, cut
@@ -56,7 +56,7 @@ class Storage:
         sizes: of blocks: those of an interrupted sweep if there is one.
     """
 
-    def __init__(self, path: str, plan: Plan, sizes: Sequence[int], attributes: Mapping[str, Any], restart: bool) -> None:
+    def __init__(self, path: str, plan: Plan, sizes: Sequence[int], attributes: Mapping[str, object], restart: bool) -> None:
         self.path = path.rstrip("/")
         self.store = store_of(path)
         self.plan = plan
@@ -75,7 +75,7 @@ class Storage:
         if self._resumed:
             self._resume()
 
-    def _is_done(self, attributes: Mapping[str, Any], restart: bool) -> bool:
+    def _is_done(self, attributes: Mapping[str, object], restart: bool) -> bool:
         if not os.path.exists(self.path):
             return False
         try:
@@ -138,7 +138,7 @@ class Storage:
             name = f"{number:08d}.block"
             yield os.path.join(self.folder, name), block, name in there
 
-    def create(self, template: xr.Dataset) -> tuple[dict[str, Any], Callable[[Mapping[str, Any]], None]]:
+    def create(self, template: xr.Dataset) -> tuple[dict[str, object], Callable[[Mapping[str, object]], None]]:
         """Return the arrays of an empty store for the whole map, which :meth:`publish` moves to its place, and what closes it."""
         _remove(self._unfinished)
         sizes = {axis.name: size for axis, size in zip(self.plan.axes, self.sizes, strict=True)}

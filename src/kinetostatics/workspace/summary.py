@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -114,7 +114,7 @@ def _larger(known: Found | None, part: xr.Dataset, values: NDArray[np.generic], 
     return value, ", ".join(words) or "the only pose", what
 
 
-def _said(coordinate: xr.DataArray, value: Any) -> str:
+def _said(coordinate: xr.DataArray, value: object) -> str:
     """Return "name = value unit", angles in degrees."""
     if not isinstance(value, (float, np.floating)):
         return f"{coordinate.name} = {value}"
@@ -124,7 +124,7 @@ def _said(coordinate: xr.DataArray, value: Any) -> str:
     return f"{coordinate.name} = {value:.6g} {unit}".rstrip()
 
 
-def _pieces(ds: xr.Dataset) -> Iterator[dict[Any, slice]]:
+def _pieces(ds: xr.Dataset) -> Iterator[dict[object, slice]]:
     """Yield pieces of the grid along its first dimension that are small enough to be read at once."""
     dims = ds["status"].dims
     if not dims:

@@ -111,10 +111,10 @@ class Store:
     engine: str
     ending: str
     needs: tuple[str, ...]
-    create: Callable[[str, xr.Dataset, Mapping[str, int]], tuple[dict[str, Any], Callable[[Mapping[str, Any]], None]]]
+    create: Callable[[str, xr.Dataset, Mapping[str, int]], tuple[dict[str, object], Callable[[Mapping[str, object]], None]]]
 
 
-def _options(variable: xr.DataArray, sizes: Mapping[str, int]) -> dict[str, Any]:
+def _options(variable: xr.DataArray, sizes: Mapping[str, int]) -> dict[str, object]:
     """Return chunks, if there are dimensions, and what stands where nothing is written."""
     chunks = tuple(min(sizes.get(str(dim), n), n) for dim, n in variable.sizes.items())
     return {"chunks": chunks} if chunks else {}
@@ -134,7 +134,7 @@ def _create_netcdf(path: str, template: xr.Dataset, sizes: Mapping[str, int]) ->
         arrays[str(name)] = created = file.create_variable(name, item.dims, dtype, fillvalue=fill, **_options(item, sizes))
         created.attrs.update({**item.attrs, **more})
 
-    def close(attributes: Mapping[str, Any]) -> None:
+    def close(attributes: Mapping[str, object]) -> None:
         file.attrs.update(attributes)
         file.close()
 
@@ -159,7 +159,7 @@ def _create_zarr(path: str, template: xr.Dataset, sizes: Mapping[str, int]) -> A
             **{"chunks": item.shape, **_options(item, sizes)},
         )
 
-    def close(attributes: Mapping[str, Any]) -> None:
+    def close(attributes: Mapping[str, object]) -> None:
         group.attrs.update(dict(attributes))
         zarr.consolidate_metadata(path, zarr_format=2)
 

@@ -24,7 +24,7 @@ class Answers:
     platform: str | None = None
     base: str | None = None
     types: Mapping[str, str] | str | None = None
-    axes: Mapping[str, Any] | None = None
+    axes: Mapping[str, object] | None = None
     driven: Iterable[str] | None = None
 
 
@@ -137,7 +137,7 @@ def _types(
 def _axes(
     found: Sequence[ForeignLoop],
     types: Mapping[str, str | None],
-    given: Mapping[str, Any] | None,
+    given: Mapping[str, object] | None,
     questions: list[Question],
     warnings: list[str],
 ) -> dict[str, tuple[Vector, ...]]:
@@ -185,7 +185,7 @@ def _by_loop(argument: str, given: Mapping[str, Any] | None, found: Sequence[For
     return given
 
 
-def _unit_vectors(name: str, value: Any, count: int, kind: str | None) -> tuple[Vector, ...]:
+def _unit_vectors(name: str, value: object, count: int, kind: str | None) -> tuple[Vector, ...]:
     try:
         array = np.asarray(value, float)
     except (TypeError, ValueError):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 from xml.sax.saxutils import escape
 
 from kinetostatics.argument_checks import check_mapping, path_name
@@ -52,7 +51,7 @@ def import_robot(
     platform: str | None = None,
     base: str | None = None,
     types: Mapping[str, str] | str | None = None,
-    axes: Mapping[str, Any] | None = None,
+    axes: Mapping[str, object] | None = None,
     driven: Iterable[str] | None = None,
     parameters: Mapping[str, object] | None = None,
 ) -> RobotDescription:

@@ -26,7 +26,6 @@ import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import takewhile
-from typing import Any
 
 from kinetostatics.description.elements import Place
 from kinetostatics.description.joint_types import JOINT_TYPES
@@ -86,14 +85,14 @@ def read(source: SourceRobot, path: str | os.PathLike[str]) -> GepettoFile:
     return GepettoFile(tuple(loops), frames, driven, note, _retyped(source, keys, file), tuple(warnings))
 
 
-def _unknown(key: str, node: Any, file: str) -> str:
+def _unknown(key: str, node: object, file: str) -> str:
     near = near_names(key, KEYS)
     if near.startswith("did"):
         fail(node, file, f"the key {key!r} is unknown; {near}")
     return f"{file}:{place(node, file).line}: the key {key!r} is ignored; known: {', '.join(KEYS)}."
 
 
-def _loops(source: SourceRobot, keys: Mapping[str, Any], file: str) -> tuple[frozenset[str], list[ForeignLoop]]:
+def _loops(source: SourceRobot, keys: Mapping[str, object], file: str) -> tuple[frozenset[str], list[ForeignLoop]]:
     if "closed_loop" not in keys:
         return frozenset(), []
     pairs = [_pair(node, file) for node in sequence(keys["closed_loop"], file, "closed_loop")]
@@ -110,7 +109,7 @@ def _loops(source: SourceRobot, keys: Mapping[str, Any], file: str) -> tuple[fro
     return frozenset(name for pair in pairs for name in pair[:2]), loops
 
 
-def _pair(node: Any, file: str) -> tuple[str, str, Place]:
+def _pair(node: object, file: str) -> tuple[str, str, Place]:
     items = sequence(node, file, "an entry of closed_loop")
     if len(items) != 2:
         fail(node, file, f"an entry of closed_loop must be a pair of frames, not {len(items)} of them")
@@ -120,7 +119,7 @@ def _pair(node: Any, file: str) -> tuple[str, str, Place]:
     return first, second, place(node, file)
 
 
-def _types(keys: Mapping[str, Any], count: int, file: str) -> list[str | None]:
+def _types(keys: Mapping[str, object], count: int, file: str) -> list[str | None]:
     if "type" not in keys:
         return [None] * count  # different versions of the loader make different things of this
     nodes = sequence(keys["type"], file, "type")
@@ -142,7 +141,7 @@ def _name(first: str, second: str, taken: set[str]) -> str:
     return shared if shared and shared not in taken else f"{first}_{second}"
 
 
-def _driven(source: SourceRobot, keys: Mapping[str, Any], file: str) -> tuple[tuple[str, ...] | None, str]:
+def _driven(source: SourceRobot, keys: Mapping[str, object], file: str) -> tuple[tuple[str, ...] | None, str]:
     """Return the driven joints, and a remark if exact names and parts of names do not give the same."""
     if "name_mot" not in keys:
         return None, ""
@@ -163,7 +162,7 @@ def _driven(source: SourceRobot, keys: Mapping[str, Any], file: str) -> tuple[tu
     )
 
 
-def _retyped(source: SourceRobot, keys: Mapping[str, Any], file: str) -> tuple[Retyped, ...]:
+def _retyped(source: SourceRobot, keys: Mapping[str, object], file: str) -> tuple[Retyped, ...]:
     if "joint_name" not in keys and "joint_type" not in keys:
         return ()
     for key, other in (("joint_name", "joint_type"), ("joint_type", "joint_name")):

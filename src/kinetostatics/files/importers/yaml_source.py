@@ -32,7 +32,7 @@ _PLAIN = {
 }
 
 
-def read_mapping(path: str | os.PathLike[str]) -> dict[str, Any]:
+def read_mapping(path: str | os.PathLike[str]) -> dict[str, object]:
     """Return the nodes of a YAML file's top-level mapping, by key.
 
     Raises:
@@ -61,7 +61,7 @@ def read_mapping(path: str | os.PathLike[str]) -> dict[str, Any]:
         raise RobotFileError("the file is empty", name)
     if root.id != "mapping" or root.tag != _MAPPING:
         fail(root, name, f"the file is a {_kind(root)}; robot.yaml is a mapping, which begins with a key such as closed_loop:")
-    found: dict[str, Any] = {}
+    found: dict[str, object] = {}
     for key_node, node in root.value:
         key = scalar(key_node, name, "a key")
         if key in found:
@@ -94,7 +94,7 @@ def place(node: Any, file: str) -> Place:
     return Place(file, node.start_mark.line + 1)
 
 
-def fail(node: Any, file: str, reason: str) -> NoReturn:
+def fail(node: object, file: str, reason: str) -> NoReturn:
     """Raise the error that says ``reason`` at a node's place."""
     raise place(node, file).error(shortened(reason))
 
