@@ -83,7 +83,7 @@ def slow(function, seconds=1.3):
 
 def make_slow(monkeypatch, name, seconds=1.3):
     """Let a function take its time."""
-    module, _, attribute = ("kinetostatics.workspace.run.read_plan" if name == "PLAN" else name).rpartition(".")
+    module, _, attribute = ("kinetostatics.workspace.run.read_sweep_spec" if name == "PLAN" else name).rpartition(".")
     __import__(module)
     monkeypatch.setattr(sys.modules[module], attribute, slow(getattr(sys.modules[module], attribute), seconds))
 

@@ -521,15 +521,15 @@ def test_maps_for_which_there_is_no_room(robot, tmp_path, monkeypatch, arguments
 
 
 def test_the_size_of_a_map_is_known_before(small, robot):
-    from kinetostatics.workspace.arguments import read_plan
+    from kinetostatics.workspace.arguments import read_sweep_spec
     from kinetostatics.workspace.capacity import size_of
     from kinetostatics.workspace.schema import labels_of
 
-    plan, first = read_plan(robot, GRID, None, None, LOAD, (0, 0, -9.81), None, "world", None, None, True, 1e-10)
-    assert size_of(plan, labels_of(plan, first)) == sum(small[name].nbytes for name in small.data_vars)
+    spec, first = read_sweep_spec(robot, GRID, None, None, LOAD, (0, 0, -9.81), None, "world", None, None, True, 1e-10)
+    assert size_of(spec, labels_of(spec, first)) == sum(small[name].nbytes for name in small.data_vars)
     # what docs/how_to/workspace.md says
-    plan, first = read_plan(robot, GRID, None, None, LOAD, (0, 0, -9.81), None, "world", None, None, False, 1e-10)
-    assert size_of(plan, labels_of(plan, first)) / plan.size == pytest.approx(1.1e3, rel=0.05)
+    spec, first = read_sweep_spec(robot, GRID, None, None, LOAD, (0, 0, -9.81), None, "world", None, None, False, 1e-10)
+    assert size_of(spec, labels_of(spec, first)) / spec.size == pytest.approx(1.1e3, rel=0.05)
 
 
 def test_warnings_of_the_file_go_with_the_map(tmp_path):
@@ -631,10 +631,10 @@ def test_the_command_says_when_it_is_interrupted_and_when_there_is_nothing_to_do
     line = "3rps --platform z=0.45:0.65:5 rx=0 ry=0 --out m.nc".split()
     perform = run.perform
 
-    def interrupted(plan, labels, task):
+    def interrupted(spec, labels, task):
         if getattr(task, "block", (slice(0, 0),))[0].start >= 2:
             raise KeyboardInterrupt
-        return perform(plan, labels, task)
+        return perform(spec, labels, task)
 
     monkeypatch.setattr(run, "perform", interrupted)
     command(*line, code=130)

@@ -34,9 +34,9 @@ def computed(monkeypatch):
     blocks = []
     compute = lazy.compute_block
 
-    def counted(plan, labels, block):
+    def counted(spec, labels, block):
         blocks.append(block)
-        return compute(plan, labels, block)
+        return compute(spec, labels, block)
 
     monkeypatch.setattr(lazy, "compute_block", counted)
     return blocks
@@ -102,7 +102,7 @@ def test_jobs_travel():
     """What workers get is small, and makes the same block elsewhere."""
     ds = ks.sweep("3rps", GRID, chunks={"z": 4})
     layers = ds.__dask_graph__().layers
-    job = next(layer[name] for name, layer in layers.items() if name.startswith("sweep-plan"))
+    job = next(layer[name] for name, layer in layers.items() if name.startswith("sweep-spec"))
     job = getattr(job, "value", job)
     data = pickle.dumps(job)
     assert len(data) < 100_000

@@ -6,7 +6,7 @@ import xarray as xr
 
 import kinetostatics as ks
 from kinetostatics.files.bundled import robot_path
-from kinetostatics.workspace.arguments import read_plan
+from kinetostatics.workspace.arguments import read_sweep_spec
 from kinetostatics.workspace.assembly_modes import repair as finishing
 from kinetostatics.workspace.assembly_modes.continuity import JointScale, suspect_edges
 from kinetostatics.workspace.schema import NO_MODE, OTHER_MODE, ZERO_MODE, labels_of
@@ -98,19 +98,19 @@ def test_a_planar_3rrr_keeps_its_elbows():
 
 @pytest.fixture(scope="module")
 def looked_at():
-    """Return a five-bar's plan, labels and map in the middle of its workspace, where all is well."""
+    """Return a five-bar's spec, labels and map in the middle of its workspace, where all is well."""
     robot = five_bar()
     grid = {"x": np.linspace(-0.1, 0.1, 15), "y": np.linspace(0.2, 0.35, 12)}
     ds = ks.sweep(robot, grid)
     assert np.all(ds["mode"] == ZERO_MODE)
-    plan, _ = read_plan(robot, grid, None, *NOTHING, 1e-10)
-    return robot, plan, labels_of(plan, robot), ds
+    spec, _ = read_sweep_spec(robot, grid, None, *NOTHING, 1e-10)
+    return robot, spec, labels_of(spec, robot), ds
 
 
 def look(looked_at, q, reached):
-    robot, plan, labels, _ = looked_at
-    region = tuple(slice(0, axis.size) for axis in plan.axes)
-    return finishing.finish(plan, labels, (), (), region, q, reached, robot.length)
+    robot, spec, labels, _ = looked_at
+    region = tuple(slice(0, axis.size) for axis in spec.axes)
+    return finishing.finish(spec, labels, (), (), region, q, reached, robot.length)
 
 
 def other_elbow(robot, ds, which):
@@ -194,17 +194,17 @@ def test_a_pose_between_reached_ones_is_tried_from_all_of_them(looked_at, monkey
 
 def test_the_second_look_is_written_into_files_too(looked_at, monkeypatch, tmp_path):
     """Part of the grid is not reached at first; the map in a file is the same as that in memory, and as the unspoilt one."""
-    from kinetostatics.workspace.plan import Plan
+    from kinetostatics.workspace.sweep_spec import SweepSpec
 
     robot, _, _, ds = looked_at
-    original = Plan.assemble
+    original = SweepSpec.assemble
 
-    def blind(plan, robot, values, near=None):
+    def blind(spec, robot, values, near=None):
         if near is None:  # the straight line does not get to the left
             values = {**values, "x": np.where((values["x"] < -0.04) & (values["y"] > 0.3), 9.0, values["x"])}
-        return original(plan, robot, values, near)
+        return original(spec, robot, values, near)
 
-    monkeypatch.setattr(Plan, "assemble", blind)
+    monkeypatch.setattr(SweepSpec, "assemble", blind)
     monkeypatch.setattr("kinetostatics.workspace.run.BLOCK", 40)
     grid = {name: ds[name].values for name in ("x", "y")}
     load = xr.DataArray(np.diag([1.0, 1, 1, 0, 0, 0])[:2] * 100, dims=("case", "component"))
@@ -253,8 +253,8 @@ def test_which_coordinates_are_loose():
     loose = {}
     for name in ("delta", "five_bar", "gough_stewart"):
         robot = ks.load_robot(robot_path(name))
-        plan, _ = read_plan(robot, None, {joint: 0.0 for joint in robot.description.driven}, *NOTHING, 1e-10)
-        labels = labels_of(plan, robot)
+        spec, _ = read_sweep_spec(robot, None, {joint: 0.0 for joint in robot.description.driven}, *NOTHING, 1e-10)
+        labels = labels_of(spec, robot)
         loose[name] = {label for (label, _), one in zip(labels.q, labels.loose, strict=True) if one}
     assert loose["five_bar"] == loose["gough_stewart"] == set()
     kept = {f"{part}_{i}" for part in ("motor", "elbow") for i in (1, 2, 3)}

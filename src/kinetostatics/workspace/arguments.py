@@ -1,4 +1,4 @@
-"""From the arguments of a sweep to its plan, with all complaints about them."""
+"""From the arguments of a sweep to its spec, with all complaints about them."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from kinetostatics.robot import Robot, load_robot
 from kinetostatics.statics.assembly_errors import parse_assembly_errors
 from kinetostatics.workspace import provenance
 from kinetostatics.workspace.grid import Axis, Field, coordinate_units, read_field, split_values
-from kinetostatics.workspace.plan import Plan, Source, saying
+from kinetostatics.workspace.sweep_spec import Source, SweepSpec, saying
 
 #: Robots that are built before anything is computed, at most.
 TRIED = 50
@@ -42,7 +42,7 @@ def need(package: str, *more: str, extra: str = "sweep") -> None:
             raise KinetostaticsError(f"this sweep needs {name}: pip install 'kinetostatics[{extra}]'")
 
 
-def read_plan(
+def read_sweep_spec(
     robot: object,
     platform: Mapping[str, ArrayLike] | None,
     actuators: Mapping[str, ArrayLike] | None,
@@ -57,8 +57,8 @@ def read_plan(
     tolerance: float,
     ways: bool = False,
     given_units: Mapping[str, str] | None = None,
-) -> tuple[Plan, Robot]:
-    """Return the plan of a sweep, and its first robot; the arguments are those of :func:`kinetostatics.sweep`.
+) -> tuple[SweepSpec, Robot]:
+    """Return the specification of a sweep, and its first robot; the arguments are those of :func:`kinetostatics.sweep`.
 
     Raises:
         ArgumentError: one makes no sense.
@@ -86,7 +86,7 @@ def read_plan(
     units = coordinate_units(first, kind, list(given))
     coordinates, held = split_values(kind, given, "coordinate", units)
     fields, cases = _fields({"load": (load, 6), "gravity": (gravity, 3), "point": (point, 3)}, [*varying, *coordinates])
-    plan = Plan(
+    spec = SweepSpec(
         source,
         kind,
         (*varying, *cases, *coordinates),
@@ -103,8 +103,8 @@ def read_plan(
         bool(ways),
         provenance.versions(),
     )
-    plan.keep((0,) * len(varying), first)
-    return plan, first
+    spec.keep((0,) * len(varying), first)
+    return spec, first
 
 
 def _with_units(varying: Sequence[Axis], path: str, start: Mapping[str, object], given: Mapping[str, str] | None) -> list[Axis]:
@@ -155,27 +155,27 @@ def _fields(given: Mapping[str, tuple[object, int]], known: Sequence[Axis]) -> t
     return fields, cases
 
 
-def try_plan(plan: Plan, first: Robot) -> None:
+def try_sweep_spec(spec: SweepSpec, first: Robot) -> None:
     """Let coordinates and vectors be complained about before anything is computed.
 
     Raises:
         CoordinatesError: coordinates are missing, unknown, or do not determine the pose.
         ArgumentError: another argument makes no sense.
     """
-    for hint in odd_coordinates(first, {**plan.held, **{axis.name: axis.values for axis in plan.axes_of("coordinate")}}):
+    for hint in odd_coordinates(first, {**spec.held, **{axis.name: axis.values for axis in spec.axes_of("coordinate")}}):
         warnings.warn(hint, stacklevel=3)
-    corner = plan.coordinates(tuple(slice(0, 1) for _ in plan.axes_of("coordinate")))
-    configuration = plan.assemble(first, corner)
-    analyze(configuration, frame=plan.frame, misfits=plan.misfits, on_failure="nan")
+    corner = spec.coordinates(tuple(slice(0, 1) for _ in spec.axes_of("coordinate")))
+    configuration = spec.assemble(first, corner)
+    analyze(configuration, frame=spec.frame, misfits=spec.misfits, on_failure="nan")
 
 
-def try_robots(plan: Plan) -> None:
+def try_robots(spec: SweepSpec) -> None:
     """Let the robot's file be complained about with other parameters too, unless they are many.
 
     Raises:
         RobotFileError: the file is wrong with some of them.
     """
-    combinations = list(itertools.islice(plan.combinations(), TRIED + 1))
+    combinations = list(itertools.islice(spec.combinations(), TRIED + 1))
     if len(combinations) <= TRIED:
         for combination in combinations:
-            plan.robot(combination)
+            spec.robot(combination)

@@ -14,8 +14,8 @@ from kinetostatics.exceptions import ArgumentError
 from kinetostatics.results.gravity_ways import force_ways, twist_ways
 from kinetostatics.status import WITHOUT_NUMBERS, Status, status_of
 from kinetostatics.workspace.grid import Block, sizes_of
-from kinetostatics.workspace.plan import Combination, Plan
 from kinetostatics.workspace.schema import NO_MODE, POSES, ROBOTS, ZERO_MODE, Labels, numbered, variables
+from kinetostatics.workspace.sweep_spec import Combination, SweepSpec
 
 if TYPE_CHECKING:
     from kinetostatics.kinematics.configuration import Configuration
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.generic]
 
 
-def compute_block(plan: Plan, labels: Labels, block: Block) -> dict[str, Array]:
+def compute_block(spec: SweepSpec, labels: Labels, block: Block) -> dict[str, Array]:
     """Return the variables of a block, each over the block's part of its dimensions.
 
     Every pose is reached on the straight line from the zero pose; what grid neighbours say is another matter, see
@@ -34,15 +34,15 @@ def compute_block(plan: Plan, labels: Labels, block: Block) -> dict[str, Array]:
         RobotFileError: the file is wrong for a combination of parameters.
         ArgumentError: parameters change what the robot is made of.
     """
-    cases, coordinates = plan.part(block, "case"), plan.part(block, "coordinate")
-    combinations = list(plan.combinations(block))
+    cases, coordinates = spec.part(block, "case"), spec.part(block, "coordinate")
+    combinations = list(spec.combinations(block))
     parts = []
     for combination in combinations:
-        configuration = plan.assemble(plan.robot(combination), plan.coordinates(coordinates))
-        parts.append(pose_numbers(plan, labels, combination, configuration, cases, coordinates))
+        configuration = spec.assemble(spec.robot(combination), spec.coordinates(coordinates))
+        parts.append(pose_numbers(spec, labels, combination, configuration, cases, coordinates))
     found = {}
     for name, item in variables(labels).items():
-        lengths = [b.stop - b.start for b, axis in zip(block, plan.axes, strict=True) if axis.kind in item.kinds]
+        lengths = [b.stop - b.start for b, axis in zip(block, spec.axes, strict=True) if axis.kind in item.kinds]
         stacked = parts[0][name] if len(parts) == 1 else np.stack([part[name] for part in parts])
         tail = stacked.shape[stacked.ndim - len(item.labels) :]
         found[name] = stacked.reshape((*lengths, *tail))
@@ -50,7 +50,7 @@ def compute_block(plan: Plan, labels: Labels, block: Block) -> dict[str, Array]:
 
 
 def pose_numbers(
-    plan: Plan,
+    spec: SweepSpec,
     labels: Labels,
     combination: Combination,
     configuration: Configuration,
@@ -61,7 +61,7 @@ def pose_numbers(
     """Return the variables of poses (N,) of one robot, each (cases…, N, …) or (N, …).
 
     Args:
-        plan: of the sweep.
+        spec: of the sweep.
         labels: of the Dataset.
         combination: the robot.
         configuration: the poses.
@@ -82,25 +82,27 @@ def pose_numbers(
 
     result = analyze(
         configuration,
-        spread(plan.load.of(plan.axes, at)),
-        spread(plan.gravity.of(plan.axes, at)),
-        point=None if plan.point is None else spread(plan.point.of(plan.axes, at)),
-        frame=plan.frame,
-        misfits=plan.misfits,
+        spread(spec.load.of(spec.axes, at)),
+        spread(spec.gravity.of(spec.axes, at)),
+        point=None if spec.point is None else spread(spec.point.of(spec.axes, at)),
+        frame=spec.frame,
+        misfits=spec.misfits,
         on_failure="nan",
     )
-    return _extract(plan, labels, combination, result, (*counts, configuration.shape[0]))
+    return _extract(spec, labels, combination, result, (*counts, configuration.shape[0]))
 
 
-def _extract(plan: Plan, labels: Labels, combination: Combination, result: Result, shape: tuple[int, ...]) -> dict[str, Array]:
+def _extract(
+    spec: SweepSpec, labels: Labels, combination: Combination, result: Result, shape: tuple[int, ...]
+) -> dict[str, Array]:
     configuration, robot = result.configuration, result.robot
     if tuple(result.contributions) != labels.sources or robot.description.driven != labels.actuators:
         raise ArgumentError(
-            f"with {_say(plan.parameters(combination))} the robot has other limbs or drives than with the first values of the "
+            f"with {_say(spec.parameters(combination))} the robot has other limbs or drives than with the first values of the "
             "parameters; sweep such robots one by one"
         )
     first = (0,) * (len(shape) - 1)
-    pose = configuration.platform_coordinates(plan.orientation)
+    pose = configuration.platform_coordinates(spec.orientation)
     reached = configuration.status != Status.UNREACHABLE
     facts = dict(result.facts)
     found: dict[str, Array] = {

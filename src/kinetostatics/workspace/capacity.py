@@ -7,16 +7,16 @@ import os
 import shutil
 
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.workspace.plan import Plan
 from kinetostatics.workspace.schema import Labels, template
+from kinetostatics.workspace.sweep_spec import SweepSpec
 
 
-def size_of(plan: Plan, labels: Labels) -> int:
+def size_of(spec: SweepSpec, labels: Labels) -> int:
     """Return how many bytes the arrays of a map are."""
-    return sum(item.nbytes for item in template(plan, labels).data_vars.values())
+    return sum(item.nbytes for item in template(spec, labels).data_vars.values())
 
 
-def check_memory(plan: Plan, labels: Labels) -> None:
+def check_memory(spec: SweepSpec, labels: Labels) -> None:
     """See to it that a map fits into the machine's memory.
 
     Raises:
@@ -26,19 +26,19 @@ def check_memory(plan: Plan, labels: Labels) -> None:
         memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     except (AttributeError, OSError, ValueError):  # no such machine
         return
-    needed = size_of(plan, labels)
+    needed = size_of(spec, labels)
     if needed > memory:
         raise ArgumentError(
-            f"a map of {_poses(plan)} takes {_said(needed)}, and this machine has {_said(memory)} of memory: write it to a "
+            f"a map of {_poses(spec)} takes {_said(needed)}, and this machine has {_said(memory)} of memory: write it to a "
             "file with out=, make it lazy with chunks=, or take a coarser grid"
         )
 
 
-def check_disk(plan: Plan, labels: Labels, path: str, parts: str) -> None:
+def check_disk(spec: SweepSpec, labels: Labels, path: str, parts: str) -> None:
     """See to it that a map fits beside its finished blocks, which stay until it is whole.
 
     Args:
-        plan, labels: of the map.
+        spec, labels: of the map.
         path: of the file.
         parts: folder of the blocks, those of an interrupted sweep among them.
 
@@ -49,16 +49,16 @@ def check_disk(plan: Plan, labels: Labels, path: str, parts: str) -> None:
     if disk.total == 0:  # not a disk; what it is will say why it cannot be written to
         return
     there = sum(item.stat().st_size for item in os.scandir(parts) if item.is_file()) if os.path.isdir(parts) else 0
-    needed = size_of(plan, labels)
+    needed = size_of(spec, labels)
     if 2 * needed > disk.free + there:
         raise ArgumentError(
-            f"a map of {_poses(plan)} takes {_said(needed)}, twice that while it is written, and the disk of {path!r} has "
+            f"a map of {_poses(spec)} takes {_said(needed)}, twice that while it is written, and the disk of {path!r} has "
             f"{_said(disk.free)} free: take a coarser grid or another disk"
         )
 
 
-def _poses(plan: Plan) -> str:
-    return "1 pose" if plan.size == 1 else f"{plan.size:,} poses"
+def _poses(spec: SweepSpec) -> str:
+    return "1 pose" if spec.size == 1 else f"{spec.size:,} poses"
 
 
 def _said(size: float) -> str:

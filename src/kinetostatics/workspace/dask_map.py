@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.workspace.block import compute_block
 from kinetostatics.workspace.grid import Block, block_sizes, chunk_sizes, cut, sizes_of
-from kinetostatics.workspace.plan import Plan
 from kinetostatics.workspace.schema import Labels, template, variables
+from kinetostatics.workspace.sweep_spec import SweepSpec
 from kinetostatics.workspace.targets import Target, in_memory
 from kinetostatics.workspace.tasks import perform
 
@@ -29,29 +29,29 @@ AUTO = 20_000
 class Job:
     """What all tasks of a graph share; dask sends it once to every worker."""
 
-    plan: Plan
+    spec: SweepSpec
     labels: Labels
 
 
 def lazy_block(job: Job, bounds: tuple[tuple[int, int], ...]) -> dict[str, NDArray[np.generic]]:
     """Return the variables of a block, which knows nothing of the blocks beside it."""
-    plan, labels = job.plan, job.labels
+    spec, labels = job.spec, job.labels
     block: Block = tuple(slice(*pair) for pair in bounds)
-    part = template(plan, labels).isel({axis.name: piece for axis, piece in zip(plan.axes, block, strict=True)})
-    target = Target(plan, labels, in_memory(part), block)
-    target.write_block(block, compute_block(plan, labels, block))
-    cases, region = plan.part(block, "case"), plan.part(block, "coordinate")
-    for combination in plan.combinations(block):
-        finished = perform(plan, labels, target.to_finish(combination, cases, region))
+    part = template(spec, labels).isel({axis.name: piece for axis, piece in zip(spec.axes, block, strict=True)})
+    target = Target(spec, labels, in_memory(part), block)
+    target.write_block(block, compute_block(spec, labels, block))
+    cases, region = spec.part(block, "case"), spec.part(block, "coordinate")
+    for combination in spec.combinations(block):
+        finished = perform(spec, labels, target.to_finish(combination, cases, region))
         target.patch(combination, cases, region, finished, sizes_of(region))
     return dict(target.arrays)
 
 
-def lazy_dataset(plan: Plan, labels: Labels, chunks: Mapping[str, int] | str) -> xr.Dataset:
+def lazy_dataset(spec: SweepSpec, labels: Labels, chunks: Mapping[str, int] | str) -> xr.Dataset:
     """Return a Dataset of dask arrays.
 
     Args:
-        plan: of the sweep.
+        spec: of the sweep.
         labels: of the Dataset.
         chunks: sizes of the blocks by dimension, or "auto".
 
@@ -64,23 +64,23 @@ def lazy_dataset(plan: Plan, labels: Labels, chunks: Mapping[str, int] | str) ->
     if isinstance(chunks, str):
         if chunks != "auto":
             raise ArgumentError(f"chunks is {chunks!r}; it must be sizes by dimension, or 'auto'")
-        sizes = block_sizes(plan.axes, AUTO)
+        sizes = block_sizes(spec.axes, AUTO)
     else:
-        sizes = chunk_sizes(plan.axes, chunks)
-    token = plan.identity[:16] + "-" + "-".join(map(str, sizes))
-    job, blocks = f"sweep-plan-{token}", f"sweep-{token}"
-    counts = [range(-(-n // size)) for n, size in zip(plan.shape, sizes, strict=True)]
+        sizes = chunk_sizes(spec.axes, chunks)
+    token = spec.identity[:16] + "-" + "-".join(map(str, sizes))
+    job, blocks = f"sweep-spec-{token}", f"sweep-{token}"
+    counts = [range(-(-n // size)) for n, size in zip(spec.shape, sizes, strict=True)]
     numbers = [tuple(int(k) for k in place) for place in np.ndindex(*(len(count) for count in counts))]
-    graph: dict[Any, Any] = {job: {job: Job(plan, labels)}, blocks: {}}
-    for place, block in zip(numbers, cut(plan.shape, sizes), strict=True):
+    graph: dict[Any, Any] = {job: {job: Job(spec, labels)}, blocks: {}}
+    for place, block in zip(numbers, cut(spec.shape, sizes), strict=True):
         bounds = tuple((piece.start, piece.stop) for piece in block)
         graph[blocks][(blocks, *place)] = (lazy_block, job, bounds)
     dependencies: dict[str, set[str]] = {job: set(), blocks: {job}}
-    whole = template(plan, labels)
+    whole = template(spec, labels)
     data = {}
     for name, item in variables(labels).items():
         layer = f"sweep-{name}-{token}"
-        mine = [axis.kind in item.kinds for axis in plan.axes]
+        mine = [axis.kind in item.kinds for axis in spec.axes]
         own = whole[name].shape[sum(mine) :]
         zeros = (0,) * len(own)
         tasks: dict[Any, Any] = {}
@@ -91,7 +91,7 @@ def lazy_dataset(plan: Plan, labels: Labels, chunks: Mapping[str, int] | str) ->
             tasks[(layer, *own_place, *zeros)] = (operator.getitem, (blocks, *place), name)
         pieces = tuple(
             tuple(min(size, n - start) for start in range(0, n, size))
-            for n, size, here in zip(plan.shape, sizes, mine, strict=True)
+            for n, size, here in zip(spec.shape, sizes, mine, strict=True)
             if here
         )
         found = HighLevelGraph({**graph, layer: tasks}, {**dependencies, layer: {blocks}})

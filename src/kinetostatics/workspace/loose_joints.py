@@ -7,13 +7,13 @@ import numpy as np
 from kinetostatics.exceptions import KinetostaticsError
 from kinetostatics.robot import Robot
 from kinetostatics.status import Status
-from kinetostatics.workspace.plan import Plan
+from kinetostatics.workspace.sweep_spec import SweepSpec
 
 #: Coordinates that change by more than the second when all are moved by the first and the loops closed again are loose.
 MOVED, CHANGED = 0.05, 1e-5
 
 
-def loose_coordinates(plan: Plan, robot: Robot) -> tuple[bool, ...]:
+def loose_coordinates(spec: SweepSpec, robot: Robot) -> tuple[bool, ...]:
     """Return which model coordinates local freedoms change: a rod that spins between two spherical joints.
 
     They are what a pose's coordinates leave open, at a generic pose that is left a little and closed again.
@@ -22,13 +22,13 @@ def loose_coordinates(plan: Plan, robot: Robot) -> tuple[bool, ...]:
         return (False,) * robot.mechanism.tree.nq
     q = robot.model_q(robot.generic_poses)[:, 0]
     pose = robot.configuration(q, tolerance=np.inf, on_failure="nan")
-    known = pose.platform_coordinates(plan.orientation) if plan.kind == "platform" else pose.actuators
-    names = [*plan.held, *(axis.name for axis in plan.axes_of("coordinate"))]
+    known = pose.platform_coordinates(spec.orientation) if spec.kind == "platform" else pose.actuators
+    names = [*spec.held, *(axis.name for axis in spec.axes_of("coordinate"))]
     random = np.random.default_rng(6)
     starts = q + random.uniform(-MOVED, MOVED, (32, len(q)))
     near = robot.configuration(starts, tolerance=np.inf, on_failure="nan")
     try:
-        found = plan.assemble(robot, {name: np.full(len(starts), float(known[name])) for name in names}, near)
+        found = spec.assemble(robot, {name: np.full(len(starts), float(known[name])) for name in names}, near)
     except (KinetostaticsError, KeyError):  # somebody else will complain
         return (False,) * robot.mechanism.tree.nq
     ends = found.q[found.status != Status.UNREACHABLE]

@@ -17,8 +17,8 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
 from typing import Any
 
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
-from kinetostatics.workspace.plan import Plan
 from kinetostatics.workspace.schema import Labels
+from kinetostatics.workspace.sweep_spec import SweepSpec
 from kinetostatics.workspace.tasks import Task, perform
 
 #: How often one after the other a process may die before any has done its work.
@@ -30,8 +30,8 @@ SINGLE = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 class ProcessPool:
     """Processes that do pieces of work of one sweep; a context manager, which ends them."""
 
-    def __init__(self, plan: Plan, labels: Labels, workers: int) -> None:
-        self._plan, self._labels, self._workers = plan, labels, workers
+    def __init__(self, spec: SweepSpec, labels: Labels, workers: int) -> None:
+        self._spec, self._labels, self._workers = spec, labels, workers
         self._executor = self._start()
 
     def __enter__(self) -> ProcessPool:
@@ -77,7 +77,7 @@ class ProcessPool:
         from loky.process_executor import ProcessPoolExecutor
 
         environment = {**dict.fromkeys(SINGLE, "1"), "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-        arguments = os.getpid(), self._plan, self._labels
+        arguments = os.getpid(), self._spec, self._labels
         return ProcessPoolExecutor(self._workers, initializer=_begin, initargs=arguments, env=environment)
 
     def _submit(self, task: Task) -> Future[object]:
@@ -91,14 +91,14 @@ class ProcessPool:
 
 # ---- in the other process ----------------------------------------------------------------------------------------------
 
-_plan: Plan
+_spec: SweepSpec
 _labels: Labels
 
 
-def _begin(parent: int, plan: Plan, labels: Labels) -> None:
+def _begin(parent: int, spec: SweepSpec, labels: Labels) -> None:
     """Make a process ready for a sweep."""
-    global _plan, _labels
-    _plan, _labels = plan, labels
+    global _spec, _labels
+    _spec, _labels = spec, labels
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl+C is the caller's business
     os.dup2(2, 1)  # what the caller prints stays as it is
     threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
@@ -118,7 +118,7 @@ def _work(task: Task) -> object:
         KinetostaticsError: what went wrong; errors of the robot's file with their place in the message.
     """
     try:
-        found = perform(_plan, _labels, task)
+        found = perform(_spec, _labels, task)
     except KinetostaticsError as error:
         raise (ArgumentError if isinstance(error, ArgumentError) else KinetostaticsError)(str(error)) from None
     except OSError as error:

@@ -18,14 +18,14 @@ from kinetostatics.exceptions import ArgumentError
 from kinetostatics.printing.waiting import waiting
 from kinetostatics.robot import Robot
 from kinetostatics.workspace import provenance
-from kinetostatics.workspace.arguments import need, read_plan, try_plan, try_robots
+from kinetostatics.workspace.arguments import need, read_sweep_spec, try_robots, try_sweep_spec
 from kinetostatics.workspace.capacity import check_disk, check_memory
 from kinetostatics.workspace.grid import Block, block_sizes, cut, shape_of, sizes_of
-from kinetostatics.workspace.plan import Plan
 from kinetostatics.workspace.process_pool import ProcessPool
 from kinetostatics.workspace.progress import Bar, wants_bar
 from kinetostatics.workspace.schema import Labels, check_names, labels_of, template
 from kinetostatics.workspace.storage import Storage, open_map, store_of
+from kinetostatics.workspace.sweep_spec import SweepSpec
 from kinetostatics.workspace.targets import Target, in_memory
 from kinetostatics.workspace.tasks import BlockTask, Task, perform, read_part
 
@@ -116,30 +116,30 @@ def sweep(
         need(*store_of(os.fspath(out)).needs)
     with waiting("planning the sweep", wanted=wants_bar(progress)):
         given = platform, actuators, orientation, load, gravity, point, frame, misfits, parameters, beams, tolerance, ways
-        plan, first = read_plan(robot, *given, parameter_units)
-        labels = labels_of(plan, first)
-        try_plan(plan, first)
-        check_names(plan, labels)
-        attributes = provenance.attributes(plan, labels, first, command_line)
+        spec, first = read_sweep_spec(robot, *given, parameter_units)
+        labels = labels_of(spec, first)
+        try_sweep_spec(spec, first)
+        check_names(spec, labels)
+        attributes = provenance.attributes(spec, labels, first, command_line)
         if chunks is not None:
             from kinetostatics.workspace.dask_map import lazy_dataset
 
-            return lazy_dataset(plan, labels, chunks).assign_attrs(attributes)
-        number = _workers(workers, plan.size)
+            return lazy_dataset(spec, labels, chunks).assign_attrs(attributes)
+        number = _workers(workers, spec.size)
         if number > 1:
             need("loky")
-        try_robots(plan)
+        try_robots(spec)
     if progress:
         need("tqdm")
-    poses = max(1, min(BLOCK_OF_MORE if beams or ways else BLOCK, -(-plan.size // (SHARE * number if number > 1 else 1))))
-    run = _Run(plan, labels, block_sizes(plan.axes, poses), number, attributes)
+    poses = max(1, min(BLOCK_OF_MORE if beams or ways else BLOCK, -(-spec.size // (SHARE * number if number > 1 else 1))))
+    run = _Run(spec, labels, block_sizes(spec.axes, poses), number, attributes)
     if out is None:
-        check_memory(plan, labels)
+        check_memory(spec, labels)
         return run.in_memory(progress)
     path = os.fspath(out)
-    storage = Storage(path, plan, run.sizes, attributes, restart)
+    storage = Storage(path, spec, run.sizes, attributes, restart)
     if not storage.done:
-        check_disk(plan, labels, storage.path, storage.folder)
+        check_disk(spec, labels, storage.path, storage.folder)
         storage.begin()
         run.sizes = storage.sizes
         run.on_disk(storage, progress)
@@ -165,30 +165,30 @@ class _Run:
     """A sweep that is being computed."""
 
     def __init__(
-        self, plan: Plan, labels: Labels, sizes: tuple[int, ...], workers: int, attributes: Mapping[str, object]
+        self, spec: SweepSpec, labels: Labels, sizes: tuple[int, ...], workers: int, attributes: Mapping[str, object]
     ) -> None:
-        self.plan, self.labels, self.sizes, self.workers = plan, labels, sizes, workers
+        self.spec, self.labels, self.sizes, self.workers = spec, labels, sizes, workers
         self.attributes = dict(attributes)
 
     @cached_property
     def template(self) -> xr.Dataset:
         """Everything but the numbers."""
-        return template(self.plan, self.labels)
+        return template(self.spec, self.labels)
 
     def in_memory(self, progress: bool | None) -> xr.Dataset:
         """Return the whole Dataset."""
-        target = Target(self.plan, self.labels, in_memory(self.template))
-        with Bar(progress, self.plan.size) as bar:
-            self._compute(target, [(None, block) for block in cut(self.plan.shape, self.sizes)], bar)
+        target = Target(self.spec, self.labels, in_memory(self.template))
+        with Bar(progress, self.spec.size) as bar:
+            self._compute(target, [(None, block) for block in cut(self.spec.shape, self.sizes)], bar)
         data = {name: (self.template[name].dims, array, self.template[name].attrs) for name, array in target.arrays.items()}
         return self.template.assign(data).assign_attrs(self.attributes)
 
     def on_disk(self, storage: Storage, progress: bool | None) -> None:
         """Compute what is not there yet, and store the whole."""
-        with Bar(progress, self.plan.size) as bar:
+        with Bar(progress, self.spec.size) as bar:
             bar.say("reading what is there")
             arrays, close = storage.create(self.template)
-            target = Target(self.plan, self.labels, arrays)
+            target = Target(self.spec, self.labels, arrays)
             missing = []
             for path, block, finished in storage.blocks():
                 numbers = read_part(path) if finished else None
@@ -206,7 +206,7 @@ class _Run:
         """Compute blocks, write those that have a path to files too, and look at the whole once more."""
         with ExitStack() as stack:
             workers = min(self.workers, len(blocks))
-            pool = stack.enter_context(ProcessPool(self.plan, self.labels, workers)) if workers > 1 else None
+            pool = stack.enter_context(ProcessPool(self.spec, self.labels, workers)) if workers > 1 else None
             bar.say(COMPUTING)
             for number, numbers in self._perform(pool, (BlockTask(block, path) for path, block in blocks)):
                 path, block = blocks[number]
@@ -219,17 +219,17 @@ class _Run:
             yield from pool.perform(tasks)
             return
         for number, task in enumerate(tasks):
-            yield number, perform(self.plan, self.labels, task)
+            yield number, perform(self.spec, self.labels, task)
 
     # ---- the second look --------------------------------------------------------------------------------------------
 
     def _finish(self, pool: ProcessPool | None, target: Target, bar: Bar) -> None:
         """Look at the grid of every robot once more, and say in the attributes what came of it."""
-        cases = tuple(slice(0, axis.size) for axis in self.plan.axes_of("case"))
+        cases = tuple(slice(0, axis.size) for axis in self.spec.axes_of("case"))
         regions = self._regions()
-        jobs = [(combination, cases, region) for combination in self.plan.combinations() for region in regions]
+        jobs = [(combination, cases, region) for combination in self.spec.combinations() for region in regions]
         found = {"mode_jumps": 0, "poses_of_other_modes": 0, "poses_by_neighbours": 0}
-        sizes = tuple(size for size, axis in zip(self.sizes, self.plan.axes, strict=True) if axis.kind == "coordinate")
+        sizes = tuple(size for size, axis in zip(self.sizes, self.spec.axes, strict=True) if axis.kind == "coordinate")
         bar.say(COMPARING)
         # regions of one robot overlap, and so one waits for the other
         looks = self._perform(pool if len(regions) == 1 < len(jobs) else None, (target.to_finish(*job) for job in jobs))
@@ -247,7 +247,7 @@ class _Run:
 
     def _regions(self) -> list[Block]:
         """Return regions of the coordinate axes; each begins with the last layer of the one before."""
-        axes = self.plan.axes_of("coordinate")
+        axes = self.spec.axes_of("coordinate")
         shape = shape_of(axes)
         if not axes:
             return [()]

@@ -16,7 +16,7 @@ from kinetostatics.reports.json import drive_unit, wrench_units
 from kinetostatics.results.gravity_ways import WAYS
 from kinetostatics.status import FACTS, Status
 from kinetostatics.workspace.loose_joints import loose_coordinates
-from kinetostatics.workspace.plan import Plan
+from kinetostatics.workspace.sweep_spec import SweepSpec
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -77,13 +77,13 @@ class Variable:
         """Return what stands where nothing has been written."""
         return NO_MODE if self.dtype == np.int8 else False if self.dtype == np.bool_ else np.nan
 
-    def dims(self, plan: Plan) -> tuple[str, ...]:
+    def dims(self, spec: SweepSpec) -> tuple[str, ...]:
         """Return the names of all its dimensions."""
-        return (*self.grid(plan), *self.labels)
+        return (*self.grid(spec), *self.labels)
 
-    def grid(self, plan: Plan) -> tuple[str, ...]:
+    def grid(self, spec: SweepSpec) -> tuple[str, ...]:
         """Return the names of the dimensions that it shares with the grid."""
-        return tuple(axis.name for axis in plan.axes if axis.kind in self.kinds)
+        return tuple(axis.name for axis in spec.axes if axis.kind in self.kinds)
 
 
 def numbered(labels: Iterable[str]) -> list[str]:
@@ -96,10 +96,10 @@ def numbered(labels: Iterable[str]) -> list[str]:
     return found
 
 
-def labels_of(plan: Plan, robot: Robot) -> Labels:
+def labels_of(spec: SweepSpec, robot: Robot) -> Labels:
     """Return the labels of a robot."""
     generic = robot.configuration(robot.model_q(robot.generic_poses).T, tolerance=np.inf, on_failure="nan")
-    result = analyze(generic, misfits=plan.misfits, on_failure="nan")
+    result = analyze(generic, misfits=spec.misfits, on_failure="nan")
     wrenches: list[tuple[str, str, str]] = []
     attached: list[tuple[str, str, str]] = []
     for limb in result.limbs.values():
@@ -113,15 +113,15 @@ def labels_of(plan: Plan, robot: Robot) -> Labels:
     return Labels(
         robot.name,
         tuple(result.contributions),
-        WAYS if plan.ways else (),
+        WAYS if spec.ways else (),
         drives,
         tuple(drive_unit(robot, name) != "N" for name in drives),
         tuple(wrenches),
         tuple(attached),
-        tuple(result.beams) if plan.beams else (),
+        tuple(result.beams) if spec.beams else (),
         tuple(_q_labels(robot)),
-        loose_coordinates(plan, robot),
-        ("x", "y", "z", *orientation_named(plan.orientation).names),
+        loose_coordinates(spec, robot),
+        ("x", "y", "z", *orientation_named(spec.orientation).names),
     )
 
 
@@ -263,7 +263,7 @@ def _unit_coordinates(labels: Labels) -> dict[str, tuple[tuple[str, ...], object
     return {name: item for name, item in found.items() if all(sizes[dim] for dim in item[0])}
 
 
-def check_names(plan: Plan, labels: Labels) -> None:
+def check_names(spec: SweepSpec, labels: Labels) -> None:
     """See to it that no dimension or held value is called like something else in the Dataset.
 
     Raises:
@@ -271,7 +271,7 @@ def check_names(plan: Plan, labels: Labels) -> None:
     """
     dimensions = (name for name, (values, _) in _label_coordinates(labels).items() if values)
     taken = {*variables(labels), *dimensions, *_unit_coordinates(labels)}
-    for name in (*(axis.name for axis in plan.axes), *plan.held, *plan.constants):
+    for name in (*(axis.name for axis in spec.axes), *spec.held, *spec.constants):
         if name in taken:
             raise ArgumentError(
                 f"{name!r} cannot be the name of a dimension or coordinate here: the Dataset has that name already, "
@@ -280,18 +280,18 @@ def check_names(plan: Plan, labels: Labels) -> None:
         taken.add(name)
 
 
-def coordinates(plan: Plan, labels: Labels) -> dict[str, xr.Variable]:
+def coordinates(spec: SweepSpec, labels: Labels) -> dict[str, xr.Variable]:
     """Return all coordinates of the Dataset."""
     import xarray as xr
 
     found: dict[str, xr.Variable] = {}
-    for axis in plan.axes:
+    for axis in spec.axes:
         units = {"units": axis.units} if axis.units else {}
         found[axis.name] = xr.Variable((axis.name,), _stored(axis.values), {"long_name": axis.long_name, **units})
-    for name, value in plan.held.items():
-        units = {"units": _held_units(plan, labels, name)}
+    for name, value in spec.held.items():
+        units = {"units": _held_units(spec, labels, name)}
         found[name] = xr.Variable((), value, {"long_name": f"{name}, the same at all poses", **units})
-    for name, constant in plan.constants.items():
+    for name, constant in spec.constants.items():
         attributes = {"long_name": f"parameter {name} of the robot file, the same at all poses"}
         found[name] = xr.Variable((), _stored(np.asarray(constant)), attributes)
     for name, (values, long_name) in _label_coordinates(labels).items():
@@ -302,8 +302,8 @@ def coordinates(plan: Plan, labels: Labels) -> dict[str, xr.Variable]:
     return found
 
 
-def _held_units(plan: Plan, labels: Labels, name: str) -> str:
-    if plan.kind == "platform":
+def _held_units(spec: SweepSpec, labels: Labels, name: str) -> str:
+    if spec.kind == "platform":
         return "m" if name in ("x", "y", "z") else "rad"
     return "rad" if labels.turning[labels.actuators.index(name)] else "m"
 
@@ -315,15 +315,15 @@ def _stored(values: NDArray[np.generic]) -> NDArray[np.generic]:
     return values.astype(np.int8) if values.dtype.kind == "b" else values
 
 
-def template(plan: Plan, labels: Labels) -> xr.Dataset:
+def template(spec: SweepSpec, labels: Labels) -> xr.Dataset:
     """Return a Dataset with all coordinates and variables, whose arrays over the grid take no memory and mean nothing."""
     import xarray as xr
 
-    coords = coordinates(plan, labels)
+    coords = coordinates(spec, labels)
     sizes = {name: coordinate.shape[0] for name, coordinate in coords.items() if coordinate.dims == (name,)}
     data: dict[str, xr.Variable] = {}
     for name, item in variables(labels).items():
-        dims = item.dims(plan)
+        dims = item.dims(spec)
         nothing = np.array(item.nothing, dtype=item.dtype)
         data[name] = xr.Variable(dims, np.broadcast_to(nothing, tuple(sizes[dim] for dim in dims)), dict(item.attributes))
     return xr.Dataset(data, coords=coords)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.workspace.grid import Block, cut
-from kinetostatics.workspace.plan import Plan, plain
+from kinetostatics.workspace.sweep_spec import SweepSpec, plain
 from kinetostatics.workspace.targets import STORES, Store
 
 if TYPE_CHECKING:
@@ -56,10 +56,10 @@ class Storage:
         sizes: of blocks: those of an interrupted sweep if there is one.
     """
 
-    def __init__(self, path: str, plan: Plan, sizes: Sequence[int], attributes: Mapping[str, object], restart: bool) -> None:
+    def __init__(self, path: str, spec: SweepSpec, sizes: Sequence[int], attributes: Mapping[str, object], restart: bool) -> None:
         self.path = path.rstrip("/")
         self.store = store_of(path)
-        self.plan = plan
+        self.spec = spec
         self.folder = f"{self.path}.parts"
         self.sizes = tuple(sizes)
         self._notes = os.path.join(self.folder, "sweep.json")
@@ -87,7 +87,7 @@ class Storage:
             raise ArgumentError(f"{self.path} is there already and is not the map of a sweep; choose another name")
         if restart:
             return False
-        if found["sweep_sha256"] == self.plan.identity:
+        if found["sweep_sha256"] == self.spec.identity:
             return True
         differ = [what for key, what in COMPARED.items() if found.get(key) != attributes.get(key)] or ["other arguments"]
         raise ArgumentError(
@@ -100,7 +100,7 @@ class Storage:
         if self._resumed:
             return
         os.makedirs(self.folder, exist_ok=True)
-        notes = {"format": FORMAT, "sizes": list(self.sizes), "facts": plain(self.plan.facts)}
+        notes = {"format": FORMAT, "sizes": list(self.sizes), "facts": plain(self.spec.facts)}
         unfinished = f"{self._notes}.tmp"
         with open(unfinished, "w", encoding="utf-8") as file:
             json.dump(notes, file, ensure_ascii=False)
@@ -117,7 +117,7 @@ class Storage:
         except (OSError, ValueError, KeyError, TypeError):
             known, sizes, good = {}, self.sizes, False
         # through JSON, as the others have come
-        facts = json.loads(json.dumps(plain(self.plan.facts)))
+        facts = json.loads(json.dumps(plain(self.spec.facts)))
         differ = sorted(key for key in {*facts, *known} if facts.get(key) != known.get(key))
         if differ or not good:
             robot = "robot, or its file has changed"
@@ -134,14 +134,14 @@ class Storage:
     def blocks(self) -> Iterator[tuple[str, Block, bool]]:
         """Yield the file of each block, the block, and whether it is finished."""
         there = set(os.listdir(self.folder))
-        for number, block in enumerate(cut(self.plan.shape, self.sizes)):
+        for number, block in enumerate(cut(self.spec.shape, self.sizes)):
             name = f"{number:08d}.block"
             yield os.path.join(self.folder, name), block, name in there
 
     def create(self, template: xr.Dataset) -> tuple[dict[str, object], Callable[[Mapping[str, object]], None]]:
         """Return the arrays of an empty store for the whole map, which :meth:`publish` moves to its place, and what closes it."""
         _remove(self._unfinished)
-        sizes = {axis.name: size for axis, size in zip(self.plan.axes, self.sizes, strict=True)}
+        sizes = {axis.name: size for axis, size in zip(self.spec.axes, self.sizes, strict=True)}
         return self.store.create(self._unfinished, template, sizes)
 
     @property

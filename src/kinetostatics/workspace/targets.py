@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from kinetostatics.workspace.assembly_modes.repair import Finished
 from kinetostatics.workspace.grid import Block, cut, sizes_of
-from kinetostatics.workspace.plan import Combination, Plan
 from kinetostatics.workspace.schema import ZERO_MODE, Labels, variables
+from kinetostatics.workspace.sweep_spec import Combination, SweepSpec
 from kinetostatics.workspace.tasks import FinishTask
 
 if TYPE_CHECKING:
@@ -28,10 +28,10 @@ class Target:
         arrays: NumPy's, or others that are written and read by slices.
     """
 
-    def __init__(self, plan: Plan, labels: Labels, arrays: Mapping[str, Any], block: Block | None = None) -> None:
-        self.plan, self.labels, self.arrays = plan, labels, arrays
+    def __init__(self, spec: SweepSpec, labels: Labels, arrays: Mapping[str, Any], block: Block | None = None) -> None:
+        self.spec, self.labels, self.arrays = spec, labels, arrays
         self._items = variables(labels)
-        self._origin = [piece.start for piece in block] if block else [0] * len(plan.axes)
+        self._origin = [piece.start for piece in block] if block else [0] * len(spec.axes)
 
     def write(self, name: str, block: Block, values: Array) -> None:
         """Write a part of a variable: what it has of a block of the grid, of which it may lack axes."""
@@ -45,7 +45,7 @@ class Target:
 
     def _where(self, name: str, block: Block) -> Block:
         kinds = self._items[name].kinds
-        pieces = zip(block, self._origin, self.plan.axes, strict=True)
+        pieces = zip(block, self._origin, self.spec.axes, strict=True)
         return tuple(slice(p.start - start, p.stop - start) for p, start, axis in pieces if axis.kind in kinds)
 
     def write_block(self, block: Block, numbers: Mapping[str, Array]) -> None:

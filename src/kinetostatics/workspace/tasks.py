@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from kinetostatics.workspace.assembly_modes.repair import finish
 from kinetostatics.workspace.block import compute_block
 from kinetostatics.workspace.grid import Block
-from kinetostatics.workspace.plan import Combination, Plan
 from kinetostatics.workspace.schema import Labels
+from kinetostatics.workspace.sweep_spec import Combination, SweepSpec
 
 
 @dataclass(frozen=True)
@@ -40,11 +40,11 @@ class FinishTask:
 Task = BlockTask | FinishTask
 
 
-def perform(plan: Plan, labels: Labels, task: Task) -> Any:
+def perform(spec: SweepSpec, labels: Labels, task: Task) -> Any:
     """Do a piece of work and return what comes of it: the variables of a block, or a :class:`Finished` one."""
     if isinstance(task, FinishTask):
-        return finish(plan, labels, **vars(task))
-    numbers = compute_block(plan, labels, task.block)
+        return finish(spec, labels, **vars(task))
+    numbers = compute_block(spec, labels, task.block)
     if task.path is not None:
         write_part(task.path, numbers)
     return numbers

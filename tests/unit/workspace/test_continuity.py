@@ -45,11 +45,11 @@ def test_an_untilted_start_has_no_azimuth(tilt, known):
     """Ways from there to tilted poses keep to the azimuth of their ends: that of the start is rounding."""
     start = SimpleNamespace(platform_coordinates=lambda orientation: {"azimuth": 1.5, "tilt": tilt, "torsion": 0.0})
     machine = SimpleNamespace(zero_poses=None, model_q=lambda poses: np.zeros((3, 1)), configuration=lambda *_, **__: start)
-    plan = SimpleNamespace(
+    spec = SimpleNamespace(
         kind="platform",
         orientation="tilt_torsion",
         robot=lambda combination: machine,
     )
     labels = SimpleNamespace(q=[("q", "rad")] * 3, loose=[False] * 3)
-    found = _Look(plan, labels, None, None, np.zeros((2, 3)), np.ones(2, dtype=bool), 1.0).zero_coordinates()
+    found = _Look(spec, labels, None, None, np.zeros((2, 3)), np.ones(2, dtype=bool), 1.0).zero_coordinates()
     assert found == {"tilt": tilt, "torsion": 0.0} | ({"azimuth": 1.5} if known else {})

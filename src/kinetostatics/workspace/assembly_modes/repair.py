@@ -26,8 +26,8 @@ from kinetostatics.workspace.assembly_modes.continuity import Edges, JointScale,
 from kinetostatics.workspace.assembly_modes.other_modes import closed_starts, open_starts
 from kinetostatics.workspace.block import pose_numbers
 from kinetostatics.workspace.grid import Block
-from kinetostatics.workspace.plan import Combination, Plan
 from kinetostatics.workspace.schema import NO_MODE, OTHER_MODE, ZERO_MODE, Labels
+from kinetostatics.workspace.sweep_spec import Combination, SweepSpec
 
 #: Small steps along the line from the zero pose, and along that from a pose to its neighbour, to tell modes apart.
 STEPS, FINE = 48, 8
@@ -65,12 +65,12 @@ class Finished:
 
 
 def finish(
-    plan: Plan, labels: Labels, combination: Combination, cases: Block, region: Block, q: Array, reached: Mask, length: float
+    spec: SweepSpec, labels: Labels, combination: Combination, cases: Block, region: Block, q: Array, reached: Mask, length: float
 ) -> Finished:
     """Look at a region of the coordinate axes for one robot.
 
     Args:
-        plan: of the sweep.
+        spec: of the sweep.
         labels: of the Dataset.
         combination: the robot.
         cases: which cases of loads are wanted.
@@ -79,7 +79,7 @@ def finish(
         reached: (…region).
         length: the robot's characteristic length [m].
     """
-    look = _Look(plan, labels, combination, region, q, reached, length)
+    look = _Look(spec, labels, combination, region, q, reached, length)
     gained = look.try_some()
     for _ in range(ROUNDS):
         before = look.count
@@ -112,9 +112,9 @@ class _Look:
     """
 
     def __init__(
-        self, plan: Plan, labels: Labels, combination: Combination, region: Block, q: Array, reached: Mask, length: float
+        self, spec: SweepSpec, labels: Labels, combination: Combination, region: Block, q: Array, reached: Mask, length: float
     ) -> None:
-        self.plan, self.labels, self.combination, self.region = plan, labels, combination, region
+        self.spec, self.labels, self.combination, self.region = spec, labels, combination, region
         self.shape, size = reached.shape, reached.size
         self.q = q.reshape(size, q.shape[-1]).copy()
         self.mode = np.where(reached.ravel(), ZERO_MODE, NO_MODE).astype(np.int8)
@@ -132,7 +132,7 @@ class _Look:
     @property
     def robot(self) -> Robot:
         """The robot, which is built only when something must be followed."""
-        return self.plan.robot(self.combination)
+        return self.spec.robot(self.combination)
 
     @property
     def count(self) -> int:
@@ -142,7 +142,7 @@ class _Look:
     @cached_property
     def values(self) -> dict[str, Array]:
         """The given coordinates (N,) of all poses."""
-        return self.plan.coordinates(self.region)
+        return self.spec.coordinates(self.region)
 
     def at(self, which: Index) -> dict[str, Array]:
         """Return the given coordinates of some poses."""
@@ -174,12 +174,12 @@ class _Look:
             near = None
             if starts is not None or left < steps - 1:
                 near = self.robot.configuration(q[alive, : self.nq], tolerance=np.inf, on_failure="nan")
-            found = self.plan.assemble(self.robot, goal, near)
+            found = self.spec.assemble(self.robot, goal, near)
             arrived = np.asarray(found.status != Status.UNREACHABLE)
             alive = alive[arrived]
             q[alive, : self.nq] = found.q[arrived]
             if q.shape[1] > self.nq:
-                place = found.platform_coordinates(self.plan.orientation)
+                place = found.platform_coordinates(self.spec.orientation)
                 q[alive, self.nq :] = np.stack([place[name] for name in "xyz"], axis=-1)[arrived]
             if not alive.size:
                 break
@@ -193,10 +193,10 @@ class _Look:
     def zero_coordinates(self) -> dict[str, float]:
         """Return the zero pose's coordinates, without an azimuth if it is not tilted."""
         zero = self.robot.configuration(self.robot.model_q(self.robot.zero_poses)[:, 0], tolerance=np.inf)
-        if self.plan.kind != "platform":
+        if self.spec.kind != "platform":
             return {name: float(value) for name, value in zero.actuators.items()}
-        found = {name: float(value) for name, value in zero.platform_coordinates(self.plan.orientation).items()}
-        if self.plan.orientation == "tilt_torsion" and abs(found["tilt"]) < 1e-9:
+        found = {name: float(value) for name, value in zero.platform_coordinates(self.spec.orientation).items()}
+        if self.spec.orientation == "tilt_torsion" and abs(found["tilt"]) < 1e-9:
             del found["azimuth"]
         return found
 
@@ -346,8 +346,8 @@ class _Look:
         if left.size > MUCH * self.mode.size and not np.any(self.mode == OTHER_MODE):
             count = min(left.size, SEARCH)
             starts = open_starts(self.robot, self.units, count, seed=5)
-            if self.plan.kind == "platform":
-                starts = np.concatenate([starts, closed_starts(self.robot, count, self.plan.tolerance)])
+            if self.spec.kind == "platform":
+                starts = np.concatenate([starts, closed_starts(self.robot, count, self.spec.tolerance)])
             targets = np.random.default_rng(4).choice(left, len(starts))
             ends, arrived = self.follow(self._padded(starts), self.at(targets), self.at(targets))
             self.set(targets[arrived], ends[arrived], OTHER_MODE)
@@ -360,6 +360,6 @@ class _Look:
         """Return the variables of poses, as they are now."""
         q = np.where((self.mode[which] == ZERO_MODE)[:, None], self.q[which, : self.nq], np.nan)
         with np.errstate(invalid="ignore"):
-            configuration = self.robot.configuration(q, tolerance=self.plan.tolerance, on_failure="nan")
-            found = pose_numbers(self.plan, self.labels, self.combination, configuration, cases, self.region, which)
+            configuration = self.robot.configuration(q, tolerance=self.spec.tolerance, on_failure="nan")
+            found = pose_numbers(self.spec, self.labels, self.combination, configuration, cases, self.region, which)
         return {**found, "mode": self.mode[which]}

@@ -67,7 +67,7 @@ class Source:
 
 
 @dataclass(frozen=True, eq=False)
-class Plan:
+class SweepSpec:
     """A sweep.
 
     Attributes:
