@@ -1,4 +1,4 @@
-"""Draws the two sketches of docs/tutorials/describe_your_own_robot.md: ``python examples/guide_robot/draw_sketches.py [FOLDER]``.
+"""Draws the two sketches of the guide: ``python examples/guide_robot/draw_sketches.py [FOLDER]``.
 
 The lift table in its zero pose, with the dimensions of ``lift_table.urdf.xacro``, and the graph of its bodies and joints.
 """

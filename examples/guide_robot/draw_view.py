@@ -1,4 +1,4 @@
-"""Draws the bent lift table of docs/tutorials/describe_your_own_robot.md: ``python examples/guide_robot/draw_view.py [FOLDER]``.
+"""Draws the bent lift table of the guide: ``python examples/guide_robot/draw_view.py [FOLDER]``.
 
 Needs Chromium and ``pip install 'kinetostatics[test]'``, as ``examples/make_pictures.py`` does. The page is that of
 ``kinetostatics view examples/guide_robot/lift_table.urdf.xacro --html FILE``.

@@ -1,6 +1,6 @@
-"""The guide: every block is run and every answer compared, and every error of the code is in its tables.
+"""The guide: every block is run and every answer compared, and every error of the code is in the tables of messages.
 
-Where an answer or a message has changed, ``python tests/support/guide_pages.py`` writes the page anew; look at the difference.
+Where an answer or a message has changed, ``python tests/support/guide_pages.py`` writes the pages anew; look at the difference.
 An error that is new in the code needs a mistake that provokes it in ``guide_mistakes_of_files.py`` or
 ``guide_mistakes_of_robots.py``.
 """
@@ -17,13 +17,12 @@ from tempfile import TemporaryDirectory
 
 import pytest
 from guide_mistakes import ROOT, SOURCE, Mistake, provoke, sites
-from guide_pages import FILE, PAGE, TABLES, answers, blocks, marked, table
+from guide_pages import GUIDE, MESSAGES, STORIES, TABLES, answers, blocks, marked, table
 
 import kinetostatics as ks
 from kinetostatics.checks.collect import robot_facts
 
-ROBOT = ROOT / "examples" / "guide_robot" / FILE
-TEXT = PAGE.read_text(encoding="utf-8")
+ROBOT = ROOT / "examples" / "guide_robot" / GUIDE.file
 
 #: Folders whose errors are not about robots, or have pages of their own.
 ELSEWHERE = {"cli", "files/importers", "indices", "plots", "verification", "viewer", "workspace"}
@@ -75,10 +74,10 @@ def provoked() -> dict[str, list[tuple[Mistake, list[str], set[tuple[str, int]]]
 # ---- the story ---------------------------------------------------------------------------------------------------------
 
 
-@pytest.fixture(scope="module")
-def story(tmp_path_factory):
-    """What the page's blocks answer, and the file in the end."""
-    return answers(TEXT, tmp_path_factory.mktemp("guide"))
+@pytest.fixture(scope="module", params=STORIES, ids=lambda story: story.pages[0].stem)
+def story(request, tmp_path_factory):
+    """Some pages, what their blocks answer, and the file in the end."""
+    return request.param, *answers(request.param, tmp_path_factory.mktemp("guide"))
 
 
 def steady(text: str) -> str:
@@ -103,9 +102,10 @@ def words(text: str) -> list[str | float]:
 
 
 def test_every_answer_of_the_page_is_what_is_printed(story):
-    found, _ = story
-    assert len(found) > 15
-    for block, answer in found:
+    pages, found, _ = story
+    everything = [item for page in found for item in page]
+    assert pages is not GUIDE or len(everything) > 15
+    for block, answer in everything:
         shown, printed = words(block.text), words(answer)
         assert len(shown) == len(printed), f"stale:\n{block.text}\nnow:\n{answer}"
         for a, b in zip(shown, printed, strict=True):
@@ -114,14 +114,16 @@ def test_every_answer_of_the_page_is_what_is_printed(story):
 
 
 def test_blocks_of_every_kind_are_run():
-    kinds = {block.kind for block in blocks(TEXT)}
-    assert kinds == {"xml", "console", "python", "text"}
-    assert TEXT.count("```") == 2 * len(blocks(TEXT))
-    assert all(block.mark.startswith("lift") for block in blocks(TEXT) if block.kind == "xml")
+    texts = GUIDE.texts()
+    found = [block for text in texts for block in blocks(text)]
+    assert {block.kind for block in found} == {"xml", "console", "python", "text"}
+    assert sum(text.count("```") for text in texts) == 2 * len(found)
+    assert all(block.mark.startswith("lift") for block in found if block.kind == "xml")
 
 
-def test_the_robot_in_the_examples_is_the_one_of_the_page(story):
-    assert ROBOT.read_text(encoding="utf-8") == story[1]
+def test_the_robot_in_the_examples_is_the_one_of_the_guide(story):
+    pages, _, file = story
+    assert pages is not GUIDE or ROBOT.read_text(encoding="utf-8") == file
 
 
 def test_the_sketches_are_those_that_the_script_draws():
@@ -131,17 +133,8 @@ def test_the_sketches_are_those_that_the_script_draws():
     finally:
         sys.path.remove(str(ROBOT.parent))
     for name, draw in SKETCHES.items():
-        assert f"pictures/{name}" in TEXT
+        assert f"pictures/{name}" in "".join(GUIDE.texts())
         assert (ROOT / "docs" / "pictures" / name).read_text(encoding="utf-8") == draw()
-
-
-def test_links_lead_somewhere():
-    titles = re.findall(r"^#+ (.*)$", TEXT, flags=re.MULTILINE)
-    headings = {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
-    for target in re.findall(r"\]\(([^)\s]+)\)", re.sub(r"`[^`]*`", "", TEXT)):
-        file, _, anchor = target.partition("#")
-        assert not file or (PAGE.parent / file).exists(), target
-        assert file or anchor in headings, target
 
 
 # ---- the tables ------------------------------------------------------------------------------------------------------------
@@ -149,7 +142,7 @@ def test_links_lead_somewhere():
 
 @pytest.mark.parametrize("name", TABLES)
 def test_every_table_has_the_mistakes_and_messages(name):
-    (found,) = marked(name).findall(TEXT)
+    (found,) = [found for page in MESSAGES for found in marked(name).findall(page.read_text(encoding="utf-8"))]
     now = table([(mistake, messages) for mistake, messages, _ in provoked()[name]])
     assert steady(found).splitlines() == steady(now).splitlines(), (
         "run python tests/support/guide_pages.py, and look at what has changed"

@@ -216,7 +216,7 @@ ROLES = (
 )  # fmt: skip
 
 LOOPS = (
-    swap(LOOP, '<loop name="c" type="hinge">', "The types are in [the robot file format](../reference/robot_format.md#loop)."),
+    swap(LOOP, '<loop name="c" type="hinge">', "The types are in [the robot file format](../robot_format.md#loop)."),
     swap(LOOP, '<loop name="a" type="continuous">', "Joints and loops share their names."),
     swap('<predecessor link="right">', '<predecessor link="plate">', "A loop joins two links."),
     drop('<predecessor link="right"><origin xyz="0 0 0.3"/></predecessor>', "Both sides.", "`<predecessor>` left out"),

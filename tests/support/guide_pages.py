@@ -1,8 +1,9 @@
-"""Runs the blocks of the guide and writes its answers and tables: ``python tests/support/guide_pages.py``.
+"""Runs the blocks of the guide and writes its answers and the tables of messages: ``python tests/support/guide_pages.py``.
 
-A block of XML is merged into the lift table's file: what has the tag and name of something in the file replaces it, what is new
-goes before ``</robot>``. After ``<!-- lift: only once -->`` the file is as before when the next block of commands is done.
-Of long answers ``<!-- shows: Robot; Errors 9 -->`` above the block names the paragraphs that are shown, and how many lines.
+The pages of a story are read one after the other. A block of XML is merged into the story's file: what has the tag and name of
+something in the file replaces it, what is new goes before ``</robot>``. After ``<!-- lift: only once -->`` the file is as before
+when the next block of commands is done. Of long answers ``<!-- shows: Robot; Errors 9 -->`` above the block names the paragraphs
+that are shown, and how many lines.
 """
 
 from __future__ import annotations
@@ -22,8 +23,8 @@ from guide_mistakes import ROOT, Mistake, provoke
 
 from kinetostatics.cli.main import main
 
-PAGE = ROOT / "docs" / "tutorials" / "describe_your_own_robot.md"
-FILE = "lift_table.urdf.xacro"
+DOCS = ROOT / "docs"
+MESSAGES = tuple(sorted((DOCS / "reference" / "messages").glob("*.md")))
 TABLES: dict[str, tuple[Mistake, ...]] = {
     name: getattr(module, name)
     for module, names in (
@@ -40,8 +41,32 @@ _KEY = re.compile(r"^  <([\w:]+)(?: [\w:]+=\"[^\"]*\")*? ((?:name|link|joint)=\"
 
 
 @dataclass(frozen=True)
+class Story:
+    """Pages that are read one after the other, and the robot file that comes about in them."""
+
+    pages: tuple[Path, ...]
+    file: str
+
+    def texts(self) -> list[str]:
+        """Return the texts of the pages."""
+        return [page.read_text(encoding="utf-8") for page in self.pages]
+
+
+def _story(folder: str, *names: str, file: str) -> Story:
+    return Story(tuple(DOCS / folder / f"{name}.md" for name in names), file)
+
+
+GUIDE = _story(
+    "tutorials/lift_table",
+    *("sketch", "joints", "drive", "beams", "masses", "results", "verify", "troubles"),
+    file="lift_table.urdf.xacro",
+)
+STORIES = (GUIDE,)
+
+
+@dataclass(frozen=True)
 class Block:
-    """A block of the page: where its text begins and ends in it, its language, and the mark above it."""
+    """A block of a page: where its text begins and ends in it, its language, and the mark above it."""
 
     kind: str
     mark: str
@@ -142,37 +167,38 @@ def working_in(folder: Path) -> Iterator[None]:
         os.chdir(before)
 
 
-def answers(page: str, folder: Path) -> tuple[list[tuple[Block, str]], str]:
-    """Run a page.
+def answers(story: Story, folder: Path) -> tuple[list[list[tuple[Block, str]]], str]:
+    """Run the pages of a story.
 
     Returns:
-        Every block with answers, and what it is to be: commands with what they print, or what the Python above prints;
-        and the robot's file in the end.
+        For each page every block with answers, and what it is to be: commands with what they print, or what the Python above
+        prints; and the robot's file in the end.
     """
-    found: list[tuple[Block, str]] = []
+    found: list[list[tuple[Block, str]]] = [[] for _ in story.pages]
     names: dict[str, object] = {}
     file, once, printed = "", "", ""
     with working_in(folder):
-        for block in blocks(page):
+        for number, block in [(number, block) for number, text in enumerate(story.texts()) for block in blocks(text)]:
             if block.kind == "xml":
                 changed = merge(file, block.text) if file else block.text
                 if block.mark == "lift: only once":
                     once = changed
                 else:
                     file = changed
-                Path(FILE).write_text(once or file, encoding="utf-8")
+                Path(story.file).write_text(once or file, encoding="utf-8")
             elif block.kind == "console":
                 commands = [line for line in block.text.splitlines() if line.startswith("$ ")]
-                found.append((block, "".join(f"{command}\n{excerpt(run(command), block.mark)}" for command in commands)))
-                once = ""
-                Path(FILE).write_text(file, encoding="utf-8")
+                found[number].append((block, "".join(f"{command}\n{excerpt(run(command), block.mark)}" for command in commands)))
+                if once:
+                    once = ""
+                    Path(story.file).write_text(file, encoding="utf-8")
             elif block.kind == "python":
                 output = io.StringIO()
                 with contextlib.redirect_stdout(output):
                     exec(block.text, names)
                 printed = output.getvalue()
             elif block.kind == "text":
-                found.append((block, printed))
+                found[number].append((block, printed))
     return found, file
 
 
@@ -194,25 +220,41 @@ def _as_code(message: str) -> str:
 
 
 def marked(name: str) -> re.Pattern[str]:
-    """Return the pattern of the table called ``name`` in the page."""
+    """Return the pattern of the table called ``name`` in its page."""
     return re.compile(rf"(?<=<!-- mistakes: {name} -->\n).*?(?=<!-- end -->)", re.DOTALL)
 
 
-def write() -> None:
-    """Write answers and tables into the page, and the last state of the file."""
-    page = PAGE.read_text(encoding="utf-8")
+def write_story(story: Story) -> str:
+    """Write the answers into the pages of a story, and return the last state of its file."""
     with tempfile.TemporaryDirectory() as folder:
-        found, file = answers(page, Path(folder))
-    for block, answer in reversed(found):
-        page = page[: block.start] + answer + page[block.end :]
-    for name, mistakes in TABLES.items():
-        rows = []
-        for mistake in mistakes:
-            with tempfile.TemporaryDirectory() as folder:
-                rows.append((mistake, provoke(mistake, Path(folder))[0]))
-        page = marked(name).sub(lambda _, rows=rows: table(rows), page, count=1)
-    PAGE.write_text(page, encoding="utf-8")
-    (ROOT / "examples" / "guide_robot" / FILE).write_text(file, encoding="utf-8")
+        found, file = answers(story, Path(folder))
+    for page, text, on_page in zip(story.pages, story.texts(), found, strict=True):
+        for block, answer in reversed(on_page):
+            text = text[: block.start] + answer + text[block.end :]
+        page.write_text(text, encoding="utf-8")
+    return file
+
+
+def write_messages() -> None:
+    """Write the tables of messages."""
+    for page in MESSAGES:
+        text = page.read_text(encoding="utf-8")
+        for name in re.findall(r"<!-- mistakes: (\w+) -->", text):
+            rows = []
+            for mistake in TABLES[name]:
+                with tempfile.TemporaryDirectory() as folder:
+                    rows.append((mistake, provoke(mistake, Path(folder))[0]))
+            text = marked(name).sub(lambda _, rows=rows: table(rows), text, count=1)
+        page.write_text(text, encoding="utf-8")
+
+
+def write() -> None:
+    """Write all pages, and the guide's robot."""
+    for story in STORIES:
+        file = write_story(story)
+        if story is GUIDE:
+            (ROOT / "examples" / "guide_robot" / story.file).write_text(file, encoding="utf-8")
+    write_messages()
 
 
 if __name__ == "__main__":
