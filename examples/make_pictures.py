@@ -117,7 +117,7 @@ def main(folder: Path) -> None:
             page.goto(file.as_uri())
             page.wait_for_function("window.robot_page && robot_page.ready")
             if not picture.sliders:
-                page.evaluate("document.querySelector('.dg.main').style.display = 'none'")
+                page.evaluate("document.body.classList.add('without-panel')")
             for group, seen in picture.groups.items():
                 page.evaluate("([group, seen]) => viewer.set_property(['Arrows', group], 'visible', seen)", [group, seen])
             page.evaluate("view => { robot_page.look(...view); viewer.set_dirty(); }", list(picture.view))

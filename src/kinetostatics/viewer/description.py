@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import base64
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.rotations import exponential, quaternion_of_matrix
+from kinetostatics.viewer.facts import Facts
+from kinetostatics.viewer.packing import packed
 from kinetostatics.viewer.shapes import Surface
 
 
@@ -153,7 +154,7 @@ class Scene:
         meshes, arrows: what is drawn.
         frames: name, station and label of the drawn coordinate systems.
         labels: path, station and text of further labels.
-        path: coordinates that change along the path: name, unit and (F,) values.
+        facts: pose, gravity, load and status, which always stand on the page, and the units.
         notes: warnings to show.
         live: controls and address of a live page.
     """
@@ -163,11 +164,11 @@ class Scene:
     size: float
     exaggeration: float
     readout: int
+    facts: Facts
     meshes: list[Mesh] = field(default_factory=list)
     arrows: list[Arrow] = field(default_factory=list)
     frames: list[tuple[str, int, str]] = field(default_factory=list)
     labels: list[tuple[str, int, str]] = field(default_factory=list)
-    path: list[tuple[str, str, Array]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     live: dict[str, Any] | None = None
 
@@ -191,7 +192,8 @@ class Scene:
             ],
             "labels": [{"path": f"Labels/{path}", "station": at, "text": text} for path, at, text in self.labels],
             "readout": self.readout,
-            "path": [{"name": name, "unit": unit, "values": values.tolist()} for name, unit, values in self.path],
+            "facts": self.facts.plain(),
+            "units": self.facts.units(),
             "seconds": float(np.clip(0.12 * stations.frames, 2, 8)),
             "notes": self.notes,
             "view": VIEW,
@@ -248,8 +250,3 @@ COLOURS = {
     "weights": "#7c4a1e",
     "base reaction": "#15803d",
 }
-
-
-def packed(array: ArrayLike, dtype: str) -> str:
-    """Return an array's numbers as base64."""
-    return base64.b64encode(np.ascontiguousarray(array, dtype=dtype).tobytes()).decode("ascii")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import json
+import re
 from functools import cache
 from importlib.resources import files
 from importlib.util import find_spec
@@ -12,37 +13,19 @@ from typing import Any
 
 from kinetostatics.exceptions import KinetostaticsError
 
-_SCRIPTS = ("motion.js", "drawing.js", "panel.js", "page.js")
+_SCRIPTS = ("motion.js", "drawing.js", "views.js", "panel.js", "live.js", "page.js")
 
 
 def page_html(scene: dict[str, Any]) -> str:
     """Return the page of a scene (:meth:`Scene.plain`)."""
-    data = json.dumps(scene, allow_nan=False, separators=(",", ":")).replace("</", "<\\/")
-    return f"""<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<title>{html.escape(scene["title"])}</title>
-<style>
-{_asset("page.css")}</style>
-</head>
-<body>
-<div id="meshcat-pane"></div>
-<script>
-{_meshcat()}
-</script>
-<script>
-var viewer = new MeshCat.Viewer(document.getElementById("meshcat-pane"));
-</script>
-<script id="robot-scene" type="application/json">{data}</script>
-<script>
-"use strict";
-(() => {{
-{"".join(_asset(name) for name in _SCRIPTS)}}})();
-</script>
-</body>
-</html>
-"""
+    parts = {
+        "title": html.escape(scene["title"]),
+        "style": _asset("page.css"),
+        "meshcat": _meshcat(),
+        "scene": json.dumps(scene, allow_nan=False, separators=(",", ":")).replace("</", "<\\/"),
+        "script": "".join(_asset(name) for name in _SCRIPTS),
+    }
+    return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _asset("page.html"))
 
 
 def iframe_html(page: str, height: int = 640) -> str:

@@ -13,6 +13,7 @@ from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 from kinetostatics.results.result import Result
 from kinetostatics.viewer.description import Mesh, Scene, Stations
+from kinetostatics.viewer.facts import find_facts
 from kinetostatics.viewer.joints import find_joints, marker_radius
 from kinetostatics.viewer.poses import ShownPoses
 from kinetostatics.viewer.shapes import Surface, ball, frames_along, joined, pin, stick, swept
@@ -74,10 +75,11 @@ class _Builder:
         self._beams()
         self._joint_markers()
         arrows = list(Wrenches(poses, stations, self.joints, self.at, self.size).arrows())
+        facts = find_facts(poses, stations.all_twists.sum(axis=2)[..., :3])
         return Scene(
-            title or self.robot.name, stations, self.size, self._exaggeration(), self.at["o"], self.meshes, arrows,
+            title or self.robot.name, stations, self.size, self._exaggeration(), self.at["o"], facts, self.meshes, arrows,
             [("base", self.at["base"], "base"), ("platform", self.at["o"], "o")],
-            self._limb_labels(), self._path(), list(self.result.warnings),
+            self._limb_labels(), list(self.result.warnings),
         )  # fmt: skip
 
     def _size(self) -> float:
@@ -196,19 +198,6 @@ class _Builder:
             if beams:
                 labels.append((f"limbs/{limb.name}", self.at[f"label of {beams[0]}"], limb.name))
         return labels
-
-    def _path(self) -> list[tuple[str, str, Array]]:
-        """Return the coordinates that change along the path, in units people read."""
-        if self.poses.count == 1:
-            return []
-        configuration = self.result.configuration
-        found = []
-        for name, values in configuration.platform.items():
-            along = self.poses.of_configuration(values, 0)
-            unit, factor = ("mm", 1e3) if name in "xyz" else ("°", 180 / math.pi)
-            if np.ptp(along) * factor > 1e-3:
-                found.append((name, unit, along * factor))
-        return found or [("pose", "", np.arange(self.poses.count, dtype=float))]
 
 
 def _at(surface: Surface, point: Array) -> Surface:

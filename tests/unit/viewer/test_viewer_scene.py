@@ -214,9 +214,13 @@ def test_a_batch_is_a_path_and_equals_its_poses():
     z = np.array([0.45, 0.5, 0.55])
     path = describe_scene(ks.analyze(robot.assemble(platform={"z": z, "rx": 0.1, "ry": 0.0}), load=LOAD))
     one = describe_scene(ks.analyze(robot.assemble(platform={"z": 0.5, "rx": 0.1, "ry": 0.0}), load=LOAD))
-    names = {name: values for name, _, values in path.path}
-    np.testing.assert_allclose(names["z"], z * 1e3)
-    assert path.stations.frames == 3 and one.path == []
+    for facts, expected in ((path.facts, z), (one.facts, [0.5])):
+        coordinates = {name: (unit, values) for name, unit, values in facts.pose}
+        assert [*coordinates] == ["x", "y", "z", "rx", "ry", "rz"]
+        assert coordinates["z"][0] == "mm" and coordinates["rx"][0] == "°"
+        np.testing.assert_allclose(coordinates["z"][1], np.multiply(expected, 1e3))
+        np.testing.assert_allclose(coordinates["rx"][1], np.degrees(0.1))
+    assert path.stations.frames == 3
     np.testing.assert_allclose(path.stations.poses[1], one.stations.poses[0], atol=1e-12)
     np.testing.assert_allclose(path.stations.all_twists[1], one.stations.all_twists[0], atol=1e-15)
     for a, b in zip(path.arrows, one.arrows, strict=True):
@@ -229,7 +233,16 @@ def test_loads_in_a_batch_are_a_path_too():
     loads[:, 2] = [0, -100, -200, -300]
     scene = describe_scene(ks.analyze(robot.assemble(), load=loads))
     assert scene.stations.frames == 4
-    assert [(name, list(values)) for name, _, values in scene.path] == [("pose", [0, 1, 2, 3])]
+    np.testing.assert_array_equal(scene.facts.load, loads)
+    np.testing.assert_array_equal(scene.facts.gravity, [[0, 0, -9.81]] * 4)
+
+
+def test_facts_say_what_is_wrong_with_a_pose():
+    robot = ks.load_robot("3rps")
+    lower = robot.mechanism.connections["prismatic_1"].upper
+    drives = {name: np.array([0.0, lower + 0.05]) for name in robot.description.driven}
+    scene = describe_scene(ks.analyze(robot.assemble(actuators=drives)))
+    assert scene.facts.status[0] == "OK" and scene.facts.status[1].startswith("LIMIT_EXCEEDED, a joint is beyond its limit")
 
 
 def test_failed_poses_are_left_out_with_a_warning():

@@ -1,88 +1,181 @@
-/* What is seen: every three.js object lives in meshcat's scene tree, so the tree's check boxes work. */
+/* What is seen of one robot. Every three.js object lives in meshcat's scene tree, so the tree's check boxes work. */
 
-let ramp; // colours of displacements, from none to the largest
+let ramp; // colours of the quantity shown, from none to the largest
 
-const solids = new Map(); // path -> {spec, mesh, rigid, atRest, byDeflection}
-const arrows = new Map(); // path -> {spec, object, tip, size, value}
-const frames = new Map(); // path -> {spec, object}
-const labels = []; // {anchor, text, shown, element}
+const labels = []; // {anchor, text, colour, shown, element}: of all robots
+const vector = new THREE.Vector3(), other = new THREE.Vector3();
 
-function put(path, object) {
-  viewer.set_object(path.split("/"), object);
-  return object;
-}
-
-// ---------------------------------------------------------------- surfaces
-
-function addMesh(spec) {
-  for (const root of spec.roots) addSolid(`${root}/${spec.path}`, spec, root);
-}
-
-function addSolid(path, spec, root) {
-  const rigid = typeof spec.station === "number", atRest = root !== "Deformed", pale = root === "Rest";
-  const byDeflection = spec.colour === "deflection" && !atRest;
-  const old = solids.get(path);
-  if (old && old.rigid === rigid && old.spec.faces.length === spec.faces.length && old.spec.vertices.length === spec.vertices.length) {
-    old.spec = spec; // an update: keep the object, its check box and its folder
-    old.mesh.geometry.attributes.position.copyArray(spec.vertices).needsUpdate = true;
-    return;
+class Robot {
+  /** `root` goes before all its paths in the tree. */
+  constructor(description, root = "") {
+    this.root = root;
+    this.solids = new Map(); // path -> {spec, mesh, rigid, atRest, byQuantity}
+    this.arrows = new Map(); // path -> {spec, object, tip, size, value}
+    this.frames = new Map(); // path -> {spec, object}
+    this.load(description);
   }
-  const geometry = new THREE.BufferGeometry();
-  geometry.setAttribute("position", new THREE.BufferAttribute(spec.vertices.slice(), 3));
-  geometry.setIndex(new THREE.BufferAttribute(spec.faces, 1));
-  const vertexColours = byDeflection || (spec.per_vertex && !pale);
-  if (vertexColours) {
-    const colours = byDeflection ? new Float32Array(spec.vertices.length) : spec.colour;
-    geometry.setAttribute("color", new THREE.BufferAttribute(colours, 3));
-  }
-  geometry.computeVertexNormals();
-  const material = pale
-    ? new THREE.MeshPhongMaterial({ color: scene.resting.colour, transparent: true, opacity: scene.resting.opacity, depthWrite: false, shininess: 5 })
-    : new THREE.MeshPhongMaterial({
-      color: vertexColours ? 0xffffff : spec.colour === "deflection" ? "#c3c9d1" : spec.colour, vertexColors: vertexColours,
-      side: THREE.DoubleSide, shininess: 12, specular: 0x222222,
-    });
-  const mesh = new THREE.Mesh(geometry, material);
-  mesh.frustumCulled = false; // its bounding sphere would be that of the first frame
-  put(path, mesh);
-  solids.set(path, { spec, mesh, rigid, atRest, byDeflection });
-}
 
-function placeSolid({ spec, mesh, rigid, atRest, byDeflection }, scale) {
-  const poses = atRest ? now.rest : now.deformed, n = spec.vertices.length / 3;
-  if (rigid) {
-    mesh.position.fromArray(poses, 7 * spec.station);
-    mesh.quaternion.fromArray(poses, 7 * spec.station + 3);
-  } else {
-    const position = mesh.geometry.attributes.position;
-    for (let v = 0; v < n; v++) {
-      const o = 7 * spec.station[v];
-      point.fromArray(spec.vertices, 3 * v).applyQuaternion(qa.fromArray(poses, o + 3));
-      position.setXYZ(v, point.x + poses[o], point.y + poses[o + 1], point.z + poses[o + 2]);
+  /** Take a description. Objects that are there already are updated in place, so camera and check boxes stay. */
+  load(description) {
+    this.scene = read(description);
+    this.scene.meshes.forEach((spec) => spec.roots.forEach((root) => this.addSolid(`${root}/${spec.path}`, spec, root)));
+    this.scene.frames.forEach((spec) => this.addFrame(spec));
+    this.scene.arrows.forEach((spec) => this.addArrow(spec));
+    this.scene.labels.forEach((spec) => this.addMark(spec));
+    const present = new Set(this.scene.arrows.map((spec) => spec.path));
+    for (const [path, entry] of this.arrows) entry.gone = !present.has(path);
+  }
+
+  /** Draw everything where it is now; colours reach from 0 to `scale`. */
+  draw(scale) {
+    this.now = solve(this.scene);
+    for (const solid of this.solids.values()) this.placeSolid(solid, scale);
+    for (const arrow of this.arrows.values()) this.placeArrow(arrow);
+    for (const { spec, object } of this.frames.values()) {
+      object.position.fromArray(this.now.deformed, 7 * spec.station);
+      object.quaternion.fromArray(this.now.deformed, 7 * spec.station + 3);
     }
-    position.needsUpdate = true;
-    mesh.geometry.computeVertexNormals();
   }
-  if (byDeflection) colourSolid(spec, mesh, rigid, scale);
+
+  put(path, object) {
+    viewer.set_object((this.root + path).split("/"), object);
+    return object;
+  }
+
+  // -------------------------------------------------------------- surfaces
+
+  addSolid(path, spec, root) {
+    const rigid = typeof spec.station === "number", atRest = root !== "Deformed", pale = root === "Rest";
+    const byQuantity = spec.colour === "deflection" && !atRest, old = this.solids.get(path);
+    if (old && old.rigid === rigid && old.spec.faces.length === spec.faces.length && old.spec.vertices.length === spec.vertices.length) {
+      old.spec = spec; // an update: keep the object, its check box and its folder
+      old.mesh.geometry.attributes.position.copyArray(spec.vertices).needsUpdate = true;
+      return;
+    }
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute("position", new THREE.BufferAttribute(spec.vertices.slice(), 3));
+    geometry.setIndex(new THREE.BufferAttribute(spec.faces, 1));
+    const vertexColours = byQuantity || (spec.per_vertex && !pale);
+    if (vertexColours) {
+      const colours = byQuantity ? new Float32Array(spec.vertices.length) : spec.colour;
+      geometry.setAttribute("color", new THREE.BufferAttribute(colours, 3));
+    }
+    geometry.computeVertexNormals();
+    const { resting } = this.scene;
+    const material = pale
+      ? new THREE.MeshPhongMaterial({ color: resting.colour, transparent: true, opacity: resting.opacity, depthWrite: false, shininess: 5 })
+      : new THREE.MeshPhongMaterial({
+        color: vertexColours ? 0xffffff : spec.colour === "deflection" ? "#c3c9d1" : spec.colour, vertexColors: vertexColours,
+        side: THREE.DoubleSide, shininess: 12, specular: 0x222222,
+      });
+    const mesh = new THREE.Mesh(geometry, material);
+    mesh.frustumCulled = false; // its bounding sphere would be that of the first frame
+    this.put(path, mesh);
+    this.solids.set(path, { spec, mesh, rigid, atRest, byQuantity });
+  }
+
+  placeSolid({ spec, mesh, rigid, atRest, byQuantity }, scale) {
+    const poses = atRest ? this.now.rest : this.now.deformed, n = spec.vertices.length / 3;
+    if (rigid) {
+      mesh.position.fromArray(poses, 7 * spec.station);
+      mesh.quaternion.fromArray(poses, 7 * spec.station + 3);
+    } else {
+      const position = mesh.geometry.attributes.position;
+      for (let v = 0; v < n; v++) {
+        const o = 7 * spec.station[v];
+        point.fromArray(spec.vertices, 3 * v).applyQuaternion(qa.fromArray(poses, o + 3));
+        position.setXYZ(v, point.x + poses[o], point.y + poses[o + 1], point.z + poses[o + 2]);
+      }
+      position.needsUpdate = true;
+      mesh.geometry.computeVertexNormals();
+    }
+    if (byQuantity) this.colourSolid(spec, mesh, rigid, scale);
+  }
+
+  /** Colour every vertex by its true displacement u + theta × r. */
+  colourSolid(spec, mesh, rigid, scale) {
+    const colour = mesh.geometry.attributes.color, { sum, rest } = this.now, n = spec.vertices.length / 3;
+    for (let v = 0; v < n; v++) {
+      const s = rigid ? spec.station : spec.station[v], t = 6 * s;
+      point.fromArray(spec.vertices, 3 * v).applyQuaternion(qa.fromArray(rest, 7 * s + 3));
+      const x = sum[t] + sum[t + 4] * point.z - sum[t + 5] * point.y;
+      const y = sum[t + 1] + sum[t + 5] * point.x - sum[t + 3] * point.z;
+      const z = sum[t + 2] + sum[t + 3] * point.y - sum[t + 4] * point.x;
+      const h = Math.min(Math.hypot(x, y, z) / scale, 1) * (ramp.length - 1), i = Math.min(Math.floor(h), ramp.length - 2);
+      const a = ramp[i], b = ramp[i + 1], f = h - i;
+      colour.setXYZ(v, a.r + f * (b.r - a.r), a.g + f * (b.g - a.g), a.b + f * (b.b - a.b));
+    }
+    colour.needsUpdate = true;
+  }
+
+  // -------------------------------------------------------------- arrows, frames and marks
+
+  addArrow(spec) {
+    const old = this.arrows.get(spec.path);
+    if (old) { old.spec = spec; return; }
+    const object = this.put(spec.path, makeArrow(spec.colour, spec.radius, spec.kind === "moment" ? 2 : 1));
+    const entry = { spec, object, tip: new THREE.Object3D(), size: 0, value: 0 };
+    object.add(entry.tip);
+    this.arrows.set(spec.path, entry);
+    addLabel(entry.tip, () => `${entry.spec.label} ${number(entry.value)} ${entry.spec.unit}`, spec.colour, () => object.seen);
+  }
+
+  /** The vector of an arrow's data (…, 3) at the present time; `weights(k)` are those of its parts. */
+  blend(data, width, weights, out) {
+    const [i, j, w] = between(this.scene);
+    out.set(0, 0, 0);
+    for (let k = 0; k < width; k++) {
+      for (const [frame, share] of [[i, (1 - w) * weights(k)], [j, w * weights(k)]]) {
+        const o = 3 * (frame * width + k);
+        out.x += share * data[o]; out.y += share * data[o + 1]; out.z += share * data[o + 2];
+      }
+    }
+    return out;
+  }
+
+  placeArrow(entry) {
+    const { spec, object } = entry, K = this.scene.contributions.length, part = shares(this.scene), { deformed } = this.now;
+    this.blend(spec.vector, K + 1, (k) => (k < K ? part[k] : 1), vector);
+    entry.size = entry.gone ? 0 : vector.length();
+    entry.value = entry.size;
+    if (spec.positive && this.blend(spec.positive, 1, () => 1, other).dot(vector) < 0) entry.value = -entry.size;
+    const against = () => this.blend(spec.outward, 1, () => 1, other).dot(vector) < -0.1 * other.length() * entry.size;
+    const inwards = spec.anchor === "tip" || (spec.outward && against());
+    const length = entry.size * spec.metres_per_unit, o = 7 * spec.station;
+    object.stretch(length);
+    if (entry.size > 0) object.quaternion.setFromUnitVectors(UP, vector.normalize());
+    point.fromArray(spec.offset).applyQuaternion(qa.fromArray(deformed, o + 3));
+    object.position.fromArray(deformed, o).add(point);
+    if (inwards) object.position.addScaledVector(vector, -length);
+    entry.tip.position.set(0, inwards ? 0 : length, 0); // the label stands at the free end
+  }
+
+  addFrame(spec) {
+    if (this.frames.has(spec.path)) { this.frames.get(spec.path).spec = spec; return; }
+    const object = this.put(spec.path, new THREE.Group());
+    [["#d62728", [1, 0, 0]], ["#2ca02c", [0, 1, 0]], ["#1f77b4", [0, 0, 1]]].forEach(([colour, direction]) => {
+      const part = makeArrow(colour, 0.025 * spec.size, 1);
+      part.stretch(spec.size);
+      part.quaternion.setFromUnitVectors(UP, new THREE.Vector3(...direction));
+      object.add(part);
+    });
+    object.add(new THREE.Mesh(new THREE.SphereGeometry(0.05 * spec.size, 16, 12), new THREE.MeshPhongMaterial({ color: 0x20262e })));
+    object.traverse((part) => { // frames are drawn over everything, or they would hide in the bodies they belong to
+      if (part.material) { part.material.depthTest = false; part.material.transparent = true; part.renderOrder = 10; }
+    });
+    this.frames.set(spec.path, { spec, object });
+    if (spec.label) addLabel(object, () => spec.label, "#20262e");
+  }
+
+  addMark(spec) {
+    if (this.frames.has(spec.path)) { this.frames.get(spec.path).spec = spec; return; }
+    const object = this.put(spec.path, new THREE.Group());
+    this.frames.set(spec.path, { spec, object });
+    addLabel(object, () => spec.text, "#4a5462");
+  }
 }
 
-/** Colour every vertex by its true displacement u + theta × r. */
-function colourSolid(spec, mesh, rigid, scale) {
-  const colour = mesh.geometry.attributes.color, sum = now.sum, n = spec.vertices.length / 3;
-  for (let v = 0; v < n; v++) {
-    const s = rigid ? spec.station : spec.station[v], t = 6 * s;
-    point.fromArray(spec.vertices, 3 * v).applyQuaternion(qa.fromArray(now.rest, 7 * s + 3));
-    const x = sum[t] + sum[t + 4] * point.z - sum[t + 5] * point.y;
-    const y = sum[t + 1] + sum[t + 5] * point.x - sum[t + 3] * point.z;
-    const z = sum[t + 2] + sum[t + 3] * point.y - sum[t + 4] * point.x;
-    const h = Math.min(Math.hypot(x, y, z) / scale, 1) * (ramp.length - 1), i = Math.min(Math.floor(h), ramp.length - 2);
-    const a = ramp[i], b = ramp[i + 1], f = h - i;
-    colour.setXYZ(v, a.r + f * (b.r - a.r), a.g + f * (b.g - a.g), a.b + f * (b.b - a.b));
-  }
-  colour.needsUpdate = true;
-}
-
-// ---------------------------------------------------------------- arrows and frames
+// ---------------------------------------------------------------- arrows
 
 const SHAFT = new THREE.CylinderGeometry(1, 1, 1, 14).translate(0, 0.5, 0); // along y, from the origin
 const HEAD = new THREE.ConeGeometry(1, 1, 18).translate(0, -0.5, 0); // its tip at the origin
@@ -113,72 +206,8 @@ function makeArrow(colour, radius, heads) {
       cone.scale.set(2.4 * r, head, 2.4 * r);
     });
   };
+  group.paint = (shade) => { for (const item of [material, hidden]) item.color.set(shade(colour)); };
   return group;
-}
-
-function addArrow(spec) {
-  const old = arrows.get(spec.path);
-  if (old) { old.spec = spec; return; }
-  const object = put(spec.path, makeArrow(spec.colour, spec.radius, spec.kind === "moment" ? 2 : 1));
-  const entry = { spec, object, tip: new THREE.Object3D(), size: 0, value: 0 };
-  object.add(entry.tip);
-  arrows.set(spec.path, entry);
-  addLabel(entry.tip, () => `${entry.spec.label} ${number(entry.value)} ${entry.spec.unit}`, spec.colour, () => object.seen);
-}
-
-const vector = new THREE.Vector3(), other = new THREE.Vector3();
-
-/** The vector of an arrow's data (…, 3) at the present time; `pick(frame)` gives its parts' offset and weight. */
-function blend(data, width, weights, out) {
-  const [i, j, w] = between();
-  out.set(0, 0, 0);
-  for (let k = 0; k < width; k++) {
-    for (const [frame, share] of [[i, (1 - w) * weights(k)], [j, w * weights(k)]]) {
-      const o = 3 * (frame * width + k);
-      out.x += share * data[o]; out.y += share * data[o + 1]; out.z += share * data[o + 2];
-    }
-  }
-  return out;
-}
-
-function placeArrow(entry) {
-  const { spec, object } = entry, K = scene.contributions.length;
-  blend(spec.vector, K + 1, (k) => (k < K ? state.shares[k] : 1), vector);
-  entry.size = entry.gone ? 0 : vector.length();
-  entry.value = entry.size;
-  if (spec.positive && blend(spec.positive, 1, () => 1, other).dot(vector) < 0) entry.value = -entry.size;
-  const inwards = spec.anchor === "tip" || (spec.outward && blend(spec.outward, 1, () => 1, other).dot(vector) < -0.1 * other.length() * entry.size);
-  const length = entry.size * spec.metres_per_unit, o = 7 * spec.station;
-  object.stretch(length);
-  if (entry.size > 0) object.quaternion.setFromUnitVectors(UP, vector.normalize());
-  point.fromArray(spec.offset).applyQuaternion(qa.fromArray(now.deformed, o + 3));
-  object.position.fromArray(now.deformed, o).add(point);
-  if (inwards) object.position.addScaledVector(vector, -length);
-  entry.tip.position.set(0, inwards ? 0 : length, 0); // the label stands at the free end
-}
-
-function addFrame(spec) {
-  if (frames.has(spec.path)) { frames.get(spec.path).spec = spec; return; }
-  const object = put(spec.path, new THREE.Group());
-  [["#d62728", [1, 0, 0]], ["#2ca02c", [0, 1, 0]], ["#1f77b4", [0, 0, 1]]].forEach(([colour, direction]) => {
-    const part = makeArrow(colour, 0.025 * spec.size, 1);
-    part.stretch(spec.size);
-    part.quaternion.setFromUnitVectors(UP, new THREE.Vector3(...direction));
-    object.add(part);
-  });
-  object.add(new THREE.Mesh(new THREE.SphereGeometry(0.05 * spec.size, 16, 12), new THREE.MeshPhongMaterial({ color: 0x20262e })));
-  object.traverse((part) => { // frames are drawn over everything, or they would hide in the bodies they belong to
-    if (part.material) { part.material.depthTest = false; part.material.transparent = true; part.renderOrder = 10; }
-  });
-  frames.set(spec.path, { spec, object });
-  if (spec.label) addLabel(object, () => spec.label, "#20262e");
-}
-
-function addMark(spec) {
-  if (frames.has(spec.path)) { frames.get(spec.path).spec = spec; return; }
-  const object = put(spec.path, new THREE.Group());
-  frames.set(spec.path, { spec, object });
-  addLabel(object, () => spec.text, "#4a5462");
 }
 
 // ---------------------------------------------------------------- labels
@@ -186,19 +215,18 @@ function addMark(spec) {
 function addLabel(anchor, text, colour, shown = () => true) {
   const element = document.createElement("div");
   element.className = "robot-label";
-  element.style.color = colour;
+  element.style.setProperty("--colour", colour);
   document.getElementById("robot-labels").appendChild(element);
-  labels.push({ anchor, text, shown, element });
+  labels.push({ anchor, text, colour, shown, element });
 }
+
+const visible = (object) => !object || (object.visible && visible(object.parent));
 
 /** Put the labels beside their anchors on the screen, each off those placed before; what finds no place is left out. */
 function placeLabels() {
-  const width = viewer.dom_element.offsetWidth, height = viewer.dom_element.offsetHeight;
-  const taken = [...document.querySelectorAll("#robot-panel, #robot-legend, .dg.main")].map((e) => e.getBoundingClientRect())
-    .filter((r) => r.width > 0);
+  const width = viewer.dom_element.offsetWidth, height = viewer.dom_element.offsetHeight, taken = [];
   const free = (r) => r.left >= 0 && r.top >= 0 && r.right <= width && r.bottom <= height &&
     !taken.some((t) => r.left < t.right && r.right > t.left && r.top < t.bottom && r.bottom > t.top);
-  const visible = (object) => !object || (object.visible && visible(object.parent));
   for (const { anchor, element, text, shown } of labels) {
     anchor.getWorldPosition(point).project(viewer.camera);
     let chosen = null;

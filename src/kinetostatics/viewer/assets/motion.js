@@ -9,9 +9,7 @@
  */
 const THREE = MeshCat.THREE;
 
-let scene; // the description, its arrays decoded
-let now; // the stations at the present time: {rest, deformed, sum}
-const state = { exaggeration: 1, shares: [], time: 0, playing: false };
+const state = { exaggeration: 1, shares: new Map(), time: 0, playing: false };
 
 const qa = new THREE.Quaternion(), qb = new THREE.Quaternion(), axis = new THREE.Vector3(), point = new THREE.Vector3();
 
@@ -33,7 +31,13 @@ function read(s) {
     a.vector = decode(a.vector, Float32Array);
     for (const key of ["positive", "outward"]) if (a[key]) a[key] = decode(a[key], Float32Array);
   }
+  for (const key of ["gravity", "load"]) s.facts[key] = decode(s.facts[key], Float32Array);
   return s;
+}
+
+/** The present share of every contribution of a scene. */
+function shares(scene) {
+  return scene.contributions.map((name) => state.shares.get(name) ?? 1);
 }
 
 /** Set q to the rotation by a rotation vector. */
@@ -44,23 +48,29 @@ function exponential(q, x, y, z) {
 }
 
 /** The frames before and after the present time, and the weight of the second. */
-function between() {
-  const last = scene.stations.frames - 1, i = Math.min(Math.floor(state.time), last);
-  return [i, Math.min(i + 1, last), state.time - i];
+function between(scene) {
+  const last = scene.stations.frames - 1, time = Math.min(state.time, last), i = Math.floor(time);
+  return [i, Math.min(i + 1, last), time - i];
+}
+
+/** Numbers (width) of a path (frames, width) at the present time. */
+function interpolated(scene, data, width) {
+  const [i, j, w] = between(scene);
+  return Array.from({ length: width }, (_, c) => (w > 0 ? (1 - w) * data[width * i + c] + w * data[width * j + c] : data[width * i + c]));
 }
 
 /** Poses at rest, deformed poses and summed true twists of all stations at the present time. */
-function solve() {
-  const { count, pose, twist } = scene.stations, K = scene.contributions.length, e = state.exaggeration;
-  const [i, j, w] = between();
+function solve(scene) {
+  const { count, pose, twist } = scene.stations, K = scene.contributions.length, e = state.exaggeration, part = shares(scene);
+  const [i, j, w] = between(scene);
   const rest = new Float32Array(7 * count), deformed = new Float32Array(7 * count), sum = new Float32Array(6 * count);
   for (let s = 0; s < count; s++) {
     const a = 7 * (i * count + s), b = 7 * (j * count + s), o = 7 * s, t = 6 * s;
     for (let c = 0; c < 3; c++) rest[o + c] = (1 - w) * pose[a + c] + w * pose[b + c];
     qa.fromArray(pose, a + 3).slerp(qb.fromArray(pose, b + 3), w).toArray(rest, o + 3);
     for (let k = 0; k < K; k++) {
-      const share = state.shares[k], ta = 6 * (K * (i * count + s) + k), tb = 6 * (K * (j * count + s) + k);
-      for (let c = 0; c < 6; c++) sum[t + c] += share * ((1 - w) * twist[ta + c] + w * twist[tb + c]);
+      const ta = 6 * (K * (i * count + s) + k), tb = 6 * (K * (j * count + s) + k);
+      for (let c = 0; c < 6; c++) sum[t + c] += part[k] * ((1 - w) * twist[ta + c] + w * twist[tb + c]);
     }
     for (let c = 0; c < 3; c++) deformed[o + c] = rest[o + c] + e * sum[t + c];
     exponential(qb, e * sum[t + 3], e * sum[t + 4], e * sum[t + 5]).multiply(qa).toArray(deformed, o + 3);
@@ -69,29 +79,28 @@ function solve() {
 }
 
 /** Largest true motion of any station in any frame at the present shares [m]. */
-function largest() {
-  const { count, frames, twist } = scene.stations, K = scene.contributions.length;
+function largest(scene) {
+  const { count, frames, twist } = scene.stations, K = scene.contributions.length, part = shares(scene);
   let most = 0;
   for (let n = 0; n < count * frames; n++) {
     let x = 0, y = 0, z = 0;
     for (let k = 0; k < K; k++) {
-      const o = 6 * (K * n + k), share = state.shares[k];
-      x += share * twist[o]; y += share * twist[o + 1]; z += share * twist[o + 2];
+      const o = 6 * (K * n + k);
+      x += part[k] * twist[o]; y += part[k] * twist[o + 1]; z += part[k] * twist[o + 2];
     }
     most = Math.max(most, x * x + y * y + z * z);
   }
   return Math.sqrt(most);
 }
 
-/** Twist of the platform by contribution k, or their sum with the shares for null: [µm ×3, mdeg ×3]. */
-function readout(k) {
-  const { count, twist } = scene.stations, K = scene.contributions.length, s = scene.readout, [i, j, w] = between();
-  const part = (n, c) => {
+/** Twist of the platform by contribution k, or their sum for null, with the shares [m, rad]. */
+function readout(scene, k) {
+  const { count, twist } = scene.stations, K = scene.contributions.length, s = scene.readout, [i, j, w] = between(scene);
+  const part = shares(scene), all = k === null ? part.map((_, n) => n) : [k];
+  return [0, 1, 2, 3, 4, 5].map((c) => all.reduce((total, n) => {
     const a = twist[6 * (K * (i * count + s) + n) + c], b = twist[6 * (K * (j * count + s) + n) + c];
-    return state.shares[n] * ((1 - w) * a + w * b);
-  };
-  const all = k === null ? scene.contributions.map((_, n) => n) : [k];
-  return [0, 1, 2, 3, 4, 5].map((c) => all.reduce((total, n) => total + part(n, c), 0) * (c < 3 ? 1e6 : 180e3 / Math.PI));
+    return total + part[n] * ((1 - w) * a + w * b);
+  }, 0));
 }
 
 /** The smallest round number that is not below x. */

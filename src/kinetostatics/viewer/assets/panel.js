@@ -1,4 +1,4 @@
-/* Numbers, legend and sliders. */
+/* The panel beside the robot, the line of facts above it and the legend below. */
 
 /** Three significant digits. */
 function number(x) {
@@ -14,121 +14,206 @@ function fixed(x, decimals) {
   return Number(text) === 0 ? "0" : text.replace("-", "\u2212");
 }
 
+/** A coordinate in mm or degrees, without zeros at the end. */
+function place(x) {
+  return String(Number(x.toFixed(2)) + 0).replace("-", "\u2212");
+}
+
+/** A load: up to five digits, without zeros at the end. */
+function short(x) {
+  const value = Math.abs(x) < 5e-6 ? 0 : Number(x.toPrecision(5));
+  return String(value).replace("-", "\u2212");
+}
+
 function escape(text) {
   return String(text).replace(/[&<>"]/g, (c) => ({ "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;" }[c]));
 }
 
-function buildPanel() {
-  for (const id of ["robot-labels", "robot-panel", "robot-legend"]) {
-    viewer.dom_element.parentElement.appendChild(Object.assign(document.createElement("div"), { id }));
-  }
+const element = (id) => document.getElementById(id);
+
+function make(tag, parent, attributes = {}) {
+  const made = Object.assign(document.createElement(tag), attributes);
+  if (parent) parent.appendChild(made);
+  return made;
 }
 
-/** Where on the path we are, in words. */
-function place() {
-  const [i, j, w] = between();
-  return scene.path.map(({ name, unit, values }) => `${escape(name)} ${number((1 - w) * values[i] + w * values[j])} ${escape(unit)}`).join(", ");
+/** A part of the panel that folds; returns where its content goes. */
+function fold(title, open = true) {
+  const details = make("details", element("robot-controls"), { open });
+  make("summary", details, { textContent: title });
+  return make("div", details);
 }
 
-function writePanel(scale) {
-  const parts = scene.contributions.map((_, k) => readout(k)), sum = readout(null);
-  const decimals = [0, 3].map((first) => { // as many for all displacements, and for all rotations
-    const most = Math.max(...[...parts, sum].flatMap((values) => values.slice(first, first + 3).map(Math.abs)));
-    return most > 0 ? Math.min(Math.max(3 - Math.floor(Math.log10(most)), 0), 8) : 0;
-  });
-  const cells = (values) => values.map((x, c) => `<td>${fixed(x, decimals[c < 3 ? 0 : 1])}</td>`).join("");
-  const rows = scene.contributions.map((name, k) => `<tr class="part"><td>${escape(name)}</td>${cells(parts[k])}</tr>`).join("");
-  const notes = [...scene.notes.slice(0, 3), ...(page.error ? [page.error] : [])];
-  document.getElementById("robot-panel").innerHTML = `<h1>${escape(scene.title)}</h1>
-    <p>twist of the platform at o, world axes</p>${scene.path.length ? `<p>${place()}</p>` : ""}
-    <table><tr><th></th><th>x</th><th>y</th><th>z</th><th>rx</th><th>ry</th><th>rz</th></tr>
-    <tr><th></th><th colspan="3">µm</th><th colspan="3">mdeg</th></tr>${rows}
-    <tr class="total"><td>sum</td>${cells(sum)}</tr></table>
-    ${notes.map((note) => `<p class="note">${escape(note)}</p>`).join("")}`;
-  const [unit, factor] = scale >= 1e-3 ? ["mm", 1e3] : scale >= 1e-6 ? ["µm", 1e6] : ["nm", 1e9];
-  const ticks = [0, 0.5, 1].map((part) => `<span>${number(part * scale * factor)}</span>`).join("");
-  document.getElementById("robot-legend").innerHTML = `<div>deflection [${unit}], drawn × ${number(state.exaggeration)}</div>
-    <div class="bar" style="background: linear-gradient(90deg, ${ramp.map((colour) => colour.getStyle()).join(",")})"></div><div class="ticks">${ticks}</div>
-    <div class="hint">pale: unloaded. Every group of arrows has its own scale.</div>`;
-}
+const controls = new Map(); // name -> {set, input}
 
-// ---------------------------------------------------------------- controls
-
-/** Move a control above meshcat's own folders. */
-function lift(name) {
-  const control = viewer.gui_controllers[name], list = control.__li.parentElement;
-  list.insertBefore(control.__li, list.querySelector(":scope > li.folder"));
+/** A slider with its value beside it; `written` puts the value into words. */
+function slider(parent, name, label, value, min, max, changed, written) {
+  const row = make("label", parent, { className: "slider" });
+  make("span", row, { textContent: label, title: name });
+  const input = make("input", row, { type: "range", name, min, max, step: "any" });
+  const output = make("output", row);
+  const show = (x) => { output.textContent = written(x); };
+  const control = { input, set: (x) => { input.value = x; show(x); } };
+  input.addEventListener("input", () => { show(Number(input.value)); changed(Number(input.value)); });
+  control.set(value);
+  controls.set(name, control);
   return control;
 }
 
-/** A slider of meshcat; it evaluates the callback, and a function evaluates to itself. */
-function slider(name, value, min, max, step, callback) {
-  viewer.set_control(name, callback, value, min, max, step);
-  return lift(name);
+const switches = []; // {paths, box}
+
+/** A check box that shows and hides paths of meshcat's tree. */
+function treeSwitch(parent, label, paths, colour = null) {
+  const row = make("label", parent, { className: "switch" }), box = make("input", row, { type: "checkbox", name: label });
+  if (colour) make("i", row).style.setProperty("--colour", colour);
+  make("span", row, { textContent: label });
+  const all = () => page.robots.flatMap((robot) => paths.map((path) => (robot.root + path).split("/")));
+  const set = (on) => { for (const path of all()) viewer.set_property(path, "visible", on); };
+  box.addEventListener("change", () => { set(box.checked); viewer.set_dirty(); });
+  switches.push({ paths, box, set, isOn: () => viewer.scene_tree.find(all()[0]).object.visible });
 }
 
-function buildControls() {
-  const e = scene.exaggeration;
-  const log = slider("exaggeration", Math.log10(e.value), Math.log10(e.min), Math.log10(e.max), 0.01, (x) => {
+/** The check boxes follow meshcat's own. */
+function updateSwitches() {
+  for (const item of switches) item.box.checked = item.isOn();
+}
+
+function toggle(path) {
+  const found = switches.find((item) => item.paths[0] === path);
+  if (found) { found.set(!found.isOn()); viewer.set_dirty(); }
+}
+
+function buildPanel() {
+  const { scene } = page.robots[0];
+  element("robot-title").textContent = scene.title;
+  buildTools();
+  const e = scene.exaggeration, log = Math.log10, twist = element("robot-twist");
+  make("h2", twist, { textContent: "Twist of the platform at o, world axes" });
+  make("table", twist, { id: "robot-total" });
+  const parts = make("details", twist);
+  make("summary", parts, { textContent: "Contributions and their shares" });
+  make("table", parts, { id: "robot-parts" });
+  buildShares(element("robot-parts"));
+
+  const deformation = fold("Displacements");
+  slider(deformation, "exaggeration", "drawn ×", log(e.value), log(e.min), log(e.max), (x) => {
     state.exaggeration = Math.pow(10, x);
-    log.name(`exaggeration × ${number(state.exaggeration)}`);
     refresh();
-  });
-  log.name(`exaggeration × ${number(e.value)}`);
-  log.domElement.firstChild.style.display = "none"; // the box would show the logarithm
-  log.domElement.lastChild.style.width = "100%";
-  scene.contributions.forEach((name, k) => slider(`share: ${name}`, state.shares[k], 0, 1, 0.01, (x) => { state.shares[k] = x; refresh(); }));
-  if (scene.stations.frames > 1) {
-    slider("path", state.time, 0, scene.stations.frames - 1, 0.01, (x) => { state.time = x; refresh(); });
-    viewer.set_control("play / pause", () => { state.playing = !state.playing; if (state.playing) play(performance.now()); });
-    lift("play / pause");
+  }, (x) => number(Math.pow(10, x)));
+  if (page.robots.some((robot) => robot.scene.stations.frames > 1)) buildPath(fold("Path"));
+  if (scene.live) buildLive(fold("Move"));
+  const forces = fold("Forces and moments"), groups = new Map(scene.arrows.map((spec) => [spec.path.split("/")[1], spec.colour]));
+  treeSwitch(forces, "all of these", ["Arrows"]);
+  for (const [group, colour] of groups) treeSwitch(forces, group, [`Arrows/${group}`], colour);
+  const shown = fold("Show", false);
+  for (const [label, path] of [["robot at rest (pale)", "Rest"], ["deformed robot", "Deformed"], ["base", "Base"], ["axes", "Frames"], ["names", "Labels"]]) {
+    treeSwitch(shown, label, [path]);
   }
-  for (const c of (scene.live ? scene.live.controls : [])) slider(c.name, c.value, c.min, c.max, c.step, (x) => moveLive(c.name, x));
-  viewer.gui.width = window.innerWidth > 1200 ? 340 : 280;
-  if (window.innerWidth > 700) viewer.gui.open(); else viewer.gui.close();
+  viewer.gui.domElement.removeAttribute("style");
+  viewer.gui.open();
+  fold("Scene: meshcat's own tree", false).appendChild(viewer.gui.domElement);
 }
 
-function play(before) {
+/** Two rows for each contribution: its name with the slider of its share, and what it does. */
+function buildShares(table) {
+  make("thead", table, { innerHTML: columns() });
+  for (const name of page.robots[0].scene.contributions) {
+    const cell = make("td", make("tr", table), { colSpan: 6 });
+    slider(cell, `share: ${name}`, name, 1, 0, 1, (x) => { state.shares.set(name, x); refresh(); }, (x) => fixed(x, 2));
+    make("tr", table, { className: "part" });
+  }
+}
+
+function columns() {
+  const { displacement, rotation } = page.robots[0].scene.units;
+  return `<tr><th>x</th><th>y</th><th>z</th><th>rx</th><th>ry</th><th>rz</th></tr>
+    <tr><th colspan="3">${displacement.unit}</th><th colspan="3">${rotation.unit}</th></tr>`;
+}
+
+function buildPath(parent) {
+  const last = Math.max(...page.robots.map((robot) => robot.scene.stations.frames)) - 1;
+  slider(parent, "path", "pose", state.time, 0, last, (x) => { state.time = x; refresh(); }, (x) => fixed(1 + x, last < 100 ? 1 : 0));
+  make("button", parent, { id: "robot-play", textContent: "play", onclick: playOrPause });
+}
+
+function playOrPause() {
+  state.playing = !state.playing;
+  element("robot-play").textContent = state.playing ? "pause" : "play";
+  if (state.playing) play(performance.now(), Number(controls.get("path").input.max));
+}
+
+function play(before, last) {
   requestAnimationFrame((t) => {
     if (!state.playing) return;
-    const last = scene.stations.frames - 1, next = state.time + Math.min(t - before, 100) / 1000 * last / scene.seconds;
-    viewer.set_control_value("path", next > last ? 0 : next); // calls back
-    play(t);
+    const next = state.time + Math.min(t - before, 100) / 1000 * last / page.robots[0].scene.seconds;
+    state.time = next > last ? 0 : next;
+    controls.get("path").set(state.time);
+    refresh();
+    play(t, last);
   });
 }
 
-// ---------------------------------------------------------------- live pages
-
-let asking = false, waiting = null;
-
-/** A live slider moved: ask for an analysis. One question at a time; of those that wait the last wins. */
-async function moveLive(name, value) {
-  const moved = scene.live.controls.find((c) => c.name === name);
-  moved.value = value;
-  const values = {};
-  for (const c of scene.live.controls) if (c.kind === moved.kind) values[c.coordinate] = c.value;
-  waiting = { kind: moved.kind, values };
-  if (asking) return;
-  asking = true;
-  try {
-    while (waiting) {
-      const question = JSON.stringify(waiting);
-      waiting = null;
-      const answer = await fetch(scene.live.url, { method: "POST", headers: { "Content-Type": "application/json" }, body: question });
-      const body = await answer.json();
-      page.error = body.error || null;
-      if (body.error || waiting) refresh(); else load(body);
-    }
-  } catch (error) {
-    page.error = `no answer: has the program ended? (${error.message})`;
-    refresh();
-  } finally {
-    asking = false;
-    page.answers += 1;
-  }
+function scaleBy(factor) {
+  const { input, set } = controls.get("exaggeration");
+  set(Number(input.value) + Math.log10(factor));
+  input.dispatchEvent(new Event("input"));
 }
 
-/** Show the coordinates that follow from those that were moved, without asking again. */
-function showLive() {
-  for (const c of scene.live.controls) viewer.set_control_value(c.name, c.value, false);
+function buildTools() {
+  const tools = element("robot-tools");
+  const tool = (key, words, title = null) => {
+    const [, does, run] = KEYS.find(([k]) => k === key);
+    make("button", tools, { textContent: words, title: `${title || does} (key ${KEY_NAMES[key] || key})`, onclick: run });
+  };
+  for (const [key, words] of [["f", "fit"], ["0", "home"], ["3", "top"], ["1", "front"], ["2", "side"], ["d", "◐"], ["p", "panel"], ["?", "?"]]) tool(key, words);
+  const rows = KEYS.map(([key, does]) => `<tr><td><kbd>${KEY_NAMES[key] || key}</kbd></td><td>${escape(does)}</td></tr>`).join("");
+  element("robot-help").innerHTML = `<h2>Keys</h2><table>${rows}</table>
+    <p>Drag to turn, right-drag or two fingers to shift, wheel to zoom.</p>`;
+  element("robot-help").addEventListener("click", closeAll);
+}
+
+function showHelp() {
+  element("robot-help").hidden = !element("robot-help").hidden;
+}
+
+function closeAll() {
+  element("robot-help").hidden = true;
+}
+
+// ---------------------------------------------------------------- what changes
+
+/** Pose, gravity, load and scale of a robot, as parts of a line. */
+function facts(robot) {
+  const { scene } = robot, { pose, gravity, load, status } = scene.facts;
+  const list = (values) => `(${values.map(short).join(", ")})`;
+  const w = interpolated(scene, load, 6), force = w.slice(0, 3), moment = w.slice(3);
+  const [i] = between(scene);
+  const found = [
+    ["pose", pose.map(({ name, unit, values }) => `${name} ${place(interpolated(scene, values, 1)[0])}${unit === "°" ? "" : " "}${unit}`).join(", ")],
+    ["gravity", `${list(interpolated(scene, gravity, 3))} m/s²`],
+    ["load at o", `${list(force)} N${moment.some((x) => x !== 0) ? `, ${list(moment)} N·m` : ""}`],
+    ["drawn", `× ${number(state.exaggeration)}`],
+  ];
+  return status[i] === "OK" ? found : [...found, ["status", status[i]]];
+}
+
+function writePanel(scale) {
+  const { scene } = page.robots[0], { displacement, rotation } = scene.units;
+  const parts = scene.contributions.map((_, k) => readout(scene, k)), sum = readout(scene, null);
+  const cells = (values) => values.map((x, c) => {
+    const { factor, decimals } = c < 3 ? displacement : rotation;
+    return `<td>${fixed(x / factor, decimals)}</td>`;
+  }).join("");
+  element("robot-total").innerHTML = `${columns()}<tr class="total">${cells(sum)}</tr>`;
+  element("robot-parts").tHead.innerHTML = columns();
+  [...element("robot-parts").querySelectorAll("tr.part")].forEach((row, k) => { row.innerHTML = cells(parts[k]); });
+  const notes = [...scene.notes.slice(0, 3), ...(page.error ? [page.error] : [])];
+  element("robot-notes").innerHTML = notes.map((note) => `<p>${escape(note)}</p>`).join("");
+  element("robot-facts").innerHTML = page.robots.map((robot) => facts(robot)
+    .map(([name, text]) => `<span><b>${name}</b> ${escape(text)}</span>`).join("")).join("<br>");
+  const ticks = [0, 0.25, 0.5, 0.75, 1].map((part) => `<span>${number(part * scale / displacement.factor)}</span>`).join("");
+  element("robot-legend").innerHTML = `<div class="what">deflection [${displacement.unit}]</div>
+    <div class="scale"><div class="bar" style="background: linear-gradient(90deg, ${ramp.map((colour) => colour.getStyle()).join(",")})"></div>
+    <div class="ticks">${ticks}</div></div>
+    <div class="hint">pale: at rest. Each group of arrows has its own scale.</div>`;
 }

@@ -1,0 +1,142 @@
+/* Where the camera stands, and the size of the picture. */
+
+const VIEWS = { home: null, front: [0, -1, 0], side: [1, 0, 0], top: [0, 0, 1] }; // directions to look from, world axes
+
+const stage = viewer.dom_element;
+let fitted = null; // {distance, target} of the camera when everything was last brought into the picture
+
+/** Every point that the picture must hold, in the axes of three.js (y up): vertices now, stations in all frames, ends of arrows and axes. */
+function outline() {
+  const points = [];
+  viewer.scene.updateMatrixWorld(true);
+  for (const robot of page.robots) {
+    const { frames, pose } = robot.scene.stations;
+    for (const { mesh } of robot.solids.values()) {
+      if (!visible(mesh)) continue;
+      const p = mesh.geometry.attributes.position;
+      for (let v = 0; v < p.count; v += 1 + Math.floor(p.count / 400)) points.push(new THREE.Vector3().fromBufferAttribute(p, v).applyMatrix4(mesh.matrixWorld));
+    }
+    if (frames > 1) for (let o = 0; o < pose.length; o += 7) points.push(new THREE.Vector3(pose[o], pose[o + 2], -pose[o + 1]));
+    for (const { object, tip } of robot.arrows.values()) if (object.seen && visible(object)) points.push(tip.getWorldPosition(new THREE.Vector3()));
+    for (const { spec, object } of robot.frames.values()) {
+      if (spec.size && visible(object)) for (const tip of [[1, 0, 0], [0, 1, 0], [0, 0, 1]]) points.push(new THREE.Vector3(...tip).multiplyScalar(spec.size).applyMatrix4(object.matrixWorld));
+    }
+  }
+  return points.length ? points : [new THREE.Vector3()];
+}
+
+/** Look at the robot from the direction (x, y, z) in world axes, where it fits largest. */
+function look(x, y, z) {
+  const camera = viewer.camera, points = outline(), margin = 18;
+  const box = new THREE.Box3().setFromPoints(points), centre = box.getCenter(new THREE.Vector3());
+  const radius = 0.5 * box.getSize(new THREE.Vector3()).length() || 1;
+  const d = new THREE.Vector3(x, z, -y).normalize();
+  const right = (Math.hypot(x, y) > 1e-3 * Math.abs(z) ? new THREE.Vector3(0, 1, 0).cross(d) : new THREE.Vector3(1, 0, 0)).normalize();
+  const up = d.clone().cross(right), width = stage.offsetWidth, height = stage.offsetHeight;
+  const w = Math.max(width - 2 * margin, 0.5 * width), h = Math.max(height - 2 * margin, 0.5 * height);
+  camera.fov = 32; camera.near = radius / 50; camera.far = radius * 80;
+  const f = height / 2 / Math.tan(camera.fov * Math.PI / 360);
+  const local = points.map((p) => { const q = p.clone().sub(centre); return [q.dot(right), q.dot(up), q.dot(d)]; });
+  const span = (distance, c) => {
+    let least = Infinity, most = -Infinity;
+    for (const q of local) {
+      const value = f * q[c] / (distance - q[2]);
+      least = Math.min(least, value);
+      most = Math.max(most, value);
+    }
+    return [least, most];
+  };
+  let near = 1.05 * radius, distance = 40 * radius; // the nearest distance at which everything fits
+  for (let n = 0; n < 30; n++) {
+    const middle = (near + distance) / 2, [left, end] = span(middle, 0), [low, high] = span(middle, 1);
+    if (end - left > w || high - low > h) near = middle; else distance = middle;
+  }
+  const [left, end] = span(distance, 0), [low, high] = span(distance, 1);
+  viewer.controls.target.copy(centre).addScaledVector(right, (left + end) / 2 * distance / f).addScaledVector(up, (low + high) / 2 * distance / f);
+  camera.position.copy(viewer.controls.target).addScaledVector(d, distance);
+  viewer.controls.update();
+  fitted = { distance, target: viewer.controls.target.clone() };
+  viewer.set_dirty();
+}
+
+/** Bring everything into the picture, from where the camera looks. */
+function fit() {
+  const d = viewer.camera.position.clone().sub(viewer.controls.target);
+  look(d.x, -d.z, d.y);
+}
+
+function showView(name) {
+  look(...(VIEWS[name] || page.robots[0].scene.view));
+}
+
+/** Whether the camera has only been turned since everything was brought into the picture. */
+function stillFits() {
+  const distance = viewer.camera.position.distanceTo(viewer.controls.target);
+  return fitted && Math.abs(distance / fitted.distance - 1) < 1e-3 && viewer.controls.target.distanceTo(fitted.target) < 1e-3 * distance;
+}
+
+/** The canvas fills its part of the page, whatever meshcat thinks of the window. */
+function watchSize() {
+  const set = viewer.set_3d_pane_size.bind(viewer);
+  viewer.set_3d_pane_size = () => set(Math.max(stage.offsetWidth, 1), Math.max(stage.offsetHeight, 1));
+  viewer.set_3d_pane_size();
+  new ResizeObserver(() => {
+    viewer.set_3d_pane_size();
+    if (page.ready && stillFits()) fit();
+    viewer.render(); // at once: resizing has emptied the canvas
+  }).observe(stage);
+}
+
+// ---------------------------------------------------------------- light and dark
+
+const prefersDark = window.matchMedia("(prefers-color-scheme: dark)");
+
+/** Colours for a dark page: words and arrows that are dark are made lighter. */
+function shade(colour) {
+  const c = new THREE.Color(colour);
+  return page.dark ? c.lerp(new THREE.Color(1, 1, 1), 0.45) : c;
+}
+
+function setDark(dark) {
+  page.dark = dark;
+  document.documentElement.dataset.theme = dark ? "dark" : "light";
+  const background = new THREE.Color(dark ? "#14181f" : "#ffffff").toArray();
+  for (const end of ["top_color", "bottom_color"]) viewer.set_property(["Background"], end, background);
+  for (const robot of page.robots) for (const { object } of robot.arrows.values()) object.paint(shade);
+  for (const { element, colour } of labels) element.style.setProperty("--colour", `#${shade(colour).getHexString()}`);
+  viewer.set_dirty();
+}
+
+// ---------------------------------------------------------------- keyboard
+
+const KEYS = [ // key, what it does in words, what to do
+  ["f", "fit the robot into the picture", fit],
+  ["0", "view: home", () => showView("home")],
+  ["1", "view: front", () => showView("front")],
+  ["2", "view: side", () => showView("side")],
+  ["3", "view: top", () => showView("top")],
+  ["+", "larger displacements", () => scaleBy(1.25)],
+  ["-", "smaller displacements", () => scaleBy(0.8)],
+  ["r", "robot at rest on or off", () => toggle("Rest")],
+  ["a", "forces and moments on or off", () => toggle("Arrows")],
+  ["l", "names on or off", () => toggle("Labels")],
+  [" ", "play or pause a path", () => { if (page.robots.some((robot) => robot.scene.stations.frames > 1)) playOrPause(); }],
+  ["d", "dark or light", () => setDark(!page.dark)],
+  ["p", "panel on or off", () => document.body.classList.toggle("without-panel")],
+  ["?", "these keys", () => showHelp()],
+  ["Escape", "close what is open", () => closeAll()],
+];
+const KEY_NAMES = { " ": "space", Escape: "Esc" };
+
+function watchKeys() {
+  window.addEventListener("keydown", (event) => {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const target = event.target, typing = target instanceof HTMLElement && target.matches("input:not([type=checkbox]), select, textarea");
+    if (typing && event.key !== "Escape" && event.key !== "?") return;
+    if (event.key === " " && target instanceof HTMLElement && target.matches("button, summary, input")) return; // it presses them
+    const found = KEYS.find(([key]) => key === event.key || key === event.key.toLowerCase());
+    if (!found) return;
+    event.preventDefault();
+    found[2]();
+  });
+}
