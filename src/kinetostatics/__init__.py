@@ -37,6 +37,7 @@ from kinetostatics.tolerances import tolerances
 if TYPE_CHECKING:
     from kinetostatics import indices
     from kinetostatics import plots as plot
+    from kinetostatics.authoring.robot_by_name import new_robot, robot_text
     from kinetostatics.files.importers import MissingFactsError, import_robot
     from kinetostatics.verification import verify
     from kinetostatics.viewer import save_html, show
@@ -67,8 +68,10 @@ __all__ = [
     "import_robot",
     "indices",
     "load_robot",
+    "new_robot",
     "plot",
     "read_robot_file",
+    "robot_text",
     "robots",
     "save_html",
     "save_robot",
@@ -98,6 +101,10 @@ def __getattr__(name: str) -> Any:
         from kinetostatics.files import importers as foreign_loops
 
         return getattr(foreign_loops, name)
+    if name in ("new_robot", "robot_text"):
+        from kinetostatics.authoring import robot_by_name
+
+        return getattr(robot_by_name, name)
     if name in ("indices", "plot"):
         return importlib.import_module({"indices": "kinetostatics.indices", "plot": "kinetostatics.plots"}[name])
     if name == "sweep":

@@ -35,6 +35,7 @@ SLOW = {
         "kinetostatics.files.importers.convert.convert",
         "importing",
     ),
+    "new": (["3-RPS", "--out", "new.urdf.xacro"], "kinetostatics.authoring.robot_by_name.new_robot", "building the robot"),
     "plot": (["map.nc", "--out", "figure.svg", "--kind", "line"], "kinetostatics.plots.save", "drawing"),
 }
 

@@ -18,7 +18,7 @@ from typing import Any, NoReturn
 from kinetostatics.exceptions import KinetostaticsError, near_names
 
 #: Modules of ``kinetostatics.cli``, in the order of the help.
-COMMANDS = ("check", "analyze", "sweep", "view", "verify", "tolerances", "import", "plot", "robots")
+COMMANDS = ("check", "analyze", "sweep", "view", "verify", "tolerances", "import", "new", "plot", "robots")
 
 #: Exit code of any error; 0 is success and 1 a command's own bad news.
 ERROR = 2

@@ -9,10 +9,9 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
+from kinetostatics.files.mesh_packages import OWN_FOLDERS
 from kinetostatics.files.xml import read_file
 
-#: In an installed package the robots lie beside this file, in a source checkout at its top.
-FOLDERS = (Path(__file__).parents[1] / "robots", Path(__file__).parents[3] / "robots")
 ENDINGS = (".urdf.xacro", ".urdf")
 
 #: The first sentence of a file's first comment.
@@ -43,7 +42,7 @@ def _about(path: Path) -> str:
 
 def shipped_robots() -> dict[str, Path]:
     """Return the files of the robots that come with the package, by name."""
-    folder = next((item for item in FOLDERS if item.is_dir()), None)
+    folder = next((item for item in OWN_FOLDERS if item.is_dir()), None)
     if folder is None:
         return {}
     return {path.name.removesuffix(ending): path for ending in ENDINGS for path in sorted(folder.glob(f"*{ending}"))}

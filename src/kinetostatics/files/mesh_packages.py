@@ -18,6 +18,10 @@ from kinetostatics.exceptions import near_names
 
 INDEX = Path("share", "ament_index", "resource_index", "packages")
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]*")
+#: Where the robots of this package are, and the library of xacro macros: in an installed package beside the folder of this file,
+#: in a source checkout at its top. It is what ``$(find kinetostatics)`` means.
+OWN_FOLDERS = (Path(__file__).parents[1] / "robots", Path(__file__).parents[3] / "robots")
+OWN_NAME = "kinetostatics"
 #: What to install for a package that is known to come from PyPI. Other names are not suggested: anybody may register one.
 ON_PYPI = {"example-robot-data": "example-robot-data"}
 
@@ -29,7 +33,8 @@ class PackageNotFound(LookupError):
 def package_folder(name: str) -> Path:
     """Return the folder with the files of an installed package.
 
-    Looked for, in this order, in ROS's workspaces (``AMENT_PREFIX_PATH``), beside the packages that pip installed
+    ``kinetostatics`` is the folder of the robots that come with this package, with its library of xacro macros. Others are
+    looked for, in this order, in ROS's workspaces (``AMENT_PREFIX_PATH``), beside the packages that pip installed
     (``cmeel.prefix``, where Pinocchio and its robots are), and in Python's own prefix.
 
     Raises:
@@ -37,7 +42,11 @@ def package_folder(name: str) -> Path:
     """
     if not NAME.fullmatch(name):
         raise PackageNotFound(f"{name!r} is not the name of a package: write letters, digits, - and _, as in $(find my_robots)")
-    known = set()
+    if name == OWN_NAME:
+        own = next((folder for folder in OWN_FOLDERS if folder.is_dir()), None)
+        if own is not None:
+            return own
+    known = {OWN_NAME}
     for prefix in _prefixes():
         if (prefix / INDEX / name).is_file() and (prefix / "share" / name).is_dir():
             return prefix / "share" / name

@@ -1,0 +1,109 @@
+"""The xacro arguments of a generated file: names, defaults and what they mean."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from numbers import Real
+
+from kinetostatics.exceptions import ArgumentError, near_names
+
+
+@dataclass
+class FileArguments:
+    """Collects the arguments of a file; values that the user gave replace defaults.
+
+    Attributes:
+        given: values by name.
+        texts: what is written as default, by name, in the file's order.
+        comments: what they mean.
+        headings: comments of their own line, before the argument of that name.
+    """
+
+    given: Mapping[str, object]
+    texts: dict[str, str] = field(default_factory=dict)
+    comments: dict[str, str] = field(default_factory=dict)
+    headings: dict[str, str] = field(default_factory=dict)
+
+    def add(self, name: str, default: object, comment: str = "", heading: str = "") -> None:
+        """Add an argument, unless it is there."""
+        if name in self.texts:
+            return
+        self.texts[name] = text_of_value(name, self.given.get(name, default))
+        self.comments[name] = comment
+        if heading:
+            self.headings[name] = heading
+
+    def number(self, name: str, default: float) -> float:
+        """Return the number that a name has, before it is added."""
+        value = self.given.get(name, default)
+        try:
+            number = float(value)  # type: ignore[arg-type]
+        except (TypeError, ValueError):
+            raise ArgumentError(f"{name} is {value!r}; it must be a number, in SI units") from None
+        if not math.isfinite(number):
+            raise ArgumentError(f"{name} is {value!r}; it must be a finite number")
+        return number
+
+    def length(self, name: str, default: float) -> float:
+        """Return a length greater than zero."""
+        number = self.number(name, default)
+        if number <= 0:
+            raise ArgumentError(f"{name} is {self.given.get(name)!r}; it must be greater than zero, in metres")
+        return number
+
+    def check_all_used(self, reasons: Mapping[str, str]) -> None:
+        """Refuse values that no argument has; ``reasons`` tells why some names are not there."""
+        for name in self.given:
+            if name not in self.texts:
+                reason = reasons.get(name, near_names(name, self.texts))
+                raise ArgumentError(f"this robot has no value {name!r}: {reason}")
+
+    def lines(self) -> list[str]:
+        """Return the lines that declare the arguments, and make them properties."""
+        found = []
+        for name, text in self.texts.items():
+            if name in self.headings:
+                found += ["", f"  <!-- {self.headings[name]} -->"]
+            line = f'  <xacro:arg name="{name}" default="{text}"/>'
+            comment = self.comments[name]
+            found.append(f"{line:<58} <!-- {comment} -->" if comment else line)
+            found.append(f'  <xacro:property name="{name}" value="$(arg {name})"/>')
+        return _sorted_apart(found)
+
+
+def _sorted_apart(lines: list[str]) -> list[str]:
+    """Return arguments first, then the properties, except those whose values other defaults need at once."""
+    expressions = [line for line in lines if "${" in line]
+    late = {line for line in expressions if line.lstrip().startswith("<xacro:arg")}
+    first = [line for line in lines if line not in late and not line.lstrip().startswith("<xacro:property")]
+    late_names = {line.split('"')[1] for line in late}
+    properties = [line for line in lines if line.lstrip().startswith("<xacro:property")]
+    early = [line for line in properties if line.split('"')[1] not in late_names]
+    rest = [
+        item
+        for line in lines
+        if line in late
+        for item in (line, *(p for p in properties if p.split('"')[1] == line.split('"')[1]))
+    ]
+    return [*first, "", *early, *(["", "  <!-- give these to override what follows from sizes -->", *rest] if rest else [])]
+
+
+def text_of_value(name: str, value: object) -> str:
+    """Return a value as the text of an argument's default."""
+    if isinstance(value, str):
+        if any(sign in value for sign in '<>&"'):
+            raise ArgumentError(f"{name} is {value!r}; it must be a number or a plain text")
+        return value
+    if isinstance(value, bool) or not isinstance(value, Real):
+        if isinstance(value, (list, tuple)) or hasattr(value, "tolist"):
+            return " ".join(text_of_value(name, item) for item in value)  # type: ignore[attr-defined]
+        raise ArgumentError(f"{name} is {value!r}; it must be a number")
+    number = float(value)
+    return f"{number:g}" if float(f"{number:g}") == number else repr(number)
+
+
+def rounded(value: float) -> float:
+    """Return a length rounded to two digits, as people write it."""
+    return float(f"{value:.2g}")

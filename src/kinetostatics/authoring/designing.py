@@ -1,0 +1,263 @@
+"""From the notation, sizes and places to all that a robot file is written from."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from kinetostatics.argument_checks import check_choice
+from kinetostatics.authoring.arguments_of_file import FileArguments, rounded
+from kinetostatics.authoring.design import Design
+from kinetostatics.authoring.limb_text import LimbOptions
+from kinetostatics.authoring.materials import SHAPES, SectionText
+from kinetostatics.authoring.notation import Architecture, parse_architecture
+from kinetostatics.authoring.placement import DIRECTIONS, Place, arranged, limb_frame, tabled
+from kinetostatics.authoring.section_arguments import add_mass_arguments, add_section_arguments, chosen_sections
+from kinetostatics.authoring.skeleton import Skeleton, skeleton_of
+from kinetostatics.exceptions import ArgumentError
+
+#: Sizes where none are given [m].
+BASE_RADIUS, PLATFORM_RADIUS, HEIGHT = 0.3, 0.2, 0.5
+
+
+def design_robot(
+    architecture: str,
+    *,
+    base_radius: float | None,
+    platform_radius: float | None,
+    height: float | None,
+    arrangement: str,
+    azimuths: Sequence[float] | None,
+    placements: Any,
+    guide: str | None,
+    axis: str | None,
+    sections: Mapping[str, str] | None,
+    name: str | None,
+    values: Mapping[str, object],
+) -> Design:
+    """Return what a generated file is written from; the arguments are those of :func:`new_robot`."""
+    parsed = parse_architecture(architecture)
+    by_group = {group: skeleton_of(parsed, group) for group in parsed.groups}
+    skeletons = tuple(by_group[group] for group in parsed.limbs)
+    for what, word in (("guide", guide), ("axis", axis)):
+        if word is not None:
+            check_choice(what, word, DIRECTIONS)
+    main = {"base_radius": base_radius, "platform_radius": platform_radius, "height": height}
+    given = {**{key: value for key, value in main.items() if value is not None}, **values}
+    arguments = FileArguments(given)
+    planar = arrangement == "planar"
+    sizes = {
+        "base_radius": arguments.length("base_radius", BASE_RADIUS),
+        "platform_radius": arguments.length("platform_radius", PLATFORM_RADIUS),
+        "height": arguments.number("height", 0.0 if planar or arrangement == "cartesian" else HEIGHT),
+        "base_height": arguments.number("base_height", 0.0),
+        "base_spread": arguments.number("base_spread", math.radians(15)),
+        "platform_spread": arguments.number("platform_spread", math.radians(15)),
+    }
+    word = guide or ("tangential" if planar else "vertical")
+    if placements is not None:
+        places = tabled(parsed, skeletons, placements, word)
+    else:
+        places = arranged(parsed, skeletons, arrangement, azimuths, sizes, word, axis)
+    _place_arguments(arguments, places, sizes)
+    spans = [limb_frame(place, sizes["height"])[0] for place in places]
+    lengths = _geometry_arguments(arguments, parsed, skeletons, places, spans)
+    chosen, prefixes = chosen_sections(parsed, skeletons, sections or {}, lengths)
+    shared = add_section_arguments(arguments, chosen)
+    add_mass_arguments(arguments, skeletons, sizes)
+    arguments.check_all_used(_reasons(skeletons))
+    options = tuple(
+        _limb_options(parsed, k, skeletons, places, spans, prefixes, chosen, arguments) for k in range(len(skeletons))
+    )
+    return Design(
+        name if name is not None else re.sub(r"\W+", "_", parsed.text.lower()).strip("_"),
+        parsed,
+        skeletons,
+        tuple(places),
+        options,
+        chosen,
+        shared,
+        arguments,
+    )
+
+
+# ---- the arguments of the file --------------------------------------------------------------------------------------
+
+
+def _place_arguments(arguments: FileArguments, places: Sequence[Place], sizes: Mapping[str, float]) -> None:
+    polar = any(place.at_base is not None for place in places)
+    texts = "".join(place.base_text + place.platform_text for place in places)
+    spread = any("spread" in place.at_base.text for place in places if place.at_base is not None)
+    if polar or "base_radius" in texts:
+        arguments.add("base_radius", sizes["base_radius"], "O to the limbs' base points B_i")
+    if places[0].platform_text and "platform_radius" not in texts:  # a table: the radius is that of the platform's disc
+        radius = rounded(max(math.hypot(*place.platform[:2]) for place in places) or 0.1)
+        arguments.add("platform_radius", radius, "of the disc that the platform's inertia is that of")
+    else:
+        arguments.add("platform_radius", sizes["platform_radius"], "o to their platform points A_i")
+    arguments.add("height", sizes["height"], "of o above O where all joints read zero")
+    if polar or "base_height" in texts:
+        arguments.add("base_height", 0, "of the B_i above O")
+    if spread:
+        arguments.add("base_spread", "${radians(15)}", "B_i to the middle of its pair, seen from O")
+        arguments.add("platform_spread", "${radians(15)}", "A_i to the middle of its pair, seen from o")
+
+
+def _geometry_arguments(
+    arguments: FileArguments,
+    architecture: Architecture,
+    skeletons: Sequence[Skeleton],
+    places: Sequence[Place],
+    spans: Sequence[np.ndarray],
+) -> dict[str, float]:
+    """Add lengths and limits; return the longest length of each role."""
+    longest: dict[str, float] = {}
+    elbows = [k for k, skeleton in enumerate(skeletons) if skeleton.has_elbow]
+    if elbows:
+        reach = max(float(np.linalg.norm(spans[k])) for k in elbows)
+        crank = arguments.length("crank_length", rounded(0.6 * reach))
+        arguments.add("crank_length", crank, "B_i to the elbow E_i")
+        if "crank_angle" in arguments.given:
+            if "rod_length" in arguments.given:
+                raise ArgumentError("crank_angle and rod_length are both given; give one, the other follows from it")
+            arguments.add("crank_angle", 0.0, "of the crank above the level, outwards, where all joints read zero")
+            longest["rod"] = reach
+        else:
+            rod = arguments.length("rod_length", rounded(0.6 * reach))
+            arguments.add("rod_length", rod, "E_i to A_i")
+            hanging = all(places[k].axis is None and spans[k][2] < 0 for k in elbows)
+            arguments.add(
+                "elbow", -1 if hanging else 1, "on which side it bends: 1 or -1 turned from B_i A_i about the revolute axis"
+            )
+            for k in elbows:
+                _check_triangle(architecture, k, spans[k], crank, rod)
+            longest["rod"] = rod
+        longest["crank"] = crank
+    for skeleton, span in zip(skeletons, spans, strict=True):
+        if skeleton.spans and not skeleton.has_elbow:
+            length = float(np.linalg.norm(span))
+            if length < 1e-6:
+                raise ArgumentError(
+                    f"{architecture.text}: base and platform point of {skeleton.group.text} coincide; change height or radii"
+                )
+            longest["rod"] = max(longest.get("rod", 0.0), length)
+    if any(span.kind in ("rods", "parallelogram") for skeleton in skeletons for span in skeleton.spans):
+        arguments.add(
+            "pair_width", rounded(0.3 * arguments.number("platform_radius", PLATFORM_RADIUS)), "between the two rods of a pair"
+        )
+    if any(skeleton.guide or any(span.slide for span in skeleton.spans) for skeleton in skeletons):
+        arguments.add("stroke", rounded(0.4 * longest.get("rod", 0.5)), "of prismatic joints, either way from zero")
+    arguments.add("joint_angle_max", "${radians(60)}", "of passive joints, either way from zero")
+    if any(point.symbol and point.symbol.driven and point.kind == "R" for skeleton in skeletons for point in skeleton.points):
+        arguments.add("drive_angle_max", "${radians(90)}", "of driven revolute joints, either way from zero")
+    if "drive_stiffness" in arguments.given:
+        arguments.add("drive_stiffness", "inf", "of every drive, N/m or N m/rad; inf: rigid")
+    return longest
+
+
+def _check_triangle(architecture: Architecture, k: int, span: np.ndarray, crank: float, rod: float) -> None:
+    line, out = math.hypot(span[0], span[2]), abs(float(span[1]))
+    if rod <= out or not abs(crank - math.sqrt(rod**2 - out**2)) < line < crank + math.sqrt(rod**2 - out**2):
+        raise ArgumentError(
+            f"{architecture.text}, limb {k + 1}: crank_length {crank:g} and rod_length {rod:g} do not make a triangle with the "
+            f"{np.linalg.norm(span):.4g} m from base point to platform point; their sum must be longer, their difference shorter"
+        )
+
+
+def _reasons(skeletons: Sequence[Skeleton]) -> dict[str, str]:
+    """Return why a name that other robots have is not there."""
+    found = {"base_radius": "its placements come from a table", "base_height": "its placements come from a table"}
+    if not any(skeleton.has_elbow for skeleton in skeletons):
+        found["rod_length"] = "it follows from height and radii"
+        for name in ("crank_length", "crank_angle", "elbow"):
+            found[name] = "no limb has an elbow"
+    else:
+        found["rod_length"] = "it follows from crank_angle"
+        found["elbow"] = "crank_angle tells where the elbow is"
+    return found
+
+
+# ---- limbs ---------------------------------------------------------------------------------------------------------
+
+
+def _limb_options(
+    architecture: Architecture,
+    k: int,
+    skeletons: Sequence[Skeleton],
+    places: Sequence[Place],
+    spans: Sequence[np.ndarray],
+    prefixes: Sequence[Mapping[str, str]],
+    sections: Mapping[str, SectionText],
+    arguments: FileArguments,
+) -> LimbOptions:
+    skeleton, place = skeletons[k], places[k]
+    alike = [n for n, other in enumerate(skeletons) if other.group == skeleton.group]
+    oblique = any(places[n].axis is not None and abs(spans[n][1]) > 1e-9 * np.linalg.norm(spans[n]) for n in alike)
+    if oblique:
+        _check_oblique(architecture, k, skeleton, spans[k])
+    polar = all(places[n].at_base is not None for n in alike)
+    parameters, head, guide_direction = _head(skeleton, place, polar=polar, axes=any(places[n].axis is not None for n in alike))
+    widths = {role: _widths(prefix, sections[prefix]) for role, prefix in prefixes[k].items()}
+    kinds = "".join(kind.lower() if kind[0] != "4" else f"_{kind.lower()}" for kind in skeleton.group.kinds)
+    same = [group for group in architecture.groups if group.kinds == skeleton.group.kinds]
+    letter = "" if len(same) == 1 else f"_{same.index(skeleton.group) + 1}"
+    return LimbOptions(
+        f"limb_{kinds}{letter}",
+        head,
+        parameters,
+        guide_direction,
+        "crank_angle" in arguments.texts,
+        oblique,
+        dict(prefixes[k]),
+        widths,
+        "cylinder" in prefixes[k],
+        "drive_stiffness" in arguments.texts,
+    )
+
+
+def _check_oblique(architecture: Architecture, k: int, skeleton: Skeleton, span: np.ndarray) -> None:
+    """Refuse limbs whose parallel axes would have to reach a point beside their plane."""
+    inner, outer = skeleton.points[-2:] if len(skeleton.points) > 1 else (None, None)
+    fits = (
+        inner is not None and outer is not None and inner.kind in ("U", "S") and outer.kind in ("U", "S") and outer.axes != "nx"
+    )
+    if not fits or inner is None or inner.axes == "xn":
+        raise ArgumentError(
+            f"{architecture.text}, limb {k + 1}: its platform point lies {abs(span[1]):.4g} m beside the plane through its base "
+            "point that its revolute axes are perpendicular to; move it into that plane, or give the axes another direction"
+        )
+
+
+def _head(skeleton: Skeleton, place: Place, *, polar: bool, axes: bool) -> tuple[str, tuple[str, ...], str]:
+    """Return a limb macro's parameters, the lines that place it, and the direction of its guide."""
+    vectors = {
+        "vertical": "[0, 0, 1]",
+        "radial": "[cos(at_base), sin(at_base), 0]",
+        "tangential": "[-sin(at_base), cos(at_base), 0]",
+    }
+    words = polar and all(isinstance(item, str) for item in (place.axis or "", place.guide))
+    if polar and words:
+        axis = "" if place.axis is None else f' axis="${{{vectors[str(place.axis)]}}}"'
+        lines = (
+            f'<xacro:limb_frame i="${{i}}" height="${{height}}"{axis}',
+            '                   base_point="${[base_radius * cos(at_base), base_radius * sin(at_base), base_height]}"',
+            '                   platform_point="${[platform_radius * cos(at_platform), platform_radius * sin(at_platform),',
+            '                                      0]}"/>',
+        )
+        return "i at_base at_platform", lines, vectors[str(place.guide)]
+    axis = ' axis="${axis}"' if axes else ""
+    placed = (
+        f'<xacro:limb_frame i="${{i}}" height="${{height}}"{axis} base_point="${{base_point}}"',
+        '                   platform_point="${platform_point}"/>',
+    )
+    more = (" axis" if axes else "") + (" guide_direction" if skeleton.guide is not None and not skeleton.guide_turns else "")
+    return f"i base_point platform_point{more}", placed, "guide_direction"
+
+
+def _widths(prefix: str, section: SectionText) -> tuple[str, ...]:
+    names = SHAPES[section.shape]
+    return (f"{prefix}_{names[0]}",) if len(names) == 1 or section.shape == "tube" else (f"{prefix}_width", f"{prefix}_height")

@@ -1,0 +1,133 @@
+"""The text of a generated robot file."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+from kinetostatics.authoring.design import Design
+from kinetostatics.authoring.limb_text import limb_macro
+from kinetostatics.authoring.materials import SectionText
+from kinetostatics.authoring.notation import JOINTS
+from kinetostatics.authoring.placement import direction
+
+
+def _ruler(title: str) -> str:
+    return f"  <!-- {'=' * 44} {title} {'=' * (60 - len(title))} -->"
+
+
+def file_text(design: Design) -> str:
+    """Return the text of a robot file."""
+    macros = dict.fromkeys(
+        limb_macro(skeleton, options) for skeleton, options in zip(design.skeletons, design.options, strict=True)
+    )
+    parts = [
+        '<?xml version="1.0"?>',
+        _about(design),
+        f'<robot name="{design.name}" xmlns:xacro="http://www.ros.org/wiki/xacro">',
+        '  <xacro:include filename="$(find kinetostatics)/library/limbs.xacro"/>',
+        "",
+        _ruler("values to choose"),
+        "",
+        *design.arguments.lines(),
+        "",
+        _ruler("base and platform"),
+        "",
+        _BASE.replace("BASE_RADIUS", "base_radius" if "base_radius" in design.arguments.texts else "1.5 * platform_radius"),
+        "",
+        _ruler("beams"),
+        "",
+        *(_beam(prefix, section, design.shared_material, design.arguments.texts) for prefix, section in design.sections.items()),
+        "",
+        _ruler("limbs"),
+        "",
+        "\n\n".join(macros),
+        "",
+        *(_call(design, k) for k in range(len(design.skeletons))),
+        "</robot>",
+        "",
+    ]
+    return "\n".join(parts)
+
+
+_BASE = """\
+  <!-- frame at O: X to the right, Z up -->
+  <link name="base">
+    <xacro:draw_cylinder diameter="${2.3 * BASE_RADIUS}" length="0.01" material="graphite" xyz="0 0 ${-0.06 * BASE_RADIUS}"/>
+  </link>
+
+  <!-- leaves the platform all freedoms and is no limb: all limbs are alike, each closed by a loop at the platform -->
+  <joint name="platform_pose" type="floating">
+    <parent link="base"/>
+    <child link="platform"/>
+    <origin xyz="0 0 ${height}"/>
+  </joint>
+
+  <!-- frame at o, parallel to the base's where all joints read zero -->
+  <link name="platform">
+    <xacro:disc_inertial mass="${platform_mass}" radius="${platform_radius}" thickness="${platform_thickness}"
+                         xyz="$(arg platform_center)"/>
+    <xacro:draw_cylinder diameter="${2 * platform_radius}" length="${platform_thickness}" material="teal"/>
+  </link>
+
+  <!-- results refer to o and the axes of this link -->
+  <platform link="platform"/>"""
+
+
+def _about(design: Design) -> str:
+    architecture = design.architecture
+    limbs = []
+    number = 1
+    for group in architecture.groups:
+        numbers = f"limb {number}" if group.count == 1 else f"limbs {number} to {number + group.count - 1}"
+        names = ", ".join(
+            JOINTS[joint.kind][0]
+            + (" (driven)" if joint.driven and joint.kind != "C" else " (slide driven)" if joint.driven else "")
+            for joint in group.joints
+        )
+        limbs.append(f"    {numbers}, {group.text}: {names}, from base to platform")
+        number += group.count
+    said = "  The notation marked no drive: these are the usual ones.\n" if architecture.drives_chosen else ""
+    return (
+        "<!--\n"
+        f"  {architecture.text}, built by name. Drives stand in brackets.\n" + "\n".join(limbs) + "\n" + said + "\n"
+        "  Units: m, kg, N, rad. All joints at zero closes the loops exactly, also after a value was changed.\n"
+        "  Change a value here, or without editing the file: ks.load_robot(FILE, parameters={'platform_mass': 5})\n"
+        "-->"
+    )
+
+
+def _beam(prefix: str, section: SectionText, shared: bool, names: Mapping[str, str]) -> str:
+    start = "" if shared else f"{prefix}_"
+    attributes = [("density", "density"), ("youngs_modulus", "youngs_modulus")]
+    attributes += [
+        (key, key) for key in ("poisson_ratio", "shear_modulus", "shear_coefficient", "thermal_expansion") if start + key in names
+    ]
+    values = [f'{name}="$(arg {start}{key})"' for name, key in attributes]
+    sizes = " ".join(f'{size}="${{{prefix}_{size}}}"' for size in section.sizes)
+    y_axis = ' y_axis="0 1 0"' if section.shape.startswith("rect") else ""
+    return (
+        f'  <xacro:macro name="{prefix}_beam" params="link start end">\n'
+        f'    <beam link="${{link}}" from="${{start}}" to="${{end}}"{y_axis}\n'
+        f"          {' '.join(values)}>\n"
+        f"      <{section.shape} {sizes}/>\n"
+        "    </beam>\n"
+        "  </xacro:macro>"
+    )
+
+
+def _call(design: Design, k: int) -> str:
+    options, place = design.options[k], design.places[k]
+    values = {"i": str(k + 1)}
+    azimuth = math.atan2(place.base[1], place.base[0])
+    if place.at_base is not None and place.at_platform is not None:
+        values |= {"at_base": f"${{{place.at_base.text}}}", "at_platform": f"${{{place.at_platform.text}}}"}
+    values |= {"base_point": f"${{{place.base_text}}}", "platform_point": f"${{{place.platform_text}}}"}
+    values["axis"] = "across" if place.axis is None else f"${{{_vector(direction(place.axis, azimuth))}}}"
+    values["guide_direction"] = f"${{{_vector(direction(place.guide, azimuth))}}}"
+    wanted = options.parameters.split()
+    return f"  <xacro:{options.macro} " + " ".join(f'{key}="{values[key]}"' for key in wanted) + "/>"
+
+
+def _vector(values: Sequence[float]) -> str:
+    return "[" + ", ".join(f"{value:g}" if float(f"{value:g}") == value else repr(value) for value in values) + "]"

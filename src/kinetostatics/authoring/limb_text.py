@@ -1,0 +1,398 @@
+"""The xacro text of a limb: a macro that puts its joints, links, beams and drives between base and platform.
+
+Its geometry is written as expressions of the file's arguments, so that the file stays closed when these are changed. In the
+limb's frame (y along its revolute axes) a link has its z along itself: turned by its pitch about y, then by its roll about its x.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from kinetostatics.authoring.skeleton import Point, Skeleton, Span
+
+
+@dataclass(frozen=True)
+class LimbOptions:
+    """How a limb is written.
+
+    Attributes:
+        macro: name of its macro.
+        head: the lines that call ``limb_frame``, and its parameters.
+        parameters: of the macro.
+        guide_direction: of the carriage's guide in the base's axes, an expression.
+        crank_angle: whether the crank's angle is given, and the rod's length follows; else the two lengths are given.
+        oblique: whether the last link may leave the plane across the revolute axes.
+        prefixes: what the arguments of a role's section begin with.
+        widths: for each role the expressions of its drawing: diameter, or height and width.
+        two_pieces: whether a telescope is a cylinder and a rod of constant lengths.
+        drive_stiffness: whether drives are elastic.
+    """
+
+    macro: str
+    head: tuple[str, ...]
+    parameters: str
+    guide_direction: str
+    crank_angle: bool
+    oblique: bool
+    prefixes: dict[str, str]
+    widths: dict[str, tuple[str, ...]]
+    two_pieces: bool = False
+    drive_stiffness: bool = False
+
+
+@dataclass
+class _Walk:
+    """Where the writing of a limb stands: the outermost link, and what is written.
+
+    Attributes:
+        link: name of the outermost link.
+        end: where the next joint sits, in that link's frame.
+        pitch, roll: its angles, expressions; "0" where they are none.
+        last_joint: name of the joint at its inner end.
+    """
+
+    link: str = "foot_${i}"
+    end: str = "0 0 0"
+    pitch: str = "0"
+    roll: str = "0"
+    last_joint: str = ""
+    lines: list[str] = field(default_factory=list)
+    drives: list[str] = field(default_factory=list)
+
+    def say(self, *lines: str) -> None:
+        self.lines += lines
+
+
+def limb_macro(skeleton: Skeleton, options: LimbOptions) -> str:
+    """Return the text of a limb's macro."""
+    walk = _Walk()
+    walk.say(*options.head, *_geometry(skeleton, options), "")
+    _guide(skeleton, options, walk)
+    for number, point in enumerate(skeleton.points):
+        is_last = number == len(skeleton.points) - 1
+        if is_last and (point.kind or skeleton.ends_rigid):
+            _to_platform(skeleton, point, walk)
+        elif not is_last:
+            _joint_and_link(skeleton, options, number, walk)
+    if not skeleton.points:
+        _to_platform(skeleton, Point("", None), walk)
+    for number, joint in enumerate(walk.drives):
+        letter = "abcdef"[number] if len(walk.drives) > 1 else ""
+        walk.say(f'<transmission name="drive_${{i}}{letter}"><joint name="{joint}"/></transmission>')
+        if options.drive_stiffness:
+            walk.say(f'<joint_stiffness joint="{joint}" drive="$(arg drive_stiffness)"/>')
+    body = "\n".join(f"    {line}" if line else "" for line in walk.lines)
+    return f'  <xacro:macro name="{options.macro}" params="{options.parameters}">\n{body}\n  </xacro:macro>'
+
+
+# ---- geometry ------------------------------------------------------------------------------------------------------
+
+
+def _property(name: str, value: str) -> str:
+    return f'<xacro:property name="{name}" value="${{{value}}}"/>'
+
+
+def _geometry(skeleton: Skeleton, options: LimbOptions) -> list[str]:
+    """Return what sets pitch, roll and length of each link at zero."""
+    if len(skeleton.points) < 2:
+        return []
+    lines: list[str] = []
+    if skeleton.has_elbow:
+        if options.crank_angle:
+            lines += [
+                "<!-- at zero the crank points outwards, crank_angle above the level -->",
+                _property("crank_pitch", "pi / 2 - crank_angle"),
+            ]
+        else:
+            reach = "rod_length**2 - limb_y**2" if options.oblique else "rod_length**2"
+            lines += [
+                "<!-- at zero, the triangle of crank, rod and the line between their ends; its bend is to the side of elbow -->",
+                _property("line", "hypot(limb_x, limb_z)"),
+                _property(
+                    "crank_pitch",
+                    f"atan2(limb_x, limb_z) + elbow * acos((crank_length**2 + line**2 - ({reach})) / (2 * crank_length * line))",
+                ),
+            ]
+        lines += [
+            _property("along_x", "limb_x - crank_length * sin(crank_pitch)"),
+            _property("along_z", "limb_z - crank_length * cos(crank_pitch)"),
+        ]
+        x, z = "along_x", "along_z"
+    else:
+        lines.append("<!-- at zero, the line from the limb's foot to its seat -->")
+        x, z = "limb_x", "limb_z"
+    lines.append(_property("rod_pitch", f"atan2({x}, {z})"))
+    if not (skeleton.has_elbow and not options.crank_angle):
+        length = f"sqrt({x}**2 + limb_y**2 + {z}**2)" if options.oblique else f"hypot({x}, {z})"
+        lines.append(_property("rod_length", length))
+    if options.oblique:
+        lines.append(_property("rod_roll", "-asin(limb_y / rod_length)"))
+    return lines
+
+
+# ---- joints and links ----------------------------------------------------------------------------------------------
+
+
+def _guide(skeleton: Skeleton, options: LimbOptions, walk: _Walk) -> None:
+    if skeleton.guide is None:
+        return
+    if skeleton.guide_turns:
+        walk.say(
+            "<!-- the cylindrical joint: a slide along the limb's y, and a turn about it -->",
+            '<xacro:prismatic name="prismatic_${i}" parent="foot_${i}" child="carriage_${i}" axis="0 1 0" lower="${-stroke}"',
+            '                 upper="${stroke}" effort="2000"/>',
+            '<link name="carriage_${i}"><xacro:box_inertial mass="${carriage_mass}" x="0.1" y="0.1" z="0.1"/></link>',
+        )
+    else:
+        walk.say(
+            f'<xacro:guide i="${{i}}" name="prismatic_${{i}}" direction="${{{options.guide_direction}}}"',
+            '             mass="${carriage_mass}" stroke="${stroke}"/>',
+        )
+    if skeleton.guide.driven:
+        walk.drives.append("prismatic_${i}")
+    walk.link, walk.last_joint = "carriage_${i}", "prismatic_${i}"
+
+
+def _turn(pitch: str, before: str) -> str:
+    """Return the expression of the angle from one pitch to another."""
+    if before == "0":
+        return f"${{{pitch}}}"
+    if pitch == "0":
+        return f"${{-{before}}}"
+    return f"${{{pitch} - {before}}}"
+
+
+def _joint_and_link(skeleton: Skeleton, options: LimbOptions, number: int, walk: _Walk) -> None:
+    """Write the joint at a point and the link from there to the next point."""
+    point, span = skeleton.points[number], skeleton.spans[number]
+    role = span.role
+    pitch, roll = f"{role}_pitch", "rod_roll" if options.oblique and role == "rod" else "0"
+    if span.kind == "rods":
+        _rod_pair(options, walk)
+        return
+    if span.kind == "telescope":
+        child = "cylinder_${i}"
+    elif span.kind == "parallelogram":
+        child = "head_${i}"
+    else:
+        child = f"{role}_${{i}}"
+    inner = "turning_${i}" if span.turns else child
+    _tree_joint(skeleton, point, inner, pitch, roll, walk)
+    if span.turns:
+        walk.say(
+            "<!-- the turn of the cylindrical joint, about the line of the telescope -->",
+            f'<link name="{inner}"/>',
+            f'<xacro:revolute name="turn_${{i}}" parent="{inner}" child="{child}" axis="0 0 1"',
+            '                lower="${-pi}" upper="${pi}"/>',
+        )
+        walk.last_joint = "turn_${i}"
+    walk.link, walk.pitch, walk.roll = child, pitch, roll
+    if span.kind == "telescope":
+        _telescope(skeleton, options, number, walk)
+    elif span.kind == "parallelogram":
+        _parallelogram(options, walk)
+    else:
+        _rod(skeleton, options, number, walk)
+
+
+def _tree_joint(skeleton: Skeleton, point: Point, child: str, pitch: str, roll: str, walk: _Walk) -> None:
+    """Write the joint at a point, in the tree, and note its name as that at the child's inner end."""
+    at = f'parent="{walk.link}" child="{child}"' + ("" if walk.end == "0 0 0" else f' xyz="{walk.end}"')
+    turn, tilt = _turn(pitch, walk.pitch), "0" if roll == "0" else f"${{{roll}}}"
+    name = {"R": "revolute", "C": "turn", "U": "universal", "S": "spherical", "": "mount"}[point.kind] + f"_${{i}}{point.letter}"
+    driven = point.symbol is not None and point.symbol.driven and point.kind == "R"
+    if point.kind in ("R", "C"):
+        limit = "drive_angle_max" if driven else "joint_angle_max"
+        walk.say(
+            f'<xacro:revolute name="{name}" {at} rpy="0 {turn} 0"',
+            f'                lower="${{-{limit}}}" upper="${{{limit}}}"' + (' effort="200"/>' if driven else "/>"),
+        )
+        walk.last_joint = name
+        if driven:
+            walk.drives.append(name)
+    elif point.kind == "U":
+        cross = f'cross="cross_${{i}}{point.letter}"'
+        if point.axes == "nx":
+            order, first, second = 'first="y" second="x"', f'rpy="0 {turn} 0"', f' rpy2="{tilt} 0 0"' if roll != "0" else ""
+            walk.last_joint = f"{name}_x"
+        else:
+            back = "0 0 0" if walk.pitch == "0" else f"0 {_turn('0', walk.pitch)} 0"
+            order, first, second = 'first="x" second="y"', f'rpy="{back}"', f' rpy2="0 ${{{pitch}}} 0"'
+            walk.last_joint = f"{name}_y"
+        walk.say(
+            f'<xacro:universal name="{name}" {at} {cross} {order}',
+            f'                 {first}{second} angle_max="${{joint_angle_max}}"/>',
+        )
+    elif point.kind == "S":
+        walk.say(
+            f'<xacro:spherical name="{name}" {at} ball="ball_${{i}}{point.letter}"',
+            f'                 rpy="{tilt} {turn} 0" angle_max="${{joint_angle_max}}"/>',
+        )
+        walk.last_joint = f"{name}_z"
+    else:
+        xyz = f'xyz="{walk.end}" ' if walk.end != "0 0 0" else ""
+        walk.say(
+            f'<joint name="{name}" type="fixed">',
+            f'  <parent link="{walk.link}"/><child link="{child}"/>',
+            f'  <origin {xyz}rpy="0 {turn} 0"/>',
+            "</joint>",
+        )
+        walk.last_joint = name
+
+
+def _drawn(widths: tuple[str, ...], length: str, middle: str) -> str:
+    if len(widths) == 1:
+        return (
+            f'<xacro:draw_cylinder diameter="${{{widths[0]}}}" length="${{{length}}}" material="steel" xyz="0 0 ${{{middle}}}"/>'
+        )
+    return f'<xacro:draw_box size="${{{widths[1]}}} ${{{widths[0]}}} ${{{length}}}" material="steel" xyz="0 0 ${{{middle}}}"/>'
+
+
+def _rod(skeleton: Skeleton, options: LimbOptions, number: int, walk: _Walk) -> None:
+    """Write a rod or crank of constant length, whose joint is written."""
+    role = skeleton.spans[number].role
+    start, after = walk.last_joint, skeleton.points[number + 1]
+    walk.say(f'<link name="{walk.link}">', f"  {_drawn(options.widths[role], f'{role}_length', f'{role}_length / 2')}", "</link>")
+    beam, walk.end = walk.link, f"0 0 ${{{role}_length}}"
+    if after.kind == "4S":
+        walk.say(
+            "<!-- the elbow that holds the pair of rods is rigid, and has the limb's axes at zero -->",
+            '<joint name="weld_${i}" type="fixed">',
+            f'  <parent link="{walk.link}"/><child link="elbow_${{i}}"/>',
+            f'  <origin xyz="{walk.end}" rpy="0 {_turn("0", walk.pitch)} 0"/>',
+            "</joint>",
+            '<link name="elbow_${i}">',
+            '  <xacro:box_inertial mass="${elbow_mass}" x="0.02" y="${pair_width}" z="0.02"/>',
+            '  <xacro:draw_cylinder diameter="0.02" length="${pair_width}" material="orange" rpy="${pi / 2} 0 0"/>',
+            "</link>",
+        )
+        end, walk.link, walk.end, walk.pitch = "weld_${i}", "elbow_${i}", "0 0 0", "0"
+    else:
+        end = _inner_name(after, in_tree=number + 1 < len(skeleton.points) - 1)
+    walk.say(f'<xacro:{options.prefixes[role]}_beam link="{beam}" start="{start}" end="{end}"/>')
+
+
+def _inner_name(point: Point, *, in_tree: bool) -> str:
+    """Return the name of the joint at a point that holds the link on its inner side."""
+    kind = {"R": "revolute", "U": "universal", "S": "spherical", "C": "cylindrical", "": "flange"}[point.kind]
+    name = f"{kind}_${{i}}{point.letter}"
+    if in_tree and point.kind == "U":
+        return f"{name}_{'y' if point.axes == 'nx' else 'x'}"
+    return f"{name}_x" if in_tree and point.kind == "S" else name
+
+
+def _telescope(skeleton: Skeleton, options: LimbOptions, number: int, walk: _Walk) -> None:
+    """Write cylinder, slide and rod of a telescope."""
+    span, start = skeleton.spans[number], walk.last_joint
+    role, end = span.role, _inner_name(skeleton.points[number + 1], in_tree=number + 1 < len(skeleton.points) - 1)
+    length = f"{role}_length"
+    slide = "telescope_${i}" if skeleton.guide is not None else "prismatic_${i}"
+    width = options.widths[role][-1]
+    beam = options.prefixes[role]
+    if options.two_pieces:
+        outer = options.widths["cylinder"]
+        walk.say(
+            "<!-- cylinder and rod have constant lengths; the locked drive joins them rigidly -->",
+            f'<link name="{walk.link}">',
+            f"  {_drawn(outer, f'cylinder_part * {length}', f'cylinder_part * {length} / 2')}",
+            "</link>",
+        )
+        where, rest, middle = (
+            f"cylinder_part * {length}",
+            f"(1 - cylinder_part) * {length}",
+            f"(1 - cylinder_part) * {length} / 2",
+        )
+        walk.end = f"0 0 ${{{rest}}}"
+    else:
+        walk.say(
+            "<!-- massless: the beam below is the whole telescope, and its length follows the slide -->",
+            f'<link name="{walk.link}">',
+            f'  <xacro:draw_cylinder diameter="${{1.3 * {width}}}" length="${{{length} / 2}}" material="blue"',
+            f'                       xyz="0 0 ${{{length} / 4}}"/>',
+            "</link>",
+        )
+        where, rest, middle = length, f"0.75 * {length}", f"-0.375 * {length}"
+        walk.end = "0 0 0"
+    effort = ' effort="2000"' if span.slide is not None and span.slide.driven else ""
+    rod = f"{role}_${{i}}"
+    walk.say(
+        f'<xacro:prismatic name="{slide}" parent="{walk.link}" child="{rod}" xyz="0 0 ${{{where}}}" lower="${{-stroke}}" '
+        f'upper="${{stroke}}"{effort}/>',
+        f'<link name="{rod}">',
+        f"  {_drawn(options.widths[role], rest, middle)}",
+        "</link>",
+    )
+    if options.two_pieces:
+        walk.say(
+            f'<xacro:{options.prefixes["cylinder"]}_beam link="{walk.link}" start="{start}" end="{slide}"/>',
+            f'<xacro:{beam}_beam link="{rod}" start="{slide}" end="{end}"/>',
+        )
+    else:
+        walk.say(f'<xacro:{beam}_beam link="{rod}" start="{start}" end="{end}"/>')
+    if span.slide is not None and span.slide.driven:
+        walk.drives.append(slide)
+    walk.link, walk.last_joint = rod, slide
+
+
+def _rod_pair(options: LimbOptions, walk: _Walk) -> None:
+    width = options.widths["rod"][-1]
+    beam = options.prefixes["rod"]
+    walk.say(
+        "<!-- two rods between spherical joints: they keep their far ends parallel to this one -->",
+        f'<xacro:rod_pair i="${{i}}" link="{walk.link}" width="${{pair_width}}" pitch="${{rod_pitch}}" length="${{rod_length}}"',
+        f'                diameter="${{{width}}}" angle_max="${{joint_angle_max}}"/>',
+        *(f'<xacro:{beam}_beam link="rod_${{i}}{s}" start="upper_${{i}}{s}_z" end="lower_${{i}}{s}"/>' for s in "ab"),
+    )
+
+
+def _parallelogram(options: LimbOptions, walk: _Walk) -> None:
+    width, beam = options.widths["rod"][-1], options.prefixes["rod"]
+    walk.say(
+        '<link name="head_${i}"><xacro:box_inertial mass="${head_mass}" x="0.02" y="${pair_width}" z="0.02"/></link>',
+        '<xacro:parallelogram i="${i}" width="${pair_width}" length="${rod_length}" angle_max="${joint_angle_max}"',
+        f'                     thickness="${{{width}}}"/>',
+        '<link name="tail_${i}">',
+        '  <xacro:box_inertial mass="${head_mass}" x="0.02" y="${pair_width}" z="0.02" xyz="0 ${-pair_width / 2} 0"/>',
+        "</link>",
+        *(f'<xacro:{beam}_beam link="bar_${{i}}{s}" start="upper_${{i}}{s}" end="lower_${{i}}{s}"/>' for s in "ab"),
+    )
+    walk.link, walk.end = "tail_${i}", "0 ${-pair_width / 2} 0"
+
+
+def _to_platform(skeleton: Skeleton, point: Point, walk: _Walk) -> None:
+    """Write the loop that closes the limb at the platform."""
+    if point.kind == "4S":  # its rods are closed already
+        return
+    end = "${limb_x} ${limb_y} ${limb_z}" if len(skeleton.points) < 2 else walk.end
+    at = f'link="{walk.link}" platform="seat_${{i}}" xyz="{end}"'
+    back = f"0 {_turn('0', walk.pitch)} 0" if walk.pitch != "0" else "0 0 0"
+    name, limit = _inner_name(point, in_tree=False), 'angle_max="${joint_angle_max}"'
+    if point.kind == "R":
+        walk.say(f'<xacro:revolute_loop name="{name}" {at} rpy="{back}" {limit}/>')
+        if point.symbol is not None and point.symbol.driven:
+            walk.drives.append(name)
+    elif point.kind == "C":
+        walk.say(f'<xacro:cylindrical_loop name="{name}" {at} rpy="{back}"/>')
+    elif point.kind == "U" and point.axes == "nx":
+        walk.say(
+            f'<xacro:universal_loop name="{name}" {at} rpy="{back}"',
+            f'                      axis="0 1 0" axis2="1 0 0" {limit}/>',
+        )
+    elif point.kind == "U":
+        flat = "0 0 0" if walk.roll == "0" else f"${{-{walk.roll}}} 0 0"
+        seat = "0 0 0" if walk.pitch == "0" else f"0 ${{{walk.pitch}}} 0"
+        walk.say(
+            f'<xacro:universal_loop name="{name}" {at} rpy="{flat}" rpy2="{seat}"',
+            f'                      axis="1 0 0" axis2="0 1 0" {limit}/>',
+        )
+    elif point.kind == "S":
+        roll = "0" if walk.roll == "0" else f"${{{walk.roll}}}"
+        seat = "0" if walk.pitch == "0" else f"${{{walk.pitch}}}"
+        walk.say(f'<xacro:spherical_loop name="{name}" {at} rpy2="{roll} {seat} 0" {limit}/>')
+    else:
+        walk.say(f'<xacro:fixed_loop name="{name}" {at} rpy="{back}"/>')
+
+
+def spans_of(skeleton: Skeleton) -> tuple[Span, ...]:
+    """Return the links between a limb's points."""
+    return skeleton.spans

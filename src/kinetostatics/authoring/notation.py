@@ -1,0 +1,287 @@
+"""The field's notation of parallel mechanisms: ``3-R[P]S``, ``2-[P]RU+U[P]R``, ``3-U[P]S+UP``, ``3-[R](4S)``.
+
+A mechanism is a sum of limbs; ``3-`` stands for three alike. A limb is a string of joints from base to platform:
+
+====== ================ ========
+letter joint            freedoms
+====== ================ ========
+R      revolute         1
+P      prismatic        1
+C      cylindrical      2
+U      universal        2
+S      spherical        3
+(4S)   parallelogram of two rods with spherical joints at both ends, also written 2(SS)
+(4R)   parallelogram with four revolute joints in its corners, also written Pa
+====== ================ ========
+
+Driven joints stand in brackets or are underlined (U+0332 behind the letter). See J.-P. Merlet, Parallel Robots, 2nd ed., Springer
+2006, section 1.2, and X. Kong, C. Gosselin, Type Synthesis of Parallel Mechanisms, Springer 2007, section 1.3.
+
+>>> architecture = parse_architecture("3-U[P]S+UP")
+>>> [(limb.count, limb.text, limb.freedoms) for limb in architecture.groups]
+[(3, 'U[P]S', 6), (1, 'UP', 3)]
+>>> parse_architecture("3-RPS").text
+'3-R[P]S'
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from kinetostatics.exceptions import ArgumentError
+
+#: Joints by letter: name, and freedoms. A parallelogram counts what it leaves its far side: (4S) also lets both rods spin.
+JOINTS: dict[str, tuple[str, int]] = {
+    "R": ("revolute", 1),
+    "P": ("prismatic", 1),
+    "C": ("cylindrical", 2),
+    "U": ("universal", 2),
+    "S": ("spherical", 3),
+    "4S": ("parallelogram of rods", 5),
+    "4R": ("parallelogram", 1),
+}
+LETTERS = "R (revolute), P (prismatic), C (cylindrical), U (universal), S (spherical), (4S) and (4R) (parallelograms)"
+#: What can be driven.
+DRIVABLE = ("R", "P", "C")
+#: Marks behind an underlined letter.
+UNDERLINES = "\u0332\u0331"
+#: Other ways to write the parallelograms.
+PARALLELOGRAMS = {
+    "4S": "4S",
+    "SS": "4S",
+    "2SS": "4S",
+    "4R": "4R",
+    "RR": "4R",
+    "2RR": "4R",
+    "Pa": "4R",
+    "4U": "",
+    "UU": "",
+    "2UU": "",
+}
+MAX_LIMBS, MAX_JOINTS = 12, 8
+
+_TERM = re.compile(r"\s*(?:(\d+)\s*(?:[-–−×x*·]\s*|(?=[\[A-Za-z(])))?")
+_GROUP = re.compile(r"2?-?\(\s*([0-9]?-?[A-Za-z]*)\s*\)2?|2?-?\(([^)]*)\)2?")
+
+
+@dataclass(frozen=True)
+class JointSymbol:
+    """A joint of a limb.
+
+    Attributes:
+        kind: a key of ``JOINTS``.
+        driven: whether it is; of a cylindrical joint: whether its slide is.
+        place: where it begins in the notation, from 1.
+    """
+
+    kind: str
+    driven: bool
+    place: int
+
+    @property
+    def text(self) -> str:
+        """The joint as it is written."""
+        letter = self.kind if len(self.kind) == 1 else f"({self.kind})"
+        return f"[{letter}]" if self.driven else letter
+
+
+@dataclass(frozen=True)
+class LimbGroup:
+    """Limbs that are alike.
+
+    Attributes:
+        count: how many they are.
+        joints: from base to platform.
+        place: where they begin in the notation, from 1.
+    """
+
+    count: int
+    joints: tuple[JointSymbol, ...]
+    place: int
+
+    @property
+    def text(self) -> str:
+        """The limb as it is written, drives in brackets."""
+        return "".join(joint.text for joint in self.joints)
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """The kinds of its joints."""
+        return tuple(joint.kind for joint in self.joints)
+
+    @property
+    def freedoms(self) -> int:
+        """Freedoms of the joints of one limb."""
+        return sum(JOINTS[kind][1] for kind in self.kinds)
+
+
+@dataclass(frozen=True)
+class Architecture:
+    """A mechanism: its limbs.
+
+    Attributes:
+        source: the notation as it was given.
+        groups: the limbs, those alike together.
+        drives_chosen: whether the notation marked no drive, so that the usual ones were taken.
+    """
+
+    source: str
+    groups: tuple[LimbGroup, ...]
+    drives_chosen: bool = False
+
+    @property
+    def text(self) -> str:
+        """The mechanism in the notation, drives in brackets."""
+        return "+".join(f"{group.count}-{group.text}" if group.count > 1 else group.text for group in self.groups)
+
+    @property
+    def limbs(self) -> tuple[LimbGroup, ...]:
+        """One entry for each limb."""
+        return tuple(group for group in self.groups for _ in range(group.count))
+
+    @property
+    def drives(self) -> int:
+        """The number of drives."""
+        return sum(group.count * sum(joint.driven for joint in group.joints) for group in self.groups)
+
+    @property
+    def grübler(self) -> int:
+        """Freedoms by Grübler's formula, sum of joint freedoms less six for every loop; overconstrained mechanisms have more."""
+        return sum(limb.freedoms for limb in self.limbs) - 6 * (len(self.limbs) - 1)
+
+
+def parse_architecture(text: str) -> Architecture:
+    """Read a mechanism in the field's notation.
+
+    Without any mark of drives the usual ones are taken: of each limb the first prismatic joint, else the revolute joint at the
+    base, else its first revolute joint. Limbs that leave less than six freedoms stay passive where those with six freedoms
+    are as many as the mechanism's freedoms: the tube of 3-UPS+UP.
+
+    Raises:
+        ArgumentError: it cannot be read; the message says where and what would be right.
+    """
+    if not isinstance(text, str) or not text.strip():
+        raise ArgumentError(f"the architecture is {text!r}; write limbs as strings of joints, such as '3-R[P]S' or '6-U[P]S'")
+    if len(text) > 200:
+        raise ArgumentError("the architecture is longer than 200 characters; write limbs that are alike once: '6-U[P]S'")
+    groups, at = [], 0
+    while True:
+        group, at = _group(text, at)
+        groups.append(group)
+        if at == len(text):
+            break
+        at += 1  # a plus, or what stands for it
+    found = Architecture(text, tuple(groups))
+    if len(found.limbs) > MAX_LIMBS:
+        raise ArgumentError(f"the architecture {text!r} has {len(found.limbs)} limbs; at most {MAX_LIMBS} can be placed")
+    return found if found.drives else _with_usual_drives(found)
+
+
+def error_at(text: str, place: int, reason: str) -> ArgumentError:
+    """Return the error of a place in a notation, which is counted from 1."""
+    here = repr(text[place - 1]) if place <= len(text) else "the end"
+    return ArgumentError(f"architecture {text!r}, place {place} ({here}): {reason}")
+
+
+def _group(text: str, at: int) -> tuple[LimbGroup, int]:
+    """Read the limbs of one term; return them and where the next sign stands."""
+    start = re.compile(r"\s*").match(text, at)
+    place = (start.end() if start else at) + 1
+    head = _TERM.match(text, at)
+    count = 1
+    if head is not None and head[1] and not _GROUP.match(text, head.start(1)):
+        count, at = int(head[1]), head.end()
+        if not 1 <= count <= MAX_LIMBS:
+            raise error_at(text, place, f"{count} limbs; write a number from 1 to {MAX_LIMBS}")
+    joints: list[JointSymbol] = []
+    while at < len(text) and text[at] not in "+-–−/&,;":
+        if text[at].isspace():
+            at += 1
+            continue
+        found, at = _joint(text, at)
+        joints += found
+        if len(joints) > MAX_JOINTS:
+            raise error_at(text, found[0].place, f"a limb has at most {MAX_JOINTS} joints; write + before the next limb")
+    if not joints:
+        raise error_at(text, min(at, len(text)) + 1, f"a limb is missing here; write its joints from base to platform: {LETTERS}")
+    if at < len(text) and not text[at + 1 :].strip():
+        raise error_at(text, at + 1, "a limb is missing behind it; write its joints, or leave the sign out")
+    return LimbGroup(count, tuple(joints), place), at
+
+
+def _joint(text: str, at: int) -> tuple[list[JointSymbol], int]:
+    """Read a joint, or the driven joints of a bracket; return them and where it goes on."""
+    place = at + 1
+    if text[at] == "[":
+        end = text.find("]", at)
+        if end < 0:
+            raise error_at(text, place, "this bracket is not closed; a driven joint is written [P]")
+        inside: list[JointSymbol] = []
+        position = at + 1
+        while position < end:
+            found, position = _joint(text, position)
+            inside += found
+        if not inside:
+            raise error_at(text, place, "no joint stands in the bracket; a driven joint is written [P]")
+        return [_driven(text, joint) for joint in inside], end + 1
+    group = _GROUP.match(text, at)
+    if group is not None:
+        inner = (group[1] if group[1] is not None else group[2]).replace(" ", "").replace("-", "")
+        kind = PARALLELOGRAMS.get(inner)
+        if not kind:
+            raise error_at(
+                text, place, f"{group[0]} is no parallelogram that is known here; write (4S) or 2(SS) for two rods on spherical "
+                "joints, (4R) or Pa for four revolute joints"
+            )  # fmt: skip
+        return [JointSymbol(kind, False, place)], group.end()
+    if text.startswith("Pa", at):
+        return [JointSymbol("4R", False, place)], at + 2
+    letter = text[at]
+    if letter == "]":
+        raise error_at(text, place, "no bracket was opened before it; a driven joint is written [P]")
+    if letter.upper() not in JOINTS:
+        raise error_at(
+            text, place, f"no joint has this sign; joints are {LETTERS}, drives stand in brackets, limbs are joined by +"
+        )
+    joint = JointSymbol(letter.upper(), False, place)
+    if text[at + 1 : at + 2] and text[at + 1] in UNDERLINES:
+        return [_driven(text, joint)], at + 2
+    return [joint], at + 1
+
+
+def _driven(text: str, joint: JointSymbol) -> JointSymbol:
+    if joint.kind not in DRIVABLE:
+        name = JOINTS[joint.kind][0]
+        raise error_at(text, joint.place, f"a {name} joint cannot be driven; mark a revolute, prismatic or cylindrical joint")
+    return replace(joint, driven=True)
+
+
+def _with_usual_drives(found: Architecture) -> Architecture:
+    """Return an architecture whose notation marks no drive with the usual ones."""
+    full = sum(group.count for group in found.groups if group.freedoms >= 6)
+    only_full = 0 < full == found.grübler
+    groups = tuple(group if only_full and group.freedoms < 6 else _with_usual_drive(group) for group in found.groups)
+    chosen = replace(found, groups=groups, drives_chosen=True)
+    if not chosen.drives:
+        raise ArgumentError(
+            f"architecture {found.source!r}: no limb has a joint that can be driven, R, P or C; add one: '3-[P]US'"
+        )
+    return chosen
+
+
+def _with_usual_drive(group: LimbGroup) -> LimbGroup:
+    number = usual_drive(group.kinds)
+    if number is None:
+        return group
+    joints = tuple(replace(joint, driven=True) if k == number else joint for k, joint in enumerate(group.joints))
+    return replace(group, joints=joints)
+
+
+def usual_drive(kinds: Sequence[str]) -> int | None:
+    """Return the number of the joint that is usually driven: the first prismatic one, else the first that can be."""
+    for wanted in ("P", "R", "C"):
+        if wanted in kinds:
+            return kinds.index(wanted)
+    return None

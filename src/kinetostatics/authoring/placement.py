@@ -1,0 +1,310 @@
+"""Where limbs stand: rotational symmetry, a plane, three perpendicular directions, or a table."""
+
+from __future__ import annotations
+
+import csv
+import math
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from kinetostatics.argument_checks import check_choice, finite_numbers
+from kinetostatics.authoring.notation import Architecture
+from kinetostatics.authoring.skeleton import Skeleton
+from kinetostatics.exceptions import ArgumentError, near_names
+
+Point = tuple[float, float, float]
+
+#: Where limbs may stand if there is no table.
+ARRANGEMENTS = ("symmetric", "planar", "cartesian")
+#: Directions in words, of guides and of revolute axes.
+DIRECTIONS = ("vertical", "radial", "tangential")
+COLUMNS = ("base", "platform", "axis", "guide")
+ROW = '{"base": (0.3, 0, 0), "platform": (0.2, 0, 0)}, with "axis" of its revolute joints and "guide" of its carriage if need be'
+
+
+@dataclass(frozen=True)
+class Angle:
+    """An angle as an expression of the file, and its value [rad]."""
+
+    text: str
+    value: float
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a limb stands.
+
+    Attributes:
+        base, platform: its ends, in the frames of base and platform [m].
+        at_base, at_platform: their azimuths where their radii are the file's; else None.
+        base_text, platform_text: the points as expressions, where there are no azimuths.
+        axis: direction of its revolute axes in the base: a word of ``DIRECTIONS``, a vector, or None for across the limb.
+        guide: of the carriage's guide: a word or a vector.
+    """
+
+    base: Point
+    platform: Point
+    at_base: Angle | None = None
+    at_platform: Angle | None = None
+    base_text: str = ""
+    platform_text: str = ""
+    axis: str | Point | None = None
+    guide: str | Point = "vertical"
+
+
+def direction(word: str | Point, azimuth: float) -> Point:
+    """Return a direction in the base's axes."""
+    if not isinstance(word, str):
+        return word
+    c, s = math.cos(azimuth), math.sin(azimuth)
+    return {"vertical": (0.0, 0.0, 1.0), "radial": (c, s, 0.0), "tangential": (-s, c, 0.0)}[word]
+
+
+def limb_frame(place: Place, height: float) -> tuple[np.ndarray, float]:
+    """Return the platform's point in the limb's frame at zero [m], and the azimuth that its directions are told from.
+
+    It is what the macro ``limb_frame`` of the library computes.
+    """
+    base, platform = np.array(place.base), np.array(place.platform)
+    line = platform - base + np.array([0.0, 0.0, height])
+    nearer = base if np.hypot(*base[:2]) > 1e-9 else platform
+    azimuth = math.atan2(nearer[1], nearer[0]) if np.hypot(*nearer[:2]) > 1e-9 else 0.0
+    if place.axis is None:
+        out = line[0] * math.cos(azimuth) + line[1] * math.sin(azimuth)
+        aside = line[1] * math.cos(azimuth) - line[0] * math.sin(azimuth)
+        size = 1e-9 * np.linalg.norm(line)
+        skew = 0.0 if abs(aside) <= size else math.pi / 2 if abs(out) <= size else math.atan(aside / out)
+        axis = (-math.sin(azimuth + skew), math.cos(azimuth + skew), 0.0)
+        turn, tilt = azimuth + skew, 0.0
+    else:
+        axis = direction(place.axis, azimuth)
+        flat = math.hypot(axis[0], axis[1])
+        upright = flat <= 1e-9 * abs(axis[2])
+        turn = azimuth if upright else math.atan2(-axis[0], axis[1])
+        tilt = math.copysign(math.pi / 2, axis[2]) if upright else math.atan2(axis[2], flat)
+    ahead = line[0] * math.cos(turn) + line[1] * math.sin(turn)
+    across = line[1] * math.cos(turn) - line[0] * math.sin(turn)
+    found = (ahead, across * math.cos(tilt) + line[2] * math.sin(tilt), line[2] * math.cos(tilt) - across * math.sin(tilt))
+    return np.array(found), azimuth
+
+
+# ---- arrangements --------------------------------------------------------------------------------------------------
+
+
+def azimuths_of(architecture: Architecture, given: Sequence[float] | None) -> list[float | None]:
+    """Return the limbs' azimuths [rad], None for one in the middle.
+
+    All limbs stand evenly around the vertical. Of 2 + 1 limbs the two stand on Y and −Y, the one on X; a single limb beside three
+    or more that are alike stands in the middle.
+    """
+    count = len(architecture.limbs)
+    if given is not None:
+        angles = finite_numbers("azimuths", given)
+        if angles.shape != (count,):
+            raise ArgumentError(
+                f"azimuths has {angles.size} values; {architecture.text} has {count} limbs, and each needs one [rad]"
+            )
+        return [float(angle) for angle in angles]
+    counts = [group.count for group in architecture.groups]
+    if counts == [2, 1]:
+        return [math.pi / 2, -math.pi / 2, 0.0]
+    if len(counts) == 2 and counts[1] == 1 and counts[0] >= 3:
+        return [*(2 * math.pi * k / counts[0] for k in range(counts[0])), None]
+    return [2 * math.pi * k / count for k in range(count)]
+
+
+def _degrees(angle: float) -> Angle:
+    degrees = round(math.degrees(angle), 9)
+    exact = math.isclose(math.radians(degrees), angle, rel_tol=1e-15, abs_tol=1e-15)
+    text = f"radians({degrees:g})" if exact and float(f"{degrees:g}") == degrees else repr(float(angle))
+    return Angle(text, angle)
+
+
+def arranged(
+    architecture: Architecture,
+    skeletons: Sequence[Skeleton],
+    arrangement: str,
+    azimuths: Sequence[float] | None,
+    values: Mapping[str, float],
+    guide: str,
+    axis: str | None,
+) -> list[Place]:
+    """Return where limbs stand, by symmetry.
+
+    Args:
+        architecture: the mechanism.
+        skeletons: of each limb.
+        arrangement: one of ``ARRANGEMENTS``.
+        azimuths: of the limbs [rad]; None for even ones.
+        values: base_radius, base_height, platform_radius, base_spread and platform_spread.
+        guide, axis: directions in words; None for across the limb.
+    """
+    check_choice("arrangement", arrangement, ARRANGEMENTS)
+    if arrangement == "cartesian":
+        return _cartesian(architecture, skeletons, values)
+    if arrangement == "planar":
+        axis = "vertical"
+    places = []
+    pairs = len(skeletons) == 6 and len(architecture.groups) == 1 and azimuths is None and arrangement == "symmetric"
+    for k, angle in enumerate(azimuths_of(architecture, azimuths)):
+        if angle is None:
+            height = values["base_height"]
+            places.append(Place((0, 0, height), (0, 0, 0), None, None, "[0, 0, base_height]", "[0, 0, 0]", axis, guide))
+            continue
+        base = platform = _degrees(angle)
+        if pairs:
+            base, platform = _pair(k, values)
+        places.append(
+            Place(
+                (
+                    values["base_radius"] * math.cos(base.value),
+                    values["base_radius"] * math.sin(base.value),
+                    values["base_height"],
+                ),
+                (values["platform_radius"] * math.cos(platform.value), values["platform_radius"] * math.sin(platform.value), 0.0),
+                base,
+                platform,
+                axis=axis,
+                guide=guide,
+            )
+        )
+    return places
+
+
+def _pair(k: int, values: Mapping[str, float]) -> tuple[Angle, Angle]:
+    """Return the azimuths of the k-th of six limbs: pairs on the base at 0, 120, 240 degrees, on the platform between them."""
+    middle, side = 120 * (k // 2), 1 if k % 2 else -1
+    far = middle + 60 * side
+    signs = ("-", "+") if side < 0 else ("+", "-")
+    return (
+        Angle(f"radians({middle}) {signs[0]} base_spread", math.radians(middle) + side * values["base_spread"]),
+        Angle(f"radians({far}) {signs[1]} platform_spread", math.radians(far) - side * values["platform_spread"]),
+    )
+
+
+def _cartesian(architecture: Architecture, skeletons: Sequence[Skeleton], values: Mapping[str, float]) -> list[Place]:
+    """Return three limbs that are the same one turned cyclically, X to Y to Z to X.
+
+    Limbs whose revolute axes are parallel to their guide stand beside it, as in a Tripteron: limb 1 at −Y, guide and axes along
+    X. Other limbs stand on it, as in an Orthoglide: limb 1 on X, its guide along X, its axes along Y.
+    """
+    if len(skeletons) != 3:
+        raise ArgumentError(
+            f"arrangement 'cartesian' is for three limbs, along X, Y and Z; {architecture.text} has {len(skeletons)}"
+        )
+    places = []
+    for k, skeleton in enumerate(skeletons):
+        beside = all(point.kind in ("R", "C") for point in skeleton.points) and skeleton.has_elbow
+        unit = [0.0, 0.0, 0.0]
+        unit[(k + 1) % 3 if beside else k] = -1.0 if beside else 1.0
+        along, across = [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]
+        along[k], across[(k + 1) % 3] = 1.0, 1.0
+
+        def point(radius: str, unit: list[float] = unit) -> tuple[Point, str]:
+            x, y, z = (values[radius] * item for item in unit)
+            words = ("0", radius, f"-{radius}")
+            return (x, y, z), "[" + ", ".join(words[int(item)] for item in unit) + "]"
+
+        base, base_text = point("base_radius")
+        platform, platform_text = point("platform_radius")
+        axis, rail = (along, along) if beside else (across, along)
+        places.append(Place(base, platform, None, None, base_text, platform_text, _point(axis), _point(rail)))
+    return places
+
+
+# ---- tables --------------------------------------------------------------------------------------------------------
+
+
+def read_placements(path: str | os.PathLike[str]) -> list[dict[str, Point]]:
+    """Read a table of placements from a CSV file.
+
+    Its first line names the columns: ``base_x, base_y, base_z, platform_x, platform_y, platform_z`` and, where they are needed,
+    ``axis_x, …`` and ``guide_x, …`` [m]; each further line is a limb, in the order of the notation.
+
+    Raises:
+        ArgumentError: it cannot be read; the message names file and line.
+    """
+    name = os.fsdecode(path)
+    try:
+        with open(name, encoding="utf-8-sig", newline="") as file:
+            reader = csv.reader(file, skipinitialspace=True)
+            rows = [(reader.line_num, [cell.strip() for cell in row]) for row in reader if any(cell.strip() for cell in row)]
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise ArgumentError(f"{name}: the table cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    known = [f"{column}_{letter}" for column in COLUMNS for letter in "xyz"]
+    header = rows[0][1] if rows else []
+    for column in header:
+        if column not in known:
+            raise ArgumentError(f"{name}:1: the column {column!r} is unknown; {near_names(column, known)}")
+    missing = [column for column in known[:6] if column not in header]
+    if missing:
+        raise ArgumentError(f"{name}:1: the columns {', '.join(missing)} are missing; the first line names the columns")
+    found = []
+    for line, cells in rows[1:]:
+        if len(cells) != len(header):
+            raise ArgumentError(f"{name}:{line}: {len(cells)} cells under {len(header)} columns")
+        row: dict[str, list[float]] = {}
+        for column, cell in zip(header, cells, strict=True):
+            try:
+                row.setdefault(column[:-2], [0.0, 0.0, 0.0])["xyz".index(column[-1])] = float(cell)
+            except ValueError:
+                raise ArgumentError(
+                    f"{name}:{line}: {cell!r} in the column {column} is not a number; lengths are in metres"
+                ) from None
+        found.append({column: _point(vector) for column, vector in row.items()})
+    return found
+
+
+def tabled(architecture: Architecture, skeletons: Sequence[Skeleton], table: Any, guide: str) -> list[Place]:
+    """Return where limbs stand by a table: a list with a mapping, or (base, platform) or (base, platform, direction), for each.
+
+    Raises:
+        ArgumentError: it makes no sense.
+    """
+    if isinstance(table, (str, os.PathLike)):
+        table = read_placements(table)
+    if not isinstance(table, Sequence) or isinstance(table, (bytes, Mapping)) or len(table) != len(skeletons):
+        count = f" has {len(table)} rows; it" if isinstance(table, Sequence) else ""
+        raise ArgumentError(f"placements{count} must be a list with one row for each of the {len(skeletons)} limbs: {ROW}")
+    places = []
+    for k, (row, skeleton) in enumerate(zip(table, skeletons, strict=True), 1):
+        what = f"placements, limb {k}"
+        if not isinstance(row, Mapping):
+            parts = list(row) if isinstance(row, Sequence) and not isinstance(row, str) else []
+            if len(parts) not in (2, 3):
+                raise ArgumentError(f"{what}: {row!r} is not a row; write {ROW}")
+            row = dict(zip(("base", "platform", "guide" if skeleton.guide is not None else "axis"), parts, strict=False))
+        for key in row:
+            if key not in COLUMNS:
+                raise ArgumentError(f"{what}: {key!r} is unknown; {near_names(key, COLUMNS)}")
+        if "base" not in row or "platform" not in row:
+            raise ArgumentError(f"{what}: base and platform are both needed; write {ROW}")
+        points = {key: _vector(f"{what}, {key}", value) for key, value in row.items()}
+        for key in ("axis", "guide"):
+            if key in points and not any(points[key]):
+                raise ArgumentError(f"{what}: {key} is 0 0 0; it must be a direction")
+        base, platform = points["base"], points["platform"]
+        places.append(
+            Place(base, platform, None, None, _text(base), _text(platform), points.get("axis"), points.get("guide", guide))
+        )
+    return places
+
+
+def _vector(what: str, value: Any) -> Point:
+    found = finite_numbers(what, value)
+    if found.shape != (3,):
+        raise ArgumentError(f"{what} is {value!r}; it must be three numbers x, y, z")
+    return _point(found)
+
+
+def _point(values: Sequence[float] | np.ndarray) -> Point:
+    x, y, z = (float(value) for value in values)
+    return x, y, z
+
+
+def _text(point: Point) -> str:
+    return "[" + ", ".join(repr(value) if value else "0" for value in point) + "]"

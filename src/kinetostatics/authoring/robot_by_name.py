@@ -1,0 +1,108 @@
+"""Robots built by name: from the notation, sizes and places to a commented robot file."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from kinetostatics.argument_checks import path_name
+from kinetostatics.authoring.designing import design_robot
+from kinetostatics.authoring.file_text import file_text
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.files.reader import parse_robot_text
+from kinetostatics.robot import Robot
+
+
+def new_robot(
+    architecture: str,
+    path: str | os.PathLike[str] | None = None,
+    *,
+    base_radius: float | None = None,
+    platform_radius: float | None = None,
+    height: float | None = None,
+    arrangement: str = "symmetric",
+    azimuths: Sequence[float] | None = None,
+    placements: Any = None,
+    guide: str | None = None,
+    axis: str | None = None,
+    sections: Mapping[str, str] | None = None,
+    name: str | None = None,
+    **values: object,
+) -> Robot:
+    """Build a robot from the field's notation, such as ``"3-R[P]S"``; ``docs/start/robot_by_name.md`` tells the conventions.
+
+    Args:
+        architecture: limbs as strings of the joints R, P, U, S, C from base to platform, drives in brackets or underlined, limbs
+            joined by +: ``"2-[P]RU+U[P]R"``, ``"3-[R](4S)"``. Without any mark the usual drives are taken: of each limb its first
+            prismatic joint, else the one at the base.
+        path: where the file is written, a xacro; None: nowhere. A file that is there is not replaced.
+        base_radius: of the limbs' base points from Z [m]; 0.3 if not given, also for the other two: 0.2 and 0.5.
+        platform_radius: of their platform points from o [m].
+        height: of the platform's reference point o above the base frame's origin O, in the pose of the file [m]; negative where
+            the platform hangs.
+        arrangement: "symmetric" (evenly around Z), "planar" (the same, all revolute axes along Z, height 0 unless given) or
+            "cartesian" (three limbs along X, Y and Z).
+        azimuths: of the limbs, instead of even ones [rad].
+        placements: instead of radii and azimuths: for each limb ``{"base": (x, y, z), "platform": (x, y, z)}`` in the frames of
+            base and platform [m], with "axis" (direction of its revolute axes) and "guide" (of its carriage's guide) if need be;
+            or the path of a CSV file with these columns.
+        guide: direction of the guides of limbs that begin with P: "vertical" (the default; "tangential" if planar), "radial" or
+            "tangential".
+        axis: direction of revolute axes: "radial", "tangential" or "vertical"; default: horizontal and across the limb.
+        sections: of beams by role, such as ``{"rod": "tube 60mm 50mm steel"}``; roles are rod, crank (of limbs with an elbow) and
+            cylinder (a telescope in two pieces); "rod_4" is that of limb 4 and those alike.
+        name: of the robot; default: that of the file, or the architecture.
+        values: any other argument of the file by name, SI units, such as ``rod_density=7820``, ``stroke=0.1`` or
+            ``platform_mass=12``.
+
+    Returns:
+        The robot, loaded from the new text. :func:`robot_text` returns the text itself.
+
+    Raises:
+        ArgumentError: the notation or a value makes no sense; the message says where and what would be right.
+    """
+    chosen = name if name is not None or path is None else os.path.basename(os.fsdecode(path)).split(".")[0]
+    design = design_robot(
+        architecture,
+        base_radius=base_radius,
+        platform_radius=platform_radius,
+        height=height,
+        arrangement=arrangement,
+        azimuths=azimuths,
+        placements=placements,
+        guide=guide,
+        axis=axis,
+        sections=sections,
+        name=chosen,
+        values=values,
+    )
+    text = file_text(design)
+    robot = Robot(parse_robot_text(text, f"<{design.architecture.text}>" if path is None else path_name("path", path)))
+    if path is not None:
+        write_new(text, path)
+    return robot
+
+
+def robot_text(architecture: str, **options: Any) -> str:
+    """Return the text of the file that :func:`new_robot` writes, whose arguments it takes, ``path`` excepted."""
+    known = set(new_robot.__kwdefaults__ or ())
+    values = {key: options.pop(key) for key in list(options) if key not in known}
+    defaults = {"arrangement": "symmetric"}
+    return file_text(design_robot(architecture, **{**dict.fromkeys(known), **defaults, **options}, values=values))
+
+
+def write_new(text: str, path: str | os.PathLike[str]) -> None:
+    """Write a file that is not there yet.
+
+    Raises:
+        ArgumentError: it is there, or cannot be written.
+    """
+    name = path_name("path", path)
+    try:
+        with open(name, "x", encoding="utf-8", newline="\n") as file:
+            file.write(text)
+    except FileExistsError:
+        raise ArgumentError(f"{name} is there already, and is not overwritten; delete it or choose another name") from None
+    except OSError as error:
+        raise ArgumentError(f"{name} cannot be written: {error.strerror or error}") from None

@@ -1,0 +1,177 @@
+"""What a limb's string of joints says of its parts: guides, joints at points, and the links between these points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from kinetostatics.authoring.notation import Architecture, JointSymbol, LimbGroup, error_at
+
+#: What turns, and so sits at a point of its own.
+TURNS = ("R", "U", "S", "C")
+MAX_POINTS = 3
+
+
+@dataclass(frozen=True)
+class Point:
+    """A point of a limb where it turns.
+
+    Attributes:
+        kind: R, U, S or C; "4S" for the upper spherical joints of two rods, "" for a rigid end.
+        symbol: the joint in the notation, None for a rigid end.
+        axes: of a universal joint: "n" for the axis that is parallel to the limb's revolute axes, "x" for the one across it;
+            first axis first.
+        letter: what tells its name from those of joints of the same kind in the limb; empty if there is only one.
+    """
+
+    kind: str
+    symbol: JointSymbol | None
+    axes: str = ""
+    letter: str = ""
+
+
+@dataclass(frozen=True)
+class Span:
+    """A link between two points of a limb.
+
+    Attributes:
+        kind: "rod", "telescope", "parallelogram" (four revolute joints) or "rods" (two rods between spherical joints).
+        role: what its section and names are called by: "crank" or "rod".
+        slide: the joint of a telescope in the notation.
+        turns: whether a telescope also turns about its line, as a cylindrical joint does.
+    """
+
+    kind: str
+    role: str
+    slide: JointSymbol | None = None
+    turns: bool = False
+
+
+@dataclass(frozen=True)
+class Skeleton:
+    """The parts of a limb.
+
+    Attributes:
+        group: the limbs in the notation.
+        guide: the prismatic joint on the base, or None.
+        guide_turns: whether the guide is a cylindrical joint, whose carriage turns about it.
+        points: where it turns, from base to platform.
+        spans: between them.
+        ends_rigid: whether its last link is fixed to the platform.
+    """
+
+    group: LimbGroup
+    guide: JointSymbol | None
+    guide_turns: bool
+    points: tuple[Point, ...]
+    spans: tuple[Span, ...]
+    ends_rigid: bool
+
+    @property
+    def has_elbow(self) -> bool:
+        """Whether it has a point between base and platform."""
+        return len(self.points) == MAX_POINTS
+
+    @property
+    def has_revolutes(self) -> bool:
+        """Whether the direction of revolute axes matters."""
+        return self.guide_turns or any(point.kind in ("R", "C") for point in self.points)
+
+    @property
+    def roles(self) -> tuple[str, ...]:
+        """What its beams are called by."""
+        return tuple(dict.fromkeys(span.role for span in self.spans))
+
+
+def skeleton_of(architecture: Architecture, group: LimbGroup) -> Skeleton:
+    """Return the parts of a limb.
+
+    Raises:
+        ArgumentError: the directions of its joints do not follow from the notation; the message says where.
+    """
+    text, joints = architecture.source, list(group.joints)
+    guide, guide_turns = None, False
+    if joints[0].kind == "P" or (joints[0].kind == "C" and len(joints) > 1):
+        guide = joints.pop(0)
+        guide_turns = guide.kind == "C"
+    for one, other in zip((guide, *joints), joints, strict=False):
+        if one is not None and one.kind == other.kind == "P":
+            raise error_at(text, other.place, "two prismatic joints in a row: their directions do not follow from the notation")
+    points: list[Point] = [Point("C", guide)] if guide_turns else []
+    spans: list[Span] = []
+    waiting: Span | None = None
+    if not guide_turns and joints and joints[0].kind in ("P", "4R", "4S"):
+        points.append(Point("", None))  # what stands rigidly on the base or on the carriage
+    for number, joint in enumerate(joints):
+        last = number == len(joints) - 1
+        if joint.kind == "P" or (joint.kind == "C" and points and not last):
+            if waiting is not None:
+                raise error_at(text, joint.place, "one prismatic joint or parallelogram at most can stand between two joints")
+            waiting = Span("telescope", "rod", joint, joint.kind == "C")
+        elif joint.kind == "4R":
+            if waiting is not None:
+                raise error_at(text, joint.place, "one prismatic joint or parallelogram at most can stand between two joints")
+            waiting = Span("parallelogram", "rod")
+        elif joint.kind == "4S":
+            if waiting is not None or not last:
+                raise error_at(
+                    text, joint.place, "the rods of (4S) end at the platform; write it last, behind [R] or [P]: '3-[R](4S)'"
+                )
+            if points and points[-1].kind:
+                spans.append(Span("rod", "rod"))
+                points.append(Point("4S", joint))
+            else:
+                points[-1] = Point("4S", joint)
+            waiting = Span("rods", "rod")
+        else:
+            if points:
+                spans.append(waiting or Span("rod", "rod"))
+            points.append(Point(joint.kind, joint))
+            waiting = None
+        if len(points) > MAX_POINTS:
+            raise error_at(
+                text, joint.place, f"more than {MAX_POINTS} joints that turn: the notation does not tell where their axes point; "
+                "write U for two axes that cross, S for three that meet in a point"
+            )  # fmt: skip
+    ends_rigid = waiting is not None and waiting.kind != "rods"
+    if waiting is not None:
+        spans.append(waiting)
+        points.append(Point("4S" if waiting.kind == "rods" else "", points[-1].symbol if waiting.kind == "rods" else None))
+    if len(points) > MAX_POINTS:
+        raise error_at(text, group.joints[-1].place, f"a limb has at most {MAX_POINTS} points where it turns")
+    if len(spans) > 1:
+        spans = [Span(span.kind, "crank" if k == 0 else "rod", span.slide, span.turns) for k, span in enumerate(spans)]
+    return Skeleton(group, guide, guide_turns, _named(_with_axes(points)), tuple(spans), ends_rigid)
+
+
+def _with_axes(points: list[Point]) -> list[Point]:
+    """Return points whose universal joints know the order of their axes.
+
+    Where a revolute joint is the neighbour, the axis on its side is parallel to it. Else the axis on the side of base or
+    platform is the one that lies along the limb's y, and the other one is across the rod. A telescope that is fixed to the
+    platform counts as a revolute neighbour: the first axis is then radial and fixed in the base.
+    """
+    found = []
+    for number, point in enumerate(points):
+        if point.kind == "U":
+            before = points[number - 1].kind if number else ""
+            after = points[number + 1].kind if number + 1 < len(points) else ""
+            if before in ("R", "C"):
+                axes = "nx"
+            elif after in ("R", "C") or (number + 1 < len(points) and not after):
+                axes = "xn"
+            else:
+                axes = "xn" if number and number == len(points) - 1 else "nx"
+            point = Point("U", point.symbol, axes)
+        found.append(point)
+    return found
+
+
+def _named(points: list[Point]) -> tuple[Point, ...]:
+    """Return points whose letters tell joints of the same kind apart."""
+    kinds = [point.kind for point in points]
+    found = []
+    for number, point in enumerate(points):
+        alike = kinds.count(point.kind)
+        letter = "abc"[kinds[:number].count(point.kind)] if alike > 1 else ""
+        found.append(Point(point.kind, point.symbol, point.axes, letter))
+    return tuple(found)
