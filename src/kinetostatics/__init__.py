@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from kinetostatics.viewer import save_html, show
     from kinetostatics.workspace import sweep
 
-__version__ = "0.1.0"
+    __version__: str
 
 __all__ = [
     "ArgumentError",
@@ -93,6 +93,8 @@ def __dir__() -> list[str]:
 
 def __getattr__(name: str) -> Any:
     """Import the viewer, finite elements, workspace maps and the readers of other tools' files when they are first used."""
+    if name == "__version__":
+        return _version()
     if name in ("save_html", "show"):
         from kinetostatics import viewer
 
@@ -116,3 +118,13 @@ def __getattr__(name: str) -> Any:
 
         return verification.verify
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def _version() -> str:
+    """Return the version that is installed; it is that of the tag (see ``pyproject.toml``)."""
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        return version("kinetostatics")
+    except PackageNotFoundError:  # a folder of source that is on the path without being installed
+        return "0+unknown"

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from kinetostatics.description.units import KINDS, KNOWN, Unit, find_unit
 from kinetostatics.exceptions import ArgumentError, AssemblyError
+from kinetostatics.printing.colour import for_stream
 
 if TYPE_CHECKING:
     from kinetostatics.kinematics.configuration import Configuration
@@ -368,10 +369,15 @@ def _json(value: object, indent: str, ascii_only: bool) -> str:
     return "{\n" + ",\n".join(rows) + f"\n{indent}}}"
 
 
+def print_report(text: str) -> None:
+    """Print a report, in colour where the terminal wants it."""
+    print(for_stream(text, sys.stdout))
+
+
 def print_answer(found: str | dict[str, Any], warnings: Sequence[str]) -> None:
     """Print what a command has found below the warnings of its pose, or as JSON with them and on standard error."""
     if isinstance(found, str):
-        print("\n".join([*(f"! {warning}" for warning in warnings), found]))
+        print_report("\n".join([*(f"! {warning}" for warning in warnings), found]))
         return
     found["warnings"] = [*warnings, *found.get("warnings", ())]
     print_json(found)
@@ -381,4 +387,4 @@ def print_answer(found: str | dict[str, Any], warnings: Sequence[str]) -> None:
 def print_warnings(warnings: Iterable[str]) -> None:
     """Print warnings to standard error, each in one line."""
     for warning in warnings:
-        print(f"kinetostatics: warning: {' '.join(warning.split())}", file=sys.stderr)
+        print(for_stream(f"kinetostatics: warning: {' '.join(warning.split())}", sys.stderr), file=sys.stderr)

@@ -11,6 +11,7 @@ from kinetostatics.cli.arguments import (
     add_robot_arguments,
     load,
     print_json,
+    print_report,
     print_warnings,
 )
 from kinetostatics.printing.waiting import waiting
@@ -54,5 +55,5 @@ def run(args: argparse.Namespace) -> int:
         print_json(facts_to_dict(facts))
         print_warnings([*facts.problems, *facts.warnings])
     else:
-        print(text)
+        print_report(text)
     return 1 if facts.problems else 0

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 
 from kinetostatics.cli.arguments import SEVERAL, Subparsers, add_command, parse_items, parse_parameters, print_warnings
 from kinetostatics.exceptions import ArgumentError
+from kinetostatics.printing.colour import for_stream
 from kinetostatics.printing.waiting import waiting
 
 NAME = "import"
@@ -86,7 +87,7 @@ def run(args: argparse.Namespace) -> int:
             made = convert(args.source, args.yaml, answers, parameters=parameters, out=out)
             description = describe(made, parameters)
     except MissingFactsError as error:
-        print(f"kinetostatics: error: {error.for_command_line}", file=sys.stderr)
+        print(for_stream(f"kinetostatics: error: {error.for_command_line}", sys.stderr), file=sys.stderr)
         return 2
     if args.out is None:
         sys.stdout.write(made.text)

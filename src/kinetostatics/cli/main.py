@@ -1,3 +1,4 @@
+# PYTHON_ARGCOMPLETE_OK
 """The command ``kinetostatics``: parses, runs one of the commands, and turns errors into one line and an exit code.
 
 Every command is a module of :mod:`kinetostatics.cli` with ``NAME``, ``add_parser(subparsers)`` and ``run(args) -> int``.
@@ -16,6 +17,7 @@ from types import ModuleType
 from typing import Any, NoReturn
 
 from kinetostatics.exceptions import KinetostaticsError, near_names
+from kinetostatics.printing.colour import for_stream
 
 #: Modules of ``kinetostatics.cli``, in the order of the help.
 COMMANDS = ("check", "analyze", "sweep", "view", "verify", "tolerances", "import", "new", "plot", "robots")
@@ -29,6 +31,10 @@ examples:
   kinetostatics check 3rps
   kinetostatics analyze 3rps --platform z=500mm rx=2deg ry=-10deg
   kinetostatics COMMAND --help
+
+environment:
+  NO_COLOR=1     no colours on terminals
+  FORCE_COLOR=1  colours also where the output is no terminal, such as for less -R
 """
 
 #: A negative number, which argparse would take for an option if it has an exponent or a unit.
@@ -54,6 +60,20 @@ class Parser(argparse.ArgumentParser):
         raise UsageError(f"{message} (see {self.prog} --help)")
 
 
+class Version(argparse.Action):
+    """Print the version, which is looked up only then."""
+
+    def __init__(self, option_strings: Sequence[str], dest: str, **_more: Any) -> None:
+        super().__init__(option_strings, dest, nargs=0, help="print the version and exit")
+
+    def __call__(self, parser: argparse.ArgumentParser, *_more: Any) -> NoReturn:
+        """Print it, and end."""
+        import kinetostatics
+
+        print(f"kinetostatics {kinetostatics.__version__}")
+        parser.exit()
+
+
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line.
 
@@ -64,6 +84,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         The exit code: 0, or 2 after an error, of which one line stands on standard error.
     """
     arguments = list(sys.argv[1:] if argv is None else argv)
+    if "_ARGCOMPLETE" in os.environ:
+        return _complete()
     try:
         _prepare_output()
         code = _run(arguments)
@@ -82,6 +104,14 @@ def main(argv: Sequence[str] | None = None) -> int:
         return 130
 
 
+def _complete() -> int:
+    """Answer a shell that asks how the line can go on."""
+    from kinetostatics.cli.completion import complete
+
+    complete(make_parser([importlib.import_module(f"kinetostatics.cli.{name}") for name in COMMANDS]))
+    return 1
+
+
 def _run(arguments: list[str]) -> int:
     # Only the wanted command is imported; help and misspelled commands need all of them.
     wanted = arguments[:1] if arguments[:1] and arguments[0] in COMMANDS else list(COMMANDS)
@@ -91,7 +121,7 @@ def _run(arguments: list[str]) -> int:
     # argparse never takes an argument with a space for an option
     guarded = [f" {item}" if NEGATIVE.match(item) else item for item in arguments]
     try:
-        args = _parser(modules).parse_args(guarded)
+        args = make_parser(modules).parse_args(guarded)
     except SystemExit as stop:  # --help and --version
         sys.stdout.flush()
         return int(stop.code or 0)
@@ -102,11 +132,10 @@ def _run(arguments: list[str]) -> int:
         return int(args.run(args))
 
 
-def _parser(modules: Sequence[ModuleType]) -> argparse.ArgumentParser:
-    from kinetostatics import __version__
-
+def make_parser(modules: Sequence[ModuleType]) -> argparse.ArgumentParser:
+    """Return the parser of the command line with the commands of these modules."""
     parser = Parser(prog="kinetostatics", description=DESCRIPTION, epilog=EXAMPLES)
-    parser.add_argument("--version", action="version", version=f"kinetostatics {__version__}")
+    parser.add_argument("--version", action=Version)
     subparsers = parser.add_subparsers(metavar="COMMAND", required=True, title="commands")
     for module in modules:
         module.add_parser(subparsers)
@@ -125,13 +154,13 @@ def _prepare_output() -> None:
 def _warn(message: Warning | str, *_where: object, **_more: object) -> None:
     """Print a warning in one line, at once."""
     if sys.stderr is not None:
-        print(f"kinetostatics: warning: {' '.join(str(message).split())}", file=sys.stderr)
+        print(for_stream(f"kinetostatics: warning: {' '.join(str(message).split())}", sys.stderr), file=sys.stderr)
 
 
 def _fail(message: str) -> int:
     line = " ".join(message.split())
     if sys.stderr is not None:
-        print(f"kinetostatics: error: {line}", file=sys.stderr)
+        print(for_stream(f"kinetostatics: error: {line}", sys.stderr), file=sys.stderr)
     return ERROR
 
 

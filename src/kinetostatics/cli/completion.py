@@ -1,0 +1,136 @@
+"""Completion of the command line in shells, by argcomplete (the extra ``completion``): names that stand in files, among others.
+
+Nothing of this is imported unless a shell asks.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any
+
+from kinetostatics.cli.arguments import PLATFORM_KINDS
+from kinetostatics.description.robot import RobotDescription
+from kinetostatics.exceptions import KinetostaticsError
+from kinetostatics.files.bundled import shipped_robots
+
+#: Endings of robot files and of maps.
+ROBOT_FILES, MAPS = ("urdf", "xacro"), ("nc", "zarr")
+#: Some of the names that ``--orientation`` takes.
+ORIENTATIONS = ("rotation_vector", "tilt_torsion", "XYZ", "ZYX", "ZYZ", "xyz", "zyx")
+
+Names = Callable[[argparse.Namespace], Iterable[str]]
+
+
+def complete(parser: argparse.ArgumentParser) -> None:
+    """Answer the shell and end the process; only return where argcomplete is not installed.
+
+    Args:
+        parser: of the whole command line.
+    """
+    try:
+        import argcomplete
+    except ImportError:
+        return
+    attach(parser)
+    argcomplete.autocomplete(parser)
+
+
+def attach(parser: argparse.ArgumentParser) -> None:
+    """Tell argcomplete what completes the arguments of all commands."""
+    for action in _actions(parser):
+        found = _completer(action)
+        if found is not None:
+            setattr(action, "completer", found)  # noqa: B010 - the class does not know this attribute
+
+
+def _actions(parser: argparse.ArgumentParser) -> Iterator[argparse.Action]:
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            for command in action.choices.values():
+                yield from _actions(command)
+        else:
+            yield action
+
+
+def _completer(action: argparse.Action) -> Callable[..., Iterable[str]] | None:
+    """Return what completes the values of an argument, None: argcomplete's own, which is that of files."""
+    from argcomplete.completers import FilesCompleter
+
+    metavar = action.metavar if isinstance(action.metavar, str) else ""
+    robot_files, shipped = FilesCompleter(ROBOT_FILES), shipped_robots()
+    if metavar == "ROBOT":
+        return lambda prefix, **_: [*(name for name in shipped if name.startswith(prefix)), *robot_files(prefix)]
+    if metavar == "SOURCE":
+        return robot_files
+    if metavar == "MAP":
+        return FilesCompleter(MAPS)
+    names = _NAMES.get(metavar) or _NAMES_OF.get(action.dest)
+    if names is None:
+        return None
+
+    def matching(prefix: str, parsed_args: argparse.Namespace, **_: Any) -> list[str]:
+        try:
+            return [name for name in names(parsed_args) if name.startswith(prefix)]
+        except (KinetostaticsError, OSError):  # a file that is wrong is told of when the command runs
+            return []
+
+    return matching
+
+
+# ---- names -----------------------------------------------------------------------------------------------------------
+
+
+def _path(args: argparse.Namespace) -> str:
+    return str(getattr(args, "robot", None) or getattr(args, "source", None) or "")
+
+
+def _description(args: argparse.Namespace) -> RobotDescription:
+    from kinetostatics.files.reader import read_robot_file
+
+    return read_robot_file(_path(args))
+
+
+def _elements(args: argparse.Namespace, tag: str) -> list[str]:
+    """Return the names of the elements of one kind that stand in the file itself, which need not be a robot yet."""
+    from kinetostatics.files.bundled import read_robot
+    from kinetostatics.files.xml import parse
+
+    document, _ = parse(*read_robot(_path(args)))
+    return [name for element in document.getElementsByTagName(tag) if "$" not in (name := element.getAttribute("name")) and name]
+
+
+def _assignments(names: Iterable[str]) -> list[str]:
+    return [f"{name}=" for name in names]
+
+
+def _coordinates(args: argparse.Namespace) -> list[str]:
+    leaning = getattr(args, "orientation", None) == "tilt_torsion"
+    left_out = ("rx", "ry", "rz") if leaning else ("azimuth", "tilt", "torsion")
+    return _assignments(name for name in PLATFORM_KINDS if name not in left_out)
+
+
+def _drives(args: argparse.Namespace) -> list[str]:
+    return _assignments(_description(args).driven)
+
+
+def _limbs(args: argparse.Namespace) -> list[str]:
+    from kinetostatics.robot import load_robot
+
+    return [f"{limb.name}=x" for limb in load_robot(_path(args)).topology.limbs]
+
+
+#: Names by the metavar of an argument, and by its name.
+_NAMES: dict[str, Names] = {
+    "LINK": lambda args: _elements(args, "link"),
+    "JOINT": lambda args: _elements(args, "joint"),
+}
+_NAMES_OF: dict[str, Names] = {
+    "platform": _coordinates,
+    "actuators": _drives,
+    "sweep": lambda args: [*_coordinates(args), *_drives(args)],
+    "parameters": lambda args: _assignments(_elements(args, "xacro:arg")),
+    "hinge_axis": _limbs,
+    "orientation": lambda _: ORIENTATIONS,
+    "copy": lambda _: shipped_robots(),
+}

@@ -1,0 +1,104 @@
+"""Completion in shells: what the program answers to argcomplete."""
+
+import importlib
+import os
+import subprocess
+import sys
+
+import pytest
+from places import CASES, ROBOTS
+
+from kinetostatics.cli import main
+from kinetostatics.files.bundled import shipped_robots
+
+argcomplete = pytest.importorskip("argcomplete")
+
+
+@pytest.fixture(scope="module")
+def finder():
+    from kinetostatics.cli import completion
+
+    parser = main.make_parser([importlib.import_module(f"kinetostatics.cli.{name}") for name in main.COMMANDS])
+    completion.attach(parser)
+    return argcomplete.CompletionFinder(parser)
+
+
+@pytest.fixture
+def complete(finder, monkeypatch):
+    """Return a function that gives the completions of the last word of a line."""
+    monkeypatch.chdir(ROBOTS)
+
+    def answer(line):
+        found = []
+        while (match := finder.rl_complete(line, len(found))) is not None:
+            found.append(match.rstrip())
+        return [match.rpartition(" ")[2] for match in found]
+
+    return answer
+
+
+def test_commands_and_options(complete):
+    assert [name for name in complete("") if not name.startswith("-")] == list(main.COMMANDS)
+    assert complete("analyze 3rps --ori") == ["--orientation"]
+    assert "tilt_torsion" in complete("analyze 3rps --orientation ")
+
+
+def test_robots_by_name_and_by_file(complete):
+    assert complete("check spher") == ["spherical_3rrr", "spherical_3rrr.urdf.xacro"]
+    assert complete("check ../tests/cases/four") == [] and complete("check ../tests/cases/do") == ["../tests/cases/dog.urdf"]
+    assert set(shipped_robots()) <= set(complete("view "))
+    assert complete("robots --copy tri") == ["tricept", "tripteron"]
+
+
+def test_coordinates_are_those_that_the_pose_can_have(complete):
+    assert complete("analyze 3rps --platform ") == ["x=", "y=", "z=", "rx=", "ry=", "rz="]
+    assert complete("sweep 3rps --orientation tilt_torsion --platform z=0.5 t") == ["tilt=", "torsion="]
+    assert complete("analyze 2pru_upr --actuators ") == ["prismatic_1=", "prismatic_2=", "prismatic_3="]
+    assert "z=" in complete("view 3rps --sweep ") and "prismatic_2=" in complete("view 3rps --sweep ")
+
+
+def test_names_that_stand_in_the_file(complete):
+    assert complete("check 3rps --set rod_d") == ["rod_diameter="]
+    assert complete("analyze 3rps --hinge-axis ") == ["limb_1=x", "limb_2=x", "limb_3=x"]
+    source = CASES / "parallelogram_plain.urdf"
+    assert complete(f"import {source} --platform pl") == ["plate"]
+    assert complete(f"import {source} --base gr") == ["ground"]
+
+
+@pytest.mark.parametrize("robot", ["nowhere.urdf", "../README.md", "3rpss"])
+def test_a_file_that_is_wrong_has_no_names(complete, robot):
+    assert complete(f"analyze {robot} --actuators ") == []
+
+
+def test_a_shell_is_answered_by_the_program_itself():
+    """On file descriptor 8, as argcomplete's functions of shells expect it."""
+    line = "kinetostatics tol"
+    environment = {**os.environ, "_ARGCOMPLETE": "1", "COMP_LINE": line, "COMP_POINT": str(len(line))}
+    read, write = os.pipe()
+
+    def prepare():
+        os.dup2(write, 8)
+        os.dup2(write, 9)
+
+    with os.fdopen(read, "rb") as answer:
+        done = subprocess.run(
+            [sys.executable, "-m", "kinetostatics"], env=environment, preexec_fn=prepare, close_fds=False, check=False, timeout=60
+        )
+        os.close(write)
+        assert done.returncode == 0 and answer.read().startswith(b"tolerances")
+
+
+def test_without_argcomplete_a_shell_gets_no_answer_and_no_noise(monkeypatch, capsys):
+    monkeypatch.setenv("_ARGCOMPLETE", "1")
+    monkeypatch.setitem(sys.modules, "argcomplete", None)
+    assert main.main(["check", "3rps"]) == 1
+    assert capsys.readouterr() == ("", "")
+
+
+def test_argcomplete_is_not_imported_unless_a_shell_asks():
+    code = (
+        "import sys; from kinetostatics.cli.main import main; main(['--version']);"
+        "print([n for n in sys.modules if 'argcomplete' in n or n.endswith('cli.completion')])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]"

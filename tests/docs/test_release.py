@@ -1,0 +1,160 @@
+"""What is released: version, notes, packages, the manual page and the conda recipe."""
+
+import importlib
+import importlib.metadata
+import re
+import runpy
+import subprocess
+
+import manual_page
+import pytest
+from places import ROOT
+
+import kinetostatics as ks
+from kinetostatics.cli.main import COMMANDS, make_parser
+
+PROJECT = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+notes = runpy.run_path(str(ROOT / ".ci" / "release_notes.py"))["notes"]
+differences = runpy.run_path(str(ROOT / ".ci" / "package_contents.py"))["differences"]
+
+CHANGELOG = """# Changelog
+
+## [Unreleased]
+
+## [0.2.0] - 2026-12-24
+
+### Added
+
+- A thing.
+
+## [0.1.0]
+
+- The first.
+
+## [0.0.1] - 2026-01-01
+
+"""
+
+
+def test_notes_of_a_release_are_the_section_of_its_version():
+    assert notes(CHANGELOG, "v0.2.0") == notes(CHANGELOG, "0.2.0") == "### Added\n\n- A thing.\n"
+    with pytest.raises(ValueError, match=r"no section for 0\.3\.0, only for Unreleased, 0\.2\.0, 0\.1\.0, 0\.0\.1"):
+        notes(CHANGELOG, "v0.3.0")
+    with pytest.raises(ValueError, match=r"no date for 0\.1\.0: write ## \[0\.1\.0\] - YYYY"):
+        notes(CHANGELOG, "v0.1.0")
+    with pytest.raises(ValueError, match=r"says nothing of 0\.0\.1"):
+        notes(CHANGELOG, "v0.0.1")
+
+
+def test_the_changelog_becomes_notes_once_its_top_section_has_a_version():
+    text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
+    assert text.count("## [Unreleased]") == 1
+    found = notes(text.replace("## [Unreleased]", "## [7.8.9] - 2026-12-24"), "v7.8.9")
+    assert found.startswith("### Added\n") and "\n## " not in found
+
+
+def test_the_version_is_nowhere_but_in_the_tag():
+    assert 'dynamic = ["version"]' in PROJECT and 'fallback-version = "0.1.dev0"' in PROJECT
+    assert "version:" not in re.sub("cff-version:", "", (ROOT / "CITATION.cff").read_text(encoding="utf-8"))
+    assert re.match(r"\d+[.+]", ks.__version__)
+
+
+def test_source_that_is_not_installed_says_so(monkeypatch):
+    def version(name):
+        raise importlib.metadata.PackageNotFoundError(name)
+
+    monkeypatch.setattr(importlib.metadata, "version", version)
+    assert ks.__version__ == "0+unknown"
+
+
+def test_what_packages_lack_is_told():
+    files = {"robots/a.urdf.xacro", "src/kinetostatics/b.py", "tests/c.py"}
+    data = {f"k-1.{rest}" for rest in ("data/data/share/man/man1/kinetostatics.1", "dist-info/licenses/LICENSE")}
+    whole = {"kinetostatics/robots/a.urdf.xacro", "kinetostatics/b.py", "k-1.dist-info/entry_points.txt", *data}
+    assert differences(whole, files | {"PKG-INFO"}, files) == []
+    assert differences(whole - {"kinetostatics/robots/a.urdf.xacro"}, files, files) == [
+        "the wheel lacks kinetostatics/robots/a.urdf.xacro"
+    ]
+    assert differences(whole | {"tests/c.py"}, files - {"tests/c.py"}, files) == [
+        "the wheel holds tests/c.py, which is no part of the package",
+        "the source archive lacks tests/c.py",
+    ]
+    assert differences(whole - data, files, files) == [
+        "the wheel lacks .data/data/share/man/man1/kinetostatics.1",
+        "the wheel lacks .dist-info/licenses/LICENSE",
+    ]
+
+
+def test_the_workflow_of_releases_calls_what_exists():
+    yaml = pytest.importorskip("yaml")
+    jobs = yaml.safe_load((ROOT / ".github" / "workflows" / "release.yml").read_text(encoding="utf-8"))["jobs"]
+    steps = jobs["build"]["steps"]
+    assert steps[0]["with"]["fetch-depth"] == 0, "a shallow clone does not know its tags"
+    called = re.findall(r"\.ci/[\w.]+", " ".join(step.get("run", "") for step in steps))
+    assert called == [".ci/release_notes.py", ".ci/packages"] and all((ROOT / name).exists() for name in called)
+    assert ".ci/packages .venv" in (ROOT / ".ci" / "run").read_text(encoding="utf-8")
+    assert jobs["index"]["permissions"] == {"id-token": "write"}, "trusted publishing needs a token of its own"
+
+
+def test_the_manual_page_is_fresh():
+    page = manual_page.manual_page()
+    assert manual_page.PAGE.read_text(encoding="utf-8") == page, "stale: run python tests/support/manual_page.py"
+    assert f'"{manual_page.PAGE.relative_to(ROOT).as_posix()}" = "share/man/man1/kinetostatics.1"' in PROJECT
+
+
+def test_the_manual_page_has_every_option_of_every_command():
+    sections = dict(re.findall(r"^\.SS (\S+)\n(.*?)(?=^\.S[SH] )", manual_page.PAGE.read_text("utf-8"), re.MULTILINE | re.DOTALL))
+    assert list(sections) == list(COMMANDS)
+    for name, text in sections.items():
+        parser = make_parser([importlib.import_module(f"kinetostatics.cli.{name}")])
+        said = parser._subparsers._group_actions[0].choices[name].format_help()
+        options = set(re.findall(r"^  (--[\w-]+)", said, re.MULTILINE))
+        in_roff = re.findall(r"^(?:\\fB.*?, )?\\fB(\\-\\-.*?)\\fR", text, re.MULTILINE)
+        assert options and {found.replace("\\-", "-") for found in in_roff} == options
+
+
+def test_the_manual_page_is_what_man_understands():
+    try:
+        done = subprocess.run(
+            ["groff", "-man", "-Tutf8", "-k", "-ww", str(manual_page.PAGE)], capture_output=True, text=True, check=True
+        )
+    except FileNotFoundError:
+        pytest.skip("there is no groff")
+    assert done.stderr == ""
+    assert "kinetostatics robots --copy delta" in re.sub("\x1b\\[[0-9;]*m|.\b", "", done.stdout)
+
+
+# ---- conda -----------------------------------------------------------------------------------------------------------
+
+#: Names that conda-forge has for packages of PyPI.
+CONDA_NAMES = {"pin": "pinocchio", "meshcat": "meshcat-python", "matplotlib": "matplotlib-base"}
+#: What trimesh's extra ``easy`` brings that the viewer needs for meshes.
+OF_MESHES = {"pycollada", "networkx", "scipy"}
+
+
+def requirements(lines):
+    """Return the versions that are wanted, by name."""
+    found = {}
+    for line in lines:
+        name, versions = re.fullmatch(r"([\w-]+)(?:\[\w+\])?\s*([^;]*)(?:;.*)?", line).groups()
+        found.setdefault(CONDA_NAMES.get(name, name), versions.strip().replace(" ", ""))
+    return found
+
+
+def test_the_conda_recipe_wants_what_the_package_wants():
+    yaml = pytest.importorskip("yaml")
+    tomllib = pytest.importorskip("tomllib")
+    recipe = yaml.safe_load((ROOT / "conda" / "recipe.yaml").read_text(encoding="utf-8"))
+    project = tomllib.loads(PROJECT)
+    run = requirements(recipe["requirements"]["run"])
+    assert run.pop("python") == project["project"]["requires-python"]
+    assert {name: versions for name, versions in run.items() if name not in OF_MESHES} == requirements(
+        project["project"]["dependencies"]
+    )
+    assert set(run) >= OF_MESHES
+    optional = requirements(line for extra in project["project"]["optional-dependencies"].values() for line in extra)
+    assert requirements(recipe["requirements"]["run_constraints"]).items() <= optional.items()
+    assert set(project["build-system"]["requires"]) <= set(recipe["requirements"]["host"])
+    (entry,) = recipe["build"]["python"]["entry_points"]
+    assert entry.split(" = ") == ["kinetostatics", project["project"]["scripts"]["kinetostatics"]]
+    assert recipe["about"]["summary"] == project["project"]["description"]
