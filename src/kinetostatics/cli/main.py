@@ -32,6 +32,9 @@ examples:
   kinetostatics analyze 3rps --platform z=500mm rx=2deg ry=-10deg
   kinetostatics COMMAND --help
 
+completion:
+  pip install argcomplete, and in ~/.bashrc: eval "$(register-python-argcomplete kinetostatics)"
+
 environment:
   NO_COLOR=1     no colours on terminals
   FORCE_COLOR=1  colours also where the output is no terminal, such as for less -R
