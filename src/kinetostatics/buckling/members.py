@@ -16,9 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.buckling.euler_loads import Ends, buckling_ratio
-from kinetostatics.buckling.sway import free_motions, sliding_axes, turning_axes
+from kinetostatics.buckling.sway import EdgeMotions, free_motions, sliding_axes, turning_axes
 from kinetostatics.limbs.model import StaticModel
 from kinetostatics.math.arrays import Array
+from kinetostatics.math.linalg import cross
 from kinetostatics.mechanism.mechanism import Connection
 from kinetostatics.mechanism.rigid_bodies import BodyEdge, BodyGraph, RigidBody
 from kinetostatics.mechanism.tree import Frames
@@ -132,6 +133,8 @@ class _Finder:
     def __init__(self, model: StaticModel, generic: Frames) -> None:
         self.model, self.graph = model, BodyGraph(model.mechanism)
         frames, self.frames = model.zero_frames, generic
+        poses = [generic.take(np.array([k])) for k in range(generic.position.shape[2])]
+        self.motions = [EdgeMotions(pose, model.length) for pose in poses]
         self.edges = {edge.beam.beam.name: edge for edge in self.graph.edges if edge.beam is not None}
         self.points: dict[str, tuple[Array, Array]] = {}
         self.direction: dict[str, Array] = {}
@@ -190,7 +193,7 @@ class _Finder:
                 if joint.type.is_fixed:
                     return True
                 axis = frames.direction(joint.predecessor_body, joint.axis_on(True))[:, 0]
-                return bool(np.linalg.norm(np.cross(axis, self.direction[name])) < _IN_LINE)
+                return bool(np.linalg.norm(cross(axis, self.direction[name])) < _IN_LINE)
         return False
 
     def _in_line(self, name: str, forward: bool, other: str, onward: bool) -> bool:
@@ -198,8 +201,8 @@ class _Finder:
         y = self.direction[other] * (1 if onward else -1)
         gap = self.points[other][0 if onward else 1] - self.points[name][1 if forward else 0]
         size = float(np.linalg.norm(self.points[name][1] - self.points[name][0]))
-        off = float(np.linalg.norm(np.cross(x, gap)))
-        return bool(x @ y > 0 and np.linalg.norm(np.cross(x, y)) < _IN_LINE and off < _IN_LINE * max(size, 1e-3))
+        off = float(np.linalg.norm(cross(x, gap)))
+        return bool(x @ y > 0 and np.linalg.norm(cross(x, y)) < _IN_LINE and off < _IN_LINE * max(size, 1e-3))
 
     def _member(self, run: Sequence[tuple[str, bool]]) -> Member:
         if len(run) > 1 and sum(forward for _, forward in run) * 2 < len(run):
@@ -247,14 +250,14 @@ class _Finder:
     ) -> MemberEnd:
         """Return how the platform end is held if it also moves where nothing but the member holds it."""
         beam, shifts, turns = self.model.beams[first[0]], [], False
-        for k in range(self.frames.position.shape[2]):
-            frames = self.frames.take(np.array([k]))
+        for motions_of_edges in self.motions:
+            frames = motions_of_edges.frames
             points = np.array([self._point(frames, first[0], not first[1]), self._point(frames, last[0], last[1])])
             if not np.any(points[1] - points[0]):
                 continue  # a telescope without length
             x = (points[1] - points[0]) / np.linalg.norm(points[1] - points[0])
             twists = all(_passes_torque(frames, end, x) for end in ends)
-            motions = free_motions(self.graph, frames, beams, holders, points, twists, self.model.length)
+            motions = free_motions(self.graph, motions_of_edges, beams, holders, points, twists)
             axes = frames.orientations(np.array([beam.span.carrier]), beam.axes[:, :, None])[:, :, 0, 0]
             u, s, _ = np.linalg.svd(axes[:, 1:].T @ motions[3:], full_matrices=False)
             shifts.append(beam.axes[:, 1:] @ u[:, s > _MOVES] @ u[:, s > _MOVES].T @ beam.axes[:, 1:].T)

@@ -12,6 +12,7 @@ import numpy as np
 
 from kinetostatics.description.joint_types import Axes
 from kinetostatics.math.arrays import Array
+from kinetostatics.math.linalg import cross
 from kinetostatics.mechanism.mechanism import Connection
 from kinetostatics.mechanism.rigid_bodies import BodyEdge, BodyGraph, RigidBody
 from kinetostatics.mechanism.tree import Frames
@@ -19,14 +20,39 @@ from kinetostatics.mechanism.tree import Frames
 _TOLERANCE = 1e-7
 
 
+class EdgeMotions:
+    """What the edges of a robot leave free and hold at one pose, each worked out once for all members.
+
+    Attributes:
+        frames: of the pose.
+        size: of the robot [m], by which shifts are divided.
+    """
+
+    def __init__(self, frames: Frames, size: float) -> None:
+        self.frames, self.size = frames, size
+        self._twists: dict[int, Array] = {}
+        self._held: dict[int, Array] = {}
+
+    def twists(self, edge: BodyEdge) -> Array:
+        """Return the twists (6, k) that an edge leaves free: rotation, and shift at the origin over the robot's size [m]."""
+        if id(edge) not in self._twists:
+            self._twists[id(edge)] = _twists(edge, self.frames, self.size)
+        return self._twists[id(edge)]
+
+    def held(self, edge: BodyEdge) -> Array:
+        """Return wrenches (m, 6) that span what does no work on these twists."""
+        if id(edge) not in self._held:
+            self._held[id(edge)] = _held(self.twists(edge))
+        return self._held[id(edge)]
+
+
 def free_motions(
     graph: BodyGraph,
-    frames: Frames,
+    motions: EdgeMotions,
     without: Collection[int],
     ends: tuple[RigidBody, RigidBody],
     rod: Array,
     twists: bool,
-    size: float,
 ) -> Array:
     """Return how the second end can still move against the first (6, k): rotation, and shift of the member's platform end.
 
@@ -34,12 +60,11 @@ def free_motions(
 
     Args:
         graph: pieces and edges of the robot.
-        frames: of one pose.
+        motions: of the edges, at one pose.
         without: ids of the edges that are taken out: the member's beams.
         ends: what holds the member at its base and platform end.
         rod: (2, 3) the member's ends [m].
         twists: whether the member also passes a torque on.
-        size: of the robot [m], by which shifts are divided.
     """
     edges = [edge for edge in graph.edges if id(edge) not in without]
     at: dict[RigidBody, list[BodyEdge]] = {}
@@ -60,7 +85,7 @@ def free_motions(
             for edge in at.get(here, []):
                 other = edge.other(here)
                 if other not in way:
-                    free = _twists(edge, frames, size)
+                    free = motions.twists(edge)
                     way[other] = [*way[here], *range(len(columns), len(columns) + free.shape[1])]
                     columns += list(free.T)
                     tree.add(id(edge))
@@ -72,27 +97,22 @@ def free_motions(
         found[:, way[body]] = basis[:, way[body]]
         return found
 
-    rows = [
-        _held(_twists(edge, frames, size)) @ (twist(edge.outer.find()) - twist(edge.inner.find()))
-        for edge in edges
-        if id(edge) not in tree
-    ]
-    points = rod / size
+    rows = [motions.held(edge) @ (twist(edge.outer.find()) - twist(edge.inner.find())) for edge in edges if id(edge) not in tree]
+    points = rod / motions.size
     x = (rod[1] - rod[0]) / np.linalg.norm(rod[1] - rod[0])
     inner, outer = ends
-    longer = [np.concatenate([np.cross(point, x), x]) @ twist(body) for body, point in ((outer, points[1]), (inner, points[0]))]
+    longer = [np.concatenate([cross(point, x), x]) @ twist(body) for body, point in ((outer, points[1]), (inner, points[0]))]
     rows.append((longer[0] - longer[1])[None])
     if twists:
         rows.append((x @ (twist(outer) - twist(inner))[:3])[None])
     _, values, axes = np.linalg.svd(np.concatenate(rows))
     moving = axes[int(np.sum(values > _TOLERANCE * max(values[0], 1.0) if values.size else 0)) :].T
     found = (twist(outer) - twist(inner)) @ moving
-    found[3:] += np.cross(found[:3], points[1], axis=0)
+    found[3:] += cross(found[:3], points[1][:, None])
     return np.asarray(found)
 
 
 def _held(free: Array) -> Array:
-    """Return wrenches (m, 6) that span what does no work on twists (6, k)."""
     if free.shape[1] == 0:
         return np.eye(6)
     axes, values, _ = np.linalg.svd(free)
@@ -100,7 +120,6 @@ def _held(free: Array) -> Array:
 
 
 def _twists(edge: BodyEdge, frames: Frames, size: float) -> Array:
-    """Return the twists (6, k) that an edge leaves free: rotation, and shift at the origin over the robot's size [m]."""
     joint = edge.connection
     if joint is None or joint.driven:
         return np.zeros((6, 0))
@@ -108,7 +127,7 @@ def _twists(edge: BodyEdge, frames: Frames, size: float) -> Array:
     turns, slides = turning_axes(joint), sliding_axes(joint)
     about = list(np.eye(3)) if turns is None else [_world(frames, *item) for item in turns]
     along = list(np.eye(3)) if joint.type.slides is Axes.ALL else [_world(frames, *item) for item in slides]
-    columns = [np.concatenate([axis, np.cross(point, axis)]) for axis in about]
+    columns = [np.concatenate([axis, cross(point, axis)]) for axis in about]
     columns += [np.concatenate([np.zeros(3), axis]) for axis in along]
     return np.array(columns).reshape(-1, 6).T
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from kinetostatics.kinematics.solver import PrescribedCoordinates, Solver, SolverState
 from kinetostatics.math.arrays import Array
-from kinetostatics.math.linalg import null_space
+from kinetostatics.math.linalg import cross, null_space
 
 #: Scaled motions of freedoms below this are rounding.
 IDLE = 1e-13
@@ -99,7 +99,7 @@ class MobilityAnalysis:
         frames = solver.equations.forward(pose.x)
         twists = (solver.tree.twists(frames) * solver.platform_signs[:, None])[:, :, 0]
         _, position = solver.mechanism.platform_pose(frames)
-        linear = twists[:3] + np.cross(twists[3:], position, axis=0)
+        linear = twists[:3] + cross(twists[3:], position)
         return np.concatenate([linear / solver.length, twists[3:]]) * solver.column_scale
 
     def _free_motions(self, prescribed: PrescribedCoordinates, pose: SolverState) -> Array:

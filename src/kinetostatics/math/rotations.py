@@ -143,19 +143,17 @@ def three_angles(axes: Array, R: Array, near: Array, locked: float = 1e-13) -> A
     beside = end - a[:, None] * height  # across a
     sine = np.sqrt(dot(beside, beside))
     spread = np.arctan2(sine, height)
-    zero = float(np.arctan2(a @ np.cross(b, c), a @ c))  # the second angle at which c lies along a
+    zero = float(np.arctan2(a @ cross(b, c), a @ c))  # the second angle at which c lies along a
     options = np.stack([zero + spread, zero - spread])
     options += 2 * np.pi * np.round((near[1] - options) / (2 * np.pi))
     other = np.abs(options[1] - near[1]) < np.abs(options[0] - near[1])
     second = np.where(other, options[1], options[0])
     # where the second turn alone puts ``beside``, but for its length
-    start = np.cross(b, a)[:, None] * np.where(other, -1.0, 1.0)
+    start = cross(b, a)[:, None] * np.where(other, -1.0, 1.0)
     first = np.where(sine > locked, np.arctan2(np.einsum("i,in->n", a, cross(start, beside)), dot(start, beside)), near[0])
     turned = np.einsum("ijn,jkn->ikn", exponential(a[:, None] * first), exponential(b[:, None] * second))
     across = np.einsum("ijn,j->in", R, b)
-    third = np.arctan2(
-        dot(np.einsum("ijn,j->in", turned, np.cross(c, b)), across), dot(np.einsum("ijn,j->in", turned, b), across)
-    )
+    third = np.arctan2(dot(np.einsum("ijn,j->in", turned, cross(c, b)), across), dot(np.einsum("ijn,j->in", turned, b), across))
     outer = np.stack([first, third])
     outer += 2 * np.pi * np.round((near[[0, 2]] - outer) / (2 * np.pi))
     return np.stack([outer[0], second, outer[1]])
