@@ -27,18 +27,38 @@ from kinetostatics.printing.dispatch import Shown, text_of
 from kinetostatics.statics.model import RobotStatics, make_statics
 
 
-def load_robot(path: str | os.PathLike[str], parameters: Mapping[str, object] | None = None) -> Robot:
+def load_robot(
+    path: str | os.PathLike[str],
+    parameters: Mapping[str, object] | None = None,
+    *,
+    platform: str | None = None,
+    base: str | None = None,
+) -> Robot:
     """Load a robot from a URDF or xacro file.
 
     Args:
         path: of the file, whose format is described in the page on robot files; or the name of a robot that comes with the
             package, such as "3rps", see :func:`kinetostatics.robots`.
         parameters: values of the file's xacro arguments, SI units.
+        platform: the link that is the moving platform, instead of that which the file names; its own frame is o-xyz. In a file
+            that names none and has no loops, such as the plain URDF of an arm, all joints that move are then driven.
+        base: the link that stands still, instead of that which the file names or the root of its tree.
 
     Raises:
         RobotFileError: the file is wrong; the message names file and line.
+        ArgumentError: the file has no such link.
+
+    Examples:
+        A plain URDF, whose links are all rigid; :func:`kinetostatics.extend_robot` makes links and drives elastic.
+
+        >>> import kinetostatics as ks
+        >>> from kinetostatics.files.mesh_packages import package_folder
+        >>> folder = package_folder("example-robot-data") / "robots"
+        >>> panda = ks.load_robot(folder / "panda_description" / "urdf" / "panda.urdf", platform="panda_hand")
+        >>> round(float(ks.analyze(panda.assemble()).actuator_forces["panda_joint2"]), 3)
+        -4.046
     """
-    return Robot(read_robot_file(path, parameters))
+    return Robot(read_robot_file(path, parameters, platform=platform, base=base))
 
 
 class Robot(Shown, RobotKinematics):

@@ -133,7 +133,7 @@ def _run(mistake: Mistake, file: Path, names: dict[str, Any]) -> Any:
     """Make a mistake, and return the robot."""
     if not mistake.code:
         return look(ks.load_robot(file))
-    if re.search(r"\b(robot|pose|description)\b", mistake.code):
+    if re.search(r"\b(robot|pose|description)\b", mistake.code) and not mistake.code.startswith("robot ="):
         names["robot"] = ks.load_robot(file)
         names["description"] = names["robot"].description
         if re.search(r"\bpose\b", mistake.code):

@@ -177,7 +177,6 @@ VALUES = (
     swap(PLATFORM, '<platform link="plate"><pose/></platform>', "Use what is known."),
     swap(MASS, f"{MASS}{MASS}", "One of each."),
     drop(MASS, "`<inertial>` is complete, or not there."),
-    swap(INERTIA, INERTIA.replace(' ixy="0"', ""), "All six: URDF tools drop an incomplete one, and its mass."),
 )  # fmt: skip
 
 TREES = (
@@ -207,6 +206,8 @@ TREES = (
 
 ROLES = (
     drop(PLATFORM, "Which link does the load act on?", "`<platform>` left out"),
+    swap(PLATFORM, "", "The name of a link, as the file has it.", "`<platform>` left out, and `load_robot(…, platform=\"plat\")`",
+         'ks.load_robot(file, platform="plat")'),
     add('<platform link="left"/>', "Bolt the second one to the first, by a fixed joint."),
     swap(PLATFORM, '<platform link="ground"/>', "Two links."),
     add('<base link="ground"/><base link="left"/>', "What else stands still is bolted to it, by fixed joints."),
@@ -246,6 +247,9 @@ DRIVES = (
     in_b('<mimic joint="a" offset="1e10"/>', "Look at the unit."),
     in_b('<mimic joint="c"/>', "Cut the loop elsewhere, so that c is in the tree."),
     in_b('<mimic joint="b"/>', "Name the driven joint."),
+    Mistake('`<mimic joint="e"/>` in b, where e is a bolt', "Name a joint that moves.",
+            ((JOINT_B, f'{JOINT_B}<mimic joint="e"/>'),
+             ("</robot>", '<link name="ear"/><joint name="e" type="fixed"><parent link="plate"/><child link="ear"/></joint></robot>'))),
     in_b('<mimic joint="d"/>', "Drive d, or mimic a."),
     Mistake('`<mimic joint="d"/>` in b, and `<mimic joint="a"/>` in d', "All of them mimic the driven one.",
             ((JOINT_B, f'{JOINT_B}<mimic joint="d"/>'), (JOINT_D, f'{JOINT_D}<mimic joint="a"/>'))),

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from guide_mistakes import Mistake, add, code, swap
-from guide_mistakes_of_files import B_WHOLE, CIRCLE, JOINT_B, LEFT, LOOP, MOTOR, RIGHT
+from guide_mistakes_of_files import B_WHOLE, CIRCLE, INERTIA, JOINT_B, LEFT, LOOP, MOTOR, RIGHT
 
 LEFT_BEAM = f"{LEFT}\n    {CIRCLE}\n  </beam>"
 RIGHT_BEAM = f'{RIGHT}\n    <tube outer_diameter="0.03" inner_diameter="0.02"/>\n  </beam>'
@@ -215,6 +215,19 @@ PYTHON = (
            '(folder / "lift_table.urdf.xacro").write_text("<robot xmlns:xacro=…>"); '),
 )  # fmt: skip
 
+
+def arm(more: str, cure: str, written: str, inside: str = "") -> Mistake:
+    """Return the oddity of a plain URDF, an arm with two joints, which is loaded with its tool as the platform."""
+    links = f'<link name="base"/><link name="upper">{HEAVY}</link><link name="tool">{HEAVY}</link>'
+    limit = '<axis xyz="0 1 0"/><limit effort="9" velocity="1"/>'
+    joints = (
+        f'<joint name="one" type="revolute"><parent link="base"/><child link="upper"/>{limit}{inside}</joint>'
+        f'<joint name="two" type="revolute"><parent link="upper"/><child link="tool"/><origin xyz="0 0 1"/>{limit}</joint>'
+    )
+    text = f'<robot name="arm">{links}{joints}{more}</robot>'
+    return Mistake(written, cure, text=text, code='robot = ks.load_robot(file, platform="tool")')
+
+
 WARNINGS = tuple(replace(mistake, warns=True) for mistake in (
     swap(B_WHOLE, B_WHOLE.replace('<axis xyz="0 1 0"/>', ""), "Write it: here 0 1 0.", "`<axis>` left out in b"),
     Mistake("the `<loop>` and the right rod's beam left out", "Write the loop.", (*NO_LOOP, (RIGHT_BEAM, ""))),
@@ -254,6 +267,17 @@ WARNINGS = tuple(replace(mistake, warns=True) for mistake in (
     Mistake("no `<joint_stiffness>`", "Their stiffnesses, if they matter.", code="result = ks.analyze(pose)"),
     add('<joint_stiffness joint="a" drive="20"/>', "20e3, if it was meant in N·m/mrad."),
     add('<joint_stiffness joint="a" drive="1e15"/>', "inf, or leave it out."),
+    swap('<robot name="parallelogram">', "<robot>", "A name, if another is wanted."),
+    swap(INERTIA, "", "Nothing; other tools, which compute motions, want it.", "`<inertia …/>` left out of `<inertial>`"),
+    swap(INERTIA, INERTIA.replace(' ixy="0"', ""), "All six, for other tools: they drop an incomplete one, and its mass."),
+    Mistake("a bolt with a `<mimic>` and a `<transmission>`", "Right, if a hand is held still; else the joint's type.",
+            more(joint("e", "plate", "lamp", 0.1, "fixed", HEAVY).replace("</joint>", '<mimic joint="a"/></joint>')
+                 + SECOND_MOTOR.replace('"d"', '"e"'))),
+    arm("", "`<transmission>` of those that have a motor.", "the plain URDF of an arm, without any `<transmission>`"),
+    arm('<transmission name="t"><joint name="one"/></transmission>', "Others' `<transmission>`, if they have a motor.",
+        "the same with one `<transmission>` for two joints"),
+    arm('<transmission name="t"/>', "The joint's name goes inside.", "the same with `<transmission name=\"t\"/>`"),
+    arm("", "The name of a driven joint.", 'the same with `<mimic joint="motor"/>`', '<mimic joint="motor"/>'),
     Mistake("both `<beam>` left out", "Make beams of what is slender.", ((LEFT_BEAM, ""), (RIGHT_BEAM, ""))),
     Mistake("all masses left out", "`<inertial>` and `density`.",
             ((' density="7850"', ""), (' density="7850"', ""), ("<inertial>", "<!--"), ("</inertial>", "-->"))),

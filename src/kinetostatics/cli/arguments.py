@@ -205,6 +205,14 @@ def add_robot_arguments(parser: argparse.ArgumentParser, value: str = "VALUE") -
         **SEVERAL,
         help="values of the file's xacro arguments, such as rod_diameter=80mm",
     )
+    parser.add_argument(
+        "--platform-link",
+        metavar="LINK",
+        help="the link that is the moving platform, of a URDF that does not say it, or another one",
+    )
+    parser.add_argument(
+        "--base-link", metavar="LINK", help="the link that stands still (default: as the file says, or the root of its tree)"
+    )
 
 
 def load(args: argparse.Namespace) -> Robot:
@@ -214,8 +222,9 @@ def load(args: argparse.Namespace) -> Robot:
     from kinetostatics.robot import load_robot
 
     path, parameters = os.fspath(robot_path(args.robot)), parse_parameters(args.parameters)
-    robot = load_robot(path, parameters)
-    check_parameter_units(path, parameters, typed_units(args.parameters))
+    links = {"platform": args.platform_link, "base": args.base_link}
+    robot = load_robot(path, parameters, **links)
+    check_parameter_units(path, parameters, typed_units(args.parameters), **links)
     return robot
 
 

@@ -22,6 +22,7 @@ EXAMPLES = """\
 examples:
   kinetostatics check 3rps
   kinetostatics check my_robot.urdf.xacro --set rod_diameter=80mm --json
+  kinetostatics check panda.urdf --platform-link panda_hand               # a plain URDF, as it is
 
 The exit code is 0 if the robot can be analysed, 1 if it cannot (its loops do not close), 2 if the file is wrong.
 """

@@ -113,6 +113,8 @@ def _map(args: argparse.Namespace) -> xr.Dataset:
         restart=args.restart,
         workers=None if args.workers is None else _whole("--workers", args.workers),
         progress=False if args.quiet else None,
+        platform_link=args.platform_link,
+        base_link=args.base_link,
         command_line=args.command_line,
     )
 
@@ -136,9 +138,8 @@ def _first_robot(args: argparse.Namespace, parameters: dict[str, object]) -> Rob
     from kinetostatics.files.bundled import robot_path
     from kinetostatics.robot import load_robot
 
-    return load_robot(
-        robot_path(args.robot), {name: value[0] if isinstance(value, list) else value for name, value in parameters.items()}
-    )
+    first = {name: value[0] if isinstance(value, list) else value for name, value in parameters.items()}
+    return load_robot(robot_path(args.robot), first, platform=args.platform_link, base=args.base_link)
 
 
 def _values(option: str, name: str, text: str, kind: str | None = None) -> float | list[float]:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping
+from dataclasses import replace
 
 from kinetostatics.description.elements import Joint, JointStiffness, Loop, Mimic, Vector
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes, names_of
+from kinetostatics.exceptions import RobotFileError
 from kinetostatics.files.xml import Element
 from kinetostatics.files.xml_values import LONGEST, allow, number, positive_or_inf, reference, stiffnesses, text
 
@@ -19,40 +21,61 @@ def _single() -> str:
     return ", ".join(names_of("is_single"))
 
 
-def read_driven(root: Element, joints: Mapping[str, Joint], loops: Mapping[str, Loop]) -> tuple[str, ...]:
-    """Return the joints and loops that the ``<transmission>`` name."""
+def read_driven(root: Element, joints: Mapping[str, Joint], loops: Mapping[str, Loop], warnings: list[str]) -> tuple[str, ...]:
+    """Return the joints and loops that the ``<transmission>`` name.
+
+    Without loops there is only a warning of one that cannot drive anything; in a closed loop it matters which joints are driven.
+    """
     connections: list[Joint | Loop] = [*joints.values(), *loops.values()]
     types = {item.name: item.type for item in connections}
     driven: list[str] = []
     for transmission in root.named("transmission"):
         entries = transmission.named("joint")
-        if not entries:
-            raise transmission.error(f"{transmission.label} names no joint: write <joint name=…/> inside it")
-        for entry in entries:
-            name = reference(entry, "name", types, "joint")
-            if not JOINT_TYPES[types[name]].is_single:
-                raise entry.error(
-                    f"{name!r} is {types[name]} and cannot be driven; only joints with one freedom can: {_single()}"
-                )
-            if name in driven:
-                raise entry.error(f"{name!r} is driven by two <transmission>; name it once")
-            mimic = joints[name].mimic if name in joints else None
-            if mimic is not None:
-                raise entry.error(f"{name!r} mimics {mimic.joint!r} and cannot be driven as well; drop one of the two")
-            driven.append(name)
+        try:
+            if not entries:
+                raise transmission.error(f"{transmission.label} names no joint: write <joint name=…/> inside it")
+            for entry in entries:
+                name = reference(entry, "name", types, "joint")
+                if name in joints and JOINT_TYPES[types[name]].is_fixed:
+                    warnings.append(f"{entry.place}: the <transmission> of {name!r} is ignored, because this joint is fixed.")
+                else:
+                    driven.append(_drivable(entry, name, types[name], joints, driven))
+        except RobotFileError as error:
+            if loops:
+                raise
+            warnings.append(f"{error}; this <transmission> is ignored.")
     return tuple(driven)
+
+
+def _drivable(entry: Element, name: str, kind: str, joints: Mapping[str, Joint], driven: Collection[str]) -> str:
+    """Return the name of a joint that a transmission drives.
+
+    Raises:
+        RobotFileError: the joint cannot be driven, or is so already.
+    """
+    if not JOINT_TYPES[kind].is_single:
+        raise entry.error(f"{name!r} is {kind} and cannot be driven; only joints with one freedom can: {_single()}")
+    if name in driven:
+        raise entry.error(f"{name!r} is driven by two <transmission>; name it once")
+    mimic = joints[name].mimic if name in joints else None
+    if mimic is not None:
+        raise entry.error(f"{name!r} mimics {mimic.joint!r} and cannot be driven as well; drop one of the two")
+    return name
 
 
 # ---- <mimic> -----------------------------------------------------------------------------------------------------------
 
 
-def read_mimic(joint: Element) -> Mimic | None:
-    """Read the ``<mimic>`` of a joint; what it refers to is looked at by :func:`check_mimics`."""
+def read_mimic(joint: Element, warnings: list[str]) -> Mimic | None:
+    """Read the ``<mimic>`` of a joint; what it refers to is looked at by :func:`with_right_mimics`."""
     element = joint.child("mimic")
     if element is None:
         return None
     allow(element, ("joint", "multiplier", "offset"))
     kind = text(joint, "type")
+    if JOINT_TYPES[kind].is_fixed:
+        warnings.append(f"{element.place}: <mimic> of {joint.label} is ignored, because this joint is fixed.")
+        return None
     if not JOINT_TYPES[kind].is_single:
         raise element.error(f"{joint.label} is {kind} and cannot mimic; only joints with one freedom can: {_single()}")
     multiplier, offset = number(element, "multiplier", 1.0), number(element, "offset", 0.0)
@@ -66,28 +89,54 @@ def read_mimic(joint: Element) -> Mimic | None:
     return Mimic(text(element, "joint"), multiplier, offset)
 
 
-def check_mimics(root: Element, joints: Mapping[str, Joint], loops: Collection[str], driven: Collection[str]) -> None:
-    """Raise an error unless every joint that mimics follows a driven joint of the tree."""
-    right = "a joint can mimic a driven revolute, continuous or prismatic <joint>"
+_MASTERS = "a joint can mimic a driven revolute, continuous or prismatic <joint>"
+
+
+def with_right_mimics(
+    root: Element, joints: Mapping[str, Joint], loops: Collection[str], warnings: list[str]
+) -> dict[str, Joint]:
+    """Return the joints; without loops those that mimic what they cannot do so no more, and there is a warning.
+
+    Raises:
+        RobotFileError: there are loops, in which it matters.
+    """
+    result = dict(joints)
+    for element in root.named("joint"):
+        joint = joints[element.attributes["name"]]
+        try:
+            if joint.mimic is not None:
+                _check_mimic(element, joint.mimic, joints, loops)
+        except RobotFileError as error:
+            if loops:
+                raise
+            warnings.append(f"{error}; this <mimic> is ignored.")
+            result[joint.name] = replace(joint, mimic=None)
+    return result
+
+
+def _check_mimic(element: Element, mimic: Mimic, joints: Mapping[str, Joint], loops: Collection[str]) -> None:
+    found = element.required_child("mimic")
+    if mimic.joint in loops:
+        raise found.error(
+            f"{element.label} mimics the loop {mimic.joint!r}; {_MASTERS} of the tree: cut the loop at another joint"
+        )
+    master = joints[reference(found, "joint", joints, "joint")]
+    if master.name == element.attributes["name"]:
+        raise found.error(f"{element.label} mimics itself; {_MASTERS}")
+    if master.mimic is not None:
+        raise found.error(f"{element.label} mimics {master.name!r}, which mimics {master.mimic.joint!r}; name the last of them")
+    if not JOINT_TYPES[master.type].is_single:
+        raise found.error(f"{element.label} mimics {master.name!r}, which is {master.type}; {_MASTERS}")
+
+
+def check_masters(root: Element, joints: Mapping[str, Joint], driven: Collection[str]) -> None:
+    """Raise an error unless every joint that mimics follows a driven one."""
     for element in root.named("joint"):
         mimic = joints[element.attributes["name"]].mimic
-        if mimic is None:
-            continue
-        found = element.required_child("mimic")
-        if mimic.joint in loops:
-            raise found.error(
-                f"{element.label} mimics the loop {mimic.joint!r}; {right} of the tree: cut the loop at another joint"
+        if mimic is not None and mimic.joint not in driven:
+            raise element.required_child("mimic").error(
+                f"{element.label} mimics {mimic.joint!r}, which is not driven by a <transmission>; {_MASTERS}"
             )
-        master = joints[reference(found, "joint", joints, "joint")]
-        if master.name == element.attributes["name"]:
-            raise found.error(f"{element.label} mimics itself; {right}")
-        if master.mimic is not None:
-            raise found.error(
-                f"{element.label} mimics {master.name!r}, which mimics {master.mimic.joint!r}; name the last of them"
-            )
-        if master.name not in driven:
-            state = "is not driven by a <transmission>" if JOINT_TYPES[master.type].is_single else f"is {master.type}"
-            raise found.error(f"{element.label} mimics {master.name!r}, which {state}; {right}")
 
 
 # ---- <joint_stiffness> ---------------------------------------------------------------------------------------------------

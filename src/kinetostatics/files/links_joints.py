@@ -119,19 +119,36 @@ def _link(element: Element, warnings: list[str]) -> Link:
     if inertial is None:
         return Link(name, extra=extra, place=element.place)
     mass = not_negative(inertial.required_child("mass"), "value")
-    tensor = inertial.required_child("inertia")
-    xx, yy, zz = (not_negative(tensor, item) for item in ("ixx", "iyy", "izz"))
-    xy, xz, yz = (number(tensor, item) for item in ("ixy", "ixz", "iyz"))
     frame = origin(inertial)
     return Link(
         name,
         mass,
         frame.xyz,
-        Inertia((xx, xy, xz, yy, yz, zz), frame.rpy),
+        Inertia(_moments(element, inertial, warnings), frame.rpy),
         has_inertial=True,
         extra=extra,
         place=element.place,
     )
+
+
+def _moments(link: Element, inertial: Element, warnings: list[str]) -> tuple[float, float, float, float, float, float]:
+    """Return ixx, ixy, ixz, iyy, iyz, izz, which the statics do not need: what is missing or impossible is zero."""
+    tensor = inertial.child("inertia")
+    if tensor is None:
+        warnings.append(
+            f"{inertial.place}: <inertial> of {link.label} has no <inertia>; it counts as zero, and the statics are the same."
+        )
+        return (0.0,) * 6
+    names = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+    found = {name: number(tensor, name) for name in names if name in tensor.attributes}
+    odd = [name for name in names if name not in found or (name[1] == name[2] and found[name] < 0)]
+    if odd:
+        warnings.append(
+            f"{tensor.place}: {', '.join(odd)} of <inertia> in {link.label} {'is' if len(odd) == 1 else 'are'} missing or "
+            f"negative and count{'s' if len(odd) == 1 else ''} as zero; the statics are the same."
+        )
+    xx, xy, xz, yy, yz, zz = (0.0 if name in odd else found[name] for name in names)
+    return xx, xy, xz, yy, yz, zz
 
 
 def _joint(element: Element, links: Mapping[str, Link], warnings: list[str]) -> Joint:
@@ -158,7 +175,7 @@ def _joint(element: Element, links: Mapping[str, Link], warnings: list[str]) -> 
         _axis(element, kind, warnings),
         lower,
         upper,
-        read_mimic(element),
+        read_mimic(element, warnings),
         effort,
         velocity,
         extra=other_children(element, "parent", "child", "origin", "axis", "limit", "mimic"),

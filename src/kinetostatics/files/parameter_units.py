@@ -35,13 +35,14 @@ UNITS: dict[type, dict[str, str]] = {
 STEPS, SLOPE = (1e-3, 2.5e-3), 1e-6
 
 
-def parameter_unit(path: str, parameters: Mapping[str, object], name: str) -> str:
+def parameter_unit(path: str, parameters: Mapping[str, object], name: str, **links: str | None) -> str:
     """Return the SI unit of a parameter, empty if it is not certain.
 
     Args:
         path: of the robot file.
         parameters: values of its parameters.
         name: of the parameter in question.
+        links: ``platform`` and ``base``, as :func:`kinetostatics.files.reader.read_robot_file` takes them.
     """
     value = parameters[name]
     if isinstance(value, bool) or not isinstance(value, Real):
@@ -49,7 +50,7 @@ def parameter_unit(path: str, parameters: Mapping[str, object], name: str) -> st
     for sign in (1, -1):  # one of the two may be beyond what the file allows
         steps = [sign * step * (abs(float(value)) or 1.0) for step in STEPS]
         try:
-            before, *after = (_numbers(path, {**parameters, name: float(value) + step}) for step in (0.0, *steps))
+            before, *after = (_numbers(path, {**parameters, name: float(value) + step}, links) for step in (0.0, *steps))
         except RobotFileError:
             continue
         found = {
@@ -61,11 +62,13 @@ def parameter_unit(path: str, parameters: Mapping[str, object], name: str) -> st
     return ""
 
 
-def check_parameter_units(path: str, parameters: Mapping[str, object], given: Mapping[str, str]) -> dict[str, str]:
+def check_parameter_units(
+    path: str, parameters: Mapping[str, object], given: Mapping[str, str], **links: str | None
+) -> dict[str, str]:
     """Return the units of parameters: those that the file makes certain, otherwise those with which they were given.
 
     Args:
-        path, parameters: as in :func:`parameter_unit`.
+        path, parameters, links: as in :func:`parameter_unit`.
         given: the parameters in question, with the units that their values came with; empty: without one.
 
     Raises:
@@ -73,7 +76,7 @@ def check_parameter_units(path: str, parameters: Mapping[str, object], given: Ma
     """
     result = {}
     for name, typed in given.items():
-        own = parameter_unit(path, parameters, name)
+        own = parameter_unit(path, parameters, name, **links)
         if own and typed and unit(own).dimension != unit(typed).dimension:
             raise ArgumentError(f"the parameter {name} is given as {_said(typed)}, but in the file it is {_said(own)}")
         result[name] = own or typed
@@ -89,9 +92,11 @@ def _one_for_one(before: tuple[float, str], after: tuple[float, str] | None, ste
     return after is not None and abs(abs((after[0] - before[0]) / step) - 1) < SLOPE
 
 
-def _numbers(path: str, parameters: Mapping[str, object]) -> dict[tuple[object, ...], tuple[float, str]]:
+def _numbers(
+    path: str, parameters: Mapping[str, object], links: Mapping[str, str | None]
+) -> dict[tuple[object, ...], tuple[float, str]]:
     """Return all numbers of a robot whose units are known, and these, by where they stand."""
-    return dict(_walk(read_robot_file(path, parameters), (), ""))
+    return dict(_walk(read_robot_file(path, parameters, **links), (), ""))
 
 
 def _walk(value: object, place: tuple[object, ...], own: str) -> Iterator[tuple[tuple[object, ...], tuple[float, str]]]:

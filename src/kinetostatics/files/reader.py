@@ -8,37 +8,47 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from kinetostatics.argument_checks import check_mapping
-from kinetostatics.description.elements import Link
+from kinetostatics.description.elements import Link, Origin, Place
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.exceptions import ArgumentError, RobotFileError
 from kinetostatics.files.beams import read_beams
 from kinetostatics.files.bundled import read_robot
 from kinetostatics.files.element_writer import extra_of_robot, robot_element
-from kinetostatics.files.joint_attributes import check_mimics, read_driven, read_joint_stiffness
+from kinetostatics.files.joint_attributes import check_masters, read_driven, read_joint_stiffness, with_right_mimics
 from kinetostatics.files.links_joints import ROBOT_LEVEL, read_joints, read_links, tree_root
 from kinetostatics.files.loops import read_loops
+from kinetostatics.files.plain_urdf import all_driven, file_name, first_base, known_link, missing_platform
 from kinetostatics.files.xacro import expand
 from kinetostatics.files.xml import Element, parse, to_elements
 from kinetostatics.files.xml_values import allow, new_name, origin, reference
 
 
-def read_robot_file(path: str | os.PathLike[str], parameters: Mapping[str, object] | None = None) -> RobotDescription:
+def read_robot_file(
+    path: str | os.PathLike[str],
+    parameters: Mapping[str, object] | None = None,
+    *,
+    platform: str | None = None,
+    base: str | None = None,
+) -> RobotDescription:
     """Read a robot file.
 
     Args:
         path: a URDF or xacro file, which of them is told from its content; or the name of a robot that comes with the package,
             see :func:`kinetostatics.robots`.
         parameters: values of the file's ``<xacro:arg>``, numbers or strings.
+        platform: the link that is the moving platform, instead of that which the file names; its own frame is o-xyz. In a file
+            that names none and has no loops all joints that move are then driven, because nothing else could hold them.
+        base: the link that stands still, instead of that which the file names or the root of its tree.
 
     Returns:
         What the file says.
 
     Raises:
         RobotFileError: if the file cannot be read or anything in it is wrong; with the file and line to blame.
-        ArgumentError: if ``path`` is no path, or a parameter is neither a number nor a string.
+        ArgumentError: if ``path`` is no path, a parameter is neither a number nor a string, or there is no such link.
     """
     data, name = read_robot(path)
-    return _read(data, name, {} if parameters is None else parameters)
+    return _read(data, name, {} if parameters is None else parameters, platform, base)
 
 
 def parse_robot_text(text: str, path: str = "<text>", parameters: Mapping[str, object] | None = None) -> RobotDescription:
@@ -59,7 +69,9 @@ def parse_robot_text(text: str, path: str = "<text>", parameters: Mapping[str, o
     return _read(text, path, {} if parameters is None else parameters)
 
 
-def _read(data: bytes | str, path: str, parameters: Mapping[str, object]) -> RobotDescription:
+def _read(
+    data: bytes | str, path: str, parameters: Mapping[str, object], platform: str | None = None, base: str | None = None
+) -> RobotDescription:
     check_mapping("parameters", parameters, '{"rod_diameter": 0.08}')
     document, uses_xacro = parse(data, path)
     warnings: list[str] = []
@@ -68,7 +80,7 @@ def _read(data: bytes | str, path: str, parameters: Mapping[str, object]) -> Rob
     elif parameters:
         names = ", ".join(map(repr, parameters))
         raise RobotFileError(f"the file does not use xacro and has no parameters, but was given {names}", path)
-    return _describe(to_elements(document), path, warnings)
+    return _describe(to_elements(document), path, warnings, platform, base)
 
 
 def validate(description: RobotDescription) -> RobotDescription:
@@ -102,30 +114,44 @@ def _valid(description: RobotDescription) -> RobotDescription:
     return description
 
 
-def _describe(root: Element, path: str, warnings: list[str]) -> RobotDescription:
+def _describe(
+    root: Element, path: str, warnings: list[str], platform: str | None = None, base: str | None = None
+) -> RobotDescription:
     if root.tag != "robot":
         raise root.error(f"the outermost element is <{root.tag}>; in a robot file it is <robot>")
-    name = new_name(root)
+    name = new_name(root) if root.attributes.get("name", "").strip() else file_name(root, path, warnings)
     _check_robot_level(root)
     links = read_links(root, warnings)
     joints = read_joints(root, links, warnings)
     tree = tree_root(links, joints)
     loops = read_loops(root, links, joints)
     platform_element, base_element = _only(root, "platform", links, "origin"), _only(root, "base", links)
-    if platform_element is None:
-        raise root.error('the robot has no platform; name the moving platform with <platform link="…"/>')
-    platform, base = platform_element.attributes["link"], tree if base_element is None else base_element.attributes["link"]
+    joints = with_right_mimics(root, joints, loops, warnings)
+    driven = read_driven(root, joints, loops, warnings)
+    if platform is not None:
+        platform, place, frame = known_link("platform", platform, links, path), Place(path), Origin()
+        if platform_element is None and not loops:
+            driven = all_driven(joints, driven, path, warnings)
+    elif platform_element is None:
+        raise missing_platform(root, links, joints)
+    else:
+        platform, place, frame = platform_element.attributes["link"], platform_element.place, origin(platform_element)
+    if base is not None:
+        base = known_link("base", base, links, path)
+    elif base_element is not None:
+        base = base_element.attributes["link"]
+    else:
+        base = tree if platform_element is not None else first_base(tree, joints)
     if base == platform:
-        raise platform_element.error(f"the link {base!r} is both base and platform")
-    driven = read_driven(root, joints, loops)
-    check_mimics(root, joints, loops, driven)
+        raise place.error(f"the link {base!r} is both base and platform")
+    check_masters(root, joints, driven)
     return _valid(
         RobotDescription(
             name,
             links,
             joints,
             platform,
-            origin(platform_element),
+            frame,
             base,
             loops,
             read_beams(root, links, {**joints, **loops}, {base: "base", platform: "platform"}),
@@ -134,7 +160,7 @@ def _describe(root: Element, path: str, warnings: list[str]) -> RobotDescription
             tuple((key, value) for key, value in root.attributes.items() if key != "name"),
             extra_of_robot(root, ("link", "joint", *ROBOT_LEVEL)),
             path,
-            platform_place=platform_element.place,
+            platform_place=place,
             file_warnings=tuple(warnings),
         )
     )

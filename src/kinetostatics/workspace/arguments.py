@@ -25,7 +25,7 @@ from kinetostatics.robot import Robot, load_robot
 from kinetostatics.statics.assembly_errors import parse_assembly_errors
 from kinetostatics.workspace import provenance
 from kinetostatics.workspace.grid import Axis, Field, coordinate_units, read_field, split_values
-from kinetostatics.workspace.sweep_spec import Source, SweepSpec, saying
+from kinetostatics.workspace.sweep_spec import Links, Source, SweepSpec, saying
 
 #: Robots that are built before anything is computed, at most.
 TRIED = 50
@@ -57,8 +57,11 @@ def read_sweep_spec(
     tolerance: float,
     ways: bool = False,
     given_units: Mapping[str, str] | None = None,
+    links: Links | None = None,
 ) -> tuple[SweepSpec, Robot]:
     """Return the specification of a sweep, and its first robot; the arguments are those of :func:`kinetostatics.sweep`.
+
+    ``links`` are the platform and the base if the caller names them.
 
     Raises:
         ArgumentError: one makes no sense.
@@ -73,8 +76,8 @@ def read_sweep_spec(
     varying, constants = split_values("parameters", {} if parameters is None else parameters, "parameter")
     start = {**constants, **{axis.name: axis.values[0].item() for axis in varying}}
     with saying({axis.name: start[axis.name] for axis in varying}):
-        first, source = _source(robot, start, bool(varying))
-    varying = _with_units(varying, source.path, start, given_units)
+        first, source = _source(robot, start, bool(varying), links or {})
+    varying = _with_units(varying, source, start, given_units)
     kind = "platform" if platform is not None else "actuators"
     given = platform if platform is not None else actuators
     if given is None:
@@ -107,7 +110,9 @@ def read_sweep_spec(
     return spec, first
 
 
-def _with_units(varying: Sequence[Axis], path: str, start: Mapping[str, object], given: Mapping[str, str] | None) -> list[Axis]:
+def _with_units(
+    varying: Sequence[Axis], source: Source, start: Mapping[str, object], given: Mapping[str, str] | None
+) -> list[Axis]:
     """Return the axes of parameters with units, as far as these are known, having looked at units that are given."""
     given = {} if given is None else given
     check_mapping("parameter_units", given, '{"rod_diameter": "m"}')
@@ -116,26 +121,31 @@ def _with_units(varying: Sequence[Axis], path: str, start: Mapping[str, object],
         if name not in start or known is None or known.size != 1:
             raise ArgumentError(f"parameter_units: {name!r}: {text!r} is not the SI unit of one of parameters=")
     names = [*dict.fromkeys([*given, *(axis.name for axis in varying)])]
-    units = check_parameter_units(path, start, {name: given.get(name, "") for name in names})
+    units = check_parameter_units(source.path, start, {name: given.get(name, "") for name in names}, **source.links)
     return [replace(axis, units=units[axis.name]) for axis in varying]
 
 
-def _source(robot: Any, parameters: Mapping[str, Any], varying: bool) -> tuple[Robot, Source]:
+def _source(robot: Any, parameters: Mapping[str, Any], varying: bool, links: Links) -> tuple[Robot, Source]:
     """Return the first robot, and where the others come from."""
     if isinstance(robot, (str, os.PathLike)):
         path = os.fspath(robot_path(robot))
-        found = load_robot(path, parameters)
+        found = load_robot(path, parameters, **links)
     elif parameters:
         raise ArgumentError(
             "parameters belong to the robot's file: give its path instead of a robot that is loaded already, with all values "
             "that are not the file's own in parameters="
+        )
+    elif any(links.values()):
+        raise ArgumentError(
+            "platform_link and base_link are for a robot's file: give its path, or name them where the robot is loaded, "
+            "load_robot(…, platform=…, base=…)"
         )
     else:
         found = robot if isinstance(robot, Robot) else Robot(robot)
         path = found.description.path
     description = found.description
     files = provenance.files_of(description)
-    return found, Source(path, None if varying else description, files, provenance.text_digest(description))
+    return found, Source(path, None if varying else description, files, provenance.text_digest(description), links)
 
 
 def _fields(given: Mapping[str, tuple[object, int]], known: Sequence[Axis]) -> tuple[dict[str, Field], list[Axis]]:

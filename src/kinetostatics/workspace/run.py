@@ -59,6 +59,8 @@ def sweep(
     misfits: Mapping[str, object] | None = None,
     parameters: Mapping[str, object] | None = None,
     parameter_units: Mapping[str, str] | None = None,
+    platform_link: str | None = None,
+    base_link: str | None = None,
     beams: bool = False,
     ways: bool = False,
     tolerance: float = 1e-10,
@@ -84,6 +86,8 @@ def sweep(
             everywhere.
         parameter_units: SI units of parameters, such as ``{"rod_diameter": "m"}``, where the file does not tell them: it does if
             lengths, angles, masses, densities, moduli or stiffnesses change one for one with the parameter.
+        platform_link, base_link: links of the file that are platform and base, as ``platform`` and ``base`` of
+            :func:`kinetostatics.load_robot`.
         beams: whether to add ``beam_stress``, ``beam_euler_ratio`` and ``beam_deflection``, which take most of the time then.
         ways: whether to add ``gravity_way`` and ``actuator_gravity_way``, how gravity acts (by the platform's weight, the limbs'
             attached wrenches, their deformation), and ``actuator_contribution``; it takes about twice as long.
@@ -116,7 +120,7 @@ def sweep(
         need(*store_of(os.fspath(out)).needs)
     with waiting("planning the sweep", wanted=wants_bar(progress)):
         given = platform, actuators, orientation, load, gravity, point, frame, misfits, parameters, beams, tolerance, ways
-        spec, first = read_sweep_spec(robot, *given, parameter_units)
+        spec, first = read_sweep_spec(robot, *given, parameter_units, {"platform": platform_link, "base": base_link})
         labels = labels_of(spec, first)
         try_sweep_spec(spec, first)
         check_names(spec, labels)

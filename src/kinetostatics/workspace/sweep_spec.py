@@ -11,7 +11,7 @@ import threading
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -28,6 +28,9 @@ from kinetostatics.workspace.grid import Axis, Block, Field, shape_of, sizes_of
 #: Which value each parameter has: an index along each parameter axis.
 Combination = tuple[int, ...]
 
+#: Names of the platform's and the base's link, as ``platform`` and ``base``, None where the file says it.
+Links = Mapping[str, str | None]
+
 #: Robots that a thread keeps ready.
 KEPT = 4
 
@@ -43,12 +46,14 @@ class Source:
         description: of the only robot; None if parameters vary.
         files: sha256 of the robot file and of those that it includes, by path.
         text: sha256 of the robot written as plain URDF, that of the first combination of parameters.
+        links: platform and base, if the caller names them.
     """
 
     path: str
     description: RobotDescription | None
     files: Mapping[str, str]
     text: str
+    links: Links = field(default_factory=dict)
 
     def load(self, parameters: Mapping[str, object]) -> Robot:
         """Return a robot.
@@ -59,7 +64,7 @@ class Source:
         """
         if self.description is not None:
             return Robot(self.description)
-        robot = load_robot(self.path, parameters)
+        robot = load_robot(self.path, parameters, **self.links)
         for name, known in self.files.items():
             if sha256_of(name) != known:
                 raise ArgumentError(f"{name} has changed since the sweep began; start it anew")

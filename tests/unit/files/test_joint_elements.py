@@ -169,8 +169,12 @@ def test_wrong_mimic(mimic: str, words: list[str]) -> None:
 
 
 def test_who_may_mimic() -> None:
-    with pytest.raises(RobotFileError, match="'bolt' is fixed and cannot mimic"):
-        parse_robot_text(ROBOT.replace('<child link="plate"/>', '<child link="plate"/><mimic joint="motor"/>'))
+    with pytest.raises(RobotFileError, match="'loose' is floating and cannot mimic"):
+        parse_robot_text(
+            ROBOT.replace('"bolt" type="fixed"', '"loose" type="floating"').replace(
+                '<child link="plate"/>', '<child link="plate"/><mimic joint="motor"/>'
+            )
+        )
     followers = with_line('<mimic joint="motor"/>', RAIL)
     with pytest.raises(RobotFileError, match="'rail' mimics 'motor' and cannot be driven"):
         parse_robot_text(followers.replace('<joint name="motor"/>', '<joint name="motor"/><joint name="rail"/>'))

@@ -1,0 +1,179 @@
+"""URDFs that were not written for this package: platform and base by argument, drives, and oddities that do not matter."""
+
+import re
+
+import numpy as np
+import pinocchio as pin
+import pytest
+
+import kinetostatics as ks
+from kinetostatics.cli.main import main
+from kinetostatics.description import RobotDescription
+
+WEIGHT = '<inertial><origin xyz="0.3 0.01 -0.02"/><mass value="2"/>{}</inertial>'
+INERTIA = '<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>'
+HEAVY = WEIGHT.format(INERTIA)
+LIMIT = '<limit lower="-2" upper="2" effort="50" velocity="1"/>'
+ARM = f"""<robot name="arm">
+  <link name="world"/>
+  <link name="foot"/>
+  <link name="upper">{HEAVY}</link>
+  <link name="lower">{HEAVY}</link>
+  <link name="hand">{HEAVY}</link>
+  <link name="tool"/>
+  <link name="camera"/>
+  <joint name="mount" type="fixed"><parent link="world"/><child link="foot"/></joint>
+  <joint name="one" type="revolute"><parent link="foot"/><child link="upper"/><axis xyz="0 1 0"/>{LIMIT}</joint>
+  <joint name="two" type="revolute">
+    <parent link="upper"/><child link="lower"/><origin xyz="0.6 0 0" rpy="0.2 0 0"/><axis xyz="0 1 0"/>{LIMIT}
+  </joint>
+  <joint name="three" type="prismatic">
+    <parent link="lower"/><child link="hand"/><origin xyz="0.5 0 0"/><axis xyz="0 0 1"/>{LIMIT}
+  </joint>
+  <joint name="flange" type="fixed"><parent link="hand"/><child link="tool"/><origin xyz="0 0 0.1"/></joint>
+  <joint name="eye" type="fixed"><parent link="upper"/><child link="camera"/></joint>
+</robot>
+"""
+END = "</robot>"
+
+
+@pytest.fixture
+def write(tmp_path):
+    def written(text: str = ARM, name: str = "arm.urdf"):
+        path = tmp_path / name
+        path.write_text(text)
+        return path
+
+    return written
+
+
+def read(path, **links) -> RobotDescription:
+    return ks.load_robot(path, **{"platform": "tool", **links}).description
+
+
+def test_all_joints_of_an_arm_hold_its_weight(write) -> None:
+    """Torques are those of Pinocchio, which reads the same file."""
+    path = write()
+    pose = ks.load_robot(path, platform="tool").assemble(actuators={"one": 0.4, "two": -0.9, "three": 0.05})
+    result = ks.analyze(pose)
+    model = pin.buildModelFromUrdf(str(path))
+    torques = pin.computeGeneralizedGravity(model, model.createData(), np.array([0.4, -0.9, 0.05]))
+    np.testing.assert_allclose([result.actuator_forces[name] for name in ("one", "two", "three")], torques, rtol=1e-12)
+    assert not result.twist.any()
+
+
+def test_a_file_without_platform_is_answered_with_what_to_type(write, capsys) -> None:
+    path = write()
+    with pytest.raises(ks.RobotFileError) as caught:
+        ks.load_robot(path)
+    found = re.search(r"load_robot\(…, platform='(\w+)'\).*--platform-link (\w+); .*: (.*)$", str(caught.value))
+    assert found is not None and found.groups() == ("tool", "tool", "'tool', 'camera'")
+    assert main(["check", str(path), "--platform-link", "tool"]) == 0
+    assert main(["analyze", str(path), "--platform-link", "hand", "--base-link", "upper"]) == 0
+    assert main(["check", str(path), "--platform-link", "tol"]) == 2
+    assert "did you mean 'tool'" in capsys.readouterr().err
+
+
+def test_a_file_in_which_nothing_moves_says_so(write) -> None:
+    with pytest.raises(ks.RobotFileError, match="no joint of this file moves"):
+        ks.load_robot(write('<robot name="rock"><link name="rock"/></robot>'))
+
+
+def test_platform_and_base_of_the_caller_come_before_the_files(write) -> None:
+    ours = write(ARM.replace(END, '<base link="foot"/><platform link="tool"><origin xyz="1 2 3"/></platform>' + END), "ours.urdf")
+    theirs = ks.load_robot(ours, platform="lower", base="upper").description
+    assert (theirs.platform, theirs.base, theirs.platform_origin.xyz) == ("lower", "upper", (0.0, 0.0, 0.0))
+    assert theirs.driven == ()  # the file has a platform, and says by its silence that nothing is driven
+    with pytest.raises(ks.RobotFileError, match="both base and platform"):
+        ks.load_robot(ours, platform="foot")
+    for argument in ("platform", "base"):
+        with pytest.raises(ks.ArgumentError, match=f"{argument}='uper': .* no such link; did you mean 'upper'"):
+            ks.load_robot(ours, **{argument: "uper"})
+
+
+def test_the_order_of_the_drives_and_what_is_said_of_them(write) -> None:
+    nothing = read(write())
+    assert nothing.driven == ("one", "two", "three")
+    assert [text.partition(": ")[2] for text in nothing.warnings] == [
+        "the file has no <transmission>; its joints that move count as driven, all 3."
+    ]
+    some = read(write(ARM.replace(END, '<transmission name="t"><joint name="two"/></transmission>' + END)))
+    assert some.driven == ("two", "one", "three")
+    assert some.warnings[0].endswith("joints without a <transmission> count as driven like the others: 'one', 'three'.")
+    every = "".join(f'<transmission name="{name}"><joint name="{name}"/></transmission>' for name in ("one", "two", "three"))
+    assert read(write(ARM.replace(END, every + END))).warnings == ()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('<robot name="arm">', "<robot>", "<robot> has no name; it is called 'arm', like its file"),
+        ('<child link="tool"/>', '<child link="tool"/><mimic joint="one"/>', "<mimic> of <joint> 'flange' is ignored"),
+        (END, f'<transmission name="t"><joint name="eye"/></transmission>{END}', "the <transmission> of 'eye' is ignored"),
+        (END, f'<transmission name="t"><joint name="nine"/></transmission>{END}', "'nine', which does not exist"),
+        (END, f'<transmission name="t"/>{END}', "names no joint"),
+        (INERTIA, "", "has no <inertia>; it counts as zero"),
+        (INERTIA, INERTIA.replace('ixx="1"', 'ixx="-1e-20"'), "ixx of <inertia> in <link> 'upper' is missing or negative"),
+        (INERTIA, INERTIA.replace('ixy="0" ixz="0"', ""), "ixy, ixz of <inertia> in <link> 'upper' are missing or negative"),
+        (LIMIT, f'{LIMIT}<mimic joint="nine"/>', "<mimic> refers to the joint 'nine', which does not exist"),
+        (LIMIT, f'{LIMIT}<mimic joint="flange"/>', "mimics 'flange', which is fixed"),
+    ],
+)
+def test_what_is_odd_and_does_not_matter_is_a_warning(old, new, said, write) -> None:
+    """The forces are those of the file without it."""
+    right, odd = ks.load_robot(write(), platform="tool"), ks.load_robot(write(ARM.replace(old, new, 1)), platform="tool")
+    (warning, *others) = [text for text in odd.description.warnings if "count as driven" not in text]
+    assert said in warning and not others
+    for one in (right, odd):
+        one.assemble()
+    assert dict(ks.analyze(odd.assemble()).actuator_forces) == dict(ks.analyze(right.assemble()).actuator_forces)
+
+
+def test_in_a_loop_it_matters_and_is_an_error(write) -> None:
+    loop = '<platform link="tool"/><loop name="l" type="spherical"><predecessor link="foot"/><successor link="tool"/></loop>'
+    for text in ('<transmission name="t"><joint name="nine"/></transmission>', '<transmission name="t"/>'):
+        with pytest.raises(ks.RobotFileError):
+            ks.load_robot(write(ARM.replace(END, loop + text + END)))
+    with pytest.raises(ks.RobotFileError, match="does not exist"):
+        ks.load_robot(write(ARM.replace(LIMIT, f'{LIMIT}<mimic joint="nine"/>', 1).replace(END, loop + END)))
+
+
+def test_joints_that_mimic_follow(write) -> None:
+    followed = ARM.replace(f'<axis xyz="0 0 1"/>{LIMIT}', f'<axis xyz="0 0 1"/>{LIMIT}<mimic joint="two" multiplier="0.1"/>')
+    assert read(write(followed)).driven == ("one", "two")
+
+
+@pytest.mark.parametrize(("kind", "axis"), [("floating", ""), ("planar", '<axis xyz="0 0 1"/>')])
+def test_a_robot_that_floats_stands_where_it_is(kind, axis, write) -> None:
+    mount = '<joint name="mount" type="fixed"><parent link="world"/><child link="foot"/>'
+    floating = write(ARM.replace(mount, mount.replace("fixed", kind) + axis))
+    robot = ks.load_robot(floating, platform="tool")
+    assert robot.description.base == "foot"
+    expected = ks.analyze(ks.load_robot(write(), platform="tool").assemble()).actuator_forces
+    for name, force in ks.analyze(robot.assemble()).actuator_forces.items():
+        assert force == pytest.approx(expected[name], rel=1e-12)
+
+
+@pytest.mark.filterwarnings("ignore:mesh")
+def test_meshes_are_not_needed(write, tmp_path) -> None:
+    mesh = '<visual><geometry><mesh filename="package://nobody/has/this.dae"/></geometry></visual>'
+    robot = ks.load_robot(write(ARM.replace('<link name="tool"/>', f'<link name="tool">{mesh}</link>')), platform="tool")
+    ks.save_html(ks.analyze(robot.assemble()), tmp_path / "page.html")
+    assert (tmp_path / "page.html").stat().st_size > 1000
+
+
+def test_a_sweep_takes_the_links_too(write, tmp_path) -> None:
+    turning = ARM.replace("0.6 0 0", "$(arg length) 0 0").replace(
+        '<robot name="arm">',
+        '<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arg name="length" default="1"/>',
+    )
+    path = write(turning, "arm.urdf.xacro")
+    fixed = {"one": [0.0, 0.1], "two": 0.0, "three": 0.0}
+    found = ks.sweep(path, actuators=fixed, parameters={"length": [0.6, 0.7]}, platform_link="tool", workers=1, progress=False)
+    for length in (0.6, 0.7):
+        pose = ks.load_robot(path, {"length": length}, platform="tool").assemble(actuators={"one": 0.1, "two": 0.0, "three": 0.0})
+        expected = ks.analyze(pose).actuator_forces["one"]
+        value = float(found["actuator_force"].sel(length=length, one=0.1, actuator="one"))
+        assert value == pytest.approx(expected, rel=1e-12)
+    with pytest.raises(ks.ArgumentError, match="platform_link and base_link are for a robot's file"):
+        ks.sweep(ks.load_robot(path, platform="tool"), actuators=fixed, platform_link="tool")
