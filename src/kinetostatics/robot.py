@@ -56,7 +56,7 @@ def load_robot(
         >>> folder = package_folder("example-robot-data") / "robots"
         >>> panda = ks.load_robot(folder / "panda_description" / "urdf" / "panda.urdf", platform="panda_hand")
         >>> round(float(ks.analyze(panda.assemble()).actuator_forces["panda_joint2"]), 3)
-        -4.046
+        -4.04
     """
     return Robot(read_robot_file(path, parameters, platform=platform, base=base))
 
