@@ -249,7 +249,8 @@ DRIVES = (
     in_b('<mimic joint="b"/>', "Name the driven joint."),
     Mistake('`<mimic joint="e"/>` in b, where e is a bolt', "Name a joint that moves.",
             ((JOINT_B, f'{JOINT_B}<mimic joint="e"/>'),
-             ("</robot>", '<link name="ear"/><joint name="e" type="fixed"><parent link="plate"/><child link="ear"/></joint></robot>'))),
+             ("</robot>", '<link name="ear"/><joint name="e" type="fixed"><parent link="plate"/><child link="ear"/></joint>'
+              "</robot>"))),
     in_b('<mimic joint="d"/>', "Drive d, or mimic a."),
     Mistake('`<mimic joint="d"/>` in b, and `<mimic joint="a"/>` in d', "All of them mimic the driven one.",
             ((JOINT_B, f'{JOINT_B}<mimic joint="d"/>'), (JOINT_D, f'{JOINT_D}<mimic joint="a"/>'))),
