@@ -57,6 +57,7 @@ def design_robot(
         "base_height": arguments.number("base_height", 0.0),
         "base_spread": arguments.number("base_spread", math.radians(15)),
         "platform_spread": arguments.number("platform_spread", math.radians(15)),
+        "platform_turn": arguments.number("platform_turn", math.radians(30) if _wants_turn(skeletons, planar=planar) else 0.0),
     }
     word = guide or ("tangential" if planar else "vertical")
     if placements is not None:
@@ -85,6 +86,13 @@ def design_robot(
     )
 
 
+def _wants_turn(skeletons: Sequence[Skeleton], *, planar: bool) -> bool:
+    """Whether limbs that point at the middle would leave the platform free to turn about Z."""
+    straight = not any(skeleton.has_elbow for skeleton in skeletons)
+    pivoted = any(skeleton.group.kinds == ("S",) for skeleton in skeletons)
+    return straight and (planar or pivoted)
+
+
 # ---- the arguments of the file --------------------------------------------------------------------------------------
 
 
@@ -102,6 +110,8 @@ def _place_arguments(arguments: FileArguments, places: Sequence[Place], sizes: M
     arguments.add("height", sizes["height"], "of o above O where all joints read zero")
     if polar or "base_height" in texts:
         arguments.add("base_height", 0, "of the B_i above O")
+    if sizes["platform_turn"]:
+        arguments.add("platform_turn", "${radians(30)}", "of the A_i about Z, against the B_i")
     if spread:
         arguments.add("base_spread", "${radians(15)}", "B_i to the middle of its pair, seen from O")
         arguments.add("platform_spread", "${radians(15)}", "A_i to the middle of its pair, seen from o")

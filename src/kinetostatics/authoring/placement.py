@@ -140,7 +140,7 @@ def arranged(
         skeletons: of each limb.
         arrangement: one of ``ARRANGEMENTS``.
         azimuths: of the limbs [rad]; None for even ones.
-        values: base_radius, base_height, platform_radius, base_spread and platform_spread.
+        values: base_radius, base_height, platform_radius, base_spread, platform_spread and platform_turn.
         guide, axis: directions in words; None for across the limb.
     """
     check_choice("arrangement", arrangement, ARRANGEMENTS)
@@ -158,6 +158,8 @@ def arranged(
         base = platform = _degrees(angle)
         if pairs:
             base, platform = _pair(k, values)
+        if values["platform_turn"]:
+            platform = Angle(f"{platform.text} + platform_turn", platform.value + values["platform_turn"])
         places.append(
             Place(
                 (

@@ -57,6 +57,8 @@ def add_section_arguments(arguments: FileArguments, sections: Mapping[str, Secti
             heading = f"section of {prefix}: {section.shape}" if number == 0 else ""
             comment = {"width": "along the revolute joints' axes", "height": "across them"}.get(size, "")
             arguments.add(f"{prefix}_{size}", value, comment, heading)
+    if any(prefix.startswith("cylinder") for prefix in sections):
+        arguments.add("cylinder_part", 0.5, "the cylinder's part of a telescope's length where all joints read zero")
     shared = len({section.material for section in sections.values()}) <= 1 and not any(
         f"{prefix}_{key}" in arguments.given for prefix in sections for key in MATERIAL_NAMES
     )

@@ -1,0 +1,200 @@
+"""Robots of the package come out of their architecture in the field's notation, with their dimensions, sections and masses."""
+
+from math import acos, asin, atan2, cos, hypot, pi, radians, sin, sqrt
+
+import numpy as np
+import pytest
+
+import kinetostatics as ks
+
+STEEL = {"youngs_modulus": 210e9, "poisson_ratio": 0.3, "density": 7850}
+
+
+def disc(mass, offset=0.0):
+    """A platform whose centre of mass is so far above o."""
+    return {"platform_mass": mass, "platform_center": (0, 0, offset)}
+
+
+def rps():
+    lean = asin(0.1 / 0.55)
+    return (
+        "3-R[P]S",
+        dict(base_radius=0.3, platform_radius=0.2, height=0.55 * cos(lean), azimuths=[0, -2 * pi / 3, 2 * pi / 3]),
+        dict(sections={"rod": "circle 100mm"}, youngs_modulus=200e9, poisson_ratio=0.3, density=7820, shear_coefficient=1),
+        dict(platform_mass=pi * 0.2**2 * 0.02 * 7820),
+    )
+
+
+def pru_upr():
+    slider = 0.25 + 0.7 * sin(acos(0.6 / 0.7))
+    limbs = [
+        {"base": (0, slider, 0), "platform": (0, 0.25, 0), "guide": (0, 1, 0), "axis": (1, 0, 0)},
+        {"base": (0, -slider, 0), "platform": (0, -0.25, 0), "guide": (0, -1, 0), "axis": (1, 0, 0)},
+        {"base": (0.5, 0, 0), "platform": (0.25, 0, 0)},
+    ]
+    return (
+        "2-[P]RU+U[P]R",
+        dict(placements=limbs, height=0.6),
+        dict(sections={"rod": "circle 60mm"}, youngs_modulus=200e9, poisson_ratio=0.3, density=7850, shear_coefficient=1),
+        dict(platform_mass=0.25**2 * 0.05 * 7850, platform_center=(0.25 / 3, 0, 0), carriage_mass=0),
+    )
+
+
+def prs():
+    return (
+        "3-[P]RS",
+        dict(base_radius=0.35, platform_radius=0.25, height=0.55 * cos(asin(0.1 / 0.55))),
+        dict(sections={"rod": "rectangular_tube 90mm 70mm 8mm steel"}),
+        dict(carriage_mass=25, **disc(140)),
+    )
+
+
+def rus():
+    base, platform, crank, rod = 0.4064, 0.40005, 0.18415, 0.7239
+    thirds = [radians(angle) for angle in (30, 150, 270)]
+    at_platform = [angle + side * radians(10) for angle in thirds for side in (-1, 1)]
+    reach = (platform * cos(at_platform[0]) - base, platform * sin(at_platform[0]) + crank)
+    limbs = []
+    for k, angle in enumerate(at_platform):
+        at, side = k * pi / 3, (-1) ** k
+        limbs.append(
+            {
+                "base": (base * cos(at), base * sin(at), 0),
+                "platform": (platform * cos(angle), platform * sin(angle), 0),
+                "axis": (-side * cos(at), -side * sin(at), 0),
+            }
+        )
+    return (
+        "6-[R]US",
+        dict(placements=limbs, height=sqrt(rod**2 - reach[0] ** 2 - reach[1] ** 2), crank_length=crank, crank_angle=pi),
+        dict(sections={"crank": "rectangle 20mm 60mm", "rod": "tube 30mm 22mm"}, **STEEL),
+        disc(160, 0.3),
+    )
+
+
+def gough_stewart():
+    return (
+        "6-U[P]S",
+        dict(base_radius=0.1755, platform_radius=0.118, height=0.244, base_spread=radians(9.5), platform_spread=radians(12.1)),
+        dict(sections={"cylinder": "circle 50mm", "rod": "circle 34mm"}, youngs_modulus=200e9, density=8000, cylinder_part=0.58),
+        disc(pi * (0.15**2 - 0.082**2) * 0.026 * 8000, 0.027 + 0.013),
+    )
+
+
+def delta():
+    lean = asin((0.15 + 0.3 - 0.05) / 0.8)
+    carbon = {"density": 1550, "shear_coefficient": 0.5}
+    crank = {"youngs_modulus": 70e9, "shear_modulus": 20e9, **carbon}
+    rod = {"youngs_modulus": 110e9, "shear_modulus": 6e9, **carbon}
+    return (
+        "3-[R](4S)",
+        dict(base_radius=0.15, platform_radius=0.05, height=-0.8 * cos(lean), crank_length=0.3, crank_angle=0, pair_width=0.1),
+        dict(sections={"crank": "tube 50mm 44mm carbon", "rod": "tube 14mm 11mm carbon"}),
+        {f"crank_{key}": value for key, value in crank.items()},
+        {f"rod_{key}": value for key, value in rod.items()},
+        dict(elbow_mass=0.15, **disc(1.2, -0.05 / 1.2)),
+    )
+
+
+def linear_delta():
+    radius, lean = 0.212357 - 0.03, asin((0.212357 - 0.06) / 0.301)
+    return (
+        "3-[P]UU",
+        dict(base_radius=radius, platform_radius=0.03, height=0.1385, base_height=0.1385 + 0.301 * cos(lean)),
+        dict(sections={"rod": "tube 12mm 10mm"}, youngs_modulus=90e9, shear_modulus=8e9, shear_coefficient=0.5, density=1550),
+        dict(carriage_mass=0.15, **disc(0.35)),
+    )
+
+
+def planar():
+    return (
+        "3-[R]RR",
+        dict(arrangement="planar", base_radius=0.9 / sqrt(3), platform_radius=0.08 / sqrt(3), crank_length=0.4, rod_length=0.4),
+        dict(azimuths=[radians(210), radians(330), radians(90)]),
+        dict(sections={"crank": "rectangle 23mm 6mm aluminium", "rod": "rectangle 23mm 2mm steel"}),
+        dict(crank_youngs_modulus=71.705e9, crank_density=2740, rod_youngs_modulus=207e9, rod_density=7801),
+        disc(0.1898),
+    )
+
+
+def exechon():
+    limbs = [((0, y, 0), (0, y, 0)) for y in (-0.05, 0.05)] + [((0.18, 0, 0), (0.086, 0, 0))]
+    return (
+        "2-U[P]R+S[P]R",
+        dict(placements=limbs, height=0.3),
+        dict(sections={"rod": "rectangular_tube 32mm 32mm 4mm steel"}),
+        dict(platform_mass=12, platform_center=(0.043, 0, 0.06)),
+    )
+
+
+def tripteron():
+    return (
+        "3-[P]RRR",
+        dict(arrangement="cartesian", base_radius=0.45, platform_radius=0.05, crank_length=0.3, rod_length=0.3),
+        dict(sections={role: "rectangular_tube 80mm 50mm 4mm aluminium" for role in ("crank", "rod")}),
+        dict(drive_stiffness=5e7, carriage_mass=2, **disc(5)),
+    )
+
+
+def tricept():
+    return (
+        "3-U[P]S+UP",
+        dict(base_radius=0.45, platform_radius=0.2, height=-1.0, azimuths=None),
+        dict(sections={"rod": "circle 50mm", "rod_4": "tube 200mm 160mm"}),
+        disc(150, -0.2),
+    )
+
+
+def orthoglide():
+    length = 0.2 / (1 / sqrt(6) + 1 / sqrt(18))
+    return (
+        "3-[P]R(4R)R",
+        dict(arrangement="cartesian", base_radius=length + 0.06, platform_radius=0.06, pair_width=0.08),
+        dict(sections={"rod": "rectangle 16mm 30mm aluminium"}),
+        dict(carriage_mass=2, head_mass=0.3, **disc(2)),
+    )
+
+
+#: The robots of the package that come out of a string, with a pose beside the zero pose: values of the drives.
+ROBOTS = {
+    "3rps": (rps, 0.03),
+    "2pru_upr": (pru_upr, 0.03),
+    "3prs": (prs, 0.03),
+    "6rus": (rus, 0.1),
+    "gough_stewart": (gough_stewart, 0.005),
+    "delta": (delta, 0.1),
+    "linear_delta": (linear_delta, 0.03),
+    "planar_3rrr": (planar, 0.05),
+    "exechon": (exechon, 0.02),
+    "tripteron": (tripteron, 0.03),
+    "tricept": (tricept, 0.05),
+    "orthoglide": (orthoglide, 0.02),
+}
+
+
+def numbers(result):
+    """Twist, drives and stiffness, the drives in their order."""
+    return {
+        "twist": result.twist,
+        "actuator forces": np.array(list(result.actuator_forces.values())),
+        "stiffness": result.stiffness,
+        "contributions of limbs": np.array([twist for name, twist in result.contributions.items() if name.startswith("limb")]),
+    }
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_a_robot_of_the_package_comes_out_of_its_architecture(name):
+    make, step = ROBOTS[name]
+    architecture, *parts = make()
+    robot = ks.new_robot(architecture, **{key: value for part in parts for key, value in part.items()})
+    shipped = ks.load_robot(name)
+    for factors in (0.0, 1.0):
+        found = []
+        for one in (shipped, robot):
+            drives = {joint: factors * step * (1 + 0.3 * k) * (-1) ** k for k, joint in enumerate(one.description.driven)}
+            found.append(numbers(ks.analyze(one.assemble(actuators=drives), load=[10, -20, 30, 1, 2, -3])))
+        for what, expected in found[0].items():
+            scale = np.abs(expected).max()
+            np.testing.assert_allclose(
+                found[1][what] / scale, expected / scale, atol=1e-9, rtol=0, err_msg=f"{name}, {what}, {factors}"
+            )
