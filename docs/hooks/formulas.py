@@ -5,7 +5,7 @@ from __future__ import annotations
 import html
 import re
 
-from latex2mathml.converter import convert
+from math_core import LatexToMathML
 from mkdocs.config.defaults import MkDocsConfig
 from mkdocs.structure.files import Files
 from mkdocs.structure.pages import Page
@@ -14,5 +14,11 @@ FORMULA = re.compile(r'<(span|div) class="arithmatex">\\([(\[])(.*?)\\[)\]]</\1>
 
 
 def on_page_content(content: str, page: Page, config: MkDocsConfig, files: Files) -> str:
-    """Return a page's HTML with its formulas as MathML."""
-    return FORMULA.sub(lambda found: convert(html.unescape(found[3]).strip(), "block" if found[2] == "[" else "inline"), content)
+    """Return a page's HTML with its formulas as MathML; a formula that is wrong ends the build."""
+    converter = LatexToMathML()
+
+    def mathml(found: re.Match[str]) -> str:
+        formula = html.unescape(found[3]).strip()
+        return converter.convert_with_local_state(formula, displaystyle=found[2] == "[")
+
+    return FORMULA.sub(mathml, content)

@@ -38,7 +38,8 @@ class RobotKinematics:
     """
 
     def __init__(self, mechanism: Mechanism, topology: Topology) -> None:
-        self.mechanism, self.topology = mechanism, topology
+        self.mechanism: Mechanism = mechanism
+        self.topology: Topology = topology
         self.description: RobotDescription = mechanism.description
         self.equations = LoopEquations(mechanism)
         self._origins: dict[PrescribedCoordinates, tuple[Array, Array]] = {}

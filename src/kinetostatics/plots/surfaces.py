@@ -50,7 +50,8 @@ def surface(
     Args:
         ds: of :func:`kinetostatics.sweep`.
         what: as in :func:`kinetostatics.indices.quantity`.
-        x, y: the names of the coordinates below the surfaces; default: the last two that are swept and not fixed.
+        x: the name of one coordinate below the surfaces; default, with y: the last two that are swept and not fixed.
+        y: the name of the other.
         over: the name of a third coordinate, with one surface for each of its values, or for five of them, evenly chosen,
             which the figure and a warning then say; or
             ``{"z": [0.3, 0.6]}`` to choose them; default: the coordinate that is left, if one is.

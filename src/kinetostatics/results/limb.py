@@ -33,10 +33,12 @@ class LimbResult(Shown):
 
     def __init__(self, batch: Batch, solutions: tuple[Solution, ...], group: LimbGroup, position: int) -> None:
         limb = group.limbs[position]
-        self.name, self.is_network = limb.name, not limb.is_serial
+        self.name: str = limb.name
+        self.is_network: bool = not limb.is_serial
         self.beams = tuple(edge.beam for edge in limb.edges if edge.beam is not None)
         self.platform_joints = tuple(edge.joint for edge in limb.platform_edges if edge.joint is not None)
-        self.labels, self.attached_labels = group.labels[position], group.attached_labels[position]
+        self.labels: tuple[str, ...] = group.labels[position]
+        self.attached_labels: tuple[str, ...] = group.attached_labels[position]
         self._batch, self._solutions = batch, solutions
 
     def _canonical(self, pick: Callable[[Solution, int], Array], *size: int) -> Array:

@@ -51,7 +51,9 @@ class Result(Shown):
         solutions: tuple[Solution, ...],
         reached: NDArray[np.bool_],
     ) -> None:
-        self.configuration, self.robot, self.shape = configuration, robot_of(configuration), shape
+        self.configuration: Configuration = configuration
+        self.robot: Robot = robot_of(configuration)
+        self.shape: tuple[int, ...] = shape
         self.solutions = solutions
         self._which, self._reached = which, reached
 

@@ -79,9 +79,12 @@ def sweep(
             grid, a number is the same at all poses.
         actuators: instead, coordinates of all drives.
         orientation: what the orientation coordinates mean, see :meth:`Robot.assemble`.
-        load, gravity, point, frame, misfits: see :func:`kinetostatics.analyze`. Load, gravity and point may be an
-            ``xarray.DataArray`` whose last dimension is ``component``: its other dimensions become dimensions of the grid, unless
-            they are that already.
+        load: as :func:`kinetostatics.analyze` takes it. Load, gravity and point may be an ``xarray.DataArray`` whose last
+            dimension is ``component``: its other dimensions become dimensions of the grid, unless they are that already.
+        gravity: likewise.
+        point: likewise.
+        frame: as there.
+        misfits: as there.
         parameters: values of the file's xacro arguments: an array is a dimension of the grid, a number or string is the same
             everywhere.
         parameter_units: SI units of parameters, such as ``{"rod_diameter": "m"}``, where the file does not tell them: it does if
