@@ -172,6 +172,8 @@ def _between(left: ast.expr, right: ast.expr, place) -> tuple[int, int]:
 
 
 def _numbers(value: float) -> list[str]:
+    if isinstance(value, float) and 0 < value < 1e-200:  # only there to keep a division from one by zero
+        return []
     if isinstance(value, float) and 0 < value < 1e-3:
         return [repr(value * 1e3), repr(value / 1e3)]
     return [repr(2 * value)] if isinstance(value, float) and value else [repr(value + 1)]

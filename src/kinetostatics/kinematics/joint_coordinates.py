@@ -10,7 +10,7 @@ from kinetostatics.kinematics.loop_constraints import LoopEquations
 from kinetostatics.kinematics.mimic import Couplings
 from kinetostatics.kinematics.solver import PrescribedCoordinates, Solver
 from kinetostatics.math.arrays import Array
-from kinetostatics.math.linalg import dot
+from kinetostatics.math.linalg import cross, dot
 from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.tree import Frames
 
@@ -36,19 +36,20 @@ class JointCoordinates:
         return result
 
     def limited(self, q: Array, frames: Frames) -> Iterator[tuple[str, Array, float, float]]:
-        """Yield name, value (N,), lower and upper limit of every joint that has limits, cones included."""
+        """Yield name, value (N,), lower and upper limit of every joint and loop of one freedom, and of every cone."""
         coordinates = self.at(q, frames)
         for item in self.solver.mechanism.connections.values():
             if item.cone is not None:
-                axes = [
-                    frames.direction(body, frame[:3, :3] @ np.array(axis) / np.linalg.norm(axis))
+                u, v = (
+                    frames.direction(body, frame[:3, :3] @ np.array(axis))
                     for body, frame, axis in (
                         (item.predecessor_body, item.predecessor_frame, item.cone.predecessor_axis),
                         (item.successor_body, item.successor_frame, item.cone.successor_axis),
                     )
-                ]
-                yield item.name, np.arccos(np.clip(dot(axes[0], axes[1]), -1, 1)), 0.0, item.cone.angle
-            if item.name in coordinates and (np.isfinite(item.lower) or np.isfinite(item.upper)):
+                )
+                across = cross(u, v)
+                yield item.name, np.arctan2(np.sqrt(dot(across, across)), dot(u, v)), 0.0, item.cone.angle
+            if item.name in coordinates:
                 yield item.name, coordinates[item.name], item.lower, item.upper
 
 

@@ -218,7 +218,7 @@ class RobotKinematics:
         return self._coordinates.at(q, frames)
 
     def limited(self, q: Array, frames: Frames) -> Iterator[tuple[str, Array, float, float]]:
-        """Yield name, value (N,), lower and upper limit of every joint that has limits, cones included."""
+        """Yield name, value (N,), lower and upper limit of every joint and loop of one freedom, and of every cone."""
         return self._coordinates.limited(q, frames)
 
     # ---- what stands where at zero ----------------------------------------------------------------------------------------

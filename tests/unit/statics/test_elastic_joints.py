@@ -5,7 +5,9 @@ import pytest
 from simple_machines import CIRCLE, RHO, E, arm, bar, joint, link, loop, mount, robot, springs
 
 import kinetostatics as ks
+from kinetostatics.description import JointStiffness
 from kinetostatics.files.reader import parse_robot_text
+from kinetostatics.mechanism.joint_compliance import is_sprung
 
 pytestmark = pytest.mark.smoke
 
@@ -162,3 +164,16 @@ def test_a_flexure_needs_an_axis_of_its_frame(axis, sprung):
         return
     found = ks.analyze(mount(text, kind="revolute", axis=axis).assemble(), (0, 0, 0, 0, 7, 0), STILL)
     assert found.twist[4] == pytest.approx(0.01, rel=1e-6)
+
+
+@pytest.mark.parametrize(("lean", "held"), [(0.0, True), (2e-5, True), (1e-4, False), (np.pi, True)])
+def test_a_spring_along_one_axis_holds_what_turns_about_it(lean, held):
+    """Only about y it gives way: an axis that leans towards z by more than rounding would turn the rigid direction, too."""
+    axis = np.array([0.0, np.cos(lean), np.sin(lean)])
+    for group in ("angular", "linear"):
+        soft = JointStiffness("hinge", **{group: (np.inf, 40.0, np.inf)})
+        assert is_sprung(soft, group == "angular", axis) == held and not is_sprung(soft, group == "linear", axis)
+        assert not is_sprung(soft, group == "angular", axis[[1, 0, 2]]) and not is_sprung(soft, group == "angular", None)
+        everywhere = JointStiffness("hinge", **{group: (3.0, 40.0, 5.0)})
+        assert is_sprung(everywhere, group == "angular", axis) and is_sprung(everywhere, group == "angular", None)
+    assert not is_sprung(None, True, axis)

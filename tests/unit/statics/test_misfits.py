@@ -1,5 +1,7 @@
 """Assembly errors, length errors and warmth: against closed forms, the robot's own kinematics and finite elements."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from simple_machines import AREA as BAR_AREA
@@ -158,3 +160,21 @@ def test_a_bar_of_a_truss_that_is_too_long_presses_the_others(bar_number):
         np.testing.assert_allclose(found.beams[f"bar_{number}"].section_wrenches[:, 0], force, rtol=1e-7)
         wrench = found.joint_wrenches[f"foot_{number}"]
         np.testing.assert_allclose(wrench[[0, 2]], -force * e[number], rtol=1e-7, atol=1e-9 * abs(force))
+
+
+@pytest.mark.parametrize("value", [[0, 0, 3e-4, 0, 0, 0], {"twist": [0, 0, 3e-4, 0, 0, 0], "frame": "joint"}])
+def test_a_beam_and_a_joint_of_one_name_are_told_apart_by_what_is_given(value):
+    """The column a stands on a joint that is called a, too."""
+    description = two_columns().description
+    foot, column = description.joints["foot_a"], description.beams["a"]
+    joints = {("a" if name == "foot_a" else name): item for name, item in description.joints.items()}
+    joints["a"] = replace(foot, name="a")
+    start = replace(column.start, joint="a")
+    machine = ks.Robot(replace(description, joints=joints, beams={**description.beams, "a": replace(column, start=start)}))
+    joint_off = ks.analyze(machine.assemble(), gravity=STILL, misfits={"a": value})
+    too_long = ks.analyze(machine.assemble(), gravity=STILL, misfits={"a": {"length": 3e-4}})
+    z, r, _ = heated(3e-4)
+    for found in (joint_off, too_long):
+        np.testing.assert_allclose(found.twist[[2, 4]], [z, r], rtol=1e-9)
+    warm = ks.analyze(machine.assemble(), gravity=STILL, misfits={"a": {"temperature": 25}, "b": {"temperature": 25}})
+    np.testing.assert_allclose(warm.twist[2], 25 * ALPHA, rtol=1e-9)
