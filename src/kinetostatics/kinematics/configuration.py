@@ -180,7 +180,7 @@ class Configuration(Shown):
         """The joints beyond their limits or cones in at least one pose, by name."""
         found: dict[str, LimitExceeded] = {}
         for name, value, lower, upper in self.robot.limited(self.model_q, self.frames):
-            slack = 1e-9 * max(1.0, *(abs(limit) for limit in (lower, upper) if np.isfinite(limit)))
+            slack = 1e-9 * max([1.0, *(abs(limit) for limit in (lower, upper) if np.isfinite(limit))])
             where = self.reached & ((value < lower - slack) | (value > upper + slack))
             if np.any(where):
                 found[name] = LimitExceeded(name, frozen(value.reshape(self.shape)), lower, upper, where.reshape(self.shape))
