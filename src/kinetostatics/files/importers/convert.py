@@ -5,24 +5,20 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from xml.sax.saxutils import escape
 
-from kinetostatics.argument_checks import check_mapping, path_name
+from kinetostatics.argument_checks import path_name
 from kinetostatics.description.elements import Loop, Origin, Vector
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes
 from kinetostatics.description.robot import RobotDescription
-from kinetostatics.exceptions import ArgumentError, RobotFileError
-from kinetostatics.files.bundled import read_robot
+from kinetostatics.exceptions import RobotFileError
 from kinetostatics.files.importers import gepetto, isaac, onshape
 from kinetostatics.files.importers.answers import Answers, Completed, Drives, complete
 from kinetostatics.files.importers.loop_record import ForeignLoop, SourceRobot
 from kinetostatics.files.importers.retyping import driven_after, retype
+from kinetostatics.files.inclusion import include_path, including_text, quoted, read_root, whole_text
 from kinetostatics.files.links_joints import read_joints, read_links, tree_root
 from kinetostatics.files.reader import parse_robot_text
-from kinetostatics.files.xacro import expand
-from kinetostatics.files.xml import Element, parse, to_elements, to_text
-
-XACRO = "http://www.ros.org/wiki/xacro"
+from kinetostatics.files.xml import Element
 
 
 @dataclass(frozen=True)
@@ -122,28 +118,18 @@ def convert(
         before, source = source, _tables(source.path, retype(source, retyped))
         source = replace(source, made=frozenset(source.links) - frozenset(before.links))
     completed = complete(source, loops, drives, answers)
-    include = None if retyped else _include(source, uses_xacro, completed, os.fsdecode(out))
     additions = _additions(completed)
+    include = None if retyped else include_path(source.path, source.root, uses_xacro, additions, os.fsdecode(out))
     if include is not None:
-        text = _including(source, include, additions)
+        comment = "a URDF as it is, and what it does not say in a form that we read"
+        text = including_text(source.root.attributes.get("name", ""), include, comment, additions)
     else:
-        attributes = {name: value for name, value in source.root.attributes.items() if name != "xmlns:xacro"}
-        head, closing, tail = to_text(replace(source.root, attributes=attributes)).rpartition("</robot>")
-        text = f"{head.rstrip()}\n\n{additions}{closing}{tail}"
+        text = whole_text(source.root, additions)
     return Conversion(text, completed.loops, include is not None, (*warnings, *completed.warnings), os.fsdecode(out))
 
 
 def _read_source(path: str | os.PathLike[str], parameters: Mapping[str, object]) -> tuple[SourceRobot, bool]:
-    data, name = read_robot(path)
-    check_mapping("parameters", parameters, '{"rod_diameter": 0.08}')
-    document, uses_xacro = parse(data, name)
-    if uses_xacro:
-        expand(document, name, parameters)
-    elif parameters:
-        raise ArgumentError(f"{name} does not use xacro and has no parameters, but was given {', '.join(map(repr, parameters))}")
-    root = to_elements(document)
-    if root.tag != "robot":
-        raise root.error(f"the outermost element is <{root.tag}>; in a URDF it is <robot>")
+    root, name, uses_xacro = read_root(path, parameters)
     return _tables(name, root), uses_xacro
 
 
@@ -183,36 +169,15 @@ def _nothing(source: SourceRobot) -> RobotFileError:
     return RobotFileError(reason + hint, source.path)
 
 
-def _include(source: SourceRobot, uses_xacro: bool, completed: Completed, out: str) -> str | None:
-    """Return the path to include the source by, or None if xacro would change what it says."""
-    try:
-        path = os.path.relpath(source.path, os.path.dirname(out) or ".")
-    except ValueError:  # on another drive
-        path = os.path.abspath(source.path)
-    path = path.replace(os.sep, "/")
-    if "$" in path or not path.isprintable() or "$" in _additions(completed):
-        return None
-    return path if uses_xacro or "$" not in to_text(source.root) else None
-
-
-def _including(source: SourceRobot, include: str, additions: str) -> str:
-    name = source.root.attributes.get("name", "")
-    return (
-        f'<?xml version="1.0"?>\n<robot name={_quoted(name)} xmlns:xacro="{XACRO}">\n'
-        "  <!-- a URDF as it is, and what it does not say in a form that we read -->\n"
-        f"  <xacro:include filename={_quoted(include)}/>\n\n{additions}</robot>\n"
-    )
-
-
 def _additions(completed: Completed) -> str:
     """Return the elements that the source lacks."""
     lines = []
     if completed.platform is not None:
-        lines.append(f"  <platform link={_quoted(completed.platform)}/>\n")
+        lines.append(f"  <platform link={quoted(completed.platform)}/>\n")
     if completed.base is not None:
-        lines.append(f"  <base link={_quoted(completed.base)}/>\n")
+        lines.append(f"  <base link={quoted(completed.base)}/>\n")
     for loop in completed.loops:
-        lines.append(f"  <loop name={_quoted(loop.name)} type={_quoted(loop.type)}>\n")
+        lines.append(f"  <loop name={quoted(loop.name)} type={quoted(loop.type)}>\n")
         lines.append(_side("predecessor", loop.predecessor, loop.predecessor_origin))
         lines.append(_side("successor", loop.successor, loop.successor_origin))
         if JOINT_TYPES[loop.type].has_axis:
@@ -221,19 +186,15 @@ def _additions(completed: Completed) -> str:
             lines.append(f'    <axis2 xyz="{_numbers(loop.axis2)}"/>\n')
         lines.append("  </loop>\n")
     for name in completed.driven:
-        lines.append(f"  <transmission name={_quoted(f'drive_{name}')}><joint name={_quoted(name)}/></transmission>\n")
+        lines.append(f"  <transmission name={quoted(f'drive_{name}')}><joint name={quoted(name)}/></transmission>\n")
     return "".join(lines)
 
 
 def _side(tag: str, link: str, origin: Origin) -> str:
     where = "" if origin == Origin() else f'<origin xyz="{_numbers(origin.xyz)}" rpy="{_numbers(origin.rpy)}"/>'
-    head = f"    <{tag} link={_quoted(link)}"
+    head = f"    <{tag} link={quoted(link)}"
     return f"{head}>{where}</{tag}>\n" if where else f"{head}/>\n"
 
 
 def _numbers(vector: Vector) -> str:
     return " ".join(repr(float(item) + 0.0) for item in vector)
-
-
-def _quoted(value: str) -> str:
-    return '"' + escape(value, {'"': "&quot;"}) + '"'
