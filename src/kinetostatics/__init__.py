@@ -37,6 +37,7 @@ from kinetostatics.tolerances import tolerances
 if TYPE_CHECKING:
     from kinetostatics import indices
     from kinetostatics import plots as plot
+    from kinetostatics.authoring.extension import extend_robot, extension_text
     from kinetostatics.authoring.robot_by_name import new_robot, robot_text
     from kinetostatics.files.importers import MissingFactsError, import_robot
     from kinetostatics.verification import verify
@@ -65,6 +66,8 @@ __all__ = [
     "Tolerances",
     "analyze",
     "description",
+    "extend_robot",
+    "extension_text",
     "import_robot",
     "indices",
     "load_robot",
@@ -103,6 +106,10 @@ def __getattr__(name: str) -> Any:
         from kinetostatics.files import importers as foreign_loops
 
         return getattr(foreign_loops, name)
+    if name in ("extend_robot", "extension_text"):
+        from kinetostatics.authoring import extension
+
+        return getattr(extension, name)
     if name in ("new_robot", "robot_text"):
         from kinetostatics.authoring import robot_by_name
 

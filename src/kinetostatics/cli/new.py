@@ -1,4 +1,4 @@
-"""``kinetostatics new``: a robot file from the field's notation."""
+"""``kinetostatics new``: a robot file from the field's notation, or from a URDF that says nothing of the statics."""
 
 from __future__ import annotations
 
@@ -7,11 +7,15 @@ import os
 import sys
 from typing import Any
 
-from kinetostatics.cli.arguments import SEVERAL, add_command, number_of, parse_items, parse_parameters, print_warnings
-from kinetostatics.exceptions import ArgumentError
+from kinetostatics.cli.arguments import SEVERAL, add_command, number_of, parse_items, parse_parameters, print_warnings, unit_of
+from kinetostatics.exceptions import ArgumentError, RobotFileError
 from kinetostatics.printing.waiting import waiting
 
 NAME = "new"
+
+#: Options that one of the two ways to a file has alone.
+OF_FILES = ("platform", "base", "driven", "elastic", "joint_stiffness")
+OF_ARCHITECTURES = ("base_radius", "platform_radius", "height", "azimuths", "placements", "guide", "axis", "section", "name")
 
 EXAMPLES = """\
 architecture:
@@ -32,6 +36,9 @@ examples:
   kinetostatics new "3-R[P]S" --base-radius 0.25 --platform-radius 0.2 --height 0.55 --out my_robot.urdf.xacro
   kinetostatics new "3-[R](4S)" --height=-0.6 --section rod="tube 14mm 11mm carbon" --out my_delta.urdf.xacro
   kinetostatics new "2-U[P]R+S[P]R" --placements table.csv --out my_exechon.urdf.xacro
+  kinetostatics new --from panda.urdf --platform panda_hand --out my_panda.urdf.xacro
+  kinetostatics new --from ur10.urdf --platform tool0 --elastic upper_arm_link="tube 108mm 98mm aluminium" \\
+                    --joint-stiffness elbow_joint=30kNm/rad --out my_ur10.urdf.xacro
 
 exit code:
   0 written, 2 something is wrong
@@ -44,12 +51,13 @@ def add_parser(subparsers: Any) -> None:
         subparsers,
         NAME,
         run,
-        usage="ARCHITECTURE [options]",
-        help="make a robot file from the field's notation, such as 3-R[P]S",
-        description="Make a robot file from the field's notation of limbs and joints; it is commented and ready to be edited.",
+        usage="ARCHITECTURE [options], or new --from FILE [options]",
+        help="make a robot file from the field's notation, such as 3-R[P]S, or from a plain URDF",
+        description="Make a robot file from the field's notation of limbs and joints, or from a plain URDF, which it includes as "
+        "it is; it is commented and ready to be edited.",
         epilog=EXAMPLES,
     )
-    parser.add_argument("architecture", metavar="ARCHITECTURE", help="the limbs, such as 3-R[P]S; see below")
+    parser.add_argument("architecture", metavar="ARCHITECTURE", nargs="?", help="the limbs, such as 3-R[P]S; see below")
     parser.add_argument("--base-radius", metavar="LENGTH", help="O to the limbs' base points (default: 0.3 m)")
     parser.add_argument("--platform-radius", metavar="LENGTH", help="o to their platform points (default: 0.2 m)")
     parser.add_argument("--height", metavar="LENGTH", help="of the platform above the base (default: 0.5 m; planar: 0)")
@@ -85,6 +93,29 @@ def add_parser(subparsers: Any) -> None:
         help="any other value of the file, such as stroke=100mm platform_mass=12 rod_length=0.8",
     )
     parser.add_argument("--name", metavar="NAME", help="of the robot (default: that of the file)")
+    group = parser.add_argument_group("from a plain URDF")
+    group.add_argument("--from", dest="source", metavar="FILE", help="a URDF or xacro, which the new file includes as it is")
+    group.add_argument("--platform", metavar="LINK", help="the link that is the moving platform")
+    group.add_argument("--base", metavar="LINK", help="the link that stands still (default: the root of its tree)")
+    group.add_argument(
+        "--driven",
+        metavar="JOINT",
+        nargs="*",
+        action="extend",
+        help="drives besides those with a <transmission> (default: all joints)",
+    )
+    group.add_argument(
+        "--elastic",
+        metavar="LINK=SECTION",
+        **SEVERAL,
+        help='links that are beams: upper_arm="tube 60mm 50mm steel"; or the word suggested, for all that the file suggests',
+    )
+    group.add_argument(
+        "--joint-stiffness",
+        metavar="JOINT=VALUE",
+        **SEVERAL,
+        help="of drives and gears: elbow=30kNm/rad; or the word suggested, for all that follow from the efforts in the file",
+    )
     parser.add_argument("--out", "-o", metavar="FILE", help="the file to write (default: print it)")
 
 
@@ -95,6 +126,15 @@ def run(args: argparse.Namespace) -> int:
     folder = os.path.dirname(args.out or "")
     if folder and not os.path.isdir(folder):
         raise ArgumentError(f"--out: there is no folder {folder}")
+    return _by_name(args) if args.source is None else _from_file(args)
+
+
+def _by_name(args: argparse.Namespace) -> int:
+    for name in OF_FILES:
+        if getattr(args, name):
+            raise ArgumentError(f"--{name.replace('_', '-')} goes with --from FILE")
+    if args.architecture is None:
+        raise ArgumentError("an architecture, such as 3-R[P]S, or --from FILE is missing (see kinetostatics new --help)")
     with waiting("building the robot"):
         from kinetostatics.authoring.notation import parse_architecture
         from kinetostatics.authoring.robot_by_name import new_robot, robot_text
@@ -110,6 +150,54 @@ def run(args: argparse.Namespace) -> int:
     print(f"{args.out}: {architecture.text}, mobility {robot.mobility.platform}, driven: {driven}{chosen}")
     print_warnings(robot.description.warnings)
     return 0
+
+
+def _from_file(args: argparse.Namespace) -> int:
+    if args.architecture is not None:
+        raise ArgumentError("give an architecture or --from, not both")
+    for name in OF_ARCHITECTURES:
+        if getattr(args, name):
+            raise ArgumentError(f"--{name.replace('_', '-')} is for an architecture, and not for --from")
+    options = {
+        "platform": args.platform,
+        "base": args.base,
+        "driven": args.driven,
+        "elastic": _suggested(args.elastic) or parse_items("--elastic", args.elastic),
+        "joint_stiffness": _suggested(args.joint_stiffness) or _stiffnesses(args.joint_stiffness),
+        "parameters": parse_parameters(args.parameters),
+    }
+    with waiting("extending the robot"):
+        from kinetostatics.authoring.extension import extend_robot, extension_text
+
+        try:
+            if args.out is None:
+                sys.stdout.write(extension_text(args.source, **options))
+                return 0
+            description = extend_robot(args.source, args.out, **options).description
+        except RobotFileError as error:
+            reason = error.reason.replace("--platform-link", "--platform")
+            raise RobotFileError(reason, error.file, error.line) from None
+    elastic = ", ".join((*description.beams, *description.joint_stiffness)) or "nothing yet, see its comments"
+    driven = ", ".join(description.driven) or "none"
+    print(f"{args.out}: platform {description.platform}, base {description.base}, driven: {driven}; elastic: {elastic}")
+    print_warnings(description.warnings)
+    return 0
+
+
+def _suggested(items: list[str]) -> str | None:
+    return items[0].strip() if len(items) == 1 and "=" not in items[0] else None
+
+
+def _stiffnesses(items: list[str]) -> dict[str, float]:
+    found: dict[str, float] = {}
+    for name, text in parse_items("--joint-stiffness", items).items():
+        unit = unit_of(text)
+        if unit is not None and unit.kind not in ("stiffness", "turning stiffness"):
+            raise ArgumentError(
+                f"--joint-stiffness: {name}: {text!r} is no stiffness; write it in N m/rad (30kNm/rad), or N/m of slides"
+            )
+        found[name] = number_of("--joint-stiffness", text, None)
+    return found
 
 
 def _options(args: argparse.Namespace) -> dict[str, Any]:

@@ -1,0 +1,103 @@
+"""Which links of a robot lie like beams between two joints that move, and what their files say of them."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.authoring.materials import MATERIALS
+from kinetostatics.description.elements import Joint
+from kinetostatics.description.joint_types import JOINT_TYPES
+from kinetostatics.description.robot import RobotDescription
+
+#: Wall of the tubes that are suggested, as part of their outer diameter, their material, and how slender they must be.
+WALL, MATERIAL, SLENDER = 0.1, "aluminium", 2.0
+#: Two axes are parallel if the sine between them is smaller.
+PARALLEL = 1e-3
+
+
+@dataclass(frozen=True)
+class Span:
+    """A link between two joints on the way from base to platform.
+
+    Attributes:
+        link: its name.
+        start, end: the joints that move at its ends, towards the base and towards the platform.
+        along: unit vector from one to the other at the zero pose, in the link's frame.
+        axis: of the revolute or prismatic joint ``start``, in the link's frame.
+        length: distance of the two joints at the zero pose [m].
+        mass: of the link alone [kg].
+    """
+
+    link: str
+    start: str
+    end: str
+    along: NDArray[np.float64]
+    axis: NDArray[np.float64]
+    length: float
+    mass: float
+
+    @property
+    def y_axis(self) -> NDArray[np.float64]:
+        """A direction across the span for the y of its section: along the joint's axis as far as it can be."""
+        for axis in (self.axis, *np.eye(3)):
+            across = axis - (axis @ self.along) * self.along
+            if np.linalg.norm(across) > PARALLEL:
+                return np.asarray(across / np.linalg.norm(across))
+        raise AssertionError("one of three axes lies across any direction")
+
+    @property
+    def tube(self) -> tuple[float, float] | None:
+        """Outer and inner diameter [m] of the tube with the link's mass, to two digits; None without mass, or if it is stubby."""
+        if self.mass <= 0:
+            return None
+        area = self.mass / (MATERIALS[MATERIAL][2] * self.length)
+        outer = math.sqrt(area / (math.pi * WALL * (1 - WALL)))
+        if self.length < SLENDER * outer:
+            return None
+        outer = float(f"{outer:.2g}")
+        return outer, float(f"{(1 - 2 * WALL) * outer:.6g}")
+
+
+def way(description: RobotDescription) -> list[tuple[Joint, bool]]:
+    """Return the joints of the tree from base to platform, and whether each is passed from its parent to its child."""
+    above = {joint.child: joint for joint in description.joints.values()}
+
+    def to_root(link: str) -> list[Joint]:
+        found = []
+        while link in above:
+            found.append(above[link])
+            link = above[link].parent
+        return found
+
+    up, down = to_root(description.base), to_root(description.platform)
+    while up and down and up[-1] is down[-1]:
+        del up[-1], down[-1]
+    return [*((joint, False) for joint in up), *((joint, True) for joint in reversed(down))]
+
+
+def spans(description: RobotDescription, frames: Mapping[str, NDArray[np.float64]]) -> dict[str, Span]:
+    """Return the links between any two joints that move and follow one another from base to platform, by name.
+
+    Of several links that are fixed to one another it is the heaviest. ``frames`` are those of the links at the zero of all
+    joints, (4, 4) matrices.
+    """
+    passed = way(description)
+    moving = [k for k, (joint, _) in enumerate(passed) if not JOINT_TYPES[joint.type].is_fixed]
+    found: dict[str, Span] = {}
+    for first, last in itertools.pairwise(moving):
+        links = [joint.child if down else joint.parent for joint, down in passed[first:last]]
+        link = max(links, key=lambda name: description.links[name].mass)
+        start, end = passed[first][0], passed[last][0]
+        into = np.linalg.inv(frames[link])
+        one, other = ((into @ frames[joint.child])[:3, 3] for joint in (start, end))
+        length = float(np.linalg.norm(other - one))
+        if length > 0:
+            axis = into[:3, :3] @ frames[start.child][:3, :3] @ np.array(start.axis)
+            found[link] = Span(link, start.name, end.name, (other - one) / length, axis, length, description.links[link].mass)
+    return found

@@ -1,0 +1,215 @@
+"""Plain URDFs, extended by a small xacro: what is written, that it loads, and that it sags as beams and springs do."""
+
+import re
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pytest
+
+import kinetostatics as ks
+from kinetostatics.authoring.extension import extension_text
+from kinetostatics.cli.main import main
+
+WEIGHT = (
+    '<inertial><origin xyz="0.3 0 0"/><mass value="{}"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>'
+)
+LIMIT = '<limit lower="-2" upper="2" effort="{}" velocity="1"/>'
+#: two links of 0.6 and 0.5 m along X, hinges about Y, a camera on the side of the first
+ARM = f"""<robot name="arm">
+  <link name="foot"/>
+  <link name="upper">{WEIGHT.format(2)}</link>
+  <link name="lower">{WEIGHT.format(0)}</link>
+  <link name="hand"/>
+  <link name="tool"/>
+  <link name="camera"/>
+  <joint name="one" type="revolute"><parent link="foot"/><child link="upper"/><axis xyz="0 1 0"/>{LIMIT.format(50)}</joint>
+  <joint name="two" type="revolute">
+    <parent link="upper"/><child link="lower"/><origin xyz="0.6 0 0"/><axis xyz="0 1 0"/>{LIMIT.format(20)}
+  </joint>
+  <joint name="three" type="prismatic">
+    <parent link="lower"/><child link="hand"/><origin xyz="0.5 0 0"/><axis xyz="0 0 1"/>{LIMIT.format(0)}
+  </joint>
+  <joint name="flange" type="fixed"><parent link="hand"/><child link="tool"/></joint>
+  <joint name="eye" type="fixed"><parent link="upper"/><child link="camera"/><origin xyz="0 0 0.1"/></joint>
+</robot>
+"""
+LOAD = [0.0, 0.0, -100.0, 0.0, 0.0, 0.0]
+EXAMPLE = {"platform": "tool", "elastic": {"upper": "tube 60mm 50mm steel"}, "joint_stiffness": {"two": 3e4}}
+
+
+@pytest.fixture
+def arm(tmp_path):
+    path = tmp_path / "arm.urdf"
+    path.write_text(ARM)
+    return path
+
+
+def analyzed(robot, **options):
+    return ks.analyze(robot.assemble(), **{"gravity": (0, 0, 0), "load": LOAD, **options})
+
+
+def test_the_arm_sags_as_a_cantilever_and_a_spring(arm) -> None:
+    """A bent upper arm with force and moment at its end, shear included, and the gear of the elbow."""
+    result = analyzed(ks.extend_robot(arm, **EXAMPLE))
+    section, modulus, shear = ks.sections.Tube.of(0.06, 0.05), 210e9, 210e9 / 2.6
+    (kappa, _), near, far, force = section.shear_coefficients(0.3), 0.6, 0.5, 100.0
+    moment = force * far
+    stiffness = modulus * section.I_y
+    end = force * near**3 / (3 * stiffness) + moment * near**2 / (2 * stiffness) + force * near / (kappa * shear * section.area)
+    slope = force * near**2 / (2 * stiffness) + moment * near / stiffness
+    gear = moment / 3e4
+    assert result.twist[2] == pytest.approx(-(end + (slope + gear) * far), rel=1e-10)
+    assert result.twist[4] == pytest.approx(slope + gear, rel=1e-10)
+    assert set(result.source_contributions["beams"]) == {"upper"} and set(result.source_contributions["drives"]) == {"two"}
+
+
+def test_the_original_is_included_as_it_is_and_nothing_is_overwritten(arm, tmp_path) -> None:
+    (tmp_path / "sub").mkdir()
+    path = tmp_path / "sub" / "mine.urdf.xacro"
+    made = ks.extend_robot(arm, path, **EXAMPLE)
+    text = path.read_text()
+    assert '<xacro:include filename="../arm.urdf"/>' in text and arm.read_text() == ARM
+    assert analyzed(ks.load_robot(path)).twist == pytest.approx(analyzed(made).twist, rel=1e-14)
+    assert made.description == ks.load_robot(path).description
+    with pytest.raises(ks.ArgumentError, match="is there already"):
+        ks.extend_robot(arm, path, **EXAMPLE)
+    assert made.description.driven == ("one", "two", "three")
+    assert ks.extend_robot(arm, platform="tool", driven=["two"]).description.driven == ("two",)
+
+
+def test_suggestions_have_the_numbers_of_the_file_and_load_when_they_are_taken_out_of_their_comments(
+    arm, tmp_path, monkeypatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = extension_text(arm, platform="tool")
+    assert "upper: 0.6 m between its joints, 2 kg" in text and "lower" not in text  # which weighs nothing
+    assert '<joint_stiffness joint="one" drive="10000"/> effort 50 N m' in text
+    assert '<joint_stiffness joint="two" drive="4000"/> effort 20 N m' in text and 'joint="three" drive' not in text
+    ET.fromstring(text)
+    without = re.sub(r"<!-- [^<]*(<(beam|joint_stiffness).*?(</beam>|/>))[^<]*-->", r"\1", text, flags=re.DOTALL)
+    path = tmp_path / "taken.urdf.xacro"
+    path.write_text(without)
+    taken, suggested = (
+        ks.load_robot(path),
+        ks.extend_robot(arm, platform="tool", elastic="suggested", joint_stiffness="suggested"),
+    )
+    assert list(taken.description.beams) == ["upper"] and list(taken.description.joint_stiffness) == ["one", "two"]
+    np.testing.assert_allclose(analyzed(taken).twist, analyzed(suggested).twist, rtol=1e-14)
+    beam = taken.description.beams["upper"].section
+    assert beam.area * 2700 * 0.6 == pytest.approx(2, rel=0.05)  # the link's mass, to two digits of the diameter
+
+
+def test_a_link_without_mass_weighs_what_its_material_does(arm) -> None:
+    robot = ks.extend_robot(arm, platform="tool", elastic={"lower": "rectangular_tube 90mm 70mm 8mm aluminium"})
+    beam = robot.description.beams["lower"]
+    assert beam.density == 2700 and beam.y_axis == (0, 1, 0)
+    weight = -ks.analyze(robot.assemble()).base_wrench[2] / -9.81
+    assert weight == pytest.approx(2 + 2700 * beam.section.area * 0.5, rel=1e-12)
+
+
+def test_a_section_lies_with_its_width_along_the_hinge(arm) -> None:
+    flat, upright = ("rectangle 80mm 10mm", "rectangle 10mm 80mm")
+    sag = [abs(analyzed(ks.extend_robot(arm, platform="tool", elastic={"upper": text})).twist[2]) for text in (flat, upright)]
+    assert sag[0] > 30 * sag[1]
+
+
+def test_platform_base_and_drives_that_the_file_has_are_left_alone(arm) -> None:
+    end = '<platform link="tool"/><base link="foot"/><transmission name="t"><joint name="one"/></transmission></robot>'
+    arm.write_text(ARM.replace("</robot>", end))
+    text = extension_text(arm)
+    assert "<platform" not in text and "<base" not in text
+    assert re.findall(r'<transmission name="drive_(\w+)"', text) == ["two", "three"]
+    for argument in ("platform", "base"):
+        with pytest.raises(ks.ArgumentError, match=f"names its {argument} already"):
+            extension_text(arm, **{argument: "upper"})
+
+
+def test_a_base_elsewhere_and_a_robot_that_floats(arm) -> None:
+    assert '<base link="upper"/>' in extension_text(arm, platform="tool", base="upper")
+    floating = '<link name="world"/><joint name="fly" type="floating"><parent link="world"/><child link="foot"/></joint></robot>'
+    arm.write_text(ARM.replace("</robot>", floating))
+    assert '<base link="foot"/>' in extension_text(arm, platform="tool")
+    robot = ks.extend_robot(arm, **EXAMPLE)
+    arm.write_text(ARM)
+    np.testing.assert_allclose(analyzed(robot).twist, analyzed(ks.extend_robot(arm, **EXAMPLE)).twist, rtol=1e-12)
+
+
+def test_a_branch_is_reached_from_its_side_too(arm) -> None:
+    """From the tool to the foot the same arm, turned round."""
+    robot = ks.extend_robot(arm, base="tool", platform="foot", elastic={"upper": "tube 60mm 50mm steel"})
+    assert analyzed(robot).twist[2] < 0
+
+
+def test_texts_that_xacro_would_change_are_written_whole(arm) -> None:
+    arm.write_text(ARM.replace("</robot>", "<gazebo><plugin>$(find nobody)/x.yaml</plugin></gazebo></robot>"))
+    text = extension_text(arm, **EXAMPLE)
+    assert "xacro" not in text and "$(find nobody)" in text
+    assert ks.extend_robot(arm, **EXAMPLE).description.driven == ("one", "two", "three")
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"elastic": {"uper": "circle 20mm"}}, "elastic: no link 'uper': did you mean 'upper'"),
+        ({"elastic": {"hand": "circle 20mm"}}, "'hand' does not lie between two joints .* these do: 'upper', 'lower'"),
+        ({"elastic": {"upper": "tube 20mm"}}, "elastic, upper: .* a tube has 2"),
+        ({"elastic": "all"}, "elastic is 'all'; it is 'suggested', or sections by link"),
+        ({"joint_stiffness": {"too": 1e4}}, "joint_stiffness: no drive 'too': did you mean 'two'"),
+        ({"joint_stiffness": {"two": -1.0}}, "joint_stiffness of 'two' is -1.0; it must be a number greater than zero"),
+        ({"joint_stiffness": "all"}, "joint_stiffness is 'all'; it is 'suggested', or numbers by joint"),
+        ({"driven": "two"}, "driven is 'two'; it must be a list of joints"),
+        ({"driven": ["too"]}, "driven: no joint 'too': did you mean 'two'"),
+        ({"platform": "tol"}, "platform='tol': .* no such link; did you mean 'tool'"),
+    ],
+)
+def test_wrong_arguments_are_answered(options, said, arm) -> None:
+    with pytest.raises(ks.ArgumentError, match=said):
+        ks.extend_robot(arm, **{"platform": "tool", **options})
+
+
+def test_nothing_to_suggest_is_said(arm) -> None:
+    arm.write_text(re.sub(r'(effort|<mass value)="[\d.]+"', r'\1="0"', ARM))
+    with pytest.raises(ks.ArgumentError, match="no link of the file could be a beam"):
+        ks.extend_robot(arm, platform="tool", elastic="suggested")
+    with pytest.raises(ks.ArgumentError, match="no drive of the file has an effort"):
+        ks.extend_robot(arm, platform="tool", joint_stiffness="suggested")
+
+
+# ---- on the command line -----------------------------------------------------------------------------------------------
+
+
+def test_new_from(arm, tmp_path, capsys) -> None:
+    out = tmp_path / "mine.urdf.xacro"
+    command = ["new", "--from", str(arm), "--platform", "tool", "--elastic", "upper=tube 60mm 50mm steel"]
+    assert main([*command, "--joint-stiffness", "two=30kNm/rad", "-o", str(out)]) == 0
+    assert f"{out}: platform tool, base foot, driven: one, two, three; elastic: upper, two" in capsys.readouterr().out
+    assert ks.load_robot(out).description == ks.extend_robot(arm, **EXAMPLE).description
+    assert main(["check", str(out)]) == 0
+    capsys.readouterr()
+    assert main(["new", "--from", str(arm), "--platform", "tool"]) == 0
+    printed = capsys.readouterr().out
+    assert "upper: 0.6 m between its joints" in printed
+    assert main(["new", "--from", str(arm), "--platform", "tool", "--joint-stiffness", "suggested"]) == 0
+    assert 'drive="10000"' in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ([], "the robot has no platform; .* --platform tool"),
+        (["3-RPS"], "give an architecture or --from, not both"),
+        (["--platform", "tool", "--height", "1"], "--height is for an architecture, and not for --from"),
+        (["--platform", "tool", "--joint-stiffness", "two=3kg"], "--joint-stiffness"),
+        (["--platform", "tool", "--joint-stiffness", "nine=3"], "no drive 'nine'"),
+    ],
+)
+def test_new_from_says_what_is_wrong(arguments, said, arm, capsys) -> None:
+    assert main(["new", "--from", str(arm), *arguments]) == 2
+    assert re.search(said, capsys.readouterr().err)
+
+
+def test_options_of_a_file_need_a_file(capsys) -> None:
+    assert main(["new", "3-RPS", "--elastic", "upper=circle 10mm"]) == 2
+    assert "--elastic goes with --from FILE" in capsys.readouterr().err
+    assert main(["new"]) == 2
+    assert "an architecture, such as 3-R[P]S, or --from FILE is missing" in capsys.readouterr().err
