@@ -179,6 +179,28 @@ def python(source: str, cure: str, before: str = "") -> Mistake:
     return Mistake(f"`{source}`", cure, code=f"{IMPORTS}{before}{source}")
 
 
+def arm_text(more: str = "", inside: str = "", mass: str = HEAVY, effort: float = 9) -> str:
+    """Return the plain URDF of an arm with two joints."""
+    links = f'<link name="base"/><link name="upper">{mass}</link><link name="tool">{mass}</link>'
+    limit = f'<axis xyz="0 1 0"/><limit effort="{effort:g}" velocity="1"/>'
+    joints = (
+        f'<joint name="one" type="revolute"><parent link="base"/><child link="upper"/>{limit}{inside}</joint>'
+        f'<joint name="two" type="revolute"><parent link="upper"/><child link="tool"/><origin xyz="0 0 1"/>{limit}</joint>'
+    )
+    return f'<robot name="arm">{links}{joints}{more}</robot>'
+
+
+def arm(more: str, cure: str, written: str, inside: str = "") -> Mistake:
+    """Return the oddity of a plain URDF, an arm with two joints, which is loaded with its tool as the platform."""
+    return Mistake(written, cure, text=arm_text(more, inside), code='robot = ks.load_robot(file, platform="tool")')
+
+
+def extended(options: str, cure: str, file: str | None = None) -> Mistake:
+    """Return a mistake in the extension of that arm."""
+    source = f"ks.extend_robot(file{options and ', '}{options})"
+    return Mistake(f"`{source}`", cure, text=file or arm_text(), code=source)
+
+
 PYTHON = (
     python('ks.Robot("robot.urdf")', "`ks.load_robot` reads files."),
     python('ks.save_robot(description, None)', "A path."),
@@ -213,19 +235,21 @@ PYTHON = (
     replace(python('ks.save_robot(robot, "x\\0.urdf")', "The path was computed wrong."), ours="'x\\x00.urdf' cannot be written:"),
     python('ks.save_robot(robot, folder / "lift_table.urdf.xacro")', "Another name: plain URDF is written.",
            '(folder / "lift_table.urdf.xacro").write_text("<robot xmlns:xacro=…>"); '),
+    extended('platform="tool"', "Its own platform stays.", arm_text('<platform link="tool"/>')),
+    extended('platform="tool", base="upper"', "Its own base stays.", arm_text('<base link="base"/>')),
+    extended('platform="tool", driven="one"', "`driven=[\"one\"]`."),
+    extended('platform="tool", driven=["oen"]', "A joint's name."),
+    extended('platform="tool", elastic="all"', "The word, or a mapping."),
+    extended('platform="tool", elastic={"uper": "circle 20mm"}', "A link's name."),
+    extended('platform="tool", elastic={"tool": "circle 20mm"}', "One that lies between two joints."),
+    extended('platform="tool", elastic="suggested"', "Sections of your own.", arm_text(mass="")),
+    extended('platform="tool", joint_stiffness="all"', "The word, or a mapping."),
+    extended('platform="tool", joint_stiffness={"oen": 1e4}', "A drive's name."),
+    extended('platform="tool", joint_stiffness={"one": "soft"}', "A number."),
+    extended('platform="tool", joint_stiffness="suggested"', "Numbers of your own.", arm_text(effort=0)),
+    extended('platform="tool", parameters={"length": 2}', "A xacro has parameters."),
+    replace(extended("", "A robot's file.", "<model/>"), written="`ks.extend_robot(…)` of another file than a robot's"),
 )  # fmt: skip
-
-
-def arm(more: str, cure: str, written: str, inside: str = "") -> Mistake:
-    """Return the oddity of a plain URDF, an arm with two joints, which is loaded with its tool as the platform."""
-    links = f'<link name="base"/><link name="upper">{HEAVY}</link><link name="tool">{HEAVY}</link>'
-    limit = '<axis xyz="0 1 0"/><limit effort="9" velocity="1"/>'
-    joints = (
-        f'<joint name="one" type="revolute"><parent link="base"/><child link="upper"/>{limit}{inside}</joint>'
-        f'<joint name="two" type="revolute"><parent link="upper"/><child link="tool"/><origin xyz="0 0 1"/>{limit}</joint>'
-    )
-    text = f'<robot name="arm">{links}{joints}{more}</robot>'
-    return Mistake(written, cure, text=text, code='robot = ks.load_robot(file, platform="tool")')
 
 
 WARNINGS = tuple(replace(mistake, warns=True) for mistake in (

@@ -45,11 +45,9 @@ class Span:
     @property
     def y_axis(self) -> NDArray[np.float64]:
         """A direction across the span for the y of its section: along the joint's axis as far as it can be."""
-        for axis in (self.axis, *np.eye(3)):
-            across = axis - (axis @ self.along) * self.along
-            if np.linalg.norm(across) > PARALLEL:
-                return np.asarray(across / np.linalg.norm(across))
-        raise AssertionError("one of three axes lies across any direction")
+        across = (axis - (axis @ self.along) * self.along for axis in (self.axis, *np.eye(3)))
+        first = next(vector for vector in across if np.linalg.norm(vector) > PARALLEL)
+        return np.asarray(first / np.linalg.norm(first))
 
     @property
     def tube(self) -> tuple[float, float] | None:
