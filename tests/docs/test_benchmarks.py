@@ -8,6 +8,7 @@ import sys
 from itertools import pairwise
 
 import numpy as np
+import package_robots
 import pytest
 from places import ROOT
 
@@ -115,22 +116,21 @@ def test_grids_have_at_least_as_many_poses_as_are_asked_for():
 @pytest.mark.parametrize("name", grids.WORKSPACES)
 def test_grids_are_within_the_workspaces(name):
     workspace = grids.WORKSPACES[name]
-    result = grids.whole(
-        grids.load(name), workspace, grids.mesh(workspace.axes(3 ** len(workspace.box) if len(workspace.box) < 6 else 64))
-    )
+    axes = workspace.axes(3 ** len(workspace.box) if len(workspace.box) < 6 else 64)
+    result = grids.whole(package_robots.robot(name), workspace, grids.mesh(axes))
     assert np.all(result.status == ks.Status.OK)
 
 
 @pytest.mark.parametrize("name", grids.EDGES)
 def test_about_one_pose_in_a_hundred_is_out_of_reach(name):
-    robot, workspace, edge = grids.load(name), grids.WORKSPACES[name], grids.EDGES[name]
+    robot, workspace, edge = package_robots.robot(name), grids.WORKSPACES[name], grids.EDGES[name]
 
     def missing(coordinates):
         return np.mean(grids.assemble(robot, workspace, coordinates).status == ks.Status.UNREACHABLE)
 
     near, beyond = workspace.within(**edge.inside), workspace.within(**edge.outside)
     assert missing(grids.mesh(near.axes(500))) == 0
-    assert 0.004 < missing(grids.mesh(beyond.axes(10_000))) < 0.03
+    assert 0.004 < missing(grids.mesh(beyond.axes(3_000))) < 0.03
     middle = {key: np.array([(low + high) / 2]) for key, (low, high) in workspace.box.items()}
     assert missing({**middle, **{key: np.array([value]) for key, value in edge.far.items()}}) == 1
 
@@ -169,7 +169,7 @@ def solved(name):
 def test_opensees_solves_the_same_poses(name):
     """Hinges that cross in a point, elastic drives, struts that spin: the lean frame gives all numbers of ours."""
     found = solved(name)
-    pose = grids.assemble(grids.load(name), grids.WORKSPACES[name], found["at"])
+    pose = grids.assemble(package_robots.robot(name), grids.WORKSPACES[name], found["at"])
     ours = ks.analyze(pose, grids.LOAD)
     assert found["alone"] == pytest.approx(found["twist"], rel=1e-9)
     assert len(found["forces"]) == found["elements"] and np.all(np.isfinite(np.concatenate(found["forces"])))

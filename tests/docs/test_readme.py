@@ -76,20 +76,6 @@ def test_the_commands_for_maps_write_what_they_say(monkeypatch, tmp_path, capsys
     assert "648 poses (z 9 × azimuth 12 × tilt 6)" in capsys.readouterr().out
 
 
-def test_the_picture_of_a_map_is_what_its_command_draws(monkeypatch, tmp_path, capsys):
-    """The same quantity, axes and height as in the command, drawn by the example that draws the picture."""
-    plots = pytest.importorskip("matplotlib")
-    plots.use("Agg")
-    example = pytest.importorskip("paper_workspace")
-    command = next(line for line in between("maps").splitlines() if " plot " in line)
-    figure = dict(example.figures(coarse=True))["round_3rps"]
-    assert "--x azimuth --y tilt --at z=0.65 --out" in command and figure.get_title() == "z = 0.65 m"
-    assert (figure.name, figure.figure.axes[1].get_ylabel()) == ("polar", "linear sag [µm]")
-    assert (figure.get_thetamin(), figure.get_thetamax()) == (0, 360) and 50 <= figure.get_rmax() <= 52.5
-    assert "docs/pictures/round_3rps.png" in README.split("## Workspace maps")[1].split("##")[0]
-    plots.pyplot.close("all")
-
-
 def test_the_section_on_maps_leads_to_its_pages():
     section = README.split("## Workspace maps")[1].split("\n## ")[0]
     wanted = {"docs/how_to/workspace.md", "docs/how_to/workspace_figures.md", "docs/explanation/benchmarks.md"}

@@ -132,8 +132,12 @@ def test_rod_forces_are_those_of_the_papers_table_4(number):
     np.testing.assert_allclose(forces.isel(at), [float(text) for text in case["analytical"]["fa"]], rtol=5e-5)
 
 
-def test_figures_show_the_maps():
-    figures = dict(paper_workspace.figures(coarse=True))
+@pytest.fixture(scope="module")
+def figures():
+    return dict(paper_workspace.figures(coarse=True))
+
+
+def test_figures_show_the_maps(figures):
     panels = ["slice_3rps", "round_3rps", "lines_3rps", "ways_3rps", "workspace_3rps"]
     assert list(figures) == ["figure_6", "figure_7", "figure_12", "figure_13", *panels]
     assert [getattr(figures[name], "name", "") for name in panels] == ["rectilinear", "polar", "rectilinear", "rectilinear", "3d"]
@@ -154,6 +158,17 @@ def test_figures_show_the_maps():
     # the largest corner of Fig 12 (a) is the largest displacement along x of the table
     heights = np.asarray(figures["figure_12"].axes[0].collections[0]._faces)[..., 2]
     assert heights.max() == pytest.approx(27.465, abs=1e-3)
+
+
+def test_the_readmes_picture_of_a_map_is_what_its_command_draws(figures):
+    """The same quantity, axes and height as in the command, drawn by the example that draws the picture."""
+    readme = (ROOT / "README.md").read_text(encoding="utf-8").split("<!-- maps: begin -->")[1]
+    command = next(line for line in readme.splitlines() if " plot " in line)
+    figure = figures["round_3rps"]
+    assert "--x azimuth --y tilt --at z=0.65 --out" in command and figure.get_title() == "z = 0.65 m"
+    assert (figure.name, figure.figure.axes[1].get_ylabel()) == ("polar", "linear sag [µm]")
+    assert (figure.get_thetamin(), figure.get_thetamax()) == (0, 360) and 50 <= figure.get_rmax() <= 52.5
+    assert "docs/pictures/round_3rps.png" in readme.split("\n## ")[0]
 
 
 @pytest.mark.parametrize("number", [6, 7, 13])

@@ -5,6 +5,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
+import package_robots
 import pytest
 
 import kinetostatics as ks
@@ -133,7 +134,7 @@ def test_no_false_alarms_for_the_shipped_robots():
 
 def gough_at(degrees):
     """The hexapod turned about the vertical: at a quarter turn it is singular (Fichter, 1986)."""
-    robot = ks.load_robot("gough_stewart")
+    robot = package_robots.robot("gough_stewart")
     z = float(robot.assemble().platform["z"])
     return ks.analyze(robot.assemble(platform={"x": 0, "y": 0, "z": z, "rx": 0, "ry": 0, "rz": np.radians(degrees)}))
 
