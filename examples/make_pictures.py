@@ -35,6 +35,8 @@ class Picture:
     view: tuple[float, float, float] = (1.5, -2.6, 1.1)
     groups: dict[str, bool] = field(default_factory=dict)
     sliders: bool = False
+    colour: str = "deflection"
+    card: str = ""
     size: tuple[int, int] = (1200, 760)
 
 
@@ -68,7 +70,18 @@ PICTURES = {
         "3rps",
         load=(100, 50, -500, 0, 0, 0),
         sliders=True,
-        size=(1400, 850),
+        size=(1200, 800),
+    ),
+    "stress": Picture(
+        "2pru_upr",
+        {"z": 0.6, "rx": 0.1, "ry": 0.1},
+        "2pru_upr",
+        load=(100, 50, -500, 0, 0, 0),
+        view=(2.2, -1.5, 1.1),
+        sliders=True,
+        colour="stress",
+        card="beams/rod_1",
+        size=(1200, 800),
     ),
 }
 
@@ -116,10 +129,14 @@ def main(folder: Path) -> None:
             page = browser.new_page(viewport={"width": picture.size[0], "height": picture.size[1]})
             page.goto(file.as_uri())
             page.wait_for_function("window.robot_page && robot_page.ready")
-            if not picture.sliders:
-                page.evaluate("document.body.classList.add('without-panel')")
             for group, seen in picture.groups.items():
                 page.evaluate("([group, seen]) => viewer.set_property(['Arrows', group], 'visible', seen)", [group, seen])
+            page.select_option("select[name='colour by']", picture.colour)
+            if picture.card:
+                page.evaluate("path => robot_page.selectPath(path)", picture.card)
+            if not picture.sliders:
+                page.evaluate("document.body.classList.add('as-picture')")
+                page.wait_for_timeout(200)
             page.evaluate("view => { robot_page.look(...view); viewer.set_dirty(); }", list(picture.view))
             page.wait_for_function("!viewer.needs_render")
             page.wait_for_timeout(200)

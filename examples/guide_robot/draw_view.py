@@ -28,7 +28,7 @@ def main(folder: Path) -> None:
         page = browser.new_page(viewport={"width": 1200, "height": 760})
         page.goto(file.as_uri())
         page.wait_for_function("window.robot_page && robot_page.ready")
-        page.evaluate("document.body.classList.add('without-panel')")
+        page.evaluate("document.body.classList.add('as-picture')")
         page.evaluate("robot_page.look(0.9, -2.2, 0.25); viewer.set_dirty()")
         page.wait_for_function("!viewer.needs_render")
         page.wait_for_timeout(200)

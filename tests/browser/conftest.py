@@ -4,7 +4,9 @@ import os
 import shutil
 
 import pytest
-from browser_pages import visits
+from browser_pages import LOAD, POSES, visits
+
+import kinetostatics as ks
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser")
 REQUIRED = os.environ.get("KINETOSTATICS_REQUIRE_BROWSER") == "1"
@@ -43,3 +45,19 @@ def visit(browser):
 @pytest.fixture(scope="session")
 def root(request):
     return request.config.rootpath
+
+
+@pytest.fixture(scope="session")
+def result(root):
+    """One result for all tests that look at a page of their own kind."""
+    robot = ks.load_robot(root / "robots" / "2pru_upr.urdf.xacro")
+    return ks.analyze(robot.assemble(platform=POSES["2pru_upr"]), load=LOAD)
+
+
+@pytest.fixture(scope="session")
+def page(browser, result, tmp_path_factory):
+    """Its page, which tests that operate it leave as it was."""
+    file = tmp_path_factory.mktemp("page") / "shared.html"
+    ks.save_html(result, file)
+    with visits(browser) as open_page:
+        yield open_page(file.as_uri(), (1000, 640))

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.rotations import exponential, quaternion_of_matrix
+from kinetostatics.viewer.cards import Card, quantities_of
 from kinetostatics.viewer.facts import Facts
 from kinetostatics.viewer.packing import packed
 from kinetostatics.viewer.shapes import Surface
@@ -156,6 +157,7 @@ class Scene:
         labels: path, station and text of further labels.
         facts: pose, gravity, load and status, which always stand on the page, and the units.
         notes: warnings to show.
+        cards: what a click on a beam or joint tells, by path of its mesh.
         live: controls and address of a live page.
     """
 
@@ -170,6 +172,7 @@ class Scene:
     frames: list[tuple[str, int, str]] = field(default_factory=list)
     labels: list[tuple[str, int, str]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
+    cards: dict[str, Card] = field(default_factory=dict)
     live: dict[str, Any] | None = None
 
     def plain(self) -> dict[str, Any]:
@@ -196,8 +199,13 @@ class Scene:
             "units": self.facts.units(),
             "seconds": float(np.clip(0.12 * stations.frames, 2, 8)),
             "notes": self.notes,
+            "cards": {path: card.plain() for path, card in self.cards.items()},
+            "quantities": [quantity.plain() for quantity in quantities_of(self.cards.values())],
+            "groups": GROUPS,
+            "size": self.size,
             "view": VIEW,
             "ramp": RAMP,
+            "signed_ramp": SIGNED_RAMP,
             "resting": {"colour": RESTING[0], "opacity": RESTING[1]},
             "hidden": [f"Arrows/{group}" for group in HIDDEN],
             "live": self.live,
@@ -224,6 +232,8 @@ class Scene:
 VIEW = (1.5, -2.6, 1.1)
 #: Colours of displacements, from none to the largest (viridis).
 RAMP = ("#440154", "#472d7b", "#3b528b", "#2c728e", "#21918c", "#28ae80", "#5ec962", "#addc30", "#fde725")
+#: Colours of what has a sign, from the most negative to the most positive.
+SIGNED_RAMP = ("#2166ac", "#4393c3", "#92c5de", "#d1e5f0", "#f2f2f2", "#fddbc7", "#f4a582", "#d6604d", "#b2182b")
 #: Colour and opacity of the robot at rest.
 RESTING = ("#7f8fa6", 0.2)
 #: Length of the drawn axes, as part of the robot's size.
@@ -249,4 +259,16 @@ COLOURS = {
     "axial forces in networks": "#0e7490",
     "weights": "#7c4a1e",
     "base reaction": "#15803d",
+}
+#: What the arrows of each group are, in a sentence.
+GROUPS = {
+    "external load": "External load on the platform, at o.",
+    "actuator forces": "Force or torque of a drive, positive along its joint's positive direction.",
+    "constraint forces": "Wrench that the platform puts on the limb: constraint wrench times intensity.",
+    "constraint couples": "Wrench that the platform puts on the limb: constraint wrench times intensity.",
+    "attached wrenches": "Attached wrench: what the platform puts on the limb so that its passive joints hold its own weight.",
+    "joints of networks": "What a joint to the platform puts on the limb.",
+    "axial forces in networks": "Axial force at the platform end of a beam, tension positive.",
+    "weights": "Weight, at the centre of mass.",
+    "base reaction": "What the ground puts on the robot, about the base link's origin.",
 }

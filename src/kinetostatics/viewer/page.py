@@ -13,7 +13,9 @@ from typing import Any
 
 from kinetostatics.exceptions import KinetostaticsError
 
-_SCRIPTS = ("motion.js", "drawing.js", "views.js", "panel.js", "live.js", "page.js")
+_SCRIPTS = (
+    "motion.js", "drawing.js", "colouring.js", "views.js", "panel.js", "cards.js", "live.js", "page.js",
+)  # fmt: skip
 
 
 def page_html(scene: dict[str, Any]) -> str:

@@ -12,6 +12,7 @@ import numpy as np
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 from kinetostatics.results.result import Result
+from kinetostatics.viewer.cards import Card, Cards
 from kinetostatics.viewer.description import Mesh, Scene, Stations
 from kinetostatics.viewer.facts import find_facts
 from kinetostatics.viewer.joints import find_joints, marker_radius
@@ -79,7 +80,7 @@ class _Builder:
         return Scene(
             title or self.robot.name, stations, self.size, self._exaggeration(), self.at["o"], facts, self.meshes, arrows,
             [("base", self.at["base"], "base"), ("platform", self.at["o"], "o")],
-            self._limb_labels(), list(self.result.warnings),
+            self._limb_labels(), list(self.result.warnings), self._cards(),
         )  # fmt: skip
 
     def _size(self) -> float:
@@ -188,6 +189,10 @@ class _Builder:
             shape = ball(1.3 * r) if joint.axis is None else pin(0.6 * r, 3.2 * r)
             colour = DRIVE_COLOUR if joint.driven else JOINT_COLOUR
             self.meshes.append(Mesh(f"joints/{joint.name}", shape, self.at[joint.name], ("Deformed",), colour))
+
+    def _cards(self) -> dict[str, Card]:
+        first = {mesh.path: int(np.min(mesh.station)) for mesh in self.meshes if "Deformed" in mesh.roots}
+        return Cards(self.poses, self.joints).all(first)
 
     # ---- words ------------------------------------------------------------------------------------------------------
 

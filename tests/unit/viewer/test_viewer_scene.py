@@ -5,6 +5,7 @@ import json
 import subprocess
 import sys
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from kinetostatics import sections
 from kinetostatics.cli import main as cli
 from kinetostatics.cli.view import NAME
 from kinetostatics.files.reader import parse_robot_text
+from kinetostatics.viewer.cards import quantities_of
 from kinetostatics.viewer.joints import find_joints
 from kinetostatics.viewer.live import LiveRobot
 from kinetostatics.viewer.page import page_html
@@ -120,6 +122,17 @@ def test_opening_exaggeration_is_a_tenth_of_the_robot(scene):
     unloaded = ks.load_robot("3rps")
     still = describe_scene(ks.analyze(unloaded.assemble(), gravity=[0, 0, 0]))
     assert still.exaggeration == 1 and page_html(still.plain())
+
+
+def test_colours_show_what_the_sections_allow():
+    described = ks.load_robot("3rps").description
+    outline = describe_scene(ks.analyze(ks.load_robot("3rps").assemble()))
+    assert [item.key for item in quantities_of(outline.cards.values())] == ["stress", "axial", "euler"]
+    plain = sections.Section(area=1e-3, I_y=1e-7, I_z=1e-7, J=2e-7)
+    beams = {name: replace(beam, section=plain) for name, beam in described.beams.items()}
+    scene = describe_scene(ks.analyze(ks.Robot(replace(described, beams=beams)).assemble()))
+    assert [item.key for item in quantities_of(scene.cards.values())] == ["axial", "euler"]
+    assert page_html(scene.plain())
 
 
 # ---- wrenches ------------------------------------------------------------------------------------------------------

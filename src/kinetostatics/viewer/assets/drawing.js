@@ -1,7 +1,5 @@
 /* What is seen of one robot. Every three.js object lives in meshcat's scene tree, so the tree's check boxes work. */
 
-let ramp; // colours of the quantity shown, from none to the largest
-
 const labels = []; // {anchor, text, colour, shown, element}: of all robots
 const vector = new THREE.Vector3(), other = new THREE.Vector3();
 
@@ -12,6 +10,10 @@ class Robot {
     this.solids = new Map(); // path -> {spec, mesh, rigid, atRest, byQuantity}
     this.arrows = new Map(); // path -> {spec, object, tip, size, value}
     this.frames = new Map(); // path -> {spec, object}
+    const ball = new THREE.Mesh(new THREE.SphereGeometry(0.007 * description.size, 12, 8), new THREE.MeshBasicMaterial({ color: "#e6007a", depthTest: false, transparent: true }));
+    this.mark = { object: this.put("Marks/largest", new THREE.Group()), text: "" };
+    this.mark.object.add(ball);
+    addLabel(this.mark.object, () => this.mark.text, "#b0005e", () => this.mark.object.seen);
     this.load(description);
   }
 
@@ -26,10 +28,12 @@ class Robot {
     for (const [path, entry] of this.arrows) entry.gone = !present.has(path);
   }
 
-  /** Draw everything where it is now; colours reach from 0 to `scale`. */
+  /** Draw everything where it is now, with the colours of a scale. */
   draw(scale) {
     this.now = solve(this.scene);
+    this.most = { value: 0 };
     for (const solid of this.solids.values()) this.placeSolid(solid, scale);
+    this.placeMost(scale);
     for (const arrow of this.arrows.values()) this.placeArrow(arrow);
     for (const { spec, object } of this.frames.values()) {
       object.position.fromArray(this.now.deformed, 7 * spec.station);
@@ -74,7 +78,8 @@ class Robot {
     this.solids.set(path, { spec, mesh, rigid, atRest, byQuantity });
   }
 
-  placeSolid({ spec, mesh, rigid, atRest, byQuantity }, scale) {
+  placeSolid(solid, scale) {
+    const { spec, mesh, rigid, atRest, byQuantity } = solid;
     const poses = atRest ? this.now.rest : this.now.deformed, n = spec.vertices.length / 3;
     if (rigid) {
       mesh.position.fromArray(poses, 7 * spec.station);
@@ -89,23 +94,46 @@ class Robot {
       position.needsUpdate = true;
       mesh.geometry.computeVertexNormals();
     }
-    if (byQuantity) this.colourSolid(spec, mesh, rigid, scale);
+    if (byQuantity) this.colourSolid(solid, scale);
   }
 
-  /** Colour every vertex by its true displacement u + theta × r. */
-  colourSolid(spec, mesh, rigid, scale) {
-    const colour = mesh.geometry.attributes.color, { sum, rest } = this.now, n = spec.vertices.length / 3;
+  /** Colour every vertex by the quantity of the page, and remember where that is largest. */
+  colourSolid(solid, scale) {
+    const colour = solid.mesh.geometry.attributes.color, value = valuesOf(this, solid, scale.key), n = solid.spec.vertices.length / 3;
     for (let v = 0; v < n; v++) {
-      const s = rigid ? spec.station : spec.station[v], t = 6 * s;
-      point.fromArray(spec.vertices, 3 * v).applyQuaternion(qa.fromArray(rest, 7 * s + 3));
-      const x = sum[t] + sum[t + 4] * point.z - sum[t + 5] * point.y;
-      const y = sum[t + 1] + sum[t + 5] * point.x - sum[t + 3] * point.z;
-      const z = sum[t + 2] + sum[t + 3] * point.y - sum[t + 4] * point.x;
-      const h = Math.min(Math.hypot(x, y, z) / scale, 1) * (ramp.length - 1), i = Math.min(Math.floor(h), ramp.length - 2);
-      const a = ramp[i], b = ramp[i + 1], f = h - i;
-      colour.setXYZ(v, a.r + f * (b.r - a.r), a.g + f * (b.g - a.g), a.b + f * (b.b - a.b));
+      const x = value(v);
+      setColour(colour, v, x, scale);
+      if (Math.abs(x) > Math.abs(this.most.value)) this.most = { value: x, solid, v };
     }
     colour.needsUpdate = true;
+  }
+
+  /** Put the mark of the largest value where it is. */
+  placeMost(scale) {
+    const { value, solid, v } = this.most, { object } = this.mark;
+    object.seen = value !== 0;
+    this.mark.text = `largest ${number(value / scale.factor)} ${scale.unit}`;
+    if (!object.seen) return;
+    point.fromBufferAttribute(solid.mesh.geometry.attributes.position, v);
+    object.position.copy(solid.rigid ? point.applyQuaternion(solid.mesh.quaternion).add(solid.mesh.position) : point);
+  }
+
+  /** The largest true displacement of beams' vertices, and of corners of the boxes round rigid links, at the present time [m]. */
+  largestDisplacement() {
+    this.now = solve(this.scene);
+    let most = 0;
+    for (const solid of this.solids.values()) {
+      if (!solid.byQuantity) continue;
+      let { vertices } = solid.spec;
+      if (solid.rigid) {
+        if (!solid.mesh.geometry.boundingBox) solid.mesh.geometry.computeBoundingBox();
+        const { min, max } = solid.mesh.geometry.boundingBox;
+        vertices = [0, 1, 2, 3, 4, 5, 6, 7].flatMap((k) => [k & 1 ? max.x : min.x, k & 2 ? max.y : min.y, k & 4 ? max.z : min.z]);
+      }
+      const value = valuesOf(this, { spec: { ...solid.spec, vertices }, rigid: solid.rigid }, "deflection");
+      for (let v = 0; v < vertices.length / 3; v++) most = Math.max(most, value(v));
+    }
+    return most;
   }
 
   // -------------------------------------------------------------- arrows, frames and marks

@@ -9,7 +9,7 @@
  */
 const THREE = MeshCat.THREE;
 
-const state = { exaggeration: 1, shares: new Map(), time: 0, playing: false };
+const state = { exaggeration: 1, shares: new Map(), time: 0, playing: false, quantity: "deflection" };
 
 const qa = new THREE.Quaternion(), qb = new THREE.Quaternion(), axis = new THREE.Vector3(), point = new THREE.Vector3();
 
@@ -30,6 +30,10 @@ function read(s) {
   for (const a of s.arrows) {
     a.vector = decode(a.vector, Float32Array);
     for (const key of ["positive", "outward"]) if (a[key]) a[key] = decode(a[key], Float32Array);
+  }
+  for (const card of Object.values(s.cards)) {
+    for (const row of card.rows) row.values = decode(row.values, Float32Array);
+    for (const name of Object.keys(card.lines)) card.lines[name] = decode(card.lines[name], Float32Array);
   }
   for (const key of ["gravity", "load"]) s.facts[key] = decode(s.facts[key], Float32Array);
   return s;

@@ -2,7 +2,7 @@
 
 /** Draw everything anew after a slider moved. */
 function refresh() {
-  const start = performance.now(), scale = roundUp(Math.max(...page.robots.map((robot) => largest(robot.scene))));
+  const start = performance.now(), scale = colourScale();
   for (const robot of page.robots) robot.draw(scale);
   writePanel(scale);
   viewer.set_dirty();
@@ -21,14 +21,13 @@ function setStage() {
 
 const page = window.robot_page = {
   state, labels, robots: [], answers: 0, error: null, refreshTime: 0, ready: false, dark: false,
-  look, fit, showView, facts: () => page.robots.map(facts), readout: (k) => readout(page.robots[0].scene, k),
+  look, fit, showView, pick, selectPath, facts: () => page.robots.map(facts), readout: (k) => readout(page.robots[0].scene, k),
   get solids() { return page.robots[0].solids; }, get arrows() { return page.robots[0].arrows; },
   get stations() { return page.robots[0].now; }, get scene() { return page.robots[0].scene; },
 };
 {
   const description = JSON.parse(document.getElementById("robot-scene").textContent);
   state.exaggeration = description.exaggeration.value;
-  ramp = description.ramp.map((hex) => new THREE.Color(hex));
   page.robots.push(new Robot(description));
   setStage();
   buildPanel();
@@ -37,6 +36,7 @@ const page = window.robot_page = {
   prefersDark.addEventListener("change", () => setDark(prefersDark.matches));
   watchSize();
   watchKeys();
+  watchClicks();
   showView("home");
   const render = viewer.render.bind(viewer);
   viewer.render = () => { render(); placeLabels(); updateSwitches(); };

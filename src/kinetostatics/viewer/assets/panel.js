@@ -95,7 +95,13 @@ function buildPanel() {
   make("table", parts, { id: "robot-parts" });
   buildShares(element("robot-parts"));
 
-  const deformation = fold("Displacements");
+  const deformation = fold("Picture");
+  const row = make("label", deformation, { className: "slider choice" });
+  make("span", row, { textContent: "colour by" });
+  const choice = make("select", row, { name: "colour by", onchange: () => { state.quantity = choice.value; refresh(); } });
+  make("option", choice, { value: "deflection", textContent: "deflection" });
+  const found = new Map(page.robots.flatMap((robot) => robot.scene.quantities).map((quantity) => [quantity.key, quantity.words]));
+  for (const [key, words] of found) make("option", choice, { value: key, textContent: words });
   slider(deformation, "exaggeration", "drawn ×", log(e.value), log(e.min), log(e.max), (x) => {
     state.exaggeration = Math.pow(10, x);
     refresh();
@@ -106,7 +112,7 @@ function buildPanel() {
   treeSwitch(forces, "all of these", ["Arrows"]);
   for (const [group, colour] of groups) treeSwitch(forces, group, [`Arrows/${group}`], colour);
   const shown = fold("Show", false);
-  for (const [label, path] of [["robot at rest (pale)", "Rest"], ["deformed robot", "Deformed"], ["base", "Base"], ["axes", "Frames"], ["names", "Labels"]]) {
+  for (const [label, path] of [["robot at rest (pale)", "Rest"], ["deformed robot", "Deformed"], ["base", "Base"], ["axes", "Frames"], ["names", "Labels"], ["largest value", "Marks"]]) {
     treeSwitch(shown, label, [path]);
   }
   viewer.gui.domElement.removeAttribute("style");
@@ -177,6 +183,7 @@ function showHelp() {
 }
 
 function closeAll() {
+  if (element("robot-help").hidden) select(null);
   element("robot-help").hidden = true;
 }
 
@@ -209,11 +216,8 @@ function writePanel(scale) {
   [...element("robot-parts").querySelectorAll("tr.part")].forEach((row, k) => { row.innerHTML = cells(parts[k]); });
   const notes = [...scene.notes.slice(0, 3), ...(page.error ? [page.error] : [])];
   element("robot-notes").innerHTML = notes.map((note) => `<p>${escape(note)}</p>`).join("");
-  element("robot-facts").innerHTML = page.robots.map((robot) => facts(robot)
+  element("robot-facts").innerHTML = page.robots.map((robot) => `<span class="title"><b>${escape(robot.scene.title)}</b></span>` + facts(robot)
     .map(([name, text]) => `<span><b>${name}</b> ${escape(text)}</span>`).join("")).join("<br>");
-  const ticks = [0, 0.25, 0.5, 0.75, 1].map((part) => `<span>${number(part * scale / displacement.factor)}</span>`).join("");
-  element("robot-legend").innerHTML = `<div class="what">deflection [${displacement.unit}]</div>
-    <div class="scale"><div class="bar" style="background: linear-gradient(90deg, ${ramp.map((colour) => colour.getStyle()).join(",")})"></div>
-    <div class="ticks">${ticks}</div></div>
-    <div class="hint">pale: at rest. Each group of arrows has its own scale.</div>`;
+  writeLegend(scale);
+  writeCard();
 }

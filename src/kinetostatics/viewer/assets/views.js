@@ -121,6 +121,7 @@ const KEYS = [ // key, what it does in words, what to do
   ["a", "forces and moments on or off", () => toggle("Arrows")],
   ["l", "names on or off", () => toggle("Labels")],
   [" ", "play or pause a path", () => { if (page.robots.some((robot) => robot.scene.stations.frames > 1)) playOrPause(); }],
+  ["c", "colour by the next quantity", () => nextQuantity()],
   ["d", "dark or light", () => setDark(!page.dark)],
   ["p", "panel on or off", () => document.body.classList.toggle("without-panel")],
   ["?", "these keys", () => showHelp()],

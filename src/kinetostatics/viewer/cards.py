@@ -1,0 +1,188 @@
+"""What a click on a beam or joint tells, and what colours can show, in the words and units of the report."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kinetostatics.math.arrays import Array
+from kinetostatics.printing.text import FORCE_KINDS, MASSES, MILLIMETRES, PER_CENT, STRESSES, Scale
+from kinetostatics.reports.batch import magnitudes
+from kinetostatics.reports.json import drive_unit
+from kinetostatics.reports.pose import drive_coordinates
+from kinetostatics.results.beam import BeamResult
+from kinetostatics.viewer.joints import Joint
+from kinetostatics.viewer.packing import packed
+from kinetostatics.viewer.poses import ShownPoses
+
+
+@dataclass(frozen=True, eq=False)
+class Row:
+    """A number, or the components of a vector, in every frame: words, how it is written, and SI values (F,) or (F, w)."""
+
+    words: str
+    scale: Scale
+    values: Array
+
+    def plain(self) -> dict[str, Any]:
+        """Return it as JSON wants it."""
+        return {
+            "words": self.words, **plain_scale(self.scale), "width": self.values[0].size, "values": packed(self.values, "<f4")
+        }  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Card:
+    """What is told of one beam or joint.
+
+    Attributes:
+        kind: what it is.
+        rows: its numbers.
+        note: what the numbers are, in a sentence.
+        first: of a beam, its first station.
+        lines: of a beam, (F, n) or (F, 1) numbers along it by name: ``T``, ``M_y``, ``M_z`` and what colours can show [SI].
+    """
+
+    kind: str
+    rows: list[Row]
+    note: str
+    first: int = 0
+    lines: dict[str, Array] = field(default_factory=dict)
+
+    def plain(self) -> dict[str, Any]:
+        """Return it as JSON wants it."""
+        lines = {name: packed(values, "<f4") for name, values in self.lines.items()}
+        return {
+            "kind": self.kind, "rows": [row.plain() for row in self.rows], "note": self.note, "first": self.first, "lines": lines
+        }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Something along beams that colours can show: its key in :attr:`Card.lines`, words, unit, and its largest magnitude [SI]."""
+
+    key: str
+    words: str
+    scale: Scale
+    largest: float
+    signed: bool = False
+
+    def plain(self) -> dict[str, Any]:
+        """Return it as JSON wants it."""
+        return {
+            "key": self.key, "words": self.words, **plain_scale(self.scale), "largest": self.largest, "signed": self.signed
+        }  # fmt: skip
+
+
+def plain_scale(scale: Scale) -> dict[str, Any]:
+    """Return how numbers are written, as JSON wants it."""
+    return {"unit": scale.unit, "factor": scale.factor, "decimals": scale.decimals, "noise": scale.noise}
+
+
+def quantities_of(cards: Iterable[Card]) -> list[Quantity]:
+    """Return what colours can show besides the deflection; a stress only where a section says its outline."""
+    found = []
+    for key, words, units, digits, signed in (
+        ("stress", "von Mises stress", STRESSES, 4, False),
+        ("axial", "axial force, tension positive", (("N", 1.0),), 5, True),
+        ("euler", "N/N_Euler", PER_CENT, 3, False),
+    ):
+        values = [card.lines[key] for card in cards if key in card.lines]
+        known = np.concatenate([np.abs(value[np.isfinite(value)]) for value in values] or [np.zeros(0)])
+        if known.size:
+            found.append(Quantity(key, words, Scale.of(known, units, digits=digits), float(known.max()), signed))
+    return found
+
+
+class Cards:
+    """Makes the cards of the shown poses."""
+
+    def __init__(self, poses: ShownPoses, joints: Sequence[Joint]) -> None:
+        self.poses, self.result, self.joints = poses, poses.result, joints
+        self.noise = magnitudes(self.result)
+        self.drives = drive_coordinates(self.result.configuration)
+
+    def all(self, meshes: Mapping[str, int]) -> dict[str, Card]:
+        """Return the cards by path of the mesh; ``meshes`` has the first station of every beam's and joint's mesh by path."""
+        beams = {f"beams/{name}": beam for name, beam in self.result.beams.items()}
+        rows = self._beam_rows(list(beams.values()))
+        cards = {}
+        for (path, beam), found in zip(beams.items(), rows, strict=True):
+            cards[path] = self._beam(beam, found, meshes[path])
+        for joint in self.joints:
+            if joint.beam is None:
+                cards[f"joints/{joint.name}"] = self._joint(joint)
+        return cards
+
+    # ---- beams ------------------------------------------------------------------------------------------------------
+
+    def _beam_rows(self, beams: list[BeamResult]) -> list[list[Row]]:
+        """Return the rows of all beams, each in one unit for all of them, as in the report's table."""
+        take, noise = self.poses.take, self.noise
+        axial = [take(beam.section_wrenches)[..., 0] for beam in beams]
+        shifts = [np.linalg.norm(take(beam.deflections), axis=-1) for beam in beams]
+        force, shift = noise.scale("force", axial), noise.scale("displacement", shifts)
+
+        def scaled(values: ArrayLike, units: Any, digits: int = 5) -> Scale:
+            return Scale.of(values, units, digits=digits)
+
+        columns = [
+            ("length", scaled([b.length for b in beams], MILLIMETRES), [take(b.length) for b in beams]),
+            ("mass", scaled([b.mass for b in beams], MASSES), [take(b.mass) for b in beams]),
+            ("axial force at the base end", force, [values[:, 0] for values in axial]),
+            ("axial force at the platform end", force, [values[:, -1] for values in axial]),
+            ("largest von Mises stress", scaled([b.stress for b in beams], STRESSES, 4), [take(b.stress) for b in beams]),
+            ("N/N_Euler", scaled([b.euler_ratio for b in beams], PER_CENT, 3), [take(b.euler_ratio) for b in beams]),
+            ("end displacement", shift, [values[:, -1] for values in shifts]),
+            ("largest displacement", shift, [values.max(axis=1) for values in shifts]),
+        ]
+        return [[Row(words, scale, values[k]) for words, scale, values in columns] for k in range(len(beams))]
+
+    def _beam(self, beam: BeamResult, rows: list[Row], first: int) -> Card:
+        wrenches = self.poses.take(beam.section_wrenches)
+        stress = beam.description.section.stress(np.moveaxis(wrenches, -1, 0), beam.description.poisson_ratio)
+        lines = {"T": wrenches[..., 3], "M_y": wrenches[..., 4], "M_z": wrenches[..., 5], "stress": stress}
+        lines |= {"axial": wrenches[..., 0], "euler": self.poses.take(beam.euler_ratio)[:, None]}
+        drives = [name for joint in self.joints if joint.beam == beam.name and joint.driven for name in joint.joints]
+        rows = rows + [row for name in drives for row in self._drive(name)]
+        member = "" if len(beam.member) == 1 else f" as one member with {' and '.join(n for n in beam.member if n != beam.name)}"
+        note = f"Axial force: tension positive. N/N_Euler: 100 % buckles{member}; ends towards base and platform {beam.ends}."
+        return Card("beam", rows, note, first, lines)
+
+    # ---- joints -----------------------------------------------------------------------------------------------------
+
+    def _joint(self, joint: Joint) -> Card:
+        connections = self.result.robot.mechanism.connections
+        rows: list[Row] = []
+        told: list[Array] = []
+        for name in joint.joints:
+            if name not in self.result.joint_wrenches:
+                continue
+            wrench = self.poses.take(self.result.joint_wrenches[name])
+            if any(np.allclose(wrench, other, rtol=1e-9, atol=self.noise.moment, equal_nan=True) for other in told):
+                continue  # joints about one point carry the same, but for what weighs between them
+            told.append(wrench)
+            of = f" of {name}" if told[1:] else ""
+            for kind, part in (("force", wrench[:, :3]), ("moment", wrench[:, 3:])):
+                scale = self.noise.scale(kind, part)
+                rows += [Row(f"{kind}{of}", scale, np.linalg.norm(part, axis=-1)), Row(f"{kind}{of}: x, y, z", scale, part)]
+            if connections[name].driven:
+                rows += self._drive(name)
+        kind = " + ".join(dict.fromkeys(connections[name].kind for name in joint.joints)) + " joint"
+        note = "Wrench of the base side acting on the platform side, about the joint's centre, world axes."
+        return Card(kind + ", driven" * joint.driven, rows, note if rows else "")
+
+    def _drive(self, name: str) -> list[Row]:
+        values, units, noise = self.drives[name]
+        along, force = self.poses.of_configuration(values, 0), self.poses.take(self.result.actuator_forces[name])
+        kind = FORCE_KINDS[drive_unit(self.result.robot, name)]
+        ((unit, factor),) = units
+        words = "force" if kind == "force" else "torque"
+        return [
+            Row(f"position of {name}", Scale(unit, factor, 4, noise), along),
+            Row(f"{words} of {name}", self.noise.scale(kind, force), force),
+        ]
