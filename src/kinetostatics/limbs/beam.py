@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, empty_for
 
 #: Points on −1 … 1 and weights that integrate polynomials up to degree 7 exactly.
 _GAUSS = np.polynomial.legendre.leggauss(4)
@@ -18,7 +18,8 @@ _GAUSS = np.polynomial.legendre.leggauss(4)
 
 def _six(*rows: Array | float) -> Array:
     """Return six components, broadcast against one another, as one array (6, …)."""
-    result = np.empty((6, *np.broadcast_shapes(*(np.shape(row) for row in rows))))
+    arrays = [row for row in rows if isinstance(row, np.ndarray)]
+    result = empty_for((6, *np.broadcast_shapes(*(row.shape for row in arrays))), *arrays)
     for k, row in enumerate(rows):
         result[k] = row
     return result

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import canonical_basis
 from kinetostatics.math.ordering import first_largest
 
@@ -97,7 +97,7 @@ def distribute(elimination: EliminationOrder, A: Array, filled: NDArray[np.bool_
     """
     k, n = A.shape[:2]
     batch = A.shape[2:]
-    M = np.zeros((k + 6, n + 7, *batch))
+    M = zeros_for((k + 6, n + 7, *batch), A, demand)
     M[:k, :n], M[:k, n] = A, -demand
     M[k:, :n] = P.reshape(6, n, *(1,) * len(batch))
     M[range(k, k + 6), range(n + 1, n + 7)] = 1
@@ -109,9 +109,9 @@ def distribute(elimination: EliminationOrder, A: Array, filled: NDArray[np.bool_
     smallest = np.minimum(smallest, _eliminate(M, elimination.platform, pattern))
     pivots = (*elimination.joints, *elimination.platform)
     rows, columns = [row for row, _ in pivots], [column for _, column in pivots]
-    solved = np.zeros((n, 7, *batch))
+    solved = zeros_for((n, 7, *batch), M)
     solved[columns] = M[rows, n:]
-    self_stress = np.zeros((n, len(elimination.free), *batch))
+    self_stress = zeros_for((n, len(elimination.free), *batch), M)
     self_stress[columns] = -M[np.ix_(rows, elimination.free)]
     self_stress[list(elimination.free), range(len(elimination.free))] = 1
     taken = {row for row, _ in elimination.platform}

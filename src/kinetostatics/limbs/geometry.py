@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from kinetostatics.description.joint_types import Axes
 from kinetostatics.limbs.model import StaticModel
-from kinetostatics.math.arrays import Array, Index
+from kinetostatics.math.arrays import Array, Index, empty_for
 from kinetostatics.math.linalg import cross, dot, normalize
 from kinetostatics.math.ordering import axis_across
 from kinetostatics.mechanism.beam_model import BeamModel
@@ -109,7 +109,7 @@ class LimbSkeleton:
         beam_axes, spring_axes = self._beam_axes.at(frames), self._spring_axes.at(frames)
         axes, arms, centres = self._joints(frames, o)
         o = o[:, None, None]
-        twists = np.empty((6, *axes.shape[1:]))
+        twists = empty_for((6, *axes.shape[1:]), axes)
         slides = np.flatnonzero(~self.rotates)
         twists[:3], twists[3:] = cross(arms, axes), axes
         twists[:3, slides], twists[3:, slides] = axes[:, slides], 0.0

@@ -16,7 +16,7 @@ from kinetostatics.limbs.basis import Basis
 from kinetostatics.limbs.force_method import EliminationOrder
 from kinetostatics.limbs.geometry import LimbGeometry, LimbSkeleton
 from kinetostatics.limbs.model import StaticModel
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.mechanism.joint_compliance import springs_of
 from kinetostatics.mechanism.limb_joints import compound_joints, limb_elements
 from kinetostatics.mechanism.limbs import Edge
@@ -215,7 +215,7 @@ class LimbGroup:
         """Return the passive joints' equations (k, 6 M, g, N) for scaled cut-joint wrenches: no power on any, Eq. (2)."""
         scaled = (geometry.twists[:, self.passive] * self.twist_scale).swapaxes(0, 1) / self.power_scale
         signs = self.dof_cut_signs[self.passive]
-        rows = np.zeros((*signs.shape, *scaled.shape[1:]))
+        rows = zeros_for((*signs.shape, *scaled.shape[1:]), scaled)
         for dof, cut in np.argwhere(signs).tolist():
             rows[dof, cut] = signs[dof, cut] * scaled[dof]
         return rows.reshape(len(signs), 6 * signs.shape[1], *scaled.shape[2:])

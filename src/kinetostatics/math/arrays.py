@@ -24,6 +24,27 @@ def frozen(array: Array) -> Array:
     return array
 
 
+def empty_for(shape: tuple[int, ...], *sources: Array) -> Array:
+    """Return an array to be filled with what is computed from others: of floats, or of what records them."""
+    kind = next((source for source in sources if source.dtype == object), None)
+    return np.empty(shape) if kind is None else np.empty_like(kind, shape=shape)
+
+
+def zeros_for(shape: tuple[int, ...], *sources: Array) -> Array:
+    """Return zeros, in some of whose places something goes that is computed from others; see :func:`empty_for`."""
+    kind = next((source for source in sources if source.dtype == object), None)
+    return np.zeros(shape) if kind is None else np.zeros_like(kind, shape=shape)
+
+
+def copy_for(array: Array, source: Array) -> Array:
+    """Return a copy of an array, to which something may be added that is computed from another; see :func:`empty_for`."""
+    if array.dtype == object or source.dtype != object:
+        return np.array(array, subok=True)
+    copy = np.empty_like(source, shape=array.shape)
+    copy[...] = array
+    return copy
+
+
 def batch_first(array: Array, shape: tuple[int, ...]) -> Array:
     """Turn ``(…components, N)`` into the read-only ``(*shape, …components)`` that people expect."""
     if not shape:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, copy_for, empty_for
 from kinetostatics.math.ordering import first_largest
 
 
@@ -31,7 +31,7 @@ def transpose(a: Array) -> Array:
 def cross(a: Array, b: Array) -> Array:
     """Return the cross products of ``(3, …)`` vectors, broadcasting the batch axes."""
     first = a[1] * b[2] - a[2] * b[1]
-    result = np.empty((3, *first.shape))
+    result = empty_for((3, *first.shape), first)
     result[0] = first
     result[1] = a[2] * b[0] - a[0] * b[2]
     result[2] = a[0] * b[1] - a[1] * b[0]
@@ -46,7 +46,8 @@ def dot(a: Array, b: Array) -> Array:
 def normalize(a: Array) -> Array:
     """Return unit vectors along the ``(n, …)`` vectors; NaN where a vector vanishes."""
     with np.errstate(invalid="ignore", divide="ignore"):
-        return np.asarray(a / np.sqrt(dot(a, a)))
+        unit: Array = a / np.sqrt(dot(a, a))
+    return unit
 
 
 def correlation(matrix: Array) -> tuple[Array, Array]:
@@ -97,7 +98,7 @@ class Cholesky:
 
     def __init__(self, a: Array) -> None:
         n = a.shape[0]
-        factor = np.array(a)
+        factor = np.array(a, subok=True)
         with np.errstate(invalid="ignore", divide="ignore"):
             for j in range(n):
                 if j:
@@ -116,7 +117,9 @@ class Cholesky:
         """Return L⁻¹ b for ``(n, m, …)`` right-hand sides."""
         n = self.factor.shape[0]
         batch = self.factor.shape[2:]
-        x = np.array(b if b.shape[2:] == batch else np.broadcast_to(b, b.shape[:2] + np.broadcast_shapes(batch, b.shape[2:])))
+        if b.shape[2:] != batch:
+            b = np.broadcast_to(b, b.shape[:2] + np.broadcast_shapes(batch, b.shape[2:]))
+        x = copy_for(b, self.factor)
         for j in range(n):
             x[j] /= self.factor[j, j]
             if j + 1 < n:
@@ -125,7 +128,7 @@ class Cholesky:
 
     def backward(self, y: Array) -> Array:
         """Return L⁻ᵀ y for ``(n, m, …)`` right-hand sides."""
-        x = np.array(y)
+        x = np.array(y, subok=True)
         for j in range(self.factor.shape[0] - 1, -1, -1):
             x[j] /= self.factor[j, j]
             if j:
@@ -160,7 +163,7 @@ def definite(a: Array, limit: float) -> NDArray[np.bool_]:
         return np.ones(a.shape[2:], dtype=bool)
     determinant = np.prod(np.einsum("ii...->i...", Cholesky(a).factor) ** 2, axis=0)
     others = (np.einsum("ii...->...", a) / max(n - 1, 1)) ** (n - 1)
-    found = np.asarray(determinant > 10 * limit * others)
+    found: NDArray[np.bool_] = determinant > 10 * limit * others
     if not np.all(found):
         found[~found] = Cholesky(a[:, :, ~found]).smallest_eigenvalue() > limit
     return found
@@ -178,9 +181,9 @@ def least_squares(a: Array, b: Array, nullity: int = 0) -> Array:
     n = a.shape[1]
     if n == 0:
         return np.zeros((0, *b.shape[1:]))
-    normal = np.empty((n, n, *a.shape[2:]))
+    normal = empty_for((n, n, *a.shape[2:]), a)
     for i in range(n):  # the lower triangle
-        np.einsum("r...,rj...->j...", a[:, i], a[:, : i + 1], out=normal[i, : i + 1])
+        normal[i, : i + 1] = np.einsum("r...,rj...->j...", a[:, i], a[:, : i + 1])
     diagonal = np.arange(n)
     sizes = normal[diagonal, diagonal]
     normal[diagonal, diagonal] += 1e-12 * (sizes + 1e-3)

@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, empty_for
 from kinetostatics.math.linalg import cross
 
 
@@ -50,7 +50,7 @@ def translation_twist(direction: Array) -> Array:
 def move_wrench(wrench: Array, shift: Array) -> Array:
     """Return the wrench about a reference point that lies ``shift`` [m] from the present one (m_o = m_p + (p − o) × f)."""
     moment = wrench[3:] - cross(shift, wrench[:3])
-    result = np.empty((6, *moment.shape[1:]))
+    result = empty_for((6, *moment.shape[1:]), moment)
     result[:3], result[3:] = wrench[:3], moment
     return result
 
@@ -58,7 +58,7 @@ def move_wrench(wrench: Array, shift: Array) -> Array:
 def move_twist(twist: Array, shift: Array) -> Array:
     """Return the twist at a reference point that lies ``shift`` [m] from the present one (d_o = d_p + r × (o − p))."""
     linear = twist[:3] + cross(twist[3:], shift)
-    result = np.empty((6, *linear.shape[1:]))
+    result = empty_for((6, *linear.shape[1:]), linear)
     result[:3], result[3:] = linear, twist[3:]
     return result
 

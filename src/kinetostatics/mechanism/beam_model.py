@@ -64,7 +64,7 @@ class BeamModel(ShortRepr):
     def remaining_length(self, frames: Frames) -> Array:
         """Return the length (N,) [m]: zero of a telescope pushed together to nothing, negative of one pushed further."""
         length = self.length(frames)
-        rounding = ROUNDING * np.max(np.abs(self._ends(frames)), axis=(0, 1))
+        rounding = ROUNDING * np.max(np.abs(np.stack(self._ends(frames))), axis=(0, 1))
         return np.where(np.abs(length) <= rounding, 0.0, length)
 
     def mass_at(self, frames: Frames) -> Array:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.exceptions import StaticsError
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, empty_for
 from kinetostatics.math.linalg import cross
 from kinetostatics.mechanism.beam_model import BeamModel, without_length
 from kinetostatics.mechanism.inertias import Falling, weighed
@@ -56,8 +56,7 @@ class Weights:
 
     def masses(self, frames: Frames) -> Array:
         """Return all masses (W, N) [kg]; those of telescopic beams follow the pose."""
-        N = frames.position.shape[2]
-        result = np.empty((len(self.names), N))
+        result = empty_for((len(self.names), frames.position.shape[2]), frames.position, self._mass)
         result[self._is_rigid] = self._mass[:, None]
         if self._beams:
             result[~self._is_rigid] = np.array([beam.mass_at(frames) for beam in self._beams])
@@ -65,8 +64,7 @@ class Weights:
 
     def centres(self, frames: Frames) -> Array:
         """Return all centres of mass (3, W, N) [m]."""
-        N = frames.position.shape[2]
-        result = np.empty((3, len(self.names), N))
+        result = empty_for((3, len(self.names), frames.position.shape[2]), frames.position)
         result[:, self._is_rigid] = frames.points(self._body, self._centre)
         if self._beams:
             start, end = (frames.points(bodies, points) for bodies, points in self._ends)
@@ -77,6 +75,10 @@ class Weights:
         """Return the weights' wrenches (6, W, N) about ``o`` (3, N) under ``gravity`` (3, N) [m/s²]."""
         if o.shape[1] == 1 and np.all(np.isfinite(o)):  # Pinocchio refuses what is NaN where no pose is
             return self._wrenches_of_one(frames, o[:, 0], gravity[:, 0])
+        return self.wrenches_of_many(frames, o, gravity)
+
+    def wrenches_of_many(self, frames: Frames, o: Array, gravity: Array) -> Array:
+        """Return the same of any number of poses, by the same operations on all of them."""
         force = self.masses(frames)[None] * gravity[:, None]
         return np.concatenate([force, cross(self.centres(frames) - o[:, None], force)])
 
@@ -117,7 +119,8 @@ class Weights:
     def sum(self, names: Iterable[str], wrenches: Array) -> Array:
         """Return the sum (6, N) of the wrenches (6, W, N) of some weights."""
         which = [self._number[name] for name in names]
-        return np.asarray(wrenches[:, which].sum(axis=1))
+        total: Array = wrenches[:, which].sum(axis=1)
+        return total
 
     def of(self, owner: str) -> NDArray[np.bool_]:
         """Return which weights belong to a limb, to ``base`` or to ``platform``."""

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.statics import LimbStatics, limb_statics
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import definite, normalize
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.printing.mappings import ShortRepr
@@ -230,11 +230,11 @@ def _by_contribution(
         What the world puts on the platform, less the limbs' attached wrenches (6, S, N); and for each group what sag and assembly
         errors move its limbs' ends along their wrenches (n_c, S, g, N).
     """
-    right = np.zeros((6, len(sources), load.shape[1]))
+    right = zeros_for((6, len(sources), load.shape[1]), load, platform_weight)
     right[:, 0], right[:, 1] = load, platform_weight
     strains = []
     for item in statics:
-        strain = np.zeros((item.J_c.shape[1], len(sources), *item.J_c.shape[2:]))
+        strain = zeros_for((item.J_c.shape[1], len(sources), *item.J_c.shape[2:]), item.J_c)
         if not item.group.is_attached:
             for position, number in enumerate(item.group.numbers):
                 right[:, 2 + number] -= item.R_g[:, position]
