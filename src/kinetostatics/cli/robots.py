@@ -34,7 +34,7 @@ def add_parser(subparsers: Subparsers) -> None:
 def run(args: argparse.Namespace) -> int:
     """Print the list, or copy."""
     if args.copy:
-        copies = [path.name for path in copy_robots(args.copy)]
+        copies = [path.as_posix() for path in copy_robots(args.copy)]
         if args.json:
             print_json({"copied": copies})
         else:

@@ -29,6 +29,7 @@ def test_a_name_is_a_robot_in_python(monkeypatch, tmp_path):
 def test_a_file_of_the_name_comes_first_everywhere(monkeypatch, tmp_path, capsys):
     monkeypatch.chdir(tmp_path)
     shutil.copy(ROBOTS / "2pru_upr.urdf.xacro", "3rps")
+    shutil.copytree(ROBOTS / "library", "library")
     assert ks.load_robot("3rps").name == "2pru_upr"
     assert ks.sweep("3rps").attrs["robot_name"] == "2pru_upr"
     assert main(["check", "3rps", "--json"]) == 0
@@ -88,7 +89,9 @@ def test_the_command_lists_them(capsys):
 def test_a_copy_is_the_same_robot(monkeypatch, tmp_path, capsys, name):
     monkeypatch.chdir(tmp_path)
     assert main(["robots", "--copy", name]) == 0
-    assert capsys.readouterr().out == f"wrote {name}.urdf.xacro\n"
+    uses_library = '"library/' in (ROBOTS / f"{name}.urdf.xacro").read_text()
+    parts = sorted(f"library/{part.name}" for part in (ROBOTS / "library").iterdir()) if uses_library else []
+    assert capsys.readouterr().out == "".join(f"wrote {copy}\n" for copy in (f"{name}.urdf.xacro", *parts))
     assert ks.read_robot_file(f"{name}.urdf.xacro").urdf == ks.read_robot_file(name).urdf
 
 
@@ -100,10 +103,19 @@ def test_copies_overwrite_nothing(monkeypatch, tmp_path, capsys):
         assert main(["robots", "--copy", "3rps", name]) == 2
         assert f"{name}.urdf.xacro is there already, and is not overwritten" in capsys.readouterr().err
     assert Path("delta.urdf.xacro").read_text() == "mine" and not Path("3rps.urdf.xacro").exists()
+    for folder in ("library", "mine"):
+        Path(folder).mkdir()
+    Path("library/joints.xacro").write_text("mine")
+    assert main(["robots", "--copy", "3rps"]) == 2
+    assert "library/joints.xacro is there already, and is not overwritten" in capsys.readouterr().err
+    assert not Path("3rps.urdf.xacro").exists()
+    monkeypatch.chdir("mine")
+    assert main(["robots", "--copy", "3rps"]) == 0 and main(["robots", "--copy", "2pru_upr"]) == 0  # the library is there by then
+    assert capsys.readouterr().out.count("library/joints.xacro") == 1
     assert main(["robots", "--copy", "dleta"]) == 2
     assert "did you mean 'delta'?" in capsys.readouterr().err
 
 
 def test_robots_without_their_folder(monkeypatch, tmp_path):
-    monkeypatch.setattr(sys.modules["kinetostatics.files.bundled"], "FOLDERS", (tmp_path / "none",))
+    monkeypatch.setattr(sys.modules["kinetostatics.files.bundled"], "OWN_FOLDERS", (tmp_path / "none",))
     assert main(["robots"]) == 0 and dict(ks.robots()) == shipped_robots() == {}
