@@ -13,7 +13,7 @@ import io
 import os
 import re
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -167,8 +167,13 @@ def working_in(folder: Path) -> Iterator[None]:
         os.chdir(before)
 
 
-def answers(story: Story, folder: Path) -> tuple[list[list[tuple[Block, str]]], str]:
+def answers(story: Story, folder: Path, run: Callable[[str], str] = run) -> tuple[list[list[tuple[Block, str]]], str]:
     """Run the pages of a story.
+
+    Args:
+        story: the story.
+        folder: where it is told.
+        run: returns what a command line prints.
 
     Returns:
         For each page every block with answers, and what it is to be: commands with what they print, or what the Python above
