@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinetostatics.limbs import beam as beam_formulas
 from kinetostatics.limbs.geometry import LimbGeometry
@@ -103,10 +104,15 @@ def assembly_error_strains(group: LimbGroup, columns: Array, assembly_error: Arr
 
 def count_rigid(C: Array) -> int:
     """Return along how many combinations of constraint wrenches limbs with compliance (n, n, g, N) are rigid at least."""
+    return int(np.min(rigid_counts(C)))
+
+
+def rigid_counts(C: Array) -> NDArray[np.intp]:
+    """Return along how many combinations of constraint wrenches (g, N) each limb with compliance (n, n, g, N) is rigid."""
     if not len(C):
-        return 0
+        return np.zeros(C.shape[2:], dtype=np.intp)
     values = np.linalg.eigvalsh(correlation(np.moveaxis(C, (0, 1), (-2, -1)))[0])
-    return int(np.min(np.sum(values <= RIGID, axis=-1)))
+    return np.asarray(np.sum(values <= RIGID, axis=-1))
 
 
 def _to_axes(axes: Array, arm: Array, wrench: Array) -> Array:

@@ -2,14 +2,21 @@
 
 Ranks and bases belong to the robot (the method page, section 2). Where a limb is stretched, or two of its axes fall together,
 its passive joints allow one motion less, and it resists one wrench more. Such a limb is decided about at that very pose.
+
+So it is with what is elastic: an arm with nothing elastic but its drives is elastic in as many directions as its drives move it.
+Where it is stretched they are fewer, and it is rigid in the others.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
+from numpy.typing import NDArray
 
 from kinetostatics.limbs import force_method
 from kinetostatics.limbs.basis_choice import rank
+from kinetostatics.limbs.compliance import rigid_counts
 from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.grouping import decided_at
 from kinetostatics.limbs.statics import LimbStatics
@@ -31,13 +38,30 @@ def groups_of_poses(
     doubtful = np.zeros(o.shape[1], dtype=bool)
     for item in statics:
         doubtful |= np.any(item.doubtful, axis=0)
+    rigid = [_rigid_counts(item) for item in statics]
+    for item, counts in zip(statics, rigid, strict=True):
+        doubtful |= np.any(counts != item.group.rigid_directions, axis=0)
     found = {}
     for pose in np.flatnonzero(doubtful & np.all(np.isfinite(o), axis=0)).tolist():
         here = frames.take(np.array([pose]))
         changed = {number for item in statics for number in _changed(item, here, o[:, [pose]], pose)}
-        if changed:
-            found[pose] = tuple(group for item in statics for group in _regrouped(robot, item.group, changed, here))
+        counts_of = {
+            number: int(count)
+            for item, counts in zip(statics, rigid, strict=True)
+            for number, count in zip(item.group.numbers, counts[:, pose], strict=True)
+            if count != item.group.rigid_directions
+        }
+        if changed or counts_of:
+            found[pose] = tuple(group for item in statics for group in _regrouped(robot, item.group, changed, counts_of, here))
     return found
+
+
+def _rigid_counts(item: LimbStatics) -> NDArray[np.intp]:
+    """Return along how many of its wrenches' combinations (g, N) each limb is rigid; as usual where a beam makes all elastic."""
+    group = item.group
+    if group.beams[0] or not group.springs[0]:
+        return np.full(item.J_c.shape[2:], group.rigid_directions)
+    return rigid_counts(item.C)
 
 
 def _changed(item: LimbStatics, frames: Frames, o: Array, pose: int) -> list[int]:
@@ -65,11 +89,15 @@ def _changed(item: LimbStatics, frames: Frames, o: Array, pose: int) -> list[int
     return found
 
 
-def _regrouped(robot: RobotStatics, group: LimbGroup, changed: set[int], frames: Frames) -> list[LimbGroup]:
-    """Return the limbs of a group, those that have changed decided about at one pose."""
-    if not changed.intersection(group.numbers):
+def _regrouped(
+    robot: RobotStatics, group: LimbGroup, changed: set[int], rigid: Mapping[int, int], frames: Frames
+) -> list[LimbGroup]:
+    """Return the limbs of a group, those that have changed decided about at one pose; ``rigid`` are other rigid directions."""
+    if not (changed | rigid.keys()).intersection(group.numbers):
         return [group]
-    return [
-        decided_at(robot, number, frames) if number in changed else group.alone(place)
-        for place, number in enumerate(group.numbers)
-    ]
+    result = []
+    for place, number in enumerate(group.numbers):
+        alone = group.alone(place)
+        alone.rigid_directions = rigid.get(number, group.rigid_directions)
+        result.append(decided_at(robot, number, frames) if number in changed else alone)
+    return result
