@@ -4,6 +4,7 @@ import importlib
 import inspect
 import re
 
+import package_robots
 import pytest
 from places import ROOT
 
@@ -42,7 +43,7 @@ SYMBOLS, WORDS = rows("symbols"), rows("words")
 
 @pytest.fixture(scope="module")
 def result():
-    return ks.analyze(ks.load_robot("3rps").assemble())
+    return ks.analyze(package_robots.robot("3rps").assemble())
 
 
 @pytest.mark.parametrize("row", SYMBOLS, ids=lambda row: row[0])

@@ -1,6 +1,7 @@
 """Assembly modes along a grid: the five-bar, whose modes a formula tells, and grids that are spoilt on purpose."""
 
 import numpy as np
+import package_robots
 import pytest
 import xarray as xr
 
@@ -80,7 +81,7 @@ def test_where_only_another_mode_gets_is_marked():
 
 
 def test_a_planar_3rrr_keeps_its_elbows():
-    robot = ks.load_robot(robot_path("planar_3rrr"))
+    robot = package_robots.robot("planar_3rrr")
     grid = {"x": np.linspace(-0.3, 0.3, 13), "y": np.linspace(-0.3, 0.3, 13), "rz": np.linspace(-1.5, 1.5, 7)}
     ds = ks.sweep(robot, grid)
     assert ds.attrs["mode_jumps"] == 0
@@ -227,7 +228,7 @@ def test_rods_that_spin_are_no_modes(count, z):
     At a height of −0.5 m each arm folds back upon its rods in one point of the map, where the elbow's two ways meet: so near to
     it that they differ by less than 0.15 rad a grid of 50 mm does not tell them apart.
     """
-    robot = ks.load_robot(robot_path("delta"))
+    robot = package_robots.robot("delta")
     x, y = np.linspace(-1.1, 1.1, count), np.linspace(-1.1, 1.1, count - 1)
     ds = ks.sweep(robot, {"x": x, "y": y, "z": z})
     assert ds.attrs["mode_jumps"] == 0
@@ -252,7 +253,7 @@ def test_rods_that_spin_are_no_modes(count, z):
 def test_which_coordinates_are_loose():
     loose = {}
     for name in ("delta", "five_bar", "gough_stewart"):
-        robot = ks.load_robot(robot_path(name))
+        robot = package_robots.robot(name)
         spec, _ = read_sweep_spec(robot, None, {joint: 0.0 for joint in robot.description.driven}, *NOTHING, 1e-10)
         labels = labels_of(spec, robot)
         loose[name] = {label for (label, _), one in zip(labels.q, labels.loose, strict=True) if one}

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import package_robots
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -52,7 +53,7 @@ def follow_predictors(robot, given, values, orientation=None):
 @pytest.mark.parametrize("given", ["platform", "actuators"])
 @pytest.mark.parametrize("name", POSES)
 def test_predictors_are_how_poses_change(name, given):
-    robot = ks.load_robot(robot_path(name))
+    robot = package_robots.robot(name)
     coordinates, orientation = POSES[name]
     drives = robot.assemble(platform=coordinates, orientation=orientation).actuators
     values = coordinates if given == "platform" else {name: float(value) for name, value in drives.items()}
@@ -75,7 +76,7 @@ def test_predictors_of_driven_loops(kind):
 
 def test_spins_that_matter_to_nothing_are_no_unknowns():
     """Five rods of the Delta spin by a joint of their own; the sixth is a part of the tree's way to the platform."""
-    robot = ks.load_robot(robot_path("delta"))
+    robot = package_robots.robot("delta")
     prescribed, _ = _platform_coordinates(robot, POSES["delta"][0], None)
     held = robot.mobility_analysis.without_idle_dofs(prescribed)
     spins = {f"upper_{limb}{rod}_z" for limb in (1, 2, 3) for rod in "ab"} - {"upper_1a_z"}
@@ -94,7 +95,7 @@ def test_spins_that_matter_to_nothing_are_no_unknowns():
 
 def test_steps_do_not_lead_across_singular_poses():
     """Beside a point of the five-bar's map where an elbow's two ways meet, both close with small corrections from anywhere."""
-    robot, random = ks.load_robot(robot_path("five_bar")), np.random.default_rng(0)
+    robot, random = package_robots.robot("five_bar"), np.random.default_rng(0)
 
     def side(pose):
         A, B, C = (pose.frame(link)[..., :2, 3] for link in ("proximal_2", "distal_2", "tool"))
@@ -169,7 +170,7 @@ def differences(robot, target, kind="actuators", names=None, **options):
 )  # fmt: skip
 def test_poses_of_large_batches_are_those_of_their_own_lines(name, limit, poses):
     """Beside singular poses, lines that pass them on different sides end in different assembly modes."""
-    robot = ks.load_robot(robot_path(name))
+    robot = package_robots.robot(name)
     target = np.random.default_rng(1).uniform(-limit, limit, (poses, len(robot.description.driven))).T
     assert differences(robot, target) == 0
 
@@ -177,7 +178,7 @@ def test_poses_of_large_batches_are_those_of_their_own_lines(name, limit, poses)
 @pytest.mark.parametrize("size", [300, 3000])
 def test_the_mode_is_that_of_fine_continuation_in_every_batch(size):
     """The wrists that were found in another mode when others were asked for with them."""
-    robot = ks.load_robot(robot_path("spherical_3rrr"))
+    robot = package_robots.robot("spherical_3rrr")
     drives = np.random.default_rng(1).uniform(-1.2, 1.2, (size, 3))
     batch = robot.assemble(actuators=dict(zip(robot.description.driven, drives.T, strict=True)))
     for k in (22, 57):
@@ -197,13 +198,13 @@ def test_smooth_maps_are_predicted_and_others_are_not(monkeypatch):
 
     original = continuation.follow
     monkeypatch.setattr(continuation, "follow", counting)
-    robot, random = ks.load_robot(robot_path("delta")), np.random.default_rng(0)
+    robot, random = package_robots.robot("delta"), np.random.default_rng(0)
     smooth = random.uniform(-0.5, 0.5, (3, 6000))
     robot.assemble(actuators=dict(zip(robot.description.driven, smooth, strict=True)))
     assert sum(followed) < 0.1 * 6000
     assert differences(robot, smooth) == 0
     followed.clear()
-    hexapod = ks.load_robot(robot_path("gough_stewart"))
+    hexapod = package_robots.robot("gough_stewart")
     names = ("x", "y", "z", "rx", "ry", "rz")
     scale = np.array([5e-3, 5e-3, 4e-3, 0.01, 0.01, 0.015])[:, None]
     target = scale * random.uniform(-1, 1, (6, 8000)) + np.array([0, 0, 0.244, 0, 0, 0])[:, None]
@@ -215,7 +216,7 @@ def test_smooth_maps_are_predicted_and_others_are_not(monkeypatch):
 
 def test_batches_of_one_pose_and_far_ones():
     """Coordinates that are all alike, or beyond everything, are no map."""
-    robot = ks.load_robot(robot_path("delta"))
+    robot = package_robots.robot("delta")
     same = {name: np.full(2 * continuation.MANY, 0.2) for name in robot.description.driven}
     poses = robot.assemble(actuators=same)
     alone = robot.assemble(actuators={name: 0.2 for name in same})

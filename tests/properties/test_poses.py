@@ -7,13 +7,14 @@ from functools import cache
 
 import finite_elements
 import numpy as np
+import package_robots
 import pinocchio as pin
 import pytest
 import small_robots as sr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from package_robots import robot
-from places import ROBOTS, TESTS
+from places import TESTS
 
 import kinetostatics as ks
 from kinetostatics.files.reader import parse_robot_text
@@ -240,7 +241,7 @@ def test_unreachable_poses_of_a_batch_are_nan():
 @pytest.mark.parametrize("seed", [0, 1, 1017, 50048])
 def test_large_batches_reach_what_poses_alone_reach(seed):
     """Scattered over and beyond both discs that a five-bar's arms reach, in whatever order, some of them far away."""
-    robot, rng = ks.load_robot(ROBOTS / "five_bar.urdf.xacro"), np.random.default_rng(seed)
+    robot, rng = package_robots.robot("five_bar"), np.random.default_rng(seed)
     x, y = rng.uniform(-0.45, 0.45, 4000), rng.uniform(0.03, 0.5, 4000)
     x[::101], y[::101] = rng.uniform(3, 9, x[::101].size), -40.0
     found = robot.assemble(platform={"x": x, "y": y}, on_failure="nan")
@@ -255,7 +256,7 @@ def test_large_batches_reach_what_poses_alone_reach(seed):
 
 
 def test_far_poses_do_not_spoil_a_batch():
-    robot = ks.load_robot(ROBOTS / "2pru_upr.urdf.xacro")
+    robot = package_robots.robot("2pru_upr")
     z, rx, ry = (
         a.ravel() for a in np.meshgrid(np.linspace(0.3, 0.6, 12), np.linspace(-0.2, 0.2, 12), np.linspace(-0.2, 0.2, 12))
     )
@@ -274,7 +275,7 @@ def test_far_poses_do_not_spoil_a_batch():
 @pytest.mark.parametrize("odd", [np.nan, np.inf, 1e300])
 @pytest.mark.parametrize("count", [20, 500])
 def test_numbers_that_are_no_place_do_not_spoil_a_batch(odd, count):
-    robot = ks.load_robot(ROBOTS / "five_bar.urdf.xacro")
+    robot = package_robots.robot("five_bar")
     x, y = np.linspace(-0.1, 0.1, count), np.full(count, 0.3)
     x[7] = odd
     with warnings.catch_warnings():
@@ -286,7 +287,7 @@ def test_numbers_that_are_no_place_do_not_spoil_a_batch(odd, count):
 
 
 def test_a_batch_of_nothing_but_far_poses():
-    robot = ks.load_robot(ROBOTS / "five_bar.urdf.xacro")
+    robot = package_robots.robot("five_bar")
     found = robot.assemble(platform={"x": np.linspace(5, 6, 500), "y": np.linspace(7, 3, 500)}, on_failure="nan")
     assert np.all(found.status == ks.Status.UNREACHABLE) and np.all(np.isnan(found.q))
 

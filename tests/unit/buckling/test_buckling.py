@@ -4,6 +4,7 @@ import json
 from dataclasses import replace
 
 import numpy as np
+import package_robots
 import pytest
 import small_robots as sr
 from mechanisms import Joint, Link
@@ -157,7 +158,7 @@ def test_ends_by_joints(kind, words, factor):
 
 
 def test_a_leg_of_a_hexapod_is_pinned_and_its_cylinder_and_rod_are_one():
-    robot = ks.load_robot(robot_path("gough_stewart"))
+    robot = package_robots.robot("gough_stewart")
     found = ks.analyze(robot.assemble(), load=(0, 0, -1e5, 0, 0, 0))
     cylinder, rod = found.beams["cylinder_1"], found.beams["rod_1"]
     assert cylinder.member == rod.member == ("cylinder_1", "rod_1")
@@ -208,7 +209,7 @@ def test_splitting_beams_changes_no_ratio(n, seed):
 
 @pytest.mark.parametrize("name", ["gough_stewart", "delta", "anymal_standing", "ur10"])
 def test_axial_forces_are_those_of_the_beams(name):
-    robot = ks.load_robot(robot_path(name))
+    robot = package_robots.robot(name)
     result = ks.analyze(robot.assemble(), load=(30, -20, -500, 4, 5, 6))
     found = axial_forces(robot, result.solutions[0])
     assert set(found) == set(result.beams)
@@ -219,7 +220,7 @@ def test_axial_forces_are_those_of_the_beams(name):
 
 
 def test_a_batch_is_its_poses():
-    robot = ks.load_robot(robot_path("3rps"))
+    robot = package_robots.robot("3rps")
     poses = robot.assemble(platform={"z": [0.5, 0.55, 0.6], "rx": 0.1, "ry": [0.0, 0.1, -0.1]})
     found = ks.analyze(poses, load=(0, 0, -1e6, 0, 0, 0))
     for k, (z, ry) in enumerate(((0.5, 0.0), (0.55, 0.1), (0.6, -0.1))):

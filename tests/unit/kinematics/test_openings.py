@@ -3,9 +3,8 @@
 from types import SimpleNamespace
 
 import numpy as np
+import package_robots
 
-import kinetostatics as ks
-from kinetostatics.files.bundled import robot_path
 from kinetostatics.kinematics.joint_coordinates import actuator_coordinates, actuator_names
 from kinetostatics.kinematics.openings import are_within, gaps_text, worst_gaps_text
 
@@ -51,7 +50,7 @@ def test_drives_of_the_tree_come_before_those_of_loops():
 
 
 def test_coordinates_are_compared_with_their_limits():
-    machine = ks.load_robot(robot_path("3rps"))
+    machine = package_robots.robot("3rps")
     pose = machine.assemble(platform={"z": np.array([0.5, 0.1]), "rx": 0.0, "ry": 0.0})
     for item in pose.limits_exceeded.values():
         assert item.where.tolist() == ((item.value < item.lower) | (item.value > item.upper)).tolist() and item.where.any()

@@ -1,10 +1,9 @@
 """Poses that stand for all that a robot reaches."""
 
 import numpy as np
+import package_robots
 import pytest
 
-import kinetostatics as ks
-from kinetostatics.files.bundled import robot_path
 from kinetostatics.kinematics.pose_spread import typical_poses
 
 pytestmark = pytest.mark.smoke
@@ -12,7 +11,7 @@ pytestmark = pytest.mark.smoke
 
 def test_ordinary_poses_are_parts_of_the_way_to_the_limits():
     """One drive at a time goes a fifth and three fifths of its way, not farther than 1.2 characteristic lengths."""
-    machine = ks.load_robot(robot_path("3rps"))
+    machine = package_robots.robot("3rps")
     pose = machine.configuration(typical_poses(machine).T)
     connections = machine.mechanism.connections
     drives = list(machine.description.driven)

@@ -3,10 +3,10 @@
 from types import SimpleNamespace
 
 import numpy as np
+import package_robots
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.files.bundled import robot_path
 from kinetostatics.kinematics import lines, zero_pose
 from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.math import arrays
@@ -31,7 +31,7 @@ def test_one_wrong_frame_opens_several_loops(monkeypatch, gaps, wrong):
 
 @pytest.mark.parametrize(("beside", "closed"), [(2e-11, True), (1e-9, False), (1e-5, False)])
 def test_how_far_the_loops_of_given_coordinates_may_be_open(beside, closed):
-    machine = ks.load_robot(robot_path("3rps"))
+    machine = package_robots.robot("3rps")
     q = np.array(machine.assemble().q)
     q[int(np.argmax(np.abs(q) < 0.9))] += beside  # any joint that is no part of a quaternion
     assert (machine.configuration(q, on_failure="nan").status != ks.Status.UNREACHABLE) == closed

@@ -1,10 +1,9 @@
 """Axes of limbs: right-handed, and which way they point."""
 
 import numpy as np
+import package_robots
 import pytest
 
-import kinetostatics as ks
-from kinetostatics.files.bundled import robot_path
 from kinetostatics.limbs.geometry import _orientations
 
 pytestmark = pytest.mark.smoke
@@ -12,7 +11,7 @@ pytestmark = pytest.mark.smoke
 
 @pytest.mark.parametrize("name", ["3rps", "2pru_upr", "delta", "planar_3rrr"])
 def test_limb_axes_are_right_handed(name):
-    machine = ks.load_robot(robot_path(name))
+    machine = package_robots.robot(name)
     frames = machine.assemble().frames
     _, o = machine.mechanism.platform_pose(frames)
     for group in machine.statics.groups:

@@ -3,6 +3,7 @@
 import re
 
 import numpy as np
+import package_robots
 import pytest
 
 import kinetostatics as ks
@@ -37,7 +38,7 @@ def test_labels_say_what_intensities_are(result):
 
 
 def test_serial_limbs_have_no_components():
-    result = ks.analyze(ks.load_robot("robots/2pru_upr.urdf.xacro").assemble())
+    result = ks.analyze(package_robots.robot("2pru_upr").assemble())
     for limb in result.limbs.values():
         assert not limb.is_network and not any("component" in label for label in (*limb.labels, *limb.attached_labels))
     assert "component" not in str(result) and "networks" not in str(result) and "component" not in robot_report(result.robot)
@@ -104,7 +105,7 @@ def test_arrows_of_networks_superpose(result):
 
 
 def test_a_batch_shows_what_its_poses_show():
-    robot = ks.load_robot("robots/delta.urdf.xacro")
+    robot = package_robots.robot("delta")
     values = np.array([[0.0, 0.02], [0.05, -0.03]])
     many = ks.analyze(
         robot.assemble(actuators={**dict.fromkeys(robot.description.driven, 0.0), robot.description.driven[0]: values})

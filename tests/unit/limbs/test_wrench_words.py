@@ -1,10 +1,11 @@
 """Words for wrenches: a force that is said to meet axes, or to run from joint to joint, does so."""
 
 import numpy as np
+import package_robots
 import pytest
 import small_robots as small
 from mechanisms import Beam, Edge, Joint, Link, Mechanism, circle, write_mechanism
-from places import CASES, ROBOTS
+from places import CASES
 
 import kinetostatics as ks
 
@@ -38,7 +39,7 @@ def wrenches(result, limb):
 
 @pytest.mark.parametrize("number", [1, 2, 3])
 def test_limbs_whose_axes_meet_have_forces_through_the_point(number):
-    pose = ks.load_robot(ROBOTS / "spherical_3rrr.urdf.xacro").assemble(platform={"rx": 0.1, "ry": -0.05, "rz": 0.2})
+    pose = package_robots.robot("spherical_3rrr").assemble(platform={"rx": 0.1, "ry": -0.05, "rz": 0.2})
     tip, elbow = f"tip_{number}", f"elbow_{number}"
     found = wrenches(ks.analyze(pose), f"limb_{number}")
     across = f"force ⟂ {tip} and {elbow} where they meet"

@@ -1,8 +1,8 @@
 """What rounding must not choose: the first of equals, and bases of spaces."""
 
 import numpy as np
+import package_robots
 import pytest
-from places import ROBOTS
 
 import kinetostatics as ks
 from kinetostatics.math.linalg import canonical_basis, null_space
@@ -68,14 +68,14 @@ def test_spaces_of_equal_coordinates_have_one_basis_whatever_the_rounding():
     ],
 )
 def test_equal_stiffnesses_have_no_direction_of_their_own(name, softest, stiffest):
-    text = str(ks.analyze(ks.load_robot(ROBOTS / f"{name}.urdf.xacro").assemble()))
+    text = str(ks.analyze(package_robots.robot(name).assemble()))
     for word, where in (("softest", softest), ("stiffest", stiffest)):
         (line,) = (line for line in text.splitlines() if f"{word} against a force" in line)
         assert line.endswith(f"/mm {where}") or line.endswith(f"/µm {where}")
 
 
 def test_rounding_is_written_as_nothing():
-    pose = ks.load_robot(ROBOTS / "delta.urdf.xacro").assemble(actuators={"motor_1": 0.1, "motor_2": 0.02, "motor_3": -0.1})
+    pose = package_robots.robot("delta").assemble(actuators={"motor_1": 0.1, "motor_2": 0.02, "motor_3": -0.1})
     assert 0 < abs(pose.platform["rx"]) < 1e-12 and "rx = 0, ry = 0, rz = 0," in str(pose)
     assert 0 < pose.residual < 1e-12 and "loops        closed\n" in str(ks.analyze(pose))
     bent = pose.robot.configuration(pose.q + 1e-7, tolerance=1e-3)
@@ -83,7 +83,7 @@ def test_rounding_is_written_as_nothing():
 
 
 def test_moments_alone_lock_in_no_force():
-    table = ks.tolerances(ks.load_robot(ROBOTS / "tripteron.urdf.xacro").assemble())
+    table = ks.tolerances(package_robots.robot("tripteron").assemble())
     assert table.ranked_by == "force" and {(row.force, row.at) for row in table} == {(0.0, "")}
     moments = [row.moment for row in table]
     assert moments[0] > 1 and moments == pytest.approx(sorted(moments, reverse=True), rel=1e-6)

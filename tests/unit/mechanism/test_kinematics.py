@@ -4,6 +4,7 @@ from itertools import permutations
 from pathlib import Path
 
 import numpy as np
+import package_robots
 import pinocchio as pin
 import pytest
 from hypothesis import example, given
@@ -51,7 +52,7 @@ def test_frames_and_twists_are_pinocchios():
 
 
 def test_link_frames_and_masses_are_pinocchios():
-    robot = ks.load_robot(ROOT / "robots" / "2pru_upr.urdf.xacro")
+    robot = package_robots.robot("2pru_upr")
     pose = robot.assemble(platform={"z": 0.55, "rx": 0.1, "ry": -0.05}, orientation="XYZ")
     data = robot.model.createData()
     pin.framesForwardKinematics(robot.model, data, np.array(pose.q))
@@ -209,7 +210,7 @@ def test_poses_are_assembled_from_their_own_reports(rpy):
 
 @pytest.mark.parametrize("distance", [0.0, 1e-15, 1e-12, 1e-10, 1e-8, 1e-5, 1e-2])
 def test_a_tool_that_points_straight_down(distance):
-    arm = ks.load_robot(robot_path("ur10"))
+    arm = package_robots.robot("ur10")
     q = np.array([0, -np.pi / 2, np.pi / 2, -np.pi / 2, -np.pi / 2, 0.7]) + distance * np.array([1, -2, 1, 3, 2, 1])
     pose = arm.assemble(actuators=dict(zip(arm.description.driven, q, strict=True)))
     for name in CONVENTIONS:
@@ -223,7 +224,7 @@ def test_a_tool_that_points_straight_down(distance):
 
 
 def test_from_a_pose_the_platform_turns_the_shorter_way():
-    arm = ks.load_robot(robot_path("ur10"))
+    arm = package_robots.robot("ur10")
     drives = arm.description.driven
     pose = arm.assemble(actuators=dict(zip(drives, [0.3, -1.0, 1.5, -2.0, -1.5, 0.7], strict=True)))
     report = pose.platform_coordinates("tilt_torsion")
@@ -272,7 +273,7 @@ def test_cholesky_solves_batches_and_sees_singular_matrices():
 
 def test_spins_of_rods_are_told_from_rounding(monkeypatch):
     """Where a Delta's arm nearly folds upon its rods the columns of its freedoms differ in size by nine orders of magnitude."""
-    robot = ks.load_robot(robot_path("delta"))
+    robot = package_robots.robot("delta")
     systems = []
 
     def seen(a, b, nullity=0):

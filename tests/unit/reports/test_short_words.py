@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from html.parser import HTMLParser
 
 import numpy as np
+import package_robots
 import pytest
 
 import kinetostatics as ks
@@ -102,7 +103,7 @@ def test_everything_prints_as_something_short(robot):
 
 
 def test_lines_say_status_shape_and_main_numbers():
-    robot = ks.load_robot("robots/3rps.urdf.xacro")
+    robot = package_robots.robot("3rps")
     assert re.fullmatch(r"<Robot '3rps' from '.*robots/3rps.urdf.xacro': 3 limbs, 3 drives, 3 beams>", repr(robot))
     one, many, lost, none = (ks.analyze(pose, on_failure="nan") for pose in poses(robot))
     z = 1e3 * float(one.configuration.platform["z"])
@@ -132,7 +133,7 @@ def test_lines_say_status_shape_and_main_numbers():
 
 def test_all_facts_are_named():
     """A drive beyond its limit in a robot whose limbs are rigid: both are said, of a pose and of a batch."""
-    robot = ks.load_robot("robots/2pru_upr.urdf.xacro")
+    robot = package_robots.robot("2pru_upr")
     for name in robot.description.beams:
         robot = ks.Robot(robot.description.without_beam(name))
     drives = dict.fromkeys(robot.description.driven, 0.0)
@@ -153,7 +154,7 @@ def test_all_facts_are_named():
 
 
 def test_tolerances_in_short():
-    pose = ks.load_robot("robots/2pru_upr.urdf.xacro").assemble()
+    pose = package_robots.robot("2pru_upr").assemble()
     found = ks.tolerances(pose)
     worst = found.rows[0]
     assert repr(found).startswith(
@@ -166,7 +167,7 @@ def test_tolerances_in_short():
 
 
 def test_tables_for_notebooks():
-    robot = ks.load_robot("robots/3rps.urdf.xacro")
+    robot = package_robots.robot("3rps")
     table = Cells(robot._repr_html_())
     assert [row[0] for row in table.rows] == ["limb", "limb_1", "limb_2", "limb_3"]
     assert table.rows[1][2:] == ["prismatic_1", "rod_1"]

@@ -177,7 +177,7 @@ def test_the_softness_is_what_a_moment_meets():
 
 
 def test_batches_say_how_many():
-    robot = ks.load_robot("gough_stewart")
+    robot = package_robots.robot("gough_stewart")
     z = float(robot.assemble().platform["z"])
     angles = np.radians([0.0, 60.0, 88.5, 89.5])
     near = robot.assemble(platform={"x": 0, "y": 0, "z": z, "rx": 0, "ry": 0, "rz": angles})
@@ -186,7 +186,7 @@ def test_batches_say_how_many():
     alone = near_singularity(gough_at(89.5))
     assert near_singularity(ks.analyze(near)).hold[3] == pytest.approx(alone.hold[0], rel=1e-6)
     drives = {"prismatic_1": [50.0], "prismatic_2": 0.0, "prismatic_3": 0.0}
-    lost = ks.analyze(ks.load_robot("3rps").assemble(actuators=drives))
+    lost = ks.analyze(package_robots.robot("3rps").assemble(actuators=drives))
     assert ks.Status.UNREACHABLE in lost.status
     assert not np.any(near_singularity(lost).where) and not any("singular" in text for text in lost.warnings)
     empty = ks.analyze(robot.assemble(platform={"x": 0, "y": 0, "z": np.zeros(0), "rx": 0, "ry": 0, "rz": 0}))

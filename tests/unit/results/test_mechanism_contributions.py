@@ -3,6 +3,7 @@
 from functools import cache
 
 import numpy as np
+import package_robots
 import pytest
 
 import kinetostatics as ks
@@ -18,7 +19,7 @@ def result(name):
 
 def test_the_paper_s_3rps():
     """Configuration 2, Δ_dz: platform −22.0, attached −2.2, deformation −49.9 nm; together −74.1, as in Table 1."""
-    robot = ks.load_robot("3rps")
+    robot = package_robots.robot("3rps")
     pose = robot.assemble(platform={"z": 0.5, "azimuth": np.radians(-170), "tilt": np.radians(10)}, orientation="tilt_torsion")
     found = ks.analyze(pose, gravity=(0, 0, -9.8))
     ways = found.mechanism_contributions.values()
@@ -60,7 +61,7 @@ def test_redundant_drives_share_what_deformation_makes():
 
 
 def test_misfits_and_batches_keep_their_places():
-    robot = ks.load_robot("2pru_upr")
+    robot = package_robots.robot("2pru_upr")
     misfits = {"prismatic_1": [1e-4, 0, 0, 0, 0, 0]}
     poses = robot.assemble(platform={"z": [0.55, 0.6], "rx": 0.05, "ry": -0.1}, orientation="XYZ")
     both, plain = ks.analyze(poses, LOAD, misfits=misfits), ks.analyze(poses, LOAD)

@@ -3,10 +3,10 @@
 from types import SimpleNamespace
 
 import numpy as np
+import package_robots
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.files.bundled import robot_path
 from kinetostatics.results.near_singular import NearSingularity, _bases, _joint_forces
 
 
@@ -40,5 +40,5 @@ def test_which_poses_are_nearly_singular():
 @pytest.mark.parametrize("name", ["3rps", "2pru_upr", "delta"])
 def test_joints_are_not_called_dependent_at_ordinary_poses(name):
     """Which would cost a decision about every pose by itself, and where they are dependent there would be none."""
-    found = ks.analyze(ks.load_robot(robot_path(name)).assemble())
+    found = ks.analyze(package_robots.robot(name).assemble())
     assert not any(item.doubtful.any() for item in found.solutions[0].statics)

@@ -3,10 +3,10 @@
 from collections.abc import Mapping
 
 import numpy as np
+import package_robots
 import pytest
 
 import kinetostatics as ks
-from kinetostatics.files.bundled import robot_path
 from kinetostatics.results.beam import BeamResult
 from kinetostatics.results.limb import LimbResult
 
@@ -37,7 +37,7 @@ def arrays(found, name=""):
 
 def far(name):
     """Return poses of which the second is out of reach, of robots with serial limbs, rings, parts and dead branches."""
-    robot = ks.load_robot(robot_path(name))
+    robot = package_robots.robot(name)
     zero = {key: float(value) for key, value in robot.assemble().platform.items()}
     return robot.assemble(platform={key: np.array([zero[key], zero[key] + 99.0]) for key in "xyz"})
 
@@ -61,7 +61,7 @@ def test_every_array_is_nan_where_a_pose_is_not_reached(name):
 
 
 def test_every_array_of_one_pose_is_nan_where_it_is_not_reached():
-    robot = ks.load_robot(robot_path("five_bar"))
+    robot = package_robots.robot("five_bar")
     values = np.linspace(-2.5, 2.5, 41)
     drives = list(robot.description.driven)
     poses = robot.assemble(actuators={drives[0]: values[:, None], drives[1]: -values[None]})
@@ -75,7 +75,7 @@ def test_every_array_of_one_pose_is_nan_where_it_is_not_reached():
 
 
 def test_drives_of_poses_that_are_not_reached_have_no_position():
-    machine = ks.load_robot(robot_path("orthoglide"))
+    machine = package_robots.robot("orthoglide")
     pose = machine.assemble(platform={"x": [0.0, 9.0], "y": 0.0, "z": 0.0})
     assert pose.status.tolist() == [ks.Status.OK, ks.Status.UNREACHABLE]
     for value in pose.actuators.values():

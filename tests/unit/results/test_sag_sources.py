@@ -4,6 +4,7 @@ import re
 from types import SimpleNamespace
 
 import numpy as np
+import package_robots
 import pytest
 
 import kinetostatics as ks
@@ -59,7 +60,7 @@ def test_joints_and_drives_are_ranked_among_beams():
 
 
 def test_many_sources_are_summed_up():
-    result = ks.analyze(ks.load_robot("robots/anymal_standing.urdf.xacro").assemble())
+    result = ks.analyze(package_robots.robot("anymal_standing").assemble())
     rows, _ = ranking(result)
     assert len(result.source_contributions["beams"]) == 16 and len(rows) == MOST + 2
     assert rows[MOST][0] == "8 others" and sum(float(row[-1]) for row in rows[:-1]) == pytest.approx(100, abs=0.5)
@@ -86,7 +87,7 @@ def test_where_o_stays_the_rotation_is_ranked():
 
 
 def test_nothing_moves_nothing_is_ranked():
-    pose = ks.load_robot("robots/3rps.urdf.xacro").assemble()
+    pose = package_robots.robot("3rps").assemble()
     assert TITLE not in str(ks.analyze(pose, gravity=[0, 0, 0]))
     assert source_lines(fake({}, np.ones(6)), Magnitudes(0, 0, 0, 0)) == []
 

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import package_robots
 import pytest
 from simple_machines import AREA as BAR_AREA
 from simple_machines import THERMAL_EXPANSION as ALPHA
@@ -73,7 +74,7 @@ def test_misfits_add_to_loads():
 @pytest.mark.parametrize("rod", ["rod_1", "rod_2", "rod_3"])
 def test_a_longer_rod_is_a_longer_stroke(rod):
     """Without overconstraint a misfit is pure kinematics: here the same as driving the prismatic joint by as much."""
-    machine = ks.load_robot("3rps")
+    machine = package_robots.robot("3rps")
     pose = machine.assemble(platform={"z": 0.52, "rx": 0.1, "ry": -0.15})
     found = ks.analyze(pose, gravity=STILL, misfits={rod: {"length": 1e-4}})
     assert all(abs(force) < 1e-5 for force in found.actuator_forces.values())
@@ -90,7 +91,7 @@ def test_a_longer_rod_is_a_longer_stroke(rod):
 
 def test_a_rail_that_is_off_presses_the_paper_s_robot():
     """0.1 mm on one rail along X in configuration 1 locks in 34 N, more than gravity's 31 N (the method page, section 6)."""
-    machine = ks.load_robot("2pru_upr")
+    machine = package_robots.robot("2pru_upr")
     pose = machine.assemble()
     found = ks.analyze(pose, gravity=STILL, misfits={"prismatic_1": [1e-4, 0, 0, 0, 0, 0]})
     assert np.linalg.norm(found.joint_wrenches["prismatic_1"][:3]) == pytest.approx(34, abs=0.5)
@@ -127,7 +128,7 @@ def test_misfits_of_a_batch():
     ],
 )
 def test_misfits_that_make_no_sense(misfits, message):
-    pose = ks.load_robot("3rps").assemble()
+    pose = package_robots.robot("3rps").assemble()
     with pytest.raises(ks.ArgumentError, match=message):
         ks.analyze(pose, misfits=misfits)
 

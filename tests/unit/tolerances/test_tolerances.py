@@ -1,6 +1,7 @@
 """The table of small errors of manufacture: every row is what analyze says of that error alone."""
 
 import numpy as np
+import package_robots
 import pytest
 from simple_machines import mount, springs, two_columns
 
@@ -33,7 +34,7 @@ def test_the_table_of_tolerances():
 
 
 def test_a_determinate_robot_locks_in_no_force():
-    table = ks.tolerances(ks.load_robot("3rps").assemble())
+    table = ks.tolerances(package_robots.robot("3rps").assemble())
     assert table.ranked_by == "displacement" and all(row.force == 0 and row.at == "" for row in table)
     assert "not overconstrained" in str(table)
     # errors along a joint's own freedoms do nothing: a spherical joint's rotations are not in the table

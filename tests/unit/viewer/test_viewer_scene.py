@@ -8,6 +8,7 @@ import warnings
 from dataclasses import replace
 
 import numpy as np
+import package_robots
 import pytest
 import trimesh
 
@@ -84,7 +85,7 @@ def test_joints_stay_connected(result):
 
 
 def test_spherical_run_is_one_ball():
-    robot = ks.load_robot("3rps")
+    robot = package_robots.robot("3rps")
     joints = {joint.name: joint for joint in find_joints(ShownPoses(ks.analyze(robot.assemble())))}
     assert joints["spherical_1"].joints == ("spherical_1_x", "spherical_1_y", "spherical_1_z")
     assert joints["spherical_1"].axis is None and joints["spherical_2"].axis is None
@@ -93,7 +94,7 @@ def test_spherical_run_is_one_ball():
 
 def test_every_contribution_of_a_result_shows_up():
     """A source that this version does not know is drawn and listed like the others."""
-    robot = ks.load_robot("3rps")
+    robot = package_robots.robot("3rps")
     result = ks.analyze(robot.assemble(platform=POSES["3rps"]), load=LOAD)
     for limb in result.limbs.values():
         limb.__dict__["contributions"] = {**limb.contributions, "heat": 0 * limb.intensities}
@@ -119,14 +120,14 @@ def test_opening_exaggeration_is_a_tenth_of_the_robot(scene):
     turn = np.linalg.norm(total[..., 3:], axis=-1).max() * scene.exaggeration
     assert motion <= 0.1 * scene.size and turn <= 0.3
     assert motion > 0.05 * scene.size or turn > 0.15
-    unloaded = ks.load_robot("3rps")
+    unloaded = package_robots.robot("3rps")
     still = describe_scene(ks.analyze(unloaded.assemble(), gravity=[0, 0, 0]))
     assert still.exaggeration == 1 and page_html(still.plain())
 
 
 def test_colours_show_what_the_sections_allow():
-    described = ks.load_robot("3rps").description
-    outline = describe_scene(ks.analyze(ks.load_robot("3rps").assemble()))
+    described = package_robots.robot("3rps").description
+    outline = describe_scene(ks.analyze(package_robots.robot("3rps").assemble()))
     assert [item.key for item in quantities_of(outline.cards.values())] == ["stress", "axial", "euler"]
     plain = sections.Section(area=1e-3, I_y=1e-7, I_z=1e-7, J=2e-7)
     beams = {name: replace(beam, section=plain) for name, beam in described.beams.items()}
@@ -223,7 +224,7 @@ def test_neighbours_follow_one_another():
 
 
 def test_a_batch_is_a_path_and_equals_its_poses():
-    robot = ks.load_robot("3rps")
+    robot = package_robots.robot("3rps")
     z = np.array([0.45, 0.5, 0.55])
     path = describe_scene(ks.analyze(robot.assemble(platform={"z": z, "rx": 0.1, "ry": 0.0}), load=LOAD))
     one = describe_scene(ks.analyze(robot.assemble(platform={"z": 0.5, "rx": 0.1, "ry": 0.0}), load=LOAD))
@@ -241,7 +242,7 @@ def test_a_batch_is_a_path_and_equals_its_poses():
 
 
 def test_loads_in_a_batch_are_a_path_too():
-    robot = ks.load_robot("3rps")
+    robot = package_robots.robot("3rps")
     loads = np.zeros((4, 6))
     loads[:, 2] = [0, -100, -200, -300]
     scene = describe_scene(ks.analyze(robot.assemble(), load=loads))
@@ -251,7 +252,7 @@ def test_loads_in_a_batch_are_a_path_too():
 
 
 def test_facts_say_what_is_wrong_with_a_pose():
-    robot = ks.load_robot("3rps")
+    robot = package_robots.robot("3rps")
     lower = robot.mechanism.connections["prismatic_1"].upper
     drives = {name: np.array([0.0, lower + 0.05]) for name in robot.description.driven}
     scene = describe_scene(ks.analyze(robot.assemble(actuators=drives)))
@@ -259,7 +260,7 @@ def test_facts_say_what_is_wrong_with_a_pose():
 
 
 def test_failed_poses_are_left_out_with_a_warning():
-    robot = ks.load_robot("2pru_upr")
+    robot = package_robots.robot("2pru_upr")
     result = ks.analyze(robot.assemble(platform={"z": np.array([0.6, 5.0, 0.62]), "rx": 0.0, "ry": 0.0}))
     with pytest.warns(UserWarning, match="1 of 3 poses"):
         scene = describe_scene(result)
@@ -267,7 +268,7 @@ def test_failed_poses_are_left_out_with_a_warning():
 
 
 def test_nothing_to_show_is_an_error(tmp_path):
-    robot = ks.load_robot("2pru_upr")
+    robot = package_robots.robot("2pru_upr")
     pose = robot.assemble(platform={"z": 5.0, "rx": 0.0, "ry": 0.0}, on_failure="nan")
     with pytest.raises(ks.ArgumentError, match="UNREACHABLE"):
         ks.save_html(ks.analyze(pose, on_failure="nan"), tmp_path / "x.html")
@@ -280,7 +281,7 @@ def test_nothing_to_show_is_an_error(tmp_path):
 
 
 def test_unwritable_file_is_an_error(tmp_path):
-    result = ks.analyze(ks.load_robot("3rps").assemble())
+    result = ks.analyze(package_robots.robot("3rps").assemble())
     with pytest.raises(ks.KinetostaticsError, match="cannot write"):
         ks.save_html(result, tmp_path / "missing" / "x.html")
     with pytest.raises(ks.ArgumentError, match="ways are sliders of a page"):
@@ -442,7 +443,7 @@ def test_command_complains(arguments, words, capsys):
 
 
 def test_live_answers_with_the_analysis_of_the_pose():
-    robot = ks.load_robot("3rps")
+    robot = package_robots.robot("3rps")
     live = LiveRobot(robot.assemble(platform=POSES["3rps"]), lambda pose: ks.analyze(pose, load=LOAD))
     assert live.coordinates == ("z", "rx", "ry")
     shown = {item["coordinate"]: item["value"] for item in live.first["live"]["controls"]}
@@ -460,7 +461,7 @@ def test_live_answers_with_the_analysis_of_the_pose():
 
 
 def test_live_keeps_the_last_pose_after_one_that_cannot_be_reached():
-    robot = ks.load_robot("2pru_upr")
+    robot = package_robots.robot("2pru_upr")
     live = LiveRobot(robot.assemble(), ks.analyze)
     before = live.configuration
     values = {item["coordinate"]: item["value"] for item in live.first["live"]["controls"] if item["kind"] == "platform"}
@@ -472,7 +473,7 @@ def test_live_keeps_the_last_pose_after_one_that_cannot_be_reached():
 
 
 def test_show_opens_a_file_in_the_browser_or_says_where_it_is(monkeypatch, capsys):
-    result = ks.analyze(ks.load_robot("3rps").assemble())
+    result = ks.analyze(package_robots.robot("3rps").assemble())
     opened = []
     monkeypatch.setattr("webbrowser.open", lambda address: opened.append(address) or True)
     view = ks.show(result, title="My robot")
@@ -488,5 +489,5 @@ def test_show_opens_a_file_in_the_browser_or_says_where_it_is(monkeypatch, capsy
 def test_show_in_a_notebook_returns_what_the_notebook_displays(monkeypatch):
     monkeypatch.setattr("kinetostatics.viewer.in_notebook", lambda: True)
     monkeypatch.setattr("webbrowser.open", lambda address: pytest.fail("a notebook needs no browser window"))
-    view = ks.show(ks.analyze(ks.load_robot("3rps").assemble()))
+    view = ks.show(ks.analyze(package_robots.robot("3rps").assemble()))
     assert view.path is None and view._repr_html_().startswith("<iframe srcdoc=")

@@ -1,0 +1,49 @@
+"""Beams on links with just two joints have these for ends, without being told: in shipped robots and in random networks."""
+
+from dataclasses import replace
+
+import numpy as np
+import package_robots
+import pytest
+from hybrid_robots import random_hybrid, write_randomly
+
+import kinetostatics as ks
+
+
+def unnamed(robot, ends=("start", "end")):
+    """Return the robot without ``from`` and ``to`` of the beams between the only two joints of their links, and these beams."""
+    changed = {}
+    for name, beam in robot.description.beams.items():
+        both = {item.name for item in robot.mechanism.at_link[beam.link]}
+        if len(both) == 2 and {beam.start.joint, beam.end.joint} == both and not (beam.start.side or beam.end.side):
+            changed[name] = replace(beam, **dict.fromkeys(ends))
+    return ks.Robot(replace(robot.description, beams={**robot.description.beams, **changed})), list(changed)
+
+
+@pytest.mark.parametrize("ends", [("start", "end"), ("start",), ("end",)])
+@pytest.mark.parametrize("name", ["2pru_upr", "delta", "five_bar", "linear_delta", "spherical_3rrr", "ur10"])
+def test_two_joints_of_a_link_are_the_ends_of_its_beam(name, ends):
+    """In parallelograms (rings within a limb) as in serial limbs; what the shipped files say is what is found without it."""
+    robot = package_robots.robot(name)
+    other, beams = unnamed(robot, ends)
+    assert beams
+    assert other.topology.warnings == robot.topology.warnings
+    for beam in beams:
+        wanted, found = robot.topology.beams[beam], other.topology.beams[beam]
+        np.testing.assert_array_equal(found.start, wanted.start)
+        np.testing.assert_array_equal(found.end, wanted.end)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_two_joints_are_the_ends_in_limbs_of_any_shape(seed):
+    """In random networks, written in any cut: the same robot, but for the direction of beams that have none."""
+    mechanism = random_hybrid(seed)
+    robot = write_randomly(mechanism, seed)[1].robot()
+    other, beams = unnamed(robot)
+    for name in beams:
+        assert not any(repr(name) in text for text in other.topology.warnings)
+        wanted, found = robot.topology.beams[name], other.topology.beams[name]
+        ends = {(span.start_body, *span.start) for span in (wanted, found)} | {
+            (span.end_body, *span.end) for span in (wanted, found)
+        }
+        assert len(ends) == 2
