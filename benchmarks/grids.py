@@ -1,4 +1,4 @@
-"""Grids in the workspaces of the robots that come with the package, as ``docs/gallery/robots.md`` and the tests name them."""
+"""Grids in the workspaces of the robots that come with the package, as ``docs/gallery/robots`` and the tests name them."""
 
 from __future__ import annotations
 

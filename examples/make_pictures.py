@@ -4,6 +4,7 @@ Needs Chromium and ``pip install 'kinetostatics[test]'``. The pages are those of
 chooses what is switched on and where the camera stands.
 """
 
+import io
 import shutil
 import sys
 import tempfile
@@ -14,7 +15,9 @@ import meshcat
 import numpy as np
 import pinocchio as pin
 from meshcat.transformations import translation_matrix
+from PIL import Image
 from pinocchio.visualize import MeshcatVisualizer
+from playwright.sync_api import Browser, sync_playwright
 
 import kinetostatics as ks
 
@@ -115,10 +118,32 @@ def meshcat_scene() -> str:
     return vis.static_html()
 
 
+#: where the camera stands for robots that are flat
+VIEWS = {"five_bar": (0.7, -1.6, 1.9), "planar_3rrr": (0.7, -1.6, 1.9)}
+
+
+def draw_gallery(browser: Browser, pages: Path, folder: Path) -> None:
+    """Draw every robot that comes with the package at zero, bent by its own weight, in 128 colours."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name in ks.robots():
+        file = pages / f"{name}.html"
+        ks.save_html(ks.analyze(ks.load_robot(name).assemble()), file, title=name)
+        page = browser.new_page(viewport={"width": 900, "height": 620})
+        page.goto(file.as_uri())
+        page.wait_for_function("window.robot_page && robot_page.ready")
+        page.evaluate("document.body.classList.add('without-panel')")
+        page.evaluate("document.getElementById('robot-tools').style.display = 'none'")
+        page.evaluate("view => { robot_page.look(...view); viewer.set_dirty(); }", list(VIEWS.get(name, (1.5, -2.6, 1.1))))
+        page.wait_for_function("!viewer.needs_render")
+        page.wait_for_timeout(200)
+        picture = Image.open(io.BytesIO(page.screenshot())).convert("RGB").quantize(128)
+        picture.save(folder / f"{name}.png", optimize=True)
+        page.close()
+        print(f"robots/{name}.png: {(folder / f'{name}.png').stat().st_size / 1e3:.0f} kB")
+
+
 def main(folder: Path) -> None:
     """Draw all pictures."""
-    from playwright.sync_api import sync_playwright
-
     folder.mkdir(parents=True, exist_ok=True)
     chromium = shutil.which("chromium") or shutil.which("chromium-browser")
     with tempfile.TemporaryDirectory() as pages, sync_playwright() as playwright:
@@ -143,6 +168,7 @@ def main(folder: Path) -> None:
             page.screenshot(path=folder / f"{name}.png")
             page.close()
             print(f"{name}.png: {(folder / f'{name}.png').stat().st_size / 1e3:.0f} kB")
+        draw_gallery(browser, Path(pages), folder / "robots")
         file = Path(pages) / "meshcat.html"
         file.write_text(meshcat_scene(), encoding="utf-8")
         page = browser.new_page(viewport={"width": 860, "height": 560})

@@ -23,4 +23,4 @@ def test_links_lead_to_files(page):
 
 def test_every_picture_is_shown_somewhere():
     shown = {(page.parent / target).resolve() for page in PAGES for target in targets(page)}
-    assert [picture.name for picture in (DOCS / "pictures").iterdir() if picture.resolve() not in shown] == []
+    assert [picture.name for picture in (DOCS / "pictures").rglob("*.*") if picture.resolve() not in shown] == []

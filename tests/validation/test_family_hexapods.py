@@ -40,7 +40,7 @@ POSES = {
     "exechon": ({"z": 0.31, "rx": 0.2, "ry": -0.2}, {"z": 0.28, "rx": -0.1, "ry": 0.3}),
     "five_bar": ({"x": 0.06, "y": 0.33}, {"x": -0.04, "y": 0.26}),
 }
-#: boxes of platform coordinates that docs/gallery/robots.md names as workspaces
+#: boxes of platform coordinates that docs/gallery/robots names as workspaces
 WORKSPACES = {
     "gough_stewart": {
         "x": (-0.005, 0.005), "y": (-0.005, 0.005), "z": (0.24, 0.248), "rx": (-0.01, 0.01), "ry": (-0.01, 0.01),

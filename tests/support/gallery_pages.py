@@ -1,0 +1,122 @@
+"""Writes what the gallery says of the robots that come with the package: ``python tests/support/gallery_pages.py``.
+
+Each robot's page has a table of facts between two markers, and the gallery a card and a row of every robot; pictures are drawn by
+``python examples/make_pictures.py``.
+"""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+from itertools import groupby
+from pathlib import Path
+
+import numpy as np
+from places import ROOT
+
+import kinetostatics as ks
+from kinetostatics.checks.collect import robot_facts
+from kinetostatics.files.bundled import shipped_robots
+
+GALLERY = ROOT / "docs" / "gallery"
+PAGES = GALLERY / "robots"
+INDEX = GALLERY / "index.md"
+#: in the order of the gallery: telescopic legs, cranks and carriages, translations, a serial arm and a quadruped
+ORDER = (
+    *("3rps", "2pru_upr", "gough_stewart", "tricept", "exechon"),
+    *("6rus", "3prs", "five_bar", "planar_3rrr", "spherical_3rrr"),
+    *("delta", "linear_delta", "orthoglide", "tripteron"),
+    *("ur10", "anymal_standing"),
+)
+
+
+def page_of(name: str) -> Path:
+    """Return the page of a robot."""
+    return PAGES / f"{name}.md"
+
+
+def about(name: str, what: str) -> str:
+    """Return what a robot's page says after a title in bold, without the full stop; of "title" its heading."""
+    text = page_of(name).read_text(encoding="utf-8")
+    found = re.match(r"# (.*)", text) if what == "title" else re.search(rf"^\*\*{what}\.\*\* (.*)\.$", text, re.MULTILINE)
+    assert found is not None, f"{name} has no {what}"
+    return found[1]
+
+
+# ---- facts -----------------------------------------------------------------------------------------------------------------
+
+
+@cache
+def facts(name: str) -> dict[str, str]:
+    """Return what is computed of a robot, each in words."""
+    robot = ks.load_robot(shipped_robots()[name])
+    words = [limb.word.replace(" ", "").replace("|", "‖") for limb in robot_facts(robot).limbs]
+    limbs = groupby(re.sub(r"(\w)\(driven\)", r"[\1]", word) for word in words)
+    alike = " + ".join(f"{count}-{word}" if count > 1 else word for word, count in ((w, len(list(g))) for w, g in limbs))
+    result = ks.analyze(robot.assemble())
+    moved = re.search(r"; (o moves .*?)(, the platform turns by 0 \S+)?>", repr(result))
+    assert moved is not None
+    soft, *_, stiff = 1e-6 / np.linalg.eigvalsh(result.compliance[:3, :3])[::-1]
+    mass = float(robot.weights.masses(robot.zero_frames).sum())
+    return {
+        "limbs, base to platform": f"`{alike}`",
+        "mobility": str(robot.mobility.platform),
+        "redundant constraints": str(robot.mobility.redundant_constraints),
+        "local freedoms": str(robot.mobility.local),
+        "all that moves, at zero": f"{mass:.4g} kg",
+        "bent by its own weight, at zero": moved[1],
+        "stiffness against a force at o, at zero": f"{soft:.3g} N/µm where softest, {stiff:.3g} N/µm where stiffest",
+    }
+
+
+def facts_table(name: str) -> str:
+    """Return the table of a robot's page."""
+    file = f"| file | [`{name}.urdf.xacro`](../../../robots/{name}.urdf.xacro) |\n"
+    return "| | |\n|---|---|\n" + file + "".join(f"| {key} | {value} |\n" for key, value in facts(name).items())
+
+
+def cards() -> str:
+    """Return the cards of the gallery."""
+    lines = ['<div class="grid cards" markdown>\n']
+    for name in ORDER:
+        title = about(name, "title")
+        found = facts(name)
+        lines.append(
+            f"-   [![{title}](../pictures/robots/{name}.png)](robots/{name}.md)\n\n"
+            f"    **[{title}](robots/{name}.md)** · {found['limbs, base to platform']} · mobility {found['mobility']}\n\n"
+            f"    {about(name, 'Kind')}. By its own weight {found['bent by its own weight, at zero']}.\n"
+        )
+    return "\n".join([*lines, "</div>\n"])
+
+
+def rows() -> str:
+    """Return the table of the gallery."""
+    keys = ("limbs, base to platform", "mobility", "redundant constraints", "local freedoms", "all that moves, at zero")
+    lines = ["| robot | limbs | mobility | redundant constraints | local freedoms | moves | source of its dimensions |"]
+    lines.append("|---|---|---:|---:|---:|---:|---|")
+    for name in ORDER:
+        cells = [f"[`{name}`](robots/{name}.md)", *(facts(name)[key] for key in keys)]
+        lines.append("| " + " | ".join([*cells, about(name, "Source of its dimensions")]) + " |")
+    return "\n".join(lines) + "\n"
+
+
+# ---- writing ---------------------------------------------------------------------------------------------------------------
+
+
+def between(name: str) -> re.Pattern[str]:
+    """Return the pattern of what stands between two markers."""
+    return re.compile(rf"(?<=<!-- {name}: begin -->\n).*?(?=<!-- {name}: end -->)", re.DOTALL)
+
+
+def fresh(page: Path) -> str:
+    """Return a page of the gallery as it should be."""
+    text = page.read_text(encoding="utf-8")
+    if page == INDEX:
+        text = between("cards").sub(lambda _: cards() + "\n", text)
+        return between("robots").sub(lambda _: rows(), text)
+    return between("facts").sub(lambda _: facts_table(page.stem), text)
+
+
+if __name__ == "__main__":
+    for path in (*map(page_of, ORDER), INDEX):
+        path.write_text(fresh(path), encoding="utf-8")
