@@ -19,6 +19,7 @@ loops are read from
   links closing_NAME_1 and closing_NAME_2 of onshape-to-robot,
   a robot.yaml of Gepetto's example-parallel-robots (--yaml),
   <loop_joint> of Isaac Sim.
+  A URDF without loops is taken, too; `kinetostatics new --from` makes more of it.
   Whatever they leave open is asked for. The result includes SOURCE, which stays as it is.
 
 examples:

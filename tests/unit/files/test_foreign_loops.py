@@ -577,7 +577,6 @@ def test_loops_themselves_may_be_driven():
             r"the loop's frame 'closing_tool_1' has no partner: there is no link 'closing_tool_2'",
         ),
         ('name="closing_tool_1_frame" type="fixed"', 'name="closing_tool_1_frame" type="floating"', r"no fixed joint holds it"),
-        ('"closing_tool_', '"shutting_tool_', r"there are no loops to import"),
         ('<robot name="onshape">', '<robot name="onshape"><loop name="a"/>', None),
         ('link name="rod_2"', 'link name="rod_3"', r"refers to the link 'rod_2', which does not exist; did you mean 'rod_3'"),
         ('"motor_1" type="revolute"', '"motor_1" type="ball"', r"has the type 'ball'"),
@@ -743,6 +742,19 @@ def test_damaged_yaml_never_ends_in_a_traceback(tmp_path):
             assert error.file == str(tmp_path / "robot.yaml")
             outcomes.add("refused")
     assert outcomes == {"read", "refused"}
+
+
+def test_a_robot_without_loops_is_accepted_and_told_what_else_there_is(tmp_path):
+    source = written(tmp_path, FIVE_BAR.read_text().replace('"closing_tool_', '"shutting_tool_'), "robot.urdf")
+    robot = ks.Robot(ks.import_robot(source, platform="tool"))
+    plain = ks.load_robot(source, platform="tool")
+    assert robot.description.driven == plain.description.driven and not robot.description.loops
+    (said,) = [text for text in robot.description.warnings if "loops" in text]
+    assert re.search(r"robot\.urdf: there are no loops to import: .*`kinetostatics new --from` .* suggests beams", said)
+    torques, same = (dict(ks.analyze(one.assemble()).actuator_forces) for one in (robot, plain))
+    assert torques == same and any(torques.values())
+    with pytest.raises(ks.MissingFactsError, match="platform="):
+        ks.import_robot(source)
 
 
 def test_missing_files_and_libraries(tmp_path, monkeypatch):

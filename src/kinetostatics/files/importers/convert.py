@@ -150,7 +150,7 @@ def _find(
     if yaml is None:
         loops = [*onshape.read(source), *isaac.read(source)]
         if not loops:
-            raise _nothing(source)
+            return [], _all_drives(source, transmissions), (), (_without_loops(source),)
         return loops, Drives(None, transmissions), (), ()
     said = gepetto.read(source, yaml)
     loops = [*said.loops, *onshape.read(source, said.frames), *isaac.read(source)]
@@ -160,13 +160,29 @@ def _find(
     return loops, Drives(named, transmissions, said.driven_note), said.retyped, said.warnings
 
 
-def _nothing(source: SourceRobot) -> RobotFileError:
+def _without_loops(source: SourceRobot) -> str:
+    """Return what to say of a source without loops.
+
+    Raises:
+        RobotFileError: it has loops of this package, or a robot.yaml beside it that may have some.
+    """
     if source.root.named("loop"):
-        return RobotFileError("its loops are in this package's format already; load it as it is", source.path)
-    beside = os.path.join(os.path.dirname(source.path), "robot.yaml")
-    hint = f"; is {beside!r} meant as well?" if os.path.isfile(beside) else ""
+        raise RobotFileError("its loops are in this package's format already; load it as it is", source.path)
     reason = "there are no loops to import: no links closing_…_1 and closing_…_2, no <loop_joint>, and no robot.yaml was given"
-    return RobotFileError(reason + hint, source.path)
+    beside = os.path.join(os.path.dirname(source.path), "robot.yaml")
+    if os.path.isfile(beside):
+        raise RobotFileError(f"{reason}; is {beside!r} meant as well?", source.path)
+    return (
+        f"{source.path}: {reason}. It is taken as a robot without loops, all of whose joints are driven; "
+        "`kinetostatics new --from` makes the same file and suggests beams and stiffnesses, too."
+    )
+
+
+def _all_drives(source: SourceRobot, transmissions: tuple[str, ...]) -> Drives:
+    """Return the drives of a robot without loops: nothing else than a drive could hold a joint."""
+    joints = source.joints.values()
+    single = [joint.name for joint in joints if JOINT_TYPES[joint.type].is_single and joint.mimic is None]
+    return Drives((*transmissions, *(name for name in single if name not in transmissions)), transmissions)
 
 
 def _additions(completed: Completed) -> str:
