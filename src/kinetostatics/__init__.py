@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from kinetostatics.authoring.robot_by_name import new_robot, robot_text
     from kinetostatics.files.importers import MissingFactsError, import_robot
     from kinetostatics.verification import verify
-    from kinetostatics.viewer import save_html, show
+    from kinetostatics.viewer import save_html, save_image, show
     from kinetostatics.workspace import sweep
 
     __version__: str
@@ -77,6 +77,7 @@ __all__ = [
     "robot_text",
     "robots",
     "save_html",
+    "save_image",
     "save_robot",
     "sections",
     "show",
@@ -98,7 +99,7 @@ def __getattr__(name: str) -> Any:
     """Import the viewer, finite elements, workspace maps and the readers of other tools' files when they are first used."""
     if name == "__version__":
         return _version()
-    if name in ("save_html", "show"):
+    if name in ("save_html", "save_image", "show"):
         from kinetostatics import viewer
 
         return getattr(viewer, name)

@@ -217,6 +217,7 @@ PYTHON = (
     python('ks.Robot(description.changed("left", section=0.02))', "`Tube.of(0.02)`."),
     python('ks.Robot(description.changed("right", section=replace(description.beams["right"].section, outer_diameter=0.05)))',
            "Sections are made anew."),
+    python('ks.save_image(ks.analyze(robot.assemble()), "sag.jpg")', "`\"sag.png\"`."),
     python('ks.sweep("3rps", parameters={"joint_angle_max": 1}, parameter_units={"joint_angle_max": "m"})', "An angle, in rad."),
     python('robot.assemble(actuators={"a": [0, 0.1]}).model', "`robot.assemble(actuators={\"a\": 0.1}).model`."),
     replace(swap('<loop name="c" type="continuous">', '<loop name="c" type="cylindrical">', "As it says."),

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 NAME = "view"
 
+#: What ``--colour`` and ``--from`` may be; a copy, as the command line starts without the viewer.
+COLOURS, VIEWS = ("deflection", "stress", "axial", "euler"), ("home", "front", "side", "top")
 #: Poses of a sweep that does not say how many.
 POSES = 21
 
@@ -30,6 +32,7 @@ examples:
   kinetostatics view 3rps --html sag.html
   kinetostatics view 3rps --platform z=500mm --sweep rx=-10deg:10deg:31 ry=0:5deg
   kinetostatics view 3rps --ways
+  kinetostatics view 2pru_upr --screenshot stress.png --colour stress --from front
   kinetostatics view 2pru_upr --live
   kinetostatics view 3rps --meshcat                                  # starts a meshcat-server
   kinetostatics view 3rps --meshcat tcp://127.0.0.1:6000             # draws into one that runs, beside what it shows
@@ -65,6 +68,7 @@ def add_parser(subparsers: arguments.Subparsers) -> None:
     )
     either = group.add_mutually_exclusive_group()
     either.add_argument("--html", metavar="FILE", help="write the page to a file, which needs no server and no network")
+    either.add_argument("--screenshot", metavar="FILE.png", help="write an image with its legend; needs Chromium or Chrome")
     either.add_argument("--live", action="store_true", help="sliders move drives and platform; ends with Ctrl+C")
     either.add_argument(
         "--meshcat",
@@ -77,6 +81,8 @@ def add_parser(subparsers: arguments.Subparsers) -> None:
     group.add_argument(
         "--exaggeration", metavar="E", type=float, help="of displacements (default: the largest is about a tenth of the robot)"
     )
+    group.add_argument("--colour", choices=COLOURS, help="what the colours of --screenshot tell (default: deflection)")
+    group.add_argument("--from", choices=VIEWS, dest="seen_from", help="where --screenshot looks from (default: home)")
     group.add_argument("--port", metavar="P", type=int, default=0, help="of the live page (default: any that is free)")
 
 
@@ -84,6 +90,10 @@ def run(args: argparse.Namespace) -> int:
     """Show the page, or write it."""
     if args.live and args.exaggeration is not None:
         raise ArgumentError("--live has a slider for it and begins with its own: leave --exaggeration out")
+    if args.screenshot is None and (args.colour or args.seen_from):
+        raise ArgumentError("--colour and --from are of an image: give --screenshot FILE.png too")
+    if args.screenshot is not None and (args.ways or args.sweep):
+        raise ArgumentError("--ways and --sweep are of a page, and --screenshot is one image: give one of them")
     if args.ways and args.meshcat is not None:
         raise ArgumentError("--ways makes sliders of a page and --meshcat has none: give one of them")
     if args.sweep and args.meshcat is not None:
@@ -105,6 +115,10 @@ def _page(args: argparse.Namespace) -> int:
         if args.html is not None:
             viewer.save_html(result, args.html, exaggeration=args.exaggeration, ways=args.ways)
             said = f"wrote {args.html}"
+        elif args.screenshot is not None:
+            colour, view = args.colour or COLOURS[0], args.seen_from or VIEWS[0]
+            viewer.save_image(result, args.screenshot, exaggeration=args.exaggeration, colour=colour, view=view)
+            said = f"wrote {args.screenshot}"
         elif args.meshcat is None:
             said = f"the page is in {viewer.show(result, exaggeration=args.exaggeration, ways=args.ways).path}"
     if args.meshcat is not None:

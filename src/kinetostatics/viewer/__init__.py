@@ -18,6 +18,7 @@ from kinetostatics.printing.waiting import in_notebook, pausing
 from kinetostatics.results.result import Result
 from kinetostatics.viewer.page import iframe_html, page_html
 from kinetostatics.viewer.scene import describe_scene
+from kinetostatics.viewer.screenshot import save_screenshot
 
 
 class View:
@@ -132,6 +133,37 @@ def save_html(
         Path(path).write_text(html, encoding="utf-8")
     except OSError as error:
         raise KinetostaticsError(f"{os.fspath(path)}: cannot write the page: {error.strerror or error}") from None
+
+
+def save_image(
+    result: Result,
+    path: str | os.PathLike[str],
+    *,
+    title: str | None = None,
+    pose: int | tuple[int, ...] | None = None,
+    exaggeration: float | None = None,
+    colour: str = "deflection",
+    view: str = "home",
+    size: tuple[int, int] = (1200, 800),
+) -> None:
+    """Write a picture of a result with its legend, a PNG file; Chromium or Chrome has to be installed.
+
+    Args:
+        result: of :func:`kinetostatics.analyze`; of a batch, its first pose is drawn.
+        path: of the file; an existing one is replaced.
+        title: above the picture; default the robot's name.
+        pose: index of the one pose of a batch that is shown.
+        exaggeration: of displacements; default the largest motion is about a tenth of the robot.
+        colour: what colours tell: ``"deflection"``, and along beams ``"stress"`` (von Mises), ``"axial"`` (force) or ``"euler"``
+            (N/N_Euler).
+        view: where one looks from: ``"home"``, ``"front"``, ``"side"`` or ``"top"``.
+        size: width and height [pixels].
+
+    Raises:
+        ArgumentError: no pose could be analysed, there are too many, or an argument makes no sense.
+        KinetostaticsError: there is no Chromium, or the file cannot be written.
+    """
+    save_screenshot(_page(result, title, pose, exaggeration, False), path, size, colour, view)
 
 
 def _page(result: Result, title: str | None, pose: int | tuple[int, ...] | None, exaggeration: float | None, ways: bool) -> str:

@@ -86,10 +86,11 @@ class Mesh:
 
     def plain(self) -> dict[str, Any]:
         """Return it as JSON wants it."""
+        wide = "<u2" if len(self.surface.vertices) < 2**16 else "<u4"
         colour = self.colour if isinstance(self.colour, str) else packed(np.round(255 * self.colour), "u1")
         return {
             "path": self.path, "roots": self.roots, "colour": colour, "per_vertex": not isinstance(self.colour, str),
-            "vertices": packed(self.surface.vertices, "<f4"), "faces": packed(self.surface.faces, "<u4"),
+            "vertices": packed(self.surface.vertices, "<f4"), "faces": packed(self.surface.faces, wide),
             "station": self.station if isinstance(self.station, int) else packed(self.station, "<u4"),
         }  # fmt: skip
 

@@ -80,7 +80,7 @@ class _Builder:
         return Scene(
             title or self.robot.name, stations, self.size, self._exaggeration(), self.at["o"], facts, self.meshes, arrows,
             [("base", self.at["base"], "base"), ("platform", self.at["o"], "o")],
-            self._limb_labels(), list(self.result.warnings), self._cards(),
+            self._limb_labels(), [*self.result.warnings, *self._coarse()], self._cards(),
         )  # fmt: skip
 
     def _size(self) -> float:
@@ -189,6 +189,12 @@ class _Builder:
             shape = ball(1.3 * r) if joint.axis is None else pin(0.6 * r, 3.2 * r)
             colour = DRIVE_COLOUR if joint.driven else JOINT_COLOUR
             self.meshes.append(Mesh(f"joints/{joint.name}", shape, self.at[joint.name], ("Deformed",), colour))
+
+    def _coarse(self) -> list[str]:
+        """Return a note if meshes are drawn with fewer triangles than they have."""
+        read = sum(visual.read for visual in self.visuals.values())
+        drawn = sum(len(visual.surface.faces) for visual in self.visuals.values())
+        return [f"meshes of the links: drawn with {drawn} of their {read} triangles"] if drawn < read else []
 
     def _cards(self) -> dict[str, Card]:
         first = {mesh.path: int(np.min(mesh.station)) for mesh in self.meshes if "Deformed" in mesh.roots}

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.files.mesh_packages import PackageNotFound, package_folder
+from kinetostatics.viewer.decimation import decimated
 from kinetostatics.viewer.shapes import Surface, joined
 
 if TYPE_CHECKING:
@@ -21,10 +22,12 @@ if TYPE_CHECKING:
 
 #: Colour of visuals without a material.
 GREY = (0.62, 0.65, 0.69)
-#: Edges sharper than this [rad] stay sharp; meshes with more faces are shaded smoothly throughout, to save time.
-SHARP, MANY_FACES = 0.6, 60_000
-#: Bytes of a mesh file above which reading and drawing it would take minutes.
-LARGE_MESH = 4_000_000
+#: Edges sharper than this [rad] stay sharp.
+SHARP = 0.6
+#: Triangles of all links together that a page holds: more are drawn with fewer, but each mesh with as many as the second number.
+MOST_FACES, FEW_FACES = 40_000, 300
+#: Bytes of a mesh file above which reading it would take minutes, and of a Collada file, which is slower.
+LARGE_MESH, LARGE_COLLADA = 40_000_000, 4_000_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,10 +37,12 @@ class LinkVisual:
     Attributes:
         surface: their triangles.
         colours: (n, 3) colour of every vertex, 0 to 1.
+        read: how many triangles its meshes have; the surface may have fewer.
     """
 
     surface: Surface
     colours: NDArray[np.float64]
+    read: int
 
 
 def link_visuals(description: RobotDescription) -> dict[str, LinkVisual]:
@@ -54,24 +59,29 @@ def link_visuals(description: RobotDescription) -> dict[str, LinkVisual]:
             io.BytesIO(description.urdf.encode()), build_scene_graph=False, load_meshes=False, mesh_dir=folder
         )
         palette = {item.name: item.color for item in urdf.robot.materials}
-        result = {}
+        raw: list[tuple[str, Surface, tuple[float, float, float]]] = []
         for link in urdf.robot.links:
-            pieces = []
             for visual in link.visuals:
-                for surface in _surfaces(visual, folder, link.name, missing):
-                    pieces.append((surface, _colour(visual.material, palette)))
-            if pieces:
-                colours = [np.tile(colour, (len(surface.vertices), 1)) for surface, colour in pieces]
-                result[link.name] = LinkVisual(joined([surface for surface, _ in pieces]), np.concatenate(colours))
+                colour = _colour(visual.material, palette)
+                raw += [(link.name, mesh, colour) for mesh in _meshes(visual, folder, link.name, missing)]
     finally:
         logger.setLevel(level)
     if missing:
         more = f" (and {len(missing) - 1} more meshes)" if len(missing) > 1 else ""
         warnings.warn(f"{missing[0]}{more}", stacklevel=2)
+    share = min(1.0, MOST_FACES / max(1, sum(len(mesh.faces) for _, mesh, _ in raw)))
+    result = {}
+    for name in dict.fromkeys(name for name, _, _ in raw):
+        mine = [(mesh, colour) for link, mesh, colour in raw if link == name]
+        pieces = [(_smooth(decimated(mesh, max(FEW_FACES, int(share * len(mesh.faces))))), colour) for mesh, colour in mine]
+        colours = np.concatenate([np.tile(colour, (len(surface.vertices), 1)) for surface, colour in pieces])
+        read = sum(len(mesh.faces) for mesh, _ in mine)
+        result[name] = LinkVisual(joined([surface for surface, _ in pieces]), colours, read)
     return result
 
 
-def _surfaces(visual: Any, folder: str, link: str, missing: list[str]) -> list[Surface]:
+def _meshes(visual: Any, folder: str, link: str, missing: list[str]) -> list[Surface]:
+    """Return the triangles of a visual as they are, in the link's frame."""
     import trimesh
 
     geometry = visual.geometry
@@ -88,12 +98,15 @@ def _surfaces(visual: Any, folder: str, link: str, missing: list[str]) -> list[S
         meshes = _read_mesh(geometry.mesh, folder, link, missing)
     else:
         return []
-    surfaces = []
-    for mesh in meshes:
-        if len(mesh.faces) <= MANY_FACES:
-            mesh = trimesh.graph.smooth_shade(mesh, angle=SHARP)
-        surfaces.append(Surface(np.asarray(mesh.vertices), np.asarray(mesh.faces)).transformed(origin))
-    return surfaces
+    return [Surface(np.asarray(mesh.vertices), np.asarray(mesh.faces)).transformed(origin) for mesh in meshes]
+
+
+def _smooth(surface: Surface) -> Surface:
+    """Return a surface with one vertex for each face at sharp edges, so that they are drawn sharp."""
+    import trimesh
+
+    mesh = trimesh.graph.smooth_shade(trimesh.Trimesh(surface.vertices, surface.faces), angle=SHARP)
+    return Surface(np.asarray(mesh.vertices), np.asarray(mesh.faces))
 
 
 def _read_mesh(mesh: Any, folder: str, link: str, missing: list[str]) -> list[Any]:
@@ -104,7 +117,7 @@ def _read_mesh(mesh: Any, folder: str, link: str, missing: list[str]) -> list[An
     if path is None or not os.path.isfile(path):
         missing.append(f"mesh {mesh.filename!r} of link {link!r} was not found and is not drawn")
         return []
-    if os.path.getsize(path) > LARGE_MESH:
+    if os.path.getsize(path) > (LARGE_COLLADA if path.lower().endswith(".dae") else LARGE_MESH):
         size = os.path.getsize(path) / 1e6
         missing.append(f"mesh {mesh.filename!r} of link {link!r} has {size:.1f} MB, too much for a page, and is not drawn")
         return []

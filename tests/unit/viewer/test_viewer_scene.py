@@ -18,12 +18,14 @@ from kinetostatics.cli import main as cli
 from kinetostatics.cli.view import NAME
 from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.viewer.cards import quantities_of
+from kinetostatics.viewer.decimation import decimated
 from kinetostatics.viewer.joints import find_joints
 from kinetostatics.viewer.live import LiveRobot
 from kinetostatics.viewer.page import page_html
 from kinetostatics.viewer.poses import ShownPoses, serpentine
 from kinetostatics.viewer.scene import describe_scene
-from kinetostatics.viewer.shapes import ball, pin, swept
+from kinetostatics.viewer.shapes import Surface, ball, pin, swept
+from kinetostatics.viewer.visuals import link_visuals
 
 LOAD = [100, 50, -500, 10, 20, -5]
 POSES = {"3rps": {"z": 0.5, "rx": 0.03, "ry": -0.17}, "2pru_upr": {"z": 0.6, "rx": 0.1, "ry": 0.1}}
@@ -377,6 +379,28 @@ def test_meshes_are_read_and_scaled(tmp_path, monkeypatch):
     np.testing.assert_allclose((vertices.max(axis=0) + vertices.min(axis=0)) / 2, [0.2, 0, 0], atol=1e-12)
 
 
+def test_large_meshes_are_drawn_with_fewer_triangles_and_a_note():
+    robot = ks.load_robot("ur10")
+    visuals = link_visuals(robot.description)
+    scene = describe_scene(ks.analyze(robot.assemble()), visuals=visuals)
+    (note,) = [note for note in scene.notes if "triangles" in note]
+    drawn, read = (int(word) for word in note.split() if word.isdigit())
+    assert read > 100_000 and drawn < 42_000
+    assert drawn == sum(len(visual.surface.faces) for visual in visuals.values())
+    assert len(page_html(scene.plain())) < 5e6
+
+
+def test_fewer_triangles_keep_the_shape():
+    mesh = trimesh.creation.icosphere(subdivisions=5)
+    fine = Surface(np.asarray(mesh.vertices), np.asarray(mesh.faces))
+    coarse = decimated(fine, 3000)
+    assert 1000 < len(coarse.faces) <= 3000
+    np.testing.assert_allclose(np.linalg.norm(coarse.vertices, axis=1), 1, atol=0.01)
+    found = trimesh.Trimesh(coarse.vertices, coarse.faces, process=False)
+    assert found.volume == pytest.approx(4 / 3 * np.pi, rel=0.02)
+    assert decimated(fine, 10**6) is fine
+
+
 # ---- the page, the command, live -----------------------------------------------------------------------------------
 
 
@@ -435,11 +459,31 @@ def test_command_writes_pages(tmp_path, capsys):
         (["--ways", "--meshcat"], "--meshcat has none: give one of them"),
         (["--live", "--html", "x.html"], "not allowed"),
         (["--html", "missing/x.html"], "cannot write"),
+        (["--screenshot", "sag.jpg"], "images are PNG files; name it 'sag.png'"),
+        (["--colour", "stress"], "give --screenshot FILE.png too"),
+        (["--screenshot", "sag.png", "--ways"], "--screenshot is one image"),
     ],
 )
 def test_command_complains(arguments, words, capsys):
     assert cli.main([NAME, "robots/3rps.urdf.xacro", *arguments]) == 2
     assert words in capsys.readouterr().err
+
+
+def test_images_need_a_browser_and_say_so(tmp_path, monkeypatch):
+    result = ks.analyze(ks.load_robot("3rps").assemble())
+    for options, words in (
+        ({"colour": "red"}, "one of deflection"),
+        ({"view": "back"}, "home, front"),
+        ({"size": (1, 1)}, "pixels"),
+    ):
+        with pytest.raises(ks.ArgumentError, match=words):
+            ks.save_image(result, tmp_path / "sag.png", **options)
+    monkeypatch.setattr("shutil.which", lambda name: None)
+    with pytest.raises(ks.KinetostaticsError, match="apt install chromium"):
+        ks.save_image(result, tmp_path / "sag.png")
+    monkeypatch.setattr("shutil.which", lambda name: "/bin/true")
+    with pytest.raises(ks.KinetostaticsError, match="has drawn no image"):
+        ks.save_image(result, tmp_path / "sag.png")
 
 
 def test_live_answers_with_the_analysis_of_the_pose():

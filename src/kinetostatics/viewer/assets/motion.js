@@ -23,7 +23,7 @@ function read(s) {
   for (const key of ["pose", "twist"]) s.stations[key] = decode(s.stations[key], Float32Array);
   for (const m of s.meshes) {
     m.vertices = decode(m.vertices, Float32Array);
-    m.faces = decode(m.faces, Uint32Array);
+    m.faces = decode(m.faces, m.vertices.length < 3 * 65536 ? Uint16Array : Uint32Array);
     if (typeof m.station === "string") m.station = decode(m.station, Uint32Array);
     if (m.per_vertex) m.colour = Float32Array.from(decode(m.colour, Uint8Array), (c) => c / 255);
   }

@@ -21,7 +21,7 @@ function setStage() {
 
 const page = window.robot_page = {
   state, labels, robots: [], answers: 0, error: null, refreshTime: 0, ready: false, dark: false,
-  look, fit, showView, pick, selectPath, facts: () => page.robots.map(facts), readout: (k) => readout(page.robots[0].scene, k),
+  look, fit, showView, pick, selectPath, picture, facts: () => page.robots.map(facts), readout: (k) => readout(page.robots[0].scene, k),
   get solids() { return page.robots[0].solids; }, get arrows() { return page.robots[0].arrows; },
   get stations() { return page.robots[0].now; }, get scene() { return page.robots[0].scene; },
 };
@@ -37,7 +37,7 @@ const page = window.robot_page = {
   watchSize();
   watchKeys();
   watchClicks();
-  showView("home");
+  obeyAddress();
   const render = viewer.render.bind(viewer);
   viewer.render = () => { render(); placeLabels(); updateSwitches(); };
   viewer.set_dirty();

@@ -31,7 +31,7 @@ function escape(text) {
 
 const element = (id) => document.getElementById(id);
 
-function make(tag, parent, attributes = {}) {
+function make(tag, parent = null, attributes = {}) {
   const made = Object.assign(document.createElement(tag), attributes);
   if (parent) parent.appendChild(made);
   return made;
@@ -171,7 +171,7 @@ function buildTools() {
     const [, does, run] = KEYS.find(([k]) => k === key);
     make("button", tools, { textContent: words, title: `${title || does} (key ${KEY_NAMES[key] || key})`, onclick: run });
   };
-  for (const [key, words] of [["f", "fit"], ["0", "home"], ["3", "top"], ["1", "front"], ["2", "side"], ["d", "◐"], ["p", "panel"], ["?", "?"]]) tool(key, words);
+  for (const [key, words] of [["f", "fit"], ["0", "home"], ["3", "top"], ["1", "front"], ["2", "side"], ["i", "image"], ["d", "◐"], ["p", "panel"], ["?", "?"]]) tool(key, words);
   const rows = KEYS.map(([key, does]) => `<tr><td><kbd>${KEY_NAMES[key] || key}</kbd></td><td>${escape(does)}</td></tr>`).join("");
   element("robot-help").innerHTML = `<h2>Keys</h2><table>${rows}</table>
     <p>Drag to turn, right-drag or two fingers to shift, wheel to zoom.</p>`;

@@ -122,6 +122,7 @@ const KEYS = [ // key, what it does in words, what to do
   ["l", "names on or off", () => toggle("Labels")],
   [" ", "play or pause a path", () => { if (page.robots.some((robot) => robot.scene.stations.frames > 1)) playOrPause(); }],
   ["c", "colour by the next quantity", () => nextQuantity()],
+  ["i", "save an image with legend (PNG)", () => savePicture()],
   ["d", "dark or light", () => setDark(!page.dark)],
   ["p", "panel on or off", () => document.body.classList.toggle("without-panel")],
   ["?", "these keys", () => showHelp()],

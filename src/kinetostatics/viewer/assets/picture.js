@@ -1,0 +1,73 @@
+/* Images of the page: what stands above the robot, the robot with its names, and the legend. */
+
+/** The page's address may end in what it shall show at first: #picture&colour=stress&view=top. */
+function obeyAddress() {
+  const asked = new URLSearchParams(location.hash.slice(1));
+  if (asked.has("picture")) document.body.classList.add("as-picture");
+  if (asked.has("dark")) setDark(true);
+  const choice = document.querySelector("select[name='colour by']"), colour = asked.get("colour");
+  if ([...choice.options].some((option) => option.value === colour)) {
+    choice.value = colour;
+    choice.dispatchEvent(new Event("change"));
+  }
+  viewer.set_3d_pane_size();
+  showView(asked.get("view") in VIEWS ? asked.get("view") : "home");
+}
+
+/** The facts above the picture in lines of a width. */
+function factLines(ink, width) {
+  const lines = [];
+  for (const robot of page.robots) {
+    let line = robot.scene.title;
+    for (const [name, text] of facts(robot)) {
+      const longer = `${line}    ${name} ${text}`;
+      if (ink.measureText(longer).width <= width) { line = longer; continue; }
+      lines.push(line);
+      line = `${name} ${text}`;
+    }
+    lines.push(line);
+  }
+  return lines;
+}
+
+/** Return a PNG (a data address) of the picture, twice as fine as the screen. */
+function picture(fineness = 2) {
+  const width = stage.offsetWidth, height = stage.offsetHeight, style = getComputedStyle(document.body), below = 46;
+  const canvas = make("canvas"), ink = canvas.getContext("2d"), colour = (name) => style.getPropertyValue(name).trim();
+  ink.font = `400 12px ${style.fontFamily}`;
+  const lines = factLines(ink, width - 24), top = 18 * lines.length + 12;
+  Object.assign(canvas, { width: fineness * width, height: fineness * (height + top + below) });
+  ink.scale(fineness, fineness);
+  ink.fillStyle = colour("--ground");
+  ink.fillRect(0, 0, width, height + top + below);
+  const ratio = viewer.renderer.getPixelRatio();
+  viewer.renderer.setPixelRatio(fineness);
+  viewer.render();
+  ink.drawImage(viewer.renderer.domElement, 0, top, width, height); // before the browser clears it
+  viewer.renderer.setPixelRatio(ratio);
+  viewer.set_dirty();
+  const write = (text, x, y, size, weight, fill, align = "left") => {
+    Object.assign(ink, { font: `${weight} ${size}px ${style.fontFamily}`, fillStyle: fill, textAlign: align, textBaseline: "middle" });
+    ink.fillText(text, x, y);
+    return ink.measureText(text).width;
+  };
+  lines.forEach((line, k) => write(line, 12, 16 + 18 * k, 12, 400, colour("--ink")));
+  for (const { element: label } of labels) {
+    if (label.style.visibility !== "visible") continue;
+    const box = label.getBoundingClientRect(), frame = stage.getBoundingClientRect(), x = box.left - frame.left, y = top + box.top - frame.top;
+    ink.fillStyle = colour("--label");
+    ink.fillRect(x, y, box.width, box.height);
+    write(label.textContent, x + 4, y + box.height / 2, 12, 600, getComputedStyle(label).color);
+  }
+  const scale = colourScale(), y = top + height + 14, left = 24 + write(`${scale.words} [${scale.unit}]`, 12, y, 13, 600, colour("--ink"));
+  const long = Math.max(Math.min(320, width - left - 30), 60), bar = ink.createLinearGradient(left, 0, left + long, 0);
+  scale.ramp.forEach((c, k) => bar.addColorStop(k / (scale.ramp.length - 1), c.getStyle()));
+  ink.fillStyle = bar;
+  ink.fillRect(left, y - 6, long, 11);
+  for (const part of [0, 0.5, 1]) write(number((scale.low + part * (scale.high - scale.low)) / scale.factor), left + part * long, y + 16, 12, 400, colour("--ink"), "center");
+  return canvas.toDataURL("image/png");
+}
+
+function savePicture() {
+  make("a", null, { href: picture(), download: `${page.robots[0].scene.title}.png` }).click();
+}
