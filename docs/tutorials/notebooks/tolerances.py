@@ -1,0 +1,154 @@
+# %% [markdown]
+# # Tolerances of an overconstrained machine
+#
+# The 2PRU-UPR is held more often than necessary. That makes it stiff, but
+# parts that do not fit exactly force one another: errors of assembly lock
+# in forces. How large may the errors be?
+
+# %%
+import numpy as np
+from matplotlib import pyplot as plt
+
+import kinetostatics as ks
+
+# %% [markdown]
+# ## Is it overconstrained?
+#
+# Three constraints of the robot are redundant. The file does not say so; it
+# follows from the joint axes.
+
+# %%
+robot = ks.load_robot("2pru_upr")
+pose = robot.assemble()
+assert robot.mobility.redundant_constraints == 3
+print("\n".join(str(robot).splitlines()[:9]))
+
+# %% [markdown]
+# ## One error
+#
+# The hinge of limb 1 is turned by 1 mrad about the y axis of its frame.
+# Without weight, all that follows is the error's own doing.
+
+# %%
+result = ks.analyze(
+    pose,
+    gravity=[0, 0, 0],
+    misfits={
+        "revolute_1": {"twist": [0, 0, 0, 0, 1e-3, 0], "frame": "joint"}
+    },
+)
+locked = max(
+    np.linalg.norm(wrench[:3]) for wrench in result.joint_wrenches.values()
+)
+np.testing.assert_allclose(locked, 261.064, rtol=1e-4)
+moved = np.linalg.norm(result.twist[:3]) * 1e6
+f"{locked:.0f} N in the joints, and o moves by {moved:.0f} µm"
+
+# %% [markdown]
+# The drives do not feel it: forces that are locked in need no drive.
+
+# %%
+assert max(abs(force) for force in result.actuator_forces.values()) < 1e-6
+
+# %% [markdown]
+# ## All errors, ranked
+#
+# `ks.tolerances` tries every error of every joint and rod, by 0.1 mm, 1
+# mrad and 1 K unless told otherwise.
+
+# %%
+found = ks.tolerances(pose)
+found
+
+# %% [markdown]
+# Only some errors lock in forces. The others move the platform, and a
+# calibration takes them out.
+
+# %%
+harmful = [row for row in found if row.force > 1e-6]
+assert len(found) == 50 and len(harmful) == 24
+f"{len(harmful)} of {len(found)}"
+
+# %% [markdown]
+# ## A limit
+#
+# Errors act in proportion. If no error alone shall lock in more than 50 N,
+# this is how exact each angle must be:
+
+# %%
+worst = {}
+for row in harmful:
+    if row.error in ("rx", "ry", "rz"):
+        worst[row.name] = max(
+            worst.get(row.name, 0.0), row.force / row.amount
+        )  # N/rad
+needed = {name: 50 / slope * 1e3 for name, slope in worst.items()}  # mrad
+assert min(needed, key=needed.get) in ("revolute_1", "revolute_2")
+{name: f"{value:.2f} mrad" for name, value in needed.items()}
+
+# %% [markdown]
+# Try it: the worst joint off by just that much locks in 50 N.
+
+# %%
+name, slope = max(worst.items(), key=lambda item: item[1])
+row = next(row for row in harmful if row.name == name)
+error = [0.0] * 6
+error[("x", "y", "z", "rx", "ry", "rz").index(row.error)] = 50 / slope
+again = ks.analyze(
+    pose,
+    gravity=[0, 0, 0],
+    misfits={name: {"twist": error, "frame": "joint"}},
+)
+np.testing.assert_allclose(
+    np.linalg.norm(again.joint_wrenches[row.at][:3]), 50, rtol=1e-6
+)
+
+# %% [markdown]
+# ## Thinner rods forgive more
+#
+# Softer rods lock in less force, but they sag more. Locked-in forces fall
+# with the fourth power of the diameter, as bending does; the sag under
+# weight falls with the second.
+
+# %%
+diameters = np.linspace(0.03, 0.09, 7)
+forces, sags = [], []
+for diameter in diameters:
+    changed = ks.load_robot(
+        "2pru_upr", parameters={"rod_diameter": diameter}
+    ).assemble()
+    off = ks.analyze(
+        changed,
+        gravity=[0, 0, 0],
+        misfits={
+            "revolute_1": {"twist": [0, 0, 0, 0, 1e-3, 0], "frame": "joint"}
+        },
+    )
+    forces.append(
+        max(
+            np.linalg.norm(wrench[:3])
+            for wrench in off.joint_wrenches.values()
+        )
+    )
+    sags.append(
+        np.linalg.norm(
+            ks.analyze(changed, load=[0, 0, -500, 0, 0, 0]).twist[:3]
+        )
+        * 1e6
+    )
+
+power = np.polyfit(np.log(diameters), np.log(forces), 1)[0]
+assert abs(power - 4) < 0.1
+f"locked-in force ~ diameter^{power:.2f}"
+
+# %%
+figure, axes = plt.subplots(figsize=(6.5, 3.5), layout="constrained")
+axes.loglog(sags, forces, "o-")
+for diameter, sag, force in zip(diameters, sags, forces, strict=True):
+    axes.annotate(f"  {diameter * 1e3:.0f} mm", (sag, force), fontsize=8)
+axes.set(
+    xlabel="displacement of o under weight and 500 N [µm]",
+    ylabel="force locked in by 1 mrad [N]",
+)
+axes.grid(alpha=0.3, which="both")
+plt.show()
