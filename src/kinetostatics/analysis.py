@@ -198,6 +198,5 @@ def free_twists(robot: Robot, solution: Solution, pose: int) -> Array:
     columns = [np.zeros((6, 0)), *(item.J_c[..., pose].reshape(6, -1) for item in solution.statics)]
     wrenches = np.concatenate(columns, axis=1) * scale
     U, values, _ = np.linalg.svd(wrenches, full_matrices=True)
-    values = np.concatenate([values, np.zeros(6 - len(values))])[:6] if len(values) < 6 else values
-    free = values <= max(1e-6 * float(values[0]), float(values.min()))
-    return canonical_basis(U[:, free]) * scale
+    resisted = int(np.sum(values > 1e-6 * values.max(initial=0.0)))
+    return canonical_basis(U[:, min(resisted, 5) :]) * scale

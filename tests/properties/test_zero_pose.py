@@ -9,9 +9,10 @@ from package_robots import robot
 from places import TESTS
 
 import kinetostatics as ks
+from kinetostatics.checks.collect import robot_facts
 from kinetostatics.cli.main import main
 from kinetostatics.description import Origin
-from kinetostatics.kinematics.frame_corrections import frame_corrections
+from kinetostatics.kinematics.frame_corrections import frame_corrections, other_links
 from kinetostatics.kinematics.openings import are_within, gaps_text
 from kinetostatics.math import rotations
 
@@ -131,6 +132,44 @@ def test_a_mistake_that_nearly_closes_elsewhere_is_one():
     assert 1e-5 < robot.closing_error < 1e-4 and robot.has_wrong_zero
     with pytest.raises(ks.AssemblyError, match=r"universal_2.*moving"):
         robot.assemble(tolerance=1e-3)
+
+
+# ---- a joint on a wrong link ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("name", "joint", "wrong", "also"),
+    [
+        ("planar_3rrr", "elbow_2", "crank_1", []),
+        ("delta", "upper_2a_y", "elbow_1", []),
+        ("five_bar", "elbow_2", "proximal_1", ["joint 'clamp' on link 'distal_2'", "loop 'wrist' on link 'distal_1'"]),
+    ],
+)
+def test_a_wrong_parent_is_named(name, joint, wrong, also):
+    """Its numbers are right: on the right link, and on no other, they close all loops at zero."""
+    right = replace(ks.load_robot(name).description, beams={}, joint_stiffness={})
+    parent = right.joints[joint].parent
+    robot = ks.Robot(replace(right, joints={**right.joints, joint: replace(right.joints[joint], parent=wrong)}))
+    found = [str(item) for item in other_links(robot.mechanism, robot.size)]
+    assert found[0] == f"joint {joint!r} on link {parent!r} instead of {wrong!r}"
+    assert [item.partition(" instead")[0] for item in found[1:]] == also
+    [hint] = [text for text in robot_facts(robot).warnings if "a frame in the file is wrong" in text]
+    assert f"Or a link is wrong: all would close with {', or '.join(found)}, its numbers as they are" in hint
+
+
+@pytest.mark.parametrize("side", [0, 1])
+def test_a_wrong_side_of_a_loop_is_named(side):
+    """A loop's side is on another link, whose frame lies elsewhere."""
+    right = replace(ks.load_robot("planar_3rrr").description, beams={}, joint_stiffness={})
+    loop = right.loops["tip_2"]
+    key, link, wrong = (("predecessor", loop.predecessor, "coupler_3"), ("successor", loop.successor, "crank_1"))[side]
+    robot = ks.Robot(replace(right, loops={**right.loops, "tip_2": replace(loop, **{key: wrong})}))
+    [found] = [item for item in other_links(robot.mechanism, robot.size) if item.joint == "tip_2"]
+    assert found.is_loop and link in found.others and found.link == wrong
+
+
+def test_a_frame_that_is_off_is_on_the_right_link(frame_off):
+    assert other_links(frame_off.mechanism, frame_off.size) == ()
 
 
 # ---- what is legal stays so ----------------------------------------------------------------------------------------------

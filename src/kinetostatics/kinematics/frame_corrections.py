@@ -1,4 +1,4 @@
-"""Which frame of a file is wrong: single frames that, moved or turned, would close all loops where all joints are at zero.
+"""Which frame of a file is wrong: single frames that, moved or turned, or in another link, would close all loops at zero.
 
 Candidates are the origins of all joints, and of all loops on both sides. Their displacements are found by Gauss–Newton steps of
 smallest size, all candidates at once; the equations of a loop are wrenches, as in
@@ -94,6 +94,69 @@ def frame_corrections(mechanism: Mechanism, size: float) -> tuple[FrameCorrectio
         mechanism: the robot.
         size: its size [m], which makes turns comparable with shifts.
     """
+    closures, sides, _, candidates = _at_zero(mechanism)
+    found: dict[int, FrameCorrection] = {}
+    for columns in (slice(0, 3), slice(3, 6), slice(0, 6)):
+        rotation, shift, closed = _closed(closures, sides, candidates, columns, size)
+        turn = rotations.logarithm(rotation)
+        for n in np.flatnonzero(closed):
+            if int(n) not in found:
+                back = candidates.rotation[:, :, n].T
+                moved, turned = back @ shift[:, n], back @ turn[:, n]
+                moved[np.abs(moved) < 1e-9 * size], turned[np.abs(turned) < 1e-9] = 0.0, 0.0
+                found[int(n)] = FrameCorrection(*candidates.names[n], moved, turned)
+    corrections = [found[n] for n in sorted(found)]
+    return tuple(sorted(corrections, key=lambda item: round(_extent(item, size), 6)))
+
+
+@dataclass(frozen=True)
+class OtherLink:
+    """A joint, or a side of a loop, whose origin would close all loops at zero as it stands, if it were in another link.
+
+    Attributes:
+        joint: the joint or loop.
+        is_loop: whether it is a loop.
+        link: the link in which the origin is.
+        others: the links in which it would close them: they lie alike at zero.
+    """
+
+    joint: str
+    is_loop: bool
+    link: str
+    others: tuple[str, ...]
+
+    def __str__(self) -> str:
+        others = " or ".join(map(repr, self.others))
+        return f"{'loop' if self.is_loop else 'joint'} {self.joint!r} on link {others} instead of {self.link!r}"
+
+
+def other_links(mechanism: Mechanism, size: float) -> tuple[OtherLink, ...]:
+    """Return all joints, and sides of loops, that close all loops at zero if they are on another link, their origins as they are.
+
+    Args:
+        mechanism: the robot.
+        size: its size [m], beside which gaps are judged.
+    """
+    closures, sides, links, candidates = _at_zero(mechanism)
+    above = {joint.child: joint.parent for joint in mechanism.description.joints.values()}
+    found = []
+    for n, (name, is_loop, link) in enumerate(candidates.names):
+        child = None if is_loop else mechanism.description.joints[name].child
+        targets = [other for other in links if other != link and (child is None or not _hangs_on(above, other, child))]
+        moves = np.array([links[other] for other in targets]).reshape(-1, 4, 4) @ np.linalg.inv(links[link])
+        moved = np.where(candidates.carried[:, n, None, None], moves[:, None] @ sides, sides)
+        residual, _ = closures.evaluate(Frames(moved[..., :3, :3].transpose(2, 3, 1, 0), moved[..., :3, 3].transpose(2, 1, 0)))
+        closed = np.flatnonzero(_are_closed(closures, residual, size))
+        if closed.size:
+            found.append(OtherLink(name, is_loop, link, tuple(targets[k] for k in closed)))
+    return tuple(found)
+
+
+def _at_zero(mechanism: Mechanism) -> tuple[Closures, Array, dict[str, Array], _Candidates]:
+    """Return the loops, the frames of their sides (2K, 4, 4) and of all links at zero, and the frames that may be wrong.
+
+    The sides count as bodies of the loops: predecessors first.
+    """
     loops = [item for item in mechanism.connections.values() if item.is_loop]
     frames = mechanism.tree.forward(mechanism.tree.neutral[:, None])
 
@@ -104,25 +167,20 @@ def frame_corrections(mechanism: Mechanism, size: float) -> tuple[FrameCorrectio
 
     sides = [placed(item.predecessor_body, item.predecessor_frame) for item in loops]
     sides += [placed(item.successor_body, item.successor_frame) for item in loops]
-    candidates = _candidates(mechanism, {link: placed(*where) for link, where in mechanism.body_of.items()}, sides)
+    links = {link: placed(*where) for link, where in mechanism.body_of.items()}
     count, here = len(loops), np.eye(4)
     free = [
         replace(item, predecessor_body=k, successor_body=count + k, predecessor_frame=here, successor_frame=here)
         for k, item in enumerate(loops)
     ]
-    closures = Closures(free)
-    found: dict[int, FrameCorrection] = {}
-    for columns in (slice(0, 3), slice(3, 6), slice(0, 6)):
-        rotation, shift, closed = _closed(closures, np.array(sides), candidates, columns, size)
-        turn = rotations.logarithm(rotation)
-        for n in np.flatnonzero(closed):
-            if int(n) not in found:
-                back = candidates.rotation[:, :, n].T
-                moved, turned = back @ shift[:, n], back @ turn[:, n]
-                moved[np.abs(moved) < 1e-9 * size], turned[np.abs(turned) < 1e-9] = 0.0, 0.0
-                found[int(n)] = FrameCorrection(*candidates.names[n], moved, turned)
-    corrections = [found[n] for n in sorted(found)]
-    return tuple(sorted(corrections, key=lambda item: round(_extent(item, size), 6)))
+    return Closures(free), np.array(sides), links, _candidates(mechanism, links, sides)
+
+
+def _hangs_on(above: dict[str, str], link: str, root: str) -> bool:
+    """Whether a link is another or hangs on it in the tree; ``above`` are the links' parents."""
+    while link != root and link in above:
+        link = above[link]
+    return link == root
 
 
 def _extent(correction: FrameCorrection, size: float) -> float:
@@ -138,15 +196,10 @@ def _candidates(mechanism: Mechanism, links: dict[str, Array], sides: list[Array
     names: list[tuple[str, bool, str]] = []
     origins, carried = [], []
 
-    def hangs_on(link: str, root: str) -> bool:
-        while link != root and link in above:
-            link = above[link]
-        return link == root
-
     for joint in description.joints.values():
         names.append((joint.name, False, joint.parent))
         origins.append((links[joint.parent] @ joint.origin.matrix)[:3, 3])
-        carried.append([hangs_on(link, joint.child) for link in at])
+        carried.append([_hangs_on(above, link, joint.child) for link in at])
     for side in range(2):
         for k, loop in enumerate(loops):
             number = side * len(loops) + k
@@ -193,5 +246,9 @@ def _closed(
             break
         shift = shift + size * step[:3]
         rotation = np.einsum("ijn,jkn->ikn", rotations.exponential(step[3:]), rotation)
-    gaps = list(closures.gaps(residual).values())
-    return rotation, shift, np.all([np.maximum(m / size, rad) < CLOSES for m, rad in gaps], axis=0)
+    return rotation, shift, _are_closed(closures, residual, size)
+
+
+def _are_closed(closures: Closures, residual: Array, size: float) -> NDArray[np.bool_]:
+    """Return whether all loops are closed (N,), up to what rounding in the rest of the file leaves."""
+    return np.all([np.maximum(m / size, rad) < CLOSES for m, rad in closures.gaps(residual).values()], axis=0)

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from kinetostatics.kinematics.frame_corrections import FrameCorrection, frame_corrections
+from kinetostatics.kinematics.frame_corrections import FrameCorrection, frame_corrections, other_links
 from kinetostatics.kinematics.loop_constraints import LoopEquations
 from kinetostatics.kinematics.openings import CLOSED, are_within, gaps_text
 from kinetostatics.kinematics.solver import PrescribedCoordinates, Solver, SolverState
@@ -83,9 +83,11 @@ def wrong_zero_text(mechanism: Mechanism, gaps: Mapping[str, tuple[float, float]
         text += ", or an angle or a length is rounded (write them with full precision, as ${pi/2} in xacro)"
     corrections = frame_corrections(mechanism, size)
     if not corrections:
-        return text + ". No single one, moved or turned, would close all loops at zero: more than one is wrong"
-    which = "Any one of these" if corrections[1:] else "This"
-    return f"{text}. {which} would close all loops at zero: {_listed(mechanism, corrections)}"
+        text += ". No single one, moved or turned, would close all loops at zero: more than one is wrong"
+    else:
+        which = "Any one of these" if corrections[1:] else "This"
+        text += f". {which} would close all loops at zero: {_listed(mechanism, corrections)}"
+    return text + _said_of_links(mechanism, size)
 
 
 def corrections_hint(mechanism: Mechanism, size: float) -> str | None:
@@ -96,8 +98,15 @@ def corrections_hint(mechanism: Mechanism, size: float) -> str | None:
     which = "any one of these" if corrections[1:] else "this"
     return (
         "if the loops are meant to be closed where all joints are at zero, a frame in the file is wrong: "
-        f"{which} would close all: {_listed(mechanism, corrections)}"
+        f"{which} would close all: {_listed(mechanism, corrections)}{_said_of_links(mechanism, size)}"
     )
+
+
+def _said_of_links(mechanism: Mechanism, size: float) -> str:
+    """Say which single joint or loop would close all loops at zero on another link, if any does."""
+    found = other_links(mechanism, size)
+    shown = ", or ".join(map(str, found[:_SHOWN]))
+    return f". Or a link is wrong: all would close with {shown}, its numbers as they are" if found else ""
 
 
 def _listed(mechanism: Mechanism, corrections: tuple[FrameCorrection, ...]) -> str:

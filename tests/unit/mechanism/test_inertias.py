@@ -3,7 +3,7 @@
 import numpy as np
 import pinocchio as pin
 import pytest
-from simple_machines import joint, link, robot
+from simple_machines import BEAM, RHO, joint, link, robot
 
 from kinetostatics.mechanism.inertias import Falling, link_inertias, weighed
 
@@ -53,3 +53,20 @@ def test_a_weight_is_a_force_at_the_centre_of_mass():
     arm, lever, gravity = np.array([1.0, 2.0, 3.0]), np.array([0.1, 0.2, -0.3]), np.array([0.5, -1.0, -9.0])
     found = Falling(turn, arm, gravity).wrench(stick(4.0, lever))
     np.testing.assert_allclose(found, np.r_[4 * gravity, np.cross(arm + turn @ lever, 4 * gravity)], rtol=1e-12)
+
+
+def test_a_beam_is_a_prism():
+    """Textbook inertia of a 0.02 × 0.06 × 0.5 bar about its middle: m (b² + h²)/12 along it, m (L² + h²)/12 across."""
+    machine = robot(
+        link("base"), link("bar"), link("platform"), joint("foot", "continuous", "base", "bar", "0.1 0.2 0"),
+        joint("head", "fixed", "bar", "platform", "0 0 0.5"),
+        f'<beam link="bar" from="foot" to="head" density="{RHO}" y_axis="1 0 0" {BEAM}>'
+        '<rectangle width="0.02" height="0.06"/></beam>',
+    )  # fmt: skip
+    body, found = machine.beams["bar"].rod(machine.zero_frames)
+    m = RHO * 0.02 * 0.06 * 0.5
+    assert body == machine.mechanism.body_of["bar"][0] and found.mass == pytest.approx(m)
+    np.testing.assert_allclose(found.lever, [0, 0, 0.25], atol=1e-12)
+    # its width lies along y_axis, x here
+    moments = [(0.5**2 + 0.06**2) / 12, (0.5**2 + 0.02**2) / 12, (0.02**2 + 0.06**2) / 12]
+    np.testing.assert_allclose(found.inertia, m * np.diag(moments), rtol=1e-9, atol=1e-15)

@@ -126,3 +126,16 @@ def test_beams_share_the_mass_of_their_link_by_their_lengths(masses):
     found = ks.analyze(machine.assemble()).beams
     assert float(found["fork"].mass) == pytest.approx(3.0) and float(found["short"].mass) == pytest.approx(1.0)
     assert masses[1] == 0 or float(found["rod"].mass) == pytest.approx(3.0)
+
+
+def test_joints_that_are_one_are_called_by_what_their_names_share():
+    def labels(*names):
+        parts = [link("base"), *(link(f"l{k}") for k in range(len(names))), link("platform")]
+        for k, name in enumerate(names):
+            parts.append(joint(name, "continuous", f"l{k - 1}" if k else "base", f"l{k}", axis=(X, Y, Z)[k]))
+        last = f"l{len(names) - 1}"
+        parts += [joint("head", "fixed", last, "platform", "0.1 0.2 1"), bar(last, names[-1], "head", RHO, CIRCLE)]
+        return [item.label for group in robot(*parts).statics.groups for item in group.compounds[0]]
+
+    assert labels("hip_x", "hip_y") == ["hip"] and labels("hip.x", "hip.y", "hip.z") == ["hip"]
+    assert labels("pan", "tilt") == ["pan+tilt"] and labels("pan_") == ["pan_"]
