@@ -6,7 +6,22 @@ import numpy as np
 import pytest
 
 from kinetostatics.printing import text as report_text
-from kinetostatics.printing.text import Magnitudes, Scale, largest, listing, quantity, table, vector, wide_table, wrapped
+from kinetostatics.printing.text import (
+    Column,
+    Magnitudes,
+    Scale,
+    column_table,
+    largest,
+    listing,
+    once,
+    quantity,
+    section,
+    table,
+    vector,
+    warning_lines,
+    wide_table,
+    wrapped,
+)  # fmt: skip
 
 pytestmark = pytest.mark.smoke
 
@@ -93,3 +108,15 @@ def test_tables_and_lines():
     assert wrapped("one two three", "- ", 9) == ["- one two", "  three"] and wrapped("", "- ") == ["-"]
     assert listing(["a"]) == "a" and listing(["a", "b", "c"]) == "a, b and c"
     assert listing(list("abcdef")) == "a, b, c, d, e and f" and listing(list("abcdefg")) == "a, b, c, d, … g (7)"
+    assert once(["a", "a", "b", "a", "a"]) == ["a", "", "b", "a", ""] and once([]) == []
+    assert section("Title", ["one", ""]) == ["", "Title", "  one", ""]
+    assert warning_lines([]) == ["", "Warnings", "  none"] and warning_lines(["a", "b"])[2:] == ["  ! a", "  ! b"]
+    assert table(("a", "b", "c"), [("x", "y", "long")])[1] == "x  y  long"  # the first to the left, the others to the right
+    found = Magnitudes(1.0, 2.0, 3.0, 4.0)
+    assert [
+        found.scale(kind, 0.5 * k + 0.5)(0.5 * k + 0.5) for k, kind in enumerate(("displacement", "rotation", "force", "moment"))
+    ] == ["0"] * 4
+    assert found.scale("force", 5.0).with_unit(5.0) == "5.0000 N" and found.scale("moment", 5.0, 3).with_unit(5.0) == "5.00 N·m"
+    columns = [Column("name", ["x", "y"]), Column.of("force", [1.0, None], Scale.of(1.0, report_text.FORCES))]
+    assert column_table(columns) == ["name  force [N]", "x        1.0000", "y"]
+    assert Column.of("n", [2.0], Scale.of(2.0, report_text.FORCES), with_unit=False).title == "n"
