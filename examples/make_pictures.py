@@ -132,7 +132,7 @@ def draw_gallery(browser: Browser, pages: Path, folder: Path) -> None:
         page.goto(file.as_uri())
         page.wait_for_function("window.robot_page && robot_page.ready")
         page.evaluate("document.body.classList.add('without-panel')")
-        page.evaluate("document.getElementById('robot-tools').style.display = 'none'")
+        page.evaluate("document.getElementById('robot-head').style.display = 'none'")
         page.evaluate("view => { robot_page.look(...view); viewer.set_dirty(); }", list(VIEWS.get(name, (1.5, -2.6, 1.1))))
         page.wait_for_function("!viewer.needs_render")
         page.wait_for_timeout(200)

@@ -61,7 +61,11 @@ GUIDE = _story(
     *("sketch", "joints", "drive", "beams", "masses", "results", "verify", "troubles"),
     file="lift_table.urdf.xacro",
 )
-STORIES = (GUIDE,)
+STORIES = (
+    GUIDE,
+    _story("start", "tour", file="3rps.urdf.xacro"),
+    _story("start", "your_own_robot", file="camera_boom.urdf.xacro"),
+)
 
 
 @dataclass(frozen=True)
