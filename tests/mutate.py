@@ -196,6 +196,8 @@ def _without_numbers(node: ast.AST) -> list[ast.AST]:
         return [node.annotation]
     if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.dump(node.test):
         return [node]
+    if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "reshape":
+        return [part for part in node.args if ast.unparse(part) == "-1"]  # any negative length is the one that fits
     return [node] if isinstance(node, (ast.JoinedStr, ast.Raise, ast.Assert)) else []
 
 

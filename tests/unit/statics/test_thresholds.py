@@ -9,6 +9,7 @@ from simple_machines import joint, link, mount, springs
 import kinetostatics as ks
 from kinetostatics.statics.joint_wrenches import _masked
 from kinetostatics.statics.platform_equilibrium import _invert, _RigidPart
+from kinetostatics.statics.solution import _held
 
 
 def pendulum(offset):
@@ -65,3 +66,13 @@ def test_a_stiffness_of_nothing_is_none(pivot, singular):
     K = np.eye(6)[:, :, None]
     K[0, 1] = K[1, 0] = np.sqrt(1 - pivot)
     assert _invert(K, np.ones(6))[1] == singular
+
+
+@pytest.mark.parametrize(("sine", "held"), [(1.0, True), (2e-6, True), (1e-6, False), (0.0, False)])
+@pytest.mark.parametrize("size", [1e-3, 1.0, 1e3])
+def test_a_platform_held_by_wrenches_that_differ(sine, held, size):
+    """Six wrenches, two of which enclose an angle: the smallest eigenvalue of their Gram matrix is half its squared sine."""
+    J = np.eye(6)
+    J[:, 5] = np.sqrt(1 - sine**2) * J[:, 0] + sine * J[:, 5]
+    limbs = [SimpleNamespace(J_c=size * J[:, columns, None, None]) for columns in ([0, 1], [2, 3, 4, 5])]
+    assert bool(_held(limbs, np.ones(6), 1)[0]) == held
