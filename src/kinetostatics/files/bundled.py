@@ -27,6 +27,11 @@ class Robots(dict[str, str]):
         width = max(map(len, self), default=0)
         return "\n".join(f"{name:{width}}  {about}" for name, about in self.items())
 
+    def _repr_html_(self) -> str:
+        from kinetostatics.printing.html_tables import html_table
+
+        return html_table("", ("name", "robot"), self.items(), "ll")
+
 
 def robots() -> Robots:
     """Return the robots that come with the package: a mapping from names to one sentence each.

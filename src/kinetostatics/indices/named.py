@@ -22,6 +22,7 @@ from kinetostatics.indices.stiffness import (
     translational_stiffness,
 )
 from kinetostatics.math.ordering import EQUAL
+from kinetostatics.printing.html_tables import html_table
 from kinetostatics.status import FACTS, Status, in_map
 
 
@@ -194,15 +195,21 @@ class Extreme:
     facts: tuple[str, ...]
 
     def __str__(self) -> str:
-        where = [_said(name, value, self.coordinate_units.get(name, "")) for name, value in self.coordinates.items()]
-        return (
-            _said(self.what, self.value, "" if self.units == "1" else self.units) + f" at {', '.join(where) or 'the only pose'}"
-        )
+        what, *where = (f"{name} = {value}" for name, value in self._rows())
+        return f"{what} at {', '.join(where) or 'the only pose'}"
+
+    def _repr_html_(self) -> str:
+        return html_table("", ("", ""), self._rows())
+
+    def _rows(self) -> list[tuple[str, str]]:
+        """Return name and value of the quantity, then of the coordinates."""
+        where = [(name, _written(value, self.coordinate_units.get(name, ""))) for name, value in self.coordinates.items()]
+        return [(self.what, _written(self.value, "" if self.units == "1" else self.units)), *where]
 
 
-def _said(name: str, value: object, units: str) -> str:
+def _written(value: object, units: str) -> str:
     number = f"{value:.6g}" if isinstance(value, float) else str(value)
-    return f"{name} = {number} {units}".rstrip()
+    return f"{number} {units}".rstrip()
 
 
 def best(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> Extreme:

@@ -13,7 +13,7 @@ from kinetostatics.analysis import analyze
 from kinetostatics.argument_checks import positive
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
-from kinetostatics.printing.dispatch import dict_of, text_of
+from kinetostatics.printing.dispatch import dict_of, html_of, text_of
 from kinetostatics.printing.mappings import Named, ShortRepr
 from kinetostatics.verification.frame import FrameModel
 from kinetostatics.verification.model import build
@@ -84,6 +84,9 @@ class Verification(ShortRepr):
 
     def __str__(self) -> str:
         return text_of(self)
+
+    def _repr_html_(self) -> str:
+        return html_of(self)
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything as plain numbers, lists and strings: what ``--json`` prints."""

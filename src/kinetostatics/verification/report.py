@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from kinetostatics.math.arrays import Array
-from kinetostatics.printing.dispatch import dict_of, text_of
+from kinetostatics.printing.dispatch import dict_of, html_of, text_of
+from kinetostatics.printing.html_tables import html_table
 from kinetostatics.printing.text import (
     STIFFNESSES,
     TURNING_STIFFNESSES,
@@ -94,6 +95,13 @@ def verification_report(found: Verification) -> str:
     return "\n".join(lines)
 
 
+@html_of.register(Verification)
+def verification_table(found: Verification) -> str:
+    """Return the verdict with the differences, as notebooks show them."""
+    title = f"Check of {found.configuration.robot.name!r} by finite elements: {found.verdict}"
+    return html_table(title, DIFFERENCES, _difference_rows(found), "lrrl")
+
+
 def _row(name: str, ours: float, theirs: float, scale: Scale) -> tuple[str, str, str, str]:
     gap = (ours - theirs) / scale.factor
     return f"{name} [{scale.unit}]", scale(ours), scale(theirs), f"{gap:.0e}" if np.isfinite(gap) else "–"
@@ -146,9 +154,15 @@ def _joints(found: Verification, noise: Magnitudes) -> list[str]:
     )
 
 
-def _differences(found: Verification) -> list[str]:
-    rows = [
+DIFFERENCES = ("", "difference", "finite elements' own scatter", "")
+
+
+def _difference_rows(found: Verification) -> list[tuple[str, str, str, str]]:
+    return [
         (WORDS[name], f"{value:.1e}", f"{found.scatter.get(name, np.nan):.1e}", "ok" if value <= found.tolerance else "DIFFERS")
         for name, value in found.differences.items()
     ]
-    return table(("", "difference", "finite elements' own scatter", ""), rows, "lrrl")
+
+
+def _differences(found: Verification) -> list[str]:
+    return table(DIFFERENCES, _difference_rows(found), "lrrl")

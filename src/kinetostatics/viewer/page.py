@@ -32,7 +32,7 @@ def page_html(scene: dict[str, Any]) -> str:
 
 def iframe_html(page: str, height: int = 640) -> str:
     """Return a page inside an ``<iframe>``, for notebooks."""
-    return f'<iframe srcdoc="{html.escape(page)}" style="width: 100%; height: {height}px; border: 1px solid #d5d9df"></iframe>'
+    return f'<iframe srcdoc="{html.escape(page)}" style="width: 100%; height: {height}px; border: 1px solid #8888"></iframe>'
 
 
 def _asset(name: str) -> str:

@@ -1,6 +1,7 @@
 """What a REPL and a notebook show of robots, poses, results and their parts: short, escaped, and right."""
 
 import copy
+import html
 import pickle
 import re
 from collections.abc import Mapping
@@ -190,6 +191,31 @@ def test_tables_for_notebooks():
     shown = {row[0]: row[1:] for row in Cells(robot.description._repr_html_()).rows}
     assert shown["loops"] == ["2", "spherical_2 and spherical_3"] and shown["platform"] == ["1", "platform"]
     assert [row[0] for row in Cells(one.beams._repr_html_()).rows] == ["rod_1", "rod_2", "rod_3"]
+
+
+def test_robots_that_come_along_and_extremes_are_tables_too():
+    rows = Cells(ks.robots()._repr_html_()).rows
+    assert rows[0] == ["name", "robot"] and dict(rows[1:]) == dict(ks.robots())
+    assert ks.robots()._repr_html_().count("text-align: right") == 0, "sentences begin on the left"
+    indices = pytest.importorskip("kinetostatics.indices")
+    worst = indices.Extreme("linear_sag", 2.5e-6, "m", {"z": 0.5}, {"z": 0}, Status.OK, {"z": "m"}, ())
+    assert Cells(worst._repr_html_()).rows == [["linear_sag", "2.5e-06 m"], ["z", "0.5 m"]]
+    assert str(worst) == "linear_sag = 2.5e-06 m at z = 0.5 m"
+
+
+def test_a_verification_is_a_table_of_its_differences():
+    pytest.importorskip("openseespy")
+    found = ks.verify(package_robots.robot("3rps").assemble())
+    _, *rows = Cells(found._repr_html_()).rows
+    assert [row[0] for row in rows] == ["twist of the platform", "compliance", "stiffness", *(row[0] for row in rows[3:])]
+    assert all(row[3] == "ok" and float(row[1]) < 1e-6 for row in rows)
+    assert found.verdict in html.unescape(found._repr_html_())
+
+
+def test_tables_have_no_colours():
+    """Notebooks are light or dark."""
+    for item in (package_robots.robot("3rps"), ks.robots(), package_robots.robot("3rps").description):
+        assert not re.search(r"color|background|#[0-9a-f]{3}", item._repr_html_())
 
 
 def test_html_is_escaped():
