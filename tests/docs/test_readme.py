@@ -46,18 +46,19 @@ def test_the_complete_example_runs(monkeypatch, capsys):
     assert "limb_1" in capsys.readouterr().out
 
 
-def test_modules_named_in_the_readme_exist():
-    rooms = README.split("## The code")[1].split("## Citing")[0]
-    for row in re.findall(r"^\| (`.*?) \|", rooms, re.MULTILINE):
-        for name in re.findall(r"`([a-z_*]+)`", row):
-            assert list((ROOT / "src" / "kinetostatics").glob(name + "*")), name
+def test_the_folders_of_the_code_are_those_that_the_page_names():
+    rooms = (ROOT / "docs" / "explanation" / "inside.md").read_text(encoding="utf-8").partition("## The code")[2]
+    named = {name for row in re.findall(r"^\| (`.*?) \|", rooms, re.MULTILINE) for name in re.findall(r"`([a-z_]+)`", row)}
+    source = ROOT / "src" / "kinetostatics"
+    assert {path.parent.name for path in source.glob("*/__init__.py")} <= named
+    assert all(list(source.glob(f"{name}*")) for name in named), named
 
 
 def test_the_example_of_misfits_runs(monkeypatch, capsys):
     monkeypatch.chdir(ROOT)
-    code = re.search(r"```python\n(.*?)```", between("misfits"), re.DOTALL).group(1)
+    code = (ROOT / "docs" / "how_to" / "tolerances.md").read_text(encoding="utf-8").split("```python\n")[1].split("```")[0]
     names = {}
-    exec(compile(code, "README.md", "exec"), names)  # the README's own text
+    exec(compile(code, "tolerances.md", "exec"), names)  # the page's own text
     assert abs(names["result"].contributions["misfit"][0]) > 1e-5
     assert "prismatic_1" in capsys.readouterr().out
 
