@@ -26,7 +26,7 @@ def are_within(gaps: Mapping[str, tuple[float, float]], metres: float, radians: 
 def worst_gaps_text(equations: LoopEquations, gaps: Mapping[str, tuple[float, float]]) -> str:
     """Say how far the loops that are widest open are so."""
     items = list(gaps.items())
-    worst = [items[k] for k in ranked([max(sizes) for _, sizes in items])]
+    worst = [items[k] for k in ranked([max(sizes) for _, sizes in items]) if max(items[k][1]) > CLOSED]
     shown = []
     for name, (metres, radians) in worst[:3]:
         metres, radians = (0.0 if size <= NOTHING * max(worst[0][1]) else size for size in (metres, radians))

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from simple_machines import joint, link, loop, robot
+from simple_machines import joint, link, loop, parallelogram, robot
 
 import kinetostatics as ks
 
@@ -96,3 +96,11 @@ def test_loops_may_stay_open_by_a_tenth_of_a_nanometre_unless_more_is_allowed(of
     assert (machine.configuration(q, on_failure="nan").status == ks.Status.OK) == accepted
     moved = machine.assemble(actuators={"a": 0.1}, on_failure="nan")
     assert (moved.status == ks.Status.OK) == accepted
+
+
+def test_what_cannot_be_reached_is_told_apart_from_what_lies_beyond_a_singular_pose():
+    """Two cranks of length 1: their table gets to x = ±1, and turned by 3 rad only past the pose in which all lie in a line."""
+    with pytest.raises(ks.AssemblyError, match=r"up to 52.1 % .* the target itself can be assembled, but the line to it passes"):
+        parallelogram().assemble(actuators={"foot_0": 3.0})
+    with pytest.raises(ks.AssemblyError, match=r"the nearest that was found is x = (0.99\d*|1), where no loop stays open"):
+        parallelogram().assemble(platform={"x": 1.2})

@@ -30,6 +30,8 @@ def test_the_widest_gaps_are_told_first():
         "joint 'gear' is 0.3 rad beside where its <mimic> puts it, loop 'd' stays 0 m and 0.0031 rad open"
     )
     assert worst_gaps_text(EQUATIONS, {"a": (0.5, 0.4e-9)}) == "loop 'a' stays 0.5 m open"
+    assert worst_gaps_text(EQUATIONS, {"a": (0.9e-9, 0.5e-9)}) == "no loop stays open"  # rounding
+    assert worst_gaps_text(EQUATIONS, {"a": (1.1e-9, 0.0)}) == "loop 'a' stays 1.1e-09 m open"
     assert worst_gaps_text(EQUATIONS, {"a": (0.0, 0.0)}) == worst_gaps_text(EQUATIONS, {}) == "no loop stays open"
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from kinetostatics.limbs.compliance import count_rigid
-from kinetostatics.limbs.force_method import distribute, elimination_order, ranks, suits
+from kinetostatics.limbs.force_method import distribute, elimination_order, ranks, remainder, suits
 from kinetostatics.limbs.redundant_forces import _relaxation
 from kinetostatics.math.linalg import null_space
 
@@ -58,3 +58,12 @@ def test_ranks_are_judged_beside_the_largest_value_or_one():
         matrix = np.diag(values)
         assert ranks(matrix[:, :, None], np.zeros((6, 2)), 1e-5) == (count, 0)
         assert null_space(matrix, 1e-5)[1] == count
+
+
+def test_what_no_wrenches_balance_does_not_depend_on_the_pivots():
+    """x = −d and x = −e together: half their difference is left of either, whichever of the two is solved."""
+    A = np.array([[1.0, 0], [1.0, 0]])[:, :, None, None]
+    plan = elimination_order(A[..., 0], np.zeros((6, 2)), 1e-6)
+    for demand, particular in (((1.0, 2.0), -1.0), ((1.0, 2.0), -2.0), ((3.0, 3.0), -3.0)):
+        found = remainder(plan, A, np.array(demand)[:, None, None], np.array([particular, 0.0])[:, None, None])[:, 0, 0]
+        np.testing.assert_allclose(found, np.array([1, -1]) * (demand[0] - demand[1]) / 2, atol=1e-12)

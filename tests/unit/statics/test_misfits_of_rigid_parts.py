@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from odd_robots import parsed, rigid_limbs, written
-from simple_machines import RHO, bar, joint, link, loop, mount, springs
+from simple_machines import RHO, bar, joint, link, loop, mount, springs, two_columns
 
 import kinetostatics as ks
 
@@ -122,3 +122,10 @@ def test_a_ring_that_hangs_on_the_platform_is_the_platform_s():
         np.testing.assert_allclose(moved["load"], rigid["load"], rtol=1e-9, atol=1e-15)
         bent = moved["platform_weight"] - rigid["platform_weight"]
         assert bent[2] < -1e-8 and np.linalg.norm(bent) > 10 * np.linalg.norm(moved["load"] - rigid["load"])
+
+
+def test_warmth_needs_a_thermal_expansion():
+    pose = two_columns(warm=False).assemble()
+    with pytest.raises(ks.ArgumentError, match=r"beam 'a' has no thermal_expansion"):
+        ks.analyze(pose, gravity=STILL, misfits={"a": {"temperature": [0.0, 20.0]}})
+    assert ks.analyze(pose, gravity=STILL, misfits={"a": {"temperature": 0.0, "length": 1e-4}}).twist[2] > 0
