@@ -8,7 +8,7 @@ import io
 import shutil
 import sys
 import tempfile
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import meshcat
@@ -40,6 +40,7 @@ class Picture:
     sliders: bool = False
     colour: str = "deflection"
     card: str = ""
+    compare: dict[str, float] | None = None
     size: tuple[int, int] = (1200, 760)
 
 
@@ -85,6 +86,14 @@ PICTURES = {
         colour="stress",
         card="beams/rod_1",
         size=(1200, 800),
+    ),
+    "compare": Picture(
+        "3rps",
+        {"z": 0.5, "rx": 0.03, "ry": -0.17},
+        "3rps",
+        load=(100, 50, -500, 0, 0, 0),
+        compare={"z": 0.55, "rx": 0.03, "ry": 0.1},
+        groups={"actuator forces": False},
     ),
 }
 
@@ -150,7 +159,8 @@ def main(folder: Path) -> None:
         browser = playwright.chromium.launch(executable_path=chromium, args=FLAGS)
         for name, picture in PICTURES.items():
             file = Path(pages) / f"{name}.html"
-            ks.save_html(result_of(picture), file, title=picture.title)
+            second = None if picture.compare is None else result_of(replace(picture, platform=picture.compare))
+            ks.save_html(result_of(picture), file, title=picture.title, compare=second)
             page = browser.new_page(viewport={"width": picture.size[0], "height": picture.size[1]})
             page.goto(file.as_uri())
             page.wait_for_function("window.robot_page && robot_page.ready")

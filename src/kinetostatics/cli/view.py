@@ -32,6 +32,8 @@ examples:
   kinetostatics view 3rps --html sag.html
   kinetostatics view 3rps --platform z=500mm --sweep rx=-10deg:10deg:31 ry=0:5deg
   kinetostatics view 3rps --ways
+  kinetostatics view 3rps --platform z=500mm rx=0 ry=0 --compare z=550mm rx=5deg ry=0
+  kinetostatics view 3rps --compare 3prs
   kinetostatics view 2pru_upr --screenshot stress.png --colour stress --from front
   kinetostatics view 2pru_upr --live
   kinetostatics view 3rps --meshcat                                  # starts a meshcat-server
@@ -66,6 +68,12 @@ def add_parser(subparsers: arguments.Subparsers) -> None:
         action="store_true",
         help="two sliders for each limb's weight: what it does by attached wrenches, and by deformation of the limb",
     )
+    group.add_argument(
+        "--compare",
+        metavar="ROBOT|NAME=VALUE",
+        **arguments.SEVERAL,
+        help="a second result on the page, as a ghost or beside the first: of another robot, at other coordinates, or both",
+    )
     either = group.add_mutually_exclusive_group()
     either.add_argument("--html", metavar="FILE", help="write the page to a file, which needs no server and no network")
     either.add_argument("--screenshot", metavar="FILE.png", help="write an image with its legend; needs Chromium or Chrome")
@@ -92,6 +100,8 @@ def run(args: argparse.Namespace) -> int:
         raise ArgumentError("--live has a slider for it and begins with its own: leave --exaggeration out")
     if args.screenshot is None and (args.colour or args.seen_from):
         raise ArgumentError("--colour and --from are of an image: give --screenshot FILE.png too")
+    if args.compare and (args.live or args.sweep or args.meshcat is not None):
+        raise ArgumentError("--compare shows two results on a page of their own, without --live, --sweep and --meshcat")
     if args.screenshot is not None and (args.ways or args.sweep):
         raise ArgumentError("--ways and --sweep are of a page, and --screenshot is one image: give one of them")
     if args.ways and args.meshcat is not None:
@@ -110,21 +120,42 @@ def _page(args: argparse.Namespace) -> int:
         robot = arguments.load(args)
         configuration, found = (_swept(robot, args), []) if args.sweep else arguments.assemble(robot, args)
         result = analyze(configuration, **options)
+        second = _second(robot, args) if args.compare else None
         with pausing():
             arguments.print_warnings([*found, *result.warnings])
         if args.html is not None:
-            viewer.save_html(result, args.html, exaggeration=args.exaggeration, ways=args.ways)
+            viewer.save_html(result, args.html, exaggeration=args.exaggeration, ways=args.ways, compare=second)
             said = f"wrote {args.html}"
         elif args.screenshot is not None:
             colour, view = args.colour or COLOURS[0], args.seen_from or VIEWS[0]
-            viewer.save_image(result, args.screenshot, exaggeration=args.exaggeration, colour=colour, view=view)
+            viewer.save_image(result, args.screenshot, exaggeration=args.exaggeration, compare=second, colour=colour, view=view)
             said = f"wrote {args.screenshot}"
         elif args.meshcat is None:
-            said = f"the page is in {viewer.show(result, exaggeration=args.exaggeration, ways=args.ways).path}"
+            said = f"the page is in {viewer.show(result, exaggeration=args.exaggeration, ways=args.ways, compare=second).path}"
     if args.meshcat is not None:
         return _meshcat(result, args.meshcat or None, args.exaggeration)
     print(said)
     return 0
+
+
+def _second(robot: Robot, args: argparse.Namespace) -> Result:
+    """Return the result that ``--compare`` asks for; where it names no coordinates the pose is that of the first."""
+    from kinetostatics.analysis import analyze
+
+    names = [word for word in args.compare if "=" not in word]
+    coordinates = [word for word in args.compare if "=" in word]
+    if len(names) > 1:
+        raise ArgumentError(
+            f"--compare names {len(names)} robots, {' and '.join(names)}; it takes one, and coordinates NAME=VALUE"
+        )
+    other = argparse.Namespace(**vars(args))
+    if names:
+        other.robot, other.parameters, other.platform_link, other.base_link = names[0], [], None, None
+        robot = arguments.load(other)
+    if coordinates:
+        other.platform, other.actuators = coordinates, []
+    pose, _ = arguments.assemble(robot, other)
+    return analyze(pose, **arguments.load_options(other))
 
 
 def _meshcat(result: Result, url: str | None, exaggeration: float | None) -> int:

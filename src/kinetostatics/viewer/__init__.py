@@ -10,12 +10,14 @@ import os
 import sys
 import tempfile
 import webbrowser
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, overload
 
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.printing.waiting import in_notebook, pausing
 from kinetostatics.results.result import Result
+from kinetostatics.viewer.description import Scene
 from kinetostatics.viewer.page import iframe_html, page_html
 from kinetostatics.viewer.scene import describe_scene
 from kinetostatics.viewer.screenshot import save_screenshot
@@ -47,6 +49,7 @@ def show(
     pose: int | tuple[int, ...] | None = None,
     exaggeration: float | None = None,
     ways: bool = False,
+    compare: Result | None = None,
 ) -> View: ...
 
 
@@ -68,6 +71,7 @@ def show(
     pose: int | tuple[int, ...] | None = None,
     exaggeration: float | None = None,
     ways: bool = False,
+    compare: Result | None = None,
     visualizer: Any = None,
     path: str | None = None,
 ) -> Any:
@@ -80,6 +84,8 @@ def show(
         exaggeration: of displacements at first; default the largest motion is about a tenth of the robot.
         ways: whether the page has two sliders for each limb's weight, for what it does by attached wrenches and by deformation,
             see :attr:`Result.mechanism_contributions`.
+        compare: a second result, of another pose, load or robot, that the page shows as a ghost over the first, or beside it with
+            the same camera; of a batch ``pose`` holds for both.
         visualizer: a ``meshcat.Visualizer`` into whose scene the robot is drawn; default a page of its own.
         path: where, below the visualizer's own path; what stood there is replaced, everything else stays. Default
             ``kinetostatics/`` and the robot's name.
@@ -92,12 +98,14 @@ def show(
         ArgumentError: no pose could be analysed, there are too many, or an argument makes no sense.
     """
     if visualizer is not None:
+        if compare is not None:
+            raise ArgumentError("compare is of a page, and a visualizer shows one result: draw the other at another path")
         if ways:
             raise ArgumentError("ways are sliders of a page, and a visualizer has none: leave them out")
         return _into(visualizer, result, title, pose, exaggeration, path)
     if path is not None:
         raise ArgumentError("path is where a visualizer draws the robot: give visualizer too")
-    html = _page(result, title, pose, exaggeration, ways)
+    html = _page(result, title, pose, exaggeration, ways, compare)
     if in_notebook():
         return View(html)
     file = _temporary_file(html, result.robot.name)
@@ -113,6 +121,7 @@ def save_html(
     pose: int | tuple[int, ...] | None = None,
     exaggeration: float | None = None,
     ways: bool = False,
+    compare: Result | None = None,
 ) -> None:
     """Write a result as one HTML file that works by double click.
 
@@ -123,12 +132,13 @@ def save_html(
         pose: index of the one pose of a batch that is shown.
         exaggeration: of displacements at first; default the largest motion is about a tenth of the robot.
         ways: whether each limb's weight has two sliders, as in :func:`show`.
+        compare: a second result on the same page, as in :func:`show`.
 
     Raises:
         ArgumentError: no pose could be analysed, there are too many, or an argument makes no sense.
         KinetostaticsError: the file cannot be written.
     """
-    html = _page(result, title, pose, exaggeration, ways)
+    html = _page(result, title, pose, exaggeration, ways, compare)
     try:
         Path(path).write_text(html, encoding="utf-8")
     except OSError as error:
@@ -142,6 +152,7 @@ def save_image(
     title: str | None = None,
     pose: int | tuple[int, ...] | None = None,
     exaggeration: float | None = None,
+    compare: Result | None = None,
     colour: str = "deflection",
     view: str = "home",
     size: tuple[int, int] = (1200, 800),
@@ -154,6 +165,7 @@ def save_image(
         title: above the picture; default the robot's name.
         pose: index of the one pose of a batch that is shown.
         exaggeration: of displacements; default the largest motion is about a tenth of the robot.
+        compare: a second result, drawn as a ghost over the first.
         colour: what colours tell: ``"deflection"``, and along beams ``"stress"`` (von Mises), ``"axial"`` (force) or ``"euler"``
             (N/N_Euler).
         view: where one looks from: ``"home"``, ``"front"``, ``"side"`` or ``"top"``.
@@ -163,12 +175,22 @@ def save_image(
         ArgumentError: no pose could be analysed, there are too many, or an argument makes no sense.
         KinetostaticsError: there is no Chromium, or the file cannot be written.
     """
-    save_screenshot(_page(result, title, pose, exaggeration, False), path, size, colour, view)
+    save_screenshot(_page(result, title, pose, exaggeration, False, compare), path, size, colour, view)
 
 
-def _page(result: Result, title: str | None, pose: int | tuple[int, ...] | None, exaggeration: float | None, ways: bool) -> str:
-    shown = result.by_mechanism if ways else result
-    return page_html(describe_scene(shown, title, pose=pose, exaggeration=exaggeration).plain())
+def _page(
+    result: Result,
+    title: str | None,
+    pose: int | tuple[int, ...] | None,
+    exaggeration: float | None,
+    ways: bool,
+    compare: Result | None,
+) -> str:
+    def scene(one: Result, title: str | None) -> Scene:
+        return describe_scene(one.by_mechanism if ways else one, title, pose=pose, exaggeration=exaggeration)
+
+    shown = scene(result, title)
+    return page_html((shown if compare is None else replace(shown, compare=scene(compare, None))).plain())
 
 
 def _into(

@@ -159,6 +159,7 @@ class Scene:
         facts: pose, gravity, load and status, which always stand on the page, and the units.
         notes: warnings to show.
         cards: what a click on a beam or joint tells, by path of its mesh.
+        compare: a second scene that is shown with it.
         live: controls and address of a live page.
     """
 
@@ -174,6 +175,7 @@ class Scene:
     labels: list[tuple[str, int, str]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     cards: dict[str, Card] = field(default_factory=dict)
+    compare: Scene | None = None
     live: dict[str, Any] | None = None
 
     def plain(self) -> dict[str, Any]:
@@ -203,6 +205,7 @@ class Scene:
             "cards": {path: card.plain() for path, card in self.cards.items()},
             "quantities": [quantity.plain() for quantity in quantities_of(self.cards.values())],
             "groups": GROUPS,
+            "compare": None if self.compare is None else self.compare.plain(),
             "size": self.size,
             "view": VIEW,
             "ramp": RAMP,

@@ -14,7 +14,8 @@ from typing import Any
 from kinetostatics.exceptions import KinetostaticsError
 
 _SCRIPTS = (
-    "motion.js", "drawing.js", "colouring.js", "views.js", "panel.js", "cards.js", "picture.js", "live.js", "page.js",
+    "motion.js", "drawing.js", "colouring.js", "compare.js", "views.js", "panel.js", "cards.js", "picture.js", "live.js",
+    "page.js",
 )  # fmt: skip
 
 

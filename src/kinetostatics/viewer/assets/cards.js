@@ -14,12 +14,13 @@ function watchClicks() {
 /** What is seen at a place of the window: {robot, path, object}, or null. Arrows are thin: near is enough for them. */
 function pick(x, y) {
   const box = stage.getBoundingClientRect(), ray = new THREE.Raycaster(), targets = [], thin = [];
-  for (const robot of page.robots) {
+  const pane = panes().find(({ left, width }) => x - box.left >= left && x - box.left < left + width) || panes()[0];
+  for (const robot of pane.robots) {
     for (const [path, { mesh, spec }] of robot.solids) if (!path.startsWith("Rest/") && visible(mesh)) targets.push({ robot, path: spec.path, object: mesh });
     for (const [path, { object }] of robot.arrows) if (object.seen && visible(object)) thin.push({ robot, path, object });
   }
   const nearest = (list, dx, dy) => {
-    ray.setFromCamera({ x: 2 * (x + dx - box.left) / box.width - 1, y: 1 - 2 * (y + dy - box.top) / box.height }, viewer.camera);
+    ray.setFromCamera({ x: 2 * (x + dx - box.left - pane.left) / pane.width - 1, y: 1 - 2 * (y + dy - box.top) / box.height }, viewer.camera);
     let best = null;
     for (const item of list) {
       const [hit] = ray.intersectObject(item.object, true);
@@ -36,7 +37,7 @@ function pick(x, y) {
 }
 
 function highlight(object, on) {
-  if (object) object.traverse((part) => { if (part.material && part.material.emissive) part.material.emissive.set(on ? 0x5a4a00 : 0); });
+  if (object) object.traverse((part) => { if (part.material && part.material.emissive && part.material !== GHOST) part.material.emissive.set(on ? 0x5a4a00 : 0); });
 }
 
 function select(found) {

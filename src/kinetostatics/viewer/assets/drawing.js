@@ -13,7 +13,7 @@ class Robot {
     const ball = new THREE.Mesh(new THREE.SphereGeometry(0.007 * description.size, 12, 8), new THREE.MeshBasicMaterial({ color: "#e6007a", depthTest: false, transparent: true }));
     this.mark = { object: this.put("Marks/largest", new THREE.Group()), text: "" };
     this.mark.object.add(ball);
-    addLabel(this.mark.object, () => this.mark.text, "#b0005e", () => this.mark.object.seen);
+    addLabel(this, this.mark.object, () => this.mark.text, "#b0005e", () => this.mark.object.seen);
     this.load(description);
   }
 
@@ -39,6 +39,23 @@ class Robot {
       object.position.fromArray(this.now.deformed, 7 * spec.station);
       object.quaternion.fromArray(this.now.deformed, 7 * spec.station + 3);
     }
+  }
+
+  /** Make it a ghost of one colour, without words, arrows and the pale robot at rest, or solid again. */
+  haunt(ghost) {
+    for (const solid of this.solids.values()) {
+      solid.look = solid.look || solid.mesh.material;
+      solid.mesh.material = ghost ? GHOST : solid.look;
+    }
+    for (const name of PARTS) {
+      const gone = ghost && name !== "Deformed" && !(name === "Base" && !sameBase(this, page.robots[0]));
+      viewer.scene_tree.find([...this.root.split("/").filter(Boolean), name]).object.visible = !gone;
+    }
+  }
+
+  /** The objects at the top of its part of meshcat's tree. */
+  nodes() {
+    return PARTS.map((name) => viewer.scene_tree.find([...this.root.split("/").filter(Boolean), name]).object);
   }
 
   put(path, object) {
@@ -145,7 +162,7 @@ class Robot {
     const entry = { spec, object, tip: new THREE.Object3D(), size: 0, value: 0 };
     object.add(entry.tip);
     this.arrows.set(spec.path, entry);
-    addLabel(entry.tip, () => `${entry.spec.label} ${number(entry.value)} ${entry.spec.unit}`, spec.colour, () => object.seen);
+    addLabel(this, entry.tip, () => `${entry.spec.label} ${number(entry.value)} ${entry.spec.unit}`, spec.colour, () => object.seen);
   }
 
   /** The vector of an arrow's data (…, 3) at the present time; `weights(k)` are those of its parts. */
@@ -192,14 +209,14 @@ class Robot {
       if (part.material) { part.material.depthTest = false; part.material.transparent = true; part.renderOrder = 10; }
     });
     this.frames.set(spec.path, { spec, object });
-    if (spec.label) addLabel(object, () => spec.label, "#20262e");
+    if (spec.label) addLabel(this, object, () => spec.label, "#20262e");
   }
 
   addMark(spec) {
     if (this.frames.has(spec.path)) { this.frames.get(spec.path).spec = spec; return; }
     const object = this.put(spec.path, new THREE.Group());
     this.frames.set(spec.path, { spec, object });
-    addLabel(object, () => spec.text, "#4a5462");
+    addLabel(this, object, () => spec.text, "#4a5462");
   }
 }
 
@@ -240,28 +257,30 @@ function makeArrow(colour, radius, heads) {
 
 // ---------------------------------------------------------------- labels
 
-function addLabel(anchor, text, colour, shown = () => true) {
+function addLabel(robot, anchor, text, colour, shown = () => true) {
   const element = document.createElement("div");
   element.className = "robot-label";
   element.style.setProperty("--colour", colour);
   document.getElementById("robot-labels").appendChild(element);
-  labels.push({ anchor, text, colour, shown, element });
+  labels.push({ robot, anchor, text, colour, shown, element });
 }
 
 const visible = (object) => !object || (object.visible && visible(object.parent));
 
 /** Put the labels beside their anchors on the screen, each off those placed before; what finds no place is left out. */
 function placeLabels() {
-  const width = viewer.dom_element.offsetWidth, height = viewer.dom_element.offsetHeight, taken = [];
-  const free = (r) => r.left >= 0 && r.top >= 0 && r.right <= width && r.bottom <= height &&
+  const height = viewer.dom_element.offsetHeight, taken = [];
+  let left0 = 0, width = 0;
+  const free = (r) => r.left >= left0 && r.top >= 0 && r.right <= left0 + width && r.bottom <= height &&
     !taken.some((t) => r.left < t.right && r.right > t.left && r.top < t.bottom && r.bottom > t.top);
-  for (const { anchor, element, text, shown } of labels) {
+  for (const { robot, anchor, element, text, shown } of labels) {
+    ({ left: left0, width } = paneOf(robot));
     anchor.getWorldPosition(point).project(viewer.camera);
     let chosen = null;
     if (shown() && visible(anchor) && Math.abs(point.z) < 1) {
       const words = text();
       if (element.textContent !== words) element.textContent = words;
-      const x = (0.5 + 0.5 * point.x) * width, y = (0.5 - 0.5 * point.y) * height;
+      const x = left0 + (0.5 + 0.5 * point.x) * width, y = (0.5 - 0.5 * point.y) * height;
       const w = element.offsetWidth, h = element.offsetHeight;
       for (let ring = 0; ring < 6 && !chosen; ring++) {
         const d = 6 + ring * 0.8 * h;

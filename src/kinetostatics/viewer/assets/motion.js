@@ -9,7 +9,7 @@
  */
 const THREE = MeshCat.THREE;
 
-const state = { exaggeration: 1, shares: new Map(), time: 0, playing: false, quantity: "deflection" };
+const state = { exaggeration: 1, shares: new Map(), time: 0, playing: false, quantity: "deflection", compared: "ghost" };
 
 const qa = new THREE.Quaternion(), qb = new THREE.Quaternion(), axis = new THREE.Vector3(), point = new THREE.Vector3();
 

@@ -29,6 +29,12 @@ const page = window.robot_page = {
   const description = JSON.parse(document.getElementById("robot-scene").textContent);
   state.exaggeration = description.exaggeration.value;
   page.robots.push(new Robot(description));
+  if (description.compare) {
+    state.exaggeration = Math.min(state.exaggeration, description.compare.exaggeration.value);
+    page.robots.push(new Robot(description.compare, "Compared/"));
+    shareScales(page.robots);
+    document.body.classList.add("comparing");
+  }
   setStage();
   buildPanel();
   refresh();
@@ -38,8 +44,8 @@ const page = window.robot_page = {
   watchKeys();
   watchClicks();
   obeyAddress();
-  const render = viewer.render.bind(viewer);
-  viewer.render = () => { render(); placeLabels(); updateSwitches(); };
+  if (description.compare) setCompared(beside() ? "beside" : "ghost");
+  viewer.render = () => { renderPanes(); placeLabels(); updateSwitches(); };
   viewer.set_dirty();
   page.ready = true;
 }

@@ -67,7 +67,7 @@ function treeSwitch(parent, label, paths, colour = null) {
   const row = make("label", parent, { className: "switch" }), box = make("input", row, { type: "checkbox", name: label });
   if (colour) make("i", row).style.setProperty("--colour", colour);
   make("span", row, { textContent: label });
-  const all = () => page.robots.flatMap((robot) => paths.map((path) => (robot.root + path).split("/")));
+  const all = () => page.robots.filter((robot) => !isGhost(robot)).flatMap((robot) => paths.map((path) => (robot.root + path).split("/")));
   const set = (on) => { for (const path of all()) viewer.set_property(path, "visible", on); };
   box.addEventListener("change", () => { set(box.checked); viewer.set_dirty(); });
   switches.push({ paths, box, set, isOn: () => viewer.scene_tree.find(all()[0]).object.visible });
@@ -95,6 +95,7 @@ function buildPanel() {
   make("table", parts, { id: "robot-parts" });
   buildShares(element("robot-parts"));
 
+  if (page.robots.length > 1) buildCompare(fold("Compare"));
   const deformation = fold("Picture");
   const row = make("label", deformation, { className: "slider choice" });
   make("span", row, { textContent: "colour by" });
@@ -102,7 +103,7 @@ function buildPanel() {
   make("option", choice, { value: "deflection", textContent: "deflection" });
   const found = new Map(page.robots.flatMap((robot) => robot.scene.quantities).map((quantity) => [quantity.key, quantity.words]));
   for (const [key, words] of found) make("option", choice, { value: key, textContent: words });
-  slider(deformation, "exaggeration", "drawn ×", log(e.value), log(e.min), log(e.max), (x) => {
+  slider(deformation, "exaggeration", "drawn ×", log(state.exaggeration), log(e.min), log(e.max), (x) => {
     state.exaggeration = Math.pow(10, x);
     refresh();
   }, (x) => number(Math.pow(10, x)));
@@ -211,7 +212,8 @@ function writePanel(scale) {
     const { factor, decimals } = c < 3 ? displacement : rotation;
     return `<td>${fixed(x / factor, decimals)}</td>`;
   }).join("");
-  element("robot-total").innerHTML = `${columns()}<tr class="total">${cells(sum)}</tr>`;
+  const told = page.robots.length > 1 ? comparison() : [["", sum]];
+  element("robot-total").innerHTML = columns() + told.map(([name, values]) => `${name && `<tr><td colspan="6">${name}</td></tr>`}<tr class="total">${cells(values)}</tr>`).join("");
   element("robot-parts").tHead.innerHTML = columns();
   [...element("robot-parts").querySelectorAll("tr.part")].forEach((row, k) => { row.innerHTML = cells(parts[k]); });
   const notes = [...scene.notes.slice(0, 3), ...(page.error ? [page.error] : [])];

@@ -4,6 +4,7 @@
 function obeyAddress() {
   const asked = new URLSearchParams(location.hash.slice(1));
   if (asked.has("picture")) document.body.classList.add("as-picture");
+  if (asked.has("beside")) state.compared = "beside";
   if (asked.has("dark")) setDark(true);
   const choice = document.querySelector("select[name='colour by']"), colour = asked.get("colour");
   if ([...choice.options].some((option) => option.value === colour)) {

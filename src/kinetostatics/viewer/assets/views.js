@@ -32,7 +32,7 @@ function look(x, y, z) {
   const radius = 0.5 * box.getSize(new THREE.Vector3()).length() || 1;
   const d = new THREE.Vector3(x, z, -y).normalize();
   const right = (Math.hypot(x, y) > 1e-3 * Math.abs(z) ? new THREE.Vector3(0, 1, 0).cross(d) : new THREE.Vector3(1, 0, 0)).normalize();
-  const up = d.clone().cross(right), width = stage.offsetWidth, height = stage.offsetHeight;
+  const up = d.clone().cross(right), [{ width }] = panes(), height = stage.offsetHeight;
   const w = Math.max(width - 2 * margin, 0.5 * width), h = Math.max(height - 2 * margin, 0.5 * height);
   camera.fov = 32; camera.near = radius / 50; camera.far = radius * 80;
   const f = height / 2 / Math.tan(camera.fov * Math.PI / 360);
@@ -78,7 +78,12 @@ function stillFits() {
 /** The canvas fills its part of the page, whatever meshcat thinks of the window. */
 function watchSize() {
   const set = viewer.set_3d_pane_size.bind(viewer);
-  viewer.set_3d_pane_size = () => set(Math.max(stage.offsetWidth, 1), Math.max(stage.offsetHeight, 1));
+  viewer.set_3d_pane_size = () => {
+    const height = Math.max(stage.offsetHeight, 1);
+    set(Math.max(stage.offsetWidth, 1), height);
+    viewer.camera.aspect = Math.max(panes()[0].width, 1) / height;
+    viewer.camera.updateProjectionMatrix();
+  };
   viewer.set_3d_pane_size();
   new ResizeObserver(() => {
     viewer.set_3d_pane_size();
