@@ -60,12 +60,13 @@ def coloured(text: str) -> str:
         else:
             indent = None
             is_heading = bool(line) and depth == 0 and not before
-            shown = _WORDS.sub(lambda found: _in(_COLOURS[found[0]], found[0]), line)
             if line.startswith(_ERROR):
-                shown = _in(f"{BOLD};{RED}", _ERROR) + line.removeprefix(_ERROR)
-            elif is_heading and shown == line:
-                shown = _in(BOLD, line)
-            lines.append(shown)
+                lines.append(_in(f"{BOLD};{RED}", _ERROR) + line.removeprefix(_ERROR))
+            else:
+                status = _WORDS.search(line)
+                start = (status.start() if status else len(line)) if is_heading else 0
+                words = _WORDS.sub(lambda found: _in(_COLOURS[found[0]], found[0]), line[start:])
+                lines.append((_in(BOLD, line[:start]) if start else "") + words)
         before = line
     return "\n".join(lines)
 

@@ -96,6 +96,11 @@ def test_statuses(line, part, code):
     assert found.count("'OK'") == line.count("'OK'"), "a robot's name is no status"
 
 
+def test_a_heading_is_bold_up_to_its_status():
+    assert coloured("Analysis of 'a': OK, so") == "\033[1mAnalysis of 'a': \033[0m\033[32mOK\033[0m, so"
+    assert coloured("a\n\nVerified: so").endswith("\n\033[32mVerified\033[0m: so")
+
+
 def test_every_status_has_a_colour():
     for status in Status:
         assert CODE.search(coloured(f"Analysis of 'a': {status.name}, so"))
