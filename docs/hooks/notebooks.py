@@ -23,6 +23,8 @@ FOLDER = "tutorials/notebooks/"
 ROOT = Path(__file__).resolve().parents[2]
 #: Stands in a page's Markdown for what a cell shows.
 OUTPUT = re.compile(r"<!-- output (\d+) -->")
+#: A link to a notebook from another folder.
+LINK = re.compile(r"(\]\([\w./]*notebooks/\w+)\.py([)#])")
 
 _shown: list[str] = []
 
@@ -41,6 +43,11 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
         )
         files.append(File.generated(config, name.removesuffix(".py") + ".md", content=text))
     return files
+
+
+def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
+    """Let links to scripts lead to their pages; those are links that also work in the source."""
+    return LINK.sub(r"\1.md\2", markdown)
 
 
 def on_page_content(content: str, page: Page, config: MkDocsConfig, files: Files) -> str:

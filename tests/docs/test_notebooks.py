@@ -13,7 +13,7 @@ def test_all_of_them_are_in_the_site():
     listed = re.findall(r"tutorials/notebooks/(\w+)\.md", (ROOT / "mkdocs.yml").read_text(encoding="utf-8"))
     assert sorted(listed) == [path.stem for path in NOTEBOOKS] and len(listed) >= 5
     index = (FOLDER.parent / "index.md").read_text(encoding="utf-8")
-    assert re.findall(r"\(notebooks/(\w+)\.md\)", index) == listed
+    assert re.findall(r"\(notebooks/(\w+)\.py\)", index) == listed
 
 
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
