@@ -3,7 +3,7 @@
     python examples/elastic_arm.py
 
 The arm is the file of ``example-robot-data``, included unedited by ``robots/ur10.urdf.xacro``, which makes the upper arm and the
-forearm elastic; see ``docs/how_to/example_robot_data.md``. The tool points down, carries 10 kg, and moves straight outwards.
+forearm elastic; see ``docs/how_to/plain_urdf.md``. The tool points down, carries 10 kg, and moves straight outwards.
 """
 
 from __future__ import annotations

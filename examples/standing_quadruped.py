@@ -3,7 +3,7 @@
     python examples/standing_quadruped.py
 
 The quadruped is the file of ``example-robot-data``, included unedited by ``robots/anymal_standing.urdf.xacro``: the trunk is the
-platform, each foot a ball joint on the ground; see ``docs/how_to/example_robot_data.md``.
+platform, each foot a ball joint on the ground; see ``docs/how_to/plain_urdf.md``.
 Twelve locked drives hold six freedoms, so
 only elasticity decides who carries what. The feet push outwards too: ground and friction hold them there.
 """

@@ -1,0 +1,79 @@
+"""URDFs of the package example-robot-data as they are: they load, pass ``check`` and sag as their drives let them.
+
+A few of them here; all of them with ``KINETOSTATICS_ALL_URDFS=1``, which takes a minute.
+"""
+
+import os
+import re
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from plain_robots import PAGE, STIFFNESS, example, files, plain_robot
+
+import kinetostatics as ks
+from kinetostatics.cli.main import main
+
+SOME = (
+    "asr_twodof_description/urdf/TwoDofs.urdf",
+    "bolt_description/robots/bolt.urdf",
+    "double_pendulum_description/urdf/double_pendulum_continuous.urdf",
+    "finger_edu_description/robots/finger_edu.urdf",
+    "iris_description/robots/iris.urdf",
+    "kinova_description/robots/kinova.urdf",
+    "panda_description/urdf/panda.urdf",
+    "so_arm_description/urdf/so101.urdf",
+    "talos_data/robots/talos_left_arm.urdf",
+    "ur_description/urdf/ur3_joint_limited_robot.urdf",
+)
+CHOSEN = files() if os.environ.get("KINETOSTATICS_ALL_URDFS") else SOME
+TEXT = PAGE.read_text(encoding="utf-8")
+NO_ROBOTS = (
+    "hector_description/robots/quadrotor_base.urdf",
+    "iris_description/robots/iris_simple.urdf",
+    "ur_description/urdf/ur3.urdf",
+)
+
+
+def numbers(row):
+    return [float(text) for text in row.rstrip(" |").split(" | ")[2:]]
+
+
+def test_the_table_has_all_files_and_says_why_three_of_them_are_no_robots() -> None:
+    assert re.findall(r"^\| `(\S+\.urdf)` ", TEXT, re.MULTILINE) == [file for file in files() if file not in NO_ROBOTS]
+    assert f"{len(files()) - len(NO_ROBOTS)} of {len(files())}:" in TEXT and len(files()) >= 69
+    for file in NO_ROBOTS:
+        assert f"- `{file}`: {plain_robot(file).problem.replace('<', '&lt;')}." in TEXT
+
+
+def test_the_file_in_the_page_is_the_one_that_is_written() -> None:
+    (shown,) = re.findall(r"<!-- extension -->\n```xml\n(.*?)```", TEXT, re.DOTALL)
+    assert shown == example()
+
+
+@pytest.mark.parametrize("file", [file for file in CHOSEN if file not in NO_ROBOTS])
+def test_it_passes_check_and_sags_as_pinocchio_says(file, tmp_path, capsys) -> None:
+    """Δ = J k⁻¹ (−g): the platform's Jacobian and the gravity torques of the unedited file, the drives' stiffnesses."""
+    robot = plain_robot(file)
+    (row,) = [line for line in TEXT.splitlines() if line.startswith(f"| `{file}` ")]
+    np.testing.assert_allclose(numbers(robot.row()), numbers(row), rtol=1e-2)
+    path = tmp_path / "mine.urdf.xacro"
+    made = ks.extend_robot(robot.path, path, **robot.options())
+    assert main(["check", str(path)]) == 0
+    assert "the loops close" in capsys.readouterr().out
+    mimics = any(joint.mimic for joint in made.description.joints.values())
+    if mimics:
+        return  # Pinocchio's reader makes independent joints of them
+    model = pin.buildModelFromUrdf(str(robot.path))
+    data, q = model.createData(), pin.neutral(model)
+    J = pin.computeFrameJacobian(model, data, q, model.getFrameId(robot.platform), pin.LOCAL_WORLD_ALIGNED)
+    stiffness = np.full(model.nv, np.inf)
+    for name, item in made.description.joint_stiffness.items():
+        stiffness[model.joints[model.getJointId(name)].idx_v] = item.drive
+    if not any(joint.effort for joint in made.description.joints.values()):
+        assert np.all(stiffness == STIFFNESS)
+    twist = -J @ (pin.computeGeneralizedGravity(model, data, q) / stiffness)
+    result = ks.analyze(made.assemble())
+    compliance = J / stiffness @ J.T
+    np.testing.assert_allclose(result.twist, twist, atol=1e-9 * max(np.abs(twist).max(), 1e-9))
+    np.testing.assert_allclose(result.compliance, compliance, atol=1e-9 * np.abs(compliance).max())
