@@ -138,6 +138,7 @@ def draw_gallery(browser: Browser, pages: Path, folder: Path) -> None:
         file = pages / f"{name}.html"
         ks.save_html(ks.analyze(ks.load_robot(name).assemble()), file, title=name)
         page = browser.new_page(viewport={"width": 900, "height": 620})
+        page.set_default_timeout(300_000)  # drawn without a graphics card
         page.goto(file.as_uri())
         page.wait_for_function("window.robot_page && robot_page.ready")
         page.evaluate("document.body.classList.add('without-panel')")

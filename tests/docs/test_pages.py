@@ -1,4 +1,4 @@
-"""Links of README, CONTRIBUTING and all pages lead to files; that anchors exist, too, ``mkdocs build --strict`` checks."""
+"""Pages are short, and links of them and of README and CONTRIBUTING lead to files; ``mkdocs build --strict`` looks at anchors."""
 
 import re
 
@@ -25,3 +25,10 @@ def test_links_lead_to_files(page):
 def test_every_picture_is_shown_somewhere():
     shown = {(page.parent / target).resolve() for page in PAGES for target in targets(page)}
     assert [picture.name for picture in (DOCS / "pictures").rglob("*.*") if picture.resolve() not in shown] == []
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_pages_take_less_than_a_quarter_of_an_hour(page):
+    """Read at 200 words a minute; code is looked at rather than read."""
+    text = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+    assert len(text.split()) <= 15 * 200

@@ -1,4 +1,7 @@
-"""Links that work on the site as in the source: to files outside ``docs/``, which come along, and to headings of any kind."""
+"""Pages mean on the site what they mean on code hosts, where they are read as well.
+
+Links lead to files outside ``docs/``, which come along, and to headings of any kind; ``\\|`` is a bar in tables, in code too.
+"""
 
 from __future__ import annotations
 
@@ -13,6 +16,7 @@ from mkdocs.structure.pages import Page
 ROOT = Path(__file__).resolve().parents[2]
 #: a link to a file that stands beside ``docs/``: its path from the top of the project
 OUTSIDE = re.compile(r"\]\((?:\.\./)+((?:robots|examples|tests|benchmarks)/[\w./-]+)\)")
+ROW, CODE = re.compile(r"^\|.*$", re.MULTILINE), re.compile(r"`[^`\n]+`")
 
 
 def on_config(config: MkDocsConfig) -> None:
@@ -30,6 +34,7 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
 
 
 def on_page_markdown(markdown: str, page: Page, config: MkDocsConfig, files: Files) -> str:
-    """Let links to such files lead to their copies."""
+    """Let links to such files lead to their copies, and free bars in the code of tables, which needs no escape here."""
     folder = posixpath.dirname(page.file.src_uri)
-    return OUTSIDE.sub(lambda found: f"]({posixpath.relpath(found[1], folder)})", markdown)
+    text = OUTSIDE.sub(lambda found: f"]({posixpath.relpath(found[1], folder)})", markdown)
+    return ROW.sub(lambda row: CODE.sub(lambda code: code[0].replace("\\|", "|"), row[0]), text)
