@@ -51,8 +51,6 @@ SPANS = (
             "its own.", more(joint("e", "ground", "post", 0.3) + beam("post", ""))),
     swap(LEFT, LEFT.replace('to="b"', 'to="d"'), "A beam lies on one link: make a second beam.",
          '`<beam link="left" … to="d" …>`'),
-    Mistake('`to="b"`, and b is a floating joint', "Its two sides move apart.",
-            ((B_WHOLE, B_WHOLE.replace("continuous", "floating")),)),
     Mistake('`<origin xyz="0 0 0"/>` in b, so that b is at a', "The beam is as long as its joints are apart.",
             ((B_WHOLE, B_WHOLE.replace("0 0 0.3", "0 0 0")),)),
     swap(LEFT, LEFT[:-1] + ' y_axis="0 0 1">', "It runs along z: 1 0 0 or 0 1 0.", '`<beam … y_axis="0 0 1">`'),

@@ -17,6 +17,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+import guide_mistakes_of_architectures as of_architectures
 import guide_mistakes_of_files as of_files
 import guide_mistakes_of_robots as of_robots
 from guide_mistakes import ROOT, Mistake, provoke
@@ -30,6 +31,7 @@ TABLES: dict[str, tuple[Mistake, ...]] = {
     for module, names in (
         (of_files, ("FILES", "XACROS", "VALUES", "TREES", "ROLES", "LOOPS", "DRIVES", "BEAMS")),
         (of_robots, ("SPANS", "POSES", "STATICS", "PYTHON", "WARNINGS")),
+        (of_architectures, ("ARCHITECTURES",)),
     )
     for name in names
 }

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from numbers import Real
@@ -60,34 +61,30 @@ class FileArguments:
                 reason = reasons.get(name, near_names(name, self.texts))
                 raise ArgumentError(f"this robot has no value {name!r}: {reason}")
 
-    def lines(self) -> list[str]:
-        """Return the lines that declare the arguments, and make them properties."""
-        found = []
+    def lines(self, used_in: str) -> list[str]:
+        """Return the lines that declare the arguments, and make properties of those that expressions use.
+
+        Args:
+            used_in: the text that uses them.
+        """
+        expressions = "".join(re.findall(r"\$\{[^}]*\}", "\n".join((used_in, *self.texts.values()))))
+        used = set(re.findall(r"\w+", expressions))
+        first: list[str] = []
+        properties: list[str] = []
+        late: list[str] = []
         for name, text in self.texts.items():
-            if name in self.headings:
-                found += ["", f"  <!-- {self.headings[name]} -->"]
-            line = f'  <xacro:arg name="{name}" default="{text}"/>'
-            comment = self.comments[name]
-            found.append(f"{line:<58} <!-- {comment} -->" if comment else line)
-            found.append(f'  <xacro:property name="{name}" value="$(arg {name})"/>')
-        return _sorted_apart(found)
-
-
-def _sorted_apart(lines: list[str]) -> list[str]:
-    """Return arguments first, then the properties, except those whose values other defaults need at once."""
-    expressions = [line for line in lines if "${" in line]
-    late = {line for line in expressions if line.lstrip().startswith("<xacro:arg")}
-    first = [line for line in lines if line not in late and not line.lstrip().startswith("<xacro:property")]
-    late_names = {line.split('"')[1] for line in late}
-    properties = [line for line in lines if line.lstrip().startswith("<xacro:property")]
-    early = [line for line in properties if line.split('"')[1] not in late_names]
-    rest = [
-        item
-        for line in lines
-        if line in late
-        for item in (line, *(p for p in properties if p.split('"')[1] == line.split('"')[1]))
-    ]
-    return [*first, "", *early, *(["", "  <!-- give these to override what follows from sizes -->", *rest] if rest else [])]
+            argument = f'  <xacro:arg name="{name}" default="{text}"/>'
+            if self.comments[name]:
+                argument = f"{argument:<58} <!-- {self.comments[name]} -->"
+            value = [f'  <xacro:property name="{name}" value="$(arg {name})"/>'] if name in used else []
+            if "${" in text and any(other in re.findall(r"\w+", text) for other in self.texts):
+                late += [argument, *value]
+                continue
+            first += ["", f"  <!-- {self.headings[name]} -->"] if name in self.headings else []
+            first.append(argument)
+            properties += value
+        note = ["", "  <!-- what follows from these values, unless it is given -->"] if late else []
+        return [*first, "", *properties, *note, *late]
 
 
 def text_of_value(name: str, value: object) -> str:
@@ -101,7 +98,8 @@ def text_of_value(name: str, value: object) -> str:
             return " ".join(text_of_value(name, item) for item in value)  # type: ignore[attr-defined]
         raise ArgumentError(f"{name} is {value!r}; it must be a number")
     number = float(value)
-    return f"{number:g}" if float(f"{number:g}") == number else repr(number)
+    short = f"{number:g}".replace("e+", "e")
+    return short if float(short) == number else repr(number)
 
 
 def rounded(value: float) -> float:

@@ -140,9 +140,7 @@ def _geometry_arguments(
             rod = arguments.length("rod_length", rounded(0.6 * reach))
             arguments.add("rod_length", rod, "E_i to A_i")
             hanging = all(places[k].axis is None and spans[k][2] < 0 for k in elbows)
-            arguments.add(
-                "elbow", -1 if hanging else 1, "on which side it bends: 1 or -1 turned from B_i A_i about the revolute axis"
-            )
+            arguments.add("elbow", -1 if hanging else 1, "side of the bend: 1 or -1, turned about the revolute axis")
             for k in elbows:
                 _check_triangle(architecture, k, spans[k], crank, rod)
             longest["rod"] = rod

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 
 from kinetostatics.authoring.design import Design
@@ -11,9 +12,25 @@ from kinetostatics.authoring.materials import SectionText
 from kinetostatics.authoring.notation import JOINTS
 from kinetostatics.authoring.placement import direction
 
+#: Lines are as long at most.
+WIDTH = 125
+
 
 def _ruler(title: str) -> str:
     return f"  <!-- {'=' * 44} {title} {'=' * (60 - len(title))} -->"
+
+
+def _wrapped(line: str) -> list[str]:
+    """Return an element on as many lines as it needs, its attributes below each other."""
+    found = []
+    element = re.match(r"\s*<[\w:]+ ", line)
+    while element is not None and len(line) > WIDTH:
+        breaks = [match.start() for match in re.finditer(r' (?=\w+="[^"]*")', line[:WIDTH]) if match.start() > element.end()]
+        if not breaks:
+            break
+        found.append(line[: breaks[-1]])
+        line = " " * element.end() + line[breaks[-1] + 1 :]
+    return [*found, line]
 
 
 def file_text(design: Design) -> str:
@@ -21,7 +38,14 @@ def file_text(design: Design) -> str:
     macros = dict.fromkeys(
         limb_macro(skeleton, options) for skeleton, options in zip(design.skeletons, design.options, strict=True)
     )
-    parts = [
+    beams = [
+        _beam(prefix, section, design.shared_material, design.arguments.texts) for prefix, section in design.sections.items()
+    ]
+    calls = "\n".join(_call(design, k) for k in range(len(design.skeletons)))
+    limbs = "\n".join(part for line in "\n\n".join((*macros, calls)).split("\n") for part in _wrapped(line))
+    base = _BASE.replace("BASE_RADIUS", "base_radius" if "base_radius" in design.arguments.texts else "1.5 * platform_radius")
+    rest = [_ruler("base and platform"), base, _ruler("beams"), *beams, _ruler("limbs"), limbs]
+    head = [
         '<?xml version="1.0"?>',
         _about(design),
         f'<robot name="{design.name}" xmlns:xacro="http://www.ros.org/wiki/xacro">',
@@ -29,25 +53,9 @@ def file_text(design: Design) -> str:
         "",
         _ruler("values to choose"),
         "",
-        *design.arguments.lines(),
-        "",
-        _ruler("base and platform"),
-        "",
-        _BASE.replace("BASE_RADIUS", "base_radius" if "base_radius" in design.arguments.texts else "1.5 * platform_radius"),
-        "",
-        _ruler("beams"),
-        "",
-        *(_beam(prefix, section, design.shared_material, design.arguments.texts) for prefix, section in design.sections.items()),
-        "",
-        _ruler("limbs"),
-        "",
-        "\n\n".join(macros),
-        "",
-        *(_call(design, k) for k in range(len(design.skeletons))),
-        "</robot>",
-        "",
+        *design.arguments.lines("\n".join(rest)),
     ]
-    return "\n".join(parts)
+    return "\n\n".join(("\n".join(head), *rest)) + "\n</robot>\n"
 
 
 _BASE = """\

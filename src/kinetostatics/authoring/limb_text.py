@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from kinetostatics.authoring.skeleton import Point, Skeleton, Span
+from kinetostatics.authoring.skeleton import Point, Skeleton
 
 
 @dataclass(frozen=True)
@@ -104,14 +104,12 @@ def _geometry(skeleton: Skeleton, options: LimbOptions) -> list[str]:
                 _property("crank_pitch", "pi / 2 - crank_angle"),
             ]
         else:
-            reach = "rod_length**2 - limb_y**2" if options.oblique else "rod_length**2"
+            reach = "(rod_length**2 - limb_y**2)" if options.oblique else "rod_length**2"
             lines += [
                 "<!-- at zero, the triangle of crank, rod and the line between their ends; its bend is to the side of elbow -->",
                 _property("line", "hypot(limb_x, limb_z)"),
-                _property(
-                    "crank_pitch",
-                    f"atan2(limb_x, limb_z) + elbow * acos((crank_length**2 + line**2 - ({reach})) / (2 * crank_length * line))",
-                ),
+                _property("bend", f"acos((crank_length**2 + line**2 - {reach}) / (2 * crank_length * line))"),
+                _property("crank_pitch", "atan2(limb_x, limb_z) + elbow * bend"),
             ]
         lines += [
             _property("along_x", "limb_x - crank_length * sin(crank_pitch)"),
@@ -391,8 +389,3 @@ def _to_platform(skeleton: Skeleton, point: Point, walk: _Walk) -> None:
         walk.say(f'<xacro:spherical_loop name="{name}" {at} rpy2="{roll} {seat} 0" {limit}/>')
     else:
         walk.say(f'<xacro:fixed_loop name="{name}" {at} rpy="{back}"/>')
-
-
-def spans_of(skeleton: Skeleton) -> tuple[Span, ...]:
-    """Return the links between a limb's points."""
-    return skeleton.spans

@@ -155,9 +155,9 @@ class Architecture:
 def parse_architecture(text: str) -> Architecture:
     """Read a mechanism in the field's notation.
 
-    Without any mark of drives the usual ones are taken: of each limb the first prismatic joint, else the revolute joint at the
-    base, else its first revolute joint. Limbs that leave less than six freedoms stay passive where those with six freedoms
-    are as many as the mechanism's freedoms: the tube of 3-UPS+UP.
+    Without any mark of drives the usual ones are taken: of each limb the first prismatic joint, else its first revolute or
+    cylindrical one, which mostly is that at the base. Limbs that leave less than six freedoms stay passive where those with
+    six are as many as the mechanism's freedoms: the tube of 3-UPS+UP.
 
     Raises:
         ArgumentError: it cannot be read; the message says where and what would be right.
@@ -281,7 +281,6 @@ def _with_usual_drive(group: LimbGroup) -> LimbGroup:
 
 def usual_drive(kinds: Sequence[str]) -> int | None:
     """Return the number of the joint that is usually driven: the first prismatic one, else the first that can be."""
-    for wanted in ("P", "R", "C"):
-        if wanted in kinds:
-            return kinds.index(wanted)
-    return None
+    if "P" in kinds:
+        return kinds.index("P")
+    return next((number for number, kind in enumerate(kinds) if kind in DRIVABLE), None)

@@ -96,6 +96,9 @@ def skeleton_of(architecture: Architecture, group: LimbGroup) -> Skeleton:
     for one, other in zip((guide, *joints), joints, strict=False):
         if one is not None and one.kind == other.kind == "P":
             raise error_at(text, other.place, "two prismatic joints in a row: their directions do not follow from the notation")
+    if joints and joints[-1].kind == "C" and joints[-1].driven:
+        reason = "the slide of a cylindrical joint at the platform cannot be driven; drive another joint, or write P and R for it"
+        raise error_at(text, joints[-1].place, reason)
     points: list[Point] = [Point("C", guide)] if guide_turns else []
     spans: list[Span] = []
     waiting: Span | None = None

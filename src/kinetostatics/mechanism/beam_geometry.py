@@ -294,9 +294,6 @@ class SpanFinder:
 
     def _span(self, beam: Beam) -> BeamSpan:
         start, end = self._ends(beam)
-        for item in (start, end):
-            if self.mechanism.connections[item.joint].type.is_free and item.side is None:
-                raise beam_error(beam, f"{item.joint!r} is floating: write {item.joint}:parent or {item.joint}:child")
         start_link, inward = self._locate(beam, start)
         end_link, outward = self._locate(beam, end)
         connections = self.mechanism.connections

@@ -1,0 +1,130 @@
+"""Files that are written from the notation: sizes, places, sections, and what Python and the command line make of them."""
+
+import json
+from math import cos, radians, sin
+
+import numpy as np
+import pytest
+
+import kinetostatics as ks
+from kinetostatics.cli.main import main
+from kinetostatics.files.mesh_packages import package_folder
+from kinetostatics.files.reader import parse_robot_text
+
+
+def ends(robot):
+    """Base and platform points of the limbs in the base's frame, where all joints read zero."""
+    pose = robot.assemble()
+    return [[pose.frame(f"{end}_{i}")[:3, 3] for end in ("foot", "seat")] for i in range(1, len(robot.topology.limbs) + 1)]
+
+
+def test_sizes_mean_what_they_say():
+    robot = ks.new_robot("3-RPS", base_radius=0.25, platform_radius=0.2, height=0.55)
+    for k, (base, platform) in enumerate(ends(robot)):
+        azimuth = 2 * np.pi * k / 3
+        np.testing.assert_allclose(base, [0.25 * cos(azimuth), 0.25 * sin(azimuth), 0], atol=1e-15)
+        np.testing.assert_allclose(platform, [0.2 * cos(azimuth), 0.2 * sin(azimuth), 0.55], atol=1e-15)
+    np.testing.assert_allclose(robot.assemble().platform["z"], 0.55)
+
+
+def test_six_limbs_stand_in_pairs():
+    robot = ks.new_robot("6-UPS", base_spread=radians(10), platform_spread=radians(20))
+    azimuths = np.degrees([[np.arctan2(y, x) for x, y, _ in pair] for pair in ends(robot)]) % 360
+    np.testing.assert_allclose(azimuths[:, 0], [350, 10, 110, 130, 230, 250], atol=1e-9)
+    np.testing.assert_allclose(azimuths[:, 1], [320, 40, 80, 160, 200, 280], atol=1e-9)
+
+
+@pytest.mark.parametrize("joint", ["revolute_1", "revolute_2", "revolute_3"])
+def test_revolute_axes_are_tangents(joint):
+    robot = ks.new_robot("3-RPS")
+    number = int(joint[-1])
+    axis = robot.assemble().frame(f"foot_{number}")[:3, 1]
+    azimuth = 2 * np.pi * (number - 1) / 3
+    np.testing.assert_allclose(axis, [-sin(azimuth), cos(azimuth), 0], atol=1e-15)
+
+
+def test_a_table_in_a_file_and_in_python(tmp_path):
+    rows = [((0.3, 0, 0.01), (0.2, 0, 0)), ((-0.1, 0.3, 0), (-0.1, 0.15, 0)), ((-0.1, -0.3, 0), (-0.1, -0.15, 0))]
+    lines = ["base_x, base_y, base_z, platform_x, platform_y, platform_z"]
+    lines += [", ".join(map(str, (*base, *platform))) for base, platform in rows]
+    table = tmp_path / "table.csv"
+    table.write_text("\n".join(lines))
+    robots = [ks.new_robot("3-UPS+UP", placements=[*rows, ((0, 0, 0), (0, 0, 0))]), ks.new_robot("3-RPS", placements=table)]
+    for robot in robots:
+        for (base, platform), found in zip(rows, ends(robot), strict=False):
+            np.testing.assert_allclose(found, [base, (*platform[:2], 0.5)], atol=1e-15)
+
+
+def test_sections_are_those_that_are_given():
+    robot = ks.new_robot("6-RUS", sections={"crank": "rectangle 20mm 0.06 aluminium", "rod": "tube 30mm 22mm"}, rod_density=8000)
+    crank, rod = robot.description.beams["crank_1"], robot.description.beams["rod_6"]
+    assert (crank.section.width, crank.section.height, crank.material.density) == (0.02, 0.06, 2700)
+    assert (rod.section.outer_diameter, rod.material.youngs_modulus, rod.material.density) == (0.03, 210e9, 8000)
+    np.testing.assert_allclose(crank.y_axis, [0, 1, 0])
+
+
+def test_the_file_is_commented_and_its_arguments_come_first(tmp_path):
+    path = tmp_path / "my_robot.urdf.xacro"
+    robot = ks.new_robot("3-RPS", path, base_radius=0.25)
+    text = path.read_text(encoding="utf-8")
+    assert robot.name == "my_robot" and "The notation marked no drive" in text
+    assert "The notation marked no drive" not in ks.robot_text("3-R[P]S")
+    assert text.index('<xacro:arg name="base_radius" default="0.25"/>') < text.index("<link ")
+    assert "O to the limbs' base points B_i" in text and "$(find kinetostatics)/library/limbs.xacro" in text
+    assert max(map(len, text.splitlines())) <= 130
+    thick = ks.load_robot(path, parameters={"rod_outer_diameter": 0.05})
+    assert thick.description.beams["rod_1"].section.outer_diameter == 0.05
+    assert text == ks.robot_text("3-RPS", base_radius=0.25, name="my_robot")
+
+
+def test_the_command_writes_the_same_and_says_what_it_took(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    command = ["new", "3-RPS", "--base-radius", "250mm", "--height=0.55", "--section", "rod=circle 40mm", "--set", "stroke=100mm"]
+    assert main([*command, "-o", "mine.urdf.xacro"]) == 0
+    said = capsys.readouterr()
+    assert said.out == (
+        "mine.urdf.xacro: 3-R[P]S, mobility 3, driven: prismatic_1, prismatic_2, prismatic_3 "
+        "(the usual ones, as none was marked)\n"
+    )
+    assert main([*command, "--name", "mine"]) == 0
+    assert capsys.readouterr().out == (tmp_path / "mine.urdf.xacro").read_text(encoding="utf-8")
+    assert main([*command, "-o", "mine.urdf.xacro"]) == 2 and "exists already" in capsys.readouterr().err
+    assert main(["check", "mine.urdf.xacro", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["mobility"]["platform"] == 3
+
+
+def test_the_command_passes_places_on(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", "2-PRU+UPR", "--azimuths", "90deg", "-90deg", "0", "--guide", "radial", "-o", "one.urdf.xacro"]) == 0
+    found = ends(ks.load_robot("one.urdf.xacro"))
+    np.testing.assert_allclose([base for base, _ in found], [[0, 0.3, 0], [0, -0.3, 0], [0.3, 0, 0]], atol=1e-15)
+    assert main(["new", "3-RXS"]) == 2
+    assert capsys.readouterr().err.startswith("kinetostatics: error: architecture '3-RXS', place 4 ('X')")
+
+
+def test_the_library_is_found_from_any_file(tmp_path):
+    """``$(find kinetostatics)`` is the folder of robots: a file may also extend one of them."""
+    assert (package_folder("kinetostatics") / "library" / "joints.xacro").is_file()
+    path = tmp_path / "mine.urdf.xacro"
+    path.write_text(
+        '<robot name="mine" xmlns:xacro="http://www.ros.org/wiki/xacro">'
+        '<xacro:include filename="$(find kinetostatics)/3rps.urdf.xacro"/></robot>'
+    )
+    assert list(ks.load_robot(path).description.beams) == ["rod_1", "rod_2", "rod_3"]
+
+
+def test_universal_and_spherical_joints_of_the_library_turn_about_their_axes():
+    robot = parse_robot_text(
+        """<robot name="joints" xmlns:xacro="http://www.ros.org/wiki/xacro">
+          <xacro:include filename="$(find kinetostatics)/library/joints.xacro"/>
+          <link name="base"/><link name="middle"/><link name="tip"/>
+          <xacro:universal name="u" parent="base" child="middle" cross="cross" first="x" second="z" xyz="1 0 0" angle_max="1"/>
+          <xacro:spherical name="s" parent="middle" child="tip" ball="ball" first="y" second="x" xyz="0 0 2" angle_max="0.5"/>
+          <platform link="tip"/>
+        </robot>"""
+    )
+    joints = robot.joints
+    assert list(joints) == ["u_x", "u_z", "s_y", "s_x", "s_z"]
+    assert [joints[name].axis for name in joints] == [(1, 0, 0), (0, 0, 1), (0, 1, 0), (1, 0, 0), (0, 0, 1)]
+    assert [joints[name].child for name in joints] == ["cross", "middle", "ball_y", "ball_x", "tip"]
+    assert (joints["u_z"].upper, joints["s_x"].upper, joints["s_z"].upper) == (1, 0.5, np.pi)

@@ -1,0 +1,96 @@
+"""A passive floating joint from base to platform: it is no limb, and all limbs are alike, each closed by a loop."""
+
+import difflib
+
+import numpy as np
+import pytest
+from places import ROBOTS
+
+import kinetostatics as ks
+from kinetostatics.files.reader import parse_robot_text
+
+LOAD = [10, -20, 30, 1, 2, -3]
+
+
+def with_floating_platform(text: str) -> str:
+    """The 3RPS whose tree reaches the platform by a floating joint instead of limb 1."""
+    start, end = (text.index(f"====== {words} ====") for words in ("spherical joint of limb 1", "platform"))
+    start, end = (text.rindex("<!--", 0, place) for place in (start, end))
+    free = """<joint name="platform_pose" type="floating">
+      <parent link="base"/><child link="platform"/><origin xyz="0 0 ${home_height}"/>
+    </joint>
+    """
+    text = text[:start] + free + text[end:]
+    text = text.replace('<xacro:platform_ball i="2"', '<xacro:platform_ball i="1" azimuth="0"/>\n  <xacro:platform_ball i="2"')
+    return text.replace("spherical_1_x", "spherical_1")
+
+
+@pytest.fixture(scope="module")
+def pair():
+    text = with_floating_platform((ROBOTS / "3rps.urdf.xacro").read_text(encoding="utf-8"))
+    assert 'type="floating"' in text and 'end="spherical_1"' in text
+    return ks.load_robot("3rps"), ks.Robot(parse_robot_text(text, str(ROBOTS / "3rps.urdf.xacro")))
+
+
+@pytest.mark.parametrize(
+    "coordinates",
+    [
+        {"actuators": {"prismatic_1": 0.03, "prismatic_2": -0.02, "prismatic_3": 0.01}},
+        {"platform": {"z": 0.5, "rx": 0.05, "ry": -0.17}, "orientation": "XYZ"},
+        {"platform": {"z": [0.45, 0.6], "azimuth": [-2.0, 1.0], "tilt": 0.2}, "orientation": "tilt_torsion"},
+    ],
+)
+def test_the_numbers_are_the_same(pair, coordinates):
+    one, other = (ks.analyze(robot.assemble(**coordinates), load=LOAD) for robot in pair)
+    drives = [f"prismatic_{i}" for i in (1, 2, 3)]
+    for what in ("twist", "stiffness", "base_wrench"):
+        expected = getattr(one, what)
+        np.testing.assert_allclose(getattr(other, what), expected, atol=1e-9 * np.abs(expected).max(), rtol=1e-9, err_msg=what)
+    for drive in drives:
+        np.testing.assert_allclose(other.actuator_forces[drive], one.actuator_forces[drive], rtol=1e-9)
+    for i in (1, 2, 3):
+        mine, theirs = other.limbs[f"limb_{i}"], one.limbs[f"limb_{i}"]
+        assert mine.labels == theirs.labels
+        np.testing.assert_allclose(mine.intensities, theirs.intensities, atol=1e-9 * np.abs(theirs.intensities).max())
+    for drive in drives:
+        np.testing.assert_allclose(other.configuration.actuators[drive], one.configuration.actuators[drive], atol=1e-12)
+
+
+def test_the_texts_are_the_same_but_for_the_joint_of_limb_1(pair):
+    """Limb 1 names its ball by one name instead of three, and the links that stood between them are gone."""
+    one, other = (str(robot).splitlines() for robot in pair)
+    changed = [line[2:] for line in difflib.ndiff(one, other) if line[:2] in ("- ", "+ ")]
+    limb = "    base —revolute_1→ cylinder_1 —prismatic_1 (driven)→ rod_1 —{}→ platform"
+    assert changed == [
+        limb.format("spherical_1_{x,y,z}"),
+        limb.format("spherical_1"),
+        "  links   socket_1, platform",
+        "  links   platform",
+    ]
+    assert pair[0].mobility == pair[1].mobility
+    tables = [str(ks.analyze(robot.assemble(), load=LOAD)) for robot in pair]
+    tables = [sorted(" ".join(line.split()) for line in table.splitlines() if "spherical_1_" not in line) for table in tables]
+    ours = [line for line in tables[1] if line not in tables[0]]
+    assert [line.split()[0] for line in ours] == ["spherical_1"] and set(tables[0]) <= set(tables[1]), ours
+
+
+def test_it_is_no_limb_and_no_drive(pair):
+    robot = pair[1]
+    assert list(ks.analyze(robot.assemble()).limbs) == ["limb_1", "limb_2", "limb_3"]
+    assert [limb.is_serial for limb in robot.topology.limbs] == [True] * 3
+    text = with_floating_platform((ROBOTS / "3rps.urdf.xacro").read_text(encoding="utf-8"))
+    with pytest.raises(ks.RobotFileError, match="'platform_pose' is floating and cannot be driven"):
+        parse_robot_text(
+            text.replace('<joint name="prismatic_1"/>', '<joint name="platform_pose"/>'), str(ROBOTS / "3rps.urdf.xacro")
+        )
+
+
+@pytest.mark.parametrize("end", ["flange_4", "platform_pose", "platform_pose:child"])
+def test_a_beam_may_end_at_it(end):
+    """The tube of a Tricept is fixed to the platform at o, where the floating joint is on the platform's side."""
+    text = ks.robot_text("3-U[P]S+UP", sections={"rod_4": "tube 120mm 100mm"})
+    start = '<xacro:rod_4_beam link="rod_${i}" start="universal_${i}_y" end="flange_${i}"/>'
+    assert start in text
+    robot = ks.Robot(parse_robot_text(text.replace(start, start.replace("flange_${i}", end.replace("_4", "_${i}")))))
+    expected = ks.analyze(ks.new_robot("3-U[P]S+UP", sections={"rod_4": "tube 120mm 100mm"}).assemble(), load=LOAD).twist
+    np.testing.assert_allclose(ks.analyze(robot.assemble(), load=LOAD).twist, expected, rtol=1e-9, atol=1e-18)
