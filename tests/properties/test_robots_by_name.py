@@ -10,8 +10,8 @@ from kinetostatics.authoring.notation import parse_architecture
 from kinetostatics.checks.collect import robot_facts
 from kinetostatics.files.reader import parse_robot_text
 
-#: Architectures with the freedoms of their platforms, by Grübler's formula; of overconstrained ones and those with rods that spin as
-#: X. Kong, C. Gosselin, Type Synthesis of Parallel Mechanisms, and the sources of the robots of this package have them.
+#: Architectures with the freedoms of their platforms: by Grübler's formula, less spins of rods; of overconstrained ones as the
+#: textbooks have them (X. Kong, C. Gosselin, Type Synthesis of Parallel Mechanisms, Springer 2007).
 MOBILITIES = {
     "3-RPS": 3,
     "3-R[P]S": 3,

@@ -154,9 +154,7 @@ def _geometry_arguments(
                 )
             longest["rod"] = max(longest.get("rod", 0.0), length)
     if any(span.kind in ("rods", "parallelogram") for skeleton in skeletons for span in skeleton.spans):
-        arguments.add(
-            "pair_width", rounded(0.3 * arguments.number("platform_radius", PLATFORM_RADIUS)), "between the two rods of a pair"
-        )
+        arguments.add("pair_width", rounded(0.15 * longest["rod"]), "between the two rods of a pair")
     if any(skeleton.guide or any(span.slide for span in skeleton.spans) for skeleton in skeletons):
         arguments.add("stroke", rounded(0.4 * longest.get("rod", 0.5)), "of prismatic joints, either way from zero")
     arguments.add("joint_angle_max", "${radians(60)}", "of passive joints, either way from zero")

@@ -44,6 +44,7 @@ def file_text(design: Design) -> str:
     calls = "\n".join(_call(design, k) for k in range(len(design.skeletons)))
     limbs = "\n".join(part for line in "\n\n".join((*macros, calls)).split("\n") for part in _wrapped(line))
     base = _BASE.replace("BASE_RADIUS", "base_radius" if "base_radius" in design.arguments.texts else "1.5 * platform_radius")
+    base = base.replace("BELOW", "0.06" if float(design.arguments.texts["height"]) else "0.3")
     rest = [_ruler("base and platform"), base, _ruler("beams"), *beams, _ruler("limbs"), limbs]
     head = [
         '<?xml version="1.0"?>',
@@ -61,7 +62,7 @@ def file_text(design: Design) -> str:
 _BASE = """\
   <!-- frame at O: X to the right, Z up -->
   <link name="base">
-    <xacro:draw_cylinder diameter="${2.3 * BASE_RADIUS}" length="0.01" material="graphite" xyz="0 0 ${-0.06 * BASE_RADIUS}"/>
+    <xacro:draw_cylinder diameter="${2.3 * BASE_RADIUS}" length="0.01" material="graphite" xyz="0 0 ${-BELOW * BASE_RADIUS}"/>
   </link>
 
   <!-- leaves the platform all freedoms and is no limb: all limbs are alike, each closed by a loop at the platform -->

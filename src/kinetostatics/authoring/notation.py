@@ -14,8 +14,8 @@ S      spherical        3
 (4R)   parallelogram with four revolute joints in its corners, also written Pa
 ====== ================ ========
 
-Driven joints stand in brackets or are underlined (U+0332 behind the letter). See J.-P. Merlet, Parallel Robots, 2nd ed., Springer
-2006, section 1.2, and X. Kong, C. Gosselin, Type Synthesis of Parallel Mechanisms, Springer 2007, section 1.3.
+Driven joints stand in brackets or are underlined (U+0332 behind the letter). The notation is that of J.-P. Merlet, Parallel
+Robots, 2nd ed., Springer 2006, and of X. Kong, C. Gosselin, Type Synthesis of Parallel Mechanisms, Springer 2007.
 
 >>> architecture = parse_architecture("3-U[P]S+UP")
 >>> [(limb.count, limb.text, limb.freedoms) for limb in architecture.groups]

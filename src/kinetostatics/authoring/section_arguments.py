@@ -37,16 +37,19 @@ def chosen_sections(
             ):
                 continue
             prefix = own or role
+            paired = role == "rod" and any(span.kind in ("rods", "parallelogram") for span in skeleton.spans)
             mine[role] = prefix
             if prefix not in found:
-                found[prefix] = parse_section(given[prefix], f"sections, {prefix}") if prefix in given else _usual(lengths[role])
+                found[prefix] = (
+                    parse_section(given[prefix], f"sections, {prefix}") if prefix in given else _usual(lengths[role], paired)
+                )
         prefixes.append(mine)
     return found, prefixes
 
 
-def _usual(length: float) -> SectionText:
-    """Return a steel tube whose diameter is a fifteenth of its length, its wall a tenth of that."""
-    outer = rounded(length / 15)
+def _usual(length: float, paired: bool) -> SectionText:
+    """Return a steel tube whose diameter is a fifteenth of its length, a fortieth in pairs of rods, its wall a tenth of that."""
+    outer = rounded(length / (40 if paired else 15))
     return SectionText("tube", {"outer_diameter": outer, "inner_diameter": rounded(0.8 * outer)})
 
 

@@ -1,0 +1,79 @@
+"""The page about robots by name: its commands and its Python run, its names build robots, its table is one."""
+
+import re
+import shlex
+
+import pytest
+from places import ROOT
+
+import kinetostatics as ks
+from kinetostatics.authoring.notation import parse_architecture
+from kinetostatics.authoring.skeleton import skeleton_of
+from kinetostatics.cli.main import main
+
+PAGE = (ROOT / "docs" / "start" / "robot_by_name.md").read_text(encoding="utf-8")
+
+
+def blocks(kind):
+    """The blocks of one kind."""
+    return re.findall(rf"^```{kind}\n(.*?)^```$", PAGE, re.DOTALL | re.MULTILINE)
+
+
+def test_its_commands_run(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    lines = "".join(blocks("sh")).replace("\\\n", " ").splitlines()
+    assert len(lines) == 4
+    for line in lines:
+        assert main(shlex.split(line)[1:]) == 0, line
+    assert {path.name for path in tmp_path.iterdir()} == {"my_robot.urdf.xacro", "my_robot.html", "my_delta.urdf.xacro"}
+    inline = re.search(r"`kinetostatics (analyze my_robot\.urdf\.xacro --set [^`]+)`", PAGE)
+    assert main(shlex.split(inline[1])) == 0
+    assert (
+        "tube ⌀50/30 mm"
+        in (main(["check", "my_robot.urdf.xacro", "--set", "rod_outer_diameter=50mm"]), capsys.readouterr().out)[1]
+    )
+
+
+def test_its_python_runs(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    exec(blocks("python")[0], names)
+    assert names["robot"].mobility.platform == 3 and "my_hexapod" in (tmp_path / "my_hexapod.urdf.xacro").read_text()
+    assert names["text"].startswith("<?xml")
+
+
+def test_its_table_of_places_is_one(tmp_path):
+    table = tmp_path / "table.csv"
+    table.write_text(blocks("text")[0])
+    assert ks.new_robot("2-U[P]R+S[P]R", placements=table, height=0.3).mobility.platform == 3
+
+
+def test_its_names_are_read():
+    cells = re.findall(r"^\| (`[^|]+`) \| [^|]+ \|$", PAGE.partition("| name |")[2], re.MULTILINE)
+    names = [name for cell in cells for name in re.findall(r"`([^`]+)`", cell)]
+    assert len(names) > 15
+    for name in names:
+        architecture = parse_architecture(name)
+        assert architecture.text == name.replace("2(SS)", "(4S)") and not architecture.drives_chosen
+        assert [skeleton_of(architecture, group) for group in architecture.groups]
+
+
+def test_the_help_names_them_too(capsys):
+    """Those of ``kinetostatics new --help`` are on the page."""
+    assert main(["new", "--help"]) == 0
+    names = re.findall(r"^    (\S*[RPUSC\[(]\S+) {2,}\S", capsys.readouterr().out.partition("architecture:")[2], re.MULTILINE)
+    assert len(names) >= 8 and [name for name in names if f"`{name}`" not in PAGE] == []
+
+
+def test_the_robots_that_come_out_are_those_of_the_test():
+    listed = re.search(r"which a test proves: ([^.]+)\.", PAGE)[1]
+    names = re.findall(r"\w+", listed.replace(" and ", " "))
+    test = (ROOT / "tests" / "validation" / "test_robots_by_name.py").read_text(encoding="utf-8")
+    assert names == re.findall(r'^    "(\w+)": \(\w+, ', test, re.MULTILINE) and len(names) == 12
+    others = PAGE.partition("The others say more")[2]
+    assert set(ks.robots()) - set(names) == set(re.findall(r"spherical_3rrr|five_bar|ur10|anymal_standing", others))
+
+
+@pytest.mark.parametrize("word", ["O to the limbs' base points", "is no limb"])
+def test_files_say_what_the_page_says(word):
+    assert word in ks.robot_text("3-RPS")
