@@ -36,7 +36,7 @@ class OpenBranch:
             axis = frames.direction(f.body, f.axis) * f.sign
             arm = frames.point(f.centre_body, f.centre) - o
             columns.append(rotation_twist(axis, arm) if f.rotates else translation_twist(axis))
-        return np.stack(columns, axis=1) if columns else np.zeros((6, 0, o.shape[1]))
+        return np.stack(columns, axis=1)
 
 
 def open_branches_of(model: StaticModel) -> tuple[OpenBranch, ...]:

@@ -51,6 +51,16 @@ def test_frames_and_twists_are_pinocchios():
         np.testing.assert_allclose(twists[:, :, k], data.J, atol=1e-13)
 
 
+def test_small_displacements_are_pinocchios():
+    """Larger ones are not: there a body that slides and turns goes along an arc."""
+    mechanism = Mechanism(parse_robot_text(TREE))
+    model, tree, random = mechanism.model, mechanism.tree, np.random.default_rng(5)
+    q = np.column_stack([pin.normalize(model, random.uniform(-1, 1, model.nq)) for _ in range(5)])
+    v = random.uniform(-1e-6, 1e-6, (model.nv, 5))
+    wanted = np.column_stack([pin.integrate(model, *pair) for pair in zip(q.T, v.T, strict=True)])
+    np.testing.assert_allclose(tree.integrate(q, v) - q, wanted - q, rtol=0, atol=2e-12)
+
+
 def test_link_frames_and_masses_are_pinocchios():
     robot = package_robots.robot("2pru_upr")
     pose = robot.assemble(platform={"z": 0.55, "rx": 0.1, "ry": -0.05}, orientation="XYZ")
