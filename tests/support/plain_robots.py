@@ -89,8 +89,8 @@ def table() -> str:
 
 def example() -> str:
     """Return the file that the page shows."""
-    options = {"elastic": {"upper_arm_link": "tube 108mm 98mm aluminium"}, "joint_stiffness": {"elbow_joint": 3e4}}
-    return ks.extension_text(FOLDER / "ur_description" / "urdf" / "ur10_robot.urdf", platform="tool0", **options)
+    elastic = {"upper_arm_link": "tube 108mm 98mm aluminium", "forearm_link": "tube 86mm 78mm aluminium"}
+    return ks.extension_text(FOLDER / "ur_description" / "urdf" / "ur10_robot.urdf", platform="tool0", elastic=elastic)
 
 
 def write() -> None:

@@ -436,7 +436,7 @@ def test_finite_elements_agree(name, options):
 
 
 def test_the_pages_small_example_is_what_it_says(tmp_path):
-    page = (ROOT / "docs" / "how_to" / "example_robot_data.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "how_to" / "plain_urdf.md").read_text(encoding="utf-8")
     file = tmp_path / "my_ur10.urdf.xacro"
     file.write_text(re.findall(r"```xml\n(.*?)```", page, re.DOTALL)[0], encoding="utf-8")
     one = ks.load_robot(file)
