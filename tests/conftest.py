@@ -19,6 +19,8 @@ settings.register_profile("thorough", parent=settings.get_profile("default"), ma
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "ci" if os.environ.get("CI") == "true" else "default"))
 
 
+os.environ.pop("FORCE_COLOR", None)  # texts are compared to the letter
+
 # a shell that starts the tests in the background lets their programs ignore Ctrl-C, which some tests send
 signal.signal(signal.SIGINT, signal.default_int_handler)
 

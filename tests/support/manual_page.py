@@ -57,7 +57,10 @@ def _sentence(text: str | None) -> list[str]:
 
 
 def _usage(parser: argparse.ArgumentParser) -> list[str]:
-    program, _, rest = " ".join(parser.format_usage().split()).removeprefix("usage: ").partition(" ")
+    """Return how a program or command is called; what argparse makes up itself differs from one Python to the next."""
+    positional = [str(action.metavar or action.dest) for action in parser._actions if not action.option_strings]
+    usage = parser.usage or f"{parser.prog} {' '.join(positional)} [options]"
+    program, _, rest = " ".join(usage.split()).partition(" ")
     first, _, more = rest.partition(" ")
     if parser.prog != program:  # a command: its name is written boldly too
         return [f"\\fB{_plain(program)} {_plain(first)}\\fR {_plain(more)}".rstrip()]

@@ -59,7 +59,7 @@ def _completer(action: argparse.Action) -> Callable[..., Iterable[str]] | None:
 
     metavar = action.metavar if isinstance(action.metavar, str) else ""
     robot_files, shipped = FilesCompleter(ROBOT_FILES), shipped_robots()
-    if metavar == "ROBOT":
+    if metavar.split("|")[0] == "ROBOT":
         return lambda prefix, **_: [*(name for name in shipped if name.startswith(prefix)), *robot_files(prefix)]
     if metavar == "SOURCE":
         return robot_files
