@@ -32,3 +32,11 @@ def test_pages_take_less_than_a_quarter_of_an_hour(page):
     """Read at 200 words a minute; code is looked at rather than read."""
     text = re.sub(r"^```.*?^```$", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
     assert len(text.split()) <= 15 * 200
+
+
+def test_every_page_has_its_place_in_the_site():
+    site = (ROOT / "mkdocs.yml").read_text(encoding="utf-8").partition("\nnav:\n")[2]
+    listed = re.findall(r"^ +- (?:\w+: )?(\S+\.md)$", site, re.MULTILINE)
+    pages = [page.relative_to(DOCS).as_posix() for page in DOCS.rglob("*.md")]
+    assert sorted(set(listed) - {name for name in listed if "/notebooks/" in name}) == sorted(pages)
+    assert len(listed) == len(set(listed))
