@@ -139,3 +139,17 @@ def test_joints_that_are_one_are_called_by_what_their_names_share():
 
     assert labels("hip_x", "hip_y") == ["hip"] and labels("hip.x", "hip.y", "hip.z") == ["hip"]
     assert labels("pan", "tilt") == ["pan+tilt"] and labels("pan_") == ["pan_"]
+
+
+@pytest.mark.parametrize(
+    ("second", "third", "count"),
+    [("0.3 0.2 0", "0 -0.2 0", 1), ("0.3 0 0.2", "0 0 -0.2", 0), ("0.3 0.2 0", "0 -0.2 0.1", 0), ("0.3 0.2 0", "0 0 0", 0)],
+)
+def test_each_hinge_of_a_ball_may_be_anywhere_on_its_axis_but_the_last(second, third, count):
+    """Axes along x, y and z: the second one's origin 0.2 along its own axis, or across it; the third's in the centre, or not."""
+    machine = robot(
+        link("base"), link("a"), link("b"), link("rod"), link("platform"), joint("hinge_0", "continuous", "base", "a", axis=X),
+        joint("hinge_1", "continuous", "a", "b", second, Y), joint("hinge_2", "continuous", "b", "rod", third, Z),
+        joint("head", "fixed", "rod", "platform", "0.1 0.2 1"), bar("rod", "hinge_2", "head", RHO, CIRCLE),
+    )  # fmt: skip
+    assert len(machine.mechanism.spherical_runs) == count
