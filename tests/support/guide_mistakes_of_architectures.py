@@ -56,6 +56,8 @@ ARCHITECTURES = (
     built("3-RRS", "Longer ones.", "crank_length=0.1, rod_length=0.1"),
     built("3-RPS", "Two angles more.", "azimuths=[0]"),
     built("6-UPS", "Three limbs.", "arrangement='cartesian'"),
+    built("3-RPS", "`3-[R]RR`.", "arrangement='spherical'"),
+    built("3-RRR", "Longer arcs.", "arrangement='spherical', crank_arc=0.3, rod_arc=0.4"),
     built("3-RPS", "One of these words.", "arrangement='round'"),
     built("3-PRS", "One of these words.", "guide='up'"),
     places("[]", "A row for each limb."),

@@ -18,6 +18,7 @@ from kinetostatics.authoring.notation import Architecture, parse_architecture
 from kinetostatics.authoring.placement import DIRECTIONS, Place, arranged, limb_frame, tabled
 from kinetostatics.authoring.section_arguments import add_mass_arguments, add_section_arguments, chosen_sections
 from kinetostatics.authoring.skeleton import Skeleton, skeleton_of
+from kinetostatics.authoring.spherical import add_spherical_arguments, check_spherical
 from kinetostatics.exceptions import ArgumentError
 
 #: Sizes where none are given [m].
@@ -49,7 +50,9 @@ def design_robot(
     main = {"base_radius": base_radius, "platform_radius": platform_radius, "height": height}
     given = {**{key: value for key, value in main.items() if value is not None}, **values}
     arguments = FileArguments(given)
-    planar = arrangement == "planar"
+    planar, spherical = arrangement == "planar", arrangement == "spherical" and placements is None
+    if spherical:
+        check_spherical(parsed, skeletons)
     sizes = {
         "base_radius": arguments.length("base_radius", BASE_RADIUS),
         "platform_radius": arguments.length("platform_radius", PLATFORM_RADIUS),
@@ -57,16 +60,21 @@ def design_robot(
         "base_height": arguments.number("base_height", 0.0),
         "base_spread": arguments.number("base_spread", math.radians(15)),
         "platform_spread": arguments.number("platform_spread", math.radians(15)),
-        "platform_turn": arguments.number("platform_turn", math.radians(30) if _wants_turn(skeletons, planar=planar) else 0.0),
     }
+    turn = 60 if spherical else 30 if _wants_turn(skeletons, planar=planar) else 0
+    if turn or "platform_turn" in given:
+        sizes["platform_turn"] = arguments.number("platform_turn", math.radians(turn))
     word = guide or ("tangential" if planar else "vertical")
     if placements is not None:
         places = tabled(parsed, skeletons, placements, word)
     else:
         places = arranged(parsed, skeletons, arrangement, azimuths, sizes, word, axis)
-    _place_arguments(arguments, places, sizes)
     spans = [limb_frame(place, sizes["height"])[0] for place in places]
-    lengths = _geometry_arguments(arguments, parsed, skeletons, places, spans)
+    if spherical:
+        lengths = add_spherical_arguments(arguments, parsed, places, sizes)
+    else:
+        _place_arguments(arguments, places, sizes)
+        lengths = _geometry_arguments(arguments, parsed, skeletons, places, spans)
     chosen, prefixes = chosen_sections(parsed, skeletons, sections or {}, lengths)
     shared = add_section_arguments(arguments, chosen)
     add_mass_arguments(arguments, skeletons, sizes)
@@ -110,7 +118,7 @@ def _place_arguments(arguments: FileArguments, places: Sequence[Place], sizes: M
     arguments.add("height", sizes["height"], "of o above O where all joints read zero")
     if polar or "base_height" in texts:
         arguments.add("base_height", 0, "of the B_i above O")
-    if sizes["platform_turn"]:
+    if "platform_turn" in sizes:
         arguments.add("platform_turn", "${radians(30)}", "of the A_i about Z, against the B_i")
     if spread:
         arguments.add("base_spread", "${radians(15)}", "B_i to the middle of its pair, seen from O")
@@ -222,6 +230,7 @@ def _limb_options(
         widths,
         "cylinder" in prefixes[k],
         "drive_stiffness" in arguments.texts,
+        "crank_arc" in arguments.texts,
     )
 
 

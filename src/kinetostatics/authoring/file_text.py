@@ -44,7 +44,8 @@ def file_text(design: Design) -> str:
     calls = "\n".join(_call(design, k) for k in range(len(design.skeletons)))
     limbs = "\n".join(part for line in "\n\n".join((*macros, calls)).split("\n") for part in _wrapped(line))
     base = _BASE.replace("BASE_RADIUS", "base_radius" if "base_radius" in design.arguments.texts else "1.5 * platform_radius")
-    base = base.replace("BELOW", "0.06" if float(design.arguments.texts["height"]) else "0.3")
+    height = design.arguments.texts.get("height", "")
+    base = base.replace("BELOW", "0.06" if height and float(height) else "0.3").replace("HEIGHT", "${height}" if height else "0")
     rest = [_ruler("base and platform"), base, _ruler("beams"), *beams, _ruler("limbs"), limbs]
     head = [
         '<?xml version="1.0"?>',
@@ -69,7 +70,7 @@ _BASE = """\
   <joint name="platform_pose" type="floating">
     <parent link="base"/>
     <child link="platform"/>
-    <origin xyz="0 0 ${height}"/>
+    <origin xyz="0 0 HEIGHT"/>
   </joint>
 
   <!-- frame at o, parallel to the base's where all joints read zero -->
@@ -114,9 +115,10 @@ def _beam(prefix: str, section: SectionText, shared: bool, names: Mapping[str, s
     ]
     values = [f'{name}="$(arg {start}{key})"' for name, key in attributes]
     sizes = " ".join(f'{size}="${{{prefix}_{size}}}"' for size in section.sizes)
-    y_axis = ' y_axis="0 1 0"' if section.shape.startswith("rect") else ""
+    flat = section.shape.startswith("rect")
+    parameter, y_axis = (" y_axis:='0 1 0'", ' y_axis="${y_axis}"') if flat else ("", "")
     return (
-        f'  <xacro:macro name="{prefix}_beam" params="link start end">\n'
+        f'  <xacro:macro name="{prefix}_beam" params="link start end{parameter}">\n'
         f'    <beam link="${{link}}" from="${{start}}" to="${{end}}"{y_axis}\n'
         f"          {' '.join(values)}>\n"
         f"      <{section.shape} {sizes}/>\n"

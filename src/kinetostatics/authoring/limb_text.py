@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from kinetostatics.authoring.skeleton import Point, Skeleton
+from kinetostatics.authoring.spherical import spherical_macro
 
 
 @dataclass(frozen=True)
@@ -26,6 +27,7 @@ class LimbOptions:
         widths: for each role the expressions of its drawing: diameter, or height and width.
         two_pieces: whether a telescope is a cylinder and a rod of constant lengths.
         drive_stiffness: whether drives are elastic.
+        spherical: whether the limb's axes all pass through one point.
     """
 
     macro: str
@@ -38,6 +40,7 @@ class LimbOptions:
     widths: dict[str, tuple[str, ...]]
     two_pieces: bool = False
     drive_stiffness: bool = False
+    spherical: bool = False
 
 
 @dataclass
@@ -65,6 +68,9 @@ class _Walk:
 
 def limb_macro(skeleton: Skeleton, options: LimbOptions) -> str:
     """Return the text of a limb's macro."""
+    if options.spherical:
+        flat = {role: len(width) > 1 for role, width in options.widths.items()}
+        return spherical_macro(skeleton, options.macro, options.prefixes, flat, drive_stiffness=options.drive_stiffness)
     walk = _Walk()
     walk.say(*options.head, *_geometry(skeleton, options), "")
     _guide(skeleton, options, walk)

@@ -1,4 +1,4 @@
-"""Where limbs stand: rotational symmetry, a plane, three perpendicular directions, or a table."""
+"""Where limbs stand: rotational symmetry, a plane, three perpendicular directions, around a point, or a table."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from kinetostatics.exceptions import ArgumentError, near_names
 Point = tuple[float, float, float]
 
 #: Where limbs may stand if there is no table.
-ARRANGEMENTS = ("symmetric", "planar", "cartesian")
+ARRANGEMENTS = ("symmetric", "planar", "cartesian", "spherical")
 #: Directions in words, of guides and of revolute axes.
 DIRECTIONS = ("vertical", "radial", "tangential")
 COLUMNS = ("base", "platform", "axis", "guide")
@@ -158,7 +158,7 @@ def arranged(
         base = platform = _degrees(angle)
         if pairs:
             base, platform = _pair(k, values)
-        if values["platform_turn"]:
+        if "platform_turn" in values:
             platform = Angle(f"{platform.text} + platform_turn", platform.value + values["platform_turn"])
         places.append(
             Place(

@@ -42,7 +42,7 @@ def new_robot(
         height: of the platform's reference point o above the base frame's origin O, in the pose of the file [m]; negative where
             the platform hangs.
         arrangement: "symmetric" (evenly around Z), "planar" (the same, all revolute axes along Z, height 0 unless given) or
-            "cartesian" (three limbs along X, Y and Z).
+            "cartesian" (three limbs along X, Y and Z) or "spherical" (limbs RRR whose axes all pass through O).
         azimuths: of the limbs, instead of even ones [rad].
         placements: instead of radii and azimuths: for each limb ``{"base": (x, y, z), "platform": (x, y, z)}`` in the frames of
             base and platform [m], with "axis" (direction of its revolute axes) and "guide" (of its carriage's guide) if need be;

@@ -29,7 +29,7 @@ architecture:
     3-U[P]S+UP       Tricept: the tube in the middle is passive
     3-[R](4S)        Delta: cranks and pairs of rods
     3-[P]UU          linear Delta with one rod in each limb
-    3-[R]RR          planar, with --arrangement planar
+    3-[R]RR          planar, with --arrangement planar; three rotations, with --arrangement spherical
     3-[P]RRR         Tripteron, with --arrangement cartesian
 
 examples:
@@ -65,7 +65,7 @@ def add_parser(subparsers: Any) -> None:
         "--arrangement",
         metavar="WORD",
         default="symmetric",
-        help="symmetric (around Z, default), planar, or cartesian (along X, Y, Z)",
+        help="symmetric (around Z, default), planar, cartesian (along X, Y, Z), or spherical (all axes through O)",
     )
     parser.add_argument(
         "--azimuths", metavar="ANGLE", nargs="+", help="of the limbs around Z, instead of even ones: 90deg -90deg 0"

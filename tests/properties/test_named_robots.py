@@ -35,6 +35,7 @@ MOBILITIES = {
     "3-[R]RR planar": 3,
     "3-R[P]R planar": 3,
     "3-[P]RR planar": 3,
+    "3-[R]RR spherical": 3,
     "3-[P]RRR cartesian": 3,
     "3-[C]RR cartesian": 3,
     "3-[P]R(4R)R cartesian": 3,

@@ -1,0 +1,138 @@
+"""Spherical robots by name: limbs of three revolute joints whose axes all pass through one point, as in an Agile Eye.
+
+See C. M. Gosselin, J. Angeles, The optimum kinematic design of a spherical three-degree-of-freedom parallel manipulator,
+J. Mech. Transm. Autom. Des. 111 (1989).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from kinetostatics.authoring.arguments_of_file import FileArguments, rounded
+from kinetostatics.authoring.notation import Architecture
+from kinetostatics.authoring.placement import Place
+from kinetostatics.authoring.skeleton import Skeleton
+from kinetostatics.exceptions import ArgumentError
+
+#: Both cones in which the axes lie where none is given: three axes at right angles.
+CONE = math.acos(1 / math.sqrt(3))
+CONE_TEXT = "${acos(1 / sqrt(3))}"
+
+
+def check_spherical(architecture: Architecture, skeletons: Sequence[Skeleton]) -> None:
+    """Refuse limbs that are no RRR."""
+    for skeleton in skeletons:
+        if skeleton.group.kinds != ("R", "R", "R"):
+            raise ArgumentError(
+                f"arrangement 'spherical' is for limbs of three revolute joints, RRR; {architecture.text} has "
+                f"{skeleton.group.text}"
+            )
+
+
+def add_spherical_arguments(
+    arguments: FileArguments, architecture: Architecture, places: Sequence[Place], sizes: Mapping[str, float]
+) -> dict[str, float]:
+    """Add what places the limbs of a spherical robot; return the longest length of each role."""
+    base, platform = sizes["base_radius"], sizes["platform_radius"]
+    middle = arguments.length("elbow_radius", rounded((base + platform) / 2))
+    cones = arguments.number("base_cone", CONE), arguments.number("platform_cone", CONE)
+    arcs = arguments.number("crank_arc", math.pi / 2), arguments.number("rod_arc", math.pi / 2)
+    for k, place in enumerate(places):
+        _check_arcs(architecture, k, place, cones, arcs)
+    arguments.add("base_radius", base, "O to the joints at the base")
+    arguments.add("elbow_radius", middle, "O to the elbows")
+    arguments.add("platform_radius", platform, "O to the joints at the platform")
+    arguments.add("base_cone", CONE_TEXT, "of the axes at the base to straight down")
+    arguments.add("platform_cone", CONE_TEXT, "of the axes at the platform to straight up, at zero")
+    arguments.add("platform_turn", "${radians(60)}", "of the latter about Z, against the former")
+    arguments.add("crank_arc", "${radians(90)}", "between a limb's first and second axis")
+    arguments.add("rod_arc", "${radians(90)}", "between its second and third")
+    arguments.add("elbow", 1, "side of the bend: 1 or -1")
+    arguments.add("joint_angle_max", "${radians(60)}", "of passive joints, either way from zero")
+    arguments.add("drive_angle_max", "${radians(60)}", "of driven joints, either way from zero")
+    if "drive_stiffness" in arguments.given:
+        arguments.add("drive_stiffness", "inf", "of every drive, N m/rad; inf: rigid")
+    return {
+        role: math.sqrt(one**2 + other**2 - 2 * one * other * math.cos(arc))
+        for role, one, other, arc in (("crank", base, middle, arcs[0]), ("rod", middle, platform, arcs[1]))
+    }
+
+
+def _check_arcs(architecture: Architecture, k: int, place: Place, cones: tuple[float, float], arcs: tuple[float, float]) -> None:
+    """Refuse arcs that do not reach from a limb's first axis to its last."""
+    assert place.at_base is not None and place.at_platform is not None  # its azimuths are given or even
+    first, last = (
+        np.array([math.sin(cone) * math.cos(angle.value), math.sin(cone) * math.sin(angle.value), sign * math.cos(cone)])
+        for cone, angle, sign in zip(cones, (place.at_base, place.at_platform), (-1, 1), strict=True)
+    )
+    between = math.acos(max(-1.0, min(1.0, float(first @ last))))
+    if not abs(arcs[0] - arcs[1]) < between < min(sum(arcs), 2 * math.pi - sum(arcs)):
+        raise ArgumentError(
+            f"{architecture.text}, limb {k + 1}: crank_arc {math.degrees(arcs[0]):.4g} and rod_arc "
+            f"{math.degrees(arcs[1]):.4g} degrees do not reach from its first axis to its last, {math.degrees(between):.4g} "
+            "degrees apart; change them, the cones or platform_turn"
+        )
+
+
+def spherical_macro(
+    skeleton: Skeleton, macro: str, prefixes: Mapping[str, str], flat: Mapping[str, bool], *, drive_stiffness: bool
+) -> str:
+    """Return the text of the macro of a spherical robot's limb.
+
+    Args:
+        skeleton: the limb.
+        macro: its name.
+        prefixes: what the arguments of a role's section begin with.
+        flat: whether a role's section needs its y axis.
+        drive_stiffness: whether drives are elastic.
+    """
+    names = [f"revolute_${{i}}{point.letter}" for point in skeleton.points]
+    driven = [point.symbol is not None and point.symbol.driven for point in skeleton.points]
+    limit = ["drive_angle_max" if item else "joint_angle_max" for item in driven]
+
+    def joint(k: int, parent: str, child: str, place: str, axis: str) -> list[str]:
+        effort = ' effort="200"' if driven[k] else ""
+        return [
+            f'<xacro:revolute name="{names[k]}" parent="{parent}" child="{child}" xyz="{place}" axis="{axis}"',
+            f'                lower="${{-{limit[k]}}}" upper="${{{limit[k]}}}"{effort}/>',
+            f'<link name="{child}"/>',
+        ]
+
+    def beam(role: str, k: int, first: str, second: str) -> str:
+        y = f' y_axis="{_vector(f"{first}_{second}_normal")}"' if flat[role] else ""
+        return f'<xacro:{prefixes[role]}_beam link="{role}_${{i}}" start="{names[k]}" end="{names[k + 1]}"{y}/>'
+
+    lines = [
+        "<!-- the axes of the joints at base and platform and, from the arcs, of the elbow, through O where all joints read",
+        "     zero; all frames are then parallel to the base's -->",
+        '<xacro:property name="u" value="${[sin(base_cone) * cos(at_base), sin(base_cone) * sin(at_base), -cos(base_cone)]}"/>',
+        '<xacro:property name="v" value="${[sin(platform_cone) * cos(at_platform), sin(platform_cone) * sin(at_platform),',
+        '                                   cos(platform_cone)]}"/>',
+        '<xacro:axis_between u="${u}" v="${v}" from_u="${crank_arc}" from_v="${rod_arc}" side="${elbow}"/>',
+        '<xacro:property name="crank_line" value="${[elbow_radius * w[j] - base_radius * u[j] for j in range(3)]}"/>',
+        '<xacro:property name="rod_line" value="${[platform_radius * v[j] - elbow_radius * w[j] for j in range(3)]}"/>',
+        "",
+        *joint(0, "base", "crank_${i}", _vector("u", "base_radius * {}"), _vector("u")),
+        *joint(1, "crank_${i}", "rod_${i}", _vector("crank_line"), _vector("w")),
+        f'<xacro:revolute_loop name="{names[2]}" link="rod_${{i}}" platform="platform" axis="{_vector("v")}"',
+        f'                     xyz="{_vector("rod_line")}"',
+        f'                     xyz2="{_vector("v", "platform_radius * {}")}" angle_max="${{{limit[2]}}}"/>',
+        beam("crank", 0, "u", "w"),
+        beam("rod", 1, "w", "v"),
+    ]
+    for number, name in enumerate(name for name, item in zip(names, driven, strict=True) if item):
+        lines.append(
+            f'<transmission name="drive_${{i}}{"abc"[number] if sum(driven) > 1 else ""}"><joint name="{name}"/></transmission>'
+        )
+        if drive_stiffness:
+            lines.append(f'<joint_stiffness joint="{name}" drive="$(arg drive_stiffness)"/>')
+    body = "\n".join(f"    {line}" if line else "" for line in lines)
+    return f'  <xacro:macro name="{macro}" params="i at_base at_platform">\n{body}\n  </xacro:macro>'
+
+
+def _vector(name: str, form: str = "{}") -> str:
+    """Return three expressions, of the components of a vector."""
+    return " ".join("${" + form.replace("{}", f"{name}[{k}]") + "}" for k in range(3))
