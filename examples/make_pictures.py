@@ -20,6 +20,7 @@ from pinocchio.visualize import MeshcatVisualizer
 from playwright.sync_api import Browser, sync_playwright
 
 import kinetostatics as ks
+from kinetostatics.viewer.live import serve
 
 ROOT = Path(__file__).parent.parent
 FLAGS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"]
@@ -180,6 +181,14 @@ def main(folder: Path) -> None:
             page.close()
             print(f"{name}.png: {(folder / f'{name}.png').stat().st_size / 1e3:.0f} kB")
         draw_gallery(browser, Path(pages), folder / "robots")
+        pose = result_of(PICTURES["page"]).configuration
+        with serve(pose, lambda pose, load: ks.analyze(pose, load=load), load=PICTURES["page"].load) as server:
+            page = browser.new_page(viewport={"width": 1100, "height": 760})
+            page.goto(server.url)
+            page.wait_for_function("window.robot_page && robot_page.ready && !viewer.needs_render")
+            page.wait_for_timeout(200)
+            page.screenshot(path=folder / "live.png")
+            page.close()
         file = Path(pages) / "meshcat.html"
         file.write_text(meshcat_scene(), encoding="utf-8")
         page = browser.new_page(viewport={"width": 860, "height": 560})

@@ -52,6 +52,7 @@ class AssemblyError(KinetostaticsError):
         residuals: how far each loop stays open, ``{loop name: (metres, radians)}``.
         residual: the largest of them, in m or rad.
         mobility: the robot's mobility, or None if not known.
+        reached: part of the straight way from the start to the coordinates up to which the loops close, 0 to 1, or None.
     """
 
     def __init__(
@@ -59,10 +60,11 @@ class AssemblyError(KinetostaticsError):
         message: str,
         residuals: Mapping[str, tuple[float, float]] | None = None,
         mobility: int | None = None,
+        reached: float | None = None,
     ) -> None:
         self.residuals = dict(residuals or {})
         self.residual = max((max(pair) for pair in self.residuals.values()), default=float("nan"))
-        self.mobility = mobility
+        self.mobility, self.reached = mobility, reached
         super().__init__(message)
 
 

@@ -312,7 +312,7 @@ def test_notebooks_get_the_page_in_a_frame(browser, one, tmp_path):
 
 def test_live_page_shows_the_analysis_of_the_pose_its_sliders_ask_for(visit, root):
     robot = ks.load_robot(root / "robots" / "3rps.urdf.xacro")
-    with serve(robot.assemble(platform=POSES["3rps"]), lambda pose: ks.analyze(pose, load=LOAD)) as server:
+    with serve(robot.assemble(platform=POSES["3rps"]), lambda pose, load: ks.analyze(pose, load=load), load=LOAD) as server:
         page = visit(server.url, offline=False)
         page.evaluate("viewer.set_property(['Rest'], 'visible', false)")
         drives = dict(robot.assemble(platform=POSES["3rps"]).actuators)
@@ -331,26 +331,82 @@ def test_live_page_shows_the_analysis_of_the_pose_its_sliders_ask_for(visit, roo
         for angle in (1.0, 2.0, 3.0, 4.0):  # a drag: the last value wins
             move(page, "platform: rx [°]", angle)
         coordinates = {"z": float(pose.platform["z"]), "rx": np.radians(4), "ry": float(pose.platform["ry"])}
-        expected = (ks.analyze(robot.assemble(platform=coordinates), load=LOAD).twist).tolist()
-        page.wait_for_function(
-            "e => robot_page.readout(null).every((v, k) => Math.abs(v - e[k]) <= 1e-4 * (1e-6 + Math.abs(e[k])))", arg=expected
-        )
+        for load in (LOAD, [*LOAD[:2], -800, *LOAD[3:]]):
+            move(page, "load: Fz [N]", load[2])
+            page.wait_for_function("!robot_page.busy")
+            expected = ks.analyze(robot.assemble(platform=coordinates), load=load).twist
+            np.testing.assert_allclose(page.evaluate("robot_page.readout(null)"), expected, rtol=1e-4, atol=1e-10)
+        assert "load at o (100, 50, −800) N" in page.inner_text("#robot-facts")
 
 
-def test_live_page_says_what_cannot_be_reached(visit, root):
+def test_live_page_stops_at_the_rim_and_follows_the_gizmo(visit, root):
     robot = ks.load_robot(root / "robots" / "2pru_upr.urdf.xacro")
-    with serve(robot.assemble(platform=POSES["2pru_upr"]), ks.analyze) as server:
+    start = robot.assemble(platform=POSES["2pru_upr"])
+    with serve(start, ks.analyze) as server:
         page = visit(server.url, offline=False)
-        before = page.evaluate("robot_page.readout(null)")
+
+        def shows(z):
+            pose = robot.assemble(platform={**POSES["2pru_upr"], "z": z}, near=start)
+            np.testing.assert_allclose(page.evaluate("robot_page.readout(null)"), ks.analyze(pose).twist, rtol=2e-3, atol=1e-8)
+
         page.evaluate("document.querySelector(\"input[name='platform: z [mm]']\").max = 5000")
         move(page, "platform: z [mm]", 5000)
         page.wait_for_function("robot_page.answers >= 1")
-        assert "cannot reach" in page.inner_text("#robot-panel")
-        assert page.evaluate("robot_page.readout(null)") == before
+        notes = page.inner_text("#robot-notes")
+        assert "the rim of reach" in notes and "cannot reach" in notes
+        rim = value_of(page, "platform: z [mm]") / 1e3
+        assert 0.6 < rim < 0.8
+        shows(rim)
+        with pytest.raises(ks.AssemblyError):
+            robot.assemble(platform={**POSES["2pru_upr"], "z": rim + 2e-3}, near=start)
         move(page, "platform: z [mm]", 610)
         page.wait_for_function("robot_page.answers >= 2")
-        assert "cannot reach" not in page.inner_text("#robot-panel")
-        assert page.evaluate("robot_page.readout(null)") != before
+        assert page.inner_text("#robot-notes") == "" and "status OK" in page.inner_text("#robot-facts")
+
+        # the double arrow along z, dragged downwards: the platform follows, the camera does not turn
+        assert page.evaluate("robot_page.handles.map(handle => handle.control)") == [
+            "platform: z [mm]", "platform: rx [°]", "platform: ry [°]",
+        ]  # fmt: skip
+        camera = page.evaluate("viewer.camera.position.toArray()")
+        x, y = page.evaluate(
+            """() => { viewer.scene.updateMatrixWorld(true);
+              const at = new MeshCat.THREE.Vector3();
+              robot_page.handles[0].object.children[2].getWorldPosition(at).project(viewer.camera);
+              const box = document.getElementById("meshcat-pane").getBoundingClientRect();
+              return [box.left + (0.5 + 0.5 * at.x) * box.width, box.top + (0.5 - 0.5 * at.y) * box.height]; }"""
+        )
+        page.mouse.move(x, y)
+        page.mouse.down()
+        for step in (8, 16, 24):
+            page.mouse.move(x, y + step)
+        page.mouse.up()
+        page.wait_for_function("robot_page.answers >= 3")
+        page.wait_for_function("!robot_page.busy")
+        z = value_of(page, "platform: z [mm]") / 1e3
+        assert 0.5 < z < 0.6
+        shows(z)
+        assert page.evaluate("viewer.camera.position.toArray()") == camera
+
+        # the ring about x, dragged along itself
+        before = value_of(page, "platform: rx [°]")
+        ring = page.evaluate(
+            """() => { viewer.scene.updateMatrixWorld(true);
+              const { object } = robot_page.handles[1], box = document.getElementById("meshcat-pane").getBoundingClientRect();
+              const reach = object.children[0].geometry.parameters.radius;
+              return [0, 0.15, 0.3].map(angle => {
+                const at = new MeshCat.THREE.Vector3(reach * Math.cos(angle), reach * Math.sin(angle), 0);
+                at.applyMatrix4(object.matrixWorld).project(viewer.camera);
+                return [box.left + (0.5 + 0.5 * at.x) * box.width, box.top + (0.5 - 0.5 * at.y) * box.height]; }); }"""
+        )
+        answers = page.evaluate("robot_page.answers")
+        page.mouse.move(*ring[0])
+        page.mouse.down()
+        for place in ring[1:]:
+            page.mouse.move(*place)
+        page.mouse.up()
+        page.wait_for_function("n => robot_page.answers > n", arg=answers)
+        page.wait_for_function("!robot_page.busy")
+        assert value_of(page, "platform: rx [°]") - before == pytest.approx(np.degrees(0.3), abs=1.0)
 
 
 def test_live_server_answers_only_those_who_know_its_key(root):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import functools
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from kinetostatics.cli import arguments
 from kinetostatics.exceptions import ArgumentError
@@ -77,7 +77,9 @@ def add_parser(subparsers: arguments.Subparsers) -> None:
     either = group.add_mutually_exclusive_group()
     either.add_argument("--html", metavar="FILE", help="write the page to a file, which needs no server and no network")
     either.add_argument("--screenshot", metavar="FILE.png", help="write an image with its legend; needs Chromium or Chrome")
-    either.add_argument("--live", action="store_true", help="sliders move drives and platform; ends with Ctrl+C")
+    either.add_argument(
+        "--live", action="store_true", help="handles and sliders move platform, drives and load; ends with Ctrl+C"
+    )
     either.add_argument(
         "--meshcat",
         metavar="URL",
@@ -201,16 +203,18 @@ def _server(args: argparse.Namespace) -> tuple[LiveServer, list[str]]:
     options = arguments.load_options(args)
     configuration, found = arguments.assemble(arguments.load(args), args)
 
-    def analyzed(pose: Configuration) -> Result:
-        result = analyze(pose, **options)
+    def analyzed(pose: Configuration, **changed: Any) -> Result:
+        result = analyze(pose, **{**options, **changed})
         return result.by_mechanism if args.ways else result
 
+    at_o = args.point is None and args.frame == "world"  # else the load goes with the platform, and sliders would not
     server = serve(
         configuration,
         analyzed,
         orientation=args.orientation,
         tolerance=arguments.tolerance_of(args),
         coordinates=tuple(arguments.parse_items("--platform", args.platform)),
+        load=options["load"] if at_o else None,
         port=args.port,
     )
     return server, found

@@ -242,6 +242,7 @@ def _say_unreachable(
         "; ".join([text, *hints]),
         gaps,
         mobility,
+        gone,
     )
 
 

@@ -178,8 +178,12 @@ class Scene:
     compare: Scene | None = None
     live: dict[str, Any] | None = None
 
-    def plain(self) -> dict[str, Any]:
-        """Return it as numbers, strings, lists and dictionaries; arrays as base64 of little-endian numbers."""
+    def plain(self, meshes: bool = True) -> dict[str, Any]:
+        """Return it as numbers, strings, lists and dictionaries; arrays as base64 of little-endian numbers.
+
+        Args:
+            meshes: whether surfaces are in it; a page that has them already needs only what moves.
+        """
         stations = self.stations
         e = self.exaggeration
         return {
@@ -190,7 +194,7 @@ class Scene:
                 "count": len(stations.rest), "frames": stations.frames,
                 "pose": packed(stations.poses, "<f4"), "twist": packed(stations.all_twists, "<f4"),
             },
-            "meshes": [mesh.plain() for mesh in self.meshes],
+            "meshes": [mesh.plain() for mesh in self.meshes] if meshes else None,
             "arrows": [arrow.plain(scale, radius, colour) for arrow, scale, radius, colour in self.scaled_arrows()],
             "frames": [
                 {"path": f"Frames/{name}", "station": station, "label": label, "size": AXES * self.size}

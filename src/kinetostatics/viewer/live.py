@@ -7,6 +7,7 @@ that. It listens on this machine only, and at an address that contains a random 
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import json
 import math
@@ -17,8 +18,9 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from kinetostatics.exceptions import ArgumentError, KinetostaticsError
+from kinetostatics.exceptions import ArgumentError, AssemblyError, KinetostaticsError
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.results.result import Result
 from kinetostatics.robot import robot_of
@@ -28,22 +30,28 @@ from kinetostatics.viewer.visuals import link_visuals
 
 #: How far sliders without limits reach from where they start: part of the robot's size, and radians.
 REACH, TURN = 0.15, math.radians(30)
+#: Parts of the way to the rim of reach where a pose is tried: on the rim itself drives and platform part company.
+NEARLY = (0.999, 0.99, 0.9)
+#: Components of the load at o.
+LOAD = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 
 
 class LiveRobot:
-    """A pose that sliders change: of the drives, and of platform coordinates that determine the pose.
+    """A pose that sliders change: of the drives, of platform coordinates that determine the pose, and of the load.
 
     Attributes:
         configuration: the last pose that could be analysed; the next one starts there.
+        load: (6,) force and moment at o [N, N·m], or None where ``analyze`` has its own.
     """
 
     def __init__(
         self,
         configuration: Configuration,
-        analyze: Callable[[Configuration], Result],
+        analyze: Callable[..., Result],
         orientation: str | None = None,
         tolerance: float = 1e-10,
         coordinates: Sequence[str] = (),
+        load: ArrayLike | None = None,
     ) -> None:
         """Start at a pose.
 
@@ -52,46 +60,82 @@ class LiveRobot:
             analyze: how a pose is analysed: load and gravity are chosen there.
             orientation, tolerance: as in :meth:`Robot.assemble`.
             coordinates: platform coordinates that get sliders; none: those that determine the pose best.
+            load: (6,) at o [N, N·m], which gets sliders; ``analyze`` is given it as ``load=`` then.
         """
         if configuration.shape != ():
             raise ArgumentError("a live page starts from one pose, not from a batch")
         self.configuration, self.analyze = configuration, analyze
         self.robot, self.orientation, self.tolerance = robot_of(configuration), orientation, tolerance
         self.visuals = link_visuals(self.robot.description)
-        result = analyze(configuration)
+        self.load = None if load is None else np.array(load, dtype=float)
+        result = self._analyzed(configuration)
         self.size = describe_scene(result, visuals=self.visuals).size
         self.coordinates = tuple(coordinates) or self._determining()
         self.controls = [self._drive(name) for name in self.robot.description.driven]
         self.controls += [self._platform(name) for name in self.coordinates]
+        self.controls += [] if self.load is None else [self._load(k, name, result) for k, name in enumerate(LOAD)]
         self.factors = {(item["kind"], item["coordinate"]): item.pop("factor") for item in self.controls}
-        self.first = self._scene(result)
+        self.first = self._scene(result, meshes=True)
 
     def answer(self, question: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the scene at ``{"kind": "actuators" or "platform", "values": {coordinate: shown value}}``.
+        """Return the scene without meshes at ``{"kind": "actuators", "platform" or "load", "values": {name: shown value}}``.
+
+        A pose that cannot be reached is answered with the last one on the straight way to it, and ``rim`` says why.
 
         Raises:
-            KinetostaticsError: the pose cannot be reached or analysed; the last one stays.
+            KinetostaticsError: the pose cannot be analysed; the last one stays.
         """
         kind, shown = question["kind"], question["values"]
         values = {name: float(value) * self.factors[kind, name] for name, value in shown.items()}
-        asked: dict[str, Any] = {kind: values}
-        configuration = self.robot.assemble(
-            **asked, orientation=self.orientation, near=self.configuration, tolerance=self.tolerance
-        )
-        result = self.analyze(configuration)
-        scene = self._scene(result)
+        if kind == "load" and self.load is not None:
+            before = self.load
+            self.load = np.array([values[name] for name in LOAD])
+            try:
+                return self._scene(self._analyzed(self.configuration))
+            except KinetostaticsError:
+                self.load = before
+                raise
+        configuration, rim = self.configuration, ""
+        try:
+            configuration = self._assembled(kind, values)
+        except AssemblyError as error:
+            rim = str(error)
+            configuration = self._rim(kind, values, error)
+        scene = self._scene(self._analyzed(configuration))
         self.configuration = configuration
-        return scene
+        return {**scene, "rim": rim}
 
-    def _scene(self, result: Result) -> dict[str, Any]:
+    def _analyzed(self, configuration: Configuration) -> Result:
+        return self.analyze(configuration) if self.load is None else self.analyze(configuration, load=self.load)
+
+    def _assembled(self, kind: str, values: Mapping[str, float]) -> Configuration:
+        asked: dict[str, Any] = {kind: values}
+        return self.robot.assemble(**asked, orientation=self.orientation, near=self.configuration, tolerance=self.tolerance)
+
+    def _rim(self, kind: str, values: Mapping[str, float], error: AssemblyError) -> Configuration:
+        """Return the last pose that is reached on the straight way to coordinates that are not; the present one if none is."""
+        present = (
+            self.configuration.platform_coordinates(self.orientation) if kind == "platform" else self.configuration.actuators
+        )
+        for part in ((error.reached or 0.0) * nearly for nearly in NEARLY):
+            if part > 0:
+                way = {name: float(present[name]) + part * (value - float(present[name])) for name, value in values.items()}
+                with contextlib.suppress(KinetostaticsError):
+                    return self._assembled(kind, way)
+        return self.configuration
+
+    def _scene(self, result: Result, meshes: bool = False) -> dict[str, Any]:
         scene = describe_scene(result, visuals=self.visuals)
         platform = result.configuration.platform_coordinates(self.orientation)
         for control in self.controls:
             kind, name = control["kind"], control["coordinate"]
-            value = result.configuration.actuators[name] if kind == "actuators" else platform[name]
+            if kind == "load":
+                value = result.load[LOAD.index(name)]
+            else:
+                value = result.configuration.actuators[name] if kind == "actuators" else platform[name]
             control["value"] = float(value) / self.factors[kind, name]
         scene.live = {"url": "analyze", "controls": [dict(control) for control in self.controls]}
-        return scene.plain()
+        return scene.plain(meshes)
 
     # ---- sliders ----------------------------------------------------------------------------------------------------
 
@@ -128,6 +172,19 @@ class LiveRobot:
     def _platform(self, name: str) -> dict[str, Any]:
         value = float(self.configuration.platform_coordinates(self.orientation)[name])
         return self._slider("platform", name, f"platform: {name}", name in "xyz", value, -math.inf, math.inf)
+
+    def _load(self, k: int, name: str, result: Result) -> dict[str, Any]:
+        """Return the slider of a component of the load: up to twice the given load, or to the robot's weight."""
+        assert self.load is not None
+        weight = float(np.nan_to_num(np.linalg.norm(result.base_wrench[:3] + result.load[:3])))
+        force = max(2 * float(np.abs(self.load[:3]).max()), weight, 100.0)
+        most = force if k < 3 else max(2 * float(np.abs(self.load[3:]).max()), 0.25 * force * self.size)
+        step = 10.0 ** math.floor(math.log10(most) - 2)
+        most = math.ceil(most / step) * step
+        return {
+            "kind": "load", "coordinate": name, "name": f"load: {name} [{'N' if k < 3 else 'N·m'}]", "factor": 1.0,
+            "value": float(self.load[k]), "min": -most, "max": most, "step": step,
+        }  # fmt: skip
 
     def _slider(
         self, kind: str, coordinate: str, title: str, is_length: bool, value: float, lower: float, upper: float
@@ -235,11 +292,12 @@ def _handler(robot: LiveRobot, key: str) -> type[BaseHTTPRequestHandler]:
 
 def serve(
     configuration: Configuration,
-    analyze: Callable[[Configuration], Result],
+    analyze: Callable[..., Result],
     *,
     orientation: str | None = None,
     tolerance: float = 1e-10,
     coordinates: Sequence[str] = (),
+    load: ArrayLike | None = None,
     port: int = 0,
 ) -> LiveServer:
     """Serve a page whose sliders move the robot.
@@ -249,6 +307,8 @@ def serve(
         analyze: how a pose is analysed, for example ``lambda pose: ks.analyze(pose, load=[0, 0, -500, 0, 0, 0])``.
         orientation, tolerance: as in :meth:`Robot.assemble`.
         coordinates: platform coordinates that get sliders; none: those that determine the pose best.
+        load: (6,) force and moment at o, world axes [N, N·m]: it gets sliders, and ``analyze`` is called with ``load=`` what they
+            say, for example ``lambda pose, load: ks.analyze(pose, load=load)``.
         port: of 127.0.0.1; 0 for any that is free.
     """
-    return LiveServer(LiveRobot(configuration, analyze, orientation, tolerance, coordinates), port)
+    return LiveServer(LiveRobot(configuration, analyze, orientation, tolerance, coordinates, load), port)

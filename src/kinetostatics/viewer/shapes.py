@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,6 +54,7 @@ def outlines(section: Section) -> tuple[Array, Array | None, bool]:
     return circle * [y, z], circle * (section.inner_diameter / 2) if hollow else None, True  # type: ignore[attr-defined]
 
 
+@lru_cache(maxsize=256)
 def swept(section: Section, stations: int) -> tuple[Surface, Integers]:
     """Return a section swept along ``stations`` stations, and the station (n,) of each vertex.
 
@@ -92,11 +94,13 @@ def _cap(outer: Array, inner: Array | None, station: int, backwards: bool) -> tu
     return surface, np.full(2 * m, station)
 
 
+@lru_cache(maxsize=256)
 def ball(radius: float) -> Surface:
     """Return a sphere about the origin."""
     return _turned(np.column_stack([np.sin(_HALF), np.cos(_HALF)]) * radius, True)
 
 
+@lru_cache(maxsize=256)
 def pin(radius: float, length: float) -> Surface:
     """Return a cylinder about the z axis, its middle at the origin."""
     half = length / 2

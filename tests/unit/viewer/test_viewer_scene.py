@@ -504,16 +504,49 @@ def test_live_answers_with_the_analysis_of_the_pose():
     assert again["z"] == pytest.approx(520) and again["rx"] == pytest.approx(1)
 
 
-def test_live_keeps_the_last_pose_after_one_that_cannot_be_reached():
-    robot = package_robots.robot("2pru_upr")
+def test_live_stops_at_the_rim_of_reach_and_keeps_the_last_pose_after_what_makes_no_sense():
+    robot = ks.load_robot("2pru_upr")
     live = LiveRobot(robot.assemble(), ks.analyze)
-    before = live.configuration
     values = {item["coordinate"]: item["value"] for item in live.first["live"]["controls"] if item["kind"] == "platform"}
+    answer = live.answer({"kind": "platform", "values": {**values, "z": 5000.0}})
+    assert "cannot reach" in answer["rim"] and answer["meshes"] is None
+    rim = float(live.configuration.platform["z"])
+    assert rim > 0.65  # drives may go on from there, the platform not
     with pytest.raises(ks.AssemblyError):
-        live.answer({"kind": "platform", "values": {**values, "z": 5000.0}})
+        robot.assemble(platform={"z": rim + 2e-3, "rx": 0.0, "ry": 0.0}, near=live.configuration)
+    assert {item["coordinate"]: item["value"] for item in answer["live"]["controls"]}["z"] == pytest.approx(1e3 * rim)
+    live.answer({"kind": "platform", "values": {**values, "z": 5000.0}})
+    assert rim <= float(live.configuration.platform["z"]) < rim + 2e-3
+    assert live.answer({"kind": "platform", "values": values})["rim"] == ""
+    before = live.configuration
+    with pytest.raises(ks.KinetostaticsError):
+        live.answer({"kind": "platform", "values": {**values, "z": float("nan")}})
     assert live.configuration is before
     with pytest.raises(ks.ArgumentError, match="one pose"):
         LiveRobot(robot.assemble(platform={"z": np.array([0.5, 0.6]), "rx": 0.0, "ry": 0.0}), ks.analyze)
+
+
+def test_live_loads_have_sliders_that_hold_at_every_pose():
+    robot = ks.load_robot("3rps")
+    live = LiveRobot(robot.assemble(), lambda pose, load: ks.analyze(pose, load=load), load=LOAD)
+    sliders = {item["coordinate"]: item for item in live.first["live"]["controls"] if item["kind"] == "load"}
+    assert [item["value"] for item in sliders.values()] == LOAD
+    assert all(item["min"] <= 2 * load <= item["max"] for item, load in zip(sliders.values(), LOAD, strict=True))
+    load = dict(zip(sliders, [0.0, 10.0, -800.0, 0.0, 3.0, 0.0], strict=True))
+    for pose, answer in (
+        ({}, live.answer({"kind": "load", "values": load})),
+        (
+            {"z": 0.52, "rx": 0.0, "ry": 0.1},
+            live.answer({"kind": "platform", "values": {"z": 520, "rx": 0, "ry": np.degrees(0.1)}}),
+        ),
+    ):
+        expected = ks.analyze(robot.assemble(platform=pose or None), load=list(load.values()))
+        twist = (
+            np.frombuffer(base64.b64decode(answer["stations"]["twist"]), "<f4").reshape(-1, 5, 6)[answer["readout"]].sum(axis=0)
+        )
+        np.testing.assert_allclose(twist, expected.twist, rtol=1e-4, atol=1e-11)
+        shown = {item["coordinate"]: item["value"] for item in answer["live"]["controls"] if item["kind"] == "load"}
+        assert shown == load
 
 
 def test_show_opens_a_file_in_the_browser_or_says_where_it_is(monkeypatch, capsys):

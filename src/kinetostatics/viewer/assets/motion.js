@@ -20,6 +20,7 @@ function decode(text, Type) {
 
 /** Decode the arrays of a description. */
 function read(s) {
+  s.meshes = s.meshes || [];
   for (const key of ["pose", "twist"]) s.stations[key] = decode(s.stations[key], Float32Array);
   for (const m of s.meshes) {
     m.vertices = decode(m.vertices, Float32Array);

@@ -4,6 +4,7 @@
 function refresh() {
   const start = performance.now(), scale = colourScale();
   for (const robot of page.robots) robot.draw(scale);
+  placeGizmo();
   writePanel(scale);
   viewer.set_dirty();
   page.refreshTime = performance.now() - start;
@@ -20,8 +21,9 @@ function setStage() {
 }
 
 const page = window.robot_page = {
-  state, labels, robots: [], answers: 0, error: null, refreshTime: 0, ready: false, dark: false,
-  look, fit, showView, pick, selectPath, picture, facts: () => page.robots.map(facts), readout: (k) => readout(page.robots[0].scene, k),
+  state, labels, robots: [], answers: 0, answerTime: 0, error: null, refreshTime: 0, ready: false, dark: false,
+  look, fit, showView, pick, selectPath, picture, handles, facts: () => page.robots.map(facts), readout: (k) => readout(page.robots[0].scene, k),
+  get busy() { return asking; },
   get solids() { return page.robots[0].solids; }, get arrows() { return page.robots[0].arrows; },
   get stations() { return page.robots[0].now; }, get scene() { return page.robots[0].scene; },
 };
@@ -37,6 +39,7 @@ const page = window.robot_page = {
   }
   setStage();
   buildPanel();
+  if (description.live) buildGizmo();
   refresh();
   setDark(prefersDark.matches);
   prefersDark.addEventListener("change", () => setDark(prefersDark.matches));

@@ -108,7 +108,7 @@ function buildPanel() {
     refresh();
   }, (x) => number(Math.pow(10, x)));
   if (page.robots.some((robot) => robot.scene.stations.frames > 1)) buildPath(fold("Path"));
-  if (scene.live) buildLive(fold("Move"));
+  if (scene.live) buildLive();
   const forces = fold("Forces and moments"), groups = new Map(scene.arrows.map((spec) => [spec.path.split("/")[1], spec.colour]));
   treeSwitch(forces, "all of these", ["Arrows"]);
   for (const [group, colour] of groups) treeSwitch(forces, group, [`Arrows/${group}`], colour);
@@ -202,7 +202,7 @@ function facts(robot) {
     ["load at o", `${list(force)} N${moment.some((x) => x !== 0) ? `, ${list(moment)} N·m` : ""}`],
     ["drawn", `× ${number(state.exaggeration)}`],
   ];
-  return status[i] === "OK" ? found : [...found, ["status", status[i]]];
+  return status[i] === "OK" && !scene.live ? found : [...found, ["status", status[i]]];
 }
 
 function writePanel(scale) {

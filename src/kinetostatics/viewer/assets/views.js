@@ -3,6 +3,7 @@
 const VIEWS = { home: null, front: [0, -1, 0], side: [1, 0, 0], top: [0, 0, 1] }; // directions to look from, world axes
 
 const stage = viewer.dom_element;
+const handles = []; // of live pages: {control, turns, axis, object}
 let fitted = null; // {distance, target} of the camera when everything was last brought into the picture
 
 /** Every point that the picture must hold, in the axes of three.js (y up): vertices now, stations in all frames, ends of arrows and axes. */
@@ -22,6 +23,7 @@ function outline() {
       if (spec.size && visible(object)) for (const tip of [[1, 0, 0], [0, 1, 0], [0, 0, 1]]) points.push(new THREE.Vector3(...tip).multiplyScalar(spec.size).applyMatrix4(object.matrixWorld));
     }
   }
+  for (const { object } of handles) for (const part of object.children) points.push(part.getWorldPosition(new THREE.Vector3()));
   return points.length ? points : [new THREE.Vector3()];
 }
 
