@@ -124,6 +124,14 @@ def test_the_manual_page_is_what_man_understands():
     assert "kinetostatics robots --copy delta" in re.sub("\x1b\\[[0-9;]*m|.\b", "", done.stdout)
 
 
+def test_the_page_on_installing_lists_all_extras():
+    page = (ROOT / "docs" / "start" / "install.md").read_text(encoding="utf-8")
+    section = PROJECT.split("[project.optional-dependencies]")[1].split("\n[")[0]
+    extras = re.findall(r"^(\w+) = ", section, re.MULTILINE)
+    table = page.split("| extra |")[1].split("\n\n")[0]
+    assert set(re.findall(r"^\| `(\w+)` \|", table, re.MULTILINE)) == set(extras) and "completion" in extras
+
+
 # ---- conda -----------------------------------------------------------------------------------------------------------
 
 #: Names that conda-forge has for packages of PyPI.

@@ -121,10 +121,10 @@ sideways = np.array(sideways)
 assert np.all(np.diff(sideways) < 0)  # the higher, the softer
 
 # %% [markdown]
-# Each leg's foot can turn about one axis, and its head about all. Along its
-# axis, which is tangential, the leg is a cantilever with the stiffness $3 E
-# I / L^3$, less what shear adds: two of three such springs act, as their
-# directions go round.
+# Each leg's foot can turn about one axis, and its head about all. Along
+# that axis, which is tangential, the leg is a cantilever with the stiffness
+# $3 E I / L^3$, less what shear takes; across it, it swings freely. Three
+# such springs, 120° apart, act along x like one and a half.
 
 # %%
 second_moment = np.pi / 64 * (0.06**4 - 0.05**4)

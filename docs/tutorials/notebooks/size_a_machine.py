@@ -77,7 +77,7 @@ f"{stress:.1f} MPa, {buckling:.2%} of Euler's load"
 # ## And the drives
 #
 # Thicker rods are heavier, and the drives hold their weight. Between 40 mm
-# and 120 mm the largest drive force grows severalfold.
+# and 120 mm the largest drive force more than doubles.
 
 # %%
 force = abs(ds["actuator_force"]).max([*poses, "actuator"])
