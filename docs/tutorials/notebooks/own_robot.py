@@ -106,9 +106,10 @@ result
 # %% [markdown]
 # ## Change a value
 #
-# Values of the file can be changed without editing it. The table is softest
-# against forces to the side, where the legs bend. How does that depend on
-# the height?
+# Values of the file can be changed without editing it. Pushed to the side,
+# the table bends its legs: `stiffness[0, 0]` is the force along x for each
+# metre, while the platform does not turn. How does that depend on the
+# height?
 
 # %%
 heights = np.linspace(0.3, 1.0, 15)
@@ -130,9 +131,8 @@ assert np.all(np.diff(sideways) < 0)  # the higher, the softer
 second_moment = np.pi / 64 * (0.06**4 - 0.05**4)
 cantilevers = 1.5 * 3 * E * second_moment / heights**3  # N/m
 assert np.all(sideways < cantilevers)
-assert (
-    sideways[-1] > 0.98 * cantilevers[-1]
-)  # shear matters least for long legs
+# shear matters least for long legs
+assert sideways[-1] > 0.98 * cantilevers[-1]
 
 figure, axes = plt.subplots(figsize=(6.5, 3.5), layout="constrained")
 axes.plot(heights, sideways / 1e6, label="the robot")
@@ -141,7 +141,7 @@ axes.plot(
 )
 axes.set(
     xlabel="height [m]",
-    ylabel="stiffness against forces along x [N/µm]",
+    ylabel="stiffness along x, not turning [N/µm]",
     yscale="log",
 )
 axes.grid(alpha=0.3)
