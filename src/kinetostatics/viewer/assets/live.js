@@ -1,6 +1,7 @@
 /* Live pages: sliders and a gizmo on the platform ask the program for an analysis. */
 
-let asking = false, waiting = null;
+let asking = false;
+const waiting = new Map(); // kind -> the newest question of it
 
 const AXES = { x: [1, 0, 0], y: [0, 1, 0], z: [0, 0, 1] };
 const HANDLE_COLOURS = { x: "#d62728", y: "#2ca02c", z: "#1f77b4" };
@@ -18,18 +19,18 @@ function buildLive() {
   }
 }
 
-/** A live slider or handle moved: ask for an analysis. One question at a time; of those that wait the newest wins. */
+/** A live slider or handle moved: ask for an analysis. One question at a time; of those of a kind that wait the newest wins. */
 async function moveLive(name, value) {
   const { live } = page.robots[0].scene, moved = live.controls.find((c) => c.name === name), values = {};
   moved.value = value;
   for (const c of live.controls) if (c.kind === moved.kind) values[c.coordinate] = c.value;
-  waiting = { kind: moved.kind, values };
+  waiting.set(moved.kind, { kind: moved.kind, values });
   if (asking) return;
   asking = true;
   try {
-    while (waiting) {
-      const question = JSON.stringify(waiting), start = performance.now();
-      waiting = null;
+    while (waiting.size) {
+      const [[kind, asked]] = waiting, question = JSON.stringify(asked), start = performance.now();
+      waiting.delete(kind);
       const answer = await fetch(live.url, { method: "POST", headers: { "Content-Type": "application/json" }, body: question });
       const body = await answer.json();
       page.error = body.error || (body.rim ? `the rim of reach: ${body.rim}` : null);
@@ -49,13 +50,15 @@ async function moveLive(name, value) {
 function showAnswer(description) {
   const [robot] = page.robots;
   robot.load(description);
-  for (const c of robot.scene.live.controls) if (!(waiting && c.name === held)) controls.get(c.name).set(c.value);
+  for (const c of robot.scene.live.controls) {
+    if (waiting.has(c.kind)) c.value = waiting.get(c.kind).values[c.coordinate]; // the answer is older than the sliders
+    else controls.get(c.name).set(c.value);
+  }
   refresh();
 }
 
 // ---------------------------------------------------------------- the gizmo
 
-let held = null; // name of the control whose handle is dragged
 
 /** Handles at o for the free directions that have sliders: double arrows along x, y, z, rings about them for rx, ry, rz. */
 function buildGizmo() {
@@ -120,7 +123,6 @@ function grab(event) {
   const [{ handle }] = hits.sort((a, b) => a.hit.distance - b.hit.distance), start = handle.object.position.clone();
   const { input } = controls.get(handle.control), value = Number(input.value);
   let last = measure(handle, start, event.clientX, event.clientY), moved = 0;
-  held = handle.control;
   const follow = (e) => {
     const at = measure(handle, start, e.clientX, e.clientY);
     if (at === null || last === null) { last = at; return; }
@@ -133,7 +135,6 @@ function grab(event) {
     moveLive(handle.control, wanted);
   };
   const release = () => {
-    held = null;
     window.removeEventListener("pointermove", follow);
     window.removeEventListener("pointerup", release);
   };
