@@ -65,7 +65,7 @@ def facts(name: str) -> dict[str, str]:
         "local freedoms": str(robot.mobility.local),
         "all that moves, at zero": f"{mass:.4g} kg",
         "bent by its own weight, at zero": moved[1],
-        "stiffness against a force at o, at zero": f"{soft:.3g} N/µm where softest, {stiff:.3g} N/µm where stiffest",
+        "stiffness against a force at o, at zero": f"{soft:.4g} N/µm where softest, {stiff:.4g} N/µm where stiffest",
     }
 
 
