@@ -6,6 +6,8 @@ import signal
 
 # before NumPy is imported: the processes of the tests would only wait for each other's threads
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# every number the same whatever has been tested before; the tests of compiled code ask for it
+os.environ.setdefault("KINETOSTATICS_ENGINE", "numpy")
 
 import pytest
 from hypothesis import HealthCheck, settings

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from kinetostatics import description, sections
 from kinetostatics.analysis import analyze
+from kinetostatics.engine.report import EngineReport, engine_report
 from kinetostatics.exceptions import (
     ArgumentError,
     AssemblyError,
@@ -52,6 +53,7 @@ __all__ = [
     "BeamResult",
     "Configuration",
     "CoordinatesError",
+    "EngineReport",
     "KinetostaticsError",
     "LimbEquilibriumError",
     "LimbResult",
@@ -66,6 +68,7 @@ __all__ = [
     "Tolerances",
     "analyze",
     "description",
+    "engine_report",
     "extend_robot",
     "extension_text",
     "import_robot",

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.argument_checks import check_choice, finite_numbers
+from kinetostatics.engine.choice import Solver, check_engine, compiled_solver
 from kinetostatics.exceptions import ArgumentError, LimbEquilibriumError, SingularPoseError, StaticsError
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array, chunks
@@ -37,6 +38,7 @@ def analyze(
     frame: str = "world",
     misfits: Mapping[str, object] | None = None,
     on_failure: str | None = None,
+    engine: str = "auto",
 ) -> Result:
     """Compute sag, stiffness and forces at one pose or a batch of poses.
 
@@ -53,6 +55,8 @@ def analyze(
             joint's own frame. A beam's is ``{"length": …, "temperature": …}``: too long by [m], warmer by [K]. Their effect is
             the contribution "misfit".
         on_failure: "raise" or "nan"; default: raise for one pose, NaN and a status for a batch.
+        engine: "numpy", "compiled" (the extra ``kinetostatics[fast]``), or "auto": compiled where that is installed and so many
+            poses of the robot are analysed that compiling pays. Numbers differ by rounding only.
 
     Returns:
         The result; loads, gravity and point are broadcast against the batch of poses.
@@ -81,6 +85,7 @@ def analyze(
     check_choice("frame", frame, ("world", "platform"))
     if on_failure is not None:
         check_choice("on_failure", on_failure, ("raise", "nan"))
+    engine = check_engine(engine)
     wrench, field = _vector("load", load, 6), _vector("gravity", gravity, 3)
     arm = None if point is None else _vector("point", point, 3)
     robot = robot_of(configuration)
@@ -105,13 +110,14 @@ def analyze(
     frames = configuration.frames
     loads, fields, arms = flat(wrench), flat(field), None if arm is None else flat(arm)
     spread = None if errors is None else errors.map(flat)
+    solver = compiled_solver(robot.statics, "numpy" if misfits is not None else engine, N)
     solutions: list[Solution] = []
     for part in chunks(N) or [slice(0, 0)]:  # one chunk even of an empty batch
         mine = part if isinstance(which, slice) else which[part]
         chunk = frames.take(mine)
         at_o = _load_at_o(robot, chunk, loads[:, part], None if arms is None else arms[:, part], frame)
         off = None if spread is None else spread.map(lambda array: array[:, part])  # noqa: B023
-        solutions += _solutions(robot.statics, chunk, at_o, fields[:, part], off)
+        solutions += _solutions(robot.statics, solver, chunk, at_o, fields[:, part], off)
     result = Result(configuration, shape, which, tuple(solutions), configuration.reached[which])
     if on_failure == "raise" or (on_failure is None and shape == ()):
         for solution in solutions:
@@ -120,10 +126,15 @@ def analyze(
 
 
 def _solutions(
-    robot: RobotStatics, frames: Frames, load: Array, gravity: Array, assembly_errors: AssemblyErrors | None
+    robot: RobotStatics,
+    solver: Solver | None,
+    frames: Frames,
+    load: Array,
+    gravity: Array,
+    assembly_errors: AssemblyErrors | None,
 ) -> list[Solution]:
     """Solve the poses of a chunk; apart and in their order those at which a limb is not what it is elsewhere."""
-    whole = solve(robot, frames, load, gravity, assembly_errors)
+    whole = solve(robot, frames, load, gravity, assembly_errors) if solver is None else solver(frames, load, gravity)
     special = groups_of_poses(robot, frames, whole.o, whole.statics)
     if not special:
         return [whole]

@@ -34,6 +34,7 @@ def add_parser(subparsers: arguments.Subparsers) -> None:
     arguments.add_robot_arguments(parser)
     arguments.add_pose_arguments(parser)
     arguments.add_load_arguments(parser)
+    arguments.add_engine_argument(parser)
     parser.add_argument(
         "--hinge-axis",
         metavar="LIMB=x",
@@ -52,7 +53,7 @@ def run(args: argparse.Namespace) -> int:
         options = arguments.load_options(args)
         robot = arguments.load(args)
         configuration, warnings = arguments.assemble(robot, args)
-        result = analyze(configuration, **options)
+        result = analyze(configuration, **options, engine=args.engine)
         axes = arguments.parse_items("--hinge-axis", args.hinge_axis)
         found = result.to_dict() if args.json else result.report(hinge_axes=axes)
     arguments.print_answer(found, warnings)

@@ -354,6 +354,17 @@ def load_options(args: argparse.Namespace) -> dict[str, Any]:
 # ---- output --------------------------------------------------------------------------------------------------------
 
 
+def add_engine_argument(parser: argparse.ArgumentParser) -> None:
+    """Add ``--engine``."""
+    parser.add_argument(
+        "--engine",
+        choices=("auto", "numpy", "compiled"),
+        default="auto",
+        help="what computes: NumPy, or compiled code, which needs the extra kinetostatics[fast] (default: %(default)s, compiled "
+        "where it is installed and pays)",
+    )
+
+
 def add_json_argument(parser: argparse.ArgumentParser) -> None:
     """Add ``--json``."""
     parser.add_argument("--json", action="store_true", help="print JSON, all numbers in SI; warnings go to standard error")

@@ -40,6 +40,7 @@ def add_parser(subparsers: Subparsers) -> None:
         epilog=EXAMPLES,
     )
     add_robot_arguments(parser)
+    parser.add_argument("--engine", action="store_true", help="say too what of the robot runs as compiled code; compiles it")
     add_json_argument(parser)
 
 
@@ -47,14 +48,17 @@ def run(args: argparse.Namespace) -> int:
     """Print the report; return 1 if the robot cannot be analysed."""
     with waiting("checking"):
         from kinetostatics.checks.collect import robot_facts
+        from kinetostatics.engine.report import engine_report
         from kinetostatics.reports.json import facts_to_dict
         from kinetostatics.reports.robot import facts_report
 
-        facts = robot_facts(load(args))
+        robot = load(args)
+        facts = robot_facts(robot)
         text = "" if args.json else facts_report(facts)
+        engine = engine_report(robot) if args.engine and not facts.problems else None
     if args.json:
-        print_json(facts_to_dict(facts))
+        print_json(facts_to_dict(facts) | ({} if engine is None else {"engine": engine.to_dict()}))
         print_warnings([*facts.problems, *facts.warnings])
     else:
-        print_report(text)
+        print_report(text if engine is None else f"{text}\n\n{engine}")
     return 1 if facts.problems else 0

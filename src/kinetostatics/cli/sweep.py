@@ -58,6 +58,7 @@ def add_parser(subparsers: arguments.Subparsers) -> None:
     arguments.add_robot_arguments(parser, "VALUES")
     arguments.add_pose_arguments(parser, "VALUES", "The grid. Default: all drives at zero.")
     arguments.add_load_arguments(parser)
+    arguments.add_engine_argument(parser)
     group = parser.add_argument_group("sweep")
     group.add_argument("--out", metavar="FILE", required=True, help="the file to write, .nc or .zarr")
     group.add_argument("--restart", action="store_true", help="begin anew, and replace a map that is there already")
@@ -107,6 +108,7 @@ def _map(args: argparse.Namespace) -> xr.Dataset:
         args.robot,
         **options,
         tolerance=arguments.tolerance_of(args),
+        engine=args.engine,
         beams=args.beams,
         ways=args.ways,
         out=args.out,

@@ -15,7 +15,10 @@ from kinetostatics.limbs.geometry import LimbGeometry
 from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.wrenches import LimbWrenches
 from kinetostatics.math.arrays import Array
-from kinetostatics.math.linalg import correlation
+from kinetostatics.math.linalg import Cholesky, correlation
+
+#: Smallest eigenvalue of the scaled compliance along self-stresses for which a Cholesky factor is as good as eigenvectors.
+_WELL_CONDITIONED = 1e-3
 
 
 @dataclass(frozen=True)
@@ -94,12 +97,26 @@ def _relaxation(gram: Array, self_stress: Array) -> tuple[Array, Array]:
     n = len(gram) - self_stress.shape[2]
     scaled, unit = correlation(np.moveaxis(gram, (0, 1), (-2, -1)))
     scaled, unit = scaled[..., n:, n:], unit[..., n:]
+    size = np.moveaxis(unit, -1, 0)
+    s = len(size)
+    factor = Cholesky(np.moveaxis(scaled, (-2, -1), (0, 1)))
+    half = factor.forward(np.eye(s).reshape(s, s, *(1,) * (size.ndim - 1)))
+    gain = np.einsum("ki...,kj...->ij...", half, half) * size[:, None] * size
+    loose = np.zeros_like(self_stress)
+    ill = ~(factor.smallest_eigenvalue() > _WELL_CONDITIONED)
+    if np.any(ill):
+        gain[:, :, ill], directions = _by_eigenvectors(scaled[ill], unit[ill])
+        loose[..., ill] = np.einsum("miap,pab->mibp", self_stress[..., ill], directions)
+    return gain, loose
+
+
+def _by_eigenvectors(scaled: Array, unit: Array) -> tuple[Array, Array]:
+    """Return the same gain (s, s, P), and the combinations (P, s, s) of self-stresses without compliance, by eigenvectors."""
     values, vectors = np.linalg.eigh(scaled)
     soft = values > RIGID
     inverse = np.where(soft, 1 / np.where(soft, values, 1.0), 0.0)
-    gain = np.einsum("...i,...ik,...k,...jk,...j->ij...", unit, vectors, inverse, vectors, unit, optimize=True)
-    loose = np.where(soft[..., None, :], 0.0, vectors) * unit[..., :, None]
-    return gain, np.einsum("mia...,...ab->mib...", self_stress, loose)
+    gain = np.einsum("pi,pik,pk,pjk,pj->ijp", unit, vectors, inverse, vectors, unit, optimize=True)
+    return gain, np.where(soft[:, None], 0.0, vectors) * unit[:, :, None]
 
 
 def _rings_contradict(group: LimbGroup, loose: Array, assembly_error: Array | None) -> NDArray[np.bool_]:

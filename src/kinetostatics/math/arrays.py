@@ -36,6 +36,18 @@ def zeros_for(shape: tuple[int, ...], *sources: Array) -> Array:
     return np.zeros(shape) if kind is None else np.zeros_like(kind, shape=shape)
 
 
+def is_filled(array: Array) -> Mask:
+    """Return where an array is not zero; where it records numbers, which ones are computed at all."""
+    if array.dtype != object:
+        return array != 0
+    return np.array([not isinstance(entry, int | float) or entry != 0 for entry in array.flat], dtype=bool).reshape(array.shape)
+
+
+def everywhere(condition: Mask) -> bool:
+    """Return whether something holds throughout, so that what it spares can be left out; a record leaves nothing out."""
+    return condition.dtype != object and bool(np.all(condition))
+
+
 def copy_for(array: Array, source: Array) -> Array:
     """Return a copy of an array, to which something may be added that is computed from another; see :func:`empty_for`."""
     if array.dtype == object or source.dtype != object:

@@ -20,11 +20,13 @@ class RobotStatics(StaticModel):
         groups: equal limbs stacked, with their wrench bases, which are chosen once per robot.
         open_branches: the passive joints of all open branches.
         joint_table: all joints through which something is held.
+        example: frames of one generic pose.
     """
 
     groups: tuple[LimbGroup, ...]
     open_branches: tuple[OpenBranch, ...]
     joint_table: JointTable
+    example: Frames
 
     def passive_joints(self, owner: str) -> list[str]:
         """Return the passive joints of a limb, or of what hangs on ``base`` or ``platform``."""
@@ -47,4 +49,10 @@ def make_statics(model: StaticModel, generic: Frames, ordinary: Frames) -> Robot
         ordinary: frames of poses that people ask for, at which bases must not degenerate.
     """
     groups = make_limb_groups(model, generic, ordinary)
-    return RobotStatics(**vars(model), groups=groups, open_branches=open_branches_of(model), joint_table=JointTable(model))
+    return RobotStatics(
+        **vars(model),
+        groups=groups,
+        open_branches=open_branches_of(model),
+        joint_table=JointTable(model),
+        example=generic.take(slice(0, 1)),
+    )

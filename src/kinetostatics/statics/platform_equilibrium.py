@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.limbs.statics import LimbStatics
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, everywhere, is_filled
 from kinetostatics.math.linalg import Cholesky, correlation
 from kinetostatics.statics.model import RobotStatics
 
@@ -95,13 +95,13 @@ class PlatformEquilibrium:
             right: (6, S, N) what the world puts on the platform, less what it puts on the limbs whatever their intensities.
             strains: for each group (n_c, S, g, N) what the limbs' ends move along their wrenches without any intensity.
         """
-        total = np.array(right)
+        total = np.array(right, subok=True)
         for item, factor, half, strain in zip(self._statics, self._factors, self._halves, strains, strict=True):
             if isinstance(factor, _Split):
                 soft = factor.J @ factor.soft
                 total += np.einsum("gnia,gna,gnka,ksgn->isn", soft, factor.stiffness, factor.soft, strain, optimize=True)
-            elif half is not None and isinstance(factor, Cholesky) and np.any(strain):
-                for s in np.flatnonzero(np.any(strain, axis=(0, 2, 3))):
+            elif half is not None and isinstance(factor, Cholesky):
+                for s in np.flatnonzero(np.any(is_filled(strain), axis=(0, 2, 3))):
                     total[:, s] += np.einsum("kign,kgn->in", half, factor.forward(strain[:, s, None])[:, 0])
             del item
         splits = [factor for factor in self._factors if isinstance(factor, _Split)]
@@ -138,7 +138,8 @@ class PlatformEquilibrium:
         for item, W in zip(self._statics, intensities, strict=True):
             left = left - np.einsum("kign,isgn->ksn", item.J_c, W)
         sizes = np.max(np.abs(right), axis=(1, 2), initial=0.0)
-        if np.all(np.max(np.abs(left), axis=(1, 2), initial=0.0) <= _BALANCED * np.maximum(sizes, np.max(sizes) * self.scale)):
+        largest = np.max(np.abs(left), axis=(1, 2), initial=0.0)
+        if everywhere(largest <= _BALANCED * np.maximum(sizes, np.max(sizes) * self.scale)):
             return
         step = np.einsum("ijn,jsn->isn", self.compliance, left)
         twists += step
@@ -166,7 +167,7 @@ def _invert(K: Array, scale: Array) -> tuple[Array, NDArray[np.bool_]]:
     factor = Cholesky(K * scale[:, None, None] * scale[None, :, None])
     unit = np.broadcast_to(np.eye(6)[:, :, None], K.shape)
     compliance = factor.solve(unit) * scale[:, None, None] * scale[None, :, None]
-    return (compliance + np.swapaxes(compliance, 0, 1)) / 2, ~np.asarray(factor.smallest_pivot > SINGULAR)
+    return (compliance + np.swapaxes(compliance, 0, 1)) / 2, ~(factor.smallest_pivot > SINGULAR)
 
 
 class _RigidPart:

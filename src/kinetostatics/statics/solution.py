@@ -149,7 +149,20 @@ def solve(
         groups: the limbs; None: as they are at generic poses.
     """
     _, o = robot.mechanism.platform_pose(frames)
-    weights = robot.weights.wrenches(frames, o, gravity)
+    return equilibrium(robot, frames, o, robot.weights.wrenches(frames, o, gravity), load, gravity, assembly_errors, groups)
+
+
+def equilibrium(
+    robot: RobotStatics,
+    frames: Frames,
+    o: Array,
+    weights: Array,
+    load: Array,
+    gravity: Array,
+    assembly_errors: AssemblyErrors | None = None,
+    groups: tuple[LimbGroup, ...] | None = None,
+) -> Solution:
+    """Solve Eq. (12) for N poses as :func:`solve`, with the weights (6, W, N) about o (3, N) known."""
     groups = robot.groups if groups is None else groups
     errors = tuple(None if assembly_errors is None else assembly_errors.of(group, frames, o) for group in groups)
     statics = tuple(limb_statics(group, frames, o, weights, gravity, error) for group, error in zip(groups, errors, strict=True))

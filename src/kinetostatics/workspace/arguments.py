@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from kinetostatics.analysis import analyze
 from kinetostatics.argument_checks import check_choice, check_mapping, positive
 from kinetostatics.description.units import find_unit
+from kinetostatics.engine.choice import check_engine
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.files.bundled import robot_path
 from kinetostatics.files.parameter_units import check_parameter_units
@@ -58,6 +59,7 @@ def read_sweep_spec(
     ways: bool = False,
     given_units: Mapping[str, str] | None = None,
     links: Links | None = None,
+    engine: str = "auto",
 ) -> tuple[SweepSpec, Robot]:
     """Return the specification of a sweep, and its first robot; the arguments are those of :func:`kinetostatics.sweep`.
 
@@ -70,6 +72,7 @@ def read_sweep_spec(
     if platform is not None and actuators is not None:
         raise ArgumentError("give either platform= or actuators=, not both")
     check_choice("frame", frame, ("world", "platform"))
+    engine = check_engine(engine)
     for what, value in (("load", load), ("gravity", gravity)):
         if value is None:
             raise ArgumentError(f"{what} is None; it must be an array of numbers")
@@ -105,6 +108,7 @@ def read_sweep_spec(
         bool(beams),
         bool(ways),
         provenance.versions(),
+        engine,
     )
     spec.keep((0,) * len(varying), first)
     return spec, first

@@ -88,6 +88,7 @@ def pose_numbers(
         frame=spec.frame,
         misfits=spec.misfits,
         on_failure="nan",
+        engine=spec.engine,
     )
     return _extract(spec, labels, combination, result, (*counts, configuration.shape[0]))
 

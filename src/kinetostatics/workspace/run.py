@@ -64,6 +64,7 @@ def sweep(
     beams: bool = False,
     ways: bool = False,
     tolerance: float = 1e-10,
+    engine: str = "auto",
     out: str | os.PathLike[str] | None = None,
     restart: bool = False,
     chunks: Mapping[str, int] | str | None = None,
@@ -95,6 +96,7 @@ def sweep(
         ways: whether to add ``gravity_way`` and ``actuator_gravity_way``, how gravity acts (by the platform's weight, the limbs'
             attached wrenches, their deformation), and ``actuator_contribution``; it takes about twice as long.
         tolerance: how far loops may stay open [m, rad].
+        engine: as :func:`kinetostatics.analyze` takes it; numbers differ by rounding only.
         out: a file ``….nc`` or ``….zarr`` to write to while it is computed, in bounded memory. If the sweep is interrupted, the
             same call goes on with it.
         restart: begin anew, whatever ``out`` holds.
@@ -123,7 +125,8 @@ def sweep(
         need(*store_of(os.fspath(out)).needs)
     with waiting("planning the sweep", wanted=wants_bar(progress)):
         given = platform, actuators, orientation, load, gravity, point, frame, misfits, parameters, beams, tolerance, ways
-        spec, first = read_sweep_spec(robot, *given, parameter_units, {"platform": platform_link, "base": base_link})
+        links = {"platform": platform_link, "base": base_link}
+        spec, first = read_sweep_spec(robot, *given, parameter_units, links, engine)
         labels = labels_of(spec, first)
         try_sweep_spec(spec, first)
         check_names(spec, labels)

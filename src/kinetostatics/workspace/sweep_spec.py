@@ -87,6 +87,7 @@ class SweepSpec:
         beams: whether stresses and deflections of beams are wanted too.
         ways: whether the ways in which gravity acts are wanted too.
         versions: of the packages that compute, by name.
+        engine: which the equilibrium is computed by, as :func:`kinetostatics.analyze` takes it.
     """
 
     source: Source
@@ -104,6 +105,7 @@ class SweepSpec:
     beams: bool
     ways: bool
     versions: Mapping[str, str]
+    engine: str = "auto"
 
     # ---- the grid ---------------------------------------------------------------------------------------------------
 

@@ -1,0 +1,73 @@
+"""Object code kept on disk, so that a structure is compiled once on a computer: written by any number of processes at a time."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+import stat
+import sys
+import tempfile
+from pathlib import Path
+
+#: What a file begins with.
+_MAGIC = b"kinetostatics object code 1\n"
+
+
+def cache_folder() -> Path:
+    """Return where object code is kept: ``KINETOSTATICS_CACHE``, or the user's cache folder of this system."""
+    if given := os.environ.get("KINETOSTATICS_CACHE"):
+        return Path(given)
+    if sys.platform == "darwin":
+        return Path.home() / "Library" / "Caches" / "kinetostatics"
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local") / "kinetostatics" / "Cache"
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "kinetostatics"
+
+
+def read(key: str) -> bytes | None:
+    """Return what is kept under a key; None if there is nothing sound. What is damaged is removed."""
+    folder = _own(cache_folder())
+    if folder is None:
+        return None
+    path = folder / f"{key}.code"
+    try:
+        found = path.read_bytes()
+    except OSError:
+        return None
+    digest, kept = found[len(_MAGIC) : len(_MAGIC) + 32], found[len(_MAGIC) + 32 :]
+    if found.startswith(_MAGIC) and hashlib.sha256(kept).digest() == digest:
+        return kept
+    with contextlib.suppress(OSError):
+        path.unlink()
+    return None
+
+
+def write(key: str, content: bytes) -> None:
+    """Keep something under a key, if the folder is there or can be made and is nobody else's; else do nothing."""
+    with contextlib.suppress(OSError):
+        cache_folder().mkdir(parents=True, exist_ok=True, mode=0o700)
+        folder = _own(cache_folder())
+        if folder is None:
+            return
+        number, name = tempfile.mkstemp(dir=folder)
+        try:
+            with os.fdopen(number, "wb") as file:
+                file.write(_MAGIC + hashlib.sha256(content).digest() + content)
+            os.replace(name, folder / f"{key}.code")  # at once: nobody reads half a file
+        except OSError:
+            os.unlink(name)
+            raise
+
+
+def _own(folder: Path) -> Path | None:
+    """Return a folder if it is the user's own and nobody else may write there: its content is run."""
+    try:
+        facts = folder.stat()
+    except OSError:
+        return None
+    if not stat.S_ISDIR(facts.st_mode):
+        return None
+    if hasattr(os, "getuid") and (facts.st_uid != os.getuid() or facts.st_mode & (stat.S_IWGRP | stat.S_IWOTH)):
+        return None
+    return folder

@@ -1,0 +1,241 @@
+"""From a record to machine code: LLVM's intermediate representation, eight poses in every instruction.
+
+What depends on parameters alone is computed once in each call, the rest in a loop over eight poses at a time; the last eight
+overlap those before, so that no number of poses (of eight or more) needs anything else.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from kinetostatics.engine.scalars import Tape
+
+#: Poses in an instruction.
+LANES = 8
+#: Name of the compiled function.
+NAME = "poses"
+
+_ARITHMETIC = {"add": "fadd", "subtract": "fsub", "multiply": "fmul", "divide": "fdiv"}
+_COMPARISONS = {">": "ogt", ">=": "oge", "<": "olt", "<=": "ole", "==": "oeq", "!=": "une"}
+_LOGICAL = {"and": "and", "or": "or"}
+_INTRINSICS = {"square_root": "sqrt", "absolute": "fabs"}
+
+
+def needed_by(tape: Tape, wanted: Iterable[int]) -> list[bool]:
+    """Return which operations wanted ones depend on, themselves included."""
+    needed = [False] * len(tape.operations)
+    for number in wanted:
+        needed[number] = True
+    for number in range(len(needed) - 1, -1, -1):
+        if needed[number]:
+            for operand in operands(tape.operations[number]):
+                needed[operand] = True
+    return needed
+
+
+def operands(operation: tuple[Any, ...]) -> tuple[int, ...]:
+    """Return the numbers of the operations that one takes its operands from."""
+    return () if operation[0] in ("input", "parameter", "constant", "truth") else operation[1:]
+
+
+def module_of(tape: Tape, numbers: Sequence[int], truths: Sequence[int], inputs: int) -> str:
+    """Return LLVM's text of a function of many poses.
+
+    ``void poses(double **inputs, int64 *strides, double *parameters, double *numbers, int8 *truths, int64 n)``: component k of
+    input a at pose i is ``inputs[a][k * strides[a] + i]``, the k-th result ``numbers[k * n + i]``, n ≥ 8.
+
+    Args:
+        tape: the record.
+        numbers, truths: the operations whose results are wanted, in order.
+        inputs: number of input arrays.
+    """
+    return _Writer(tape, numbers, truths, inputs).text()
+
+
+class _Writer:
+    def __init__(self, tape: Tape, numbers: Sequence[int], truths: Sequence[int], inputs: int) -> None:
+        self._tape, self._inputs = tape, inputs
+        self._needed = needed_by(tape, (*numbers, *truths))
+        self._rows: dict[int, list[tuple[str, int]]] = {}
+        for kind, wanted in (("number", numbers), ("truth", truths)):
+            for row, number in enumerate(wanted):
+                self._rows.setdefault(number, []).append((kind, row))
+        self._varies: list[bool] = []
+        for operation in tape.operations:
+            self._varies.append(operation[0] == "input" or any(self._varies[k] for k in operands(operation)))
+        self._is_truth = [isinstance(value, bool) for value in tape.values]
+
+    def text(self) -> str:
+        once: list[str] = []
+        loop: list[str] = []
+        for number, operation in enumerate(self._tape.operations):
+            if not self._needed[number]:
+                continue
+            if self._varies[number]:
+                loop += self._instruction(number, operation, f"<{LANES} x double>", f"<{LANES} x i1>", "v")
+            else:
+                once += self._instruction(number, operation, "double", "i1", "s")
+                loop += self._spread(number)
+            for kind, row in self._rows.get(number, ()):
+                loop += self._stored(number, kind, row)
+        pointers = [
+            line
+            for a in range(self._inputs)
+            for line in (
+                f"%slot{a} = getelementptr ptr, ptr %inputs, i64 {a}",
+                f"%input{a} = load ptr, ptr %slot{a}",
+                f"%place{a} = getelementptr i64, ptr %strides, i64 {a}",
+                f"%stride{a} = load i64, ptr %place{a}",
+            )
+        ]
+        head = ["%first = phi i64 [ 0, %entry ], [ %next, %loop ]", "%over = icmp sgt i64 %first, %last"]
+        head += ["%i = select i1 %over, i64 %last, i64 %first", f"%next = add i64 %first, {LANES}"]
+        tail = ["%more = icmp slt i64 %next, %n", "br i1 %more, label %loop, label %end"]
+        body = ["entry:", *pointers, f"%last = sub i64 %n, {LANES}", *once, "br label %loop", "loop:", *head, *loop, *tail]
+        declared = [
+            f"declare {kind} @llvm.{name}.{short}({kind})"
+            for name in _INTRINSICS.values()
+            for kind, short in (("double", "f64"), (f"<{LANES} x double>", f"v{LANES}f64"))
+        ]
+        arguments = ["inputs", "strides", "parameters", "numbers", "truths"]
+        signature = ", ".join(f"ptr noalias %{name}" for name in arguments)
+        attributes = '{ nounwind "prefer-vector-width"="512" "min-legal-vector-width"="512" }'
+        return "\n".join(
+            [
+                *declared,
+                f"define void @{NAME}({signature}, i64 %n) #0 {{",
+                *body,
+                "end:",
+                "ret void",
+                "}",
+                f"attributes #0 = {attributes}",
+            ]
+        )
+
+    def _instruction(self, number: int, operation: tuple[Any, ...], real: str, truth: str, letter: str) -> list[str]:
+        name, *taken = operation
+        result = f"%{letter}{number}"
+        if name == "input":
+            array, component = taken
+            return [
+                f"%o{number} = mul i64 %stride{array}, {component}",
+                f"%p{number} = add i64 %o{number}, %i",
+                f"%a{number} = getelementptr double, ptr %input{array}, i64 %p{number}",
+                f"{result} = load {real}, ptr %a{number}, align 8",
+            ]
+        if name == "parameter":
+            return [
+                f"%a{number} = getelementptr double, ptr %parameters, i64 {taken[0]}",
+                f"{result} = load double, ptr %a{number}, align 8",
+            ]
+        if name in ("constant", "truth"):
+            return []
+        a = [self._operand(k, letter) for k in taken]
+        if name in _ARITHMETIC:
+            return [f"{result} = {_ARITHMETIC[name]} {real} {a[0]}, {a[1]}"]
+        if name in _COMPARISONS:
+            return [f"{result} = fcmp {_COMPARISONS[name]} {real} {a[0]}, {a[1]}"]
+        if name in _LOGICAL:
+            return [f"{result} = {_LOGICAL[name]} {truth} {a[0]}, {a[1]}"]
+        if name == "not":
+            return [f"{result} = xor {truth} {a[0]}, {_constant(True, letter)}"]
+        if name == "negative":
+            return [f"{result} = fneg {real} {a[0]}"]
+        if name == "choose":
+            return [f"{result} = select {truth} {a[0]}, {real} {a[1]}, {real} {a[2]}"]
+        short = "f64" if letter == "s" else f"v{LANES}f64"
+        return [f"{result} = call {real} @llvm.{_INTRINSICS[name]}.{short}({real} {a[0]})"]
+
+    def _operand(self, number: int, letter: str) -> str:
+        operation = self._tape.operations[number]
+        if operation[0] == "constant":
+            return _constant(float.fromhex(operation[1]), letter)
+        if operation[0] == "truth":
+            return _constant(operation[1], letter)
+        return f"%{letter}{number}"
+
+    def _spread(self, number: int) -> list[str]:
+        """Return what puts a number that is the same at all poses into all lanes."""
+        if self._tape.operations[number][0] in ("constant", "truth"):
+            return []
+        kind = "i1" if self._is_truth[number] else "double"
+        lanes = f"<{LANES} x {kind}>"
+        return [
+            f"%w{number} = insertelement {lanes} poison, {kind} %s{number}, i64 0",
+            f"%v{number} = shufflevector {lanes} %w{number}, {lanes} poison, <{LANES} x i32> zeroinitializer",
+        ]
+
+    def _stored(self, number: int, kind: str, row: int) -> list[str]:
+        name = f"{kind[0]}{row}"
+        unit = "double" if kind == "number" else "i8"
+        value, lines = self._operand(number, "v"), []
+        if kind == "truth":
+            lines.append(f"%z{name} = zext <{LANES} x i1> {value} to <{LANES} x i8>")
+            value = f"%z{name}"
+        return [
+            *lines,
+            f"%m{name} = mul i64 %n, {row}",
+            f"%q{name} = add i64 %m{name}, %i",
+            f"%e{name} = getelementptr {unit}, ptr %{kind}s, i64 %q{name}",
+            f"store <{LANES} x {unit}> {value}, ptr %e{name}, align {8 if kind == 'number' else 1}",
+        ]
+
+
+def _constant(value: float | bool, letter: str) -> str:
+    if isinstance(value, bool):
+        kind, digits = "i1", "true" if value else "false"
+    else:
+        kind, digits = "double", "0x" + struct.pack(">d", value).hex().upper()
+    return digits if letter == "s" else "<" + ", ".join([f"{kind} {digits}"] * LANES) + ">"
+
+
+class MachineCode:
+    """Object code, ready to be called; keeps what it needs alive.
+
+    Attributes:
+        address: of the function.
+    """
+
+    def __init__(self, code: bytes) -> None:
+        binding = _binding()
+        self._engine = binding.create_mcjit_compiler(binding.parse_assembly(""), _machine())
+        self._engine.add_object_file(binding.ObjectFileRef.from_data(code))
+        self._engine.finalize_object()
+        self.address = int(self._engine.get_function_address(NAME))
+
+
+def compiled(text: str) -> bytes:
+    """Return the object code of a module, for this processor. The record has nothing left that LLVM's passes would find."""
+    binding = _binding()
+    module, machine = binding.parse_assembly(text), _machine()
+    return bytes(machine.emit_object(module))
+
+
+def processor() -> str:
+    """Return what object code is made for: versions of LLVM and its binding, and the processor."""
+    binding = _binding()
+    features = binding.get_host_cpu_features().flatten()
+    import llvmlite
+
+    host = f"{binding.get_process_triple()} {binding.get_host_cpu_name()} {features}"
+    return f"{llvmlite.__version__} {binding.llvm_version_info} {host}"
+
+
+def _machine() -> Any:
+    binding = _binding()
+    target = binding.Target.from_triple(binding.get_process_triple())
+    return target.create_target_machine(
+        cpu=binding.get_host_cpu_name(), features=binding.get_host_cpu_features().flatten(), opt=1, jit=True
+    )
+
+
+def _binding() -> Any:
+    import llvmlite.binding as binding
+
+    if not hasattr(_binding, "ready"):
+        binding.initialize_native_target()
+        binding.initialize_native_asmprinter()
+        _binding.ready = True  # type: ignore[attr-defined]
+    return binding

@@ -1,0 +1,185 @@
+"""The record of a robot's equilibrium: what :func:`kinetostatics.statics.solution.solve` does at one example pose."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields, is_dataclass
+from typing import Any
+
+import numpy as np
+
+from kinetostatics.engine.recorder import Recorded
+from kinetostatics.engine.scalars import NotRecordedError, Scalar, Tape, both, opposite
+from kinetostatics.engine.structure import Structure
+from kinetostatics.limbs.compliance import LimbLoads
+from kinetostatics.limbs.statics import LimbStatics
+from kinetostatics.math.arrays import Array, Mask
+from kinetostatics.mechanism.tree import Frames
+from kinetostatics.statics.model import RobotStatics
+from kinetostatics.statics.solution import Solution, equilibrium
+
+#: Load [N, N·m] and gravity [m/s²] of the example: nothing in particular, so that nothing vanishes.
+_EXAMPLE_LOAD = (31.0, -17.0, -53.0, 7.0, 11.0, -3.0)
+_EXAMPLE_GRAVITY = (0.7, -1.3, -9.1)
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where an array of the solution is: rows of the numbers or of the truth values, or a constant.
+
+    Attributes:
+        shape: without the poses.
+        truth: whether its entries are truth values.
+        first: number of its first row; None: it is a constant.
+        values: of a constant, flat.
+    """
+
+    shape: tuple[int, ...]
+    truth: bool
+    first: int | None
+    values: list[Any]
+
+    def of(self, numbers: Array, truths: Mask, N: int) -> Any:
+        """Return the array (*shape, N)."""
+        if self.first is None:
+            constant = np.array(self.values, dtype=bool if self.truth else float).reshape(*self.shape, 1)
+            return np.broadcast_to(constant, (*self.shape, N))
+        rows = (truths if self.truth else numbers)[self.first : self.first + math.prod(self.shape)]
+        return rows.reshape(*self.shape, N)
+
+
+@dataclass(frozen=True)
+class Record:
+    """What a robot's equilibrium takes, operation by operation.
+
+    Attributes:
+        tape: the operations; inputs are the frames' rotations and positions, load and gravity, in this order.
+        numbers, truths: the operations whose results are wanted, in order; the first truth value is whether the record holds.
+        places: where the arrays of the solution are among them, by their paths.
+    """
+
+    tape: Tape
+    numbers: tuple[int, ...]
+    truths: tuple[int, ...]
+    places: Mapping[str, Place]
+
+
+def record_of(robot: RobotStatics) -> Record:
+    """Record a robot's equilibrium.
+
+    Raises:
+        NotRecordedError: it takes something that is not an operation on scalars.
+    """
+    for group in robot.groups:
+        if group.rigid_directions:
+            name, count = group.limbs[0].name, group.rigid_directions
+            raise NotRecordedError(f"{name} is rigid along {count} of its constraint wrenches, which takes singular values")
+    tape = Tape()
+    frames, *others = example_of(robot)
+    inputs = frames.rotation, frames.position, *others
+    rotation, position, load, gravity = (_input(tape, number, array) for number, array in enumerate(inputs))
+    try:
+        with np.errstate(all="ignore"):
+            arrays = arrays_of(by_numpy(Structure(robot, tape).copy, Frames(rotation, position), load, gravity))
+    except (AttributeError, TypeError, ValueError) as error:  # something takes numbers for floats
+        raise NotRecordedError(str(error)) from error
+    holds: Any = True
+    for number, wanted in tape.guards.items():
+        guard = Scalar(tape, number, tape.values[number])
+        holds = both(holds, guard if wanted else opposite(guard))
+    rows: tuple[list[int], list[int]] = [], [tape.number_of(holds)]
+    known: dict[tuple[int, ...], int] = {}
+    places = {}
+    for path, array in arrays.items():
+        shape, flat = array.shape[:-1], array.ravel().tolist()
+        truth = array.dtype == bool or (bool(flat) and all(isinstance(_value_of(entry), bool) for entry in flat))
+        if not any(isinstance(entry, Scalar) for entry in flat):
+            places[path] = Place(shape, truth, None, [bool(entry) if truth else float(entry) for entry in flat])
+            continue
+        wanted_rows = tuple(tape.number_of(entry) for entry in flat)
+        first = known.setdefault(wanted_rows, len(rows[truth]))
+        if first == len(rows[truth]):
+            rows[truth].extend(wanted_rows)
+        places[path] = Place(shape, truth, first, [])
+    return Record(tape, tuple(rows[0]), tuple(rows[1]), places)
+
+
+def _input(tape: Tape, number: int, array: Array) -> Any:
+    scalars = np.empty(array.size, dtype=object)
+    for k, value in enumerate(array.ravel().tolist()):
+        scalars[k] = tape.write(("input", number, k), value)
+    return scalars.reshape(array.shape).view(Recorded)
+
+
+def _value_of(entry: Any) -> Any:
+    return entry.value if isinstance(entry, Scalar) else entry
+
+
+def example_of(robot: RobotStatics) -> tuple[Frames, Array, Array]:
+    """Return the example: frames of one generic pose, load (6, 1) and gravity (3, 1)."""
+    return robot.example, np.array([_EXAMPLE_LOAD]).T, np.array([_EXAMPLE_GRAVITY]).T
+
+
+def by_numpy(robot: RobotStatics, frames: Frames, load: Array, gravity: Array) -> Solution:
+    """Solve as :func:`kinetostatics.statics.solution.solve`, also of one pose by the operations of many: what is recorded."""
+    _, o = robot.mechanism.platform_pose(frames)
+    return equilibrium(robot, frames, o, robot.weights.wrenches_of_many(frames, o, gravity), load, gravity)
+
+
+# ---- solutions taken apart ---------------------------------------------------------------------------------------------
+
+#: What a solution and its limbs are given, not found.
+_GIVEN = ("frames", "gravity", "load", "assembly_errors", "errors", "sources", "group")
+
+
+def arrays_of(solution: Solution) -> dict[str, Any]:
+    """Return all arrays (…, N) that were found, by where they are."""
+    return dict(_parts("", solution))
+
+
+def _parts(path: str, item: Any) -> Iterator[tuple[str, Any]]:
+    if isinstance(item, np.ndarray):
+        yield path, item
+    elif isinstance(item, tuple):
+        for k, part in enumerate(item):
+            yield from _parts(f"{path}.{k}", part)
+    elif isinstance(item, Mapping):
+        for name, part in item.items():
+            yield from _parts(f"{path}.{name}", part)
+    elif is_dataclass(item):
+        for field in fields(item):
+            if field.name not in _GIVEN:
+                yield from _parts(f"{path}.{field.name}", getattr(item, field.name))
+
+
+def solution_of(robot: RobotStatics, frames: Frames, load: Array, gravity: Array, arrays: Mapping[str, Any]) -> Solution:
+    """Return the solution of which :func:`arrays_of` are those."""
+    groups = range(len(robot.groups))
+    statics = []
+    for k, group in enumerate(robot.groups):
+        loads = LimbLoads(*(arrays[f".statics.{k}.loads.{field.name}"] for field in fields(LimbLoads)))
+        own = {name: arrays[f".statics.{k}.{name}"] for name in _LIMB_FIELDS}
+        statics.append(LimbStatics(group=group, loads=loads, **own))
+    found = {name: arrays[f".{name}"] for name in _FIELDS}
+    found |= {name: tuple(arrays[f".{name}.{k}"] for k in groups) for name in ("intensities", "undetermined", "open")}
+    first = ".unbalanced."
+    return Solution(
+        frames=frames,
+        gravity=gravity,
+        load=load,
+        statics=tuple(statics),
+        assembly_errors=None,
+        errors=tuple(None for _ in groups),
+        sources=("load", "platform_weight", *(limb.name for limb in robot.topology.limbs)),
+        unbalanced={path.removeprefix(first): array for path, array in arrays.items() if path.startswith(first)},
+        **found,
+    )
+
+
+_LIMB_FIELDS = tuple(field.name for field in fields(LimbStatics) if field.name not in ("group", "loads"))
+_FIELDS = tuple(
+    field.name
+    for field in fields(Solution)
+    if field.name not in (*_GIVEN, "statics", "intensities", "undetermined", "open", "unbalanced")
+)

@@ -1,0 +1,143 @@
+"""Arrays of recorded scalars, on which NumPy's functions record what they do."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from kinetostatics.engine.scalars import (
+    NotRecordedError,
+    absolute,
+    add,
+    both,
+    choose,
+    compare,
+    divide,
+    either,
+    is_finite,
+    is_nan,
+    larger,
+    multiply,
+    negative,
+    opposite,
+    power,
+    sign,
+    smaller,
+    square_root,
+    subtract,
+    without_nan,
+)
+
+_ELEMENTWISE: dict[Any, Any] = {
+    ufunc: np.frompyfunc(function, ufunc.nin, 1)
+    for ufunc, function in (
+        (np.add, add),
+        (np.subtract, subtract),
+        (np.multiply, multiply),
+        (np.divide, divide),
+        (np.negative, negative),
+        (np.power, power),
+        (np.square, lambda a: multiply(a, a)),
+        (np.sqrt, square_root),
+        (np.absolute, absolute),
+        (np.sign, sign),
+        (np.maximum, larger),
+        (np.minimum, smaller),
+        (np.isnan, is_nan),
+        (np.isfinite, is_finite),
+        (np.logical_and, both),
+        (np.logical_or, either),
+        (np.logical_not, opposite),
+        (np.bitwise_and, both),
+        (np.bitwise_or, either),
+        (np.invert, opposite),
+        (np.greater, lambda a, b: compare(">", a, b)),
+        (np.greater_equal, lambda a, b: compare(">=", a, b)),
+        (np.less, lambda a, b: compare("<", a, b)),
+        (np.less_equal, lambda a, b: compare("<=", a, b)),
+        (np.equal, lambda a, b: compare("==", a, b)),
+        (np.not_equal, lambda a, b: compare("!=", a, b)),
+    )
+}
+#: Their loops over Python objects call the operators, which is faster.
+_NATIVE = {np.add, np.subtract, np.multiply}
+_CHOOSE = np.frompyfunc(choose, 3, 1)
+_WITHOUT_NAN = np.frompyfunc(without_nan, 1, 1)
+
+
+class Recorded(np.ndarray[Any, np.dtype[np.object_]]):
+    """An array of recorded scalars and constants, on which NumPy's functions record what they do."""
+
+    def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
+        """Apply a ufunc scalar by scalar."""
+        if ufunc not in _ELEMENTWISE:
+            raise NotRecordedError(f"numpy.{ufunc.__name__}")
+        plain = [_plain(item) for item in inputs]
+        out = options.pop("out", (None,))[0]
+        if method == "reduce":
+            found = _reduced(_ELEMENTWISE[ufunc], plain[0], ufunc.identity, **options)
+        elif method == "__call__":
+            found = (ufunc if ufunc in _NATIVE else _ELEMENTWISE[ufunc])(*plain)
+        else:
+            raise NotRecordedError(f"numpy.{ufunc.__name__}.{method}")
+        if out is not None and out.dtype == object:
+            np.ndarray.__setitem__(out, ..., found)
+            return out
+        return recorded(found)  # in the place of an array of floats that was to be added to
+
+    def __array_function__(self, function: Any, types: Any, args: Any, kwargs: Any) -> Any:
+        """Apply a function of NumPy, most of which move entries or apply ufuncs."""
+        if function.__module__.startswith("numpy.linalg"):
+            raise NotRecordedError(f"{function.__module__}.{function.__name__}")
+        if function is np.where and len(args) == 3:
+            return recorded(_CHOOSE(*map(_plain, args)))
+        if function is np.nan_to_num:
+            return recorded(_WITHOUT_NAN(_plain(args[0])))
+        if function is np.einsum:
+            kwargs = {key: value for key, value in kwargs.items() if key not in ("optimize", "out")}
+            return recorded(np.einsum(args[0], *map(_plain, args[1:]), **kwargs))
+        return recorded(super().__array_function__(function, types, args, kwargs))
+
+
+def recorded(found: Any) -> Any:
+    """Return an array of objects as one that records."""
+    if isinstance(found, tuple | list):
+        return type(found)(map(recorded, found))
+    if isinstance(found, np.ndarray) and found.dtype == object and not isinstance(found, Recorded):
+        return found.view(Recorded)
+    return found
+
+
+def _plain(item: Any) -> Any:
+    return item.view(np.ndarray) if isinstance(item, Recorded) else item
+
+
+def _reduced(
+    function: Any,
+    array: Any,
+    identity: Any,
+    axis: int | tuple[int, ...] | None = 0,
+    keepdims: bool = False,
+    initial: Any = None,
+    **_: Any,
+) -> Any:
+    """Reduce an array along some axes, in order."""
+    axes: Sequence[int] = range(array.ndim) if axis is None else (axis,) if isinstance(axis, int) else axis
+    axes = sorted(k % array.ndim for k in axes)
+    first = identity if initial is None or initial is np._NoValue else initial
+    result = array
+    for k in reversed(axes):
+        rows = list(np.moveaxis(result, k, 0))
+        if not rows:
+            result = np.full(tuple(n for j, n in enumerate(result.shape) if j != k), first, dtype=object)
+            continue
+        result = rows[0]
+        for row in rows[1:]:
+            result = function(result, row)
+    if initial is not None and initial is not np._NoValue:
+        result = function(first, result)
+    if keepdims:
+        result = np.asarray(result, dtype=object).reshape([1 if k in axes else n for k, n in enumerate(array.shape)])
+    return result

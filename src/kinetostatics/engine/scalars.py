@@ -1,0 +1,336 @@
+"""Records what functions over arrays do, so that it can be compiled: scalars that write down every operation on them.
+
+A function is called with arrays of :class:`Scalar` instead of floats, for one example pose. Every scalar knows its value there,
+so that a branch on data takes the way of the example; it is written down as a guard, which tells at other poses whether the
+record holds there. What is not an operation on scalars (singular values, eigenvectors) cannot be recorded and says so.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+#: What a recorded scalar or a constant is.
+Number = Any
+
+
+class NotRecordedError(Exception):
+    """A function does something that is not an operation on scalars."""
+
+
+class Tape:
+    """Operations in the order in which they were recorded; equal ones are written once.
+
+    Attributes:
+        operations: name and operands (numbers of earlier operations) of each.
+        values: at the example.
+        guards: numbers of truth values, and what the example said of each.
+    """
+
+    def __init__(self) -> None:
+        self.operations: list[tuple[Any, ...]] = []
+        self.values: list[float | bool] = []
+        self.guards: dict[int, bool] = {}
+        self._known: dict[tuple[Any, ...], Scalar] = {}
+
+    def write(self, operation: tuple[Any, ...], value: float | bool) -> Scalar:
+        """Return the scalar that an operation gives."""
+        found = self._known.get(operation)
+        if found is None:
+            found = Scalar(self, len(self.operations), value)
+            self.operations.append(operation)
+            self.values.append(value)
+            self._known[operation] = found
+        return found
+
+    def number_of(self, scalar: Number) -> int:
+        """Return the number of a scalar's operation; a constant becomes one."""
+        if isinstance(scalar, Scalar):
+            return scalar.number
+        if isinstance(scalar, bool | np.bool_):
+            return self.write(("truth", bool(scalar)), bool(scalar)).number
+        value = float(scalar)
+        # −0 is another constant than 0, and NaN is never equal to itself
+        return self.write(("constant", value.hex()), value).number
+
+
+class Scalar:
+    """A number or a truth value on a tape, and its ``value`` at the example."""
+
+    __slots__ = ("number", "tape", "value")
+
+    def __init__(self, tape: Tape, number: int, value: float | bool) -> None:
+        self.tape, self.number, self.value = tape, number, value
+
+    def __repr__(self) -> str:
+        return f"<Scalar {self.number}: {self.value!r}>"
+
+    def __bool__(self) -> bool:
+        """Take the example's way and guard it."""
+        operation = self.tape.operations[self.number]
+        if operation[0] == "parameter":  # which is neither 0 nor infinite: see kinetostatics.engine.structure
+            return True
+        if not isinstance(self.value, bool):
+            return bool(compare("!=", self, 0.0))
+        self.tape.guards[self.number] = self.value
+        return self.value
+
+    def __float__(self) -> float:
+        raise NotRecordedError("a recorded number was wanted as a plain one")
+
+    def __add__(self, other: Number) -> Number:
+        return NotImplemented if isinstance(other, np.ndarray) else add(self, other)
+
+    def __radd__(self, other: Number) -> Number:
+        return NotImplemented if isinstance(other, np.ndarray) else add(other, self)
+
+    def __sub__(self, other: Number) -> Number:
+        return NotImplemented if isinstance(other, np.ndarray) else subtract(self, other)
+
+    def __rsub__(self, other: Number) -> Number:
+        return NotImplemented if isinstance(other, np.ndarray) else subtract(other, self)
+
+    def __mul__(self, other: Number) -> Number:
+        return NotImplemented if isinstance(other, np.ndarray) else multiply(self, other)
+
+    def __rmul__(self, other: Number) -> Number:
+        return NotImplemented if isinstance(other, np.ndarray) else multiply(other, self)
+
+    def __truediv__(self, other: Number) -> Number:
+        return NotImplemented if isinstance(other, np.ndarray) else divide(self, other)
+
+    def __rtruediv__(self, other: Number) -> Number:
+        return NotImplemented if isinstance(other, np.ndarray) else divide(other, self)
+
+    def __pow__(self, other: Number) -> Number:
+        return power(self, other)
+
+    def __neg__(self) -> Number:
+        return negative(self)
+
+    def __pos__(self) -> Number:
+        return self
+
+    def __abs__(self) -> Number:
+        return absolute(self)
+
+    def __or__(self, other: Number) -> Number:
+        return NotImplemented if isinstance(other, np.ndarray) else either(self, other)
+
+    def __ror__(self, other: Number) -> Number:
+        return either(self, other)
+
+    def __and__(self, other: Number) -> Number:
+        return NotImplemented if isinstance(other, np.ndarray) else both(self, other)
+
+    def __rand__(self, other: Number) -> Number:
+        return both(self, other)
+
+    def __invert__(self) -> Number:
+        return opposite(self)
+
+
+def _is_plain(value: Number, wanted: float) -> bool:
+    return not isinstance(value, Scalar) and value == wanted
+
+
+def _joined(name: str, a: Number, b: Number, value: float, swaps: bool = False) -> Scalar:
+    tape: Tape = a.tape if isinstance(a, Scalar) else b.tape
+    first, second = tape.number_of(a), tape.number_of(b)
+    if swaps and second < first:
+        first, second = second, first
+    return tape.write((name, first, second), value)
+
+
+def _value(a: Number) -> Any:
+    return a.value if isinstance(a, Scalar) else a
+
+
+def _quotient(a: float, b: float) -> float:
+    with np.errstate(all="ignore"):
+        return float(np.float64(a) / np.float64(b))
+
+
+def add(a: Number, b: Number) -> Number:
+    """Return a + b."""
+    if not isinstance(a, Scalar) and not isinstance(b, Scalar):
+        return a + b
+    if _is_plain(a, 0.0):
+        return b
+    if _is_plain(b, 0.0):
+        return a
+    return _joined("add", a, b, _value(a) + _value(b), swaps=True)
+
+
+def subtract(a: Number, b: Number) -> Number:
+    """Return a − b."""
+    if not isinstance(a, Scalar) and not isinstance(b, Scalar):
+        return a - b
+    if _is_plain(b, 0.0):
+        return a
+    if _is_plain(a, 0.0):
+        return negative(b)
+    return _joined("subtract", a, b, _value(a) - _value(b))
+
+
+def multiply(a: Number, b: Number) -> Number:
+    """Return a b."""
+    if not isinstance(a, Scalar) and not isinstance(b, Scalar):
+        return a * b
+    for one, other in ((a, b), (b, a)):
+        if not isinstance(one, Scalar):
+            if one == 0:
+                return 0.0
+            if one == 1:
+                return other
+            if one == -1:
+                return negative(other)
+    return _joined("multiply", a, b, _value(a) * _value(b), swaps=True)
+
+
+def divide(a: Number, b: Number) -> Number:
+    """Return a / b, as a times the inverse of b: what is divided by one number again and again is divided once."""
+    if not isinstance(a, Scalar) and not isinstance(b, Scalar):
+        return _quotient(a, b)
+    if _is_plain(a, 0.0):
+        return 0.0
+    if not isinstance(b, Scalar):
+        return multiply(a, _quotient(1.0, b))
+    return multiply(a, b.tape.write(("divide", b.tape.number_of(1.0), b.number), _quotient(1.0, b.value)))
+
+
+def negative(a: Number) -> Number:
+    """Return −a."""
+    if not isinstance(a, Scalar):
+        return -a
+    operation = a.tape.operations[a.number]
+    if operation[0] == "negative":
+        return a.tape.write(a.tape.operations[operation[1]], a.tape.values[operation[1]])
+    return a.tape.write(("negative", a.number), -a.value)
+
+
+def power(a: Number, n: Number) -> Number:
+    """Return a to a whole power n."""
+    if not isinstance(a, Scalar):
+        return a**n
+    if isinstance(n, Scalar) or n != int(n) or n < 1:
+        raise NotRecordedError(f"a power of {n!r}")
+    found, square, left = None, a, int(n)
+    while left:
+        if left & 1:
+            found = square if found is None else multiply(found, square)
+        left >>= 1
+        square = multiply(square, square) if left else square
+    return found
+
+
+def square_root(a: Number) -> Number:
+    """Return √a."""
+    if not isinstance(a, Scalar):
+        return math.sqrt(a) if a >= 0 else math.nan
+    return a.tape.write(("square_root", a.number), math.sqrt(a.value) if a.value >= 0 else math.nan)
+
+
+def absolute(a: Number) -> Number:
+    """Return |a|."""
+    return a.tape.write(("absolute", a.number), abs(a.value)) if isinstance(a, Scalar) else abs(a)
+
+
+def sign(a: Number) -> Number:
+    """Return −1, 0 or 1."""
+    if isinstance(a, Scalar):
+        return choose(compare(">", a, 0.0), 1.0, choose(compare("<", a, 0.0), -1.0, 0.0))
+    return float(np.sign(a))
+
+
+_COMPARISONS: dict[str, Callable[[Any, Any], Any]] = {
+    ">": lambda a, b: a > b,
+    ">=": lambda a, b: a >= b,
+    "<": lambda a, b: a < b,
+    "<=": lambda a, b: a <= b,
+    "==": lambda a, b: a == b,
+    "!=": lambda a, b: a != b,
+}
+
+
+def compare(how: str, a: Number, b: Number) -> Number:
+    """Return the truth value of a comparison."""
+    value = bool(_COMPARISONS[how](_value(a), _value(b)))
+    if not isinstance(a, Scalar) and not isinstance(b, Scalar):
+        return value
+    return _joined(how, a, b, value)
+
+
+def both(a: Number, b: Number) -> Number:
+    """Return whether both are true."""
+    return _logical("and", True, a, b, bool(_value(a)) and bool(_value(b)))
+
+
+def either(a: Number, b: Number) -> Number:
+    """Return whether one is true."""
+    return _logical("or", False, a, b, bool(_value(a)) or bool(_value(b)))
+
+
+def _logical(name: str, neutral: bool, a: Number, b: Number, value: bool) -> Number:
+    a, b = _truth(a), _truth(b)
+    for one, other in ((a, b), (b, a)):
+        if not isinstance(one, Scalar):
+            return other if bool(one) is neutral else not neutral
+    return a if a is b else _joined(name, a, b, value, swaps=True)
+
+
+def _truth(a: Number) -> Number:
+    """Return whether a number is not zero, of a truth value itself."""
+    if not isinstance(a, Scalar):
+        return bool(a)
+    if isinstance(a.value, bool):
+        return a
+    return True if a.tape.operations[a.number][0] == "parameter" else compare("!=", a, 0.0)
+
+
+def opposite(a: Number) -> Number:
+    """Return whether something is not true."""
+    a = _truth(a)
+    return a.tape.write(("not", a.number), not a.value) if isinstance(a, Scalar) else not a
+
+
+def choose(condition: Number, a: Number, b: Number) -> Number:
+    """Return a where a condition is true, else b."""
+    condition = _truth(condition)
+    if not isinstance(condition, Scalar):
+        return a if condition else b
+    if a is b:
+        return a
+    if isinstance(_value(a), bool | np.bool_) and isinstance(_value(b), bool | np.bool_):
+        return either(both(condition, a), both(opposite(condition), b))
+    tape = condition.tape
+    numbers = condition.number, tape.number_of(a), tape.number_of(b)
+    return tape.write(("choose", *numbers), _value(a) if condition.value else _value(b))
+
+
+def larger(a: Number, b: Number) -> Number:
+    """Return the larger of two, NaN if one is."""
+    return choose(either(compare(">", a, b), is_nan(a)), a, b)
+
+
+def smaller(a: Number, b: Number) -> Number:
+    """Return the smaller of two, NaN if one is."""
+    return choose(either(compare("<", a, b), is_nan(a)), a, b)
+
+
+def is_nan(a: Number) -> Number:
+    """Return whether something is not a number."""
+    return compare("!=", a, a)
+
+
+def is_finite(a: Number) -> Number:
+    """Return whether something is a number and not infinite."""
+    return compare("<", absolute(a), math.inf)
+
+
+def without_nan(a: Number) -> Number:
+    """Return 0 for what is not a number."""
+    return choose(is_nan(a), 0.0, a)

@@ -1,0 +1,188 @@
+"""The equilibrium of a robot's poses by compiled code, with the careful way of NumPy where the record does not hold.
+
+What is recorded is :func:`kinetostatics.statics.solution.solve` itself: there is no other mathematics here.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import json
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from kinetostatics.engine import cache as disk
+from kinetostatics.engine import llvm
+from kinetostatics.engine.record import Place, Record, arrays_of, by_numpy, example_of, record_of, solution_of
+from kinetostatics.engine.scalars import NotRecordedError
+from kinetostatics.engine.structure import Structure
+from kinetostatics.math.arrays import Array, Index, Mask
+from kinetostatics.mechanism.tree import Frames
+from kinetostatics.statics.model import RobotStatics
+from kinetostatics.statics.solution import Solution, solve
+
+#: Folders whose functions are recorded or compile.
+_SOURCES = ("engine", "limbs", "math", "mechanism", "statics")
+_POINTERS = ctypes.c_void_p * 4
+
+
+class CompiledStatics:
+    """Compiled code for one robot.
+
+    Attributes:
+        operations: how many operations a pose takes.
+    """
+
+    def __init__(self, robot: RobotStatics) -> None:
+        """Find or make the code.
+
+        Raises:
+            NotRecordedError: the robot's statics do something that cannot be recorded.
+        """
+        if not self._found(robot):
+            kept = _compiled(record_of(robot), len(self._parameters), robot.example.position.shape[1])
+            if not (self._load(kept) and self._is_right()):
+                raise NotRecordedError("compiled code gives other numbers than NumPy")
+            disk.write(self._key, kept)
+
+    @classmethod
+    def kept(cls, robot: RobotStatics) -> CompiledStatics | None:
+        """Return the code for a robot if it is on disk."""
+        item = cls.__new__(cls)
+        return item if item._found(robot) else None
+
+    def _found(self, robot: RobotStatics) -> bool:
+        """Take the code from the disk, if it is there and right."""
+        self.robot = robot
+        structure = Structure(robot)
+        self._parameters = structure.values
+        self._key = key_of(structure)
+        kept = disk.read(self._key)
+        if kept is None:
+            return False
+        return self._load(kept) and self._is_right()
+
+    def _load(self, kept: bytes) -> bool:
+        """Make code callable, if it takes arrays of the sizes that this robot has."""
+        size = int.from_bytes(kept[:8], "little")
+        table = json.loads(kept[8 : 8 + size])
+        if table["parameters"] != len(self._parameters) or table["bodies"] != self.robot.example.position.shape[1]:
+            return False
+        self._code = llvm.MachineCode(kept[8 + size :])
+        self._places = [(path, Place(tuple(shape), *rest)) for path, shape, *rest in table["places"]]
+        self._rows, self._truths = int(table["numbers"]), int(table["truths"])
+        self.operations = int(table["operations"])
+        kind = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 5, ctypes.c_int64)
+        self._call = kind(self._code.address)
+        return True
+
+    def _is_right(self) -> bool:
+        """Whether the code gives at the example what NumPy gives: whatever may be wrong with code from a disk."""
+        frames, load, gravity = example_of(self.robot)
+        numbers, truths = self._computed(frames, load, gravity)
+        if not truths[0, 0]:
+            return False
+        try:
+            found = arrays_of(self._solution(frames, load, gravity, numbers, truths))
+        except KeyError:
+            return False
+        wanted = arrays_of(by_numpy(self.robot, frames, load, gravity))
+        return all(_agree(array, found[path]) for path, array in wanted.items() if "unbalanced" not in path)  # which is rounding
+
+    def solve(self, frames: Frames, load: Array, gravity: Array) -> Solution:
+        """Solve N poses; see :func:`kinetostatics.statics.solution.solve`."""
+        N = load.shape[1]
+        numbers, truths = self._computed(frames, load, gravity)
+        found = self._solution(frames, load, gravity, numbers, truths)
+        doubtful = np.flatnonzero(~truths[0] & np.all(np.isfinite(found.o), axis=0))  # what is not reached has no numbers
+        if doubtful.size == 0:
+            return found
+        if doubtful.size == N:
+            return solve(self.robot, frames, load, gravity)
+        careful = solve(self.robot, frames.take(doubtful), load[:, doubtful], gravity[:, doubtful])
+        return _merged(self.robot, found, careful, doubtful)
+
+    def _computed(self, frames: Frames, load: Array, gravity: Array) -> tuple[Array, Mask]:
+        """Return all numbers (R, N) and truth values (T, N), the first of which says where the record holds."""
+        N = load.shape[1]
+        inputs = [frames.rotation.reshape(-1, N), frames.position.reshape(-1, N), load, gravity]
+        n = max(N, llvm.LANES)
+        if n > N:  # the last pose again
+            inputs = [array[:, np.minimum(np.arange(n), N - 1)] for array in inputs]
+        inputs = [_rows_of(array) for array in inputs]
+        numbers, truths = np.empty((self._rows, n)), np.empty((self._truths, n), dtype=bool)
+        strides = np.array([array.strides[0] // 8 for array in inputs], dtype=np.int64)
+        pointers = _POINTERS(*[array.ctypes.data for array in inputs])
+        self._call(
+            ctypes.addressof(pointers),
+            strides.ctypes.data,
+            self._parameters.ctypes.data,
+            numbers.ctypes.data,
+            truths.ctypes.data,
+            n,
+        )
+        return numbers[:, :N], truths[:, :N]
+
+    def _solution(self, frames: Frames, load: Array, gravity: Array, numbers: Array, truths: Mask) -> Solution:
+        N = load.shape[1]
+        return solution_of(
+            self.robot, frames, load, gravity, {path: place.of(numbers, truths, N) for path, place in self._places}
+        )
+
+
+def _compiled(record: Record, parameters: int, bodies: int) -> bytes:
+    """Return what is kept on disk: a table of the places as JSON, its size before it, and the object code behind it."""
+    text = llvm.module_of(record.tape, record.numbers, record.truths, 4)
+    table = {
+        "places": [[path, place.shape, place.truth, place.first, place.values] for path, place in record.places.items()],
+        "numbers": len(record.numbers),
+        "truths": len(record.truths),
+        "parameters": parameters,
+        "bodies": bodies,
+        "operations": sum(llvm.needed_by(record.tape, (*record.numbers, *record.truths))),
+    }
+    head = json.dumps(table).encode()
+    return len(head).to_bytes(8, "little") + head + llvm.compiled(text)
+
+
+def _merged(robot: RobotStatics, whole: Solution, some: Solution, which: Index) -> Solution:
+    """Return a solution whose poses ``which`` are those of another."""
+    careful = arrays_of(some)
+    arrays = {}
+    for path, array in arrays_of(whole).items():
+        arrays[path] = np.array(array)
+        arrays[path][..., which] = careful[path]
+    return solution_of(robot, whole.frames, whole.load, whole.gravity, arrays)
+
+
+def _agree(a: Any, b: Any) -> bool:
+    """Whether arrays are the same but for rounding."""
+    if a.shape != b.shape or a.dtype != b.dtype:
+        return False
+    if a.dtype == bool:
+        return bool(np.array_equal(a, b))
+    return bool(np.all(np.abs(a - b) <= 1e-7 * np.max(np.abs(a), initial=1e-20)))
+
+
+def _rows_of(array: Array) -> Array:
+    """Return an array (k, n) whose poses lie side by side."""
+    return array if array.strides[-1] == 8 and array.strides[0] % 8 == 0 else np.ascontiguousarray(array)
+
+
+def key_of(structure: Structure) -> str:
+    """Return the name under which code is kept: structure, what is recorded, and the processor."""
+    return hashlib.sha256(f"{structure.key} {_versions()} {llvm.processor()}".encode()).hexdigest()
+
+
+@cache
+def _versions() -> str:
+    """Return what tells the recorded functions and their recorder apart: their text, and NumPy's version."""
+    root = Path(__file__).resolve().parent.parent
+    digest = hashlib.sha256()
+    for folder in _SOURCES:
+        for path in sorted((root / folder).glob("*.py")):
+            digest.update(path.read_bytes())
+    return f"{digest.hexdigest()} {np.__version__}"

@@ -1,0 +1,132 @@
+"""What of a robot a record depends on: its structure, by which compiled code is kept, and its numbers, which are inputs.
+
+A record is made of a copy of the robot's data that holds recorded parameters in the place of numbers and nothing but what this
+module has walked through; everything else it has walked through is in the key. So a record cannot depend on anything that the key
+does not tell. Numbers that are 0, 1, −1, infinite or NaN belong to the structure: they save operations.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from kinetostatics.engine.recorder import Recorded
+from kinetostatics.engine.scalars import Tape
+from kinetostatics.limbs.group import LimbGroup
+from kinetostatics.limbs.model import StaticModel
+from kinetostatics.math.arrays import Array
+from kinetostatics.mechanism.beam_geometry import BeamSpan
+from kinetostatics.mechanism.joint_compliance import Spring
+from kinetostatics.mechanism.limbs import Topology
+from kinetostatics.mechanism.mechanism import Mechanism
+from kinetostatics.mechanism.weights import Weights
+from kinetostatics.statics.model import RobotStatics
+
+#: What is kept of classes that hold more than equilibrium needs.
+_KEPT: Mapping[type, tuple[str, ...]] = {
+    RobotStatics: ("mechanism", "topology", "beams", "weights", "length", "closing_error", "groups", "open_branches"),
+    StaticModel: ("length", "closing_error"),
+    Mechanism: ("platform_frame",),
+    Topology: ("limbs",),
+    Weights: ("names", "owner", "_number", "_is_rigid", "_mass", "_body", "_centre", "_beams", "_ends"),
+    BeamSpan: ("start_body", "start", "end_body", "end", "carrier"),
+    Spring: (),
+}
+#: What is left out of others.
+_LEFT_OUT: Mapping[type, tuple[str, ...]] = {
+    LimbGroup: ("compounds", "elements", "dofs", "labels", "attached_labels"),
+}
+_LEFT_OUT_BY_NAME = {"LimbSkeleton": ("dofs", "_compounds"), "Candidate": ("label",)}
+
+
+class Structure:
+    """A robot's statics apart: structure and numbers.
+
+    Attributes:
+        key: tells structures apart.
+        values: (P,) the numbers of this robot.
+        copy: the robot's data, with what ``tape`` records in the place of the numbers.
+    """
+
+    def __init__(self, robot: RobotStatics, tape: Tape | None = None) -> None:
+        self._hash, self._tape = hashlib.sha256(), tape
+        self._values: list[float] = []
+        self._copies: dict[int, tuple[Any, Any]] = {}
+        self.copy = self._taken(robot)
+        self.key = self._hash.hexdigest()
+        self.values: Array = np.array(self._values)
+
+    def _say(self, *what: object) -> None:
+        self._hash.update(repr(what).encode())
+
+    def _taken(self, item: Any) -> Any:
+        if item is None or isinstance(item, bool | int | str | np.bool_ | np.integer):
+            self._say(type(item).__name__, item)
+            return item
+        if isinstance(item, float):
+            return self._number(float(item))
+        known = self._copies.get(id(item))
+        if known is not None:
+            self._say("again", list(self._copies).index(id(item)))
+            return known[1]
+        if isinstance(item, np.ndarray):
+            copy: Any = self._array(item)
+            self._copies[id(item)] = (item, copy)
+            return copy
+        if isinstance(item, list | tuple):
+            self._say(type(item).__name__, len(item))
+            return type(item)([self._taken(part) for part in item])
+        if isinstance(item, set | frozenset):
+            self._say("set", sorted(map(repr, item)))
+            return item
+        if isinstance(item, Mapping):
+            self._say("mapping", len(item))
+            return {self._taken(key): self._taken(value) for key, value in item.items()}
+        if not type(item).__module__.startswith("kinetostatics."):
+            raise TypeError(f"{type(item)} has no structure")
+        return self._object(item)
+
+    def _object(self, item: Any) -> Any:
+        kind = type(item)
+        copy = object.__new__(kind)
+        self._copies[id(item)] = (item, copy)
+        names = _KEPT.get(kind)
+        if names is None:
+            left_out = (*_LEFT_OUT.get(kind, ()), *_LEFT_OUT_BY_NAME.get(kind.__name__, ()))
+            names = tuple(name for name in vars(item) if name not in left_out)
+        self._say(kind.__qualname__, names)
+        for name in names:
+            object.__setattr__(copy, name, self._taken(getattr(item, name)))
+        return copy
+
+    def _number(self, value: float) -> Any:
+        if value in (0.0, 1.0, -1.0) or not math.isfinite(value):
+            self._say("constant", value)
+            return value
+        self._say("number")
+        self._values.append(value)
+        if self._tape is None:
+            return value
+        return self._tape.write(("parameter", len(self._values) - 1), value)
+
+    def _array(self, array: Any) -> Any:
+        if array.dtype.kind != "f":
+            self._say(array.dtype.str, array.shape, array.tobytes())
+            return array
+        flat = np.ascontiguousarray(array, dtype=float).ravel()
+        constant = (np.abs(flat) == 1) | (flat == 0) | ~np.isfinite(flat)
+        self._say("array", array.shape, constant.tobytes(), flat[constant].tobytes())
+        first = len(self._values)
+        self._values += flat[~constant].tolist()
+        if self._tape is None:
+            return array
+        copy = np.empty(flat.shape, dtype=object)
+        copy[constant] = flat[constant]
+        rest = np.flatnonzero(~constant).tolist()
+        for place, number in enumerate(rest):
+            copy[number] = self._tape.write(("parameter", first + place), float(flat[number]))
+        return copy.reshape(array.shape).view(Recorded)

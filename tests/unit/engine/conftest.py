@@ -1,0 +1,11 @@
+"""Tests of compiled code: it is kept in a folder of the test's own."""
+
+import pytest
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path_factory, monkeypatch):
+    folder = tmp_path_factory.getbasetemp() / "code"
+    monkeypatch.setenv("KINETOSTATICS_CACHE", str(folder))
+    monkeypatch.delenv("KINETOSTATICS_ENGINE", raising=False)
+    return folder

@@ -1,0 +1,103 @@
+"""Which engine is taken: what is asked for, what is installed, and whether it pays."""
+
+import numpy as np
+import package_robots
+import pytest
+import simple_machines
+from small_robots import cantilever, robot_of
+
+import kinetostatics as ks
+from kinetostatics.engine import choice
+from kinetostatics.engine.statics import CompiledStatics
+
+
+@pytest.fixture
+def made(monkeypatch):
+    """Robots whose code was made or found, in turn; none is ever found on disk."""
+    pytest.importorskip("llvmlite")
+    found = []
+
+    class Made:
+        operations = 7
+
+        def __init__(self, robot):
+            found.append(robot)
+            self.solve = None
+
+        kept = staticmethod(lambda robot: found.append("looked"))
+
+    monkeypatch.setattr(choice, "CompiledStatics", Made)
+    return found
+
+
+def test_auto_looks_and_compiles_when_it_has_paid(made):
+    robot = robot_of(cantilever()).statics
+    assert choice.compiled_solver(robot, "auto", 1) is None and made == []
+    for _ in range(12):
+        choice.compiled_solver(robot, "auto", 1)
+    assert made == ["looked"]
+    choice.compiled_solver(robot, "auto", 100_000)
+    assert made == ["looked"]
+    choice.compiled_solver(robot, "auto", 200_000)
+    assert made == ["looked", robot]
+    choice.compiled_solver(robot, "auto", 200_000)
+    assert made == ["looked", robot]
+
+
+def test_compiled_compiles_at_once_and_numpy_never(made):
+    robot = robot_of(cantilever()).statics
+    choice.compiled_solver(robot, "numpy", 10**9)
+    assert made == []
+    choice.compiled_solver(robot, "compiled", 1)
+    assert made == [robot]
+
+
+def test_the_environment_says_what_auto_means(monkeypatch):
+    assert choice.check_engine("auto") == "auto"
+    monkeypatch.setenv("KINETOSTATICS_ENGINE", "numpy")
+    assert choice.check_engine("auto") == "numpy"
+    monkeypatch.setenv("KINETOSTATICS_ENGINE", "quick")
+    with pytest.raises(ks.ArgumentError, match="KINETOSTATICS_ENGINE"):
+        choice.check_engine("auto")
+
+
+def test_without_llvmlite_numpy_computes(monkeypatch):
+    monkeypatch.setattr(choice, "is_installed", lambda: False)
+    robot = robot_of(cantilever())
+    pose = robot.assemble()
+    with pytest.raises(ks.ArgumentError, match=r"pip install 'kinetostatics\[fast\]'"):
+        ks.analyze(pose, engine="compiled")
+    assert choice.compiled_solver(robot.statics, "auto", 10**9) is None
+    report = ks.engine_report(robot)
+    assert not report.is_compiled and report.operations is None and "llvmlite is not installed" in str(report)
+    assert report.to_dict()["by_numpy"][0] == "the equilibrium of poses"
+    with pytest.raises(ks.ArgumentError, match="engine"):
+        ks.analyze(pose, engine="fast")
+
+
+def test_a_report_says_what_is_compiled():
+    pytest.importorskip("llvmlite")
+    robot = robot_of(cantilever())
+    report = ks.engine_report(robot)
+    assert report.is_compiled and report.reason is None and 50 < report.operations < 5000
+    assert f"{report.operations:,} operations a pose" in str(report) and "closing the loops" in str(report)
+    assert ks.engine_report(robot).to_dict() == report.to_dict()
+    assert CompiledStatics.kept(robot.statics).operations == report.operations
+
+
+def test_rigid_limbs_are_left_to_numpy():
+    """Their stiffness is split by eigenvectors, which are not operations on scalars."""
+    pytest.importorskip("llvmlite")
+    robot = simple_machines.arm(elastic=False)
+    assert robot.statics.groups[0].rigid_directions == 6
+    report = ks.engine_report(robot)
+    assert not report.is_compiled and report.reason.startswith("limb_1 is rigid along 6 ")
+
+
+def test_misfits_are_left_to_numpy(made):
+    robot = package_robots.robot("2pru_upr")
+    pose = robot.assemble()
+    misfits = {"prismatic_1": [1e-4, 0, 0, 0, 0, 0]}
+    found = ks.analyze(pose, misfits=misfits, engine="compiled")
+    assert made == []
+    np.testing.assert_array_equal(found.twist, ks.analyze(pose, misfits=misfits, engine="numpy").twist)

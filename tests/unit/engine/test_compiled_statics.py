@@ -1,0 +1,122 @@
+"""Compiled code gives what NumPy gives, for any number of poses, also where poses are not reached, singular or special."""
+
+import numpy as np
+import package_robots
+import pytest
+from small_robots import cantilever, circle, robot_of, stepped_beam
+from test_record import differences
+
+import kinetostatics as ks
+from kinetostatics.engine import statics
+from kinetostatics.engine.record import Record, arrays_of
+from kinetostatics.engine.statics import CompiledStatics
+from kinetostatics.statics.solution import solve
+
+pytest.importorskip("llvmlite")
+
+NAME = "linear_delta"
+
+
+@pytest.fixture(scope="module")
+def compiled(tmp_path_factory):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("KINETOSTATICS_CACHE", str(tmp_path_factory.getbasetemp() / "code"))
+        return CompiledStatics(package_robots.robot(NAME).statics)
+
+
+def test_any_number_of_poses_reached_or_not_special_or_not(compiled):
+    """Generic poses, one whose canonical wrenches degenerate, one whose passive joints become dependent, one not reached."""
+    robot = package_robots.robot(NAME)
+    q = np.repeat(robot.assemble().model_q, 21, axis=1)
+    q += 0.05 * np.random.default_rng(2).standard_normal(q.shape) * ~np.isin(np.arange(21), (3, 6))
+    q[1, 3] += np.pi / 2
+    q[7, 6] += np.pi / 2
+    q[:, 9] = np.nan
+    rng = np.random.default_rng(3)
+    load, gravity = 100 * rng.standard_normal((6, 21)), rng.standard_normal((3, 21))
+    frames = robot.mechanism.forward(q)
+    whole = compiled.solve(frames, load, gravity)
+    wanted = solve(robot.statics, frames, load, gravity)
+    reached = np.isfinite(q[0])
+    assert wanted.basis_degenerate[3] and wanted.statics[0].doubtful[:, 6].any()
+    assert not np.isfinite(whole.twists[..., ~reached]).any()
+    for poses in (np.flatnonzero(reached), [0], [1, 2], [3], [6], list(range(8)), [*range(9), *range(10, 17)]):
+        here = frames.take(np.array(poses))
+        found = compiled.solve(here, load[:, poses], gravity[:, poses])
+        worst = differences(found, solve(robot.statics, here, load[:, poses], gravity[:, poses]))
+        assert max(worst.values()) < 1e-11, (poses, max(worst, key=worst.get))
+        size = np.nanmax(np.abs(wanted.twists))
+        np.testing.assert_allclose(found.twists, whole.twists[..., poses], rtol=0, atol=1e-11 * size)
+
+
+def test_both_engines_say_the_same_of_a_batch(compiled, monkeypatch):
+    """Statuses, facts, joint wrenches, beams: of poses some of which are not reached."""
+    robot = package_robots.robot(NAME)
+    x = np.linspace(-0.6, 0.6, 24)
+    poses = robot.assemble(platform={"x": x, "y": 0.1, "z": float(robot.assemble().platform["z"])}, on_failure="nan")
+    load = [10, 20, -300, 4, 5, 6]
+    found, wanted = (ks.analyze(poses, load, engine=engine) for engine in ("compiled", "numpy"))
+    assert found.status.tolist() == wanted.status.tolist() and 2 in wanted.status and (wanted.status < 2).sum() > 3
+    for name in ("twist", "stiffness", "base_wrench", "strain_energy"):
+        close(getattr(found, name), getattr(wanted, name))
+    for name in ("contributions", "joint_wrenches", "actuator_forces"):
+        for key, value in getattr(wanted, name).items():
+            np.testing.assert_array_equal(np.isnan(value), np.isnan(getattr(found, name)[key]))
+        close(*(list(getattr(result, name).values()) for result in (found, wanted)))
+    for name, beam in wanted.beams.items():
+        close(found.beams[name].stress, beam.stress)
+
+
+def close(found, wanted):
+    np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-10 * np.nanmax(np.abs(wanted)))
+
+
+def test_a_changed_diameter_or_mass_takes_the_same_code(cache):
+    first = CompiledStatics(robot_of(cantilever()).statics)
+    kept = sorted(cache.iterdir())
+    thick = robot_of(cantilever(section=circle(0.08))).statics
+    found = CompiledStatics.kept(thick)
+    assert found is not None and sorted(cache.iterdir()) == kept
+    pose = thick.example, np.ones((6, 1)), np.ones((3, 1))
+    twists = found.solve(*pose).twists
+    np.testing.assert_allclose(twists, solve(thick, *pose).twists, rtol=1e-12)
+    assert np.max(np.abs(twists)) < 0.5 * np.max(np.abs(first.solve(*pose).twists))
+
+
+def test_code_of_another_robot_is_not_taken(cache, monkeypatch):
+    """A stale cache, whatever made it so: the code is tried on an example, and its sizes are looked at before."""
+    one, other = (robot_of(spec).statics for spec in (cantilever(), cantilever(direction=(0.6, 0.0, 0.8))))
+    more = robot_of(stepped_beam()).statics
+    monkeypatch.setattr(statics, "key_of", lambda structure: "0" * 64)
+    CompiledStatics(one)
+    assert CompiledStatics.kept(one) is not None
+    for robot in (other, more):
+        assert CompiledStatics.kept(robot) is None
+    pose = more.example, np.ones((6, 1)), np.ones((3, 1))
+    assert max(differences(CompiledStatics(more).solve(*pose), solve(more, *pose)).values()) < 1e-11
+
+
+def test_code_that_is_wrong_is_not_used(monkeypatch):
+    """A wrong operation is noticed when the code is made: NumPy computes then."""
+    robot = robot_of(cantilever())
+    right = statics.record_of
+
+    def wrong(model):
+        record = right(model)
+        k = max(k for k in record.numbers if record.tape.operations[k][0] == "multiply")
+        record.tape.operations[k] = ("add", *record.tape.operations[k][1:])
+        return Record(record.tape, record.numbers, record.truths, record.places)
+
+    monkeypatch.setattr(statics, "record_of", wrong)
+    monkeypatch.setattr(statics, "key_of", lambda structure: "1" * 64)
+    report = ks.engine_report(robot)
+    assert not report.is_compiled and "other numbers than NumPy" in str(report)
+    pose = robot.assemble()
+    np.testing.assert_array_equal(ks.analyze(pose, engine="compiled").twist, ks.analyze(pose, engine="numpy").twist)
+
+
+def test_solutions_are_taken_apart_completely():
+    """Every array of a solution that is not given has a path."""
+    robot = package_robots.robot(NAME).statics
+    paths = arrays_of(solve(robot, robot.example, np.ones((6, 1)), np.ones((3, 1))))
+    assert {path.split(".")[1] for path in paths} >= {"twists", "statics", "unbalanced", "open", "undetermined", "singular", "o"}

@@ -1,0 +1,101 @@
+"""What is recorded is what NumPy computes, of every robot of the package; where it does not hold the record says so."""
+
+import numpy as np
+import package_robots
+import pytest
+from tapes import evaluate
+
+from kinetostatics.engine.record import Place, arrays_of, record_of, solution_of
+from kinetostatics.engine.scalars import NotRecordedError
+from kinetostatics.engine.structure import Structure
+from kinetostatics.statics.solution import solve
+
+N = 6
+
+
+def some_poses(robot):
+    """Return frames, loads and gravity: the first generic poses and again all of them."""
+    frames = robot.generic_frames
+    frames = frames.take(np.arange(N) % frames.position.shape[2])
+    rng = np.random.default_rng(5)
+    return frames, 100 * rng.standard_normal((6, N)), 9.81 * rng.standard_normal((3, N))
+
+
+def evaluated(robot, record, frames, load, gravity):
+    """Return the solution that a record gives, and where it holds."""
+    N = load.shape[1]
+    inputs = [frames.rotation.reshape(-1, N), frames.position.reshape(-1, N), load, gravity]
+    found = evaluate(record.tape, inputs, Structure(robot.statics).values, (*record.numbers, *record.truths))
+    numbers, truths = found[: len(record.numbers)].astype(float), found[len(record.numbers) :].astype(bool)
+    arrays = {path: place.of(numbers, truths, N) for path, place in record.places.items()}
+    return solution_of(robot.statics, frames, load, gravity, arrays), truths[0]
+
+
+def differences(found, wanted):
+    """Return by how much arrays of a solution differ, as parts of the largest entry of each; truth values must be the same."""
+    found, wanted = arrays_of(found), arrays_of(wanted)
+    assert list(found) == list(wanted)
+    result = {}
+    for path, array in wanted.items():
+        assert array.shape == found[path].shape, path
+        if array.dtype == bool:
+            np.testing.assert_array_equal(found[path], array, err_msg=path)
+        elif array.size and "unbalanced" not in path:  # which is rounding
+            np.testing.assert_array_equal(np.isnan(found[path]), np.isnan(array), err_msg=path)
+            size = np.nanmax(np.abs(array), initial=0.0)
+            result[path] = np.nanmax(np.abs(found[path] - array), initial=0.0) / (size if size > 1e-25 else 1.0)
+    return result
+
+
+@pytest.mark.parametrize("name", package_robots.NAMES)
+def test_all_robots_are_recorded_as_numpy_computes_them(name):
+    robot = package_robots.robot(name)
+    poses = some_poses(robot)
+    found, holds = evaluated(robot, record_of(robot.statics), *poses)
+    assert np.all(holds)
+    worst = differences(found, solve(robot.statics, *poses))
+    assert max(worst.values()) < 1e-11, max(worst, key=worst.get)
+    assert {".twists", ".compliance", ".stiffness", ".intensities.0", ".statics.0.J_c", ".weights"} <= set(worst)
+
+
+def test_where_a_limb_is_special_the_record_says_so_and_without_guards_it_would_be_wrong():
+    """A limb of the Delta whose canonical wrenches degenerate, and one whose passive joints become dependent."""
+    robot = package_robots.robot("linear_delta")
+    record = record_of(robot.statics)
+    q = np.repeat(robot.assemble().model_q, 3, axis=1)
+    q[1, 1] += np.pi / 2
+    q[7, 2] += np.pi / 2
+    poses = robot.mechanism.forward(q), np.ones((6, 3)), np.ones((3, 3))
+    found, holds = evaluated(robot, record, *poses)
+    assert holds.tolist() == [True, False, False]
+    wanted = solve(robot.statics, *poses)
+    assert wanted.basis_degenerate.tolist() == [False, True, False] and wanted.statics[0].doubtful[:, 2].any()
+    assert not np.array_equal(found.basis_degenerate, wanted.basis_degenerate)
+    alone = [array[..., 0] for array in (found.twists, wanted.twists)]
+    np.testing.assert_allclose(*alone, rtol=0, atol=1e-12 * np.max(np.abs(alone)))
+
+
+def test_sections_and_masses_are_inputs():
+    """A record made for one robot holds for another of the same structure."""
+    thin, thick = (package_robots.robot("3rps", rod_diameter=d) for d in (0.07, 0.09))
+    assert Structure(thin.statics).key == Structure(thick.statics).key
+    assert Structure(thin.statics).key != Structure(package_robots.robot("3prs").statics).key
+    poses = some_poses(thick)
+    found, holds = evaluated(thick, record_of(thin.statics), *poses)
+    assert np.all(holds) and max(differences(found, solve(thick.statics, *poses)).values()) < 1e-11
+    assert np.max(np.abs(found.twists - solve(thin.statics, *poses).twists)) > 0.1 * np.max(np.abs(found.twists))
+
+
+def test_what_the_structure_leaves_out_cannot_be_recorded(monkeypatch):
+    from kinetostatics.engine import record
+
+    statics = package_robots.robot("3rps").statics
+    for broken in (lambda robot, *_: robot.joint_table, lambda robot, *_: float(robot.length)):
+        monkeypatch.setattr(record, "by_numpy", broken)
+        with pytest.raises(NotRecordedError):
+            record_of(statics)
+
+
+def test_constants_have_no_rows():
+    place = Place((2,), False, None, [0.0, 1.0])
+    assert place.of(np.zeros((0, 3)), np.zeros((1, 3), bool), 3).tolist() == [[0.0] * 3, [1.0] * 3]
