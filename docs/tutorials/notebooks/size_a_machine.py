@@ -55,8 +55,7 @@ f"{diameter * 1e3:.0f} mm: at most {at_most:.1f} µm"
 # Where is that worst pose?
 
 # %%
-worst = ks.indices.worst(ds.sel(rod_diameter=[diameter]), "linear_sag")
-print(worst)
+ks.indices.worst(ds.sel(rod_diameter=[diameter]), "linear_sag")
 
 # %% [markdown]
 # ## What else could break
