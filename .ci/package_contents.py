@@ -11,10 +11,13 @@ IN_WHEEL = {"src/kinetostatics/": "kinetostatics/", "robots/": "kinetostatics/ro
 MANUAL_PAGE = "share/man/man1/kinetostatics.1"
 
 
-def tracked() -> set[str]:
-    """Return the files of the clone."""
+def tracked(archive: set[str]) -> set[str]:
+    """Return the files of the clone; those of the source archive where this is no clone."""
     command = ["git", "-c", "safe.directory=*", "ls-files"]
-    return set(subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines())
+    try:
+        return set(subprocess.run(command, capture_output=True, text=True, check=True).stdout.splitlines())
+    except (OSError, subprocess.CalledProcessError):
+        return archive - {"PKG-INFO"}
 
 
 def differences(wheel: set[str], archive: set[str], files: set[str]) -> list[str]:
@@ -46,7 +49,7 @@ def main(folder: Path) -> int:
         return 1
     with zipfile.ZipFile(wheel) as in_wheel, tarfile.open(archive) as in_archive:
         inside = {item.name.partition("/")[2] for item in in_archive.getmembers() if item.isfile()}
-        said = differences(set(in_wheel.namelist()), inside, tracked())
+        said = differences(set(in_wheel.namelist()), inside, tracked(inside))
     print("\n".join(said) or f"{wheel.name} and {archive.name} hold what they should")
     return 1 if said else 0
 
