@@ -15,7 +15,7 @@ from kinetostatics.authoring.design import Design
 from kinetostatics.authoring.limb_text import LimbOptions
 from kinetostatics.authoring.materials import SHAPES, SectionText
 from kinetostatics.authoring.notation import Architecture, parse_architecture
-from kinetostatics.authoring.placement import DIRECTIONS, Place, arranged, limb_frame, tabled
+from kinetostatics.authoring.placement import CARTESIAN, DIRECTIONS, PLANAR, SPHERICAL, Place, arranged, limb_frame, tabled
 from kinetostatics.authoring.section_arguments import add_mass_arguments, add_section_arguments, chosen_sections
 from kinetostatics.authoring.skeleton import Skeleton, skeleton_of
 from kinetostatics.authoring.spherical import add_spherical_arguments, check_spherical
@@ -50,13 +50,13 @@ def design_robot(
     main = {"base_radius": base_radius, "platform_radius": platform_radius, "height": height}
     given = {**{key: value for key, value in main.items() if value is not None}, **values}
     arguments = FileArguments(given)
-    planar, spherical = arrangement == "planar", arrangement == "spherical" and placements is None
+    planar, spherical = arrangement == PLANAR, arrangement == SPHERICAL and placements is None
     if spherical:
         check_spherical(parsed, skeletons)
     sizes = {
         "base_radius": arguments.length("base_radius", BASE_RADIUS),
         "platform_radius": arguments.length("platform_radius", PLATFORM_RADIUS),
-        "height": arguments.number("height", 0.0 if planar or arrangement == "cartesian" else HEIGHT),
+        "height": arguments.number("height", 0.0 if planar or arrangement == CARTESIAN else HEIGHT),
         "base_height": arguments.number("base_height", 0.0),
         "base_spread": arguments.number("base_spread", math.radians(15)),
         "platform_spread": arguments.number("platform_spread", math.radians(15)),

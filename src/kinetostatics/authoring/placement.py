@@ -19,7 +19,7 @@ from kinetostatics.exceptions import ArgumentError, near_names
 Point = tuple[float, float, float]
 
 #: Where limbs may stand if there is no table.
-ARRANGEMENTS = ("symmetric", "planar", "cartesian", "spherical")
+ARRANGEMENTS = SYMMETRIC, PLANAR, CARTESIAN, SPHERICAL = ("symmetric", "planar", "cartesian", "spherical")
 #: Directions in words, of guides and of revolute axes.
 DIRECTIONS = ("vertical", "radial", "tangential")
 COLUMNS = ("base", "platform", "axis", "guide")
@@ -144,12 +144,12 @@ def arranged(
         guide, axis: directions in words; None for across the limb.
     """
     check_choice("arrangement", arrangement, ARRANGEMENTS)
-    if arrangement == "cartesian":
+    if arrangement == CARTESIAN:
         return _cartesian(architecture, skeletons, values)
-    if arrangement == "planar":
+    if arrangement == PLANAR:
         axis = "vertical"
     places = []
-    pairs = len(skeletons) == 6 and len(architecture.groups) == 1 and azimuths is None and arrangement == "symmetric"
+    pairs = len(skeletons) == 6 and len(architecture.groups) == 1 and azimuths is None and arrangement == SYMMETRIC
     for k, angle in enumerate(azimuths_of(architecture, azimuths)):
         if angle is None:
             height = values["base_height"]

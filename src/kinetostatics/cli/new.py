@@ -7,6 +7,7 @@ import os
 import sys
 from typing import Any
 
+from kinetostatics.authoring.names import KNOWN_NAMES
 from kinetostatics.cli.arguments import SEVERAL, add_command, number_of, parse_items, parse_parameters, print_warnings, unit_of
 from kinetostatics.exceptions import ArgumentError, RobotFileError
 from kinetostatics.printing.waiting import waiting
@@ -17,21 +18,13 @@ NAME = "new"
 OF_FILES = ("platform", "base", "driven", "elastic", "joint_stiffness")
 OF_ARCHITECTURES = ("base_radius", "platform_radius", "height", "azimuths", "placements", "guide", "axis", "section", "name")
 
-EXAMPLES = """\
+EXAMPLES = f"""\
 architecture:
   Limbs are strings of joints from base to platform: R revolute, P prismatic, C cylindrical, U universal, S spherical,
   (4S) two rods between spherical joints, (4R) a parallelogram. Drives stand in brackets; without any the usual ones are
   taken. Limbs are joined by +, and 3- stands for three alike.
 
-    3-R[P]S          three telescopes, as the paper's 3RPS
-    2-[P]RU+U[P]R    two rods on sliders and a telescope
-    6-U[P]S          Gough-Stewart platform
-    3-U[P]S+UP       Tricept: the tube in the middle is passive
-    3-[R](4S)        Delta: cranks and pairs of rods
-    3-[P]UU          linear Delta with one rod in each limb
-    3-[R]RR          planar, with --arrangement planar; three rotations, with --arrangement spherical
-    3-[P]RRR         Tripteron, with --arrangement cartesian
-
+{"".join(f"    {known.line}{chr(10)}" for known in KNOWN_NAMES)}
 examples:
   kinetostatics new "3-R[P]S" --base-radius 0.25 --platform-radius 0.2 --height 0.55 --out my_robot.urdf.xacro
   kinetostatics new "3-[R](4S)" --height=-0.6 --section rod="tube 14mm 11mm carbon" --out my_delta.urdf.xacro
@@ -58,6 +51,7 @@ def add_parser(subparsers: Any) -> None:
         epilog=EXAMPLES,
     )
     parser.add_argument("architecture", metavar="ARCHITECTURE", nargs="?", help="the limbs, such as 3-R[P]S; see below")
+    parser.add_argument("--list", action="store_true", help="list names that are known in the field, and what they are")
     parser.add_argument("--base-radius", metavar="LENGTH", help="O to the limbs' base points (default: 0.3 m)")
     parser.add_argument("--platform-radius", metavar="LENGTH", help="o to their platform points (default: 0.2 m)")
     parser.add_argument("--height", metavar="LENGTH", help="of the platform above the base (default: 0.5 m; planar: 0)")
@@ -121,6 +115,9 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Write the robot file."""
+    if args.list:
+        print("\n".join(known.line for known in KNOWN_NAMES))
+        return 0
     if args.out is not None and os.path.exists(args.out):
         raise ArgumentError(f"--out: {args.out} exists already; delete it or choose another name")
     folder = os.path.dirname(args.out or "")
@@ -145,10 +142,13 @@ def _by_name(args: argparse.Namespace) -> int:
             sys.stdout.write(robot_text(args.architecture, **options))
             return 0
         robot = new_robot(args.architecture, args.out, **options)
-    driven = ", ".join(robot.description.driven)
+    driven, mobility = ", ".join(robot.description.driven), robot.mobility.platform
     chosen = " (the usual ones, as none was marked)" if architecture.drives_chosen else ""
-    print(f"{args.out}: {architecture.text}, mobility {robot.mobility.platform}, driven: {driven}{chosen}")
+    print(f"{args.out}: {architecture.text}, mobility {mobility}, driven: {driven}{chosen}")
     print_warnings(robot.description.warnings)
+    if mobility > len(robot.description.driven):
+        few = f"{len(robot.description.driven)} drives do not hold {mobility} freedoms"
+        print_warnings([f"{few}: mark more joints in brackets, or add limbs."])
     return 0
 
 

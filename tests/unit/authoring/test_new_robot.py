@@ -1,12 +1,16 @@
 """Files that are written from the notation: sizes, places, sections, and what Python and the command line make of them."""
 
 import json
+import re
 from math import cos, radians, sin
 
 import numpy as np
 import pytest
+from places import ROBOTS, ROOT
 
 import kinetostatics as ks
+from kinetostatics.authoring.names import KNOWN_NAMES
+from kinetostatics.authoring.notation import parse_architecture
 from kinetostatics.cli.main import main
 from kinetostatics.files.mesh_packages import package_folder
 from kinetostatics.files.reader import parse_robot_text
@@ -94,6 +98,20 @@ def test_the_command_writes_the_same_and_says_what_it_took(tmp_path, monkeypatch
     assert json.loads(capsys.readouterr().out)["mobility"]["platform"] == 3
 
 
+def test_names_are_listed_and_build_robots(capsys):
+    """A robot is built from each of them; drives that are too few are told."""
+    assert main(["new", "--list"]) == 0
+    assert capsys.readouterr().out.splitlines() == [known.line for known in KNOWN_NAMES]
+    for known in KNOWN_NAMES:
+        assert parse_architecture(known.architecture).text == known.architecture
+        assert "</robot>" in ks.robot_text(known.architecture, arrangement=known.arrangement)
+
+
+def test_too_few_drives_are_told(tmp_path, capsys):
+    assert main(["new", "3-[P]SS", "-o", str(tmp_path / "loose.urdf.xacro")]) == 0
+    assert "warning: 3 drives do not hold 6 freedoms: mark more joints in brackets, or add limbs." in capsys.readouterr().err
+
+
 def test_the_command_passes_places_on(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["new", "2-PRU+UPR", "--azimuths", "90deg", "-90deg", "0", "--guide", "radial", "-o", "one.urdf.xacro"]) == 0
@@ -129,3 +147,12 @@ def test_universal_and_spherical_joints_of_the_library_turn_about_their_axes():
     assert [joints[name].axis for name in joints] == [(1, 0, 0), (0, 0, 1), (0, 1, 0), (1, 0, 0), (0, 0, 1)]
     assert [joints[name].child for name in joints] == ["cross", "middle", "ball_y", "ball_x", "tip"]
     assert (joints["u_z"].upper, joints["s_x"].upper, joints["s_z"].upper) == (1, 0.5, np.pi)
+
+
+def test_the_page_of_the_library_names_all_its_macros():
+    page = (ROOT / "docs" / "reference" / "xacro_library.md").read_text(encoding="utf-8")
+    for file in sorted((ROBOTS / "library").glob("*.xacro")):
+        assert f"`{file.name}`" in page
+        macros = re.findall(r'<xacro:macro name="(\w+)"', file.read_text(encoding="utf-8"))
+        inner = {"ball_rod", "in_limb_frame"}  # parts of others
+        assert [name for name in macros if f"`{name}`" not in page and name not in inner] == []
