@@ -21,6 +21,10 @@ NAMED = {
     "description/robot.py": {"fixed"},  # a payload is fixed to its link
     "mechanism/limb_joints.py": {"revolute", "universal", "spherical"},  # what runs of revolutes are
     "kinematics/loop_constraints.py": {"spherical"},  # three revolutes in one piece
+    "authoring/notation.py": {"revolute", "prismatic", "cylindrical", "universal", "spherical"},  # what letters stand for
+    "authoring/limb_text.py": {"revolute", "cylindrical", "universal", "spherical"},  # names of joints begin with them
+    "authoring/names.py": {"planar", "spherical"},  # arrangements of limbs
+    "authoring/placement.py": {"planar", "spherical"},  # the same
     "files/importers/gepetto.py": {"fixed", "spherical"},
     "files/importers/isaac.py": {"fixed", "revolute", "continuous", "prismatic", "planar", "spherical"},
     "files/importers/onshape.py": {"revolute"},
