@@ -147,7 +147,7 @@ class Architecture:
         return sum(group.count * sum(joint.driven for joint in group.joints) for group in self.groups)
 
     @property
-    def grübler(self) -> int:
+    def formula_freedoms(self) -> int:
         """Freedoms by Grübler's formula, sum of joint freedoms less six for every loop; overconstrained mechanisms have more."""
         return sum(limb.freedoms for limb in self.limbs) - 6 * (len(self.limbs) - 1)
 
@@ -261,7 +261,7 @@ def _driven(text: str, joint: JointSymbol) -> JointSymbol:
 def _with_usual_drives(found: Architecture) -> Architecture:
     """Return an architecture whose notation marks no drive with the usual ones."""
     full = sum(group.count for group in found.groups if group.freedoms >= 6)
-    only_full = 0 < full == found.grübler
+    only_full = 0 < full == found.formula_freedoms
     groups = tuple(group if only_full and group.freedoms < 6 else _with_usual_drive(group) for group in found.groups)
     chosen = replace(found, groups=groups, drives_chosen=True)
     if not chosen.drives:

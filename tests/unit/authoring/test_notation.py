@@ -44,7 +44,7 @@ def test_ways_to_write_the_same(written, means):
 def test_formula_of_gruebler(architecture, freedoms, drives):
     """Overconstrained mechanisms have more freedoms than the formula says; 6-SPS has six spins besides."""
     found = parse_architecture(architecture)
-    assert (found.grübler, found.drives) == (freedoms, drives)
+    assert (found.formula_freedoms, found.drives) == (freedoms, drives)
 
 
 @pytest.mark.parametrize(
