@@ -143,7 +143,7 @@ class Cards:
         return [[Row(words, scale, values[k]) for words, scale, values in columns] for k in range(len(beams))]
 
     def _beam(self, beam: BeamResult, rows: list[Row], first: int) -> Card:
-        wrenches = self.poses.take(beam.section_wrenches)
+        wrenches = self.poses.take(beam.section_wrenches)[:, :: self.poses.step]
         stress = beam.description.section.stress(np.moveaxis(wrenches, -1, 0), beam.description.poisson_ratio)
         lines = {"T": wrenches[..., 3], "M_y": wrenches[..., 4], "M_z": wrenches[..., 5], "stress": stress}
         lines |= {"axial": wrenches[..., 0], "euler": self.poses.take(beam.euler_ratio)[:, None]}

@@ -18,6 +18,8 @@ from kinetostatics.status import Status
 
 #: A page holds every pose of a path; more than this makes it too large to open quickly.
 MOST_POSES = 1000
+#: Every which station of a beam is shown on paths of up to so many poses: longer ones would make the page too large.
+STEPS = ((100, 1), (250, 2), (MOST_POSES, 5))
 
 
 class ShownPoses:
@@ -58,6 +60,11 @@ class ShownPoses:
     def count(self) -> int:
         """How many there are, F."""
         return len(self.indices)
+
+    @property
+    def step(self) -> int:
+        """Every which station of a beam is shown; its ends and its middle are among them."""
+        return next(step for most, step in STEPS if self.count <= most)
 
     def take(self, array: Array) -> Array:
         """Return the shown poses (F, …) of an array (*batch, …) of the result."""

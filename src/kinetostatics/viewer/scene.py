@@ -165,8 +165,9 @@ class _Builder:
 
     def _beams(self) -> None:
         for name, beam in self.result.beams.items():
-            axes, points = self.poses.take(beam.axes), self.poses.take(beam.points)
-            twists = self.poses.beam_twists(name)
+            step = self.poses.step
+            axes, points = self.poses.take(beam.axes), self.poses.take(beam.points)[:, ::step]
+            twists = self.poses.beam_twists(name)[:, :, ::step]
             count = points.shape[1]
             first = len(self.stations.rest)
             for n in range(count):

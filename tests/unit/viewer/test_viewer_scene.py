@@ -261,6 +261,28 @@ def test_facts_say_what_is_wrong_with_a_pose():
     assert scene.facts.status[0] == "OK" and scene.facts.status[1].startswith("LIMIT_EXCEEDED, a joint is beyond its limit")
 
 
+def test_long_paths_have_fewer_stations_and_fit_into_a_page():
+    robot = ks.load_robot("3rps")
+    angle = np.linspace(0, 2 * np.pi, 250)
+    path = robot.assemble(platform={"z": 0.5, "rx": 0.15 * np.cos(angle), "ry": 0.15 * np.sin(angle)})
+    result = ks.analyze(path, load=LOAD)
+    scene = describe_scene(result)
+    assert len(page_html(scene.plain())) < 5e6
+    beam, mesh = (
+        result.beams["rod_2"],
+        next(mesh for mesh in scene.meshes if mesh.path == "beams/rod_2" and "Deformed" in mesh.roots),
+    )
+    stations = np.unique(mesh.station)
+    assert len(stations) == 11
+    card = scene.cards["beams/rod_2"]
+    assert card.first == stations[0]
+    for n, station in enumerate(stations):
+        np.testing.assert_allclose(scene.stations.rest[station][:, :3, 3], beam.points[:, 2 * n])
+        moved = scene.stations.twists[station].sum(axis=1)[:, :3]
+        np.testing.assert_allclose(moved, beam.deflections[:, 2 * n], rtol=1e-9, atol=1e-18)
+        np.testing.assert_array_equal(card.lines["M_y"][:, n], beam.section_wrenches[:, 2 * n, 4])
+
+
 def test_failed_poses_are_left_out_with_a_warning():
     robot = package_robots.robot("2pru_upr")
     result = ks.analyze(robot.assemble(platform={"z": np.array([0.6, 5.0, 0.62]), "rx": 0.0, "ry": 0.0}))
