@@ -114,7 +114,8 @@ def _geometry(skeleton: Skeleton, options: LimbOptions) -> list[str]:
             lines += [
                 "<!-- at zero, the triangle of crank, rod and the line between their ends; its bend is to the side of elbow -->",
                 _property("line", "hypot(limb_x, limb_z)"),
-                _property("bend", f"acos((crank_length**2 + line**2 - {reach}) / (2 * crank_length * line))"),
+                _property("cosine", f"(crank_length**2 + line**2 - {reach}) / (2 * crank_length * line)"),
+                _property("bend", "acos(cosine) if fabs(cosine) &lt; 1 else xacro.fatal('crank and rod make no triangle')"),
                 _property("crank_pitch", "atan2(limb_x, limb_z) + elbow * bend"),
             ]
         lines += [

@@ -156,3 +156,9 @@ def test_the_page_of_the_library_names_all_its_macros():
         macros = re.findall(r'<xacro:macro name="(\w+)"', file.read_text(encoding="utf-8"))
         inner = {"ball_rod", "in_limb_frame"}  # parts of others
         assert [name for name in macros if f"`{name}`" not in page and name not in inner] == []
+
+
+def test_edited_lengths_that_make_no_triangle_are_told_with_their_line():
+    with pytest.raises(ks.RobotFileError, match="crank and rod make no triangle") as caught:
+        parse_robot_text(ks.robot_text("3-RRS"), parameters={"rod_length": 0.1})
+    assert caught.value.line is not None
