@@ -6,6 +6,7 @@ import importlib.util
 import os
 import threading
 from collections.abc import Callable
+from functools import cache
 from typing import TypeAlias
 from weakref import WeakKeyDictionary
 
@@ -45,6 +46,7 @@ _CHOICES: WeakKeyDictionary[RobotStatics, _Choice] = WeakKeyDictionary()
 _LOCK = threading.Lock()
 
 
+@cache
 def is_installed() -> bool:
     """Whether what compiles is installed."""
     return importlib.util.find_spec("llvmlite") is not None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -43,10 +44,19 @@ class Place:
     def of(self, numbers: Array, truths: Mask, N: int) -> Any:
         """Return the array (*shape, N)."""
         if self.first is None:
-            constant = np.array(self.values, dtype=bool if self.truth else float).reshape(*self.shape, 1)
-            return np.broadcast_to(constant, (*self.shape, N))
-        rows = (truths if self.truth else numbers)[self.first : self.first + math.prod(self.shape)]
+            return self._constant if N == 1 else np.broadcast_to(self._constant, (*self.shape, N))
+        rows = (truths if self.truth else numbers)[self.first : self._end]
         return rows.reshape(*self.shape, N)
+
+    @cached_property
+    def _end(self) -> int:
+        return (self.first or 0) + math.prod(self.shape)
+
+    @cached_property
+    def _constant(self) -> Any:
+        constant = np.array(self.values, dtype=bool if self.truth else float).reshape(*self.shape, 1)
+        constant.setflags(write=False)
+        return constant
 
 
 @dataclass(frozen=True)
@@ -82,7 +92,7 @@ def record_of(robot: RobotStatics) -> Record:
     try:
         with np.errstate(all="ignore"):
             arrays = arrays_of(by_numpy(Structure(robot, tape).copy, Frames(rotation, position), load, gravity))
-    except (AttributeError, TypeError, ValueError) as error:  # something takes numbers for floats
+    except (ArithmeticError, AttributeError, IndexError, TypeError, ValueError) as error:  # something takes numbers for floats
         raise NotRecordedError(str(error)) from error
     holds: Any = True
     for number, wanted in tape.guards.items():

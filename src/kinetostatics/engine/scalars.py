@@ -216,6 +216,8 @@ def power(a: Number, n: Number) -> Number:
     """Return a to a whole power n."""
     if not isinstance(a, Scalar):
         return a**n
+    if _is_plain(n, 0):
+        return 1.0
     if isinstance(n, Scalar) or n != int(n) or n < 1:
         raise NotRecordedError(f"a power of {n!r}")
     found, square, left = None, a, int(n)

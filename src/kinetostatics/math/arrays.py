@@ -48,6 +48,12 @@ def everywhere(condition: Mask) -> bool:
     return condition.dtype != object and bool(np.all(condition))
 
 
+def settles(condition: Mask) -> bool:
+    """Return whether something holds throughout; of what is recorded, whether at the example, which is a guard only if so."""
+    found = np.all(condition)
+    return bool(getattr(found, "value", True)) and bool(found)
+
+
 def copy_for(array: Array, source: Array) -> Array:
     """Return a copy of an array, to which something may be added that is computed from another; see :func:`empty_for`."""
     if array.dtype == object or source.dtype != object:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.math.arrays import Array, copy_for, empty_for
+from kinetostatics.math.arrays import Array, copy_for, empty_for, settles
 from kinetostatics.math.ordering import first_largest
 
 
@@ -164,7 +164,9 @@ def definite(a: Array, limit: float) -> NDArray[np.bool_]:
     determinant = np.prod(np.einsum("ii...->i...", Cholesky(a).factor) ** 2, axis=0)
     others = (np.einsum("ii...->...", a) / max(n - 1, 1)) ** (n - 1)
     found: NDArray[np.bool_] = determinant > 10 * limit * others
-    if not np.all(found):
+    if not settles(found):
+        if a.dtype == object:
+            return found | (Cholesky(a).smallest_eigenvalue() > limit)
         found[~found] = Cholesky(a[:, :, ~found]).smallest_eigenvalue() > limit
     return found
 

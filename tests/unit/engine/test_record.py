@@ -3,6 +3,7 @@
 import numpy as np
 import package_robots
 import pytest
+import small_robots
 from tapes import evaluate
 
 from kinetostatics.engine.record import Place, arrays_of, record_of, solution_of
@@ -16,7 +17,8 @@ N = 6
 def some_poses(robot):
     """Return frames, loads and gravity: the first generic poses and again all of them."""
     frames = robot.generic_frames
-    frames = frames.take(np.arange(N) % frames.position.shape[2])
+    sound = np.flatnonzero(np.all(np.isfinite(frames.position), axis=(0, 1)))  # random robots do not reach all
+    frames = frames.take(np.resize(sound, N))
     rng = np.random.default_rng(5)
     return frames, 100 * rng.standard_normal((6, N)), 9.81 * rng.standard_normal((3, N))
 
@@ -99,3 +101,39 @@ def test_what_the_structure_leaves_out_cannot_be_recorded(monkeypatch):
 def test_constants_have_no_rows():
     place = Place((2,), False, None, [0.0, 1.0])
     assert place.of(np.zeros((0, 3)), np.zeros((1, 3), bool), 3).tolist() == [[0.0] * 3, [1.0] * 3]
+
+
+#: Limbs of random robots, as in ``tests/properties``; the last ones have more limbs than freedoms, or rigid joints of all kinds.
+RANDOM = [
+    ("RpS",) * 3,
+    ("UpS",) * 6,
+    ("pRU", "pRU", "UpR"),
+    ("rrp",),
+    ("CpU", "rCU", "pUS", "rUS"),
+    ("pUU", "SpU", "rUS", "UpU"),
+]
+
+
+@pytest.mark.parametrize("seed", range(len(RANDOM)))
+def test_random_robots_are_recorded_as_numpy_computes_them(seed):
+    """Where the record holds, to what the condition of the stiffness leaves; one with rigid limbs is not recorded."""
+    robot = small_robots.robot_of(small_robots.random_spec(RANDOM[seed], seed))
+    rigid = any(group.rigid_directions for group in robot.statics.groups)
+    poses = some_poses(robot)
+    try:
+        found, holds = evaluated(robot, record_of(robot.statics), *poses)
+    except NotRecordedError:
+        assert rigid
+        return
+    assert not rigid and np.mean(holds) > 0.8
+    wanted = solve(robot.statics, *poses)
+    np.testing.assert_array_equal(found.singular[holds], wanted.singular[holds])
+    here = np.flatnonzero(holds & ~wanted.singular)
+    if here.size:
+        poses = poses[0].take(here), poses[1][:, here], poses[2][:, here]
+        found, _ = evaluated(robot, record_of(robot.statics), *poses)
+        wanted = solve(robot.statics, *poses)
+        worst = differences(found, wanted)
+        scale = np.array([1.0] * 3 + [1 / robot.length] * 3)
+        K = np.moveaxis(wanted.stiffness, 2, 0) * scale * scale[:, None]
+        assert max(worst.values()) < 1e-11 + 1e-15 * np.max(np.linalg.cond(K)), max(worst, key=worst.get)
