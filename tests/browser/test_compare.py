@@ -81,6 +81,17 @@ def test_side_by_side_each_has_half_of_the_picture_and_the_same_camera(compared,
     compared.select_option("select[name=compare]", "ghost")
 
 
+def test_an_address_opens_the_page_side_by_side(compared):
+    address = compared.url
+    compared.goto(f"{address}#beside&colour=stress&view=top")
+    compared.reload()
+    compared.wait_for_function("window.robot_page && robot_page.ready")
+    chosen = "[...document.querySelectorAll('select')].map(choice => [choice.name, choice.value])"
+    assert dict(compared.evaluate(chosen)) == {"compare": "beside", "colour by": "stress"}
+    assert all(compared.evaluate("robot_page.robots[1].nodes().map(node => node.visible)"))
+    assert "von Mises stress [MPa]" in compared.inner_text("#robot-legend")
+
+
 def test_the_command_compares_poses_and_robots(tmp_path, capsys, monkeypatch, request):
     from kinetostatics.cli import main as cli
 

@@ -33,7 +33,7 @@ function shareScales(robots) {
 }
 
 function setCompared(how) {
-  state.compared = how;
+  state.compared = document.querySelector("select[name=compare]").value = how;
   for (const robot of page.robots) robot.haunt(isGhost(robot));
   viewer.set_3d_pane_size();
   fit();
