@@ -13,6 +13,8 @@ from kinetostatics.files.mesh_packages import OWN_FOLDERS
 from kinetostatics.files.xml import read_file
 
 ENDINGS = (".urdf.xacro", ".urdf")
+#: The folder of xacro macros that they include, beside them.
+LIBRARY = "library"
 
 #: The first sentence of a file's first comment.
 _ABOUT = re.compile(r"<!--\s*(.+?\.)\s", re.DOTALL)
@@ -54,11 +56,11 @@ def shipped_robots() -> dict[str, Path]:
 
 
 def copy_robots(names: Iterable[str], folder: str | os.PathLike[str] = ".") -> list[Path]:
-    """Copy files of robots that come with the package.
+    """Copy files of robots that come with the package, and the library of xacro macros that they include.
 
     Args:
         names: of the robots.
-        folder: where the copies go.
+        folder: where the copies go; the library goes to its folder ``library``, unless it is there.
 
     Returns:
         The copies.
@@ -69,13 +71,19 @@ def copy_robots(names: Iterable[str], folder: str | os.PathLike[str] = ".") -> l
     if isinstance(names, (str, bytes)) or not isinstance(names, Iterable):
         raise ArgumentError(f"names are {names!r}; they must be a list of names")
     sources = [_shipped(name) for name in dict.fromkeys(names)]
-    copies = [Path(folder) / source.name for source in sources]
-    for copy in copies:
-        if os.path.lexists(copy):
+    copies = {Path(folder) / source.name: source for source in sources}
+    for source in sources:
+        if f'"{LIBRARY}/' in source.read_text(encoding="utf-8"):
+            copies |= {Path(folder) / LIBRARY / part.name: part for part in sorted((source.parent / LIBRARY).glob("*.xacro"))}
+    for copy, source in list(copies.items()):
+        if copy.parent.name == LIBRARY and copy.is_file() and copy.read_bytes() == source.read_bytes():
+            del copies[copy]
+        elif os.path.lexists(copy):
             raise ArgumentError(f"{os.fspath(copy)} is there already, and is not overwritten")
-    for source, copy in zip(sources, copies, strict=True):
+    for copy, source in copies.items():
+        copy.parent.mkdir(exist_ok=True)
         shutil.copyfile(source, copy)
-    return copies
+    return list(copies)
 
 
 def _shipped(name: str) -> Path:

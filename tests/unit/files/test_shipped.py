@@ -89,7 +89,9 @@ def test_the_command_lists_them(capsys):
 def test_a_copy_is_the_same_robot(monkeypatch, tmp_path, capsys, name):
     monkeypatch.chdir(tmp_path)
     assert main(["robots", "--copy", name]) == 0
-    assert capsys.readouterr().out == f"wrote {name}.urdf.xacro\n"
+    uses_library = '"library/' in (ROBOTS / f"{name}.urdf.xacro").read_text()
+    parts = sorted(f"library/{part.name}" for part in (ROBOTS / "library").iterdir()) if uses_library else []
+    assert capsys.readouterr().out == "".join(f"wrote {copy}\n" for copy in (f"{name}.urdf.xacro", *parts))
     assert ks.read_robot_file(f"{name}.urdf.xacro").urdf == ks.read_robot_file(name).urdf
 
 
@@ -101,6 +103,15 @@ def test_copies_overwrite_nothing(monkeypatch, tmp_path, capsys):
         assert main(["robots", "--copy", "3rps", name]) == 2
         assert f"{name}.urdf.xacro is there already, and is not overwritten" in capsys.readouterr().err
     assert Path("delta.urdf.xacro").read_text() == "mine" and not Path("3rps.urdf.xacro").exists()
+    for folder in ("library", "mine"):
+        Path(folder).mkdir()
+    Path("library/joints.xacro").write_text("mine")
+    assert main(["robots", "--copy", "3rps"]) == 2
+    assert "library/joints.xacro is there already, and is not overwritten" in capsys.readouterr().err
+    assert not Path("3rps.urdf.xacro").exists()
+    monkeypatch.chdir("mine")
+    assert main(["robots", "--copy", "3rps"]) == 0 and main(["robots", "--copy", "2pru_upr"]) == 0  # the library is there by then
+    assert capsys.readouterr().out.count("library/joints.xacro") == 1
     assert main(["robots", "--copy", "dleta"]) == 2
     assert "did you mean 'delta'?" in capsys.readouterr().err
 
