@@ -22,7 +22,7 @@ from xml.dom import minidom
 
 from kinetostatics.description.elements import Place
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
-from kinetostatics.files.mesh_packages import PackageNotFound, package_folder
+from kinetostatics.files.mesh_packages import OWN_NAME, PackageNotFound, package_folder
 from kinetostatics.files.xacro_expressions import ELEMENT, MAX_STEPS, MAX_TEXT, Steps, TooMuch, evaluate, symbols
 from kinetostatics.files.xml import clones_counted, parse, place_of, read_file, shortened
 
@@ -202,6 +202,9 @@ def _replace_evaluation(xacro: Any, steps: Steps) -> None:
     def include_files(text: str, table: object) -> Iterator[str]:
         spec = str(xacro.eval_text(text, table))
         path = xacro.abs_filename_spec(spec)
+        if spec.startswith("library/") and not os.path.exists(path):  # a robot of the package, copied without its library
+            own = package_folder(OWN_NAME) / spec
+            path = str(own) if own.is_file() else path
         if not WILDCARD.search(spec) or os.path.exists(path):
             yield path
             return

@@ -11,6 +11,7 @@ from places import ROBOTS
 import kinetostatics as ks
 from kinetostatics.cli.main import main
 from kinetostatics.files.bundled import shipped_robots
+from kinetostatics.files.reader import parse_robot_text
 
 NAMES = sorted(path.name.removesuffix(".urdf.xacro") for path in ROBOTS.glob("*.urdf.xacro"))
 
@@ -93,6 +94,20 @@ def test_a_copy_is_the_same_robot(monkeypatch, tmp_path, capsys, name):
     parts = sorted(f"library/{part.name}" for part in (ROBOTS / "library").iterdir()) if uses_library else []
     assert capsys.readouterr().out == "".join(f"wrote {copy}\n" for copy in (f"{name}.urdf.xacro", *parts))
     assert ks.read_robot_file(f"{name}.urdf.xacro").urdf == ks.read_robot_file(name).urdf
+
+
+def test_a_robot_without_its_library_beside_it_gets_the_packages(tmp_path):
+    text = (ROBOTS / "3rps.urdf.xacro").read_text()
+    alone = tmp_path / "3rps.urdf.xacro"
+    alone.write_text(text)
+    assert ks.read_robot_file(alone).urdf == parse_robot_text(text).urdf == ks.read_robot_file("3rps").urdf
+    (tmp_path / "library").mkdir()
+    (tmp_path / "library" / "limbs.xacro").write_text('<robot name="mine"><link name="of_my_own"/></robot>')
+    with pytest.raises(ks.RobotFileError):  # what stands beside it is taken, whatever it is
+        ks.read_robot_file(alone)
+    alone.write_text(text.replace("library/limbs", "library/legs"))
+    with pytest.raises(ks.RobotFileError, match=r"library/legs\.xacro"):
+        ks.read_robot_file(alone)
 
 
 def test_copies_overwrite_nothing(monkeypatch, tmp_path, capsys):
