@@ -102,7 +102,9 @@ def validate(description: RobotDescription) -> RobotDescription:
         raise ArgumentError(f"{description!r} is no description of a robot; load_robot and read_robot_file read files")
     if description.is_valid:
         return description
-    found = _describe(robot_element(description), description.path, [])
+    root = robot_element(description)
+    new_name(root)  # a file may lack it, and then gives its own
+    found = _describe(root, description.path, [])
     said = {warning.partition(": ")[2] for warning in description.file_warnings}
     new = [warning for warning in found.file_warnings if warning.partition(": ")[2] not in said]
     return _valid(replace(found, file_warnings=(*description.file_warnings, *new)))
