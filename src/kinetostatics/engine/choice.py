@@ -13,6 +13,7 @@ from weakref import WeakKeyDictionary
 from kinetostatics.argument_checks import check_choice
 from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.engine.statics import CompiledStatics
+from kinetostatics.engine.structure import Structure
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.tree import Frames
@@ -39,11 +40,13 @@ class _Choice:
         self.compiled: CompiledStatics | None = None
         self.reason: str | None = None
         self.work = 0.0
-        self.has_looked = False
+        self.key: str | None = None
 
 
 _CHOICES: WeakKeyDictionary[RobotStatics, _Choice] = WeakKeyDictionary()
 _LOCK = threading.Lock()
+#: How much has been computed without compiled code of robots of one structure, such as those of a sweep over diameters.
+_WORK: dict[str, float] = {}
 
 
 @cache
@@ -70,8 +73,8 @@ def check_engine(engine: str) -> str:
 def compiled_solver(robot: RobotStatics, engine: str, poses: int) -> Solver | None:
     """Return what solves poses by compiled code; None where NumPy does.
 
-    "auto" compiles when so much has been computed of a robot that compiling would have paid, and takes code that is found on disk
-    long before.
+    "auto" compiles when so much has been computed of robots of this structure that compiling would have paid, and takes code that
+    is found on disk long before.
 
     Args:
         robot: the robot.
@@ -82,13 +85,19 @@ def compiled_solver(robot: RobotStatics, engine: str, poses: int) -> Solver | No
         return None
     choice = _choice_of(robot)
     with choice.lock:
-        choice.work += _CALL + poses * _POSE
+        work = _CALL + poses * _POSE
+        choice.work += work
         if choice.compiled is None and choice.reason is None:
-            if engine == "compiled" or choice.work > _COMPILING:
+            if engine == "compiled":
                 _compile(robot, choice)
-            elif choice.work > _LOOKING and not choice.has_looked:
-                choice.has_looked = True
-                choice.compiled = CompiledStatics.kept(robot)
+            elif choice.work > _LOOKING:
+                if choice.key is None:
+                    choice.key, work = Structure(robot).key, choice.work
+                    choice.compiled = CompiledStatics.kept(robot)
+                _WORK[choice.key] = _WORK.get(choice.key, 0.0) + work
+                if choice.compiled is None and _WORK[choice.key] > _COMPILING:
+                    _WORK[choice.key] = 0.0
+                    _compile(robot, choice)
     return None if choice.compiled is None else choice.compiled.solve
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import ctypes
 import hashlib
 import json
+import weakref
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -56,7 +57,7 @@ class CompiledStatics:
 
     def _found(self, robot: RobotStatics) -> bool:
         """Take the code from the disk, if it is there and right."""
-        self.robot = robot
+        self._robot = weakref.ref(robot)  # by which the code is found: it must not keep the robot alive
         structure = Structure(robot)
         self._parameters = structure.values
         self._key = key_of(structure)
@@ -64,6 +65,13 @@ class CompiledStatics:
         if kept is None:
             return False
         return self._load(kept) and self._is_right()
+
+    @property
+    def robot(self) -> RobotStatics:
+        """The robot, as long as somebody has it."""
+        robot = self._robot()
+        assert robot is not None
+        return robot
 
     def _load(self, kept: bytes) -> bool:
         """Make code callable, if it takes arrays of the sizes that this robot has."""

@@ -1,10 +1,13 @@
 """Which engine is taken: what is asked for, what is installed, and whether it pays."""
 
+import gc
+import weakref
+
 import numpy as np
 import package_robots
 import pytest
 import simple_machines
-from small_robots import cantilever, robot_of
+from small_robots import cantilever, circle, robot_of
 
 import kinetostatics as ks
 from kinetostatics.engine import choice
@@ -27,6 +30,7 @@ def made(monkeypatch):
         kept = staticmethod(lambda robot: found.append("looked"))
 
     monkeypatch.setattr(choice, "CompiledStatics", Made)
+    monkeypatch.setattr(choice, "_WORK", {})
     return found
 
 
@@ -42,6 +46,25 @@ def test_auto_looks_and_compiles_when_it_has_paid(made):
     assert made == ["looked", robot]
     choice.compiled_solver(robot, "auto", 200_000)
     assert made == ["looked", robot]
+
+
+def test_robots_of_one_structure_count_together(made):
+    """As those of a sweep over diameters, of which each has few poses; each looks for what the one before has left."""
+    robots = [robot_of(cantilever(section=circle(d))).statics for d in (0.03, 0.04, 0.05)]
+    for robot in robots:
+        assert choice.compiled_solver(robot, "auto", 100_000) is None
+    assert made == ["looked"] * 3 + [robots[2]]
+
+
+def test_a_robot_is_forgotten_with_its_code():
+    pytest.importorskip("llvmlite")
+    robot = robot_of(cantilever())
+    ks.analyze(robot.assemble(), engine="compiled")
+    there = weakref.ref(robot.statics)
+    assert robot.statics in choice._CHOICES
+    del robot
+    gc.collect()
+    assert there() is None
 
 
 def test_compiled_compiles_at_once_and_numpy_never(made):

@@ -72,7 +72,8 @@ def close(found, wanted):
 
 
 def test_a_changed_diameter_or_mass_takes_the_same_code(cache):
-    first = CompiledStatics(robot_of(cantilever()).statics)
+    thin = robot_of(cantilever()).statics
+    first = CompiledStatics(thin)
     kept = sorted(cache.iterdir())
     thick = robot_of(cantilever(section=circle(0.08))).statics
     found = CompiledStatics.kept(thick)
