@@ -146,9 +146,12 @@ def _by_name(args: argparse.Namespace) -> int:
     chosen = " (the usual ones, as none was marked)" if architecture.drives_chosen else ""
     print(f"{args.out}: {architecture.text}, mobility {mobility}, driven: {driven}{chosen}")
     print_warnings(robot.description.warnings)
-    if mobility > len(robot.description.driven):
-        few = f"{len(robot.description.driven)} drives do not hold {mobility} freedoms"
-        print_warnings([f"{few}: mark more joints in brackets, or add limbs."])
+    drives = len(robot.description.driven)
+    if drives < mobility:
+        print_warnings([f"{drives} drives do not hold {mobility} freedoms: mark more joints in brackets, or add limbs."])
+    elif drives > mobility:
+        remedy = "another --arrangement, --axis or --guide may give more freedoms, or mark fewer joints in brackets"
+        print_warnings([f"{drives} drives for mobility {mobility} brace one another: {remedy}."])
     return 0
 
 

@@ -112,6 +112,13 @@ def test_too_few_drives_are_told(tmp_path, capsys):
     assert "warning: 3 drives do not hold 6 freedoms: mark more joints in brackets, or add limbs." in capsys.readouterr().err
 
 
+def test_too_many_drives_are_told(tmp_path, capsys):
+    assert main(["new", "3-[R]RR", "-o", str(tmp_path / "upright.urdf.xacro")]) == 0
+    assert "warning: 3 drives for mobility 1 brace one another: another --arrangement" in capsys.readouterr().err
+    assert main(["new", "3-[R]RR", "--arrangement", "planar", "-o", str(tmp_path / "flat.urdf.xacro")]) == 0
+    assert "drives for" not in capsys.readouterr().err
+
+
 def test_the_command_passes_places_on(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["new", "2-PRU+UPR", "--azimuths", "90deg", "-90deg", "0", "--guide", "radial", "-o", "one.urdf.xacro"]) == 0
