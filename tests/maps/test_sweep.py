@@ -534,7 +534,7 @@ def test_the_size_of_a_map_is_known_before(small, robot):
 
 def test_warnings_of_the_file_go_with_the_map(tmp_path):
     path = tmp_path / "thick.urdf.xacro"
-    path.write_text(robot_path("3rps").read_text().replace("<visual>", "<visuals/><visual>", 1))
+    path.write_text(robot_path("3rps").read_text().replace('<link name="platform">', '<link name="platform"><visuals/>'))
     robot = ks.load_robot(path)
     assert robot.description.warnings
     found = ks.sweep(robot, {"z": [0.5], "rx": 0.0, "ry": 0.0}).attrs["warnings"].splitlines()
@@ -613,7 +613,7 @@ def test_words_and_warnings_of_the_command(tmp_path, monkeypatch, capsys):
         '<xacro:arg name="base_radius"', '<xacro:arg name="material" default="steel"/>\n  <xacro:arg name="base_radius"'
     )
     text = re.sub(r'youngs_modulus="[^"]*"', """youngs_modulus="${dict(steel=210e9, brass=100e9)['$(arg material)']}\"""", text)
-    Path("mixed.urdf.xacro").write_text(text.replace("<visual>", "<visuals/><visual>", 1))
+    Path("mixed.urdf.xacro").write_text(text.replace('<link name="platform">', '<link name="platform"><visuals/>'))
     command(*"mixed.urdf.xacro --platform z=0.5 rx=0 ry=0 --set material=steel,brass --out m.nc".split())
     said = capsys.readouterr()
     assert "2 poses (material 2)" in said.out and "worst sag" in said.out and "at material = brass" in said.out
