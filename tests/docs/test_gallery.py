@@ -1,11 +1,19 @@
 """The gallery says of every robot that comes with the package what the robot itself says."""
 
 import re
+import sys
+from collections import Counter
 
 import gallery_pages as gallery
+import numpy as np
+import package_robots
 import pytest
+from places import ROOT
 
 from kinetostatics.files.bundled import shipped_robots
+
+sys.path.insert(0, str(ROOT / "examples"))
+import kinematic_sketches
 
 ROBOTS = sorted(shipped_robots())
 
@@ -40,6 +48,32 @@ def test_the_facts_are_the_robots():
     # at 9.81 m/s², not 9.8 as in Table 1
     sag = float(re.search(r"o moves by ([\d.]+) nm", gallery.facts("3rps")["bent by its own weight, at zero"])[1])
     assert sag == pytest.approx(83.19 * 9.81 / 9.8, rel=2e-4)
+
+
+@pytest.mark.parametrize(
+    ("name", "joints"),
+    [
+        ("3rps", {(1, 0, False): 3, (0, 1, True): 3, (3, 0, False): 3}),
+        ("gough_stewart", {(2, 0, False): 6, (0, 1, True): 6, (3, 0, False): 6}),
+        ("delta", {(1, 0, True): 3, (3, 0, False): 12}),
+    ],
+)
+def test_sketches_have_the_joints_of_the_machine(name, joints):
+    """Joints that meet in a point are one symbol: how often it turns and slides, and whether it is driven."""
+    robot = package_robots.robot(name)
+    pose = robot.assemble()
+    symbols = kinematic_sketches.symbols_of(robot, pose)
+    assert Counter((symbol.turns, symbol.slides, symbol.driven) for symbol in symbols) == joints
+    if name == "3rps":  # legs at azimuths 120° apart, hinges on a circle of 300 mm
+        feet = np.array([symbol.point for symbol in symbols if symbol.turns == 1])
+        assert np.linalg.norm(feet[:, :2], axis=1) == pytest.approx(0.3, rel=1e-12)
+    assert kinematic_sketches.seen(np.array([0.0, 0.0, 1.0]))[0] == 0  # upright stays upright
+
+
+def test_sketches_are_drawn_for_any_robot(tmp_path):
+    path = tmp_path / "ur10.svg"
+    kinematic_sketches.save(package_robots.robot("ur10"), path)
+    assert path.read_text(encoding="utf-8").count(kinematic_sketches.DRIVE) >= 6
 
 
 @pytest.mark.parametrize("name", ROBOTS)

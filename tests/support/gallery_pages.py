@@ -1,7 +1,7 @@
 """Writes what the gallery says of the robots that come with the package: ``python tests/support/gallery_pages.py``.
 
 Each robot's page has a table of facts between two markers, and the gallery a card and a row of every robot; pictures are drawn by
-``python examples/make_pictures.py``.
+``python examples/make_pictures.py``, sketches by ``python examples/kinematic_sketches.py --docs``.
 """
 
 from __future__ import annotations
@@ -72,7 +72,8 @@ def facts(name: str) -> dict[str, str]:
 def facts_table(name: str) -> str:
     """Return the table of a robot's page."""
     file = f"| file | [`{name}.urdf.xacro`](../../../robots/{name}.urdf.xacro) |\n"
-    return "| | |\n|---|---|\n" + file + "".join(f"| {key} | {value} |\n" for key, value in facts(name).items())
+    sketch = f"\n![Kinematic sketch of {about(name, 'title')}](../../pictures/sketches/{name}.svg)\n"
+    return "| | |\n|---|---|\n" + file + "".join(f"| {key} | {value} |\n" for key, value in facts(name).items()) + sketch
 
 
 def cards() -> str:
