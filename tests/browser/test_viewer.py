@@ -343,7 +343,7 @@ def test_live_page_stops_at_the_rim_and_follows_the_gizmo(visit, root):
     robot = ks.load_robot(root / "robots" / "2pru_upr.urdf.xacro")
     start = robot.assemble(platform=POSES["2pru_upr"])
     with serve(start, ks.analyze) as server:
-        page = visit(server.url, offline=False)
+        page = visit(server.url, (900, 600), offline=False)
 
         def shows(z):
             pose = robot.assemble(platform={**POSES["2pru_upr"], "z": z}, near=start)

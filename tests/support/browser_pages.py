@@ -34,7 +34,7 @@ def visits(browser):
     """Open pages; in the end nothing may have been logged and, for a file, nothing asked of the network."""
     contexts = []
 
-    def open_page(url, size=(900, 600), offline=True):
+    def open_page(url, size=(640, 480), offline=True):
         context = browser.new_context(viewport={"width": size[0], "height": size[1]}, offline=offline)
         page = context.new_page()
         page.set_default_timeout(90_000)  # a busy machine draws slowly

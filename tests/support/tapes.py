@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from kinetostatics.engine.record import arrays_of
+
 ARITHMETIC = {"add": np.add, "subtract": np.subtract, "multiply": np.multiply, "divide": np.divide, "negative": np.negative}
 OTHERS = {"square_root": np.sqrt, "absolute": np.abs, "and": np.logical_and, "or": np.logical_or, "not": np.logical_not}
 COMPARISONS = {">": np.greater, ">=": np.greater_equal, "<": np.less, "<=": np.less_equal, "==": np.equal, "!=": np.not_equal}
@@ -25,3 +27,19 @@ def evaluate(tape, inputs, parameters, wanted):
             else:
                 found.append(FUNCTIONS[name](*(found[k] for k in taken)))
     return np.array([np.broadcast_to(found[number], N) for number in wanted])
+
+
+def differences(found, wanted):
+    """Return by how much arrays of a solution differ, as parts of the largest entry of each; truth values must be the same."""
+    found, wanted = arrays_of(found), arrays_of(wanted)
+    assert list(found) == list(wanted)
+    result = {}
+    for path, array in wanted.items():
+        assert array.shape == found[path].shape, path
+        if array.dtype == bool:
+            np.testing.assert_array_equal(found[path], array, err_msg=path)
+        elif array.size and "unbalanced" not in path:  # which is rounding
+            np.testing.assert_array_equal(np.isnan(found[path]), np.isnan(array), err_msg=path)
+            size = np.nanmax(np.abs(array), initial=0.0)
+            result[path] = np.nanmax(np.abs(found[path] - array), initial=0.0) / (size if size > 1e-25 else 1.0)
+    return result

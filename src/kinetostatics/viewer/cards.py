@@ -147,7 +147,7 @@ class Cards:
         stress = beam.description.section.stress(np.moveaxis(wrenches, -1, 0), beam.description.poisson_ratio)
         lines = {"T": wrenches[..., 3], "M_y": wrenches[..., 4], "M_z": wrenches[..., 5], "stress": stress}
         lines |= {"axial": wrenches[..., 0], "euler": self.poses.take(beam.euler_ratio)[:, None]}
-        drives = [name for joint in self.joints if joint.beam == beam.name and joint.driven for name in joint.joints]
+        drives = [name for joint in self.joints if joint.beam == beam.name for name in joint.joints if name in self.drives]
         rows = rows + [row for name in drives for row in self._drive(name)]
         member = "" if len(beam.member) == 1 else f" as one member with {' and '.join(n for n in beam.member if n != beam.name)}"
         note = f"Axial force: tension positive. N/N_Euler: 100 % buckles{member}; ends towards base and platform {beam.ends}."
@@ -170,7 +170,7 @@ class Cards:
             for kind, part in (("force", wrench[:, :3]), ("moment", wrench[:, 3:])):
                 scale = self.noise.scale(kind, part)
                 rows += [Row(f"{kind}{of}", scale, np.linalg.norm(part, axis=-1)), Row(f"{kind}{of}: x, y, z", scale, part)]
-            if connections[name].driven:
+            if name in self.drives:
                 rows += self._drive(name)
         kind = " + ".join(dict.fromkeys(connections[name].kind for name in joint.joints)) + " joint"
         note = "Wrench of the base side acting on the platform side, about the joint's centre, world axes."

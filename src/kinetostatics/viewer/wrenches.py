@@ -170,9 +170,9 @@ class Wrenches:
 
     def _actuators(self) -> Iterator[Arrow]:
         for joint in self.joints:
-            if not joint.driven or joint.axis is None:
-                continue
             name = joint.name
+            if joint.axis is None or name not in self.result.actuator_contributions:  # a joint that follows has no force
+                continue
             kind = "force" if self.robot.mechanism.connections[name].type.is_slide else "moment"
             parts = self.poses.parts(self.result.actuator_contributions[name])
             # what belongs to no contribution is the weight of what hangs on the base

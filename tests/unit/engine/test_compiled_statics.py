@@ -4,7 +4,7 @@ import numpy as np
 import package_robots
 import pytest
 from small_robots import cantilever, circle, robot_of, stepped_beam
-from test_record import differences
+from tapes import differences
 
 import kinetostatics as ks
 from kinetostatics.engine import statics

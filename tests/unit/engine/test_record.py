@@ -4,9 +4,9 @@ import numpy as np
 import package_robots
 import pytest
 import small_robots
-from tapes import evaluate
+from tapes import differences, evaluate
 
-from kinetostatics.engine.record import Place, arrays_of, record_of, solution_of
+from kinetostatics.engine.record import Place, record_of, solution_of
 from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.engine.structure import Structure
 from kinetostatics.statics.solution import solve
@@ -31,22 +31,6 @@ def evaluated(robot, record, frames, load, gravity):
     numbers, truths = found[: len(record.numbers)].astype(float), found[len(record.numbers) :].astype(bool)
     arrays = {path: place.of(numbers, truths, N) for path, place in record.places.items()}
     return solution_of(robot.statics, frames, load, gravity, arrays), truths[0]
-
-
-def differences(found, wanted):
-    """Return by how much arrays of a solution differ, as parts of the largest entry of each; truth values must be the same."""
-    found, wanted = arrays_of(found), arrays_of(wanted)
-    assert list(found) == list(wanted)
-    result = {}
-    for path, array in wanted.items():
-        assert array.shape == found[path].shape, path
-        if array.dtype == bool:
-            np.testing.assert_array_equal(found[path], array, err_msg=path)
-        elif array.size and "unbalanced" not in path:  # which is rounding
-            np.testing.assert_array_equal(np.isnan(found[path]), np.isnan(array), err_msg=path)
-            size = np.nanmax(np.abs(array), initial=0.0)
-            result[path] = np.nanmax(np.abs(found[path] - array), initial=0.0) / (size if size > 1e-25 else 1.0)
-    return result
 
 
 @pytest.mark.parametrize("name", package_robots.NAMES)

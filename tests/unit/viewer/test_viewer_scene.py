@@ -590,3 +590,19 @@ def test_show_in_a_notebook_returns_what_the_notebook_displays(monkeypatch):
     monkeypatch.setattr("webbrowser.open", lambda address: pytest.fail("a notebook needs no browser window"))
     view = ks.show(ks.analyze(package_robots.robot("3rps").assemble()))
     assert view.path is None and view._repr_html_().startswith("<iframe srcdoc=")
+
+
+def test_a_joint_that_follows_a_drive_has_no_force_of_its_own():
+    """A tip that turns with its arm's drive: it is drawn as driven, and the drive's arrow and card stand for both."""
+    turned = '<child link="tip"/><origin xyz="0.3 0 0"/><axis xyz="0 1 0"/>'
+    joints = (
+        '<joint name="arm_turn" type="continuous"><parent link="base"/><child link="arm"/><axis xyz="0 1 0"/></joint>'
+        f'<joint name="tip_turn" type="continuous"><parent link="arm"/>{turned}<mimic joint="arm_turn"/></joint>'
+    )
+    mass = '<inertial><mass value="2"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    links = f'<link name="base"/><link name="arm"/><link name="tip">{mass}</link><platform link="tip"/>'
+    text = f'<robot name="arm">{links}{joints}<transmission name="m"><joint name="arm_turn"/></transmission></robot>'
+    result = ks.analyze(ks.Robot(parse_robot_text(text)).assemble())
+    scene = describe_scene(result)
+    assert [arrow.name for arrow in scene.arrows if arrow.group == "actuator forces"] == ["arm_turn"]
+    assert "tip_turn" in page_html(scene.plain())
