@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 from kinetostatics import description, sections
 from kinetostatics.analysis import analyze
-from kinetostatics.engine.report import EngineReport, engine_report
 from kinetostatics.exceptions import (
     ArgumentError,
     AssemblyError,
@@ -40,6 +39,7 @@ if TYPE_CHECKING:
     from kinetostatics import plots as plot
     from kinetostatics.authoring.extension import extend_robot, extension_text
     from kinetostatics.authoring.robot_by_name import new_robot, robot_text
+    from kinetostatics.engine.report import EngineReport, engine_report
     from kinetostatics.files.importers import MissingFactsError, import_robot
     from kinetostatics.verification import verify
     from kinetostatics.viewer import save_html, save_image, show
@@ -99,7 +99,7 @@ def __dir__() -> list[str]:
 
 
 def __getattr__(name: str) -> Any:
-    """Import the viewer, finite elements, workspace maps and the readers of other tools' files when they are first used."""
+    """Import what is not needed for most robots, such as the viewer and workspace maps, when it is first used."""
     if name == "__version__":
         return _version()
     if name in ("save_html", "save_image", "show"):
@@ -118,6 +118,10 @@ def __getattr__(name: str) -> Any:
         from kinetostatics.authoring import robot_by_name
 
         return getattr(robot_by_name, name)
+    if name in ("EngineReport", "engine_report"):
+        from kinetostatics.engine import report
+
+        return getattr(report, name)
     if name in ("indices", "plot"):
         return importlib.import_module({"indices": "kinetostatics.indices", "plot": "kinetostatics.plots"}[name])
     if name == "sweep":

@@ -7,18 +7,18 @@ import os
 import threading
 from collections.abc import Callable
 from functools import cache
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 from weakref import WeakKeyDictionary
 
 from kinetostatics.argument_checks import check_choice
-from kinetostatics.engine.scalars import NotRecordedError
-from kinetostatics.engine.statics import CompiledStatics
-from kinetostatics.engine.structure import Structure
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.model import RobotStatics
 from kinetostatics.statics.solution import Solution
+
+if TYPE_CHECKING:
+    from kinetostatics.engine.statics import CompiledStatics
 
 #: What may be asked for.
 ENGINES = ("auto", "numpy", "compiled")
@@ -92,8 +92,12 @@ def compiled_solver(robot: RobotStatics, engine: str, poses: int) -> Solver | No
                 _compile(robot, choice)
             elif choice.work > _LOOKING:
                 if choice.key is None:
-                    choice.key, work = Structure(robot).key, choice.work
-                    choice.compiled = CompiledStatics.kept(robot)
+                    from kinetostatics.engine.statics import CompiledStatics
+                    from kinetostatics.engine.structure import Structure
+
+                    structure = Structure(robot)
+                    choice.key, work = structure.key, choice.work
+                    choice.compiled = CompiledStatics.kept(robot, structure)
                 _WORK[choice.key] = _WORK.get(choice.key, 0.0) + work
                 if choice.compiled is None and _WORK[choice.key] > _COMPILING:
                     _WORK[choice.key] = 0.0
@@ -118,6 +122,9 @@ def _choice_of(robot: RobotStatics) -> _Choice:
 
 
 def _compile(robot: RobotStatics, choice: _Choice) -> None:
+    from kinetostatics.engine.scalars import NotRecordedError
+    from kinetostatics.engine.statics import CompiledStatics
+
     try:
         choice.compiled = CompiledStatics(robot)
     except NotRecordedError as error:

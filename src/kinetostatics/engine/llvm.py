@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterable, Sequence
+from functools import cache
 from typing import Any
 
 from kinetostatics.engine.scalars import Tape
@@ -231,11 +232,10 @@ def _machine() -> Any:
     )
 
 
+@cache
 def _binding() -> Any:
     import llvmlite.binding as binding
 
-    if not hasattr(_binding, "ready"):
-        binding.initialize_native_target()
-        binding.initialize_native_asmprinter()
-        _binding.ready = True  # type: ignore[attr-defined]
+    binding.initialize_native_target()
+    binding.initialize_native_asmprinter()
     return binding

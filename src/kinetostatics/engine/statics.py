@@ -43,22 +43,21 @@ class CompiledStatics:
         Raises:
             NotRecordedError: the robot's statics do something that cannot be recorded.
         """
-        if not self._found(robot):
+        if not self._found(robot, Structure(robot)):
             kept = _compiled(record_of(robot), len(self._parameters), robot.example.position.shape[1])
             if not (self._load(kept) and self._is_right()):
                 raise NotRecordedError("compiled code gives other numbers than NumPy")
             disk.write(self._key, kept)
 
     @classmethod
-    def kept(cls, robot: RobotStatics) -> CompiledStatics | None:
-        """Return the code for a robot if it is on disk."""
+    def kept(cls, robot: RobotStatics, structure: Structure | None = None) -> CompiledStatics | None:
+        """Return the code for a robot if it is on disk; ``structure`` is the robot's, if it is known."""
         item = cls.__new__(cls)
-        return item if item._found(robot) else None
+        return item if item._found(robot, structure or Structure(robot)) else None
 
-    def _found(self, robot: RobotStatics) -> bool:
+    def _found(self, robot: RobotStatics, structure: Structure) -> bool:
         """Take the code from the disk, if it is there and right."""
         self._robot = weakref.ref(robot)  # by which the code is found: it must not keep the robot alive
-        structure = Structure(robot)
         self._parameters = structure.values
         self._key = key_of(structure)
         kept = disk.read(self._key)

@@ -55,13 +55,16 @@ class Structure:
     def __init__(self, robot: RobotStatics, tape: Tape | None = None) -> None:
         self._hash, self._tape = hashlib.sha256(), tape
         self._values: list[float] = []
-        self._copies: dict[int, tuple[Any, Any]] = {}
+        self._copies: dict[int, tuple[int, Any, Any]] = {}  # by id: number, the item, which keeps its id, and its copy
         self.copy = self._taken(robot)
         self.key = self._hash.hexdigest()
         self.values: Array = np.array(self._values)
 
     def _say(self, *what: object) -> None:
         self._hash.update(repr(what).encode())
+
+    def _keep(self, item: Any, copy: Any) -> None:
+        self._copies[id(item)] = (len(self._copies), item, copy)
 
     def _taken(self, item: Any) -> Any:
         if item is None or isinstance(item, bool | int | str | np.bool_ | np.integer):
@@ -71,11 +74,11 @@ class Structure:
             return self._number(float(item))
         known = self._copies.get(id(item))
         if known is not None:
-            self._say("again", list(self._copies).index(id(item)))
-            return known[1]
+            self._say("again", known[0])
+            return known[2]
         if isinstance(item, np.ndarray):
             copy: Any = self._array(item)
-            self._copies[id(item)] = (item, copy)
+            self._keep(item, copy)
             return copy
         if isinstance(item, list | tuple):
             self._say(type(item).__name__, len(item))
@@ -93,7 +96,7 @@ class Structure:
     def _object(self, item: Any) -> Any:
         kind = type(item)
         copy = object.__new__(kind)
-        self._copies[id(item)] = (item, copy)
+        self._keep(item, copy)
         names = _KEPT.get(kind)
         if names is None:
             left_out = (*_LEFT_OUT.get(kind, ()), *_LEFT_OUT_BY_NAME.get(kind.__name__, ()))

@@ -27,9 +27,9 @@ def made(monkeypatch):
             found.append(robot)
             self.solve = None
 
-        kept = staticmethod(lambda robot: found.append("looked"))
+        kept = staticmethod(lambda robot, structure: found.append("looked"))
 
-    monkeypatch.setattr(choice, "CompiledStatics", Made)
+    monkeypatch.setattr("kinetostatics.engine.statics.CompiledStatics", Made)
     monkeypatch.setattr(choice, "_WORK", {})
     return found
 
