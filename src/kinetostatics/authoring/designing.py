@@ -255,7 +255,7 @@ def _head(skeleton: Skeleton, place: Place, *, polar: bool, axes: bool) -> tuple
         "tangential": "[-sin(at_base), cos(at_base), 0]",
     }
     words = polar and all(isinstance(item, str) for item in (place.axis or "", place.guide))
-    if polar and words:
+    if words:
         axis = "" if place.axis is None else f' axis="${{{vectors[str(place.axis)]}}}"'
         lines = (
             f'<xacro:limb_frame i="${{i}}" height="${{height}}"{axis}',

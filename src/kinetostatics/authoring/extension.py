@@ -16,7 +16,7 @@ from kinetostatics.description.robot import RobotDescription
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError, near_names
 from kinetostatics.files.importers.loop_record import SourceRobot
 from kinetostatics.files.inclusion import include_path, including_text, quoted, read_root, whole_text
-from kinetostatics.files.plain_urdf import first_base
+from kinetostatics.files.plain_urdf import drivable, first_base
 from kinetostatics.files.reader import parse_robot_text, read_robot_file
 from kinetostatics.files.xml import Element
 from kinetostatics.robot import Robot
@@ -125,7 +125,7 @@ def _extension(
     if include is None:
         return whole_text(root, additions), False
     comment = f"{os.path.basename(name)} as it is, and what the statics need; comments suggest the rest, in m, kg, N and rad"
-    return including_text(description.name, include, comment.replace("--", "- -"), additions), True
+    return including_text(description.name, include, _safe(comment), additions), True
 
 
 def _floats(description: RobotDescription) -> bool:
@@ -141,10 +141,8 @@ def _floats(description: RobotDescription) -> bool:
 def _drives(root: Element, description: RobotDescription, driven: Iterable[str] | None) -> list[str]:
     """Return the joints that get a transmission."""
     there = {entry.attributes.get("name", "") for item in root.named("transmission") for entry in item.named("joint")}
-    joints = description.joints.values()
     if driven is None:
-        single = [joint.name for joint in joints if JOINT_TYPES[joint.type].is_single and joint.mimic is None]
-        return [] if description.loops else [name for name in single if name not in there]
+        return [] if description.loops else [name for name in drivable(description.joints) if name not in there]
     if isinstance(driven, str) or not isinstance(driven, Iterable):
         raise ArgumentError(f"driven is {driven!r}; it must be a list of joints")
     names = list(dict.fromkeys(driven))

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 
 from kinetostatics.authoring.notation import Architecture, JointSymbol, LimbGroup, error_at
 
-#: What turns, and so sits at a point of its own.
-TURNS = ("R", "U", "S", "C")
+#: Points of a limb at most: at the base, at an elbow, at the platform.
 MAX_POINTS = 3
 
 
@@ -70,11 +69,6 @@ class Skeleton:
     def has_elbow(self) -> bool:
         """Whether it has a point between base and platform."""
         return len(self.points) == MAX_POINTS
-
-    @property
-    def has_revolutes(self) -> bool:
-        """Whether the direction of revolute axes matters."""
-        return self.guide_turns or any(point.kind in ("R", "C") for point in self.points)
 
     @property
     def roles(self) -> tuple[str, ...]:

@@ -8,7 +8,16 @@ import sys
 from typing import Any
 
 from kinetostatics.authoring.names import KNOWN_NAMES
-from kinetostatics.cli.arguments import SEVERAL, add_command, number_of, parse_items, parse_parameters, print_warnings, unit_of
+from kinetostatics.cli.arguments import (
+    SEVERAL,
+    Subparsers,
+    add_command,
+    number_of,
+    parse_items,
+    parse_parameters,
+    print_warnings,
+    unit_of,
+)
 from kinetostatics.exceptions import ArgumentError, RobotFileError
 from kinetostatics.printing.waiting import waiting
 
@@ -38,7 +47,7 @@ exit code:
 """
 
 
-def add_parser(subparsers: Any) -> None:
+def add_parser(subparsers: Subparsers) -> None:
     """Add the command to the parser."""
     parser = add_command(
         subparsers,

@@ -76,6 +76,11 @@ def first_base(tree: str, joints: Mapping[str, Joint]) -> str:
     return tree
 
 
+def drivable(joints: Mapping[str, Joint]) -> list[str]:
+    """Return the joints that could be driven: those of one freedom that follow no other."""
+    return [joint.name for joint in joints.values() if JOINT_TYPES[joint.type].is_single and joint.mimic is None]
+
+
 def all_driven(joints: Mapping[str, Joint], driven: tuple[str, ...], path: str, warnings: list[str]) -> tuple[str, ...]:
     """Return the driven joints of a robot without loops: all that move, because nothing else could hold them.
 
@@ -85,8 +90,7 @@ def all_driven(joints: Mapping[str, Joint], driven: tuple[str, ...], path: str, 
         path: of the file.
         warnings: what is said is added to them.
     """
-    single = [joint.name for joint in joints.values() if JOINT_TYPES[joint.type].is_single and joint.mimic is None]
-    others = [name for name in single if name not in driven]
+    others = [name for name in drivable(joints) if name not in driven]
     if others and not driven:
         warnings.append(f"{path}: the file has no <transmission>; its joints that move count as driven, all {len(others)}.")
     elif others:

@@ -16,7 +16,7 @@ from kinetostatics.reports.json import drive_unit
 from kinetostatics.reports.pose import drive_coordinates
 from kinetostatics.results.beam import BeamResult
 from kinetostatics.viewer.joints import Joint
-from kinetostatics.viewer.packing import packed
+from kinetostatics.viewer.packing import packed, plain_scale
 from kinetostatics.viewer.poses import ShownPoses
 
 
@@ -76,11 +76,6 @@ class Quantity:
         return {
             "key": self.key, "words": self.words, **plain_scale(self.scale), "largest": self.largest, "signed": self.signed
         }  # fmt: skip
-
-
-def plain_scale(scale: Scale) -> dict[str, Any]:
-    """Return how numbers are written, as JSON wants it."""
-    return {"unit": scale.unit, "factor": scale.factor, "decimals": scale.decimals, "noise": scale.noise}
 
 
 def quantities_of(cards: Iterable[Card]) -> list[Quantity]:

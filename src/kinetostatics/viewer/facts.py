@@ -10,7 +10,7 @@ import numpy as np
 from kinetostatics.math.arrays import Array
 from kinetostatics.printing.text import ANGLES, LENGTHS, Scale, largest
 from kinetostatics.reports.pose import facts_of, platform_coordinates
-from kinetostatics.viewer.packing import packed
+from kinetostatics.viewer.packing import packed, plain_scale
 from kinetostatics.viewer.poses import ShownPoses
 
 
@@ -42,8 +42,7 @@ class Facts:
 
     def units(self) -> dict[str, Any]:
         """Return the units as JSON wants them."""
-        scales = {"displacement": self.displacement, "rotation": self.rotation}
-        return {name: {"unit": s.unit, "factor": s.factor, "decimals": s.decimals} for name, s in scales.items()}
+        return {"displacement": plain_scale(self.displacement), "rotation": plain_scale(self.rotation)}
 
 
 def find_facts(poses: ShownPoses, displacements: Array) -> Facts:

@@ -17,6 +17,7 @@ from kinetostatics.files.importers.loop_record import ForeignLoop, SourceRobot
 from kinetostatics.files.importers.retyping import driven_after, retype
 from kinetostatics.files.inclusion import include_path, including_text, quoted, read_root, whole_text
 from kinetostatics.files.links_joints import read_joints, read_links, tree_root
+from kinetostatics.files.plain_urdf import drivable
 from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.files.xml import Element
 
@@ -180,9 +181,7 @@ def _without_loops(source: SourceRobot) -> str:
 
 def _all_drives(source: SourceRobot, transmissions: tuple[str, ...]) -> Drives:
     """Return the drives of a robot without loops: nothing else than a drive could hold a joint."""
-    joints = source.joints.values()
-    single = [joint.name for joint in joints if JOINT_TYPES[joint.type].is_single and joint.mimic is None]
-    return Drives((*transmissions, *(name for name in single if name not in transmissions)), transmissions)
+    return Drives(tuple(dict.fromkeys((*transmissions, *drivable(source.joints)))), transmissions)
 
 
 def _additions(completed: Completed) -> str:

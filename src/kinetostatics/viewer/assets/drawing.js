@@ -49,13 +49,17 @@ class Robot {
     }
     for (const name of PARTS) {
       const gone = ghost && name !== "Deformed" && !(name === "Base" && !sameBase(this, page.robots[0]));
-      viewer.scene_tree.find([...this.root.split("/").filter(Boolean), name]).object.visible = !gone;
+      this.node(name).visible = !gone;
     }
   }
 
   /** The objects at the top of its part of meshcat's tree. */
   nodes() {
-    return PARTS.map((name) => viewer.scene_tree.find([...this.root.split("/").filter(Boolean), name]).object);
+    return PARTS.map((name) => this.node(name));
+  }
+
+  node(name) {
+    return viewer.scene_tree.find([...this.root.split("/").filter(Boolean), name]).object;
   }
 
   put(path, object) {
