@@ -7,7 +7,8 @@ from kinetostatics.engine.record import arrays_of
 ARITHMETIC = {"add": np.add, "subtract": np.subtract, "multiply": np.multiply, "divide": np.divide, "negative": np.negative}
 OTHERS = {"square_root": np.sqrt, "absolute": np.abs, "and": np.logical_and, "or": np.logical_or, "not": np.logical_not}
 COMPARISONS = {">": np.greater, ">=": np.greater_equal, "<": np.less, "<=": np.less_equal, "==": np.equal, "!=": np.not_equal}
-FUNCTIONS = {**ARITHMETIC, **OTHERS, **COMPARISONS, "choose": np.where}
+ANGLES = {"sine": np.sin, "cosine": np.cos, "angle": np.arctan2, "whole": np.rint}
+FUNCTIONS = {**ARITHMETIC, **OTHERS, **COMPARISONS, **ANGLES, "choose": np.where}
 
 
 def evaluate(tape, inputs, parameters, wanted):

@@ -88,7 +88,7 @@ def record_of(robot: RobotStatics) -> Record:
     tape = Tape()
     frames, *others = example_of(robot)
     inputs = frames.rotation, frames.position, *others
-    rotation, position, load, gravity = (_input(tape, number, array) for number, array in enumerate(inputs))
+    rotation, position, load, gravity = (recorded_input(tape, number, array) for number, array in enumerate(inputs))
     try:
         with np.errstate(all="ignore"):
             arrays = arrays_of(by_numpy(Structure(robot, tape).copy, Frames(rotation, position), load, gravity))
@@ -115,7 +115,8 @@ def record_of(robot: RobotStatics) -> Record:
     return Record(tape, tuple(rows[0]), tuple(rows[1]), places)
 
 
-def _input(tape: Tape, number: int, array: Array) -> Any:
+def recorded_input(tape: Tape, number: int, array: Array) -> Any:
+    """Return what records an input array of one pose, whose values there are the example's."""
     scalars = np.empty(array.size, dtype=object)
     for k, value in enumerate(array.ravel().tolist()):
         scalars[k] = tape.write(("input", number, k), value)

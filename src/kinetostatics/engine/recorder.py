@@ -11,9 +11,11 @@ from kinetostatics.engine.scalars import (
     NotRecordedError,
     absolute,
     add,
+    angle_of,
     both,
     choose,
     compare,
+    cosine,
     divide,
     either,
     is_finite,
@@ -24,9 +26,11 @@ from kinetostatics.engine.scalars import (
     opposite,
     power,
     sign,
+    sine,
     smaller,
     square_root,
     subtract,
+    whole,
     without_nan,
 )
 
@@ -43,6 +47,10 @@ _ELEMENTWISE: dict[Any, Any] = {
         (np.sqrt, square_root),
         (np.absolute, absolute),
         (np.sign, sign),
+        (np.sin, sine),
+        (np.cos, cosine),
+        (np.arctan2, angle_of),
+        (np.rint, whole),
         (np.maximum, larger),
         (np.minimum, smaller),
         (np.isnan, is_nan),
@@ -62,7 +70,7 @@ _ELEMENTWISE: dict[Any, Any] = {
     )
 }
 #: Their loops over Python objects call the operators, which is faster.
-_NATIVE = {np.add, np.subtract, np.multiply}
+_NATIVE = {np.add, np.subtract, np.multiply, np.matmul}
 _CHOOSE = np.frompyfunc(choose, 3, 1)
 _WITHOUT_NAN = np.frompyfunc(without_nan, 1, 1)
 
@@ -72,7 +80,7 @@ class Recorded(np.ndarray[Any, np.dtype[np.object_]]):
 
     def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **options: Any) -> Any:
         """Apply a ufunc scalar by scalar."""
-        if ufunc not in _ELEMENTWISE:
+        if ufunc not in _ELEMENTWISE and ufunc not in _NATIVE:
             raise NotRecordedError(f"numpy.{ufunc.__name__}")
         plain = [_plain(item) for item in inputs]
         out = options.pop("out", (None,))[0]
@@ -96,7 +104,7 @@ class Recorded(np.ndarray[Any, np.dtype[np.object_]]):
         if function is np.nan_to_num:
             return recorded(_WITHOUT_NAN(_plain(args[0])))
         if function is np.einsum:
-            kwargs = {key: value for key, value in kwargs.items() if key not in ("optimize", "out")}
+            kwargs = {key: _plain(value) for key, value in kwargs.items() if key != "optimize"}
             return recorded(np.einsum(args[0], *map(_plain, args[1:]), **kwargs))
         return recorded(super().__array_function__(function, types, args, kwargs))
 

@@ -237,6 +237,28 @@ def square_root(a: Number) -> Number:
     return a.tape.write(("square_root", a.number), math.sqrt(a.value) if a.value >= 0 else math.nan)
 
 
+def _function(name: str, function: Callable[[float], float]) -> Callable[[Number], Number]:
+    """Return a function of one number."""
+
+    def of(a: Number) -> Number:
+        if not isinstance(a, Scalar):
+            return function(a)
+        return a.tape.write((name, a.number), function(a.value) if math.isfinite(a.value) else math.nan)
+
+    return of
+
+
+sine = _function("sine", math.sin)
+cosine = _function("cosine", math.cos)
+whole = _function("whole", lambda a: float(round(a)))
+
+
+def angle_of(y: Number, x: Number) -> Number:
+    """Return the angle of the point (x, y)."""
+    value = math.atan2(_value(y), _value(x))
+    return _joined("angle", y, x, value) if isinstance(y, Scalar) or isinstance(x, Scalar) else value
+
+
 def absolute(a: Number) -> Number:
     """Return |a|."""
     return a.tape.write(("absolute", a.number), abs(a.value)) if isinstance(a, Scalar) else abs(a)

@@ -1,4 +1,4 @@
-"""What of a robot a record depends on: its structure, by which compiled code is kept, and its numbers, which are inputs.
+"""What a record of a robot's functions depends on: structure, by which compiled code is kept, and numbers, which are inputs.
 
 A record is made of a copy of the robot's data that holds recorded parameters in the place of numbers and nothing but what this
 module has walked through; everything else it has walked through is in the key. So a record cannot depend on anything that the key
@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Mapping
+from enum import Enum
 from typing import Any
 
 import numpy as np
@@ -44,7 +45,7 @@ _LEFT_OUT_BY_NAME = {"LimbSkeleton": ("dofs", "_compounds"), "Candidate": ("labe
 
 
 class Structure:
-    """A robot's statics apart: structure and numbers.
+    """A robot's data taken apart: structure and numbers.
 
     Attributes:
         key: tells structures apart.
@@ -52,8 +53,16 @@ class Structure:
         copy: the robot's data, with what ``tape`` records in the place of the numbers.
     """
 
-    def __init__(self, robot: RobotStatics, tape: Tape | None = None) -> None:
+    def __init__(self, robot: object, tape: Tape | None = None, kept: Mapping[type, tuple[str, ...]] | None = None) -> None:
+        """Take data apart.
+
+        Args:
+            robot: its statics, or other data of it.
+            tape: what is to record what is done with the copy.
+            kept: what is kept of classes that hold more than is needed; default: that of its statics.
+        """
         self._hash, self._tape = hashlib.sha256(), tape
+        self._kept = _KEPT if kept is None else kept
         self._values: list[float] = []
         self._copies: dict[int, tuple[int, Any, Any]] = {}  # by id: number, the item, which keeps its id, and its copy
         self.copy = self._taken(robot)
@@ -67,7 +76,7 @@ class Structure:
         self._copies[id(item)] = (len(self._copies), item, copy)
 
     def _taken(self, item: Any) -> Any:
-        if item is None or isinstance(item, bool | int | str | np.bool_ | np.integer):
+        if item is None or isinstance(item, bool | int | str | np.bool_ | np.integer | Enum):
             self._say(type(item).__name__, item)
             return item
         if isinstance(item, float):
@@ -82,7 +91,8 @@ class Structure:
             return copy
         if isinstance(item, list | tuple):
             self._say(type(item).__name__, len(item))
-            return type(item)([self._taken(part) for part in item])
+            parts = [self._taken(part) for part in item]
+            return type(item)(*parts) if hasattr(item, "_fields") else type(item)(parts)
         if isinstance(item, set | frozenset):
             self._say("set", sorted(map(repr, item)))
             return item
@@ -97,7 +107,7 @@ class Structure:
         kind = type(item)
         copy = object.__new__(kind)
         self._keep(item, copy)
-        names = _KEPT.get(kind)
+        names = self._kept.get(kind)
         if names is None:
             left_out = (*_LEFT_OUT.get(kind, ()), *_LEFT_OUT_BY_NAME.get(kind.__name__, ()))
             names = tuple(name for name in vars(item) if name not in left_out)

@@ -15,7 +15,7 @@ import numpy as np
 from kinetostatics.description.joint_types import Axes
 from kinetostatics.kinematics.mimic import Couplings
 from kinetostatics.math import rotations
-from kinetostatics.math.arrays import Array, Index
+from kinetostatics.math.arrays import Array, Index, empty_for, zeros_for
 from kinetostatics.math.linalg import cross, dot
 from kinetostatics.math.ordering import across
 from kinetostatics.mechanism.mechanism import Connection, Mechanism
@@ -58,6 +58,31 @@ class _Table:
     vectors: Array
 
 
+@dataclass(frozen=True)
+class LoopAxes:
+    """Directions by which the coordinate of a loop of one freedom is read.
+
+    Attributes:
+        axis, side, third: (3,) in the predecessor's body: the loop's axis, and two directions across it.
+        turned_side: (3,) in the successor's body: what lies along ``side`` where the coordinate is zero.
+        middle: of the limits [m, rad]; None if there are none.
+    """
+
+    axis: Array
+    side: Array
+    third: Array
+    turned_side: Array
+    middle: float | None
+
+    @classmethod
+    def of(cls, loop: Connection) -> LoopAxes:
+        """Return those of a loop."""
+        side, third = across(loop.axis)
+        here, there = loop.predecessor_frame[:3, :3], loop.successor_frame[:3, :3]
+        middle = (loop.lower + loop.upper) / 2
+        return cls(loop.axis_on(True), here @ side, here @ third, there @ side, middle if np.isfinite(middle) else None)
+
+
 class Closures:
     """The equations of some loops between bodies.
 
@@ -85,7 +110,7 @@ class Closures:
                     loop,
                     frame[:3, :3] @ axis,
                     other[:3, :3] @ loop.axis2,
-                    np.full(3, float(axis @ loop.axis2)),
+                    np.full(3, np.arccos(float(axis @ loop.axis2))),
                 )
             elif loop.type.turns is Axes.NONE:
                 turn.add(number, loop, *frame[:3, :3].T, *other[:3, :3].T)
@@ -99,7 +124,8 @@ class Closures:
     def evaluate(self, frames: Frames) -> tuple[Array, Array]:
         """Return the loops' residuals (closures, N) [m, rad] and the wrenches (6, closures, N), about the world's origin."""
         N = frames.position.shape[2]
-        residual, wrench = np.empty((self.closures, N)), np.zeros((6, self.closures, N))
+        residual = empty_for((self.closures, N), frames.position)
+        wrench = zeros_for((6, self.closures, N), frames.position)
         at = 0
         n, p, s = self._distance.count, self._distance.predecessor, self._distance.successor
         if n:
@@ -118,11 +144,11 @@ class Closures:
             at += n
         n, p, s = self._right_angle.count, self._right_angle.predecessor, self._right_angle.successor
         if n:
-            mine, theirs, cosine = self._right_angle.vectors
+            mine, theirs, angle = self._right_angle.vectors
             a, b = frames.directions(p, mine), frames.directions(s, theirs)
             normal = cross(a, b)
             sine = np.sqrt(dot(normal, normal))
-            residual[at : at + n] = np.arctan2(sine, dot(a, b)) - np.arccos(cosine[0])[:, None]
+            residual[at : at + n] = np.arctan2(sine, dot(a, b)) - angle[0][:, None]
             wrench[3:, at : at + n] = normal / np.maximum(sine, 1e-12)
             at += n
         n, p, s = self._turn.count, self._turn.predecessor, self._turn.successor
@@ -151,6 +177,7 @@ class LoopEquations(Closures):
     Attributes:
         tree: the spanning tree with spherical joints in one piece.
         couplings: the joints that follow others, with an equation each.
+        loop_axes: directions of each loop of one freedom, by its number.
         count: number of all equations, the couplings' included.
         signs: (closures, nv) how each freedom enters each equation: 1 beyond the loop's successor, −1 its predecessor.
     """
@@ -160,6 +187,7 @@ class LoopEquations(Closures):
         self._make_tree()
         super().__init__([item for item in mechanism.connections.values() if item.is_loop])
         self.couplings = Couplings(mechanism, self.tree)
+        self.loop_axes = {k: LoopAxes.of(loop) for k, loop in enumerate(self.loops) if loop.type.is_single}
         self.count = self.closures + self.couplings.count
         moves = self.tree.moves.astype(float)
         self.signs = np.concatenate(
@@ -212,7 +240,7 @@ class LoopEquations(Closures):
 
     def to_model(self, x: Array, near: Array) -> Array:
         """Return Pinocchio's coordinates (nq, N) of ``x``; of a spherical run's two solutions the one near ``near``."""
-        q = np.empty((self.mechanism.tree.nq, x.shape[1]))
+        q = empty_for((self.mechanism.tree.nq, x.shape[1]), x)
         q[self._same_there] = x[self._same_here]
         for run, mine, theirs in self.runs:
             quaternion = x[mine.first_q : mine.first_q + 4]

@@ -24,7 +24,9 @@ class _Coupling(NamedTuple):
     def error(self, x: Array, value: Array) -> Array:
         """Return by how much (N,) [m, rad] the follower is beside where its leader's coordinate ``value`` puts it."""
         error = self.follower.coordinate(x) - self.multiplier * value - self.offset
-        return np.asarray(error - 2 * np.pi * np.round(error / (2 * np.pi))) if self.follower.type.endless else error
+        if self.follower.type.endless:
+            error = error - 2 * np.pi * np.round(error / (2 * np.pi))
+        return error
 
 
 class Couplings:
@@ -65,7 +67,7 @@ class Couplings:
         leaders = {item.leader.first_v: item.leader for item in self._couplings}
         values = {column: self.coordinate(leader, x, turns=turns) for column, leader in leaders.items()}
         errors = [item.error(x, values[item.leader.first_v]) for item in self._couplings]
-        return np.array(errors).reshape(self.count, x.shape[1])
+        return np.stack(errors) if errors else np.zeros((0, x.shape[1]))
 
     def coordinate(self, joint: TreeJoint, x: Array, near: Array | float = 0.0, turns: int = 500) -> Array:
         """Return the coordinate (N,) [m, rad] of a one-freedom joint at coordinates ``x`` (nq', N).
@@ -83,7 +85,7 @@ class Couplings:
             near = (one.follower.coordinate(x) - one.offset) / one.multiplier
         value = value + 2 * np.pi * np.round((near - value) / (2 * np.pi))
         if counting or not led:
-            return np.asarray(value)
+            return value
 
         def misplaced(value: Array) -> Array:
             return np.max([np.abs(item.error(x, value)) for item in led], axis=0)

@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 
 from kinetostatics.kinematics.loop_constraints import LoopEquations, products
 from kinetostatics.math import rotations
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, empty_for, zeros_for
 from kinetostatics.math.linalg import cross, dot, least_squares
-from kinetostatics.math.ordering import across
 from kinetostatics.math.orientation import Orientation
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.printing.mappings import ShortRepr
@@ -89,6 +88,10 @@ class Solver:
         self._joint_of_column = {joint.first_v: joint for joint in self.tree.joints}
         self.column_scale = np.where(self.tree.column_rotates, 1.0, length)
         self._row_scale = np.where(equations.is_length, length, 1.0)[:, None]
+        self.forget()
+
+    def forget(self) -> None:
+        """Make anew what is remembered of prescribed coordinates."""
         self._free: dict[tuple[tuple[int, ...], ...], NDArray[np.intp]] = {}
         self._scales: dict[tuple[tuple[int, ...], ...], tuple[Array, Array]] = {}
 
@@ -98,15 +101,14 @@ class Solver:
         """Return the coordinate (N,) of a one-freedom loop: successor relative to predecessor [m, rad]."""
         loop = self.equations.loops[number]
         here, there = loop.predecessor_body, loop.successor_body
+        own = self.equations.loop_axes[number]
         if loop.type.is_slide:
             gap = frames.point(there, loop.successor_frame[:3, 3]) - frames.point(here, loop.predecessor_frame[:3, 3])
-            return dot(frames.direction(here, loop.axis_on(True)), gap)
-        side, third = across(loop.axis)
-        u, v = (frames.direction(here, loop.predecessor_frame[:3, :3] @ axis) for axis in (side, third))
-        w = frames.direction(there, loop.successor_frame[:3, :3] @ side)
-        angle = np.asarray(np.arctan2(dot(v, w), dot(u, w)))
-        if np.isfinite(loop.lower + loop.upper):  # of the angles that differ by full turns the one that may be within the limits
-            angle = angle + 2 * np.pi * np.round(((loop.lower + loop.upper) / 2 - angle) / (2 * np.pi))
+            return dot(frames.direction(here, own.axis), gap)
+        u, v, w = frames.direction(here, own.side), frames.direction(here, own.third), frames.direction(there, own.turned_side)
+        angle: Array = np.arctan2(dot(v, w), dot(u, w))
+        if own.middle is not None:  # of the angles that differ by full turns the one that may be within the limits
+            angle = angle + 2 * np.pi * np.round((own.middle - angle) / (2 * np.pi))
         return angle
 
     def values(self, prescribed: PrescribedCoordinates, poses: SolverState, near: Array | None = None) -> Array:
@@ -137,8 +139,8 @@ class Solver:
         free, (loop_factors, platform_factors) = self.free_columns(prescribed), self._factors(prescribed)
         N, f, extra = poses.x.shape[1], len(free), len(prescribed.unknown_angles)
         rows = equations.count + len(prescribed.loops) + len(prescribed.positions)
-        residuals = np.empty((rows + (3 if prescribed.angles else 0), N))
-        gradient = np.empty((residuals.shape[0], f + extra, N))
+        residuals = empty_for((rows + (3 if prescribed.angles else 0), N), poses.x)
+        gradient = empty_for((residuals.shape[0], f + extra, N), poses.x)
         gradient[:, f:] = 0
         frames = equations.forward(poses.x)
         twists = tree.twists(frames)
@@ -157,9 +159,9 @@ class Solver:
         given = len(prescribed.columns)
         for number in prescribed.loops:
             loop = equations.loops[number]
-            axis = frames.direction(loop.predecessor_body, loop.axis_on(True))
+            axis = frames.direction(loop.predecessor_body, equations.loop_axes[number].axis)
             error = self.loop_coordinate(number, frames) - target[given]
-            row = np.zeros((6, 1, N))
+            row = zeros_for((6, 1, N), axis)
             if loop.type.is_slide:
                 point = frames.point(loop.successor_body, loop.successor_frame[:3, 3])
                 row[:3, 0], row[3:, 0], unit = axis, cross(point, axis), self.length
@@ -237,9 +239,9 @@ class Solver:
     def advance(self, prescribed: PrescribedCoordinates, poses: SolverState, step: Array) -> SolverState:
         """Return the poses moved by a scaled step (n, N)."""
         free = self.free_columns(prescribed)
-        v = np.zeros((self.tree.nv, poses.x.shape[1]))
+        v = zeros_for((self.tree.nv, poses.x.shape[1]), step)
         v[free] = step[: len(free)] * self.column_scale[free, None]
-        c = np.array(poses.c)
+        c = np.array(poses.c, subok=True)
         unknown = list(prescribed.unknown_angles)
         c[unknown] += step[len(free) :]
         return SolverState(self.tree.integrate(poses.x, v), c)
@@ -249,7 +251,8 @@ class Solver:
         squares = step * step
         slides = np.flatnonzero(~self.tree.column_rotates[self.free_columns(prescribed)])
         squares[slides] *= (self.length / self.reach) ** 2
-        return np.asarray(np.sqrt(np.max(squares, axis=0, initial=0.0)))
+        largest: Array = np.sqrt(np.max(squares, axis=0, initial=0.0))
+        return largest
 
     def newton(
         self,

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from kinetostatics.exceptions import CoordinatesError
 from kinetostatics.math import rotations
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import dot, matmul
 
 #: Angle between the axes of first and last turn, or beside half a turn [rad], that solved poses do not tell from 0.
@@ -121,7 +121,7 @@ def _nearest_vector(c: Array, near: Array) -> Array:
 
 def _about(axis: int, angle: Array) -> Array:
     c, s = np.cos(angle), np.sin(angle)
-    R = np.zeros((3, 3, *angle.shape))
+    R = zeros_for((3, 3, *angle.shape), angle)
     j, k = (axis + 1) % 3, (axis + 2) % 3
     R[axis, axis] = 1
     R[j, j], R[j, k], R[k, j], R[k, k] = c, -s, s, c

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, empty_for, zeros_for
 from kinetostatics.math.linalg import cross, dot
 
 
 def skew(v: Array) -> Array:
     """Return the (3, 3, …) matrices of the cross product with ``v``."""
-    matrix = np.zeros((3, 3, *v.shape[1:]))
+    matrix = zeros_for((3, 3, *v.shape[1:]), v)
     matrix[2, 1], matrix[0, 2], matrix[1, 0] = v
     matrix[1, 2], matrix[2, 0], matrix[0, 1] = -v
     return matrix
@@ -69,7 +69,7 @@ def quaternion_of_matrix(R: Array) -> Array:
 
 def logarithm(R: Array) -> Array:
     """Return the rotation vectors (3, …) [rad] of rotation matrices; their length is at most π."""
-    v = np.empty((3, *R.shape[2:]))
+    v = empty_for((3, *R.shape[2:]), R)
     v[0], v[1], v[2] = R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]
     double_sine, double_cosine = np.sqrt(dot(v, v)), R[0, 0] + R[1, 1] + R[2, 2] - 1
     tiny = double_sine < 1e-10
@@ -85,7 +85,7 @@ def logarithm(R: Array) -> Array:
 def matrix_of_quaternion(q: Array) -> Array:
     """Return the (3, 3, …) rotation matrices of unit quaternions (4, …)."""
     x, y, z, w = q
-    R = np.empty((3, 3, *x.shape))
+    R = empty_for((3, 3, *x.shape), x)
     R[0, 0], R[0, 1], R[0, 2] = 1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)
     R[1, 0], R[1, 1], R[1, 2] = 2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)
     R[2, 0], R[2, 1], R[2, 2] = 2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)
@@ -121,7 +121,7 @@ def rotation_between(a: Array, b: Array) -> Array:
         perpendicular = cross(a, helper)
         perpendicular = perpendicular / np.sqrt(dot(perpendicular, perpendicular)) * np.pi
         vector = np.where(flipped, perpendicular, vector)
-    return np.asarray(vector)
+    return vector
 
 
 def three_angles(axes: Array, R: Array, near: Array, locked: float = 1e-13) -> Array:
@@ -137,23 +137,25 @@ def three_angles(axes: Array, R: Array, near: Array, locked: float = 1e-13) -> A
             turns.
         locked: sine of the angle between the first and the last axis up to which they count as one line.
     """
-    a, b, c = axes.T
-    end = np.einsum("ijn,j->in", R, c)
-    height = np.einsum("i,in->n", a, end)
-    beside = end - a[:, None] * height  # across a
+    a, b, c = axes.T[:, :, None]
+    end = np.einsum("ijn,j->in", R, c[:, 0])
+    height = dot(a, end)
+    beside = end - a * height  # across a
     sine = np.sqrt(dot(beside, beside))
     spread = np.arctan2(sine, height)
-    zero = float(np.arctan2(a @ cross(b, c), a @ c))  # the second angle at which c lies along a
+    zero = np.arctan2(dot(a, cross(b, c)), dot(a, c))  # the second angle at which c lies along a
     options = np.stack([zero + spread, zero - spread])
     options += 2 * np.pi * np.round((near[1] - options) / (2 * np.pi))
     other = np.abs(options[1] - near[1]) < np.abs(options[0] - near[1])
     second = np.where(other, options[1], options[0])
     # where the second turn alone puts ``beside``, but for its length
-    start = cross(b, a)[:, None] * np.where(other, -1.0, 1.0)
-    first = np.where(sine > locked, np.arctan2(np.einsum("i,in->n", a, cross(start, beside)), dot(start, beside)), near[0])
-    turned = np.einsum("ijn,jkn->ikn", exponential(a[:, None] * first), exponential(b[:, None] * second))
-    across = np.einsum("ijn,j->in", R, b)
-    third = np.arctan2(dot(np.einsum("ijn,j->in", turned, cross(c, b)), across), dot(np.einsum("ijn,j->in", turned, b), across))
+    start = cross(b, a) * np.where(other, -1.0, 1.0)
+    first = np.where(sine > locked, np.arctan2(dot(a, cross(start, beside)), dot(start, beside)), near[0])
+    turned = np.einsum("ijn,jkn->ikn", exponential(a * first), exponential(b * second))
+    across = np.einsum("ijn,j->in", R, b[:, 0])
+    third = np.arctan2(
+        dot(np.einsum("ijn,j->in", turned, cross(c, b)[:, 0]), across), dot(np.einsum("ijn,j->in", turned, b[:, 0]), across)
+    )
     outer = np.stack([first, third])
     outer += 2 * np.pi * np.round((near[[0, 2]] - outer) / (2 * np.pi))
     return np.stack([outer[0], second, outer[1]])

@@ -15,7 +15,7 @@ import numpy as np
 
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes, JointType
 from kinetostatics.math import rotations
-from kinetostatics.math.arrays import Array, Index
+from kinetostatics.math.arrays import Array, Index, zeros_for
 from kinetostatics.math.linalg import apply, matmul
 from kinetostatics.printing.mappings import ShortRepr
 
@@ -55,7 +55,8 @@ class TreeJoint:
     def coordinate(self, q: Array) -> Array:
         """Return the coordinate (N,) [m, rad] of a one-freedom joint at coordinates ``q`` (nq, N)."""
         if self.type.endless:
-            return np.asarray(np.arctan2(q[self.first_q + 1], q[self.first_q]))
+            angle: Array = np.arctan2(q[self.first_q + 1], q[self.first_q])
+            return angle
         return q[self.first_q]
 
     def write(self, value: Array | float, q: Array) -> None:
@@ -124,11 +125,11 @@ class _Group:
         axis = np.array([joint.axis for joint in joints]).T
         along = np.einsum("ijm,jm->im", self.R0[..., 0], axis)[None, :, :, None]
         self.slides = tuple(along if self.type.slides is Axes.AXIS else self.R0.swapaxes(0, 1)[: self.shifts])
-        # R0 exp(q K) = R0 (1 + K²) + sin q R0 K − cos q R0 K², with K the cross product with the unit axis.
+        # R0 exp(q K) = R0 a aᵀ + sin q R0 K − cos q R0 K², with K the cross product with the unit axis a.
         K = rotations.skew(axis)[..., None]
         self.R_sin = matmul(self.R0, K)
         self.R_cos = -matmul(self.R_sin, K)
-        self.R_fixed = self.R0 - self.R_cos
+        self.R_fixed = np.einsum("im,jm->ijm", np.einsum("ijm,jm->im", self.R0[..., 0], axis), axis)[..., None]
 
     def local(self, q: Array) -> tuple[Array, Array]:
         """Return rotations (3, 3, k, N) and positions (3, k, N) of the bodies relative to their parents."""
@@ -171,7 +172,8 @@ class _Group:
 
 
 def _unit(q: Array) -> Array:
-    return np.asarray(q / np.sqrt(np.sum(q * q, axis=0)))
+    unit: Array = q / np.sqrt(np.sum(q * q, axis=0))
+    return unit
 
 
 def _turn(c: Array, angle: Array) -> Array:
@@ -223,7 +225,7 @@ class Tree:
     def forward(self, q: Array) -> Frames:
         """Return the frames of all bodies at coordinates ``q`` (nq, N)."""
         N = q.shape[1]
-        R, p = np.empty((3, 3, self.bodies, N)), np.empty((3, self.bodies, N))
+        R, p = zeros_for((3, 3, self.bodies, N), q), zeros_for((3, self.bodies, N), q)
         R[:, :, 0], p[:, 0] = np.eye(3)[:, :, None], 0.0
         for group in self._groups:
             R_local, p_local = group.local(q)
@@ -239,7 +241,7 @@ class Tree:
 
     def integrate(self, q: Array, v: Array) -> Array:
         """Return the coordinates (nq, N) reached from ``q`` by the displacement ``v`` (nv, N) [m, rad]."""
-        moved = np.array(q)
+        moved = np.array(q, subok=True)
         for group in self._groups:
             group.integrate(moved, v)
         return moved

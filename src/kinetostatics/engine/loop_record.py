@@ -1,0 +1,111 @@
+"""The record of what closes a robot's loops: one step of Newton's method, and all frames, at one example pose.
+
+What is recorded is :meth:`kinetostatics.kinematics.solver.Solver.system` and what the solver does with it: there is no other
+mathematics here. Lengths and placements are parameters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.engine.record import recorded_input
+from kinetostatics.engine.scalars import NotRecordedError, Tape
+from kinetostatics.engine.structure import Structure
+from kinetostatics.kinematics.loop_constraints import LoopAxes, LoopEquations, world_frames
+from kinetostatics.kinematics.mimic import Couplings
+from kinetostatics.kinematics.solver import PrescribedCoordinates, Solver, SolverState
+from kinetostatics.math.arrays import Array, Index
+from kinetostatics.math.linalg import least_squares
+from kinetostatics.mechanism.mechanism import Connection, Mechanism, SphericalRun
+from kinetostatics.mechanism.tree import TreeJoint
+
+#: What is kept of classes that hold more than closing the loops needs; a solver's caches are made anew.
+KEPT: Mapping[type, tuple[str, ...]] = {
+    Solver: (
+        *("equations", "length", "reach", "slack", "tree", "mechanism", "platform_signs", "column_scale"),
+        *("_row_scale", "_joint_of_column"),
+    ),
+    Mechanism: ("tree", "platform_frame", "base_frame"),
+    LoopEquations: (
+        *("mechanism", "tree", "loops", "closures", "count", "signs", "couplings", "loop_axes", "runs", "_tables", "_distance"),
+        *("_alignment", "_right_angle", "_turn", "_same_here", "_same_there"),
+    ),
+    Connection: ("kind", "predecessor_body", "successor_body", "predecessor_frame", "successor_frame"),
+    LoopAxes: ("axis", "side", "third", "turned_side", "middle"),
+    Couplings: ("count", "columns", "_couplings", "_gradient"),
+    SphericalRun: ("axes", "orientation"),
+    TreeJoint: ("kind", "first_q", "first_v"),
+}
+
+
+@dataclass(frozen=True)
+class LoopRecord:
+    """What closing a robot's loops takes, operation by operation.
+
+    Attributes:
+        tape: the operations; inputs are the solver's coordinates x (nq'), the platform's orientation coordinates c (3,) and the
+            prescribed coordinates (n,), in this order.
+        parameters: (P,) this robot's numbers.
+        key: tells structures apart.
+        arrays: numbers of the operations of what is computed, by name, in arrays of the shapes without poses.
+        columns: (f,) the freedoms of the tree that the first unknowns of a step move, scaled by ``column_scale``.
+        angles: which of the orientation coordinates c the last unknowns of a step move.
+    """
+
+    tape: Tape
+    parameters: Array
+    key: str
+    arrays: Mapping[str, NDArray[np.intp]]
+    columns: Index
+    angles: tuple[int, ...]
+
+
+def loop_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState, local: int = 0) -> LoopRecord:
+    """Record a step of Newton's method, with all it depends on.
+
+    The arrays are, without poses: ``residual`` (m,) scaled, ``gradient`` (m, f + a) of the residual by the unknowns, which are
+    the scaled displacements of the free columns and the unknown angles; ``step`` (f + a,) the correction; ``x`` (nq',) and ``c``
+    (3,) moved by it; and, at the coordinates before that: ``q`` (nq,) of Pinocchio, ``rotation`` (3, 3, B) and ``position``
+    (3, B) [m] of all bodies, world axes.
+
+    Args:
+        solver: closes the loops.
+        prescribed: which coordinates are given; those of the tree must stand in x already, those of the angles in c:
+            :meth:`Solver.impose`.
+        example: one pose near to which guards hold.
+        local: number of freedoms that do not move the platform.
+
+    Raises:
+        NotRecordedError: it takes something that is not an operation on scalars.
+    """
+    tape = Tape()
+    structure = Structure(solver, tape, KEPT)
+    copy: Solver = structure.copy
+    copy.forget()
+    target = solver.values(prescribed, example)
+    x, c, given = (recorded_input(tape, number, array) for number, array in enumerate((example.x, example.c, target)))
+    try:
+        with np.errstate(all="ignore"):
+            poses = SolverState(x, c)
+            residual, gradient = copy.system(prescribed, poses, given)
+            step = -least_squares(gradient, residual[:, None], local)[:, 0]
+            moved = copy.advance(prescribed, poses, step)
+            q = copy.equations.to_model(x, solver.mechanism.tree.neutral[:, None])
+            frames = world_frames(copy.mechanism, copy.mechanism.tree.forward(q))
+    except (ArithmeticError, AttributeError, IndexError, TypeError, ValueError) as error:  # something takes numbers for floats
+        raise NotRecordedError(str(error)) from error
+    found: dict[str, Any] = {"residual": residual, "gradient": gradient, "step": step, "x": moved.x, "c": moved.c, "q": q}
+    found |= {"rotation": frames.rotation, "position": frames.position}
+    arrays = {name: _numbers(tape, array) for name, array in found.items()}
+    free = solver.free_columns(prescribed)
+    return LoopRecord(tape, structure.values, structure.key, arrays, free, prescribed.unknown_angles)
+
+
+def _numbers(tape: Tape, array: Any) -> NDArray[np.intp]:
+    flat = [tape.number_of(entry) for entry in array.ravel().tolist()]
+    return np.array(flat, dtype=np.intp).reshape(array.shape[:-1])
