@@ -12,10 +12,11 @@ from numpy.typing import ArrayLike
 
 from kinetostatics.buckling.members import Member, members_of
 from kinetostatics.description.robot import RobotDescription
-from kinetostatics.exceptions import ArgumentError, AssemblyError
+from kinetostatics.exceptions import ArgumentError, AssemblyError, RobotFileError
 from kinetostatics.files.reader import read_robot_file
 from kinetostatics.kinematics import assembly
 from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.kinematics.frame_corrections import with_wrong_parent
 from kinetostatics.kinematics.pose_spread import typical_poses
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.kinematics.unit_hints import odd_coordinates
@@ -75,7 +76,11 @@ class Robot(Shown, RobotKinematics):
 
     def __init__(self, description: RobotDescription) -> None:
         mechanism = Mechanism(description)
-        super().__init__(mechanism, analyze_topology(mechanism))
+        try:
+            topology = analyze_topology(mechanism)
+        except RobotFileError as error:
+            raise with_wrong_parent(error, mechanism) from None
+        super().__init__(mechanism, topology)
 
     @cached_property
     def model(self) -> Any:

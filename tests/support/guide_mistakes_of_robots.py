@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from guide_mistakes import Mistake, add, code, swap
-from guide_mistakes_of_files import B_WHOLE, CIRCLE, INERTIA, JOINT_B, LEFT, LOOP, MOTOR, RIGHT
+from guide_mistakes_of_files import B_WHOLE, CIRCLE, INERTIA, JOINT_B, LEFT, LOOP, LOOP_AXIS, MOTOR, RIGHT
 
 LEFT_BEAM = f"{LEFT}\n    {CIRCLE}\n  </beam>"
 RIGHT_BEAM = f'{RIGHT}\n    <tube outer_diameter="0.03" inner_diameter="0.02"/>\n  </beam>'
@@ -47,6 +47,7 @@ SPANS = (
     Mistake("the `<loop>` left out, and no `from` and `to` in the right rod's beam", "Write the loop.",
             (*NO_LOOP, (RIGHT, RIGHT.replace(' from="d" to="c"', "")))),
     Mistake("the `<loop>` left out", "Write the loop.", NO_LOOP),
+    swap(B_WHOLE, B_WHOLE.replace('parent link="left"', 'parent link="right"'), "Write it.", '`<parent link="right"/>` in b'),
     Mistake("a beam without `from` and `to` on a post that leads nowhere", "Name both ends; its tip needs a joint, to a link of "
             "its own.", more(joint("e", "ground", "post", 0.3) + beam("post", ""))),
     swap(LEFT, LEFT.replace('to="b"', 'to="d"'), "A beam lies on one link: make a second beam.",
@@ -254,6 +255,7 @@ PYTHON = (
 
 WARNINGS = tuple(replace(mistake, warns=True) for mistake in (
     swap(B_WHOLE, B_WHOLE.replace('<axis xyz="0 1 0"/>', ""), "Write it: here 0 1 0.", "`<axis>` left out in b"),
+    swap(LOOP_AXIS, "</successor>", "Write it: here 0 1 0.", "`<axis>` left out in the `<loop>`"),
     Mistake("the `<loop>` and the right rod's beam left out", "Write the loop.", (*NO_LOOP, (RIGHT_BEAM, ""))),
     swap('<link name="left"/>', '<link name="left"><visuals/></link>', "Correct it, or leave it."),
     swap(B_WHOLE, f'{B_WHOLE}<limit lower="-1" upper="1" effort="0" velocity="0"/>', "Say revolute.",

@@ -82,6 +82,7 @@ class RobotDescription(Shown):
         path: of the file it was read from, as given; meshes lie beside it.
         platform_place: where the platform is written.
         file_warnings: what is suspicious but not wrong in the file's text, in full sentences.
+        default_axes: names of joints and loops whose axis the file leaves out, so that it is x.
     """
 
     name: str
@@ -99,6 +100,7 @@ class RobotDescription(Shown):
     path: str = field(default="<python>", compare=False)
     platform_place: Place = field(default=IN_PYTHON, compare=False, kw_only=True)
     file_warnings: tuple[str, ...] = field(default=(), compare=False)
+    default_axes: tuple[str, ...] = field(default=(), compare=False)
     #: Whether everything has been looked at; copies that are changed start anew.
     is_valid: bool = field(default=False, init=False, repr=False, compare=False)
 

@@ -238,7 +238,7 @@ def _loop(loop: Loop) -> Element:
     content = [
         write.element("predecessor", {"link": loop.predecessor}, write.origin(loop.predecessor_origin)),
         write.element("successor", {"link": loop.successor}, write.origin(loop.successor_origin)),
-        write.direction("axis", loop.axis, _X),
+        write.direction("axis", loop.axis, _NONE if loop.type in names_of("has_axis") else _X),
         write.direction("axis2", loop.axis2, _Y),
         _limit(write, loop, False),
         cone,

@@ -1,4 +1,4 @@
-"""What a robot file says of joints from outside: ``<transmission>``, ``<mimic>`` and ``<joint_stiffness>``."""
+"""What a robot file says of joints from outside: ``<transmission>``, ``<mimic>`` and ``<joint_stiffness>``; and missing axes."""
 
 from __future__ import annotations
 
@@ -61,6 +61,24 @@ def _drivable(entry: Element, name: str, kind: str, joints: Mapping[str, Joint],
     if mimic is not None:
         raise entry.error(f"{name!r} mimics {mimic.joint!r} and cannot be driven as well; drop one of the two")
     return name
+
+
+# ---- <axis> ------------------------------------------------------------------------------------------------------------
+
+
+def lacks_axis(element: Element) -> bool:
+    """Whether a joint or loop leaves out the ``<axis>`` it has; the axes of a universal joint may well be left out."""
+    kind = JOINT_TYPES.get(element.attributes.get("type", ""))
+    return kind is not None and kind.has_axis and kind.turns is not Axes.BOTH and element.child("axis") is None
+
+
+def axis_warning(element: Element) -> str:
+    """Return the warning of an ``<axis>`` that is left out."""
+    kind = JOINT_TYPES[text(element, "type")]
+    slides = {Axes.AXIS: "slides along ", Axes.ACROSS: "slides across "}.get(kind.slides, "")
+    moves = f"{slides}{'and ' * bool(slides)}turns about" if kind.turns is Axes.AXIS else slides.rstrip()
+    frame = "its predecessor's <origin>" if element.tag == "loop" else "its frame"
+    return f"{element.place}: {element.label} has no <axis>: it {moves} x of {frame}, as URDF has it; write the axis."
 
 
 # ---- <mimic> -----------------------------------------------------------------------------------------------------------

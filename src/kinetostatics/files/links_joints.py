@@ -15,7 +15,7 @@ from kinetostatics.description.joint_types import JOINT_TYPES, Axes, names_of
 from kinetostatics.description.robot import by_name
 from kinetostatics.exceptions import near_names
 from kinetostatics.files.element_writer import other_children
-from kinetostatics.files.joint_attributes import read_mimic
+from kinetostatics.files.joint_attributes import axis_warning, lacks_axis, read_mimic
 from kinetostatics.files.xml import Element
 from kinetostatics.files.xml_values import direction, limits, new_name, not_negative, number, origin, reference, text
 
@@ -196,11 +196,8 @@ def _axis(element: Element, kind: str, warnings: list[str]) -> Vector:
             'joint\'s frame whatever the axis says: write <axis xyz="0 0 1"/> and turn the frame with <origin rpy>, '
             "or use a planar <loop>"
         )
-    if axis is None:
-        moves = "slides along" if JOINT_TYPES[kind].is_slide else "turns about"
-        warnings.append(
-            f"{element.place}: {element.label} has no <axis>: it {moves} x of its frame, as URDF has it; write the axis."
-        )
+    if lacks_axis(element):
+        warnings.append(axis_warning(element))
     return result
 
 

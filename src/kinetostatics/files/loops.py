@@ -10,6 +10,7 @@ from kinetostatics.description.elements import Cone, Joint, Link, Loop, Origin, 
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes, names_of
 from kinetostatics.description.robot import by_name
 from kinetostatics.exceptions import near_names
+from kinetostatics.files.joint_attributes import axis_warning, lacks_axis
 from kinetostatics.files.xml import Element
 from kinetostatics.files.xml_values import allow, direction, limits, new_name, not_negative, origin, positive, reference, text
 
@@ -19,17 +20,17 @@ MAX_LOOPS = 250
 _PARALLEL = 1e-9  # 1 − cos of the smallest angle between the two axes of a universal joint
 
 
-def read_loops(root: Element, links: Mapping[str, Link], joints: Mapping[str, Joint]) -> dict[str, Loop]:
+def read_loops(root: Element, links: Mapping[str, Link], joints: Mapping[str, Joint], warnings: list[str]) -> dict[str, Loop]:
     """Read all ``<loop>``."""
     loops: list[Loop] = []
     for element in root.named("loop"):
-        loops.append(_loop(element, links))
+        loops.append(_loop(element, links, warnings))
         if len(loops) > MAX_LOOPS:
             raise element.error(f"the robot has more than {MAX_LOOPS} loops")
     return by_name("joint or loop", loops, joints)
 
 
-def _loop(element: Element, links: Mapping[str, Link]) -> Loop:
+def _loop(element: Element, links: Mapping[str, Link], warnings: list[str]) -> Loop:
     name = new_name(element)
     allow(element, ("name", "type"), ("predecessor", "successor", "axis", "axis2", "limit", "cone"))
     kind = text(element, "type")
@@ -39,7 +40,7 @@ def _loop(element: Element, links: Mapping[str, Link]) -> Loop:
     successor, successor_origin = _side(element, "successor", links)
     if predecessor == successor:
         raise element.error(f"{element.label} joins the link {predecessor!r} to itself")
-    axis, axis2 = _axes(element, kind)
+    axis, axis2 = _axes(element, kind, warnings)
     lower, upper, effort, velocity = _limits(element, kind)
     return Loop(
         name,
@@ -65,14 +66,16 @@ def _side(element: Element, tag: str, links: Mapping[str, Link]) -> tuple[str, O
     return reference(side, "link", links, "link"), origin(side)
 
 
-def _axes(element: Element, kind: str) -> tuple[Vector, Vector]:
-    """Return ``axis`` and ``axis2``."""
+def _axes(element: Element, kind: str, warnings: list[str]) -> tuple[Vector, Vector]:
+    """Return ``axis`` and ``axis2``; those of a universal joint may well be left out."""
     two = JOINT_TYPES[kind].turns is Axes.BOTH
     without = {"axis": not JOINT_TYPES[kind].has_axis, "axis2": not two}
     result = {"axis": (1.0, 0.0, 0.0), "axis2": (0.0, 1.0, 0.0)}
     for tag in result:
         found = element.child(tag)
         if found is None:
+            if tag == "axis" and lacks_axis(element):
+                warnings.append(axis_warning(element))
             continue
         if without[tag]:
             hint = "; turn its frames with <origin rpy>" if tag == "axis" else "; only universal has"

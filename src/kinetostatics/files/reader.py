@@ -14,7 +14,13 @@ from kinetostatics.exceptions import ArgumentError, RobotFileError
 from kinetostatics.files.beams import read_beams
 from kinetostatics.files.bundled import read_robot
 from kinetostatics.files.element_writer import extra_of_robot, robot_element
-from kinetostatics.files.joint_attributes import check_masters, read_driven, read_joint_stiffness, with_right_mimics
+from kinetostatics.files.joint_attributes import (
+    check_masters,
+    lacks_axis,
+    read_driven,
+    read_joint_stiffness,
+    with_right_mimics,
+)
 from kinetostatics.files.links_joints import ROBOT_LEVEL, read_joints, read_links, tree_root
 from kinetostatics.files.loops import read_loops
 from kinetostatics.files.plain_urdf import all_driven, file_name, first_base, known_link, missing_platform
@@ -107,7 +113,8 @@ def validate(description: RobotDescription) -> RobotDescription:
     found = _describe(root, description.path, [])
     said = {warning.partition(": ")[2] for warning in description.file_warnings}
     new = [warning for warning in found.file_warnings if warning.partition(": ")[2] not in said]
-    return _valid(replace(found, file_warnings=(*description.file_warnings, *new)))
+    warnings = (*description.file_warnings, *new)
+    return _valid(replace(found, file_warnings=warnings, default_axes=description.default_axes))
 
 
 def _valid(description: RobotDescription) -> RobotDescription:
@@ -126,7 +133,7 @@ def _describe(
     links = read_links(root, warnings)
     joints = read_joints(root, links, warnings)
     tree = tree_root(links, joints)
-    loops = read_loops(root, links, joints)
+    loops = read_loops(root, links, joints, warnings)
     platform_element, base_element = _only(root, "platform", links, "origin"), _only(root, "base", links)
     joints = with_right_mimics(root, joints, loops, warnings)
     driven = read_driven(root, joints, loops, warnings)
@@ -164,6 +171,9 @@ def _describe(
             path,
             platform_place=place,
             file_warnings=tuple(warnings),
+            default_axes=tuple(
+                item.attributes["name"] for tag in ("joint", "loop") for item in root.named(tag) if lacks_axis(item)
+            ),
         )
     )
 

@@ -13,10 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.description.joint_types import JOINT_TYPES
+from kinetostatics.exceptions import RobotFileError
 from kinetostatics.kinematics.loop_constraints import Closures
+from kinetostatics.kinematics.sizes import box_diagonal
 from kinetostatics.math import rotations
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import cross
+from kinetostatics.mechanism.beam_geometry import ends_nowhere
 from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.tree import Frames
 
@@ -150,6 +153,39 @@ def other_links(mechanism: Mechanism, size: float) -> tuple[OtherLink, ...]:
         if closed.size:
             found.append(OtherLink(name, is_loop, link, tuple(targets[k] for k in closed)))
     return tuple(found)
+
+
+def with_wrong_parent(error: RobotFileError, mechanism: Mechanism) -> RobotFileError:
+    """Return an error about a link that ends nowhere, or another, with the joint named first that should be on such a link.
+
+    Args:
+        error: what is wrong with the robot.
+        mechanism: its joints.
+
+    Returns:
+        The same error, unless all loops would close at zero with one joint, or side of a loop, on a link that ends nowhere.
+    """
+    size, empty = box_diagonal(mechanism), [link for link, _ in ends_nowhere(mechanism)]
+    if not empty or not mechanism.description.loops or are_closed_at_zero(mechanism, size):
+        return error
+    found = [(item, link) for item in other_links(mechanism, size) for link in item.others if link in empty]
+    if len(found) != 1:
+        return error
+    item, link = found[0]
+    description = mechanism.description
+    side = "<predecessor> or <successor>" if item.is_loop else "<parent>"
+    where = (description.loops if item.is_loop else description.joints)[item.joint].place
+    return where.error(
+        f"the {side} of {'loop' if item.is_loop else 'joint'} {item.joint!r} seems wrong: on link {link!r} instead of "
+        f"{item.link!r} it would close all loops at zero, and as it is {link!r} ends nowhere. (If it is right: {error.reason})"
+    )
+
+
+def are_closed_at_zero(mechanism: Mechanism, size: float) -> bool:
+    """Whether all loops are closed where all joints are at zero, up to what rounding leaves in a robot of this size [m]."""
+    closures, sides, _, _ = _at_zero(mechanism)
+    frames = Frames(sides[:, None, :3, :3].transpose(2, 3, 0, 1), sides[:, None, :3, 3].transpose(2, 0, 1))
+    return bool(_are_closed(closures, closures.evaluate(frames)[0], size).all())
 
 
 def _at_zero(mechanism: Mechanism) -> tuple[Closures, Array, dict[str, Array], _Candidates]:

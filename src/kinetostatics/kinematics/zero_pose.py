@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from kinetostatics.description.elements import Joint, Loop
 from kinetostatics.kinematics.frame_corrections import FrameCorrection, frame_corrections, other_links
 from kinetostatics.kinematics.loop_constraints import LoopEquations
 from kinetostatics.kinematics.openings import CLOSED, are_within, gaps_text
@@ -78,7 +79,10 @@ def wrong_zero_text(mechanism: Mechanism, gaps: Mapping[str, tuple[float, float]
     """
     name = mechanism.description.name
     text = f"the loops of {name!r} cannot be closed, not even with all joints free{': ' * bool(closest)}{closest}. "
-    text += f"Where all joints are at zero, {gaps_text(gaps)}. A frame in the file is wrong"
+    text += f"Where all joints are at zero, {gaps_text(gaps)}. "
+    if missing := _missing_axes(mechanism):
+        return text + f"The file leaves out {missing}"
+    text += "A frame in the file is wrong"
     if are_within(gaps, ACCEPTED * size, ACCEPTED):
         text += ", or an angle or a length is rounded (write them with full precision, as ${pi/2} in xacro)"
     corrections = frame_corrections(mechanism, size)
@@ -91,7 +95,12 @@ def wrong_zero_text(mechanism: Mechanism, gaps: Mapping[str, tuple[float, float]
 
 
 def corrections_hint(mechanism: Mechanism, size: float) -> str | None:
-    """Say which single frame would close the loops at zero where joints have to move to close them, None if there is none."""
+    """Say which single frame would close the loops at zero where joints have to move to close them, None if there is none.
+
+    Where an axis is left out, the reader's warning of that is enough.
+    """
+    if _missing_axes(mechanism):
+        return None
     corrections = frame_corrections(mechanism, size)
     if not corrections or any(item.is_motion_of(mechanism) for item in corrections):
         return None
@@ -99,6 +108,20 @@ def corrections_hint(mechanism: Mechanism, size: float) -> str | None:
     return (
         "if the loops are meant to be closed where all joints are at zero, a frame in the file is wrong: "
         f"{which} would close all: {_listed(mechanism, corrections)}{_said_of_links(mechanism, size)}"
+    )
+
+
+def _missing_axes(mechanism: Mechanism) -> str:
+    """Say which axes the file leaves out; what could be wrong else is told when they are written."""
+    description = mechanism.description
+    connections: dict[str, Joint | Loop] = {**description.joints, **description.loops}
+    names = [name for name in description.default_axes if name in connections and connections[name].axis == (1.0, 0.0, 0.0)]
+    if not names:
+        return ""
+    one = len(names) == 1
+    return (
+        f"the <axis> of {', '.join(map(repr, names))}, which {'then is' if one else 'are then'} x: write "
+        f"{'it' if one else 'them'} first"
     )
 
 
@@ -112,7 +135,8 @@ def _said_of_links(mechanism: Mechanism, size: float) -> str:
 def _listed(mechanism: Mechanism, corrections: tuple[FrameCorrection, ...]) -> str:
     text = "; ".join(map(str, corrections[:_SHOWN]))
     if len(corrections) > _SHOWN:
-        text += f"; or {len(corrections) - _SHOWN} others"
+        more = len(corrections) - _SHOWN
+        text += f"; or {'another one' if more == 1 else f'{more} others'}"
     joints = [item.joint for item in corrections[:_SHOWN] if not item.is_loop]
     if not joints:
         return text

@@ -239,10 +239,14 @@ class SpanFinder:
         attribute, where = ("from", "base") if towards_base else ("to", "platform")
         if len(found) != 1:
             which = "no joint leads" if not found else f"the joints {', '.join(found)} lead"
-            raise beam_error(
-                beam,
-                f'{which} from link {beam.link!r} towards the {where}; say which joint is meant by {attribute}="…"',
-            )
+            reason = f'{which} from link {beam.link!r} towards the {where}; say which joint is meant by {attribute}="…"'
+            for link, joint in ends_nowhere(self.mechanism):
+                reason = (
+                    f"link {link!r} ends nowhere, as {joint!r} is its only joint: is a <parent> wrong, or a <loop> missing? "
+                    f"If not: {reason}"
+                )
+                break
+            raise beam_error(beam, reason)
         return BeamEnd(found[0])
 
     def _link_path(

@@ -7,7 +7,7 @@ from simple_machines import joint, link, loop, parallelogram, robot
 import kinetostatics as ks
 
 
-def four_bar(gap=0.0, unit=1.0, slack=False, zero=0.0, bent=0.0, turned=0.0):
+def four_bar(gap=0.0, unit=1.0, slack=False, zero=0.0, bent=0.0, turned=0.0, kind="revolute", axis="0 1 0"):
     """A linkage in the plane y = 0, its crank driven: at zero all in a line, which is too long by ``gap``.
 
     Args:
@@ -17,6 +17,7 @@ def four_bar(gap=0.0, unit=1.0, slack=False, zero=0.0, bent=0.0, turned=0.0):
         zero: what the coupler's and rocker's zeros are turned by [rad].
         bent: by how much the rocker's head is off the plane [units].
         turned: what the crank's zero is turned by [rad].
+        kind, axis: of the loop; None leaves the axis out.
     """
 
     def at(x, y=0.0, turn=0.0):
@@ -36,7 +37,7 @@ def four_bar(gap=0.0, unit=1.0, slack=False, zero=0.0, bent=0.0, turned=0.0):
     parts += [
         joint("b", "continuous", inner, "platform", at(0.3, turn=zero)),
         joint("d", "continuous", "base", "rocker", at(1.2 - gap, turn=-zero)),
-        loop("c", "revolute", "rocker", "platform", at(-0.4, bent), at(0.5), "0 1 0"),
+        loop("c", kind, "rocker", "platform", at(-0.4, bent), at(0.5), axis),
         '<transmission name="t"><joint name="a"/></transmission>',
     ]
     return robot(*parts)
@@ -104,3 +105,23 @@ def test_what_cannot_be_reached_is_told_apart_from_what_lies_beyond_a_singular_p
         parallelogram().assemble(actuators={"foot_0": 3.0})
     with pytest.raises(ks.AssemblyError, match=r"the nearest that was found is x = (0.99\d*|1), where no loop stays open"):
         parallelogram().assemble(platform={"x": 1.2})
+
+
+@pytest.mark.parametrize("gap", [0.0, 0.05])
+@pytest.mark.parametrize(
+    ("kind", "moves"),
+    [("revolute", "turns about x"), ("prismatic", "slides along x"), ("cylindrical", "slides along and turns about x")],
+)
+def test_an_axis_that_a_loop_leaves_out_is_said_first_and_nothing_is_guessed(kind, moves, gap):
+    missing = four_bar(gap, bent=0.1, kind=kind, axis=None)
+    (warning,) = [text for text in missing.description.file_warnings if "<loop> 'c'" in text]
+    assert f"has no <axis>: it {moves} of its predecessor's <origin>" in warning
+    with pytest.raises(ks.AssemblyError) as caught:
+        missing.assemble()
+    message = str(caught.value)
+    assert "The file leaves out the <axis> of 'c', which then is x: write it first" in message
+    assert "moving the origin" not in message and "on link" not in message
+    written = four_bar(gap, bent=0.1, kind=kind, axis="1 0 0")
+    assert not any("<axis>" in text for text in written.description.file_warnings)
+    with pytest.raises(ks.AssemblyError, match=r"moving the origin|No single one"):
+        written.assemble()

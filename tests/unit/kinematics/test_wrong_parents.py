@@ -1,0 +1,89 @@
+"""Joints whose ``<parent>`` is another link than was meant: the joint is named, before anything is said of beams."""
+
+import re
+
+import pytest
+from simple_machines import joint, link, loop, robot
+
+import kinetostatics as ks
+
+#: The joints of a five-bar linkage in the plane of x and y, by their parents: name, parent, child and origin.
+JOINTS = {
+    "motor_left": ("base", "crank_left", "-0.1 0 0"),
+    "motor_right": ("base", "crank_right", "0.1 0 0"),
+    "elbow_left": ("crank_left", "rod_left", "-0.1 0.2 0"),
+    "elbow_right": ("crank_right", "rod_right", "0.1 0.2 0"),
+    "tip": ("rod_left", "tool", "0.2 0.25 0"),
+}
+RODS = ("crank_left", "crank_right", "rod_left", "rod_right")
+
+
+def five_bar(parents=None, predecessor="rod_right", at="-0.2 0.25 0"):
+    joints = {name: ((parents or {}).get(name, parent), child, xyz) for name, (parent, child, xyz) in JOINTS.items()}
+    return robot(
+        *(link(name) for name in ("base", *RODS)),
+        link("tool", 1.0),
+        *(joint(name, "continuous", *values, axis="0 0 1") for name, values in joints.items()),
+        loop("closing", "revolute", predecessor, "tool", at, axis="0 0 1"),
+        *(
+            f'<beam link="{name}" youngs_modulus="7e10" poisson_ratio="0.3" density="2700"><circle diameter="0.02"/></beam>'
+            for name in RODS
+        ),
+        '<transmission name="l"><joint name="motor_left"/></transmission>',
+        '<transmission name="r"><joint name="motor_right"/></transmission>',
+        platform="tool",
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "wrong"),
+    [
+        ("elbow_left", "base"),
+        ("elbow_left", "crank_right"),
+        ("elbow_right", "rod_left"),
+        ("tip", "crank_right"),
+        ("tip", "crank_left"),
+        ("tip", "base"),
+    ],
+)
+def test_a_wrong_parent_is_named_first(name, wrong):
+    right = JOINTS[name][0]
+    with pytest.raises(ks.RobotFileError) as caught:
+        five_bar({name: wrong})
+    assert caught.value.reason.startswith(
+        f"the <parent> of joint {name!r} seems wrong: on link {right!r} instead of {wrong!r} it would close all loops at zero"
+    )
+
+
+def test_a_wrong_side_of_a_loop_is_named_first():
+    with pytest.raises(ks.RobotFileError) as caught:
+        five_bar(predecessor="crank_left")
+    assert caught.value.reason.startswith("the <predecessor> or <successor> of loop 'closing' seems wrong: on link 'rod_right'")
+
+
+def test_where_it_cannot_be_told_the_link_that_ends_nowhere_comes_before_the_beam_with_too_many_joints():
+    with pytest.raises(ks.RobotFileError) as caught:  # the loop's place fits no link
+        five_bar({"tip": "crank_right"}, at="0.3 0.25 0")
+    reason = caught.value.reason
+    assert "seems wrong" not in reason
+    assert re.match(r"<beam '\w+'>: link 'rod_left' ends nowhere, as 'elbow_left' is its only joint: is a <parent> wrong", reason)
+    assert reason.index("ends nowhere") < reason.index("say which joint is meant by to=")
+
+
+def test_nothing_is_suspected_where_the_loops_are_closed():
+    """A bracket on the base that ends nowhere lies like the base: every joint of the base would do on it."""
+    text = "at zero"
+    parts = (
+        link("base"),
+        link("bracket"),
+        link("rod"),
+        link("tool", 1.0),
+        joint("screw", "continuous", "base", "bracket"),
+        joint("hinge", "continuous", "base", "rod"),
+        joint("end", "continuous", "rod", "tool", "1 0 0"),
+        loop("closing", "revolute", "base", "tool", "1 0 0", axis="0 1 0"),
+        '<beam link="bracket" youngs_modulus="7e10" poisson_ratio="0.3" density="0"><circle diameter="0.02"/></beam>',
+    )
+    with pytest.raises(ks.RobotFileError, match="'bracket' ends nowhere") as caught:
+        robot(*parts, platform="tool")
+    assert text not in caught.value.reason
