@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from kinetostatics import description, sections
 from kinetostatics.analysis import analyze
+from kinetostatics.compensation import compensate
 from kinetostatics.exceptions import (
     ArgumentError,
     AssemblyError,
@@ -27,6 +28,7 @@ from kinetostatics.files.writer import save_robot
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.printing.dispatch import LATE_MODULES
 from kinetostatics.results.beam import BeamResult
+from kinetostatics.results.compensation import Compensation
 from kinetostatics.results.limb import LimbResult
 from kinetostatics.results.result import Result
 from kinetostatics.results.tolerances import Tolerance, Tolerances
@@ -51,6 +53,7 @@ __all__ = [
     "ArgumentError",
     "AssemblyError",
     "BeamResult",
+    "Compensation",
     "Configuration",
     "CoordinatesError",
     "EngineReport",
@@ -67,6 +70,7 @@ __all__ = [
     "Tolerance",
     "Tolerances",
     "analyze",
+    "compensate",
     "description",
     "engine_report",
     "extend_robot",

@@ -35,6 +35,10 @@ def calls(robot, pose, folder):
         for name in ("configuration", "load", "gravity", "point", "frame", "misfits", "on_failure")
     }
     found |= {
+        f"compensate({name}=)": lambda v, name=name: ks.compensate(**{"configuration": pose, name: v})
+        for name in ("configuration", "load", "gravity", "coordinates", "orientation", "on_failure", "tolerance")
+    }
+    found |= {
         f"tolerances({name}=)": lambda v, name=name: ks.tolerances(**{"configuration": pose, name: v})
         for name in ("configuration", "length", "angle", "temperature", "by")
     }

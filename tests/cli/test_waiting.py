@@ -26,6 +26,7 @@ FOREIGN = str(TESTS / "foreign" / "five_bar_onshape.urdf")
 SLOW = {
     "check": (["five_bar"], "kinetostatics.robot.load_robot", "checking"),
     "analyze": (["five_bar"], "kinetostatics.analysis.analyze", "analyzing"),
+    "compensate": (["five_bar"], "kinetostatics.compensation.compensate", "compensating"),
     "sweep": (["five_bar", "--platform", "x=0,0.01", "y=0.3", "--out", "new.nc"], "PLAN", "planning the sweep"),
     "view": (["five_bar", "--html", "page.html"], "kinetostatics.viewer.page_html", "making the page"),
     "verify": (["five_bar"], "kinetostatics.verification.verify", "verifying"),
@@ -132,7 +133,8 @@ def test_nothing_is_said_where_nobody_looks_on(command, place, monkeypatch, caps
         pytest.importorskip("openseespy")
     monkeypatch.setattr("kinetostatics.printing.waiting.EVERY", 0.02)
     make_slow(monkeypatch, name, 0.1)
-    assert main([command, *arguments, *(["--json"] if command in ("check", "analyze", "verify", "tolerances") else [])]) == 0
+    as_json = ["--json"] * (command in ("check", "analyze", "compensate", "verify", "tolerances"))
+    assert main([command, *arguments, *as_json]) == 0
     written = capsys.readouterr()
     assert f"{words} …" not in written.out
     assert all(line.startswith("kinetostatics: warning:") for line in written.err.splitlines())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -44,7 +45,7 @@ def assemble(
     tolerance = positive("tolerance", tolerance, "a positive length [m] and angle [rad]", infinite=True)
     convention = orientation_named(orientation)
     if platform is not None:
-        prescribed, names = _platform_coordinates(robot, platform, orientation)
+        prescribed, names = platform_coordinates(robot, platform, orientation)
         given: Mapping[str, ArrayLike] = platform
     else:
         given = actuators if actuators is not None else {name: 0.0 for name in robot.description.driven}
@@ -82,7 +83,8 @@ def assemble(
         return robot.solver.newton(prescribed, poses.take(which), target[:, which], local)[0]
 
     named = orientation if platform is not None else None
-    return _configuration(robot, poses, shape, arrived, named, convention, tolerance, raising, again=again)
+    made = _configuration(robot, poses, shape, arrived, named, convention, tolerance, raising, again=again)
+    return made if platform is None else replace(made, prescribed=tuple(names))
 
 
 def configuration_at(robot: RobotKinematics, q: ArrayLike, tolerance: float, on_failure: str | None) -> Configuration:
@@ -173,9 +175,14 @@ def _check_actuator_names(robot: RobotKinematics, given: Mapping[str, ArrayLike]
         )
 
 
-def _platform_coordinates(
+def platform_coordinates(
     robot: RobotKinematics, platform: Mapping[str, ArrayLike], orientation: str | None
 ) -> tuple[PrescribedCoordinates, list[str]]:
+    """Return coordinates of the platform as the solver sees them, and their names in its order.
+
+    Raises:
+        CoordinatesError: they are unknown, too few or too many, or do not determine the pose.
+    """
     convention = orientation_named(orientation)
     check_mapping("platform", platform, '{"z": 0.5}')
     known = ("x", "y", "z", *convention.names)

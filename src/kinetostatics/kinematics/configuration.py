@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -62,6 +62,8 @@ class Configuration(Shown):
     frames: Frames
     openings: Mapping[str, tuple[Array, Array]]
     reached: NDArray[np.bool_]
+    #: Names of the platform's coordinates that were given, if the pose was assembled from them.
+    prescribed: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         if self.shape:
@@ -203,3 +205,20 @@ class Configuration(Shown):
         status = np.asarray(status.astype(np.int8))
         status.setflags(write=False)
         return status
+
+
+def spread(configuration: Configuration, shape: tuple[int, ...]) -> Configuration:
+    """Return a configuration broadcast to a larger batch shape."""
+    if shape == configuration.shape:
+        return configuration
+    numbers = np.arange(len(configuration.reached)).reshape(configuration.shape)
+    which = np.broadcast_to(numbers, shape).ravel()
+    return replace(
+        configuration,
+        shape=shape,
+        poses=configuration.poses.take(which),
+        model_q=frozen(configuration.model_q[:, which]),
+        frames=configuration.frames.take(which),
+        openings={name: (metres[which], radians[which]) for name, (metres, radians) in configuration.openings.items()},
+        reached=configuration.reached[which],
+    )

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import combinations
 
+import numpy as np
+
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.kinematics.solver import PrescribedCoordinates, SolverState
 from kinetostatics.math.orientation import Orientation
@@ -13,6 +15,8 @@ from kinetostatics.math.orientation import Orientation
 PREFERRED = ("z", "x", "y", "rz", "rx", "ry", "azimuth", "tilt", "torsion")
 #: Sets that a message names.
 NAMED = 3
+#: By what factor a set must tell more than one before it, to be better.
+MARGIN = 1.5
 
 
 def prescribed_platform(names: Sequence[str], orientation: Orientation) -> PrescribedCoordinates:
@@ -35,6 +39,26 @@ def choices(robot: RobotKinematics, orientation: Orientation, given: Sequence[st
     ]
     here = [names for names in sets if robot.mobility_analysis.fixes_platform_at(prescribed_platform(names, orientation), pose)]
     return sorted(here or sets, key=lambda names: sum(name not in given for name in names))
+
+
+def best_choice(robot: RobotKinematics, orientation: Orientation, pose: SolverState) -> tuple[str, ...]:
+    """Return the coordinates that tell the platform's motions at one pose best, of nearly equal sets the first.
+
+    The measure is the smallest singular value of the map from the platform's motions, in lengths, to the coordinates. Nothing is
+    returned where no coordinates determine the pose.
+    """
+    R, _ = robot.mechanism.platform_pose(robot.equations.forward(pose.x))
+    rates = orientation.rates(orientation.coordinates(R))[:, :, 0]
+    motions = robot.mobility_analysis.platform_motions(pose)
+    rows = np.concatenate([motions[:3], np.linalg.pinv(rates) @ motions[3:]])
+    known = ("x", "y", "z", *orientation.names)
+    found: tuple[str, ...] = ()
+    most = 0.0
+    for names in choices(robot, orientation, (), pose):
+        values = np.linalg.svd(rows[[known.index(name) for name in names]], compute_uv=False)
+        if (least := float(values.min(initial=1.0))) > MARGIN * most:
+            found, most = names, least
+    return found
 
 
 def say_choices(robot: RobotKinematics, orientation: Orientation, given: Sequence[str], pose: SolverState) -> str:

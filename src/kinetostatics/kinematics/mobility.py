@@ -93,6 +93,11 @@ class MobilityAnalysis:
             self._without_idle[prescribed] = replace(prescribed, fixed_dofs=tuple(idle.tolist()))
         return self._without_idle[prescribed]
 
+    def platform_motions(self, pose: SolverState) -> Array:
+        """Return an orthonormal basis (6, n) of the platform's scaled twists at o at one pose: what the loops leave it free."""
+        U, values, _ = np.linalg.svd(self._platform_map(pose) @ self._free_motions(PrescribedCoordinates(), pose))
+        return np.asarray(U[:, : int(np.sum(values > self.rank_tolerance))])
+
     def _platform_map(self, pose: SolverState) -> Array:
         """Return the scaled (6, nv) map from scaled tree freedoms to the platform's twist at o."""
         solver = self.solver

@@ -38,6 +38,7 @@ from kinetostatics.reports.json import drive_unit, wrench_units
 from kinetostatics.reports.pose import drive_coordinates, facts_of, platform_coordinates, statuses_of
 from kinetostatics.reports.tolerances import amount_words
 from kinetostatics.results.beam import BeamResult
+from kinetostatics.results.compensation import Compensation
 from kinetostatics.results.limb import LimbResult
 from kinetostatics.results.result import Result
 from kinetostatics.results.tolerances import Tolerances
@@ -78,7 +79,7 @@ def _html(item: object) -> str:
     return html_table(found.title, found.header, found.rows)
 
 
-for _shown in (Robot, RobotDescription, Configuration, Result, LimbResult, BeamResult, Tolerances):
+for _shown in (Robot, RobotDescription, Configuration, Result, LimbResult, BeamResult, Compensation, Tolerances):
     line_of.register(_shown, _line)
     html_of.register(_shown, _html)
 
@@ -199,6 +200,23 @@ def _beam(beam: BeamResult) -> Short:
     ]
     title = f"BeamResult {beam.name!r}"
     return Short(f"{title}: {_listed(rows[:4])}", title, ("quantity", "value"), rows)
+
+
+@_short.register
+def _compensation(found: Compensation) -> Short:
+    connections = found.wanted.robot.mechanism.connections
+    rows = [
+        (
+            name,
+            values_words(shift, LENGTHS if connections[name].type.is_slide else ANGLES),
+            values_words(found.actuator_forces[name], KINDS[FORCE_KINDS[drive_unit(found.result.robot, name)]]),
+        )
+        for name, shift in found.corrections.items()
+    ]
+    before, after = (values_words(np.linalg.norm(t[..., :3], axis=-1), LENGTHS) for t in (found.deviation, found.remaining))
+    title = f"Compensation of {found.wanted.robot.name!r}: {_statuses(found.result)}"
+    line = f"{title}; o misses its place by {before} uncorrected, by {after} corrected"
+    return Short(line, title, ("drive", "correction", "force"), rows)
 
 
 @_short.register

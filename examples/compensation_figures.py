@@ -1,0 +1,74 @@
+"""Draws the figures of the pages on feedforward and correction: ``python examples/compensation_figures.py [FOLDER]``.
+
+The numbers are those of the pages' own code. Needs Matplotlib.
+"""
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import kinetostatics as ks
+
+ROOT = Path(__file__).parent.parent
+
+
+def page_names(page: str) -> dict[str, Any]:
+    """Run the code of a how-to page, but for what it prints and writes, and return its names."""
+    text = (ROOT / "docs" / "how_to" / f"{page}.md").read_text(encoding="utf-8")
+    code = "".join(part.split("```")[0] for part in text.split("```python\n")[1:])
+    names: dict[str, Any] = {}
+    exec("\n".join(line for line in code.splitlines() if not line.startswith(("print", "found.save"))), names)
+    return names
+
+
+def draw_feedforward(path: Path) -> None:
+    """Draw the drives' forces round the cone."""
+    from matplotlib import pyplot as plt
+
+    names = page_names("feedforward")
+    alone = ks.analyze(names["path"])
+    figure, axes = plt.subplots(figsize=(6.4, 3.4), layout="constrained")
+    for k, (drive, force) in enumerate(names["found"].actuator_forces.items()):
+        axes.plot(np.degrees(names["turn"]), force, color=f"C{k}", label=drive)
+        axes.plot(np.degrees(names["turn"]), alone.actuator_forces[drive], "--", color=f"C{k}", linewidth=0.9)
+    axes.set(xlabel="azimuth [°]", ylabel="force of the drive [N]", xlim=(0, 360), xticks=range(0, 361, 60))
+    axes.legend(frameon=False, ncols=3, loc="upper center", bbox_to_anchor=(0.5, 1.15))
+    axes.grid(alpha=0.3)
+    figure.savefig(path, dpi=150)
+    plt.close(figure)
+
+
+def draw_correction(path: Path) -> None:
+    """Draw what the platform misses along the path, uncorrected and corrected."""
+    from matplotlib import pyplot as plt
+
+    names = page_names("correct_a_machine")
+    found, other = names["found"], names["other"]
+    angle = np.degrees(found.wanted.platform["rx"])
+    figure, rows = plt.subplots(2, 3, figsize=(8.4, 4.6), sharex=True, sharey="row", layout="constrained")
+    columns = {
+        "uncorrected": found.deviation_coordinates,
+        "corrected: z, rx, ry": found.remaining_coordinates,
+        "corrected: z, y, ry": other.remaining_coordinates,
+    }
+    for column, (title, off) in enumerate(columns.items()):
+        for k, name in enumerate(off):
+            axes = rows[k // 3, column]
+            axes.plot(angle, 1e6 * off[name], label=name)
+            axes.grid(alpha=0.3)
+        rows[0, column].set_title(title)
+        rows[1, column].set_xlabel("rx [°]")
+    rows[0, 0].set_ylabel("position of o misses by [µm]")
+    rows[1, 0].set_ylabel("angle misses by [µrad]")
+    for axes in rows[:, 2]:
+        axes.legend(frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5))
+    figure.savefig(path, dpi=150)
+    plt.close(figure)
+
+
+if __name__ == "__main__":
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "docs" / "pictures"
+    draw_feedforward(folder / "feedforward_3rps.png")
+    draw_correction(folder / "corrected_2pru_upr.png")

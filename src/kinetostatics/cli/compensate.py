@@ -1,0 +1,148 @@
+"""``kinetostatics compensate``: feedforward forces and corrected drive positions, of one pose, a grid or a table of poses."""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import math
+import re
+from typing import TYPE_CHECKING
+
+from kinetostatics.cli import arguments
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.printing.waiting import waiting
+
+if TYPE_CHECKING:
+    from kinetostatics.kinematics.configuration import Configuration
+    from kinetostatics.robot import Robot
+
+NAME = "compensate"
+
+#: Poses at most.
+MOST = 1_000_000
+
+EXAMPLES = f"""\
+{arguments.VALUES_HELP}
+  FROM:TO:COUNT and A,B,C make a grid, whose poses are all combinations of their values.
+
+tables:
+  The first line of --table names coordinates of the platform, or all drives: z [mm],rx [deg],ry [deg]; the others are poses.
+  --out FILE.csv has one line a pose: coordinates, status, and of each drive corrected position, correction and force; last what
+  remains. Cells are empty where there is no correction. --out FILE.nc is netCDF.
+
+examples:
+  kinetostatics compensate 3rps --platform z=500mm rx=3deg ry=0 --load 0 0 -500 0 0 0
+  kinetostatics compensate 3rps --platform z=450mm:650mm:5 rx=-10deg:10deg:9 ry=0 --load 0 0 -500 0 0 0 --out corrected.csv
+  kinetostatics compensate 2pru_upr --platform z=600mm rx=-5deg ry=-6deg --orientation XYZ --coordinates z rx ry --json
+  kinetostatics compensate 3rps --table path.csv --load 0 0 -500 0 0 0 --out corrected.nc
+"""
+
+
+def add_parser(subparsers: arguments.Subparsers) -> None:
+    """Add the command to the parser."""
+    parser = arguments.add_command(
+        subparsers,
+        NAME,
+        run,
+        help="correct drive positions for gravity and loads, with the forces to feed forward",
+        description="Find where to command the drives so that the loaded platform stands where it was asked to, which forces\n"
+        "they must hold there, and what no drive can correct.",
+        epilog=EXAMPLES,
+    )
+    arguments.add_robot_arguments(parser)
+    arguments.add_pose_arguments(parser, "VALUES")
+    parser.add_argument("--table", metavar="FILE", help="a CSV file of poses instead of --platform or --actuators")
+    parser.add_argument(
+        "--coordinates",
+        metavar="NAME",
+        nargs="+",
+        help="coordinates of the platform that are to come out as wanted, as many as the mobility (default: those of --platform)",
+    )
+    arguments.add_load_arguments(parser)
+    arguments.add_engine_argument(parser)
+    parser.add_argument("--out", metavar="FILE", help="write a table (.csv) or netCDF (.nc)")
+    arguments.add_json_argument(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print the corrections, or write them to a file."""
+    with waiting("compensating"):
+        from kinetostatics.compensation import compensate
+
+        options = arguments.load_options(args)
+        robot = arguments.load(args)
+        configuration, axes, warnings = _poses(robot, args)
+        found = compensate(
+            configuration,
+            **options,
+            coordinates=args.coordinates,
+            tolerance=arguments.tolerance_of(args),
+            engine=args.engine,
+        )
+        if args.out is not None:
+            found.save(args.out, axes)
+        answer = found.to_dict() if args.json else str(found)
+    arguments.print_answer(answer, warnings)
+    if args.out is not None and not args.json:
+        print(f"wrote {args.out}")
+    return 0
+
+
+def _poses(robot: Robot, args: argparse.Namespace) -> tuple[Configuration, dict[str, list[float]] | None, list[str]]:
+    """Return the wanted poses, names and values of the axes of their grid if they are one, and warnings."""
+    if args.table is not None:
+        if args.platform or args.actuators:
+            raise ArgumentError("give either --table or coordinates, not both")
+        option, columns = _read_table(robot, args.table)
+        return arguments.assembled(robot, option, columns, args), None, []
+    option = "--actuators" if args.actuators else "--platform"
+    items = arguments.parse_items(option, args.actuators or args.platform)
+    given = {name: arguments.parse_values(option, name, text, _kind(robot, option, name)) for name, text in items.items()}
+    axes = {name: value for name, value in given.items() if isinstance(value, list)}
+    if not axes:
+        configuration, warnings = arguments.assemble(robot, args)
+        return configuration, None, warnings
+    if math.prod(len(values) for values in axes.values()) > MOST:
+        raise ArgumentError(f"{option}: the grid has more than {MOST:,} poses")
+    import numpy as np
+
+    mesh = np.meshgrid(*axes.values(), indexing="ij")
+    coordinates = {**given, **dict(zip(axes, mesh, strict=True))}
+    return arguments.assembled(robot, option, coordinates, args), axes, []
+
+
+def _kind(robot: Robot, option: str, name: str) -> str | None:
+    return arguments.coordinate_kind(robot, option, name)
+
+
+def _read_table(robot: Robot, path: str) -> tuple[str, dict[str, list[float]]]:
+    """Return whether the columns of a table are ``--platform`` or ``--actuators``, and their values in SI.
+
+    Raises:
+        ArgumentError: a title or a cell makes no sense; the message names file and line.
+    """
+    with open(path, newline="", encoding="utf-8-sig") as file:
+        try:
+            rows = [(number, row) for number, row in enumerate(csv.reader(file), 1) if any(cell.strip() for cell in row)]
+        except (csv.Error, UnicodeDecodeError) as error:
+            raise ArgumentError(f"{path}: not a table of text: {error}") from None
+    if len(rows) < 2:
+        raise ArgumentError(f"{path}: a table has a line of names, such as z [mm],rx [deg], and below it a line for each pose")
+    titles = []
+    for cell in rows[0][1]:
+        match = re.fullmatch(r"\s*([^\[\]]+?)\s*(?:\[(.+)\])?\s*", cell)
+        if match is None:
+            raise ArgumentError(f"{path}:{rows[0][0]}: {cell.strip()!r} is not a name, or a name with its unit: z [mm]")
+        titles.append((match[1], match[2] or ""))
+    names = [name for name, _ in titles]
+    if twice := next((name for name in names if names.count(name) > 1), None):
+        raise ArgumentError(f"{path}:{rows[0][0]}: {twice!r} is given twice")
+    option = "--actuators" if any(name in robot.description.driven for name in names) else "--platform"
+    columns: dict[str, list[float]] = {name: [] for name in names}
+    for number, row in rows[1:]:
+        if len(row) != len(titles):
+            raise ArgumentError(f"{path}:{number}: {len(row)} cells below {len(titles)} names")
+        for (name, unit), cell in zip(titles, row, strict=True):
+            text = cell.strip() if arguments.unit_of(cell) is not None else f"{cell.strip()}{unit}"
+            columns[name] += arguments.parse_coordinates(f"{path}:{number}", name, [text], _kind(robot, option, name))
+    return option, columns

@@ -1,0 +1,236 @@
+"""Corrected drive positions by Broyden's method on the full model: assemble, analyze, compare, correct.
+
+Unknown are the coordinates u at which the unloaded robot is commanded. Under load its platform stands at the pose of u, moved by
+the twist there; that pose is to have the wanted coordinates. The first step takes the sag at the wanted pose away; the sag at the
+new pose is a little different, and from these differences Broyden's update learns the Jacobian, which begins as the identity.
+(C. G. Broyden, A class of methods for solving nonlinear simultaneous equations, Mathematics of Computation 19, 1965.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kinetostatics.analysis import analyze
+from kinetostatics.argument_checks import check_choice
+from kinetostatics.exceptions import ArgumentError, StaticsError
+from kinetostatics.kinematics.assembly import assemble, platform_coordinates
+from kinetostatics.kinematics.configuration import Configuration, spread
+from kinetostatics.kinematics.coordinate_choices import best_choice
+from kinetostatics.math.arrays import Array, Mask, frozen
+from kinetostatics.math.linalg import apply, dot
+from kinetostatics.math.orientation import Orientation, orientation_named
+from kinetostatics.results.compensation import Compensation, loaded_frame
+from kinetostatics.results.result import Result
+from kinetostatics.robot import Robot, robot_of
+
+#: Deviation [m, and rad times the robot's length; of robots above 1 m in lengths] that counts as corrected, and the best wanted.
+CORRECTED, EXACT = 1e-12, 1e-15
+#: Corrections at most, and how many in a row may not halve the deviation.
+MOST, STALE = 40, 4
+#: Cosine of the tilt down to which azimuth and tilt are written as two turns, which have no singularity at tilt 0.
+UPRIGHT = 0.1
+
+
+def compensate(
+    configuration: Configuration,
+    load: ArrayLike = (0, 0, 0, 0, 0, 0),
+    gravity: ArrayLike = (0, 0, -9.81),
+    *,
+    coordinates: Sequence[str] | None = None,
+    orientation: str | None = None,
+    on_failure: str | None = None,
+    tolerance: float = 1e-10,
+    **analysis: Any,
+) -> Compensation:
+    """Find where to command the drives so that the loaded platform stands where it was asked to, and what they must hold there.
+
+    As many coordinates of the platform as the robot has freedoms come out as wanted. What remains in the others is told
+    (:attr:`Compensation.remaining`); no drive can correct it.
+
+    Args:
+        configuration: where the loaded platform is to stand: a pose or a batch of poses.
+        load: (…, 6) external wrench on the platform [N, N·m], as :func:`kinetostatics.analyze` takes it.
+        gravity: (…, 3) [m/s²].
+        coordinates: names of the platform's coordinates that are to come out as wanted, as many as the mobility, such as
+            ``("z", "rx", "ry")``; default: those that the pose was assembled with, or else the set that tells best how the
+            platform can move at the first pose.
+        orientation: what the orientation's coordinates among them mean, see :meth:`Robot.assemble`; default: as in the pose.
+        on_failure: "raise" or "nan"; default: raise for one pose, NaN and a status for a batch.
+        tolerance: how far loops may stay open [m, rad], see :meth:`Robot.assemble`.
+        analysis: whatever else :func:`kinetostatics.analyze` takes: ``point``, ``frame``, ``misfits``, ``engine``, ….
+
+    Returns:
+        Drive positions, forces, what remains, and a status for each pose. A drive that would have to go beyond its limit goes
+        there, and the status says so: nothing is clipped.
+
+    Raises:
+        ArgumentError: an argument makes no sense.
+        CoordinatesError: the coordinates are unknown, or do not determine the pose.
+        AssemblyError: the pose that would have to be commanded is out of reach.
+        StaticsError: no drive positions were found, or the analysis fails at the wanted pose.
+
+    Example:
+        A tripod that carries 500 N is commanded a little higher, and then stands where it was asked to:
+
+        >>> import kinetostatics as ks
+        >>> pose = ks.load_robot("3rps").assemble(platform={"z": 0.5, "rx": 0.05, "ry": 0.0})
+        >>> c = ks.compensate(pose, load=[0, 0, -500, 0, 0, 0])
+        >>> c.coordinates
+        ('z', 'rx', 'ry')
+        >>> {name: round(1e9 * float(shift)) for name, shift in c.corrections.items()}  # [nm]
+        {'prismatic_1': 137, 'prismatic_2': 131, 'prismatic_3': 131}
+        >>> bool(abs(c.remaining[2]) < 1e-12)
+        True
+    """
+    if not isinstance(configuration, Configuration):
+        raise ArgumentError(f"compensate wants a pose, not {configuration!r}: make one with robot.assemble(…)")
+    if on_failure is not None:
+        check_choice("on_failure", on_failure, ("raise", "nan"))
+    robot = robot_of(configuration)
+    if not robot.description.driven:
+        raise ArgumentError(f"{robot.name!r} has no drives, so that nothing can be corrected")
+
+    uncorrected = analyze(configuration, load, gravity, on_failure=on_failure, **analysis)
+    convention = configuration.orientation if orientation is None else orientation_named(orientation)
+    names = _controlled(robot, configuration, convention, coordinates)
+    shape = uncorrected.shape
+    wanted = replace(spread(configuration, shape), orientation=convention)
+    if shape != configuration.shape:
+        uncorrected = analyze(wanted, load, gravity, on_failure="nan", **analysis)
+    problem = _Problem(robot, wanted, *_well_conditioned(wanted, names), load, gravity, analysis, tolerance)
+    raising = on_failure == "raise" or (on_failure is None and shape == ())
+    return Compensation(wanted, names, uncorrected, problem.result(uncorrected, raising))
+
+
+def _controlled(
+    robot: Robot, configuration: Configuration, convention: Orientation, given: Sequence[str] | None
+) -> tuple[str, ...]:
+    """Return the coordinates that are to come out as wanted."""
+    if given is not None:
+        if isinstance(given, str) or not all(isinstance(name, str) for name in given):
+            raise ArgumentError(f'coordinates is {given!r}; it must be a sequence of names, such as ("z", "rx", "ry")')
+        platform_coordinates(robot, dict.fromkeys(given, 0.0), convention.name)  # which complains of them
+        return tuple(given)
+    if configuration.prescribed and set(configuration.prescribed) <= {"x", "y", "z", *convention.names}:
+        return configuration.prescribed
+    reached = np.flatnonzero(configuration.reached)
+    pose = configuration.poses.take(reached[:1]) if reached.size else robot.zero_poses
+    found = best_choice(robot, convention, pose)
+    if not found:
+        raise ArgumentError(
+            f"no coordinates with the orientation {convention.name!r} determine the pose of {robot.name!r}; choose another one"
+        )
+    known = ("x", "y", "z", *convention.names)
+    return tuple(sorted(found, key=known.index))
+
+
+def _well_conditioned(wanted: Configuration, names: tuple[str, ...]) -> tuple[tuple[str, ...], Orientation]:
+    """Return coordinates that ask for the same as ``names``: two turns instead of azimuth and tilt, which both lose at tilt 0."""
+    if {"azimuth", "tilt"} <= set(names) and np.all(np.cos(wanted.platform["tilt"]) > UPRIGHT):
+        others = {"azimuth": "rx", "tilt": "ry", "torsion": "rz"}
+        return tuple(others.get(name, name) for name in names), orientation_named("XYZ")
+    return names, wanted.orientation
+
+
+class _Problem:
+    """The equations: coordinates of the loaded platform, less those that are wanted, as functions of commanded coordinates."""
+
+    def __init__(
+        self,
+        robot: Robot,
+        wanted: Configuration,
+        names: tuple[str, ...],
+        orientation: Orientation,
+        load: ArrayLike,
+        gravity: ArrayLike,
+        analysis: Mapping[str, Any],
+        tolerance: float,
+    ) -> None:
+        self.robot, self.wanted, self.names, self.orientation = robot, wanted, names, orientation
+        self.load, self.gravity, self.analysis, self.tolerance = load, gravity, analysis, tolerance
+        known = ("x", "y", "z", *orientation.names)
+        self._rows = [known.index(name) if name in known else -1 for name in names]
+        self._scale = np.array([1.0 if name in "xyz" else robot.length for name in names])[:, None]
+        R, position = robot.mechanism.platform_pose(wanted.frames)
+        self._angles = orientation.coordinates(R)
+        self._coordinates = np.concatenate([position, self._angles])
+
+    def result(self, uncorrected: Result, raising: bool) -> Result:
+        """Return the analysis at the corrected drives; poses at which there is no correction count as not reached.
+
+        Raises:
+            AssemblyError, StaticsError: there is none, if ``raising``.
+        """
+        pose, found = self.wanted, uncorrected
+        u = self._coordinates[self._rows] * self._scale
+        inverse = np.broadcast_to(np.eye(len(u))[:, :, None], (len(u), *u.shape))
+        error = self._error(found)
+        size, stale = _size(error), np.zeros(u.shape[1], dtype=int)
+        enough = CORRECTED * max(1.0, self.robot.length)
+        going = np.isfinite(size) & (size > EXACT)
+        for _ in range(MOST):
+            if not np.any(going):
+                break
+            step = np.where(going, -apply(inverse, error), 0.0)
+            u = u + step
+            pose = self._commanded(u, pose)
+            found = self._analyzed(pose)
+            before, error = error, self._error(found)
+            inverse = _learnt(inverse, step, error - before, going)
+            smaller = _size(error) < size / 2
+            stale = np.where(smaller, 0, stale + 1)
+            size = np.where(going, _size(error), size)
+            going &= np.isfinite(size) & (size > EXACT) & ~((size <= enough) & ~smaller) & (stale < STALE)
+        corrected = size <= enough
+        reached = pose.reached & corrected & self.wanted.reached
+        if raising and not np.all(reached):
+            self._complain(u, pose, found)
+        if np.all(reached == pose.reached):
+            return found
+        q = np.where(reached, pose.model_q, np.nan)
+        return self._analyzed(replace(pose, reached=reached, model_q=frozen(q)))
+
+    def _analyzed(self, pose: Configuration) -> Result:
+        return analyze(pose, self.load, self.gravity, on_failure="nan", **self.analysis)
+
+    def _commanded(self, u: Array, near: Configuration, on_failure: str = "nan") -> Configuration:
+        """Return the poses at scaled coordinates (n, N) of the unloaded platform."""
+        rows = (u / self._scale).reshape(len(self.names), *self.wanted.shape)
+        given = dict(zip(self.names, rows, strict=True))
+        found = assemble(self.robot, None, given, self.orientation.name, near, self.tolerance, on_failure)
+        return replace(found, orientation=self.wanted.orientation, prescribed=self.wanted.prescribed)
+
+    def _complain(self, u: Array, pose: Configuration, result: Result) -> None:
+        """Raise why there is no correction."""
+        self._commanded(u, self.wanted, "raise")
+        analyze(pose, self.load, self.gravity, on_failure="raise", **self.analysis)
+        raise StaticsError(
+            f"no drive positions were found that bring the loaded platform of {self.robot.name!r} where it is wanted in "
+            f"{', '.join(self.names)}: the sag changes too much from pose to pose, as beside a singular pose"
+        )
+
+    def _error(self, result: Result) -> Array:
+        """Return by how much the coordinates of the loaded platform (n, N) are off, scaled."""
+        R, position = loaded_frame(result)
+        angles = self.orientation.coordinates(R, near=self._angles)
+        found = np.concatenate([position, angles]) - self._coordinates
+        return np.asarray(found[self._rows] * self._scale)
+
+
+def _learnt(inverse: Array, step: Array, change: Array, going: Mask) -> Array:
+    """Return inverse Jacobians (n, n, N) by Broyden's update, from steps (n, N) and the changes that came of them."""
+    moved = apply(inverse, change)
+    along = dot(step, moved)
+    usable = going & np.isfinite(along) & (np.abs(along) > 0.1 * dot(step, step)) & (dot(step, step) > 0)
+    direction = np.einsum("in,ijn->jn", step, inverse) / np.where(usable, along, 1.0)
+    update = np.einsum("in,jn->ijn", step - moved, direction)
+    return np.asarray(inverse + np.where(usable, update, 0.0))
+
+
+def _size(error: Array) -> Array:
+    return np.asarray(np.max(np.abs(error), axis=0, initial=0.0))

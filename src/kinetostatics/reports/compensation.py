@@ -1,0 +1,151 @@
+"""What a person reads of a compensation: ``print(ks.compensate(…))`` and ``kinetostatics compensate``."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from kinetostatics.math.arrays import Array
+from kinetostatics.printing.dispatch import dict_of, text_of
+from kinetostatics.printing.text import (
+    ANGLES,
+    DEGREES,
+    FORCE_KINDS,
+    KINDS,
+    LENGTHS,
+    MILLIMETRES,
+    Column,
+    Scale,
+    Units,
+    column_table,
+    largest,
+    listing,
+    quantity,
+    section,
+    table,
+    wrapped,
+)
+from kinetostatics.reports.json import drive_unit, plain, status_names
+from kinetostatics.reports.pose import pose_lines
+from kinetostatics.results.compensation import Compensation
+from kinetostatics.status import FACTS, STATUS_WORDS, WITHOUT_NUMBERS, Status
+
+COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
+
+#: What is no deviation [m, rad] but rounding.
+ROUNDING = 1e-12
+
+#: What the numbers of a compensation mean.
+UNITS = {
+    "general": "SI: m, rad, N, N·m; world axes; null: there is no correction",
+    "actuators": "corrected coordinates of the drives [m, rad]; corrections: less those at the wanted pose",
+    "actuator_forces": "N, of turning joints N·m, positive along the joint's positive direction, at the corrected pose",
+    "deviation": "[displacement m; rotation rad] by which the loaded platform misses the wanted pose without correction",
+    "remaining": "the same at the corrected drives",
+    "remaining_coordinates": "the same as differences of the platform's coordinates [m, rad]; deviation_coordinates: uncorrected",
+    "commanded": "coordinates of the platform at which the unloaded robot is commanded [m, rad]",
+}
+
+
+@text_of.register(Compensation)
+def compensation_report(found: Compensation) -> str:
+    """Return what the drives are to do: tables for one pose, a summary for a batch."""
+    robot = found.wanted.robot
+    controlled = listing(found.coordinates)
+    if found.shape != ():
+        return _batch(found)
+    lines = [f"Compensation of {robot.name!r}: {_status_words(Status(int(found.status)))}"]
+    lines += section("Wanted of the loaded platform", pose_lines(found.wanted, found.uncorrected.gravity, found.uncorrected.load))
+    if found.status in WITHOUT_NUMBERS:
+        return "\n".join(lines)
+    lines += section("Drives", _drives(found))
+    lines += section("By how much the loaded platform misses the wanted pose, world axes", _misses(found))
+    rest = [name for name in found.remaining_coordinates if name not in found.coordinates]
+    left = f"Left as it is, for want of drives: {listing(rest)}." if rest else "Nothing is left."
+    lines += ["", *wrapped(f"Corrected: {controlled}. {left}")]
+    for name, limit in found.configuration.limits_exceeded.items():
+        lines.append(f"! {name} would have to go to {float(limit.value):.6g}, beyond [{limit.lower:.6g}, {limit.upper:.6g}]")
+    return "\n".join(lines)
+
+
+def _status_words(status: Status) -> str:
+    words = {**STATUS_WORDS, **{fact.status: fact.words for fact in FACTS.values() if fact.status is not None}}
+    if status == Status.UNREACHABLE:
+        return f"{status.name}, no drive positions bring the loaded platform there"
+    return f"{status.name}, {words[status]}"
+
+
+def _drives(found: Compensation) -> list[str]:
+    names = list(found.actuators)
+    connections = found.wanted.robot.mechanism.connections
+    rows = []
+    for name in names:
+        slides = connections[name].type.is_slide
+        (unit, factor), decimals = (MILLIMETRES if slides else DEGREES)[0], 6
+        scale = Scale(unit, factor, decimals, 0.0)
+        force = FORCE_KINDS[drive_unit(found.result.robot, name)]
+        rows.append(
+            (
+                name,
+                scale.with_unit(found.wanted.actuators[name]),
+                scale.with_unit(found.actuators[name]),
+                quantity(found.corrections[name], LENGTHS if slides else ANGLES),
+                quantity(found.actuator_forces[name], KINDS[force]),
+            )
+        )
+    return table(("drive", "at the wanted pose", "corrected", "correction", "force to feed forward"), rows)
+
+
+def _misses(found: Compensation) -> list[str]:
+    columns = [Column("", ["uncorrected", "corrected"])]
+    for k, name in enumerate(COMPONENTS):
+        scale = Scale.of(found.deviation[3 * (k // 3) : 3 * (k // 3) + 3], LENGTHS if k < 3 else ANGLES, ROUNDING)
+        columns.append(Column.of(name, [found.deviation[k], found.remaining[k]], scale))
+    return column_table(columns)
+
+
+def _batch(found: Compensation) -> str:
+    lines = [f"Compensation of {found.wanted.robot.name!r}: {found.status.size} poses, batch shape {found.shape}"]
+    counts = [(item, int(np.sum(found.status == item))) for item in Status]
+    lines += section("Status", table(("status", "poses"), [(item.name, f"{count}") for item, count in counts if count]))
+    if np.all(np.isin(found.status, WITHOUT_NUMBERS)):
+        return "\n".join(lines)
+    rows = []
+    connections = found.wanted.robot.mechanism.connections
+    for name, values in found.corrections.items():
+        rows.append(_range(f"correction of {name}", values, LENGTHS if connections[name].type.is_slide else ANGLES))
+    for name, values in found.actuator_forces.items():
+        rows.append(_range(f"force of {name}", values, KINDS[FORCE_KINDS[drive_unit(found.result.robot, name)]]))
+    sizes = {"uncorrected": found.deviation, "corrected": found.remaining}
+    for title, part, units in (("displacement of o", slice(3), LENGTHS), ("rotation", slice(3, 6), ANGLES)):
+        for which, values in sizes.items():
+            rows.append(_range(f"{title}, {which}", np.linalg.norm(values[..., part], axis=-1), units))
+    lines += section(
+        "Extremes over the poses that have numbers", table(("quantity", "unit", "smallest", "largest"), rows, "llrr")
+    )
+    lines += ["", *wrapped(f"Corrected: {listing(found.coordinates)}.")]
+    return "\n".join(lines)
+
+
+def _range(name: str, values: Array, units: Units) -> tuple[str, str, str, str]:
+    scale = Scale.of(largest([values]), units)
+    return name, scale.unit, scale(np.nanmin(values)), scale(np.nanmax(values))
+
+
+@dict_of.register(Compensation)
+def compensation_to_dict(found: Compensation) -> dict[str, object]:
+    """Return a compensation as plain values: what ``compensate --json`` prints."""
+    coordinates = {name: plain(getattr(found, name)) for name in ("deviation_coordinates", "remaining_coordinates")}
+    names = ("actuators", "corrections", "actuator_forces", "deviation", "remaining")
+    return {
+        "robot": found.wanted.robot.name,
+        "units": dict(UNITS),
+        "shape": list(found.shape),
+        "status": status_names(found.status),
+        "limit_exceeded": plain(found.configuration.limit_exceeded),
+        "coordinates": list(found.coordinates),
+        "orientation": found.wanted.orientation.name,
+        "wanted": plain(found.wanted.platform),
+        "commanded": plain(found.configuration.platform),
+        **{name: plain(getattr(found, name)) for name in names},
+        **coordinates,
+    }

@@ -1,0 +1,266 @@
+"""Where to command a robot so that it stands, loaded, where it was asked to; :func:`kinetostatics.compensate` finds it."""
+
+from __future__ import annotations
+
+import csv
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from kinetostatics.argument_checks import path_name
+from kinetostatics.exceptions import ArgumentError, KinetostaticsError
+from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.math.arrays import Array, batch_first, frozen
+from kinetostatics.math.linalg import matmul
+from kinetostatics.math.rotations import exponential, logarithm
+from kinetostatics.printing.dispatch import Shown, dict_of, text_of
+from kinetostatics.printing.mappings import Named
+from kinetostatics.results.result import Result
+from kinetostatics.status import WITHOUT_NUMBERS, Status
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
+_UNITS = ("m", "m", "m", "rad", "rad", "rad")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Compensation(Shown):
+    """Feedforward forces and corrected drive positions of one pose or a batch of poses; see :func:`kinetostatics.compensate`.
+
+    Arrays are read-only, batch axes first; NaN where no correction was found.
+
+    Attributes:
+        wanted: where the loaded platform is to stand, broadcast against the loads.
+        coordinates: of the platform that come out as wanted, as many as the robot's mobility.
+        uncorrected: the analysis where the drives stand at the wanted pose, as if nothing gave way.
+        result: the analysis at the corrected drives.
+    """
+
+    wanted: Configuration
+    coordinates: tuple[str, ...]
+    uncorrected: Result
+    result: Result
+
+    def __str__(self) -> str:
+        return text_of(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything as plain numbers, lists and strings: what ``--json`` prints."""
+        return dict_of(self)
+
+    def to_dataset(self, axes: Mapping[str, ArrayLike] | None = None) -> xr.Dataset:
+        """Return everything as an ``xarray.Dataset`` with units.
+
+        Args:
+            axes: names and values of the batch axes; default: ``pose``, or ``pose_1``, ``pose_2``, ….
+
+        Raises:
+            KinetostaticsError: xarray is not installed.
+            ArgumentError: the axes have other sizes than the batch.
+        """
+        return _dataset(self, axes)
+
+    def save(self, path: str | os.PathLike[str], axes: Mapping[str, ArrayLike] | None = None) -> None:
+        """Write everything to a file.
+
+        Args:
+            path: ends in ``.csv``: a table with one row a pose, units in the titles of its columns, empty cells where there is no
+                correction; or in ``.nc``: netCDF, the Dataset of :meth:`to_dataset`.
+            axes: as in :meth:`to_dataset`.
+
+        Raises:
+            ArgumentError: the name ends otherwise.
+        """
+        _save(self, path, axes)
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Batch shape of all arrays."""
+        return self.result.shape
+
+    @property
+    def configuration(self) -> Configuration:
+        """Where the unloaded robot is commanded: the pose that belongs to the corrected drives."""
+        return self.result.configuration
+
+    @cached_property
+    def status(self) -> NDArray[np.int8]:
+        """:class:`Status` of every pose (…).
+
+        That of the corrected pose, such as LIMIT_EXCEEDED, with numbers, where a drive would have to go beyond its limit; that of
+        the wanted pose, where this one has no numbers; UNREACHABLE, where no correction was found.
+        """
+        before = self.uncorrected.status
+        found = np.where(np.isin(before, WITHOUT_NUMBERS), before, self.result.status).astype(np.int8)
+        found.setflags(write=False)
+        return found
+
+    @cached_property
+    def actuators(self) -> Mapping[str, Array]:
+        """The corrected coordinate (…) of every drive [m, rad]."""
+        return Named({name: frozen(self.wanted.actuators[name] + shift) for name, shift in self.corrections.items()})
+
+    @cached_property
+    def corrections(self) -> Mapping[str, Array]:
+        """By how much each drive (…) is moved from where it stands at the wanted pose [m, rad]."""
+        connections = self.wanted.robot.mechanism.connections
+        found: dict[str, Array] = {}
+        for name, value in self.configuration.actuators.items():
+            shift = np.asarray(value - self.wanted.actuators[name])
+            if not connections[name].type.is_slide:
+                shift = shift - 2 * np.pi * np.round(shift / (2 * np.pi))
+            shift = np.where(self.configuration.reached.reshape(self.shape), shift, np.nan)
+            found[name] = frozen(np.asarray(shift))
+        return Named(found)
+
+    @property
+    def actuator_forces(self) -> Mapping[str, Array]:
+        """(…) force or torque of each drive at the corrected pose [N or N·m]: what a controller feeds forward."""
+        return self.result.actuator_forces
+
+    @cached_property
+    def deviation(self) -> Array:
+        """(…, 6) by how much the loaded platform misses the wanted pose without correction [m, rad], world axes, at o."""
+        return deviation_from(self.wanted, self.uncorrected)
+
+    @cached_property
+    def remaining(self) -> Array:
+        """(…, 6) by how much it misses it at the corrected drives [m, rad]: what the drives cannot correct, world axes, at o."""
+        return deviation_from(self.wanted, self.result)
+
+    @cached_property
+    def deviation_coordinates(self) -> Mapping[str, Array]:
+        """By how much it misses each coordinate of the platform (…) without correction [m, rad]."""
+        return self._coordinates_off(self.uncorrected)
+
+    @cached_property
+    def remaining_coordinates(self) -> Mapping[str, Array]:
+        """What remains in each coordinate of the platform (…) [m, rad]; next to nothing in the controlled ones."""
+        return self._coordinates_off(self.result)
+
+    def _coordinates_off(self, result: Result) -> Mapping[str, Array]:
+        orientation = self.wanted.orientation
+        R, position = self.wanted.robot.mechanism.platform_pose(self.wanted.frames)
+        loaded_R, loaded_position = loaded_frame(result)
+        wanted = orientation.coordinates(R)
+        angles = orientation.coordinates(loaded_R, near=wanted) - wanted
+        names = ("x", "y", "z", *orientation.names)
+        rows = [*(loaded_position - position), *angles]
+        return Named({name: frozen(row.reshape(self.shape)) for name, row in zip(names, rows, strict=True)})
+
+
+def loaded_frame(result: Result) -> tuple[Array, Array]:
+    """Return rotation (3, 3, N) and position of o (3, N) of the loaded platform: the pose, moved by the twist."""
+    R, position = result.configuration.robot.mechanism.platform_pose(result.configuration.frames)
+    twist = result.twist.reshape(-1, 6).T
+    return matmul(exponential(twist[3:]), R), position + twist[:3]
+
+
+def deviation_from(wanted: Configuration, result: Result) -> Array:
+    """Return the displacement of o and the rotation vector (…, 6) from the wanted pose to the loaded one [m, rad]."""
+    R, position = wanted.robot.mechanism.platform_pose(wanted.frames)
+    loaded_R, loaded_position = loaded_frame(result)
+    turn = logarithm(np.einsum("ikn,jkn->ijn", loaded_R, R))
+    return batch_first(np.concatenate([loaded_position - position, turn]), result.shape)
+
+
+# ---- files --------------------------------------------------------------------------------------------------------
+
+
+def _save(found: Compensation, path: str | os.PathLike[str], axes: Mapping[str, ArrayLike] | None) -> None:
+    """See :meth:`Compensation.save`."""
+    name = path_name("path", path)
+    if name.endswith(".csv"):
+        with open(name, "w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file, lineterminator="\n")
+            columns = _table_columns(found)
+            writer.writerow(columns)
+            writer.writerows(zip(*columns.values(), strict=True))
+    elif name.endswith(".nc"):
+        _dataset(found, axes).to_netcdf(name, engine="h5netcdf")
+    else:
+        raise ArgumentError(f"{name!r} does not end in .csv (a table) or .nc (netCDF)")
+
+
+def _table_columns(found: Compensation) -> dict[str, list[str]]:
+    """Return the columns of the table by their titles, a row for each pose; cells are empty where there is no correction."""
+    numbers: dict[str, Array] = {}
+    for name, value in found.wanted.platform.items():
+        numbers[f"{name} [{_unit_of(name)}]"] = value
+    status = [Status(int(item)).name for item in found.status.ravel()]
+    corrected: dict[str, Array] = {}
+    units = _drive_units(found)
+    for name in found.actuators:
+        position, force = units[name]
+        corrected[f"{name} [{position}]"] = found.actuators[name]
+        corrected[f"correction of {name} [{position}]"] = found.corrections[name]
+        corrected[f"force of {name} [{force}]"] = found.actuator_forces[name]
+    for k, name in enumerate(COMPONENTS):
+        corrected[f"remaining {name} [{_UNITS[k]}]"] = found.remaining[..., k]
+    return {
+        **{title: _cells(values) for title, values in numbers.items()},
+        "status": status,
+        **{title: _cells(values) for title, values in corrected.items()},
+    }
+
+
+def _dataset(found: Compensation, axes: Mapping[str, ArrayLike] | None) -> xr.Dataset:
+    """See :meth:`Compensation.to_dataset`."""
+    try:
+        import xarray as xr
+    except ModuleNotFoundError:
+        raise KinetostaticsError("a Dataset needs xarray: pip install 'kinetostatics[sweep]'") from None
+    if axes is None:
+        sizes = found.shape
+        axes = {("pose" if len(sizes) == 1 else f"pose_{k + 1}"): np.arange(size) for k, size in enumerate(sizes)}
+    if tuple(np.size(values) for values in axes.values()) != found.shape:
+        raise ArgumentError(f"axes have the sizes {[np.size(v) for v in axes.values()]}; the batch has the shape {found.shape}")
+    grid, units = tuple(axes), _drive_units(found)
+    names, platform = list(found.actuators), list(found.wanted.platform)
+
+    def stacked(values: Mapping[str, Array], dim: str, long_name: str) -> tuple[tuple[str, ...], Array, dict[str, str]]:
+        return (*grid, dim), np.stack(list(values.values()), axis=-1), {"long_name": long_name}
+
+    attributes = {"long_name": "what became of the pose", "flag_meanings": " ".join(item.name.lower() for item in Status)}
+    data: dict[str, Any] = {
+        "status": (grid, found.status, attributes),
+        "wanted": stacked(found.wanted.platform, "platform_coordinate", "wanted coordinates of the loaded platform"),
+        "actuator_position": stacked(found.actuators, "actuator", "corrected coordinate of the drive"),
+        "actuator_correction": stacked(found.corrections, "actuator", "correction of the drive"),
+        "actuator_force": stacked(found.actuator_forces, "actuator", "force or torque of the drive, positive along its joint"),
+        "deviation": ((*grid, "component"), found.deviation, {"long_name": "how the loaded platform misses, uncorrected"}),
+        "remaining": ((*grid, "component"), found.remaining, {"long_name": "how the loaded platform misses, corrected"}),
+    }
+    coords: dict[str, Any] = {
+        **{name: np.asarray(values) for name, values in axes.items()},
+        "actuator": names,
+        "component": list(COMPONENTS),
+        "component_unit": ("component", list(_UNITS)),
+        "platform_coordinate": platform,
+        "platform_coordinate_unit": ("platform_coordinate", [_unit_of(name) for name in platform]),
+        "actuator_position_unit": ("actuator", [units[name][0] for name in names]),
+        "actuator_force_unit": ("actuator", [units[name][1].replace("·", " ") for name in names]),
+    }
+    about = {"robot": found.wanted.robot.name, "controlled": " ".join(found.coordinates)}
+    return xr.Dataset(data, coords, {**about, "orientation": found.wanted.orientation.name})
+
+
+def _drive_units(found: Compensation) -> dict[str, tuple[str, str]]:
+    """Return the units of position and force of every drive."""
+    connections = found.wanted.robot.mechanism.connections
+    return {name: ("m", "N") if connections[name].type.is_slide else ("rad", "N·m") for name in found.actuators}
+
+
+def _unit_of(coordinate: str) -> str:
+    return "m" if coordinate in ("x", "y", "z") else "rad"
+
+
+def _cells(values: Array) -> list[str]:
+    return [f"{value:.15g}" if np.isfinite(value) else "" for value in np.ravel(values)]

@@ -1,0 +1,207 @@
+"""Corrected drive positions: what they do is looked at once more, by other ways than those that found them."""
+
+import csv
+import json
+
+import numpy as np
+import package_robots
+import pytest
+from scipy.spatial.transform import Rotation
+from simple_machines import two_columns
+
+import kinetostatics as ks
+from kinetostatics.kinematics.coordinate_choices import best_choice
+
+LOAD = np.array([20.0, -30, -200, 4, -5, 6])
+#: Soft robots, which carry less.
+SOFT = {"planar_3rrr": 0.01, "spherical_3rrr": 0.01, "linear_delta": 0.001}
+
+
+def tripod(**coordinates):
+    return package_robots.robot("3rps").assemble(platform={"z": 0.5, "rx": 0.05, "ry": -0.1, **coordinates})
+
+
+def stands_at(configuration, twist):
+    """Return where the platform of one pose stands under load: o, and its rotation."""
+    frame = configuration.platform_frame
+    return frame[:3, 3] + twist[:3], Rotation.from_rotvec(np.array(twist[3:])) * Rotation.from_matrix(frame[:3, :3])
+
+
+@pytest.mark.parametrize("name", package_robots.NAMES)
+def test_driven_to_the_corrected_positions_the_loaded_platform_stands_where_it_was_asked_to(name):
+    """All robots, at a pose without symmetry; the drives alone lead there, and rotations are SciPy's."""
+    robot = package_robots.robot(name)
+    pose = robot.configuration(robot.model_q(robot.generic_poses)[:, 0])
+    load = LOAD * SOFT.get(name, 1.0)
+    found = ks.compensate(pose, load)
+    assert found.status in (ks.Status.OK, ks.Status.LIMIT_EXCEEDED)
+    assert len(found.coordinates) == robot.mobility.platform
+    driven = robot.assemble(actuators=found.actuators, near=pose)
+    result = ks.analyze(driven, load)
+    o, R = stands_at(driven, result.twist)
+    wanted = pose.platform_frame
+    turn = R.as_rotvec()
+    wanted_turn = Rotation.from_matrix(wanted[:3, :3]).as_rotvec()
+    off = dict(zip(("x", "y", "z", "rx", "ry", "rz"), [*(o - wanted[:3, 3]), *(turn - wanted_turn)], strict=True))
+    assert max(abs(off[coordinate]) for coordinate in found.coordinates) < 1e-12
+    # what is told to remain is what is left, and without correction it was not so
+    np.testing.assert_allclose(found.remaining[:3], o - wanted[:3, 3], atol=1e-12)
+    left = (R * Rotation.from_matrix(wanted[:3, :3]).inv()).as_rotvec()
+    np.testing.assert_allclose(found.remaining[3:], left, atol=1e-12)
+    before = ks.analyze(pose, load)
+    assert max(abs(before.twist)) > 1e-9
+    np.testing.assert_allclose(found.deviation, before.twist, rtol=1e-3, atol=1e-12)
+    for drive, force in result.actuator_forces.items():
+        assert found.actuator_forces[drive] == pytest.approx(float(force), rel=1e-7, abs=1e-7)
+        assert found.corrections[drive] == pytest.approx(float(driven.actuators[drive] - pose.actuators[drive]), abs=1e-11)
+
+
+@pytest.mark.parametrize("name", ["3rps", "2pru_upr"])
+def test_finite_elements_stand_there_too(name):
+    """OpenSees at the corrected drives: the controlled coordinates are those wanted, within its own scatter."""
+    pytest.importorskip("openseespy", reason="needs OpenSeesPy: pip install 'kinetostatics[verify]'")
+    robot = package_robots.robot(name)
+    pose = robot.assemble(platform={"z": 0.5 if name == "3rps" else 0.6, "rx": 0.05, "ry": -0.06}, orientation="XYZ")
+    found = ks.compensate(pose, LOAD)
+    theirs = ks.verify(found.configuration, LOAD)
+    assert theirs.verified
+    o, R = stands_at(found.configuration, theirs.finite_elements.twist)
+    angles = R.as_euler("XYZ")
+    scatter = max(theirs.scatter["twist"], 1e-9) * np.linalg.norm(found.deviation[:3])
+    assert abs(o[2] - pose.platform["z"]) < scatter and abs(angles[0] - 0.05) < scatter and abs(angles[1] + 0.06) < scatter
+    assert found.coordinates == ("z", "rx", "ry") and scatter < 1e-10
+
+
+def test_an_axially_loaded_strut_is_driven_by_what_it_gives():
+    """Closed form: the slide of the upright tripod goes up by the sag that the rods have, as all three share alike."""
+    pose = tripod(rx=0.0, ry=0.0)
+    found = ks.compensate(pose, [0, 0, -500, 0, 0, 0], gravity=(0, 0, 0))
+    sag = ks.analyze(found.configuration, [0, 0, -500, 0, 0, 0], gravity=(0, 0, 0)).twist[2]
+    assert found.configuration.platform["z"] == pytest.approx(0.5 - sag, abs=1e-15)
+    assert len({round(float(shift), 15) for shift in found.corrections.values()}) == 1
+
+
+def test_a_correction_is_more_than_minus_the_twist():
+    """A soft tripod sags differently where it is commanded: a first step alone would miss."""
+    robot = package_robots.robot("3rps", rod_diameter=0.004)
+    pose = robot.assemble(platform={"z": 0.5, "rx": 0.1, "ry": -0.1})
+    found = ks.compensate(pose, LOAD)
+    first = {name: pose.platform[name] - found.remaining_coordinates[name] for name in found.coordinates}
+    before = ks.analyze(pose, LOAD).twist
+    naive = robot.assemble(platform={"z": 0.5 - before[2], "rx": 0.1 - before[3], "ry": -0.1 - before[4]}, near=pose)
+    missed = naive.platform["z"] + ks.analyze(naive, LOAD).twist[2] - 0.5
+    assert abs(missed) > 1e-9 > 1e-12 > abs(first["z"] - 0.5)
+
+
+def test_batches_of_poses_and_loads():
+    robot = package_robots.robot("five_bar")
+    poses = robot.assemble(platform={"x": 0.01, "y": [0.28, 0.3, 3.0, 0.32]})
+    loads = np.stack([LOAD, 2 * LOAD])[:, None] / 10
+    found, drive = ks.compensate(poses, loads), robot.description.driven[1]
+    assert found.shape == (2, 4) and found.remaining.shape == (2, 4, 6)
+    one = ks.compensate(robot.assemble(platform={"x": 0.01, "y": 0.32}), 0.2 * LOAD)
+    np.testing.assert_allclose(found.actuators[drive][1, 3], one.actuators[drive], atol=1e-14)
+    np.testing.assert_allclose(found.remaining[1, 3], one.remaining, atol=1e-14)
+    failed = ~poses.reached
+    assert failed.tolist() == [False, False, True, False] and np.array_equal(found.status[0] == ks.Status.UNREACHABLE, failed)
+    assert np.isnan(found.actuators[drive][:, failed]).all() and np.isnan(found.remaining[:, failed]).all()
+    assert not found.remaining.flags.writeable and not found.actuators[drive].flags.writeable
+    assert "2 poses" not in str(found) and "UNREACHABLE" in str(found) and "batch shape (2, 4)" in repr(found)
+
+
+def test_a_drive_that_would_leave_its_limit_goes_there_and_the_status_says_so():
+    robot = package_robots.robot("3rps", rod_diameter=0.002)
+    upper = robot.mechanism.connections["prismatic_1"].upper
+    start = robot.assemble(actuators=dict.fromkeys(robot.description.driven, upper - 1e-6))
+    found = ks.compensate(start, [0, 0, -2000, 0, 0, 0])
+    assert start.status == ks.Status.OK and found.status == ks.Status.LIMIT_EXCEEDED
+    assert found.actuators["prismatic_1"] > upper and abs(found.remaining[2]) < 1e-12
+    assert "beyond" in str(found) and "prismatic_1 would have to go" in str(found)
+
+
+def test_out_of_reach():
+    """The arms of the five-bar are stretched: to be commanded farther out, against the load, they would have to be longer."""
+    robot = package_robots.robot("five_bar")
+    far = robot.assemble(platform={"x": 0.0, "y": np.array([0.3, *np.linspace(0.4, 0.8, 81)])}, on_failure="nan")
+    last = np.flatnonzero(far.reached)[-1]
+    inside = robot.assemble(platform={"x": 0.0, "y": 0.3})
+    edge = robot.configuration(far.q[last])
+    pull = [0, -4e5, 0, 0, 0, 0]
+    with pytest.raises(ks.AssemblyError, match="cannot reach"):
+        ks.compensate(edge, pull, coordinates=("x", "y"))
+    found = ks.compensate(edge, pull, coordinates=("x", "y"), on_failure="nan")
+    assert found.status == ks.Status.UNREACHABLE and np.isnan(found.remaining).all()
+    assert "no drive positions" in str(found)
+    assert ks.compensate(inside, [0, -40, 0, 0, 0, 0]).status == ks.Status.OK
+
+
+def test_coordinates_are_those_of_the_pose_or_those_that_tell_most():
+    robot = package_robots.robot("3rps")
+    assert ks.compensate(tripod()).coordinates == ("z", "rx", "ry")
+    tilted = robot.assemble(platform={"z": 0.5, "azimuth": 0.4, "tilt": 0.0}, orientation="tilt_torsion")
+    found = ks.compensate(tilted, LOAD)
+    assert found.coordinates == ("z", "azimuth", "tilt")
+    # tilt 0 has no azimuth; what is meant is where the platform's normal points
+    normal = (stands_at(found.configuration, found.result.twist)[1]).apply([0, 0, 1])
+    np.testing.assert_allclose(normal, [0, 0, 1], atol=1e-12)
+    drives = robot.assemble(actuators={"prismatic_1": 0.0, "prismatic_2": 0.01, "prismatic_3": -0.01})
+    assert drives.prescribed == () and ks.compensate(drives).coordinates == ("z", "rx", "ry")
+    assert best_choice(robot, drives.orientation, drives.poses) == ("z", "rx", "ry")
+    other = ks.compensate(drives, LOAD, coordinates=["x", "y", "z"], orientation="XYZ")
+    assert np.abs(other.remaining[:3]).max() < 1e-12 < np.abs(other.remaining[3:]).max()
+    assert set(other.remaining_coordinates) == {"x", "y", "z", "rx", "ry", "rz"}
+
+
+def test_more_arguments_of_analyze_are_passed_on():
+    pose = tripod()
+    at_tool = ks.compensate(pose, [50, 0, 0, 0, 0, 0], point=(0, 0, 0.2), frame="platform", gravity=(0, 0, 0))
+    expected = ks.analyze(at_tool.configuration, [50, 0, 0, 0, 0, 0], point=(0, 0, 0.2), frame="platform", gravity=(0, 0, 0))
+    np.testing.assert_allclose(at_tool.result.twist, expected.twist, atol=1e-16)
+    length = ks.compensate(pose, gravity=(0, 0, 0), misfits={"rod_1": {"length": 1e-4}})
+    # a rod that is too long by 0.1 mm is driven back by that, nearly: it stands askew
+    assert length.corrections["prismatic_1"] == pytest.approx(-1e-4, rel=2e-2)
+    assert max(abs(length.corrections[f"prismatic_{k}"]) for k in (2, 3)) < 5e-6
+
+
+def test_mistakes(tmp_path):
+    pose = tripod()
+    with pytest.raises(ks.ArgumentError, match="wants a pose"):
+        ks.compensate(pose.robot)
+    with pytest.raises(ks.CoordinatesError, match="give exactly 3"):
+        ks.compensate(pose, coordinates=("z", "rx"))
+    with pytest.raises(ks.ArgumentError, match="sequence of names"):
+        ks.compensate(pose, coordinates="z")
+    with pytest.raises(ks.CoordinatesError, match="no platform coordinate"):
+        ks.compensate(pose, coordinates=("z", "rx", "tilt"))
+    with pytest.raises(ks.ArgumentError, match="has no drives"):
+        ks.compensate(two_columns().assemble())
+    with pytest.raises(ks.ArgumentError, match=r"does not end in \.csv"):
+        ks.compensate(pose).save(tmp_path / "table.txt")
+    with pytest.raises(ks.ArgumentError, match="axes have the sizes"):
+        ks.compensate(pose).to_dataset({"z": [1, 2]})
+
+
+def test_files(tmp_path):
+    pytest.importorskip("h5netcdf")
+    import xarray as xr
+
+    robot = package_robots.robot("3rps")
+    z, rx = np.array([0.45, 0.5]), np.array([-0.1, 0.0, 0.1])
+    grid = robot.assemble(platform={"z": z[:, None], "rx": rx, "ry": 0.0})
+    found = ks.compensate(grid, LOAD)
+    found.save(tmp_path / "table.csv")
+    with open(tmp_path / "table.csv", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert len(rows) == 6 and {row["status"] for row in rows} == {"OK"}
+    assert float(rows[4]["prismatic_1 [m]"]) == pytest.approx(found.actuators["prismatic_1"][1, 1], abs=1e-15)
+    assert float(rows[4]["force of prismatic_1 [N]"]) == pytest.approx(found.actuator_forces["prismatic_1"][1, 1])
+    assert float(rows[5]["remaining x [m]"]) == pytest.approx(found.remaining[1, 2, 0])
+    assert float(rows[5]["z [m]"]) == 0.5 and float(rows[5]["rx [rad]"]) == pytest.approx(0.1)
+    found.save(tmp_path / "grid.nc", {"z": z, "rx": rx})
+    with xr.open_dataset(tmp_path / "grid.nc", engine="h5netcdf") as ds:
+        one = ds.sel(z=0.5, rx=0.1, actuator="prismatic_3")
+        assert float(one.actuator_correction) == found.corrections["prismatic_3"][1, 2]
+        assert str(one.actuator_force_unit.values) == "N" and ds.attrs["controlled"] == "z rx ry"
+    assert found.to_dataset().status.dims == ("pose_1", "pose_2")
+    single = ks.compensate(tripod(), LOAD)
+    assert single.to_dataset().status.dims == () and json.loads(json.dumps(single.to_dict()))["status"] == "OK"
