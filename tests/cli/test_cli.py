@@ -293,6 +293,21 @@ def test_orientation_changes_what_is_printed(capsys):
     assert "rx 2.0000°  ry -5.0000°" in out and "(angles 'XYZ')" in out
 
 
+def test_another_pose_may_begin_the_way(capsys):
+    """The same point of the tool, with the drives more than half a turn further."""
+    robot = ks.load_robot("five_bar")
+    arguments = ["analyze", "five_bar", "--platform", "x=0", "y=-300mm", "--json"]
+    modes = []
+    for near in ({}, {"platform": {"x": -0.2, "y": 0.0}}, {"actuators": {"shoulder_1": 0.3, "shoulder_2": 0.2}}):
+        start = robot.assemble(**near)
+        words = [f"{name}={value}" for values in near.values() for name, value in values.items()]
+        found = json.loads(run(capsys, *arguments, *(["--near", *words] if near else []))[1])["configuration"]["actuators"]
+        wanted = robot.assemble(platform={"x": 0, "y": -0.3}, near=start).actuators
+        assert found == pytest.approx({name: float(value) for name, value in wanted.items()}, abs=1e-9)
+        modes.append(found["shoulder_1"])
+    assert modes[0] == pytest.approx(modes[2]) and abs(modes[1] - modes[0]) > np.pi
+
+
 # ---- errors ----------------------------------------------------------------------------------------------------------
 
 
@@ -329,6 +344,9 @@ def test_orientation_changes_what_is_printed(capsys):
         ("analyze 3rps --gravity 0 0 down", "--gravity: 'down' is not a number"),
         ("analyze 3rps --frame tool", "invalid choice: 'tool'"),
         ("analyze 3rps --tolerance -1e-3", "must be a positive length"),
+        ("analyze 3rps --near z=5deg rx=0 ry=0", "--near: z: '5deg' is an angle, but a length is needed"),
+        ("analyze 3rps --near prism_1=0", "--near: no driven joint 'prism_1'"),
+        ("analyze 2pru_upr --platform z=0.6 rx=0 ry=0 --near z=3 rx=0 ry=0", "--near: '2pru_upr' (mobility 3) cannot reach"),
         ("analyze 3rps --js", "unrecognized arguments: --js"),
     ],
 )

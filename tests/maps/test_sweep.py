@@ -497,7 +497,7 @@ def test_a_file_that_is_wrong_with_later_parameters_is_refused_at_once(tmp_path,
         (
             {},
             10**12,
-            "takes .* PB, and this machine has .* GB of memory: write it to a file with out=, make it lazy with chunks=",
+            r"takes .* PB, and this machine has .* GB of memory: write it to a file \(out=, --out\), make it lazy",
         ),
         (
             {"out": "map.nc"},

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from kinetostatics.cli import arguments
+from kinetostatics.cli import arguments, poses
 from kinetostatics.printing.waiting import waiting
 
 NAME = "analyze"
@@ -32,7 +32,7 @@ def add_parser(subparsers: arguments.Subparsers) -> None:
         epilog=EXAMPLES,
     )
     arguments.add_robot_arguments(parser)
-    arguments.add_pose_arguments(parser)
+    poses.add_pose_arguments(parser)
     arguments.add_load_arguments(parser)
     arguments.add_engine_argument(parser)
     parser.add_argument(
@@ -52,7 +52,7 @@ def run(args: argparse.Namespace) -> int:
 
         options = arguments.load_options(args)
         robot = arguments.load(args)
-        configuration, warnings = arguments.assemble(robot, args)
+        configuration, warnings = poses.assemble(robot, args)
         result = analyze(configuration, **options, engine=args.engine)
         axes = arguments.parse_items("--hinge-axis", args.hinge_axis)
         found = result.to_dict() if args.json else result.report(hinge_axes=axes)

@@ -12,20 +12,13 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from kinetostatics.description.units import KINDS, KNOWN, Unit, find_unit
-from kinetostatics.exceptions import ArgumentError, AssemblyError
+from kinetostatics.exceptions import ArgumentError
 from kinetostatics.printing.colour import for_stream
 
 if TYPE_CHECKING:
-    from kinetostatics.kinematics.configuration import Configuration
     from kinetostatics.robot import Robot
 
 NUMBER = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*((?![eE][-+]?\d)(?:[^\W\d_]|°|(?:1\s*)?/).*)?")
-
-#: Kinds of the platform's coordinates; of other names the robot complains.
-PLATFORM_KINDS = {
-    **dict.fromkeys(("x", "y", "z"), "length"),
-    **dict.fromkeys(("rx", "ry", "rz", "azimuth", "tilt", "torsion"), "angle"),
-}
 
 VALUES_HELP = """\
 values:
@@ -147,6 +140,18 @@ def parse_values(option: str, name: str, text: str, kind: str | None = None) -> 
     return parse_coordinates(option, name, [text], kind)[0]
 
 
+def parse_coordinates(option: str, name: str, texts: Sequence[str], kind: str | None) -> list[float]:
+    """Return values of one coordinate or parameter, which are of one kind."""
+    try:
+        found = [parse_quantity(text, kind) for text in texts]
+    except ArgumentError as error:
+        raise ArgumentError(f"{option}: {name}: {error}") from None
+    kinds = {unit.dimension: text.strip() for text in texts if (unit := unit_of(text)) is not None}
+    if len(kinds) > 1:
+        raise ArgumentError(f"{option}: {name}: {' and '.join(map(repr, kinds.values()))} are not of one kind")
+    return found
+
+
 def parse_items(option: str, items: Iterable[str]) -> dict[str, str]:
     """Return items ``name=value`` as a dict.
 
@@ -228,87 +233,6 @@ def load(args: argparse.Namespace) -> Robot:
     return robot
 
 
-# ---- the pose ------------------------------------------------------------------------------------------------------
-
-
-def add_pose_arguments(
-    parser: argparse.ArgumentParser,
-    value: str = "VALUE",
-    default: str = "Default: all drives at zero, or the closed zero pose if that does not exist.",
-) -> None:
-    """Add the pose: ``--platform`` or ``--actuators``, ``--orientation`` and ``--tolerance``.
-
-    Args:
-        parser: of the command.
-        value: what help calls the values.
-        default: what help says of the pose.
-    """
-    group = parser.add_argument_group("pose", default)
-    either = group.add_mutually_exclusive_group()
-    either.add_argument(
-        "--platform",
-        metavar=f"NAME={value}",
-        **SEVERAL,
-        help="coordinates of the platform, as many as its mobility: x y z of o, rx ry rz or azimuth tilt torsion",
-    )
-    either.add_argument("--actuators", metavar=f"JOINT={value}", **SEVERAL, help="coordinates of all driven joints")
-    group.add_argument(
-        "--orientation",
-        metavar="NAME",
-        help="what rx ry rz mean: rotation_vector (default), angles about moving axes (XYZ) or fixed axes (xyz), in any "
-        "order of three letters; or tilt_torsion for azimuth tilt torsion",
-    )
-    group.add_argument(
-        "--tolerance", metavar="T", default="1e-10", help="how far loops may stay open, m and rad (default: %(default)s)"
-    )
-
-
-def assemble(robot: Robot, args: argparse.Namespace) -> tuple[Configuration, list[str]]:
-    """Return the pose that the arguments ask for, and warnings."""
-    option = "--actuators" if args.actuators else "--platform"
-    given: dict[str, object] = {
-        name: parse_coordinates(option, name, [value], coordinate_kind(robot, option, name))[0]
-        for name, value in parse_items(option, args.actuators or args.platform).items()
-    }
-    try:
-        return assembled(robot, option, given, args), []
-    except AssemblyError:
-        if given:
-            raise
-        # the file's zero may not be a pose of the robot; the pose nearest to it is
-        q = robot.model_q(robot.zero_poses)[:, 0]
-        pose = robot.configuration(q, tolerance=tolerance_of(args))
-        return pose, ["the loops do not close with all drives at zero; this is the closed pose nearest to the file's zero"]
-
-
-def assembled(robot: Robot, option: str, coordinates: Mapping[str, object], args: argparse.Namespace) -> Configuration:
-    """Return the poses at the coordinates of ``--platform`` or ``--actuators``; the zero pose where there are none."""
-    poses: dict[str, Any] = {option[2:]: coordinates or None}
-    return robot.assemble(**poses, orientation=args.orientation, tolerance=tolerance_of(args))
-
-
-def parse_coordinates(option: str, name: str, texts: Sequence[str], kind: str | None) -> list[float]:
-    """Return values of one coordinate or parameter, which are of one kind."""
-    try:
-        found = [parse_quantity(text, kind) for text in texts]
-    except ArgumentError as error:
-        raise ArgumentError(f"{option}: {name}: {error}") from None
-    kinds = {unit.dimension: text.strip() for text in texts if (unit := unit_of(text)) is not None}
-    if len(kinds) > 1:
-        raise ArgumentError(f"{option}: {name}: {' and '.join(map(repr, kinds.values()))} are not of one kind")
-    return found
-
-
-def coordinate_kind(robot: Robot | None, option: str, name: str) -> str | None:
-    """Return whether a coordinate of ``--platform`` or ``--actuators`` is a "length" or an "angle", None if there is none."""
-    if option == "--platform":
-        return PLATFORM_KINDS.get(name)
-    connection = None if robot is None else robot.mechanism.connections.get(name)
-    if connection is None:
-        return None  # assemble() will list the names
-    return "length" if connection.type.is_slide else "angle"
-
-
 # ---- load and gravity ----------------------------------------------------------------------------------------------
 
 
@@ -336,11 +260,6 @@ def add_load_arguments(parser: argparse.ArgumentParser) -> None:
         default=["0", "0", "-9.81"],
         help="in world axes [m/s²] (default: 0 0 -9.81)",
     )
-
-
-def tolerance_of(args: argparse.Namespace) -> float:
-    """Return how far loops may stay open [m, rad]."""
-    return number_of("--tolerance", args.tolerance, "length")
 
 
 def load_options(args: argparse.Namespace) -> dict[str, Any]:

@@ -9,7 +9,7 @@ import argparse
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
-from kinetostatics.cli.arguments import PLATFORM_KINDS
+from kinetostatics.cli.poses import PLATFORM_KINDS
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.exceptions import KinetostaticsError
 from kinetostatics.files.bundled import shipped_robots
@@ -129,6 +129,7 @@ _NAMES_OF: dict[str, Names] = {
     "platform": _coordinates,
     "actuators": _drives,
     "sweep": lambda args: [*_coordinates(args), *_drives(args)],
+    "near": lambda args: [*_coordinates(args), *_drives(args)],
     "parameters": lambda args: _assignments(_elements(args, "xacro:arg")),
     "hinge_axis": _limbs,
     "orientation": lambda _: ORIENTATIONS,

@@ -10,7 +10,7 @@ import sys
 import time
 from typing import TYPE_CHECKING
 
-from kinetostatics.cli import arguments
+from kinetostatics.cli import arguments, poses
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.printing.waiting import waiting
 
@@ -56,7 +56,7 @@ def add_parser(subparsers: arguments.Subparsers) -> None:
         epilog=EXAMPLES,
     )
     arguments.add_robot_arguments(parser, "VALUES")
-    arguments.add_pose_arguments(parser, "VALUES", "The grid. Default: all drives at zero.")
+    poses.add_pose_arguments(parser, "VALUES", "The grid. Default: all drives at zero.", near=False)
     arguments.add_load_arguments(parser)
     arguments.add_engine_argument(parser)
     group = parser.add_argument_group("sweep")
@@ -107,7 +107,7 @@ def _map(args: argparse.Namespace) -> xr.Dataset:
     return sweep(
         args.robot,
         **options,
-        tolerance=arguments.tolerance_of(args),
+        tolerance=poses.tolerance_of(args),
         engine=args.engine,
         beams=args.beams,
         ways=args.ways,
@@ -129,7 +129,7 @@ def _grid(args: argparse.Namespace) -> dict[str, object]:
     for option, items in (("--platform", args.platform), ("--actuators", args.actuators)):
         if items:
             robot = _first_robot(args, parameters) if args.actuators else None
-            kind = functools.partial(arguments.coordinate_kind, robot, option)
+            kind = functools.partial(poses.coordinate_kind, robot, option)
             given = arguments.parse_items(option, items)
             found[option[2:]] = {name: _values(option, name, text, kind(name)) for name, text in given.items()}
     return found

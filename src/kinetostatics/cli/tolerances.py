@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from kinetostatics.cli import arguments
+from kinetostatics.cli import arguments, poses
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.printing.waiting import waiting
 
@@ -31,7 +31,7 @@ def add_parser(subparsers: arguments.Subparsers) -> None:
         epilog=EXAMPLES,
     )
     arguments.add_robot_arguments(parser)
-    arguments.add_pose_arguments(parser)
+    poses.add_pose_arguments(parser)
     parser.add_argument("--length", metavar="L", default="0.1mm", help="error of lengths (default: %(default)s)")
     parser.add_argument("--angle", metavar="A", default="1mrad", help="error of angles (default: %(default)s)")
     parser.add_argument(
@@ -55,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
             "temperature": arguments.parse_quantity(args.temperature, "temperature"),
         }
         top = None if args.top is None else _count(args.top)
-        configuration, warnings = arguments.assemble(arguments.load(args), args)
+        configuration, warnings = poses.assemble(arguments.load(args), args)
         found = tolerances(configuration, **amounts, by=args.by)
         if top is not None:
             found = replace(found, rows=found.rows[:top])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from kinetostatics.cli import arguments
+from kinetostatics.cli import arguments, poses
 from kinetostatics.printing.waiting import waiting
 
 NAME = "verify"
@@ -32,7 +32,7 @@ def add_parser(subparsers: arguments.Subparsers) -> None:
         epilog=EXAMPLES,
     )
     arguments.add_robot_arguments(parser)
-    arguments.add_pose_arguments(parser)
+    poses.add_pose_arguments(parser)
     arguments.add_load_arguments(parser)
     arguments.add_json_argument(parser)
     parser.add_argument(
@@ -47,7 +47,7 @@ def run(args: argparse.Namespace) -> int:
 
         options = arguments.load_options(args)
         within = arguments.parse_quantity(args.within, "number")
-        configuration, warnings = arguments.assemble(arguments.load(args), args)
+        configuration, warnings = poses.assemble(arguments.load(args), args)
         found = verify(configuration, **options, tolerance=within)
     arguments.print_answer(found.to_dict() if args.json else str(found), warnings)
     return 0 if found.verified else 1

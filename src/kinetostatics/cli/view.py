@@ -7,7 +7,7 @@ import contextlib
 import functools
 from typing import TYPE_CHECKING, Any
 
-from kinetostatics.cli import arguments
+from kinetostatics.cli import arguments, poses
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.printing.waiting import pausing, waiting
 
@@ -53,7 +53,7 @@ def add_parser(subparsers: arguments.Subparsers) -> None:
         epilog=EXAMPLES,
     )
     arguments.add_robot_arguments(parser)
-    arguments.add_pose_arguments(parser)
+    poses.add_pose_arguments(parser)
     arguments.add_load_arguments(parser)
     group = parser.add_argument_group("view")
     group.add_argument(
@@ -120,7 +120,7 @@ def _page(args: argparse.Namespace) -> int:
 
         options = arguments.load_options(args)
         robot = arguments.load(args)
-        configuration, found = (_swept(robot, args), []) if args.sweep else arguments.assemble(robot, args)
+        configuration, found = (_swept(robot, args), []) if args.sweep else poses.assemble(robot, args)
         result = analyze(configuration, **options)
         second = _second(robot, args) if args.compare else None
         with pausing():
@@ -152,11 +152,11 @@ def _second(robot: Robot, args: argparse.Namespace) -> Result:
         )
     other = argparse.Namespace(**vars(args))
     if names:
-        other.robot, other.parameters, other.platform_link, other.base_link = names[0], [], None, None
+        other.robot, other.parameters, other.near, other.platform_link, other.base_link = names[0], [], [], None, None
         robot = arguments.load(other)
     if coordinates:
         other.platform, other.actuators = coordinates, []
-    pose, _ = arguments.assemble(robot, other)
+    pose, _ = poses.assemble(robot, other)
     return analyze(pose, **arguments.load_options(other))
 
 
@@ -201,7 +201,7 @@ def _server(args: argparse.Namespace) -> tuple[LiveServer, list[str]]:
     from kinetostatics.viewer.live import serve
 
     options = arguments.load_options(args)
-    configuration, found = arguments.assemble(arguments.load(args), args)
+    configuration, found = poses.assemble(arguments.load(args), args)
 
     def analyzed(pose: Configuration, **changed: Any) -> Result:
         result = analyze(pose, **{**options, **changed})
@@ -212,7 +212,7 @@ def _server(args: argparse.Namespace) -> tuple[LiveServer, list[str]]:
         configuration,
         analyzed,
         orientation=args.orientation,
-        tolerance=arguments.tolerance_of(args),
+        tolerance=poses.tolerance_of(args),
         coordinates=tuple(arguments.parse_items("--platform", args.platform)),
         load=options["load"] if at_o else None,
         port=args.port,
@@ -229,7 +229,7 @@ def _swept(robot: Robot, args: argparse.Namespace) -> Configuration:
     if drives and len(drives) < len(swept):
         raise ArgumentError("--sweep: coordinates of drives and of the platform cannot move together")
     option, other = ("--actuators", "--platform") if drives else ("--platform", "--actuators")
-    kind = functools.partial(arguments.coordinate_kind, robot, option)
+    kind = functools.partial(poses.coordinate_kind, robot, option)
     ranges = {name: arguments.parse_range("--sweep", name, text, kind(name)) for name, text in swept.items()}
     counts = {count for _, _, count in ranges.values() if count is not None}
     if len(counts) > 1:
@@ -244,4 +244,4 @@ def _swept(robot: Robot, args: argparse.Namespace) -> Configuration:
         (values[name],) = arguments.parse_coordinates(option, name, [text], kind(name))
     if drives:
         values.update({name: 0.0 for name in robot.description.driven if name not in values})
-    return arguments.assembled(robot, option, values, args)
+    return poses.assembled(robot, option, values, args)

@@ -30,7 +30,7 @@ def check_memory(spec: SweepSpec, labels: Labels) -> None:
     if needed > memory:
         raise ArgumentError(
             f"a map of {_poses(spec)} takes {_said(needed)}, and this machine has {_said(memory)} of memory: write it to a "
-            "file with out=, make it lazy with chunks=, or take a coarser grid"
+            "file (out=, --out), make it lazy (chunks= in Python), or take a coarser grid"
         )
 
 

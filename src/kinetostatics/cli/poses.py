@@ -1,0 +1,114 @@
+"""The pose that a command line asks for."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from kinetostatics.cli.arguments import SEVERAL, number_of, parse_coordinates, parse_items
+from kinetostatics.exceptions import ArgumentError, AssemblyError, KinetostaticsError
+
+if TYPE_CHECKING:
+    from kinetostatics.kinematics.configuration import Configuration
+    from kinetostatics.robot import Robot
+
+#: Kinds of the platform's coordinates; of other names the robot complains.
+PLATFORM_KINDS = {
+    **dict.fromkeys(("x", "y", "z"), "length"),
+    **dict.fromkeys(("rx", "ry", "rz", "azimuth", "tilt", "torsion"), "angle"),
+}
+
+
+def add_pose_arguments(
+    parser: argparse.ArgumentParser,
+    value: str = "VALUE",
+    default: str = "Default: all drives at zero, or the closed zero pose if that does not exist.",
+    near: bool = True,
+) -> None:
+    """Add the pose: ``--platform`` or ``--actuators``, ``--near``, ``--orientation`` and ``--tolerance``.
+
+    Args:
+        parser: of the command.
+        value: what help calls the values.
+        default: what help says of the pose.
+        near: whether the way to the pose may begin at another one.
+    """
+    group = parser.add_argument_group("pose", default)
+    either = group.add_mutually_exclusive_group()
+    either.add_argument(
+        "--platform",
+        metavar=f"NAME={value}",
+        **SEVERAL,
+        help="coordinates of the platform, as many as its mobility: x y z of o, rx ry rz or azimuth tilt torsion",
+    )
+    either.add_argument("--actuators", metavar=f"JOINT={value}", **SEVERAL, help="coordinates of all driven joints")
+    if near:
+        group.add_argument(
+            "--near",
+            metavar="NAME=VALUE",
+            **SEVERAL,
+            help="another pose, of the platform or of the drives, from which the straight way to this one begins; it tells the "
+            "assembly mode (default: the closed zero pose)",
+        )
+    group.add_argument(
+        "--orientation",
+        metavar="NAME",
+        help="what rx ry rz mean: rotation_vector (default), angles about moving axes (XYZ) or fixed axes (xyz), in any "
+        "order of three letters; or tilt_torsion for azimuth tilt torsion",
+    )
+    group.add_argument(
+        "--tolerance", metavar="T", default="1e-10", help="how far loops may stay open, m and rad (default: %(default)s)"
+    )
+
+
+def assemble(robot: Robot, args: argparse.Namespace) -> tuple[Configuration, list[str]]:
+    """Return the pose that the arguments ask for, and warnings."""
+    option = "--actuators" if args.actuators else "--platform"
+    given: dict[str, object] = {
+        name: parse_coordinates(option, name, [value], coordinate_kind(robot, option, name))[0]
+        for name, value in parse_items(option, args.actuators or args.platform).items()
+    }
+    try:
+        return assembled(robot, option, given, args), []
+    except AssemblyError:
+        if given:
+            raise
+        # the file's zero may not be a pose of the robot; the pose nearest to it is
+        q = robot.model_q(robot.zero_poses)[:, 0]
+        pose = robot.configuration(q, tolerance=tolerance_of(args))
+        return pose, ["the loops do not close with all drives at zero; this is the closed pose nearest to the file's zero"]
+
+
+def assembled(robot: Robot, option: str, coordinates: Mapping[str, object], args: argparse.Namespace) -> Configuration:
+    """Return the poses at the coordinates of ``--platform`` or ``--actuators``; the zero pose where there are none."""
+    options: dict[str, Any] = {"orientation": args.orientation, "tolerance": tolerance_of(args)}
+    start = None
+    if args.near:
+        items = parse_items("--near", args.near)
+        of = "platform" if all(name in PLATFORM_KINDS for name in items) else "actuators"
+        kinds = {name: coordinate_kind(robot, f"--{of}", name) for name in items}
+        begin: dict[str, Any] = {
+            of: {name: parse_coordinates("--near", name, [text], kinds[name])[0] for name, text in items.items()}
+        }
+        try:
+            start = robot.assemble(**begin, **options)
+        except KinetostaticsError as error:
+            raise ArgumentError(f"--near: {error}") from error
+    poses: dict[str, Any] = {option[2:]: coordinates or None}
+    return robot.assemble(**poses, near=start, **options)
+
+
+def coordinate_kind(robot: Robot | None, option: str, name: str) -> str | None:
+    """Return whether a coordinate of ``--platform`` or ``--actuators`` is a "length" or an "angle", None if there is none."""
+    if option == "--platform":
+        return PLATFORM_KINDS.get(name)
+    connection = None if robot is None else robot.mechanism.connections.get(name)
+    if connection is None:
+        return None  # assemble() will list the names
+    return "length" if connection.type.is_slide else "angle"
+
+
+def tolerance_of(args: argparse.Namespace) -> float:
+    """Return how far loops may stay open [m, rad]."""
+    return number_of("--tolerance", args.tolerance, "length")
