@@ -8,7 +8,7 @@ import math
 import re
 from typing import TYPE_CHECKING
 
-from kinetostatics.cli import arguments
+from kinetostatics.cli import arguments, poses
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.printing.waiting import waiting
 
@@ -50,7 +50,7 @@ def add_parser(subparsers: arguments.Subparsers) -> None:
         epilog=EXAMPLES,
     )
     arguments.add_robot_arguments(parser)
-    arguments.add_pose_arguments(parser, "VALUES")
+    poses.add_pose_arguments(parser, "VALUES")
     parser.add_argument("--table", metavar="FILE", help="a CSV file of poses instead of --platform or --actuators")
     parser.add_argument(
         "--coordinates",
@@ -76,7 +76,7 @@ def run(args: argparse.Namespace) -> int:
             configuration,
             **options,
             coordinates=args.coordinates,
-            tolerance=arguments.tolerance_of(args),
+            tolerance=poses.tolerance_of(args),
             engine=args.engine,
         )
         if args.out is not None:
@@ -94,13 +94,13 @@ def _poses(robot: Robot, args: argparse.Namespace) -> tuple[Configuration, dict[
         if args.platform or args.actuators:
             raise ArgumentError("give either --table or coordinates, not both")
         option, columns = _read_table(robot, args.table)
-        return arguments.assembled(robot, option, columns, args), None, []
+        return poses.assembled(robot, option, columns, args), None, []
     option = "--actuators" if args.actuators else "--platform"
     items = arguments.parse_items(option, args.actuators or args.platform)
     given = {name: arguments.parse_values(option, name, text, _kind(robot, option, name)) for name, text in items.items()}
     axes = {name: value for name, value in given.items() if isinstance(value, list)}
     if not axes:
-        configuration, warnings = arguments.assemble(robot, args)
+        configuration, warnings = poses.assemble(robot, args)
         return configuration, None, warnings
     if math.prod(len(values) for values in axes.values()) > MOST:
         raise ArgumentError(f"{option}: the grid has more than {MOST:,} poses")
@@ -108,11 +108,11 @@ def _poses(robot: Robot, args: argparse.Namespace) -> tuple[Configuration, dict[
 
     mesh = np.meshgrid(*axes.values(), indexing="ij")
     coordinates = {**given, **dict(zip(axes, mesh, strict=True))}
-    return arguments.assembled(robot, option, coordinates, args), axes, []
+    return poses.assembled(robot, option, coordinates, args), axes, []
 
 
 def _kind(robot: Robot, option: str, name: str) -> str | None:
-    return arguments.coordinate_kind(robot, option, name)
+    return poses.coordinate_kind(robot, option, name)
 
 
 def _read_table(robot: Robot, path: str) -> tuple[str, dict[str, list[float]]]:
