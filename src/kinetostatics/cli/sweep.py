@@ -41,6 +41,7 @@ examples:
   kinetostatics sweep 3rps --platform z=0.5 azimuth=-180deg:175deg:72 tilt=0:50deg:26 --orientation tilt_torsion --out tilts.nc
   kinetostatics sweep 2pru_upr --actuators prismatic_1=-20mm:20mm:9 prismatic_2=0,10mm prismatic_3=0 --beams --out map.zarr
   kinetostatics sweep 3rps --platform z=0.5 azimuth=-170deg tilt=0:40deg:21 --orientation tilt_torsion --ways --out ways.nc
+  kinetostatics sweep 2pru_upr --platform z=600mm rx=-10deg:10deg:21 ry=-10deg:10deg:21 --compensate --out corrected.nc
 """
 
 
@@ -67,6 +68,11 @@ def add_parser(subparsers: arguments.Subparsers) -> None:
         "--ways",
         action="store_true",
         help="add how gravity acts on twist and drives: by the platform's weight, by attached wrenches, by deformation",
+    )
+    group.add_argument(
+        "--compensate",
+        action="store_true",
+        help="add corrections of the drives for weights and loads, and what then remains",
     )
     group.add_argument("--workers", metavar="N", help="processes (default: as many as cores, one for a small sweep)")
     group.add_argument("--quiet", action="store_true", help="no progress bar and no summary")
@@ -111,6 +117,7 @@ def _map(args: argparse.Namespace) -> xr.Dataset:
         engine=args.engine,
         beams=args.beams,
         ways=args.ways,
+        compensate=args.compensate,
         out=args.out,
         restart=args.restart,
         workers=None if args.workers is None else _whole("--workers", args.workers),

@@ -25,7 +25,14 @@ except ModuleNotFoundError:
 
 from kinetostatics.indices.named import INDICES, Extreme, Index, best, names, quantity, worst
 from kinetostatics.indices.poses import swept, valid
-from kinetostatics.indices.sag import actuator_force_maxima, angular_sag, largest_actuator_force, linear_sag
+from kinetostatics.indices.sag import (
+    actuator_force_maxima,
+    angular_sag,
+    largest_actuator_force,
+    linear_sag,
+    remaining_angular_sag,
+    remaining_linear_sag,
+)
 from kinetostatics.indices.stiffness import (
     conditioning,
     rotational_conditioning,
@@ -48,6 +55,8 @@ __all__ = [
     "linear_sag",
     "names",
     "quantity",
+    "remaining_angular_sag",
+    "remaining_linear_sag",
     "rotational_conditioning",
     "rotational_stiffness",
     "singularity_distance",

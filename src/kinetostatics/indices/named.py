@@ -11,7 +11,13 @@ import xarray as xr
 
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.indices.poses import ANGULAR, LINEAR, finished, label_dims, labelled, units_of
-from kinetostatics.indices.sag import angular_sag, largest_actuator_force, linear_sag
+from kinetostatics.indices.sag import (
+    angular_sag,
+    largest_actuator_force,
+    linear_sag,
+    remaining_angular_sag,
+    remaining_linear_sag,
+)
 from kinetostatics.indices.stiffness import (
     conditioning,
     rotational_conditioning,
@@ -79,9 +85,18 @@ INDICES: Mapping[str, Index] = {
 }
 
 
+#: What maps with corrections have besides.
+CORRECTED: Mapping[str, Callable[..., xr.DataArray]] = {
+    "remaining_linear_sag": remaining_linear_sag,
+    "remaining_angular_sag": remaining_angular_sag,
+}
+
+
 def names(ds: xr.Dataset) -> list[str]:
     """Return everything that :func:`quantity` knows of a Dataset, but for the 36 entries each of stiffness and compliance."""
-    found = [*(name for name in INDICES if _applies(ds, name)), *(f"stiffness_along:{axis}" for axis in (*LINEAR, *ANGULAR))]
+    corrected = CORRECTED if "remaining" in ds else ()
+    indices = [name for name in INDICES if _applies(ds, name)]
+    found = [*indices, *corrected, *(f"stiffness_along:{axis}" for axis in (*LINEAR, *ANGULAR))]
     for name in (str(item) for item in ds.data_vars):
         dims = label_dims(ds, name)
         if dims and "component_2" not in dims:
@@ -112,6 +127,8 @@ def quantity(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> xr.DataA
     Raises:
         ArgumentError: there is no such thing; the message says what there is.
     """
+    if what in CORRECTED and "remaining" in ds:
+        return CORRECTED[what](ds, beyond_limits=beyond_limits)
     if what in INDICES:
         return INDICES[what].function(ds, beyond_limits=beyond_limits)
     name, _, rest = what.partition(":")
@@ -139,6 +156,8 @@ def _hint(ds: xr.Dataset, what: str) -> str:
         return ": the map has no numbers of beams; sweep with beams=True (--beams)"
     if name in ("gravity_way", "actuator_gravity_way", "actuator_contribution"):
         return ": the map does not say how gravity acts; sweep with ways=True (--ways)"
+    if name in ("actuator_correction", "remaining", *CORRECTED):
+        return ": the map has no corrections; sweep with compensate=True (--compensate)"
     known = names(ds)
     within = [item for item in known if what.lower() in item.lower()][:3]
     if within:
@@ -158,12 +177,16 @@ _SAID = {"platform_weight": "platform weight", "attached": "attached wrenches"}
 def _long_name(name: str, labels: Sequence[str], units: str) -> str:
     """Return what a number is, in few words."""
     last = labels[-1] if labels else ""
-    if name in ("twist", "contribution", "gravity_way"):
+    if name in ("twist", "contribution", "gravity_way", "remaining"):
         motion = f"rotation about {last[1:]}" if last in ANGULAR else f"displacement along {last}"
+        if name == "remaining":
+            return f"{motion} that remains"
         return motion + ("" if name == "twist" else f" by {_SAID.get(labels[0], labels[0])}")
     if name in ("actuator_force", "actuator_contribution", "actuator_gravity_way"):
         by = "" if len(labels) == 1 else f" by {_SAID.get(last, last)}"
         return f"{'force' if units == 'N' else 'torque'} of {labels[0]}{by}"
+    if name == "actuator_correction":
+        return f"correction of {last}"
     return " ".join([name.replace("_", " "), *labels])
 
 

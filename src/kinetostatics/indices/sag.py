@@ -26,6 +26,21 @@ def angular_sag(ds: xr.Dataset, source: str | None = None, beyond_limits: bool =
     return _sag(ds, ANGULAR, source, beyond_limits, "rad", "angular sag")
 
 
+def remaining_linear_sag(ds: xr.Dataset, beyond_limits: bool = False) -> xr.DataArray:
+    """Return how far o misses its place at the corrected drives [m], in maps swept with ``compensate=True``.
+
+    Args:
+        ds: of :func:`kinetostatics.sweep`.
+        beyond_limits: as in :func:`valid`.
+    """
+    return _length(ds, variable(ds, "remaining"), LINEAR, beyond_limits, "m", "remaining linear sag")
+
+
+def remaining_angular_sag(ds: xr.Dataset, beyond_limits: bool = False) -> xr.DataArray:
+    """Return by how much the platform is turned at the corrected drives [rad]; as :func:`remaining_linear_sag`."""
+    return _length(ds, variable(ds, "remaining"), ANGULAR, beyond_limits, "rad", "remaining angular sag")
+
+
 def _sag(
     ds: xr.Dataset, components: Sequence[str], source: str | None, beyond_limits: bool, units: str, name: str
 ) -> xr.DataArray:
@@ -34,6 +49,12 @@ def _sag(
     else:
         twist = labelled(variable(ds, "contribution"), "source", source)
         name = f"{name} by {source}"
+    return _length(ds, twist, components, beyond_limits, units, name)
+
+
+def _length(
+    ds: xr.Dataset, twist: xr.DataArray, components: Sequence[str], beyond_limits: bool, units: str, name: str
+) -> xr.DataArray:
     part = twist.sel(component=list(components))
     return finished(ds, (part**2).sum("component", skipna=False) ** 0.5, beyond_limits, units, name)
 

@@ -20,6 +20,7 @@ from kinetostatics.engine.choice import check_engine
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.files.bundled import robot_path
 from kinetostatics.files.parameter_units import check_parameter_units
+from kinetostatics.kinematics.coordinate_choices import best_choice
 from kinetostatics.kinematics.unit_hints import odd_coordinates
 from kinetostatics.math.orientation import orientation_named
 from kinetostatics.robot import Robot, load_robot
@@ -60,6 +61,7 @@ def read_sweep_spec(
     given_units: Mapping[str, str] | None = None,
     links: Links | None = None,
     engine: str = "auto",
+    compensate: bool = False,
 ) -> tuple[SweepSpec, Robot]:
     """Return the specification of a sweep, and its first robot; the arguments are those of :func:`kinetostatics.sweep`.
 
@@ -110,8 +112,18 @@ def read_sweep_spec(
         provenance.versions(),
         engine,
     )
+    if compensate:
+        spec = replace(spec, compensated=_compensated(first, kind, list(given), orientation))
     spec.keep((0,) * len(varying), first)
     return spec, first
+
+
+def _compensated(robot: Robot, kind: str, given: Sequence[str], orientation: str | None) -> tuple[str, ...]:
+    """Return the coordinates that come out as wanted where drives are corrected: the given ones, or for drives the best."""
+    found = tuple(given) if kind == "platform" else best_choice(robot, orientation_named(orientation), robot.zero_poses)
+    if not found:
+        raise ArgumentError(f"{robot.name!r} has no coordinates that drives could correct")
+    return found
 
 
 def _with_units(

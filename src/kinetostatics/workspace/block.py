@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.analysis import analyze
+from kinetostatics.compensation import compensate
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.results.gravity_ways import force_ways, twist_ways
 from kinetostatics.status import WITHOUT_NUMBERS, Status, status_of
@@ -80,17 +81,24 @@ def pose_numbers(
             return values if which is None else values[..., which, :]
         return values.reshape(*values.shape[: len(cases)], 1, values.shape[-1])
 
-    result = analyze(
-        configuration,
-        spread(spec.load.of(spec.axes, at)),
-        spread(spec.gravity.of(spec.axes, at)),
-        point=None if spec.point is None else spread(spec.point.of(spec.axes, at)),
-        frame=spec.frame,
-        misfits=spec.misfits,
-        on_failure="nan",
-        engine=spec.engine,
-    )
-    return _extract(spec, labels, combination, result, (*counts, configuration.shape[0]))
+    given: dict[str, Any] = {
+        "load": spread(spec.load.of(spec.axes, at)),
+        "gravity": spread(spec.gravity.of(spec.axes, at)),
+        "point": None if spec.point is None else spread(spec.point.of(spec.axes, at)),
+        "frame": spec.frame,
+        "misfits": spec.misfits,
+        "on_failure": "nan",
+        "engine": spec.engine,
+    }
+    result = analyze(configuration, **given)
+    found = _extract(spec, labels, combination, result, (*counts, configuration.shape[0]))
+    if spec.compensated:
+        wanted: dict[str, Any] = {"coordinates": spec.compensated, "orientation": spec.orientation, "tolerance": spec.tolerance}
+        corrected = compensate(configuration, **given, **wanted)
+        shifts = np.stack(list(corrected.corrections.values()), axis=-1)
+        more = {"actuator_correction": shifts, "remaining": corrected.remaining}
+        found |= {name: np.broadcast_to(value, (*counts, *value.shape[-2:])) for name, value in more.items()}
+    return found
 
 
 def _extract(
@@ -153,7 +161,8 @@ def _extract(
         lengths = [np.sqrt((beam.deflections**2).sum(axis=-1)).max(axis=-1) for beam in beams]
         found["beam_deflection"] = np.stack(lengths, axis=-1)
     found |= facts
-    return {name: _full(found[name], item.kinds, shape) for name, item in variables(labels).items()}
+    known = {name: item for name, item in variables(labels).items() if name in found}
+    return {name: _full(found[name], item.kinds, shape) for name, item in known.items()}
 
 
 def _full(array: Array, kinds: Sequence[str], shape: tuple[int, ...]) -> Array:

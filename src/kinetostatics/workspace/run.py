@@ -63,6 +63,7 @@ def sweep(
     base_link: str | None = None,
     beams: bool = False,
     ways: bool = False,
+    compensate: bool = False,
     tolerance: float = 1e-10,
     engine: str = "auto",
     out: str | os.PathLike[str] | None = None,
@@ -95,6 +96,9 @@ def sweep(
         beams: whether to add ``beam_stress``, ``beam_euler_ratio`` and ``beam_deflection``, which take most of the time then.
         ways: whether to add ``gravity_way`` and ``actuator_gravity_way``, how gravity acts (by the platform's weight, the limbs'
             attached wrenches, their deformation), and ``actuator_contribution``; it takes about twice as long.
+        compensate: whether to add ``actuator_correction`` and ``remaining``: by how much to correct the drives so that the loaded
+            platform is where the grid wants it, and what is left then, see :func:`kinetostatics.compensate`; it takes several
+            times as long. Of a grid of drives those coordinates come out as wanted that tell best how the platform moves.
         tolerance: how far loops may stay open [m, rad].
         engine: as :func:`kinetostatics.analyze` takes it; numbers differ by rounding only.
         out: a file ``….nc`` or ``….zarr`` to write to while it is computed, in bounded memory. If the sweep is interrupted, the
@@ -126,7 +130,7 @@ def sweep(
     with waiting("planning the sweep", wanted=wants_bar(progress)):
         given = platform, actuators, orientation, load, gravity, point, frame, misfits, parameters, beams, tolerance, ways
         links = {"platform": platform_link, "base": base_link}
-        spec, first = read_sweep_spec(robot, *given, parameter_units, links, engine)
+        spec, first = read_sweep_spec(robot, *given, parameter_units, links, engine, compensate)
         labels = labels_of(spec, first)
         try_sweep_spec(spec, first)
         check_names(spec, labels)
@@ -141,7 +145,8 @@ def sweep(
         try_robots(spec)
     if progress:
         need("tqdm")
-    poses = max(1, min(BLOCK_OF_MORE if beams or ways else BLOCK, -(-spec.size // (SHARE * number if number > 1 else 1))))
+    most = BLOCK_OF_MORE if beams or ways or compensate else BLOCK
+    poses = max(1, min(most, -(-spec.size // (SHARE * number if number > 1 else 1))))
     run = _Run(spec, labels, block_sizes(spec.axes, poses), number, attributes)
     if out is None:
         check_memory(spec, labels)

@@ -48,6 +48,7 @@ class Labels:
         q: (label, units) of Pinocchio's coordinates.
         loose: which of them local freedoms change, so that they say nothing of the assembly mode.
         pose: names of the six coordinates of the platform.
+        compensated: whether corrections of the drives are wanted.
     """
 
     robot: str
@@ -61,6 +62,7 @@ class Labels:
     q: tuple[tuple[str, str], ...]
     loose: tuple[bool, ...]
     pose: tuple[str, ...]
+    compensated: bool
 
 
 @dataclass(frozen=True)
@@ -122,6 +124,7 @@ def labels_of(spec: SweepSpec, robot: Robot) -> Labels:
         tuple(_q_labels(robot)),
         loose_coordinates(spec, robot),
         ("x", "y", "z", *orientation_named(spec.orientation).names),
+        bool(spec.compensated),
     )
 
 
@@ -191,6 +194,13 @@ def variables(labels: Labels) -> dict[str, Variable]:
         "actuator_position": Variable(
             ("actuator",), {"long_name": "coordinate of the driven joint", force: "actuator_position_unit"}, kinds=POSES
         ),
+        "actuator_correction": Variable(
+            ("actuator",),
+            {"long_name": "correction of the drive, which brings the loaded platform in place", force: "actuator_position_unit"},
+        ),
+        "remaining": Variable(
+            ("component",), {"long_name": "how the loaded platform misses its place at the corrected drives", **units}
+        ),
         "platform_pose": Variable(
             ("platform_coordinate",),
             {"long_name": "coordinates of the platform before it deforms", force: "platform_coordinate_unit"},
@@ -211,7 +221,8 @@ def variables(labels: Labels) -> dict[str, Variable]:
         "beam_deflection": Variable(("beam",), {"long_name": "largest displacement of the beam's centre line", "units": "m"}),
     }
     sizes = {name: len(values) for name, (values, _) in _label_coordinates(labels).items()}
-    unwanted = () if labels.ways else ("actuator_contribution",)
+    unwanted: tuple[str, ...] = () if labels.ways else ("actuator_contribution",)
+    unwanted += () if labels.compensated else ("actuator_correction", "remaining")
     return {name: item for name, item in found.items() if name not in unwanted and all(sizes[label] for label in item.labels)}
 
 

@@ -87,6 +87,7 @@ class SweepSpec:
         beams: whether stresses and deflections of beams are wanted too.
         ways: whether the ways in which gravity acts are wanted too.
         versions: of the packages that compute, by name.
+        compensated: coordinates of the platform that drives are to be corrected for; none: no corrections are wanted.
         engine: which the equilibrium is computed by, as :func:`kinetostatics.analyze` takes it.
     """
 
@@ -106,6 +107,7 @@ class SweepSpec:
     ways: bool
     versions: Mapping[str, str]
     engine: str = "auto"
+    compensated: tuple[str, ...] = ()
 
     # ---- the grid ---------------------------------------------------------------------------------------------------
 
@@ -191,6 +193,7 @@ class SweepSpec:
             "tolerance": self.tolerance,
             "beams": self.beams,
             "ways": self.ways,
+            **({"compensate": list(self.compensated)} if self.compensated else {}),
         }
 
     @cached_property
