@@ -158,7 +158,8 @@ class Robot(Shown, RobotKinematics):
         more lines show that the predictions end in the same mode.
 
         Args:
-            actuators: coordinates of all driven joints by name [m, rad] (forward kinematics); all zero if neither these nor
+            actuators: coordinates of all driven joints by name [m, rad] (forward kinematics), those in no limb, as a gripper's,
+                if they are not to be zero; all zero if neither these nor
                 ``platform`` are given.
             platform: as many platform coordinates as the mobility (inverse kinematics): ``x y z`` of o [m] and orientation [rad]
                 in world axes.

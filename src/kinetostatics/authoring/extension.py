@@ -50,7 +50,7 @@ def extend_robot(
         platform: the link that is the moving platform; None if the file says it.
         base: the link that stands still; None: as the file says, or the root of its tree.
         driven: joints that are driven besides those with a ``<transmission>``; None: all others that move, if the file has no
-            loops.
+            loops. Joints that hang beside the way from base to platform, as a gripper's, are held all the same.
         elastic: sections and materials of links that are beams, such as ``{"upper_arm": "tube 60mm 50mm steel"}``; each is a
             straight beam between the two joints that move beside it. "suggested": all that the file suggests. A beam weighs what
             the link's ``<inertial>`` says; if it says nothing, what its material weighs.
@@ -110,13 +110,14 @@ def _extension(
     description = read_robot_file(name, parameters, platform=platform, base=base)
     held = SourceRobot(name, root, description.links, description.joints)
     candidates = spans(description, held.zero_frames)
-    drives = _drives(root, description, driven)
-    known = replace(description, driven=tuple(dict.fromkeys((*description.driven, *drives))))
+    drives, holding = _drives(root, description, driven)
+    known = replace(description, driven=tuple(dict.fromkeys((*description.driven, *drives, *holding))))
     parts = [
         "  <!-- results refer to the origin and the axes of this link -->\n",
         "" if has_platform else f"  <platform link={quoted(description.platform)}/>\n",
         f"  <base link={quoted(description.base)}/>\n" if base is not None or _floats(description) else "",
-        _drives_text(drives),
+        _drives_text(drives, "drives: joints that move and have no transmission in the file; their brakes hold"),
+        _drives_text(holding, "joints beside the way from base to platform, as a gripper's: they hold what hangs there"),
         _beams_text(known, candidates, elastic),
         _stiffness_text(known, joint_stiffness),
     ]
@@ -138,11 +139,11 @@ def _floats(description: RobotDescription) -> bool:
 # ---- drives ------------------------------------------------------------------------------------------------------------
 
 
-def _drives(root: Element, description: RobotDescription, driven: Iterable[str] | None) -> list[str]:
-    """Return the joints that get a transmission."""
+def _drives(root: Element, description: RobotDescription, driven: Iterable[str] | None) -> tuple[list[str], list[str]]:
+    """Return the joints that get a transmission, and those that get one because nothing else would hold what hangs on them."""
     there = {entry.attributes.get("name", "") for item in root.named("transmission") for entry in item.named("joint")}
     if driven is None:
-        return [] if description.loops else [name for name in drivable(description.joints) if name not in there]
+        return [] if description.loops else [name for name in drivable(description.joints) if name not in there], []
     if isinstance(driven, str) or not isinstance(driven, Iterable):
         raise ArgumentError(f"driven is {driven!r}; it must be a list of joints")
     names = list(dict.fromkeys(driven))
@@ -150,14 +151,29 @@ def _drives(root: Element, description: RobotDescription, driven: Iterable[str] 
     for name in names:
         if name not in known:
             raise ArgumentError(f"driven: no joint {name!r}: {near_names(str(name), known)}")
-    return [name for name in names if name not in there]
+    beside = [] if description.loops else [name for name in drivable(description.joints) if name not in _way(description)]
+    holding = [name for name in beside if name not in there and name not in names]
+    return [name for name in names if name not in there], holding
 
 
-def _drives_text(names: list[str]) -> str:
+def _way(description: RobotDescription) -> set[str]:
+    """Return the joints of the tree between base and platform."""
+    above = {joint.child: joint for joint in description.joints.values()}
+    ways: list[set[str]] = []
+    for link in (description.base, description.platform):
+        way = set()
+        while link in above:
+            way.add(above[link].name)
+            link = above[link].parent
+        ways.append(way)
+    return ways[0] ^ ways[1]
+
+
+def _drives_text(names: list[str], comment: str) -> str:
     if not names:
         return ""
     lines = [f"  <transmission name={quoted(f'drive_{name}')}><joint name={quoted(name)}/></transmission>\n" for name in names]
-    return "\n  <!-- drives: joints that move and have no transmission in the file; their brakes hold -->\n" + "".join(lines)
+    return f"\n  <!-- {comment} -->\n" + "".join(lines)
 
 
 # ---- beams -------------------------------------------------------------------------------------------------------------

@@ -332,8 +332,8 @@ def warnings_of_statics(robot: Robot, facts: RobotFacts) -> tuple[list[str], lis
             "locked in position and share the load as their limbs' elasticity makes them (if the robot should have more "
             "freedoms, look for a wrong <axis>)"
         )
-    for joint in _free_drives(robot):
-        found.append(f"the driven joint {joint.name} is in no limb: it only holds what hangs on {_owner(robot, joint)}")
+    for name in robot.drives_outside_limbs:
+        found.append(f"the driven joint {name} is in no limb: it only holds what hangs on {_owner(robot, name)}")
     problem = _statics_problem(robot)
     if problem is not None:
         (found if problem.startswith(AT_ZERO) else problems).append(problem)
@@ -343,16 +343,11 @@ def warnings_of_statics(robot: Robot, facts: RobotFacts) -> tuple[list[str], lis
     return found, problems
 
 
-def _free_drives(robot: Robot) -> list[Connection]:
-    in_limbs = {edge.joint for limb in robot.topology.limbs for edge in limb.edges}
-    return [robot.mechanism.connections[name] for name in robot.description.driven if name not in in_limbs]
-
-
-def _owner(robot: Robot, joint: Connection) -> str:
+def _owner(robot: Robot, joint: str) -> str:
     for limb in robot.topology.limbs:
-        if any(edge.joint == joint.name for edge in limb.branches):
+        if any(edge.joint == joint for edge in limb.branches):
             return limb.name
-    return "the platform" if any(edge.joint == joint.name for edge in robot.topology.platform.edges) else "the base"
+    return "the platform" if any(edge.joint == joint for edge in robot.topology.platform.edges) else "the base"
 
 
 def _statics_problem(robot: Robot) -> str | None:

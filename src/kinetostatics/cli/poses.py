@@ -42,7 +42,12 @@ def add_pose_arguments(
         **SEVERAL,
         help="coordinates of the platform, as many as its mobility: x y z of o, rx ry rz or azimuth tilt torsion",
     )
-    either.add_argument("--actuators", metavar=f"JOINT={value}", **SEVERAL, help="coordinates of all driven joints")
+    either.add_argument(
+        "--actuators",
+        metavar=f"JOINT={value}",
+        **SEVERAL,
+        help="coordinates of all driven joints; those in no limb, as a gripper's, may be left out",
+    )
     if near:
         group.add_argument(
             "--near",

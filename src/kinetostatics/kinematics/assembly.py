@@ -50,9 +50,9 @@ def assemble(
         prescribed, names = platform_coordinates(robot, platform, orientation)
         given: Mapping[str, ArrayLike] = platform
     else:
-        given = actuators if actuators is not None else {name: 0.0 for name in robot.description.driven}
+        given = dict.fromkeys(robot.description.driven, 0.0) if actuators is None else actuators
         prescribed, names = robot.actuator_coordinates, actuator_names(robot.mechanism, robot.equations)
-        _check_actuator_names(robot, given)
+        given = _all_actuators(robot, given)
     shape, target = _stack([given[name] for name in names], names)
     raising = on_failure == "raise" or (on_failure is None and shape == ())
     if raising and robot.wrong_zero is not None and not robot.accepts(tolerance):
@@ -163,18 +163,25 @@ def _frames_of(robot: RobotKinematics, q: Array) -> tuple[Array, Array, Array]:
     return frames.rotation, frames.position, robot.equations.evaluate(frames)[0]
 
 
-def _check_actuator_names(robot: RobotKinematics, given: Mapping[str, ArrayLike]) -> None:
+def _all_actuators(robot: RobotKinematics, given: Mapping[str, ArrayLike]) -> dict[str, ArrayLike]:
+    """Return the values of all drives; those in no limb, as a gripper's, are at zero unless they are given.
+
+    Raises:
+        CoordinatesError: a drive of a limb is missing, or there is none of a name.
+    """
     driven = robot.description.driven
     check_mapping("actuators", given, f"{{{driven[0]!r}: 0.02}}" if driven else "{}")
     for name in given:
         if name not in driven:
             raise CoordinatesError(f"no driven joint {name!r}: {near_names(name, driven)}", robot.mobility.platform)
-    missing = [name for name in driven if name not in given]
+    every: dict[str, ArrayLike] = {**dict.fromkeys(robot.drives_outside_limbs, 0.0), **given}
+    missing = [name for name in driven if name not in every]
     if missing:
         raise CoordinatesError(
             f"actuator values are missing for {', '.join(missing)}; the robot has {len(driven)} driven joints",
             robot.mobility.platform,
         )
+    return every
 
 
 def platform_coordinates(

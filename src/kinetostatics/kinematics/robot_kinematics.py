@@ -109,6 +109,12 @@ class RobotKinematics:
         return gaps_at(self.equations, zero_pose.written_zero(self.equations))
 
     @cached_property
+    def drives_outside_limbs(self) -> tuple[str, ...]:
+        """Names of the driven joints that are in no limb: they only hold what hangs on base, platform or a limb."""
+        in_limbs = {edge.joint for limb in self.topology.limbs for edge in limb.edges}
+        return tuple(name for name in self.description.driven if name not in in_limbs)
+
+    @cached_property
     def zero_is_near(self) -> bool:
         """Whether the loops are closed where all joints are at zero, but for rounding."""
         return are_within(self.zero_gaps, zero_pose.ROUNDING * self.size, zero_pose.ROUNDING)

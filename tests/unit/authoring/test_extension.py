@@ -214,3 +214,43 @@ def test_options_of_a_file_need_a_file(capsys) -> None:
     assert "--elastic goes with --from FILE" in capsys.readouterr().err
     assert main(["new"]) == 2
     assert "an architecture, such as 3-R[P]S, or --from FILE is missing" in capsys.readouterr().err
+
+
+#: A finger on either side of the tool, 0.1 kg each; the second follows the first.
+GRIPPER = "".join(
+    f'<link name="{name}">{WEIGHT.format(0.1).replace("0.3 0 0", "0 0 0")}</link>'
+    f'<joint name="{name}_slide" type="prismatic"><parent link="tool"/><child link="{name}"/><axis xyz="0 {side} 0"/>'
+    f"{LIMIT.format(5)}{follows}</joint>"
+    for name, side, follows in (("left", 1, ""), ("right", -1, '<mimic joint="left_slide"/>'))
+)
+
+
+def test_joints_beside_the_way_to_the_platform_are_held_although_others_are_named_as_drives(arm, tmp_path, capsys) -> None:
+    arm.write_text(ARM.replace("</robot>", f"{GRIPPER}</robot>"))
+    out = tmp_path / "mine.urdf.xacro"
+    options = ["--platform", "tool", "--elastic", "upper=tube 60mm 50mm steel", "--driven", "one", "two", "three"]
+    assert main(["new", "--from", str(arm), *options, "--out", str(out)]) == 0
+    text = out.read_text()
+    head, tail = text.split("joints beside the way from base to platform")
+    assert "left_slide" not in head and '<joint name="left_slide"/>' in tail and "right_slide" not in text
+    robot = ks.load_robot(out)
+    assert robot.description.driven == ("one", "two", "three", "left_slide") and robot.drives_outside_limbs == ("left_slide",)
+    drives = {"one": 0.1, "two": [0.2, 0.3], "three": 0.0}
+    result = ks.analyze(robot.assemble(actuators=drives))
+    whole = ks.analyze(robot.assemble(actuators={**drives, "left_slide": 0.0}))
+    np.testing.assert_array_equal(result.twist, whole.twist)
+    assert result.contributions["platform_weight"][0, 2] < 0, "the fingers weigh"
+    words = "analyze --actuators one=0.1 two=0.2 three=0".split()
+    assert main([words[0], str(out), *words[1:]]) == 0
+    assert "left_slide 0 mm" in capsys.readouterr().out
+    with pytest.raises(ks.CoordinatesError, match="actuator values are missing for two"):
+        robot.assemble(actuators={"one": 0.0, "three": 0.0, "left_slide": 0.0})
+
+
+def test_a_joint_on_the_way_that_is_no_drive_stays_passive(arm) -> None:
+    passive = GRIPPER.replace('<mimic joint="left_slide"/>', "")
+    arm.write_text(ARM.replace("</robot>", f"{passive}</robot>"))
+    made = ks.extend_robot(arm, platform="tool", driven=["two"])
+    assert made.description.driven == ("two", "left_slide", "right_slide")
+    both = ks.extend_robot(arm, platform="left", driven=["two", "three", "one"])  # the left finger's slide is on its way
+    assert both.description.driven == ("two", "three", "one", "right_slide")
