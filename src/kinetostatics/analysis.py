@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.argument_checks import check_choice, finite_numbers
-from kinetostatics.engine.choice import Solver, check_engine, compiled_solver
+from kinetostatics.engine.choice import StaticsSolver, check_engine, compiled_solver
 from kinetostatics.exceptions import ArgumentError, LimbEquilibriumError, SingularPoseError, StaticsError
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array, chunks
@@ -127,7 +127,7 @@ def analyze(
 
 def _solutions(
     robot: RobotStatics,
-    solver: Solver | None,
+    solver: StaticsSolver | None,
     frames: Frames,
     load: Array,
     gravity: Array,

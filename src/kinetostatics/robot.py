@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from kinetostatics.buckling.members import Member, members_of
 from kinetostatics.description.robot import RobotDescription
+from kinetostatics.engine.choice import check_engine, compiled_loops
 from kinetostatics.exceptions import ArgumentError, AssemblyError, RobotFileError
 from kinetostatics.files.reader import read_robot_file
 from kinetostatics.kinematics import assembly
@@ -150,6 +151,7 @@ class Robot(Shown, RobotKinematics):
         near: Configuration | None = None,
         tolerance: float = 1e-10,
         on_failure: str | None = None,
+        engine: str = "auto",
     ) -> Configuration:
         """Close the loops at given actuator values or platform coordinates; arrays of coordinates give a batch.
 
@@ -172,12 +174,15 @@ class Robot(Shown, RobotKinematics):
                 and the file's zero pose leaves them open by more than 1e-4 of the robot's size (or 1e-4 rad), it has to cover
                 that gap too, and counts up to 1e-3 of the size (1e-3 rad).
             on_failure: "raise" or "nan"; default: raise for one pose, NaN and a status for a batch.
+            engine: "numpy", "compiled" (the extra ``kinetostatics[fast]``), or "auto": compiled where that is installed and so
+                many poses of the robot are assembled that compiling pays. Poses differ by rounding only.
 
         Raises:
             CoordinatesError: unknown, missing or too many coordinates, or ones that do not determine the pose.
             AssemblyError: the pose cannot be reached; the message says which loop stays open and by how much.
         """
-        found = assembly.assemble(self, actuators, platform, orientation, near, tolerance, on_failure)
+        chosen = compiled_loops(check_engine(engine))
+        found = assembly.assemble(self, actuators, platform, orientation, near, tolerance, on_failure, chosen)
         for hint in odd_coordinates(self, (actuators if platform is None else platform) or {}):
             warnings.warn(hint, stacklevel=2)
         return found

@@ -88,6 +88,7 @@ def assemble(robot: Robot, args: argparse.Namespace) -> tuple[Configuration, lis
 def assembled(robot: Robot, option: str, coordinates: Mapping[str, object], args: argparse.Namespace) -> Configuration:
     """Return the poses at the coordinates of ``--platform`` or ``--actuators``; the zero pose where there are none."""
     options: dict[str, Any] = {"orientation": args.orientation, "tolerance": tolerance_of(args)}
+    options["engine"] = getattr(args, "engine", "auto")
     start = None
     if args.near:
         items = parse_items("--near", args.near)

@@ -11,6 +11,7 @@ from collections.abc import Iterable, Sequence
 from functools import cache
 from typing import Any
 
+from kinetostatics.engine.angles import Lines, angle_of_point, sine_or_cosine
 from kinetostatics.engine.scalars import Tape
 
 #: Poses in an instruction.
@@ -21,7 +22,8 @@ NAME = "poses"
 _ARITHMETIC = {"add": "fadd", "subtract": "fsub", "multiply": "fmul", "divide": "fdiv"}
 _COMPARISONS = {">": "ogt", ">=": "oge", "<": "olt", "<=": "ole", "==": "oeq", "!=": "une"}
 _LOGICAL = {"and": "and", "or": "or"}
-_INTRINSICS = {"square_root": "sqrt", "absolute": "fabs"}
+_INTRINSICS = {"square_root": "sqrt", "absolute": "fabs", "whole": "nearbyint"}
+_DECLARED = {**dict.fromkeys(_INTRINSICS.values(), 1), "copysign": 2, "fmuladd": 3}
 
 
 def needed_by(tape: Tape, wanted: Iterable[int]) -> list[bool]:
@@ -41,7 +43,7 @@ def operands(operation: tuple[Any, ...]) -> tuple[int, ...]:
     return () if operation[0] in ("input", "parameter", "constant", "truth") else operation[1:]
 
 
-def module_of(tape: Tape, numbers: Sequence[int], truths: Sequence[int], inputs: int) -> str:
+def module_of(tape: Tape, numbers: Sequence[int], truths: Sequence[int], inputs: int, repeats: int = 0) -> str:
     """Return LLVM's text of a function of many poses.
 
     ``void poses(double **inputs, int64 *strides, double *parameters, double *numbers, int8 *truths, int64 n)``: component k of
@@ -51,13 +53,16 @@ def module_of(tape: Tape, numbers: Sequence[int], truths: Sequence[int], inputs:
         tape: the record.
         numbers, truths: the operations whose results are wanted, in order.
         inputs: number of input arrays.
+        repeats: 0, or how often at most everything is done anew with eight poses, as long as the first truth value holds for one
+            of them. Results may then stand where inputs are.
     """
-    return _Writer(tape, numbers, truths, inputs).text()
+    return _Writer(tape, numbers, truths, inputs, repeats).text()
 
 
 class _Writer:
-    def __init__(self, tape: Tape, numbers: Sequence[int], truths: Sequence[int], inputs: int) -> None:
-        self._tape, self._inputs = tape, inputs
+    def __init__(self, tape: Tape, numbers: Sequence[int], truths: Sequence[int], inputs: int, repeats: int) -> None:
+        self._tape, self._inputs, self._repeats = tape, inputs, repeats
+        self._going = truths[0] if truths else 0
         self._needed = needed_by(tape, (*numbers, *truths))
         self._rows: dict[int, list[tuple[str, int]]] = {}
         for kind, wanted in (("number", numbers), ("truth", truths)):
@@ -91,17 +96,30 @@ class _Writer:
                 f"%stride{a} = load i64, ptr %place{a}",
             )
         ]
-        head = ["%first = phi i64 [ 0, %entry ], [ %next, %loop ]", "%over = icmp sgt i64 %first, %last"]
+        end = "done" if self._repeats else "loop"
+        head = [f"%first = phi i64 [ 0, %entry ], [ %next, %{end} ]", "%over = icmp sgt i64 %first, %last"]
         head += ["%i = select i1 %over, i64 %last, i64 %first", f"%next = add i64 %first, {LANES}"]
+        if self._repeats:
+            head += ["br label %again", "again:", "%times = phi i64 [ 0, %loop ], [ %counted, %again ]"]
+            loop += [
+                "%counted = add i64 %times, 1",
+                f"%few = icmp slt i64 %counted, {self._repeats}",
+                f"%lanes = bitcast <{LANES} x i1> {self._operand(self._going, 'v')} to i{LANES}",
+                f"%any = icmp ne i{LANES} %lanes, 0",
+                "%goes = and i1 %few, %any",
+                "br i1 %goes, label %again, label %done",
+                "done:",
+            ]
         tail = ["%more = icmp slt i64 %next, %n", "br i1 %more, label %loop, label %end"]
         body = ["entry:", *pointers, f"%last = sub i64 %n, {LANES}", *once, "br label %loop", "loop:", *head, *loop, *tail]
         declared = [
-            f"declare {kind} @llvm.{name}.{short}({kind})"
-            for name in _INTRINSICS.values()
+            f"declare {kind} @llvm.{name}.{short}({', '.join([kind] * count)})"
+            for name, count in _DECLARED.items()
             for kind, short in (("double", "f64"), (f"<{LANES} x double>", f"v{LANES}f64"))
         ]
         arguments = ["inputs", "strides", "parameters", "numbers", "truths"]
-        signature = ", ".join(f"ptr noalias %{name}" for name in arguments)
+        alone = "" if self._repeats else " noalias"
+        signature = ", ".join(f"ptr{alone} %{name}" for name in arguments)
         attributes = '{ nounwind "prefer-vector-width"="512" "min-legal-vector-width"="512" }'
         return "\n".join(
             [
@@ -147,6 +165,14 @@ class _Writer:
         if name == "choose":
             return [f"{result} = select {truth} {a[0]}, {real} {a[1]}, {real} {a[2]}"]
         short = "f64" if letter == "s" else f"v{LANES}f64"
+        if name in ("sine", "cosine", "angle"):
+            integer = "i64" if letter == "s" else f"<{LANES} x i64>"
+            lines = Lines(result, real, integer, truth, short, lambda value: _constant(value, letter))
+            if name == "angle":
+                angle_of_point(lines, a[0], a[1])
+            else:
+                sine_or_cosine(lines, a[0], name == "cosine")
+            return lines.lines
         return [f"{result} = call {real} @llvm.{_INTRINSICS[name]}.{short}({real} {a[0]})"]
 
     def _operand(self, number: int, letter: str) -> str:

@@ -6,7 +6,7 @@ mathematics here. Lengths and placements are parameters.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.engine.record import recorded_input
+from kinetostatics.engine.recorder import recorded
 from kinetostatics.engine.scalars import NotRecordedError, Tape
 from kinetostatics.engine.structure import Structure
 from kinetostatics.kinematics.loop_constraints import LoopAxes, LoopEquations, world_frames
@@ -84,9 +85,7 @@ def loop_record(solver: Solver, prescribed: PrescribedCoordinates, example: Solv
         NotRecordedError: it takes something that is not an operation on scalars.
     """
     tape = Tape()
-    structure = Structure(solver, tape, KEPT)
-    copy: Solver = structure.copy
-    copy.forget()
+    structure, copy = _copy_of(solver, prescribed, local, tape)
     target = solver.values(prescribed, example)
     x, c, given = (recorded_input(tape, number, array) for number, array in enumerate((example.x, example.c, target)))
     try:
@@ -106,6 +105,91 @@ def loop_record(solver: Solver, prescribed: PrescribedCoordinates, example: Solv
     return LoopRecord(tape, structure.values, structure.key, arrays, free, prescribed.unknown_angles)
 
 
+def structure_of(solver: Solver, prescribed: PrescribedCoordinates, local: int, tape: Tape | None = None) -> Structure:
+    """Return what a record depends on."""
+    return Structure((solver, prescribed, local), tape, KEPT)
+
+
+def _copy_of(solver: Solver, prescribed: PrescribedCoordinates, local: int, tape: Tape) -> tuple[Structure, Solver]:
+    """Return a solver's structure, and its copy that records."""
+    structure = structure_of(solver, prescribed, local, tape)
+    copy: Solver = structure.copy[0]
+    copy.forget()
+    return structure, copy
+
+
 def _numbers(tape: Tape, array: Any) -> NDArray[np.intp]:
     flat = [tape.number_of(entry) for entry in array.ravel().tolist()]
     return np.array(flat, dtype=np.intp).reshape(array.shape[:-1])
+
+
+# ---- what is compiled --------------------------------------------------------------------------------------------------
+
+#: Numbers of a pose that :func:`newton_record` keeps besides its coordinates: size of the correction before, by how much that was
+#: smaller than the one before it, and whether the pose is to be corrected again, has converged, and was never beside the record.
+BEFORE, SHRUNK, GOING, GOOD, HOLDS = range(5)
+
+
+@dataclass(frozen=True)
+class Program:
+    """Operations whose results are wanted, in order."""
+
+    tape: Tape
+    numbers: tuple[int, ...]
+    truths: tuple[int, ...]
+
+
+def newton_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState, local: int) -> Program:
+    """Record :meth:`Solver.correct` as a step from a state to the next.
+
+    Inputs are the state, that is x (nq'), c (3,) and the five numbers ``BEFORE`` … ``HOLDS``; and the prescribed coordinates
+    (n,), behind them whether the pose is only passed. The numbers wanted are the next state; the truth value says whether the
+    pose is to be corrected again.
+    """
+    tape = Tape()
+    _, copy = _copy_of(solver, prescribed, local, tape)
+    target, size = solver.values(prescribed, example), example.x.shape[0]
+    flags = np.array([[0.1, 0.4, 1.0, 0.0, 1.0]]).T
+    state = recorded_input(tape, 0, np.concatenate([example.x, example.c, flags]))
+    given = recorded_input(tape, 1, np.append(target, [[0.0]], axis=0))
+    poses, more = SolverState(state[:size], state[size : size + 3]), state[size + 3 :]
+
+    def computed() -> list[Any]:
+        going, passing = more[GOING] != 0, given[-1] != 0
+        found = copy.correct(prescribed, poses, given[:-1], local, more[BEFORE], more[SHRUNK], passing)
+        holds = _held(tape)
+        again, good = going & found.going & holds, (more[GOOD] != 0) | (going & found.done)
+        now = [*found.poses.x, *found.poses.c, found.size, found.shrunk]
+        moved = [np.where(going, new, old) for new, old in zip(now, state[: size + 5], strict=True)]
+        flags = [np.where(flag, 1.0, 0.0) for flag in (again, good, (more[HOLDS] != 0) & (holds | ~going))]
+        return [*moved, *flags, again]
+
+    *numbers, again = _recorded(tape, computed)
+    return Program(tape, tuple(numbers), (again,))
+
+
+def side_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState, local: int) -> Program:
+    """Record :meth:`Solver.surely_on_one_side`; inputs are x and c of the first and of the second pose."""
+    tape = Tape()
+    _, copy = _copy_of(solver, prescribed, local, tape)
+    x, c, other_x, other_c = (recorded_input(tape, k, a) for k, a in enumerate((example.x, example.c) * 2))
+
+    def computed() -> list[Any]:
+        found = copy.surely_on_one_side(prescribed, SolverState(x, c), SolverState(other_x, other_c))
+        return [found & _held(tape)]
+
+    return Program(tape, (), tuple(_recorded(tape, computed)))
+
+
+def _held(tape: Tape) -> Any:
+    """Return whether (1,) all guards up to now are met."""
+    return recorded(np.array([tape.holds()], dtype=object))
+
+
+def _recorded(tape: Tape, computed: Callable[[], list[Any]]) -> list[int]:
+    """Return the numbers of the operations that give arrays (1,)."""
+    try:
+        with np.errstate(all="ignore"):
+            return [tape.number_of(array[0]) for array in computed()]
+    except (ArithmeticError, AttributeError, IndexError, TypeError, ValueError) as error:  # something takes numbers for floats
+        raise NotRecordedError(str(error)) from error

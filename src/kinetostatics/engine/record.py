@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from kinetostatics.engine.recorder import Recorded
-from kinetostatics.engine.scalars import NotRecordedError, Scalar, Tape, both, opposite
+from kinetostatics.engine.scalars import NotRecordedError, Scalar, Tape
 from kinetostatics.engine.structure import Structure
 from kinetostatics.limbs.compliance import LimbLoads
 from kinetostatics.limbs.statics import LimbStatics
@@ -94,11 +94,7 @@ def record_of(robot: RobotStatics) -> Record:
             arrays = arrays_of(by_numpy(Structure(robot, tape).copy, Frames(rotation, position), load, gravity))
     except (ArithmeticError, AttributeError, IndexError, TypeError, ValueError) as error:  # something takes numbers for floats
         raise NotRecordedError(str(error)) from error
-    holds: Any = True
-    for number, wanted in tape.guards.items():
-        guard = Scalar(tape, number, tape.values[number])
-        holds = both(holds, guard if wanted else opposite(guard))
-    rows: tuple[list[int], list[int]] = [], [tape.number_of(holds)]
+    rows: tuple[list[int], list[int]] = [], [tape.number_of(tape.holds())]
     known: dict[tuple[int, ...], int] = {}
     places = {}
     for path, array in arrays.items():

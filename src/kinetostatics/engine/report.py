@@ -4,16 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, cast
 
 from kinetostatics.engine.cache import cache_folder
-from kinetostatics.engine.choice import compiled_statics
+from kinetostatics.engine.choice import compiled_statics, loops_of
+from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.printing.mappings import ShortRepr
 from kinetostatics.statics.model import RobotStatics
 
 #: What NumPy does whatever the engine.
 _BY_NUMPY = (
-    "closing the loops",
+    "poses near which a loop's joint is turned half around, and lines that come near a singular pose",
+    "predictions of many poses from few",
     "analyses with misfits",
     "poses at which a limb's bases degenerate, its joints are dependent or its self-stress is rigid",
     "what is computed when it is asked for: joint wrenches, beams, drive forces, motions of links, energies",
@@ -37,6 +39,9 @@ class EngineReport(ShortRepr):
         is_compiled: whether the equilibrium of its poses does.
         reason: why not; None if it does.
         operations: how many additions, multiplications and so on a pose takes; None if it does not.
+        loops_compiled: whether closing its loops is compiled.
+        loops_reason: why not; None if it is.
+        loop_operations: how many operations one correction of a pose takes at given drives; None if it is not.
         by_numpy: what NumPy does in any case.
         folder: where code is kept.
     """
@@ -45,6 +50,9 @@ class EngineReport(ShortRepr):
     is_compiled: bool
     reason: str | None
     operations: int | None
+    loops_compiled: bool
+    loops_reason: str | None
+    loop_operations: int | None
     by_numpy: tuple[str, ...]
     folder: Path
 
@@ -52,11 +60,16 @@ class EngineReport(ShortRepr):
         if self.is_compiled:
             first = f"the equilibrium of poses is compiled: {self.operations:,} operations a pose"
         else:
-            first = f"nothing is compiled: {self.reason}"
+            first = f"the equilibrium of poses is not compiled: {self.reason}"
+        if self.loops_compiled:
+            second = f"closing the loops is compiled: {self.loop_operations:,} operations a correction, at given drives"
+        else:
+            second = f"closing the loops is not compiled: {self.loops_reason}"
         return "\n".join(
             [
                 f"Engine of {self.robot}",
                 f"  {first}",
+                f"  {second}",
                 *(f"  by NumPy: {what}" for what in self.by_numpy),
                 f"  code is kept in {self.folder}",
             ]
@@ -68,6 +81,9 @@ class EngineReport(ShortRepr):
             "is_compiled": self.is_compiled,
             "reason": self.reason,
             "operations": self.operations,
+            "loops_compiled": self.loops_compiled,
+            "loops_reason": self.loops_reason,
+            "loop_operations": self.loop_operations,
             "by_numpy": list(self.by_numpy),
             "folder": str(self.folder),
         }
@@ -78,8 +94,18 @@ def engine_report(robot: _HasStatics) -> EngineReport:
 
     The code is made, and kept on disk, if it is not there yet: that takes a second or more.
     """
-    found = compiled_statics(robot.statics)
-    if isinstance(found, str):
-        everything = ("the equilibrium of poses", *_BY_NUMPY)
-        return EngineReport(robot.name, False, found, None, everything, cache_folder())
-    return EngineReport(robot.name, True, None, found.operations, _BY_NUMPY, cache_folder())
+    statics, loops = compiled_statics(robot.statics), loops_of(cast(RobotKinematics, robot))
+    reasons = [found if isinstance(found, str) else None for found in (statics, loops)]
+    names = ("the equilibrium of poses", "closing the loops")
+    by_numpy = [name for name, reason in zip(names, reasons, strict=True) if reason is not None]
+    return EngineReport(
+        robot.name,
+        reasons[0] is None,
+        reasons[0],
+        None if isinstance(statics, str) else statics.operations,
+        reasons[1] is None,
+        reasons[1],
+        None if isinstance(loops, str) else loops.operations,
+        (*by_numpy, *_BY_NUMPY),
+        cache_folder(),
+    )

@@ -47,6 +47,14 @@ class Tape:
             self._known[operation] = found
         return found
 
+    def holds(self) -> Number:
+        """Return whether all guards up to now are met."""
+        found: Number = True
+        for number, wanted in self.guards.items():
+            guard = Scalar(self, number, self.values[number])
+            found = both(found, guard if wanted else opposite(guard))
+        return found
+
     def number_of(self, scalar: Number) -> int:
         """Return the number of a scalar's operation; a constant becomes one."""
         if isinstance(scalar, Scalar):

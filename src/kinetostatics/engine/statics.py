@@ -5,18 +5,14 @@ What is recorded is :func:`kinetostatics.statics.solution.solve` itself: there i
 
 from __future__ import annotations
 
-import ctypes
-import hashlib
-import json
 import weakref
-from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from kinetostatics.engine import cache as disk
 from kinetostatics.engine import llvm
+from kinetostatics.engine.code import Code, code_key, packed, side_by_side, table_of
 from kinetostatics.engine.record import Place, Record, arrays_of, by_numpy, example_of, record_of, solution_of
 from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.engine.structure import Structure
@@ -24,10 +20,6 @@ from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.model import RobotStatics
 from kinetostatics.statics.solution import Solution, solve
-
-#: Folders whose functions are recorded or compile.
-_SOURCES = ("engine", "limbs", "math", "mechanism", "statics")
-_POINTERS = ctypes.c_void_p * 4
 
 
 class CompiledStatics:
@@ -74,16 +66,13 @@ class CompiledStatics:
 
     def _load(self, kept: bytes) -> bool:
         """Make code callable, if it takes arrays of the sizes that this robot has."""
-        size = int.from_bytes(kept[:8], "little")
-        table = json.loads(kept[8 : 8 + size])
+        table = table_of(kept)
         if table["parameters"] != len(self._parameters) or table["bodies"] != self.robot.example.position.shape[1]:
             return False
-        self._code = llvm.MachineCode(kept[8 + size :])
+        self._code = Code(kept)
         self._places = [(path, Place(tuple(shape), *rest)) for path, shape, *rest in table["places"]]
         self._rows, self._truths = int(table["numbers"]), int(table["truths"])
         self.operations = int(table["operations"])
-        kind = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 5, ctypes.c_int64)
-        self._call = kind(self._code.address)
         return True
 
     def _is_right(self) -> bool:
@@ -117,20 +106,8 @@ class CompiledStatics:
         N = load.shape[1]
         inputs = [frames.rotation.reshape(-1, N), frames.position.reshape(-1, N), load, gravity]
         n = max(N, llvm.LANES)
-        if n > N:  # the last pose again
-            inputs = [array[:, np.minimum(np.arange(n), N - 1)] for array in inputs]
-        inputs = [_rows_of(array) for array in inputs]
         numbers, truths = np.empty((self._rows, n)), np.empty((self._truths, n), dtype=bool)
-        strides = np.array([array.strides[0] // 8 for array in inputs], dtype=np.int64)
-        pointers = _POINTERS(*[array.ctypes.data for array in inputs])
-        self._call(
-            ctypes.addressof(pointers),
-            strides.ctypes.data,
-            self._parameters.ctypes.data,
-            numbers.ctypes.data,
-            truths.ctypes.data,
-            n,
-        )
+        self._code([side_by_side(array, n) for array in inputs], self._parameters, numbers, truths)
         return numbers[:, :N], truths[:, :N]
 
     def _solution(self, frames: Frames, load: Array, gravity: Array, numbers: Array, truths: Mask) -> Solution:
@@ -141,7 +118,7 @@ class CompiledStatics:
 
 
 def _compiled(record: Record, parameters: int, bodies: int) -> bytes:
-    """Return what is kept on disk: a table of the places as JSON, its size before it, and the object code behind it."""
+    """Return what is kept on disk, with a table of the places."""
     text = llvm.module_of(record.tape, record.numbers, record.truths, 4)
     table = {
         "places": [[path, place.shape, place.truth, place.first, place.values] for path, place in record.places.items()],
@@ -151,8 +128,7 @@ def _compiled(record: Record, parameters: int, bodies: int) -> bytes:
         "bodies": bodies,
         "operations": sum(llvm.needed_by(record.tape, (*record.numbers, *record.truths))),
     }
-    head = json.dumps(table).encode()
-    return len(head).to_bytes(8, "little") + head + llvm.compiled(text)
+    return packed(table, text)
 
 
 def _merged(robot: RobotStatics, whole: Solution, some: Solution, which: Index) -> Solution:
@@ -174,22 +150,6 @@ def _agree(a: Any, b: Any) -> bool:
     return bool(np.all(np.abs(a - b) <= 1e-7 * np.max(np.abs(a), initial=1e-20)))
 
 
-def _rows_of(array: Array) -> Array:
-    """Return an array (k, n) whose poses lie side by side."""
-    return array if array.strides[-1] == 8 and array.strides[0] % 8 == 0 else np.ascontiguousarray(array)
-
-
 def key_of(structure: Structure) -> str:
-    """Return the name under which code is kept: structure, what is recorded, and the processor."""
-    return hashlib.sha256(f"{structure.key} {_versions()} {llvm.processor()}".encode()).hexdigest()
-
-
-@cache
-def _versions() -> str:
-    """Return what tells the recorded functions and their recorder apart: their text, and NumPy's version."""
-    root = Path(__file__).resolve().parent.parent
-    digest = hashlib.sha256()
-    for folder in _SOURCES:
-        for path in sorted((root / folder).glob("*.py")):
-            digest.update(path.read_bytes())
-    return f"{digest.hexdigest()} {np.__version__}"
+    """Return the name under which code is kept."""
+    return code_key(structure.key)

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from kinetostatics.argument_checks import check_choice, check_mapping, numbers, positive
 from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, near_names
+from kinetostatics.kinematics.closing import close
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.continuation import reach
 from kinetostatics.kinematics.coordinate_choices import prescribed_platform, say_choices
@@ -17,7 +19,7 @@ from kinetostatics.kinematics.joint_coordinates import actuator_names
 from kinetostatics.kinematics.lines import follow
 from kinetostatics.kinematics.openings import CLOSED, gaps_at, gaps_text, worst_gaps_text
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
-from kinetostatics.kinematics.solver import PrescribedCoordinates, SolverState
+from kinetostatics.kinematics.solver import PrescribedCoordinates, Solver, SolverState
 from kinetostatics.kinematics.unit_hints import odd_coordinates
 from kinetostatics.math.arrays import Array, chunks
 from kinetostatics.math.orientation import Orientation, orientation_named, orientations_with
@@ -30,6 +32,14 @@ _NEAR = "near=, --near"
 #: Residual of a loop [m, rad] above which a pose gets one correction more.
 ROUGH = 1e-13
 
+#: Says which solver closes the loops of a robot at given coordinates, with so many local freedoms, of so many poses.
+SolverChoice: TypeAlias = Callable[[RobotKinematics, PrescribedCoordinates, int, int], Solver]
+
+
+def by_numpy(robot: RobotKinematics, prescribed: PrescribedCoordinates, local: int, poses: int) -> Solver:
+    """Choose the robot's own solver."""
+    return robot.solver
+
 
 def assemble(
     robot: RobotKinematics,
@@ -39,8 +49,9 @@ def assemble(
     near: Configuration | None,
     tolerance: float,
     on_failure: str | None,
+    chosen: SolverChoice = by_numpy,
 ) -> Configuration:
-    """See :meth:`Robot.assemble`."""
+    """See :meth:`Robot.assemble`; ``chosen`` says which solver closes the loops."""
     if actuators is not None and platform is not None:
         raise CoordinatesError("give either actuators= or platform=, not both")
     _check_on_failure(on_failure)
@@ -69,11 +80,12 @@ def assemble(
     prescribed = robot.mobility_analysis.without_idle_dofs(prescribed)
     origin = robot.zero_origin(prescribed) if near is None else None
     local = robot.mobility_analysis.local_dofs(prescribed)
-    poses, arrived = reach(robot.solver, prescribed, start, target, local, origin)
+    solver = chosen(robot, prescribed, local, target.shape[1])
+    poses, arrived = reach(solver, prescribed, start, target, local, origin)
     if raising and not np.all(arrived):  # nothing is complained of that is reached alone
         left = np.flatnonzero(~arrived)
         begin = start if start.x.shape[1] == 1 else start.take(left)
-        found, arrived[left], gone = follow(robot.solver, prescribed, begin, target[:, left], local, origin)
+        found, arrived[left], gone = follow(solver, prescribed, begin, target[:, left], local, origin)
         poses.x[:, left], poses.c[:, left] = found.x, found.c
         if not np.all(arrived):
             worst = int(np.argmin(arrived[left]))
@@ -82,7 +94,7 @@ def assemble(
             )
 
     def again(which: NDArray[np.intp]) -> SolverState:
-        return robot.solver.newton(prescribed, poses.take(which), target[:, which], local)[0]
+        return solver.newton(prescribed, poses.take(which), target[:, which], local)[0]
 
     named = orientation if platform is not None else None
     made = _configuration(robot, poses, shape, arrived, named, convention, tolerance, raising, again=again)
@@ -224,7 +236,7 @@ def _say_unreachable(
     robot: RobotKinematics, prescribed: PrescribedCoordinates, names: list[str], pose: SolverState, target: Array, gone: float
 ) -> None:
     mobility = robot.mobility.platform
-    nearest, _ = robot.solver.close(pose, prescribed, target, weight=1e3)
+    nearest, _ = close(robot.solver, pose, prescribed, target, weight=1e3)
     gaps = gaps_at(robot.equations, nearest)
     wanted = ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, target[:, 0], strict=True))
     text = (

@@ -11,8 +11,6 @@ from kinetostatics.math.arrays import Array, chunks
 #: Largest part of a line that is tried in one go, in rad and in characteristic lengths. However steadily Newton's method
 #: converges after a larger jump, it may be on another branch: a universal joint closes just as well with one axis turned over.
 LONGEST_TURN, LONGEST_SHIFT = 0.7, 2.0
-#: Determinants of GᵀG below this part of the product of the squared columns tell nothing.
-SINGULAR = 1e-14
 #: Where steps of this part of the longest ones are too long still, a line ends.
 _SHORTEST = 1e-3
 
@@ -75,7 +73,7 @@ def _follow_chunk(
         here = state.take(active)
         moved, good = solver.newton(prescribed, here, goal, local, passing=trial < 1)
         if not local:
-            good[good] = _on_one_side(solver, prescribed, here.take(good), moved.take(good), goal[:, good])
+            good[good] = solver.on_one_side(prescribed, here.take(good), moved.take(good), goal[:, good])
         arrived = active[good]
         state.x[:, arrived], state.c[:, arrived] = moved.x[:, good], moved.c[:, good]
         gone[arrived] = trial[good]
@@ -104,23 +102,6 @@ def line_start(
         c = prescribed.orientation.same(c, np.where(np.isfinite(aim), aim, c), always=shorter)
         first[prescribed.first_angle :] = c[given]
     return first, c
-
-
-def _on_one_side(
-    solver: Solver, prescribed: PrescribedCoordinates, first: SolverState, second: SolverState, target: Array
-) -> NDArray[np.bool_]:
-    """Return whether there is no singular pose (N,) between two poses each.
-
-    The determinants of the gradients G have one sign, or, where constraints are redundant, that of G₁ᵀ G₂ is positive.
-    """
-    gradients = [np.moveaxis(solver.system(prescribed, poses, target)[1], 2, 0) for poses in (first, second)]
-    one, two = gradients
-    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
-        sign, _ = np.linalg.slogdet(np.swapaxes(one, 1, 2) @ two)
-        regular = [
-            np.linalg.slogdet(np.swapaxes(g, 1, 2) @ g)[1] - np.sum(np.log(np.sum(g * g, axis=1)), axis=1) for g in gradients
-        ]
-    return (sign > 0) | ~(np.minimum(*regular) > np.log(SINGULAR))
 
 
 def longest_strides(solver: Solver, prescribed: PrescribedCoordinates) -> Array:

@@ -9,14 +9,20 @@ from numpy.typing import NDArray
 
 from kinetostatics.kinematics.loop_constraints import LoopEquations, products
 from kinetostatics.math import rotations
-from kinetostatics.math.arrays import Array, empty_for, zeros_for
+from kinetostatics.math.arrays import Array, empty_for, everywhere, zeros_for
 from kinetostatics.math.linalg import cross, dot, least_squares
 from kinetostatics.math.orientation import Orientation
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.printing.mappings import ShortRepr
 
 #: Corrections become smaller by this factor at least, and each time by more than the time before unless by the second.
-_SHRINKING, _QUADRATIC = 0.4, 0.25
+SHRINKING, _QUADRATIC = 0.4, 0.25
+#: Corrections of a pose at most.
+MOST_CORRECTIONS = 12
+#: Determinants of GᵀG below this part of the product of the squared columns tell nothing.
+SINGULAR = 1e-14
+#: Pivots above this part of the columns' sizes leave no doubt.
+_SURE = 1e-8
 #: How far scaled coordinates may be off on the way.
 ROUGHLY = 1e-7
 
@@ -70,8 +76,27 @@ class SolverState(ShortRepr):
         return SolverState(self.x[:, which], self.c[:, which])
 
 
+@dataclass(frozen=True, repr=False)
+class Correction(ShortRepr):
+    """Poses corrected once.
+
+    Attributes:
+        poses: the poses; those whose corrections do not shrink stay where they were.
+        size: (N,) of the scaled steps.
+        shrunk: (N,) how much smaller they were than those before.
+        done: (N,) which poses have converged steadily.
+        going: (N,) which are to be corrected again.
+    """
+
+    poses: SolverState
+    size: Array
+    shrunk: Array
+    done: NDArray[np.bool_]
+    going: NDArray[np.bool_]
+
+
 class Solver:
-    """Newton's method for the loops, for joints that follow others and for prescribed coordinates.
+    """Newton's method for loops, joints that follow others and prescribed coordinates.
 
     ``length`` [m] makes lengths and angles comparable where rank and prescribed coordinates are judged, ``reach`` [m] where steps
     are; ``slack`` is the scaled residual that the file's own rounding may leave.
@@ -250,7 +275,8 @@ class Solver:
         """Return how large scaled steps (n, N) are: the largest turn [rad] or shift, in reaches."""
         squares = step * step
         slides = np.flatnonzero(~self.tree.column_rotates[self.free_columns(prescribed)])
-        squares[slides] *= (self.length / self.reach) ** 2
+        if slides.size:
+            squares[slides] *= (self.length / self.reach) ** 2
         largest: Array = np.sqrt(np.max(squares, axis=0, initial=0.0))
         return largest
 
@@ -279,39 +305,89 @@ class Solver:
         good = np.zeros(N, dtype=bool)
         active = np.arange(N)
         before = np.full(N, np.inf) if before is None else before
-        shrunk = np.full(N, _SHRINKING)  # by how much the last correction was smaller than that before
-        for _ in range(12):
+        shrunk = np.full(N, SHRINKING)
+        for _ in range(MOST_CORRECTIONS):
             everyone = active.size == N
             here = result if everyone else result.take(active)
-            residual, gradient = self.system(prescribed, here, target if everyone else target[:, active])
-            step = -least_squares(gradient, residual[:, None], local)[:, 0]
-            size = self.size(prescribed, step)
-            ok = np.isfinite(size) & (size < 1.2)
-            with np.errstate(invalid="ignore"):
-                ratio = size / before
-            ok &= (ratio < np.minimum(_SHRINKING, np.maximum(shrunk, _QUADRATIC))) | (size < 1e-10)
-            step = np.where(ok, step, 0.0)
-            moved = self.advance(prescribed, here, step)
+            on_the_way = None if passing is None else passing[active]
+            found = self.correct(prescribed, here, target if everyone else target[:, active], local, before, shrunk, on_the_way)
             if everyone:
-                result = moved
+                result = found.poses
             else:
-                result.x[:, active], result.c[:, active] = moved.x, moved.c
-            with np.errstate(invalid="ignore", over="ignore"):
-                following = size * ratio**2  # corrections shrink quadratically
-            last = (size < 1e-8) | ((following < 1e-13) & (size < 1e-5))
-            if passing is not None:
-                last |= passing[active] & (np.where(np.isfinite(before), following, size) < ROUGHLY)
-            done = ok & last
-            if np.any(done):  # the loops must close too, not only come as near as they can
-                left = residual + np.einsum("ij...,j...->i...", gradient, step)
-                done &= np.max(np.abs(left), axis=0, initial=0.0) < self.slack
-            good[active[done]] = True
-            going = ok & ~last
-            shrunk = np.where(np.isfinite(before), ratio, _SHRINKING)[going]
-            active, before = active[going], size[going]
+                result.x[:, active], result.c[:, active] = found.poses.x, found.poses.c
+            good[active[found.done]] = True
+            active, before, shrunk = active[found.going], found.size[found.going], found.shrunk[found.going]
             if not active.size:
                 break
         return result, good
+
+    def correct(
+        self,
+        prescribed: PrescribedCoordinates,
+        poses: SolverState,
+        target: Array,
+        local: int,
+        before: Array,
+        shrunk: Array,
+        passing: NDArray[np.bool_] | None,
+    ) -> Correction:
+        """Correct poses, in which the given coordinates stand already, once; see :meth:`newton`.
+
+        Args:
+            prescribed: which coordinates are given.
+            poses: to be corrected.
+            target: their coordinates (n, N).
+            local: number of freedoms that do not move the platform.
+            before: (N,) sizes of the scaled steps before, infinite of the first.
+            shrunk: (N,) by how much the last correction was smaller than that before.
+            passing: which poses are only passed on the way.
+        """
+        residual, gradient = self.system(prescribed, poses, target)
+        step = -least_squares(gradient, residual[:, None], local)[:, 0]
+        size = self.size(prescribed, step)
+        with np.errstate(invalid="ignore", over="ignore"):
+            ratio = size / before
+            following = size * ratio**2  # corrections shrink quadratically
+        ok = np.isfinite(size) & (size < 1.2)
+        ok &= (ratio < np.minimum(SHRINKING, np.maximum(shrunk, _QUADRATIC))) | (size < 1e-10)
+        step = np.where(ok, step, 0.0)
+        last = (size < 1e-8) | ((following < 1e-13) & (size < 1e-5))
+        if passing is not None:
+            last |= passing & (np.where(np.isfinite(before), following, size) < ROUGHLY)
+        done = ok & last
+        if not everywhere(~done):  # the loops must close too, not only come as near as they can
+            left = residual + np.einsum("ij...,j...->i...", gradient, step)
+            done = done & (np.max(np.abs(left), axis=0, initial=0.0) < self.slack)
+        shrunk = np.where(np.isfinite(before), ratio, SHRINKING)
+        return Correction(self.advance(prescribed, poses, step), size, shrunk, done, ok & ~last)
+
+    def on_one_side(
+        self, prescribed: PrescribedCoordinates, first: SolverState, second: SolverState, target: Array
+    ) -> NDArray[np.bool_]:
+        """Return whether there is no singular pose (N,) between two poses each.
+
+        The determinants of the gradients G have one sign, or, where constraints are redundant, that of G₁ᵀ G₂ is positive.
+        """
+        gradients = [np.moveaxis(self.system(prescribed, poses, target)[1], 2, 0) for poses in (first, second)]
+        one, two = gradients
+        with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+            sign, _ = np.linalg.slogdet(np.swapaxes(one, 1, 2) @ two)
+            regular = [
+                np.linalg.slogdet(np.swapaxes(g, 1, 2) @ g)[1] - np.sum(np.log(np.sum(g * g, axis=1)), axis=1) for g in gradients
+            ]
+        return (sign > 0) | ~(np.minimum(*regular) > np.log(SINGULAR))
+
+    def surely_on_one_side(self, prescribed: PrescribedCoordinates, first: SolverState, second: SolverState) -> NDArray[np.bool_]:
+        """Return where :meth:`on_one_side` holds beyond doubt (N,): G₁ᵀ G₂ is eliminated without a small or negative pivot."""
+        nothing = np.zeros((prescribed.size, 1))
+        one, two = (self.system(prescribed, poses, nothing)[1] for poses in (first, second))
+        rest = np.einsum("ia...,ib...->ab...", one, two)
+        least = _SURE * np.sqrt(np.sum(one * one, axis=0) * np.sum(two * two, axis=0))
+        sure: NDArray[np.bool_] = np.ones(first.x.shape[1], dtype=bool)
+        for k in range(rest.shape[0]):
+            sure = sure & (rest[0, 0] > least[k])
+            rest = rest[1:, 1:] - rest[1:, :1] / rest[0, 0] * rest[:1, 1:]
+        return sure
 
     def origin(self, prescribed: PrescribedCoordinates, start: SolverState, near: Array | None = None) -> tuple[Array, Array]:
         """Return where a line starts: the prescribed coordinates (n, N) and all orientation coordinates (3, N) of poses.
@@ -323,53 +399,3 @@ class Solver:
             return values, start.c
         R, _ = self.mechanism.platform_pose(self.equations.forward(start.x))
         return values, prescribed.orientation.coordinates(R)
-
-    def close(
-        self, poses: SolverState, prescribed: PrescribedCoordinates, target: Array, weight: float = 1.0, cutoff: float = 1e-9
-    ) -> tuple[SolverState, float]:
-        """Close the loops of one pose from far away by damped least squares (Levenberg–Marquardt).
-
-        Args:
-            poses: one pose to start from.
-            prescribed: what is given, and ``target`` (n, 1) its values.
-            target: see ``prescribed``.
-            weight: of the prescribed coordinates' equations against those of the loops.
-            cutoff: directions with a smaller relative singular value are left alone. Rounding in a file makes every motion of an
-                overconstrained robot open its loops a little; they are not to be closed by undoing the motion.
-
-        Returns:
-            The pose with the smallest residual found, and that scaled residual (largest entry).
-        """
-        here = SolverState(np.array(poses.x), np.array(poses.c))
-        self.impose(prescribed, here, target)
-        damping = 1e-6
-
-        def system(poses: SolverState) -> tuple[Array, Array]:
-            residual, gradient = self.system(prescribed, poses, target)
-            residual[self.equations.count :] *= weight
-            gradient[self.equations.count :] *= weight
-            return residual, gradient
-
-        residual, gradient = system(here)
-        for _ in range(200):
-            if not residual.size or float(np.abs(residual).max()) < 1e-15:
-                break
-            r = residual[:, 0]
-            U, values, V = np.linalg.svd(gradient[:, :, 0], full_matrices=False)
-            gain = np.where(values > cutoff * values.max(initial=0.0), values / (values**2 + damping), 0.0)
-            step = np.asarray(-(V.T @ (gain * (U.T @ r))), dtype=np.float64)
-            largest = float(np.abs(step).max(initial=0.0))
-            if largest > 0.5:
-                step *= 0.5 / largest
-            trial = self.advance(prescribed, here, step[:, None])
-            new_residual, new_gradient = system(trial)
-            if float(np.sum(new_residual**2)) <= float(np.sum(r**2)):
-                here, residual, gradient = trial, new_residual, new_gradient
-                damping = max(damping / 10, 1e-15)
-                if largest < 1e-15:
-                    break
-            else:
-                damping *= 10
-                if damping > 1e6 or largest < 1e-14:
-                    break
-        return here, float(np.abs(residual).max(initial=0.0))

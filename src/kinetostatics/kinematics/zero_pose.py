@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from kinetostatics.description.elements import Joint, Loop
+from kinetostatics.kinematics.closing import close
 from kinetostatics.kinematics.frame_corrections import FrameCorrection, frame_corrections, other_links
 from kinetostatics.kinematics.loop_constraints import LoopEquations
 from kinetostatics.kinematics.openings import CLOSED, are_within, gaps_text
@@ -39,11 +40,11 @@ def closed_zero(solver: Solver, drives: PrescribedCoordinates) -> tuple[SolverSt
     start, nothing = written_zero(equations), (PrescribedCoordinates(), np.zeros((0, 1)))
     if not equations.loops:
         return start, 0.0
-    best, residual = solver.close(start, drives, np.zeros((drives.size, 1)))
+    best, residual = close(solver, start, drives, np.zeros((drives.size, 1)))
     if residual < CLOSED:
         return best, residual
     # Rounding alone is no reason to move the drives: a nearly closed pose far away would be another assembly mode.
-    free = solver.close(start, *nothing, cutoff=1e-3)
+    free = close(solver, start, *nothing, cutoff=1e-3)
     if free[1] < CLOSED or OPEN < residual > free[1]:
         best, residual = free
     random = np.random.default_rng(1)
@@ -51,7 +52,7 @@ def closed_zero(solver: Solver, drives: PrescribedCoordinates) -> tuple[SolverSt
         if residual < OPEN:
             break
         v = random.uniform(-0.7, 0.7, tree.nv) * solver.column_scale
-        trial = solver.close(SolverState(tree.integrate(start.x, v[:, None]), start.c), *nothing)
+        trial = close(solver, SolverState(tree.integrate(start.x, v[:, None]), start.c), *nothing)
         if trial[1] < residual:
             best, residual = trial
     return best, residual

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from kinetostatics.description.robot import RobotDescription
+from kinetostatics.engine.choice import compiled_loops
 from kinetostatics.exceptions import ArgumentError, RobotFileError
 from kinetostatics.kinematics.assembly import assemble
 from kinetostatics.kinematics.configuration import Configuration
@@ -169,9 +170,9 @@ class SweepSpec:
         kept[self.identity, combination] = robot
 
     def assemble(self, robot: Robot, values: Mapping[str, object], near: Configuration | None = None) -> Configuration:
-        """Return the poses (N,) at coordinates, along a line from the zero pose or from ``near``."""
+        """Return the poses (N,) at coordinates, which have been warned of before, along a line from the zero pose or ``near``."""
         given: tuple[Any, Any, str | None] = (None, values, self.orientation) if self.kind == "platform" else (values, None, None)
-        return assemble(robot, *given, near, self.tolerance, "nan")  # whose coordinates have been warned of before
+        return assemble(robot, *given, near, self.tolerance, "nan", compiled_loops(self.engine))
 
     # ---- what makes it this sweep and no other ----------------------------------------------------------------------
 

@@ -1,0 +1,155 @@
+"""Sine, cosine, and the angle of a point in LLVM's text, for as many poses as an instruction takes: without calls.
+
+Sines and cosines are Taylor's polynomials after the nearest multiple of π/2 has been taken off in three parts. Angles are a
+polynomial in the tangent, at most tan π/8 after a turn by π/4; its Chebyshev coefficients are powers of tan π/16.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from decimal import Decimal, localcontext
+from functools import cache
+from itertools import count
+
+#: What, added to a number, rounds it and leaves the whole number in the last bits.
+_ROUNDER = 1.5 * 2.0**52
+#: Bits of the first two parts of π/2, so few that a multiple of them is exact.
+_BITS = 33
+_PI = Decimal("3.14159265358979323846264338327950288419716939937510582097494")
+_SINE = [(-1) ** k / math.factorial(2 * k + 1) for k in range(1, 9)]
+_COSINE = [(-1) ** k / math.factorial(2 * k) for k in range(2, 9)]
+#: Chebyshev coefficients of the angle that matter.
+_TERMS = 11
+
+Spell = Callable[[float], str]
+
+
+class Lines:
+    """Instructions under construction, whose results have numbers behind the name of the last.
+
+    Args:
+        result: name of the last result.
+        real, whole, truth: types.
+        short: how intrinsics call the type.
+        constant: spells a number.
+    """
+
+    def __init__(self, result: str, real: str, whole: str, truth: str, short: str, constant: Spell) -> None:
+        self.lines: list[str] = []
+        self._result, self._numbers = result, count()
+        self.real, self.whole, self.truth, self._short, self._constant = real, whole, truth, short, constant
+
+    def add(self, text: str, last: bool = False) -> str:
+        """Add an instruction and return the name of its result."""
+        name = self._result if last else f"{self._result}_{next(self._numbers)}"
+        self.lines.append(f"{name} = {text}")
+        return name
+
+    def of(self, what: str, *operands: str | float) -> str:
+        """Add an arithmetic instruction on numbers."""
+        return self.add(f"{what} {self.real} {', '.join(self.text(item) for item in operands)}")
+
+    def call(self, what: str, *operands: str | float, last: bool = False) -> str:
+        """Add a call of an intrinsic."""
+        taken = ", ".join(f"{self.real} {self.text(item)}" for item in operands)
+        return self.add(f"call {self.real} @llvm.{what}.{self._short}({taken})", last)
+
+    def choose(self, condition: str, a: str | float, b: str | float, last: bool = False) -> str:
+        """Add a choice."""
+        chosen = f"{self.real} {self.text(a)}, {self.real} {self.text(b)}"
+        return self.add(f"select {self.truth} {condition}, {chosen}", last)
+
+    def polynomial(self, z: str, coefficients: Sequence[float]) -> str:
+        """Add a polynomial, by Horner's rule."""
+        result: str | float = coefficients[-1]
+        for value in coefficients[-2::-1]:
+            result = self.call("fmuladd", result, z, value)
+        return str(result)
+
+    def bits(self, text: str, value: int, what: str) -> str:
+        """Add an instruction on whole numbers with a constant one."""
+        spelt = str(value) if self.whole == "i64" else "<" + ", ".join([f"i64 {value}"] * int(self.whole[1:].split()[0])) + ">"
+        return self.add(f"{what} {self.whole} {text}, {spelt}")
+
+    def text(self, item: str | float) -> str:
+        """Spell a number, or return a name."""
+        return item if isinstance(item, str) else self._constant(item)
+
+
+def sine_or_cosine(lines: Lines, angle: str, of_cosine: bool) -> None:
+    """Write the sine or cosine of an angle."""
+    shifted = lines.call("fmuladd", angle, 2 / math.pi, _ROUNDER)
+    quarters = lines.of("fsub", shifted, _ROUNDER)
+    rest = angle
+    for part in _parts_of_a_quarter():
+        rest = lines.call("fmuladd", quarters, -part, rest)
+    z = lines.of("fmul", rest, rest)
+    sine = lines.call("fmuladd", lines.of("fmul", lines.polynomial(z, _SINE), z), rest, rest)
+    square = lines.of("fmul", z, z)
+    cosine = lines.call("fmuladd", lines.polynomial(z, _COSINE), square, lines.call("fmuladd", z, -0.5, 1.0))
+    number = lines.add(f"bitcast {lines.real} {shifted} to {lines.whole}")
+    if of_cosine:
+        number = lines.bits(number, 1, "add")
+    odd = lines.add(f"trunc {lines.whole} {number} to {lines.truth}")
+    value = lines.choose(odd, cosine, sine)
+    sign = lines.bits(lines.bits(number, 2, "and"), 62, "shl")
+    turned = lines.add(f"xor {lines.whole} {sign}, {lines.add(f'bitcast {lines.real} {value} to {lines.whole}')}")
+    lines.add(f"bitcast {lines.whole} {turned} to {lines.real}", last=True)
+
+
+def angle_of_point(lines: Lines, y: str, x: str) -> None:
+    """Write the angle of the point (x, y)."""
+    across, along = lines.call("fabs", y), lines.call("fabs", x)
+    steep = lines.add(f"fcmp ogt {lines.real} {across}, {along}")
+    large, small = lines.choose(steep, across, along), lines.choose(steep, along, across)
+    half = math.sqrt(2) - 1
+    wide = lines.add(f"fcmp ogt {lines.real} {small}, {lines.of('fmul', large, half)}")
+    above = lines.choose(wide, lines.of("fsub", small, large), small)
+    below = lines.choose(wide, lines.of("fadd", small, large), large)
+    nothing = lines.add(f"fcmp oeq {lines.real} {below}, {lines.text(0.0)}")
+    t = lines.of("fdiv", above, lines.choose(nothing, 1.0, below))
+    z = lines.of("fmul", t, t)
+    angle = lines.call("fmuladd", lines.of("fmul", lines.polynomial(z, _angle_coefficients()), z), t, t)
+    behind = lines.add(f"fcmp olt {lines.real} {lines.call('copysign', 1.0, x)}, {lines.text(0.0)}")
+    eighths: str = lines.choose(wide, 1.0, 0.0)  # of a full turn, to which the angle is added or from which it is taken
+    for where, of in ((steep, 2.0), (behind, 4.0)):
+        eighths = lines.choose(where, lines.of("fsub", of, eighths), eighths)
+        angle = lines.choose(where, lines.of("fneg", angle), angle)
+    angle = lines.call("fmuladd", eighths, float(_PI / 4 - Decimal(math.pi / 4)), angle)
+    lines.call("copysign", lines.call("fmuladd", eighths, math.pi / 4, angle), y, last=True)
+
+
+@cache
+def _parts_of_a_quarter() -> tuple[float, ...]:
+    """Return numbers that together are π/2, the first ones short."""
+    rest, parts = _PI / 2, []
+    for _ in range(2):
+        fraction, exponent = math.frexp(float(rest))
+        parts.append(math.ldexp(math.floor(math.ldexp(fraction, _BITS)), exponent - _BITS))
+        rest -= Decimal(parts[-1])
+    return (*parts, float(rest))
+
+
+@cache
+def _angle_coefficients() -> tuple[float, ...]:
+    """Return the coefficients of t³, t⁵, … in the angle whose tangent is t, |t| ≤ tan π/8: that of t is 1."""
+    with localcontext() as context:
+        context.prec = 60
+        root = Decimal(2).sqrt()
+        largest, base = root - 1, (4 + 2 * root).sqrt() - root - 1  # tan π/8, tan π/16
+        before = polynomial = [Decimal(0), Decimal(1)]  # Chebyshev polynomials of degrees −1 and 1, which are alike, by powers
+        found = [Decimal(0)] * (2 * _TERMS)
+        for n in range(_TERMS):
+            factor = 2 * (-1) ** n * base ** (2 * n + 1) / (2 * n + 1)
+            for power, value in enumerate(polynomial):
+                found[power] += factor * value / largest**power
+            # T of the next odd degree is 2 T₂ T of this one, less that before
+            times = [Decimal(0)] * (len(polynomial) + 2)
+            for power, value in enumerate(polynomial):
+                times[power + 2] += 4 * value
+                times[power] -= 2 * value
+            for power, value in enumerate(before):
+                times[power] -= value
+            before, polynomial = polynomial, times
+        return tuple(float(value) for value in found[3::2])

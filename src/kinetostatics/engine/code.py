@@ -1,0 +1,77 @@
+"""Compiled functions: called with arrays, kept on disk with a table of what they take and give."""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from kinetostatics.engine import llvm
+from kinetostatics.math.arrays import Array, Mask
+
+#: Folders whose functions are recorded or compile.
+_SOURCES = ("engine", "kinematics", "limbs", "math", "mechanism", "statics")
+_KIND = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 5, ctypes.c_int64)
+
+
+class Code:
+    """A compiled function of many poses; see :func:`kinetostatics.engine.llvm.module_of`.
+
+    Attributes:
+        table: what was packed with it.
+    """
+
+    def __init__(self, kept: bytes) -> None:
+        """Make what :func:`packed` returned callable."""
+        self.table = table_of(kept)
+        self._machine = llvm.MachineCode(kept[8 + int.from_bytes(kept[:8], "little") :])
+        self._function = _KIND(self._machine.address)
+
+    def __call__(self, inputs: Sequence[Array], parameters: Array, numbers: Array, truths: Mask) -> None:
+        """Compute poses side by side: inputs (k, n), numbers (R, n) and truth values (T, n) of at least eight."""
+        count = len(inputs)
+        pointers = (ctypes.c_void_p * count)(*[array.ctypes.data for array in inputs])
+        strides = (ctypes.c_int64 * count)(*[array.strides[0] // 8 for array in inputs])
+        results = numbers.ctypes.data, truths.ctypes.data
+        self._function(ctypes.addressof(pointers), ctypes.addressof(strides), parameters.ctypes.data, *results, numbers.shape[1])
+
+
+def packed(table: Mapping[str, Any], text: str) -> bytes:
+    """Return what is kept on disk: a table as JSON, its size before it, and behind it the object code of a module."""
+    head = json.dumps(table).encode()
+    return len(head).to_bytes(8, "little") + head + llvm.compiled(text)
+
+
+def table_of(kept: bytes) -> dict[str, Any]:
+    """Return the table of what :func:`packed` returned."""
+    table: dict[str, Any] = json.loads(kept[8 : 8 + int.from_bytes(kept[:8], "little")])
+    return table
+
+
+def side_by_side(array: Array, n: int) -> Array:
+    """Return an array (k, n) whose poses lie side by side, of one (k, N) with the last pose again and again."""
+    if n > array.shape[1]:
+        array = array[:, np.minimum(np.arange(n), array.shape[1] - 1)]
+    return array if array.strides[-1] == 8 and array.strides[0] % 8 == 0 else np.ascontiguousarray(array)
+
+
+def code_key(structure: str) -> str:
+    """Return the name under which code is kept: structure, what is recorded, and the processor."""
+    return hashlib.sha256(f"{structure} {_versions()} {llvm.processor()}".encode()).hexdigest()
+
+
+@cache
+def _versions() -> str:
+    """Return what tells the recorded functions and their recorder apart: their text, and NumPy's version."""
+    root = Path(__file__).resolve().parent.parent
+    digest = hashlib.sha256()
+    for folder in _SOURCES:
+        for path in sorted((root / folder).glob("*.py")):
+            digest.update(path.read_bytes())
+    return f"{digest.hexdigest()} {np.__version__}"

@@ -1,0 +1,162 @@
+"""Newton's method for the loops by compiled code, with NumPy's where the record does not hold.
+
+What is recorded is :meth:`kinetostatics.kinematics.solver.Solver.correct`: there is no other mathematics here.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from kinetostatics.engine import cache as disk
+from kinetostatics.engine import llvm
+from kinetostatics.engine.code import Code, code_key, packed, side_by_side
+from kinetostatics.engine.loop_record import GOOD, HOLDS, Program, newton_record, side_record, structure_of
+from kinetostatics.engine.scalars import NotRecordedError
+from kinetostatics.kinematics.solver import (
+    MOST_CORRECTIONS,
+    SHRINKING,
+    PrescribedCoordinates,
+    Solver,
+    SolverState,
+)
+from kinetostatics.math.arrays import Array
+
+#: By how much [m, rad] coordinates of an example are changed when code is tried, and how far it may be from NumPy.
+_TRIED, _ALIKE = 1e-3, 1e-9
+
+
+class CompiledSolver(Solver):
+    """A solver whose corrections of poses with some prescribed coordinates are compiled.
+
+    Attributes:
+        operations: how many operations a correction takes.
+    """
+
+    def __init__(self, solver: Solver, prescribed: PrescribedCoordinates, local: int, example: SolverState) -> None:
+        """Find or make the code.
+
+        Args:
+            solver: whose corrections they are.
+            prescribed: which coordinates are given.
+            local: number of freedoms that do not move the platform.
+            example: one pose whose loops are closed.
+
+        Raises:
+            NotRecordedError: the equations do something that cannot be recorded.
+        """
+        if not self._found(solver, prescribed, local, example):
+            kept = [
+                _compiled(newton_record(solver, prescribed, self._example, local), self._sizes, MOST_CORRECTIONS),
+                _compiled(side_record(solver, prescribed, self._example, local), self._sizes, 0),
+            ]
+            if not (self._load(kept) and self._is_right()):
+                raise NotRecordedError("compiled code closes the loops otherwise than NumPy")
+            for key, content in zip(self._keys, kept, strict=True):
+                disk.write(key, content)
+
+    @classmethod
+    def kept(cls, solver: Solver, prescribed: PrescribedCoordinates, local: int, example: SolverState) -> CompiledSolver | None:
+        """Return the solver if its code is on disk."""
+        item = cls.__new__(cls)
+        return item if item._found(solver, prescribed, local, example) else None
+
+    def _found(self, solver: Solver, prescribed: PrescribedCoordinates, local: int, example: SolverState) -> bool:
+        """Take the code from the disk, if it is there and right."""
+        vars(self).update(vars(solver))
+        self._own, self._local = prescribed, local
+        self._example = SolverState(np.array(example.x), np.array(example.c))
+        if prescribed.orientation is not None:
+            R, _ = self.mechanism.platform_pose(self.equations.forward(example.x))
+            self._example.c = prescribed.orientation.coordinates(R)
+        structure = structure_of(solver, prescribed, local)
+        self._parameters = structure.values
+        self._sizes = {"parameters": len(structure.values), "coordinates": self.tree.nq, "given": prescribed.size}
+        self._keys = [code_key(f"{what} {structure.key}") for what in ("newton", "side")]
+        kept = [disk.read(key) for key in self._keys]
+        return self._load([content for content in kept if content is not None]) and self._is_right()
+
+    def _load(self, kept: list[bytes]) -> bool:
+        if len(kept) < len(self._keys):
+            return False
+        self._newton, self._side = (Code(content) for content in kept)
+        self.operations = int(self._newton.table["operations"])
+        return all(code.table["sizes"] == self._sizes for code in (self._newton, self._side))
+
+    def _is_right(self) -> bool:
+        """Whether the code finds beside the example what NumPy finds: whatever may be wrong with code from a disk."""
+        target = self.values(self._own, self._example) + _TRIED
+        found, good, holds = self._corrected(self._example, target, None, None)
+        wanted, reached = Solver.newton(self, self._own, self._example, target, self._local)
+        if not (holds[0] and good[0] == reached[0]):
+            return False
+        if np.max(np.abs(found.x - wanted.x), initial=np.max(np.abs(found.c - wanted.c))) > _ALIKE:
+            return False
+        sure = Solver.surely_on_one_side(self, self._own, self._example, wanted)
+        return bool(np.array_equal(self._surely(self._example, wanted), sure))
+
+    def newton(
+        self,
+        prescribed: PrescribedCoordinates,
+        poses: SolverState,
+        target: Array,
+        local: int = 0,
+        before: Array | None = None,
+        passing: NDArray[np.bool_] | None = None,
+    ) -> tuple[SolverState, NDArray[np.bool_]]:
+        """Solve for ``target`` from nearby ``poses``; see :meth:`Solver.newton`."""
+        if prescribed != self._own or local != self._local or target.shape[1] == 0:
+            return super().newton(prescribed, poses, target, local, before, passing)
+        found, good, holds = self._corrected(poses, target, before, passing)
+        if not np.all(holds):
+            rest = np.flatnonzero(~holds)
+            some = (None if array is None else array[rest] for array in (before, passing))
+            careful, good[rest] = super().newton(prescribed, poses.take(rest), target[:, rest], local, *some)  # type: ignore[arg-type]
+            found.x[:, rest], found.c[:, rest] = careful.x, careful.c
+        return found, good
+
+    def _corrected(
+        self, poses: SolverState, target: Array, before: Array | None, passing: NDArray[np.bool_] | None
+    ) -> tuple[SolverState, NDArray[np.bool_], NDArray[np.bool_]]:
+        """Return poses, which have converged, and where the record holds."""
+        (size, N), count = poses.x.shape, target.shape[0]
+        n = max(N, llvm.LANES)
+        state, given = np.empty((size + 8, n)), np.empty((count + 1, n))
+        state[:size, :N], state[size : size + 3, :N] = poses.x, poses.c
+        state[size + 3, :N] = np.inf if before is None else before
+        state[size + 4 :, :N] = [[SHRINKING], [1.0], [0.0], [1.0]]
+        given[:count, :N], given[count, :N] = target, 0.0 if passing is None else passing
+        self.impose(self._own, SolverState(state[:size, :N], state[size : size + 3, :N]), target)
+        if n > N:
+            state[:, N:], given[:, N:] = state[:, N - 1 : N], given[:, N - 1 : N]
+        self._newton((state, given), self._parameters, state, np.empty((1, n), dtype=bool))
+        flags = state[size + 3 :, :N]
+        return SolverState(state[:size, :N], state[size : size + 3, :N]), flags[GOOD] != 0, flags[HOLDS] != 0
+
+    def on_one_side(
+        self, prescribed: PrescribedCoordinates, first: SolverState, second: SolverState, target: Array
+    ) -> NDArray[np.bool_]:
+        """Return whether there is no singular pose (N,) between two poses each."""
+        if prescribed != self._own or first.x.shape[1] == 0:
+            return super().on_one_side(prescribed, first, second, target)
+        found = self._surely(first, second)
+        rest = np.flatnonzero(~found)
+        if rest.size:
+            found[rest] = super().on_one_side(prescribed, first.take(rest), second.take(rest), target[:, rest])
+        return found
+
+    def _surely(self, first: SolverState, second: SolverState) -> NDArray[np.bool_]:
+        N = first.x.shape[1]
+        n = max(N, llvm.LANES)
+        truths = np.empty((1, n), dtype=bool)
+        inputs = [side_by_side(array, n) for array in (first.x, first.c, second.x, second.c)]
+        self._side(inputs, self._parameters, np.empty((0, n)), truths)
+        return truths[0, :N]
+
+
+def _compiled(program: Program, sizes: dict[str, int], repeats: int) -> bytes:
+    """Return what is kept on disk."""
+    inputs = 2 if repeats else 4
+    text = llvm.module_of(program.tape, program.numbers, program.truths, inputs, repeats)
+    operations = sum(llvm.needed_by(program.tape, (*program.numbers, *program.truths)))
+    return packed({"sizes": sizes, "operations": operations}, text)

@@ -1,0 +1,134 @@
+"""Compiled code closes loops as NumPy does: the same poses and the same statuses, near and far, in reach and out of it."""
+
+import numpy as np
+import pytest
+from package_robots import robot as robot_named
+
+from kinetostatics.engine import choice, loops
+from kinetostatics.engine.loop_record import Program
+from kinetostatics.engine.loops import CompiledSolver
+
+pytest.importorskip("llvmlite")
+
+#: Coordinates from within to far beyond reach and limits, and what is given.
+CASES = [
+    ("five_bar", "platform", None, {"x": (-0.5, 0.5), "y": (-0.4, 0.9)}),
+    ("planar_3rrr", "actuators", None, {f"motor_{k}": (-1.0, 1.0) for k in (1, 2, 3)}),
+    ("3rps", "platform", "tilt_torsion", {"z": (0.1, 1.3), "azimuth": (-4.0, 4.0), "tilt": (0.0, 2.0)}),
+]
+
+
+@pytest.fixture(autouse=True)
+def one_folder(cache):
+    """Code is kept for all tests here."""
+
+
+def both(robot, **given):
+    """Return poses by compiled code and by NumPy."""
+    return [robot.assemble(**given, on_failure="nan", engine=engine) for engine in ("compiled", "numpy")]
+
+
+def assert_same(found, wanted):
+    np.testing.assert_array_equal(found.status, wanted.status)
+    for name in ("q", "platform_frame"):
+        np.testing.assert_allclose(getattr(found, name), getattr(wanted, name), rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize(("name", "kind", "orientation", "box"), CASES)
+def test_both_engines_reach_the_same_poses(name, kind, orientation, box, monkeypatch):
+    """Random poses, each on its own line: in reach, beyond limits, out of reach; from the zero pose and from another one."""
+    robot = robot_named(name)
+    random = np.random.default_rng(3)
+    given = {key: random.uniform(*ends, 60) for key, ends in box.items()}
+    found, wanted = both(robot, **{kind: given}, orientation=orientation)
+    assert len(set(wanted.status.tolist())) > 1 and np.sum(wanted.reached) > 3
+    assert_same(found, wanted)
+    inside = np.flatnonzero(wanted.reached)
+    near = robot.assemble(**{kind: {key: value[inside[0]] for key, value in given.items()}}, orientation=orientation)
+    aim = {key: value[inside[1:4]] for key, value in given.items()}
+    assert_same(*both(robot, **{kind: aim}, orientation=orientation, near=near))
+    # and it was compiled code that found them
+    used = []
+
+    def nowhere(solver, poses, target, before, passing):
+        used.append(poses)
+        return poses, np.zeros(target.shape[1], dtype=bool), np.ones(target.shape[1], dtype=bool)
+
+    monkeypatch.setattr(CompiledSolver, "_corrected", nowhere)
+    assert not both(robot, **{kind: given}, orientation=orientation)[0].reached.any() and used
+
+
+def solver_of(robot):
+    analysis = robot.mobility_analysis
+    prescribed = analysis.without_idle_dofs(robot.actuator_coordinates)
+    example = robot.generic_poses.take(np.array([0]))
+    return CompiledSolver(robot.solver, prescribed, analysis.local_dofs(prescribed), example), prescribed
+
+
+def test_where_the_record_does_not_hold_numpy_corrects():
+    """Beside half a turn the logarithm of a rotation takes another way, which a guard tells."""
+    robot = robot_named("planar_3rrr")
+    solver = robot.assemble(platform={"x": 0.0, "y": 0.0, "rz": 0.1}, engine="compiled") and next(
+        item.compiled for (given, _), item in choice._LOOPS[robot].items() if given.angles
+    )
+    prescribed = solver._own
+    start = robot.zero_poses.take(np.zeros(3, dtype=np.intp))
+    target = np.array([[0.0] * 3, [0.0] * 3, [0.05, 3.1, -0.02]])
+    _, good, holds = solver._corrected(start, target, None, None)
+    assert holds.tolist() == [True, False, True] and good.tolist() == [True, False, True]
+    found, wanted = solver.newton(prescribed, start, target), robot.solver.newton(prescribed, start, target)
+    np.testing.assert_array_equal(found[1], wanted[1])
+    np.testing.assert_allclose(found[0].x, wanted[0].x, rtol=0, atol=1e-12)
+
+
+def test_a_singular_pose_between_two_is_seen():
+    """A distal link of the five-bar turned over: on the way both distal links were in one line."""
+    robot = robot_named("five_bar")
+    solver, prescribed = solver_of(robot)
+    pose = robot.zero_poses
+    moved, good = solver.newton(prescribed, pose, robot.solver.values(prescribed, pose) + 0.1)
+    assert good.all() and solver.on_one_side(prescribed, pose, moved, np.zeros((2, 1))).all()
+    folded = moved.take(np.array([0]))
+    folded.x[1] += np.pi
+    for found in (solver, robot.solver):
+        assert not found.on_one_side(prescribed, pose, folded, np.zeros((2, 1))).any()
+
+
+def test_code_that_is_wrong_or_of_another_robot_is_not_used(monkeypatch):
+    """A wrong operation is noticed when the code is made, another robot's code by its sizes or the example."""
+    robot = robot_named("five_bar")
+    right = loops.newton_record
+    monkeypatch.setattr(loops, "code_key", lambda text: "2" * 63 + str(len(text.split()[0]) % 10))
+
+    def wrong(*given):
+        program = right(*given)
+        operations = program.tape.operations
+        k = max(k for k in range(len(operations)) if operations[k][0] == "sine")
+        operations[k] = ("cosine", *operations[k][1:])
+        return Program(program.tape, program.numbers, program.truths)
+
+    monkeypatch.setattr(loops, "newton_record", wrong)
+    with pytest.raises(loops.NotRecordedError, match="otherwise than NumPy"):
+        solver_of(robot)
+    monkeypatch.setattr(loops, "newton_record", right)
+    _, prescribed = solver_of(robot)
+    example = robot.generic_poses.take(np.array([0]))
+    assert CompiledSolver.kept(robot.solver, prescribed, 0, example) is not None
+    other = robot_named("planar_3rrr")
+    given = other.mobility_analysis.without_idle_dofs(other.actuator_coordinates)
+    assert CompiledSolver.kept(other.solver, given, 0, other.generic_poses.take(np.array([0]))) is None
+
+
+def test_auto_takes_compiled_loops_when_they_have_paid(monkeypatch):
+    robot = robot_named("five_bar")
+    made = []
+    monkeypatch.setattr(choice, "_LOOPS", type(choice._LOOPS)())
+    monkeypatch.setattr(choice, "_WORK", {})
+    monkeypatch.setattr(loops.CompiledSolver, "__init__", lambda self, solver, *_: made.append(vars(self).update(vars(solver))))
+    monkeypatch.setattr(loops.CompiledSolver, "kept", classmethod(lambda *_: made.append("looked")))
+    chosen = choice.compiled_loops("auto")
+    given = robot.actuator_coordinates, 0
+    assert chosen(robot, *given, 1) is robot.solver and made == []
+    assert chosen(robot, *given, 2000) is robot.solver and made == ["looked"]
+    assert chosen(robot, *given, 100_000) is not robot.solver and made == ["looked", None]
+    assert choice.compiled_loops("numpy")(robot, *given, 10**9) is robot.solver
