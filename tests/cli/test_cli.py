@@ -347,6 +347,9 @@ def test_another_pose_may_begin_the_way(capsys):
         ("analyze 3rps --near z=5deg rx=0 ry=0", "--near: z: '5deg' is an angle, but a length is needed"),
         ("analyze 3rps --near prism_1=0", "--near: no driven joint 'prism_1'"),
         ("analyze 2pru_upr --platform z=0.6 rx=0 ry=0 --near z=3 rx=0 ry=0", "--near: '2pru_upr' (mobility 3) cannot reach"),
+        ("analyze 3rps --plattform z=3", "did you mean --platform or --platform-link? (see kinetostatics analyze --help)"),
+        ("new 3-RPS --rod-diameter 60mm", "--set rod_diameter=60mm (see kinetostatics new --help)"),
+        ("new 3-RPS --rod-diameter=60mm", "--set rod_diameter=60mm (see kinetostatics new --help)"),
         ("analyze 3rps --js", "unrecognized arguments: --js"),
     ],
 )

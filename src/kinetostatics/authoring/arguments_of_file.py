@@ -10,6 +10,13 @@ from numbers import Real
 
 from kinetostatics.exceptions import ArgumentError, near_names
 
+#: Larger lengths [m] are slips, by the last part of an argument's name.
+LARGEST = {
+    **dict.fromkeys(("radius", "height", "length", "stroke"), 20.0),
+    **dict.fromkeys(("width", "diameter", "thickness"), 4.0),
+}
+_LENGTH = re.compile(f"({'|'.join(LARGEST)})$")
+
 
 @dataclass
 class FileArguments:
@@ -85,6 +92,23 @@ class FileArguments:
             properties += value
         note = ["", "  <!-- what follows from these values, unless it is given -->"] if late else []
         return [*first, "", *properties, *note, *late]
+
+
+def odd_lengths(values: Mapping[str, object]) -> list[str]:
+    """Say which lengths [m] are those of no machine, as numbers in mm would be."""
+    found = []
+    for name, value in values.items():
+        match = _LENGTH.search(name)
+        try:
+            number = float(value)  # type: ignore[arg-type]
+        except (TypeError, ValueError):
+            continue
+        if match is not None and LARGEST[match[1]] < abs(number) < math.inf:
+            found.append(
+                f"{name} = {number:g} m: lengths are in m; write {number / 1000:g} for {number:g} mm, or {number:g}mm on the "
+                "command line"
+            )
+    return found
 
 
 def text_of_value(name: str, value: object) -> str:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import math
 import re
+import warnings
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from kinetostatics.argument_checks import check_choice
-from kinetostatics.authoring.arguments_of_file import FileArguments, rounded
+from kinetostatics.authoring.arguments_of_file import FileArguments, odd_lengths, rounded
 from kinetostatics.authoring.design import Design
 from kinetostatics.authoring.limb_text import LimbOptions
 from kinetostatics.authoring.materials import SHAPES, SectionText
@@ -50,6 +51,8 @@ def design_robot(
     main = {"base_radius": base_radius, "platform_radius": platform_radius, "height": height}
     given = {**{key: value for key, value in main.items() if value is not None}, **values}
     arguments = FileArguments(given)
+    for words in odd_lengths(given):
+        warnings.warn(words, stacklevel=3)
     planar, spherical = arrangement == PLANAR, arrangement == SPHERICAL and placements is None
     if spherical:
         check_spherical(parsed, skeletons)

@@ -30,6 +30,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+from kinetostatics.authoring.names import answer_to_name
 from kinetostatics.exceptions import ArgumentError
 
 #: Joints by letter: name, and freedoms. A parallelogram counts what it leaves its far side: (4S) also lets both rods spin.
@@ -166,6 +167,8 @@ def parse_architecture(text: str) -> Architecture:
         raise ArgumentError(f"the architecture is {text!r}; write limbs as strings of joints, such as '3-R[P]S' or '6-U[P]S'")
     if len(text) > 200:
         raise ArgumentError("the architecture is longer than 200 characters; write limbs that are alike once: '6-U[P]S'")
+    if answer := _other_name(text):
+        raise ArgumentError(answer)
     groups, at = [], 0
     while True:
         group, at = _group(text, at)
@@ -177,6 +180,27 @@ def parse_architecture(text: str) -> Architecture:
     if len(found.limbs) > MAX_LIMBS:
         raise ArgumentError(f"the architecture {text!r} has {len(found.limbs)} limbs; at most {MAX_LIMBS} can be placed")
     return found if found.drives else _with_usual_drives(found)
+
+
+def _other_name(text: str) -> str:
+    """Return what to say to a name that is not of the notation, as 5R, Delta or SCARA; nothing if it may be one."""
+    chain = re.fullmatch(r"\s*(\dR|R{5})\s*", text) is not None  # five limbs of a single joint make no robot
+    foreign = re.sub("(?i)pa|[rpusc]|[^a-z]", "", text)
+    if not chain and not foreign:
+        return ""
+    if known := answer_to_name(text):
+        return known
+    if chain:
+        return (
+            f"{text!r} is a chain of revolute joints; write the limbs that it makes between base and platform, such as "
+            "[R]RR+[R]R --arrangement planar"
+        )
+    if len(foreign) > 1 and re.search("[A-Za-z]{4,}", text):
+        return (
+            f"no mechanism {text!r} is known; write its limbs as strings of joints, such as 3-R[P]S: {LETTERS}; "
+            "kinetostatics new --list shows names of the field, kinetostatics robots those that come with the package"
+        )
+    return ""
 
 
 def error_at(text: str, place: int, reason: str) -> ArgumentError:

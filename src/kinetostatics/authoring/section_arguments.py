@@ -59,7 +59,10 @@ def add_section_arguments(arguments: FileArguments, sections: Mapping[str, Secti
         for number, (size, value) in enumerate(section.sizes.items()):
             heading = f"section of {prefix}: {section.shape}" if number == 0 else ""
             comment = {"width": "along the revolute joints' axes", "height": "across them"}.get(size, "")
-            arguments.add(f"{prefix}_{size}", value, comment, heading)
+            if size == "inner_diameter":
+                _add_wall(arguments, prefix, section)
+            else:
+                arguments.add(f"{prefix}_{size}", value, comment, heading)
     if any(prefix.startswith("cylinder") for prefix in sections):
         arguments.add("cylinder_part", 0.5, "the cylinder's part of a telescope's length where all joints read zero")
     shared = len({section.material for section in sections.values()}) <= 1 and not any(
@@ -78,6 +81,19 @@ def add_section_arguments(arguments: FileArguments, sections: Mapping[str, Secti
             if f"{start}{key}" in arguments.given:
                 arguments.add(f"{start}{key}", 1.0)
     return shared
+
+
+def _add_wall(arguments: FileArguments, prefix: str, section: SectionText) -> None:
+    """Add a tube's wall, from which its inner diameter follows; or that alone, where it is given."""
+    inner, wall = f"{prefix}_inner_diameter", f"{prefix}_wall_thickness"
+    if inner in arguments.given:
+        if wall in arguments.given:
+            raise ArgumentError(f"{inner} and {wall} are both given; give one, the other follows from it")
+        arguments.add(inner, section.sizes["inner_diameter"])
+        return
+    thickness = (section.sizes["outer_diameter"] - section.sizes["inner_diameter"]) / 2
+    arguments.add(wall, float(f"{thickness:.10g}"))
+    arguments.add(inner, f"${{{prefix}_outer_diameter - 2 * {wall}}}")
 
 
 def add_mass_arguments(arguments: FileArguments, skeletons: Sequence[Skeleton], sizes: Mapping[str, float]) -> None:

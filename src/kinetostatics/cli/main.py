@@ -7,6 +7,7 @@ Every command is a module of :mod:`kinetostatics.cli` with ``NAME``, ``add_parse
 from __future__ import annotations
 
 import argparse
+import difflib
 import importlib
 import os
 import re
@@ -124,7 +125,10 @@ def _run(arguments: list[str]) -> int:
     # argparse never takes an argument with a space for an option
     guarded = [f" {item}" if NEGATIVE.match(item) else item for item in arguments]
     try:
-        args = make_parser(modules).parse_args(guarded)
+        parser = make_parser(modules)
+        args, rest = parser.parse_known_args(guarded)
+        if rest:
+            raise UsageError(_unrecognized(parser, arguments[0], rest))
     except SystemExit as stop:  # --help and --version
         sys.stdout.flush()
         return int(stop.code or 0)
@@ -133,6 +137,25 @@ def _run(arguments: list[str]) -> int:
         warnings.simplefilter("always", UserWarning)
         warnings.showwarning = _warn
         return int(args.run(args))
+
+
+def _unrecognized(parser: argparse.ArgumentParser, command: str, rest: Sequence[str]) -> str:
+    """Say which arguments a command does not have, and which are like them."""
+    text = f"unrecognized arguments: {' '.join(item.strip() for item in rest)}"
+    name, _, value = next((item for item in rest if item.startswith("--")), "").partition("=")
+    known: dict[str, Any] = {}
+    for action in parser._actions:
+        if isinstance(action, argparse._SubParsersAction) and command in action.choices:
+            known = action.choices[command]._option_string_actions
+    if name:
+        near = difflib.get_close_matches(name, known, n=2, cutoff=0.75)
+        following = rest[rest.index(name) + 1 :] if name in rest else []
+        value = value or next((item for item in following if not item.startswith("--")), "VALUE").strip()
+        if near:
+            text += f"; did you mean {' or '.join(near)}?"
+        elif "--set" in known:
+            text += f"; values of a robot's file are given by --set {name[2:].replace('-', '_')}={value}"
+    return f"{text} (see kinetostatics {f'{command} ' if known else ''}--help)"
 
 
 def make_parser(modules: Sequence[ModuleType]) -> argparse.ArgumentParser:

@@ -7,6 +7,7 @@ import os
 import sys
 from typing import Any
 
+from kinetostatics.authoring.arguments_of_file import odd_lengths
 from kinetostatics.authoring.names import KNOWN_NAMES
 from kinetostatics.cli.arguments import (
     SEVERAL,
@@ -212,7 +213,16 @@ def _stiffnesses(items: list[str]) -> dict[str, float]:
     return found
 
 
+def _refuse_odd_lengths(args: argparse.Namespace) -> None:
+    """Refuse lengths without a unit that would make a robot larger than any: those in mm."""
+    typed = {name: getattr(args, name) for name in ("base_radius", "platform_radius", "height")}
+    typed |= {name: text for name, text in parse_items("--set", args.parameters).items() if unit_of(text) is None}
+    for words in odd_lengths({name: text for name, text in typed.items() if text is not None}):
+        raise ArgumentError(f"{words} (or {words.split()[2]}m if that is meant)")
+
+
 def _options(args: argparse.Namespace) -> dict[str, Any]:
+    _refuse_odd_lengths(args)
     lengths = {
         name: None
         if getattr(args, name) is None

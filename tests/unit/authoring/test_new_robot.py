@@ -107,6 +107,73 @@ def test_names_are_listed_and_build_robots(capsys):
         assert "</robot>" in ks.robot_text(known.architecture, arrangement=known.arrangement)
 
 
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("5R", ["[R]RR+[R]R", "--arrangement planar", "robots --copy five_bar"]),
+        ("five-bar", ["[R]RR+[R]R", "robots --copy five_bar"]),
+        ("SCARA", ["[R]RR+[R]R", "robots --copy five_bar"]),
+        ("Delta robot", ["3-[R](4S)", "robots --copy delta"]),
+        ("hexapod", ["6-U[P]S", "6-[R]US", "gough_stewart or 6rus"]),
+        ("Stewart Platform", ["6-U[P]S", "gough_stewart"]),
+        ("agile eye", ["3-[R]RR", "--arrangement spherical", "spherical_3rrr"]),
+        ("anymal standing", ["comes with the package", "robots --copy anymal_standing"]),
+        ("Gantry", ["no mechanism 'Gantry' is known", "new --list", "kinetostatics robots"]),
+    ],
+)
+def test_names_that_are_no_notation_are_answered_with_the_limbs(name, words, capsys):
+    assert main(["new", name]) == 2
+    message = capsys.readouterr().err
+    assert all(word in message for word in words), message
+    assert "no joint has this sign" not in message
+
+
+def test_the_answer_to_a_five_bar_is_one(tmp_path, capsys):
+    out = str(tmp_path / "five.urdf.xacro")
+    sizes = "--arrangement planar --base-radius 0.1 --platform-radius 20mm".split()
+    assert main(["new", "[R]RR+[R]R", *sizes, "-o", out]) == 0
+    assert "mobility 2, driven: revolute_1a, revolute_2a" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("typed", "words"),
+    [
+        (["--base-radius", "350"], "base_radius = 350 m: lengths are in m; write 0.35 for 350 mm, or 350mm on the command line"),
+        (["--height=-600"], "height = -600 m: lengths are in m; write -0.6 for -600 mm, or -600mm"),
+        (["--set", "rod_outer_diameter=60"], "rod_outer_diameter = 60 m: lengths are in m; write 0.06 for 60 mm, or 60mm"),
+    ],
+)
+def test_lengths_that_look_like_mm_are_refused_without_a_unit(typed, words, tmp_path, capsys):
+    out = tmp_path / "large.urdf.xacro"
+    assert main(["new", "3-RPS", *typed, "-o", str(out)]) == 2
+    assert words in capsys.readouterr().err and not out.exists()
+
+
+def test_large_lengths_with_a_unit_or_from_python_are_warned_of(tmp_path, capsys):
+    out = tmp_path / "large.urdf.xacro"
+    assert main(["new", "3-RPS", "--base-radius", "350m", "-o", str(out)]) == 0
+    assert "warning: base_radius = 350 m: lengths are in m" in capsys.readouterr().err and out.exists()
+    with pytest.warns(UserWarning, match="height = 500 m: lengths are in m; write 0.5 for 500 mm"):
+        ks.robot_text("3-RPS", height=500)
+
+
+def test_a_tubes_wall_is_a_value_of_the_file(tmp_path):
+    """The inner diameter follows from it, unless that is given."""
+
+    def sizes(robot):
+        section = robot.description.beams["rod_1"].section
+        return section.outer_diameter, section.inner_diameter
+
+    path = tmp_path / "mine.urdf.xacro"
+    ks.new_robot("3-RPS", path, sections={"rod": "tube 60mm 50mm"})
+    assert sizes(ks.load_robot(path)) == pytest.approx((0.06, 0.05))
+    assert sizes(ks.load_robot(path, {"rod_outer_diameter": 0.08})) == pytest.approx((0.08, 0.07))
+    assert sizes(ks.load_robot(path, {"rod_wall_thickness": 0.002})) == pytest.approx((0.06, 0.056))
+    assert sizes(ks.load_robot(path, {"rod_inner_diameter": 0.04})) == pytest.approx((0.06, 0.04))
+    assert sizes(ks.new_robot("3-RPS", rod_wall_thickness=0.001))[1] == pytest.approx(0.032)
+    assert sizes(ks.new_robot("3-RPS", rod_inner_diameter=0.02))[1] == 0.02
+
+
 def test_too_few_drives_are_told(tmp_path, capsys):
     assert main(["new", "3-[P]SS", "-o", str(tmp_path / "loose.urdf.xacro")]) == 0
     assert "warning: 3 drives do not hold 6 freedoms: mark more joints in brackets, or add limbs." in capsys.readouterr().err
