@@ -155,6 +155,7 @@ def test_random_hybrids_agree_with_finite_elements(seed):
 @needs_opensees
 @settings(max_examples=max(COUNT // 4, 1), deadline=None)
 @given(st.integers(0, 2**31))
+@example(98311)  # joints that only one way in a thousand passes backwards
 def test_random_hybrids_agree_with_opensees(seed):
     case = Case.random(seed)
     answer = case.answer

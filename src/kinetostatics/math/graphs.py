@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from typing import TypeVar
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Set
+from typing import Generic, TypeVar
 
 Node = TypeVar("Node")
+Key = TypeVar("Key", bound=Hashable)
+
+#: How many steps of paths are tried before an edge counts as passed.
+PATIENCE = 20_000
 
 
 def reachable(starts: Iterable[Node], neighbours: Callable[[Node], Iterable[Node]]) -> dict[Node, None]:
@@ -17,3 +21,63 @@ def reachable(starts: Iterable[Node], neighbours: Callable[[Node], Iterable[Node
         seen.update(dict.fromkeys(found))
         queue += found
     return seen
+
+
+class Paths(Generic[Key, Node]):
+    """Paths of a graph from one node to another that visit no node twice.
+
+    Args:
+        edges: the two nodes of every edge, by key.
+        start, goal: where the paths begin and end.
+    """
+
+    def __init__(self, edges: Mapping[Key, tuple[Node, Node]], start: Node, goal: Node) -> None:
+        self.start, self.goal = start, goal
+        self._at: dict[Node, list[tuple[Key, Node]]] = {start: [], goal: []}
+        for key, (first, second) in edges.items():
+            self._at.setdefault(first, []).append((key, second))
+            self._at.setdefault(second, []).append((key, first))
+
+    def pass_along(self, edge: Key, first: Node, second: Node) -> bool:
+        """Whether a path passes an edge from ``first`` to ``second``; True, too, where :data:`PATIENCE` steps do not tell."""
+        start, goal = self.start, self.goal
+        if first == second or first == goal or second == start:
+            return False
+
+        def steps(node: Node, path: Set[Node]) -> Iterator[Node]:
+            """Yield the nodes after which both parts of the path can still be completed."""
+            for key, other in self._at[node]:
+                if key == edge or other in path or other in (second, goal):
+                    continue
+                if self.connected(other, first, path | {second, goal}, edge) and self.connected(
+                    second, goal, path | {other}, edge
+                ):
+                    yield other
+
+        if not self.connected(second, goal, {start}, edge):
+            return False
+        if first == start:
+            return True
+        path = [start]
+        todo = [steps(start, {start})]
+        for _ in range(PATIENCE):
+            following = next(todo[-1], None)
+            if following is None:
+                todo.pop()
+                path.pop()
+                if not todo:
+                    return False
+            elif following == first:
+                return True
+            else:
+                path.append(following)
+                todo.append(steps(following, set(path)))
+        return True
+
+    def connected(self, start: Node, goal: Node, barred: Set[Node], without: Key) -> bool:
+        """Whether one node is reached from another, round some nodes and without one edge."""
+        if start in barred or goal in barred:
+            return False
+        return goal in reachable(
+            [start], lambda node: (other for key, other in self._at[node] if key != without and other not in barred)
+        )

@@ -40,6 +40,14 @@ def test_only_the_bridge_is_passed_both_ways():
     assert Network("0a", "0b", "ab", "a1", "b1", "1c", "c0").read()[-2:] == ["0c", "c1"]
 
 
+def test_a_direction_that_hardly_any_current_takes_is_found():
+    """From c to b goes no current, unless all five ways from c to the platform resist much and the long one from b does not."""
+    long = ("0a", "ap", "pq", "qr", "rs", "st", "tc", "0b", "bu", "uv", "vw", "wx", "xy", "y1", "a1", *["c1"] * 5)
+    network = Network(*long, "bk", "kl", "lc", "bm", "mc")
+    both = {step.edge for step in network.steps() if step.both_ways}
+    assert both == {*network.edges[1:7], *network.edges[-5:]}
+
+
 def test_a_ring_in_a_chain_has_one_direction():
     assert Network("0a", "ab", "ac", "bd", "cd", "d1").read() == ["0a", "ab", "bd", "d1", "ac", "cd-"]
     # the tree prefers beams where two edges end at one body
