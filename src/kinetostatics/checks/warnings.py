@@ -10,7 +10,7 @@ import numpy as np
 
 from kinetostatics.analysis import analyze
 from kinetostatics.checks.warnings_of_masses import without_mass
-from kinetostatics.checks.warnings_of_poses import AT_ZERO, facts_of_poses, poses_of
+from kinetostatics.checks.warnings_of_poses import AT_ZERO, facts_of_poses, pose_of, poses_of
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes
 from kinetostatics.description.unit_hints import odd_angles
 from kinetostatics.exceptions import KinetostaticsError, StaticsError
@@ -21,11 +21,11 @@ from kinetostatics.mechanism.beam_geometry import ends_nowhere
 from kinetostatics.mechanism.rigid_bodies import BodyGraph, RigidBody
 from kinetostatics.printing.text import CLOSED, LENGTHS, listing, quantity
 from kinetostatics.results.near_singular import near_singular_words
-from kinetostatics.status import WITHOUT_NUMBERS
 
 if TYPE_CHECKING:
     from kinetostatics.checks.facts import BeamFacts, ElasticJointFacts, RobotFacts
     from kinetostatics.mechanism.mechanism import Connection
+    from kinetostatics.results.result import Result
     from kinetostatics.robot import Robot
 
 #: Ratio of the smallest kept to the largest dropped singular value below which a count is doubtful.
@@ -334,12 +334,15 @@ def warnings_of_statics(robot: Robot, facts: RobotFacts) -> tuple[list[str], lis
         )
     for name in robot.drives_outside_limbs:
         found.append(f"the driven joint {name} is in no limb: it only holds what hangs on {_owner(robot, name)}")
-    problem = _statics_problem(robot)
+    generic = analyze(poses_of(robot, robot.generic_poses))
+    zero = analyze(pose_of(robot, robot.zero_poses), on_failure="nan")
+    problem = _statics_problem(robot, generic, zero)
     if problem is not None:
         (found if problem.startswith(AT_ZERO) else problems).append(problem)
     else:
-        found += _near_singular(robot)
-    found += facts_of_poses(robot)
+        words = near_singular_words(zero)
+        found += [words.replace("the pose is", "the zero pose is", 1)] if words else []
+    found += facts_of_poses(generic, zero)
     return found, problems
 
 
@@ -350,34 +353,22 @@ def _owner(robot: Robot, joint: str) -> str:
     return "the platform" if any(edge.joint == joint for edge in robot.topology.platform.edges) else "the base"
 
 
-def _statics_problem(robot: Robot) -> str | None:
+def _statics_problem(robot: Robot, generic: Result, zero: Result) -> str | None:
     """Say why the platform or a limb is not held: everywhere, or at the zero pose alone."""
     if not robot.mechanism.tree.nq:  # nothing moves: there is one pose only
-        return _complaint(lambda: analyze(robot.assemble()))
-    generic = robot.model_q(robot.generic_poses).T
-    tolerance = 1e-9 + 1e3 * robot.closing_error
-    if np.all(np.isin(analyze(poses_of(robot, robot.generic_poses)).status, WITHOUT_NUMBERS)):
-        problem = _complaint(lambda: analyze(robot.configuration(generic[0], tolerance=tolerance)))
+        return _complaint(zero)
+    if np.all(np.isnan(generic.twist)):
+        problem = _complaint(analyze(pose_of(robot, robot.generic_poses), on_failure="nan"))
         return problem or "no pose could be analysed: the loops of those that were tried do not close"
-    zero = robot.model_q(robot.zero_poses)[:, 0]
-    problem = _complaint(lambda: analyze(robot.configuration(zero, tolerance=tolerance)))
+    problem = _complaint(zero)
     return None if problem is None else f"{AT_ZERO} {problem}"
 
 
-def _near_singular(robot: Robot) -> list[str]:
-    """Say that the zero pose is nearly singular, if it is."""
-    pose = robot.configuration(
-        robot.model_q(robot.zero_poses)[:, 0], tolerance=1e-9 + 1e3 * robot.closing_error, on_failure="nan"
-    )
-    words = near_singular_words(analyze(pose, on_failure="nan"))
-    return [words.replace("the pose is", "the zero pose is", 1)] if words else []
-
-
-def _complaint(compute: Callable[[], object]) -> str | None:
-    try:
-        compute()
-    except StaticsError as error:
-        return str(error)
-    except KinetostaticsError:  # said elsewhere
-        return None
+def _complaint(result: Result) -> str | None:
+    """Say why a pose that is reached has no numbers, if it has none."""
+    if result.configuration.reached.all() and np.any(np.isnan(result.twist)):
+        try:
+            analyze(result.configuration)
+        except StaticsError as error:
+            return str(error)
     return None

@@ -6,22 +6,22 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from kinetostatics.analysis import analyze
 from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.math.arrays import Array
 from kinetostatics.printing.text import listing
 from kinetostatics.results.warnings import undetermined_parts
 
 if TYPE_CHECKING:
     from kinetostatics.kinematics.solver import SolverState
+    from kinetostatics.results.result import Result
     from kinetostatics.robot import Robot
 
 #: How the text of a problem of the zero pose alone begins.
 AT_ZERO = "at the zero pose"
 
 
-def facts_of_poses(robot: Robot) -> list[str]:
+def facts_of_poses(generic: Result, zero: Result) -> list[str]:
     """Say what the status of nearly all poses will be, or that of the zero pose alone: forces or intensities that are missing."""
-    generic, zero = (analyze(poses_of(robot, poses), on_failure="nan") for poses in (robot.generic_poses, robot.zero_poses))
     found: list[str] = []
     for result, where in ((generic, ""), (zero, f"{AT_ZERO} ")):
         if np.any(result.indeterminate) and (result is generic or not np.any(generic.indeterminate)):
@@ -40,5 +40,13 @@ def facts_of_poses(robot: Robot) -> list[str]:
 
 def poses_of(robot: Robot, poses: SolverState) -> Configuration:
     """Return a robot at poses of the solver, which close the loops as well as its file lets them."""
-    tolerance = 1e-9 + 1e3 * robot.closing_error
-    return robot.configuration(robot.model_q(poses).T, tolerance=tolerance, on_failure="nan")
+    return _configuration(robot, robot.model_q(poses).T)
+
+
+def pose_of(robot: Robot, poses: SolverState) -> Configuration:
+    """Return a robot at the first of some poses of the solver, likewise."""
+    return _configuration(robot, robot.model_q(poses)[:, 0])
+
+
+def _configuration(robot: Robot, q: Array) -> Configuration:
+    return robot.configuration(q, tolerance=1e-9 + 1e3 * robot.closing_error, on_failure="nan")

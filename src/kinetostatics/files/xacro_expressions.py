@@ -13,6 +13,7 @@ import operator
 import re
 import warnings
 from collections.abc import Callable, Iterable, Mapping
+from functools import lru_cache
 from typing import Any
 
 #: Longest expression, and longest text around expressions [characters].
@@ -290,13 +291,18 @@ def evaluate(text: str, names: Mapping[str, object], steps: Steps) -> object:
     """
     if len(text) > MAX_EXPRESSION:
         raise TooMuch(f"an expression is longer than {MAX_EXPRESSION} characters")
+    return _Evaluation(names, steps).value(_parsed(text.strip()))
+
+
+@lru_cache(maxsize=2000)
+def _parsed(text: str) -> ast.expr:
+    """Return the syntax tree of an expression, which nobody changes: macros have the same ones again and again."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # Python warns of odd constants and escapes
-            tree = ast.parse(text.strip(), mode="eval")
+            return ast.parse(text, mode="eval").body
     except (MemoryError, RecursionError):  # how Python's parser puts it
         raise TooMuch("an expression is nested too deep") from None
-    return _Evaluation(names, steps).value(tree.body)
 
 
 class _Evaluation:

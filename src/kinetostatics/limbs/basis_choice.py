@@ -19,6 +19,8 @@ from kinetostatics.limbs.basis import Basis, Candidate
 from kinetostatics.limbs.geometry import LimbGeometry
 from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.wrench_candidates import (
+    PARALLEL,
+    CandidateWrenches,
     as_component,
     attached_candidates,
     beam_candidates,
@@ -26,7 +28,6 @@ from kinetostatics.limbs.wrench_candidates import (
     common_point,
     constraint_candidates,
     further_candidates,
-    wrench_of,
 )
 from kinetostatics.math.arrays import Array, Index
 from kinetostatics.math.linalg import canonical_basis, definite, dot, normalize
@@ -64,7 +65,8 @@ def _columns(
     """Return the wrenches (6, g, N) of candidates, completed by ones reciprocal to ``twists`` and independent of ``known``."""
     scale = _scale(group)
     length = group.model.length
-    found = [wrench_of(candidate, geometry, length) for candidate in part if candidate.direction[0] != "complement"]
+    wrenches = CandidateWrenches(geometry, length, PARALLEL)
+    found = [wrenches.of(candidate) for candidate in part if candidate.direction[0] != "complement"]
     seeds = [int(c.direction[1]) for c in part if c.direction[0] == "complement"]
     if seeds:
         spanned = [twist / scale for twist in twists] + [w * scale for w in (*known, *found)]
@@ -182,13 +184,14 @@ class _Choice:
         taken = [normalize(wrench[:, 0] * scale[:, 0]) for wrench in known]
         spanned = [normalize(independent[:, k]) for k in range(independent.shape[1])]
         judged = self._regular(spanned, taken)
+        wrenches = CandidateWrenches(self.geometry, length, MARGIN)
         allowed = 1e-8 + 100 * self.group.model.closing_error
         chosen: list[Candidate] = []
         with np.errstate(invalid="ignore", divide="ignore"):
             for candidate in candidates:
                 if len(chosen) == count:
                     break
-                column = normalize(wrench_of(candidate, self.geometry, length, MARGIN)[:, 0] * scale[:, 0])
+                column = normalize(wrenches.of(candidate)[:, 0] * scale[:, 0])
                 power = np.einsum("kin,kn->in", reciprocal_to[:, :, judged], column[:, judged])
                 if float(np.abs(power).max(initial=0.0)) < allowed and _least_singular_value([*taken, column], judged) > MARGIN:
                     chosen.append(_with_own_label(candidate, chosen))

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ from kinetostatics.limbs.basis import Candidate
 from kinetostatics.limbs.geometry import LimbGeometry
 from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.math.arrays import Array, Index
-from kinetostatics.math.linalg import cross, dot, normalize
+from kinetostatics.math.linalg import cross, dot
 from kinetostatics.math.screws import wrench_of_couple, wrench_of_force
 from kinetostatics.mechanism.limb_joints import CompoundJoint, JointDof
 
@@ -27,61 +27,64 @@ PARALLEL = 1e-6
 _MEETS_NOWHERE = 1e-3
 
 
-def wrench_of(candidate: Candidate, geometry: LimbGeometry, length: float, least: float = PARALLEL) -> Array:
-    """Return the wrenches (6, g, N) of a candidate about o; NaN where nothing tells its direction.
+class CandidateWrenches:
+    """The wrenches of candidates, whose directions are worked out once for all points at which they act."""
 
-    Args:
-        candidate: that is evaluated.
-        geometry: at the poses in question.
-        length: characteristic length [m].
-        least: sine of the smallest angle between two directions, and part of ``length`` between two points, by which these tell
-            another direction. What is smaller is rounding, or too near to it.
-    """
-    find = _Directions(geometry, length, least)
-    kind, *numbers = candidate.direction
-    which = [int(number) for number in numbers]
-    if kind == "beam":
-        return wrench_of_force(geometry.beam_axes[:, 0, which[0]], geometry.beam_ends[:, which[0]])
-    if candidate.centre is None:
-        return wrench_of_couple(find.direction(str(kind), which, None))
-    if isinstance(candidate.centre, tuple):
-        point = _meeting_point(*candidate.centre, geometry, least)
-    else:
-        point = geometry.centres[:, candidate.centre]
-    return wrench_of_force(find.direction(str(kind), which, point), point)
+    def __init__(self, geometry: LimbGeometry, length: float, least: float) -> None:
+        """Prepare for some poses.
 
+        Args:
+            geometry: at the poses in question.
+            length: characteristic length [m].
+            least: sine of the smallest angle between two directions, and part of ``length`` between two points, by which these
+                tell another direction. What is smaller is rounding, or too near to it.
+        """
+        self.geometry, self.length, self.least = geometry, length, least
+        self._known: dict[tuple[str | int, ...], Array] = {}
 
-@dataclass(frozen=True)
-class _Directions:
-    """Unit vectors (3, g, N), NaN where they are not told by more than ``least``; see :func:`wrench_of`."""
+    def of(self, candidate: Candidate) -> Array:
+        """Return the wrenches (6, g, N) of a candidate about o; NaN where nothing tells its direction."""
+        geometry = self.geometry
+        if candidate.direction[0] == "beam":
+            number = int(candidate.direction[1])
+            return wrench_of_force(geometry.beam_axes[:, 0, number], geometry.beam_ends[:, number])
+        if candidate.centre is None:
+            return wrench_of_couple(self._direction(candidate.direction, None))
+        if isinstance(candidate.centre, tuple):
+            point = _meeting_point(*candidate.centre, geometry, self.least)
+        else:
+            point = geometry.centres[:, candidate.centre]
+        return wrench_of_force(self._direction(candidate.direction, point), point)
 
-    geometry: LimbGeometry
-    length: float
-    least: float
+    def _direction(self, told_by: tuple[str | int, ...], point: Array | None) -> Array:
+        """Return a unit vector (3, g, N); ``point`` (3, g, N) is where the wrench acts, if anywhere."""
+        if point is not None and told_by[0] in ("to", "meets"):
+            return self._from(point, str(told_by[0]), [int(number) for number in told_by[1:]])
+        if told_by not in self._known:
+            self._known[told_by] = self._fixed(str(told_by[0]), [int(number) for number in told_by[1:]])
+        return self._known[told_by]
 
-    def direction(self, kind: str, which: list[int], point: Array | None) -> Array:
-        """Return a candidate's direction; ``point`` (3, g, N) is where it acts, if anywhere."""
+    def _fixed(self, kind: str, which: list[int]) -> Array:
         geometry = self.geometry
         if kind == "limb":
             return geometry.limb_axes[:, which[0]]
         if kind == "axis":
             return geometry.axes[:, which[0]]
-        if kind == "cross":
-            return self._across(geometry.axes[:, which[0]], geometry.axes[:, which[1]])
-        if kind == "cross_limb":
-            return self._across(geometry.axes[:, which[0]], geometry.limb_axes[:, which[1]])
-        assert point is not None
+        other = geometry.axes if kind == "cross" else geometry.limb_axes
+        return self._along(cross(geometry.axes[:, which[0]], other[:, which[1]]), 1.0)
+
+    def _from(self, point: Array, kind: str, which: list[int]) -> Array:
+        geometry = self.geometry
         if kind == "to":
             return self._along(geometry.centres[:, which[0]] - point, self.length)
         # planes which hold the point and an axis each
         planes = [self._along(cross(geometry.axes[:, f], point - _foot(f, geometry)), self.length) for f in which]
-        return self._across(planes[0], planes[1])
-
-    def _across(self, a: Array, b: Array) -> Array:
-        return self._along(cross(a, b), 1.0)
+        return self._along(cross(planes[0], planes[1]), 1.0)
 
     def _along(self, vector: Array, size: float) -> Array:
-        return np.where(dot(vector, vector) > (self.least * size) ** 2, normalize(vector), np.nan)
+        square = dot(vector, vector)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.where(square > (self.least * size) ** 2, vector / np.sqrt(square), np.nan)
 
 
 def _foot(dof: int, geometry: LimbGeometry) -> Array:
