@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from kinetostatics.authoring.robot_by_name import new_robot, robot_text
     from kinetostatics.engine.report import EngineReport, engine_report
     from kinetostatics.files.importers import MissingFactsError, import_robot
+    from kinetostatics.functions.function import Function, Jacobian, Quantity, Values, compile
     from kinetostatics.verification import verify
     from kinetostatics.viewer import save_html, save_image, show
     from kinetostatics.workspace import sweep
@@ -57,10 +58,13 @@ __all__ = [
     "Configuration",
     "CoordinatesError",
     "EngineReport",
+    "Function",
+    "Jacobian",
     "KinetostaticsError",
     "LimbEquilibriumError",
     "LimbResult",
     "MissingFactsError",
+    "Quantity",
     "Result",
     "Robot",
     "RobotFileError",
@@ -69,8 +73,10 @@ __all__ = [
     "Status",
     "Tolerance",
     "Tolerances",
+    "Values",
     "analyze",
     "compensate",
+    "compile",
     "description",
     "engine_report",
     "extend_robot",
@@ -122,6 +128,10 @@ def __getattr__(name: str) -> Any:
         from kinetostatics.authoring import robot_by_name
 
         return getattr(robot_by_name, name)
+    if name in ("Function", "Jacobian", "Quantity", "Values", "compile"):
+        from kinetostatics.functions import function
+
+        return getattr(function, name)
     if name in ("EngineReport", "engine_report"):
         from kinetostatics.engine import report
 

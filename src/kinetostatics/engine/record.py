@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cached_property
 from typing import Any
@@ -81,19 +81,8 @@ def record_of(robot: RobotStatics) -> Record:
     Raises:
         NotRecordedError: it takes something that is not an operation on scalars.
     """
-    for group in robot.groups:
-        if group.rigid_directions:
-            name, count = group.limbs[0].name, group.rigid_directions
-            raise NotRecordedError(f"{name} is rigid along {count} of its constraint wrenches, which takes singular values")
     tape = Tape()
-    frames, *others = example_of(robot)
-    inputs = frames.rotation, frames.position, *others
-    rotation, position, load, gravity = (recorded_input(tape, number, array) for number, array in enumerate(inputs))
-    try:
-        with np.errstate(all="ignore"):
-            arrays = arrays_of(by_numpy(Structure(robot, tape).copy, Frames(rotation, position), load, gravity))
-    except (ArithmeticError, AttributeError, IndexError, TypeError, ValueError) as error:  # something takes numbers for floats
-        raise NotRecordedError(str(error)) from error
+    arrays = recorded_arrays(robot, tape, Structure(robot, tape).copy, example_of(robot), arrays_of)
     rows: tuple[list[int], list[int]] = [], [tape.number_of(tape.holds())]
     known: dict[tuple[int, ...], int] = {}
     places = {}
@@ -109,6 +98,39 @@ def record_of(robot: RobotStatics) -> Record:
             rows[truth].extend(wanted_rows)
         places[path] = Place(shape, truth, first, [])
     return Record(tape, tuple(rows[0]), tuple(rows[1]), places)
+
+
+def recorded_arrays(
+    robot: RobotStatics,
+    tape: Tape,
+    copy: Any,
+    example: tuple[Frames, Array, Array],
+    result: Callable[[Solution], Mapping[str, Any]],
+) -> Mapping[str, Any]:
+    """Record what is wanted of a robot's equilibrium, as arrays of what the tape holds.
+
+    Args:
+        robot: the robot.
+        tape: to write on.
+        copy: the robot's data with recorded numbers.
+        example: frames, load (6, 1) and gravity (3, 1) of the pose whose way is taken.
+        result: what is wanted of the solution, by name.
+
+    Raises:
+        NotRecordedError: it takes something that is not an operation on scalars.
+    """
+    for group in robot.groups:
+        if group.rigid_directions:
+            name, count = group.limbs[0].name, group.rigid_directions
+            raise NotRecordedError(f"{name} is rigid along {count} of its constraint wrenches, which takes singular values")
+    frames, *others = example
+    inputs = frames.rotation, frames.position, *others
+    rotation, position, load, gravity = (recorded_input(tape, number, array) for number, array in enumerate(inputs))
+    try:
+        with np.errstate(all="ignore"):
+            return result(by_numpy(copy, Frames(rotation, position), load, gravity))
+    except (ArithmeticError, AttributeError, IndexError, TypeError, ValueError) as error:  # something takes numbers for floats
+        raise NotRecordedError(str(error)) from error
 
 
 def recorded_input(tape: Tape, number: int, array: Array) -> Any:

@@ -28,7 +28,7 @@ from kinetostatics.mechanism.weights import Weights
 from kinetostatics.statics.model import RobotStatics
 
 #: What is kept of classes that hold more than equilibrium needs.
-_KEPT: Mapping[type, tuple[str, ...]] = {
+KEPT: Mapping[type, tuple[str, ...]] = {
     RobotStatics: ("mechanism", "topology", "beams", "weights", "length", "closing_error", "groups", "open_branches"),
     StaticModel: ("length", "closing_error"),
     Mechanism: ("platform_frame",),
@@ -53,16 +53,24 @@ class Structure:
         copy: the robot's data, with what ``tape`` records in the place of the numbers.
     """
 
-    def __init__(self, robot: object, tape: Tape | None = None, kept: Mapping[type, tuple[str, ...]] | None = None) -> None:
+    def __init__(
+        self,
+        robot: object,
+        tape: Tape | None = None,
+        kept: Mapping[type, tuple[str, ...]] | None = None,
+        *,
+        all_vary: bool = False,
+    ) -> None:
         """Take data apart.
 
         Args:
             robot: its statics, or other data of it.
             tape: what is to record what is done with the copy.
             kept: what is kept of classes that hold more than is needed; default: that of its statics.
+            all_vary: 0, 1 and −1 are numbers like others, because a robot that differs a little has other ones there.
         """
         self._hash, self._tape = hashlib.sha256(), tape
-        self._kept = _KEPT if kept is None else kept
+        self._kept, self._all_vary = KEPT if kept is None else kept, all_vary
         self._values: list[float] = []
         self._copies: dict[int, tuple[int, Any, Any]] = {}  # by id: number, the item, which keeps its id, and its copy
         self.copy = self._taken(robot)
@@ -117,7 +125,7 @@ class Structure:
         return copy
 
     def _number(self, value: float) -> Any:
-        if value in (0.0, 1.0, -1.0) or not math.isfinite(value):
+        if (value in (0.0, 1.0, -1.0) and not self._all_vary) or not math.isfinite(value):
             self._say("constant", value)
             return value
         self._say("number")
@@ -131,7 +139,9 @@ class Structure:
             self._say(array.dtype.str, array.shape, array.tobytes())
             return array
         flat = np.ascontiguousarray(array, dtype=float).ravel()
-        constant = (np.abs(flat) == 1) | (flat == 0) | ~np.isfinite(flat)
+        constant = ~np.isfinite(flat)
+        if not self._all_vary:
+            constant |= (np.abs(flat) == 1) | (flat == 0)
         self._say("array", array.shape, constant.tobytes(), flat[constant].tobytes())
         first = len(self._values)
         self._values += flat[~constant].tolist()

@@ -63,7 +63,7 @@ def assemble(
     else:
         given = dict.fromkeys(robot.description.driven, 0.0) if actuators is None else actuators
         prescribed, names = robot.actuator_coordinates, actuator_names(robot.mechanism, robot.equations)
-        given = _all_actuators(robot, given)
+        given = all_actuators(robot, given)
     shape, target = _stack([given[name] for name in names], names)
     raising = on_failure == "raise" or (on_failure is None and shape == ())
     if raising and robot.wrong_zero is not None and not robot.accepts(tolerance):
@@ -175,7 +175,7 @@ def _frames_of(robot: RobotKinematics, q: Array) -> tuple[Array, Array, Array]:
     return frames.rotation, frames.position, robot.equations.evaluate(frames)[0]
 
 
-def _all_actuators(robot: RobotKinematics, given: Mapping[str, ArrayLike]) -> dict[str, ArrayLike]:
+def all_actuators(robot: RobotKinematics, given: Mapping[str, ArrayLike]) -> dict[str, ArrayLike]:
     """Return the values of all drives; those in no limb, as a gripper's, are at zero unless they are given.
 
     Raises:
@@ -197,7 +197,7 @@ def _all_actuators(robot: RobotKinematics, given: Mapping[str, ArrayLike]) -> di
 
 
 def platform_coordinates(
-    robot: RobotKinematics, platform: Mapping[str, ArrayLike], orientation: str | None
+    robot: RobotKinematics, platform: Mapping[str, object], orientation: str | None
 ) -> tuple[PrescribedCoordinates, list[str]]:
     """Return coordinates of the platform as the solver sees them, and their names in its order.
 

@@ -218,6 +218,12 @@ class Solver:
 
         ``local`` is the number of freedoms that do not move the platform; they stay as they are.
         """
+        gradient, rates = self.rates(prescribed, poses, target)
+        return np.nan_to_num(-least_squares(gradient, rates, local))
+
+    def rates(self, prescribed: PrescribedCoordinates, poses: SolverState, target: Array) -> tuple[Array, Array]:
+        """Return how the scaled residuals change: by scaled steps (m, free columns and unknown angles, N), and by each
+        coordinate that is given (m, n, N)."""
         given, free = len(prescribed.columns), self.free_columns(prescribed)
         everything = replace(prescribed, columns=())
         columns = self.free_columns(everything)
@@ -236,7 +242,7 @@ class Solver:
         if prescribed.angles and prescribed.orientation is not None:
             rates[at:, prescribed.first_angle :] = -prescribed.orientation.rates(poses.c)[:, list(prescribed.angles)]
         unknown = np.append(np.searchsorted(columns, free), np.arange(columns.size, gradient.shape[1]))
-        return np.nan_to_num(-least_squares(gradient[:, unknown.astype(np.intp)], rates, local))
+        return gradient[:, unknown.astype(np.intp)], rates
 
     def _factors(self, prescribed: PrescribedCoordinates) -> tuple[Array, Array]:
         """Return how scaled free columns enter the loops' scaled rows (count, f, 1), and the platform's motion (f, 1)."""

@@ -115,9 +115,16 @@ class LimbGroup:
 
     def alone(self, position: int) -> LimbGroup:
         """Return one of the limbs as a group of its own, with what is decided about it."""
-        group = LimbGroup(self.model, [self.numbers[position]]).decided(self.elimination, (), self.rigid_directions)
-        group.basis, group.labels = self.basis, [self.labels[position]]
-        group.attached_labels = [self.attached_labels[position]]
+        return self._again(self.model, [position])
+
+    def on(self, model: StaticModel) -> LimbGroup:
+        """Return the same limbs of a robot that differs a little, with what is decided about these."""
+        return self._again(model, range(len(self.numbers)))
+
+    def _again(self, model: StaticModel, positions: Sequence[int]) -> LimbGroup:
+        group = LimbGroup(model, [self.numbers[k] for k in positions]).decided(self.elimination, (), self.rigid_directions)
+        group.basis, group.labels = self.basis, [self.labels[k] for k in positions]
+        group.attached_labels = [self.attached_labels[k] for k in positions]
         return group
 
     @property

@@ -15,7 +15,7 @@ import numpy as np
 
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes, JointType
 from kinetostatics.math import rotations
-from kinetostatics.math.arrays import Array, Index, zeros_for
+from kinetostatics.math.arrays import Array, Index, is_filled, zeros_for
 from kinetostatics.math.linalg import apply, matmul
 from kinetostatics.printing.mappings import ShortRepr
 
@@ -80,7 +80,8 @@ class Frames(ShortRepr):
 
     def directions(self, bodies: Index, local: Array) -> Array:
         """Return world components (3, M, N) of vectors ``local`` (3, M) fixed in ``bodies`` (M,)."""
-        used = [j for j, row in enumerate(local.tolist()) if any(row)] or [0]  # for so few numbers faster than NumPy
+        filled = is_filled(local) if local.dtype == object else local  # what is computed may be 0 at the example alone
+        used = [j for j, row in enumerate(filled.tolist()) if any(row)] or [0]  # for so few numbers faster than NumPy
         result = self.rotation[:, used[0], bodies] * local[used[0]][:, None]
         for j in used[1:]:
             result += self.rotation[:, j, bodies] * local[j][:, None]

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.screws import move_wrench
 from kinetostatics.statics.model import RobotStatics
 from kinetostatics.statics.solution import Solution
@@ -44,7 +44,7 @@ def _carried(robot: RobotStatics, solution: Solution, joints: Sequence[int] | No
     """
     table = robot.joint_table
     which = slice(None) if joints is None else list(joints)
-    cut_signs = np.zeros((6, table.cut_signs.shape[1], solution.o.shape[1]))
+    cut_signs = zeros_for((6, table.cut_signs.shape[1], solution.o.shape[1]), solution.o)
     for number, statics in enumerate(solution.statics):
         total = solution.total_cut_wrenches(number)
         for position, limb in enumerate(statics.group.numbers):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.grouping import make_limb_groups
@@ -55,4 +55,17 @@ def make_statics(model: StaticModel, generic: Frames, ordinary: Frames) -> Robot
         open_branches=open_branches_of(model),
         joint_table=JointTable(model),
         example=generic.take(slice(0, 1)),
+    )
+
+
+def statics_on(statics: RobotStatics, model: StaticModel) -> RobotStatics:
+    """Return the statics of a robot that differs a little from another, with what is decided about the limbs of that."""
+    own = {item.name: getattr(model, item.name) for item in fields(StaticModel)}
+    model = StaticModel(**own)  # and nothing more, if there was
+    return RobotStatics(
+        **own,
+        groups=tuple(group.on(model) for group in statics.groups),
+        open_branches=open_branches_of(model),
+        joint_table=JointTable(model),
+        example=statics.example,
     )

@@ -1,0 +1,198 @@
+"""Derivatives of records: one rule for every operation; forwards as new operations on the same tape, backwards as numbers.
+
+Forwards, a derivative is recorded like anything else and compiles with the same code. Backwards, one sweep of NumPy over the tape
+gives the derivatives of some results with respect to every input and parameter, at many poses.
+A. Griewank, A. Walther, Evaluating Derivatives, 2nd edition, 2008, chapters 2 and 3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from kinetostatics.engine import scalars
+from kinetostatics.engine.llvm import needed_by, operands
+from kinetostatics.engine.scalars import Number, Scalar, Tape
+from kinetostatics.math.arrays import Array
+
+#: Operations without operands.
+_LEAVES = ("input", "parameter", "constant", "truth")
+
+
+def _sign(a: Number) -> Number:
+    return scalars.sign(a) if isinstance(a, Scalar) else np.sign(a)
+
+
+def _sine(a: Number) -> Number:
+    return scalars.sine(a) if isinstance(a, Scalar) else np.sin(a)
+
+
+def _cosine(a: Number) -> Number:
+    return scalars.cosine(a) if isinstance(a, Scalar) else np.cos(a)
+
+
+#: The partial derivatives of an operation's result with respect to its operands, from these and the result: numbers, arrays or
+#: scalars. What is not here, as a comparison, has none; see :func:`tangents` for ``choose``.
+PARTIALS: dict[str, Callable[..., tuple[Number, ...]]] = {
+    "add": lambda a, b, result: (1.0, 1.0),
+    "subtract": lambda a, b, result: (1.0, -1.0),
+    "multiply": lambda a, b, result: (b, a),
+    "divide": lambda a, b, result: (1.0 / b, -result / b),
+    "negative": lambda a, result: (-1.0,),
+    "square_root": lambda a, result: (0.5 / result,),
+    "absolute": lambda a, result: (_sign(a),),
+    "sine": lambda a, result: (_cosine(a),),
+    "cosine": lambda a, result: (-_sine(a),),
+    "angle": lambda y, x, result: (x / (x * x + y * y), -y / (x * x + y * y)),
+}
+#: Operations whose partial derivatives may be infinite at a place that is not chosen.
+_MAY_BE_INFINITE = ("divide", "square_root", "angle")
+
+#: The same operations as NumPy does them.
+_FUNCTIONS: Mapping[str, Callable[..., Any]] = {
+    "add": np.add,
+    "subtract": np.subtract,
+    "multiply": np.multiply,
+    "divide": np.divide,
+    "negative": np.negative,
+    "square_root": np.sqrt,
+    "absolute": np.abs,
+    "sine": np.sin,
+    "cosine": np.cos,
+    "angle": np.arctan2,
+    "whole": np.rint,
+    "and": np.logical_and,
+    "or": np.logical_or,
+    "not": np.logical_not,
+    ">": np.greater,
+    ">=": np.greater_equal,
+    "<": np.less,
+    "<=": np.less_equal,
+    "==": np.equal,
+    "!=": np.not_equal,
+    "choose": np.where,
+}
+
+
+def tangents(tape: Tape, wanted: Sequence[int], seeds: Mapping[int, Number]) -> list[Number]:
+    """Record the derivatives of results along one direction: how fast they change when inputs and parameters do.
+
+    Args:
+        tape: which gets the new operations.
+        wanted: the operations whose results are differentiated.
+        seeds: how fast inputs and parameters change, by their operation's number; others do not.
+
+    Returns:
+        For each wanted operation a scalar of the tape, or a plain number.
+    """
+    found: dict[int, Number] = dict(seeds)
+    needed = needed_by(tape, wanted)
+
+    def scalar(number: int) -> Number:
+        operation = tape.operations[number]
+        return float.fromhex(operation[1]) if operation[0] == "constant" else Scalar(tape, number, tape.values[number])
+
+    for number in range(len(needed)):
+        name, *taken = tape.operations[number]
+        if not needed[number] or name in _LEAVES or (name not in PARTIALS and name != "choose"):
+            continue
+        moving = [k for k in taken if k in found]
+        if not moving:
+            continue
+        if name == "choose":
+            found[number] = scalars.choose(scalar(taken[0]), found.get(taken[1], 0.0), found.get(taken[2], 0.0))
+            continue
+        partials = PARTIALS[name](*map(scalar, taken), scalar(number))
+        total: Number = 0.0
+        for partial, operand in zip(partials, taken, strict=True):
+            if operand in found:
+                total = scalars.add(total, scalars.multiply(partial, found[operand]))
+        found[number] = total
+    return [found.get(number, 0.0) for number in wanted]
+
+
+def values(tape: Tape, needed: Sequence[bool], inputs: Sequence[Array], parameters: Array) -> list[Any]:
+    """Return the results of all needed operations at N poses, numbers or arrays (N,); None of the others.
+
+    Args:
+        tape: the record.
+        needed: which operations are.
+        inputs: the arrays (components, N) of the inputs.
+        parameters: (P,) the robot's numbers.
+    """
+    found: list[Any] = [None] * len(needed)
+    with np.errstate(all="ignore"):
+        for number, is_needed in enumerate(needed):
+            if not is_needed:
+                continue
+            name, *taken = tape.operations[number]
+            if name == "input":
+                found[number] = inputs[taken[0]][taken[1]]
+            elif name == "parameter":
+                found[number] = parameters[taken[0]]
+            elif name == "constant":
+                found[number] = float.fromhex(taken[0])
+            elif name == "truth":
+                found[number] = taken[0]
+            else:
+                found[number] = _FUNCTIONS[name](*[found[k] for k in taken])
+    return found
+
+
+def gradients(tape: Tape, found: Sequence[Any], wanted: Sequence[int], leaves: Iterable[int], N: int) -> dict[int, Array]:
+    """Return the derivatives (len(wanted), N) of some results with respect to some inputs and parameters, by their numbers.
+
+    What the results do not depend on is left out.
+
+    Args:
+        tape: the record.
+        found: the results of all operations, see :func:`values`.
+        wanted: the operations whose results are differentiated.
+        leaves: the operations of the inputs and parameters.
+        N: number of poses.
+    """
+    leaves = set(leaves)
+    active = [False] * len(found)
+    for number, value in enumerate(found):
+        if value is not None:
+            name = tape.operations[number][0]
+            if name in PARTIALS or name == "choose":
+                active[number] = any(active[k] for k in operands(tape.operations[number]))
+            else:
+                active[number] = number in leaves
+    adjoints: list[Any] = [None] * len(found)
+    for row, number in enumerate(wanted):
+        if active[number]:
+            if adjoints[number] is None:
+                adjoints[number] = np.zeros((len(wanted), N))
+            adjoints[number][row] += 1.0
+
+    def put(number: int, by: Any) -> None:
+        adjoints[number] = by if adjoints[number] is None else adjoints[number] + by
+
+    result: dict[int, Array] = {}
+    with np.errstate(all="ignore"):
+        for number in range(len(found) - 1, -1, -1):
+            adjoint = adjoints[number]
+            if adjoint is None:
+                continue
+            name, *taken = tape.operations[number]
+            adjoints[number] = None
+            if name in _LEAVES:
+                result[number] = adjoint
+            elif name == "choose":
+                condition, a, b = taken
+                for operand, chosen in ((a, found[condition]), (b, np.logical_not(found[condition]))):
+                    if active[operand]:
+                        put(operand, np.where(chosen, adjoint, 0.0))
+            else:
+                partials = PARTIALS[name](*[found[k] for k in taken], found[number])
+                for partial, operand in zip(partials, taken, strict=True):
+                    if active[operand]:
+                        product = partial * adjoint
+                        if name in _MAY_BE_INFINITE:
+                            product = np.where(adjoint == 0, 0.0, product)
+                        put(operand, product)
+    return result

@@ -1,0 +1,340 @@
+"""Derivatives of what is asked of poses, through the closing of the loops by the implicit function theorem.
+
+A result depends on the frames of all bodies, on load and gravity, and on the robot's numbers; the record of the statics has its
+derivatives. The frames depend on the joints, and these on what is given, so that the loops stay closed: G dv = −dr, with the
+gradients G that Newton's method has.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from kinetostatics.description.robot import RobotDescription
+from kinetostatics.engine.derivatives import gradients, values
+from kinetostatics.engine.llvm import needed_by
+from kinetostatics.engine.outputs import OutputRecord, output_record, structure_of
+from kinetostatics.engine.scalars import NotRecordedError
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.functions.parameters import Parameter
+from kinetostatics.functions.variation import Rates, bodies_inside, rates_of
+from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.kinematics.solver import PrescribedCoordinates
+from kinetostatics.math.arrays import Array, Index, Mask
+from kinetostatics.math.linalg import cross
+from kinetostatics.robot import Robot, robot_of
+from kinetostatics.statics.model import RobotStatics, statics_on
+
+#: Relative singular value of the loops' gradient below which a motion is free, and part of a change that may stay open.
+_FREE, _OPEN = 1e-9, 1e-6
+
+
+@dataclass(frozen=True)
+class Gradients:
+    """Derivatives (m, …, N) of m numbers of the statics, of each by everything else with that held.
+
+    Attributes:
+        rotation, position: (m, 3, 3, B, N), (m, 3, B, N) by the frames of all bodies.
+        load, gravity: (m, 6, N), (m, 3, N).
+        constants: (m, P, N) by the robot's numbers.
+        places, shapes: of each output, which of the m are its components, and its shape.
+        numbers: (P,) the robot's numbers.
+        records: what was differentiated, and the poses at which each was.
+    """
+
+    rotation: Array
+    position: Array
+    load: Array
+    gravity: Array
+    constants: Array
+    places: Mapping[str, slice]
+    shapes: Mapping[str, tuple[int, ...]]
+    numbers: Array
+    records: tuple[tuple[OutputRecord, Index], ...]
+
+
+class Derivatives:
+    """Derivatives of some outputs at N poses.
+
+    Args:
+        pose: the poses, closed, of the batch shape (N,).
+        prescribed: what was given, and ``target`` (n, N) its values.
+        target: see ``prescribed``.
+        load: (6, N) [N, N·m].
+        gravity: (3, N) [m/s²].
+        outputs: which ones.
+    """
+
+    def __init__(
+        self,
+        pose: Configuration,
+        prescribed: PrescribedCoordinates,
+        target: Array,
+        load: Array,
+        gravity: Array,
+        outputs: Sequence[str],
+    ) -> None:
+        self.robot: Robot = robot_of(pose)
+        self.pose, self.target, self.load, self.gravity = pose, target, load, gravity
+        self.prescribed = self.robot.mobility_analysis.without_idle_dofs(prescribed)
+        self.outputs = tuple(outputs)
+        self.N = load.shape[1]
+
+    # ---- the statics ------------------------------------------------------------------------------------------------
+
+    @cached_property
+    def _statics(self) -> Gradients:
+        return self._gradients(self.robot.statics)
+
+    def _gradients(self, decided: RobotStatics) -> Gradients:
+        """Return the derivatives of all outputs, with the wrench bases that are decided about."""
+        frames = self.pose.frames
+        bodies, constants = frames.position.shape[1], structure_of(decided).values
+        names = [name for name in self.outputs if name != "actuators"]
+        left = np.flatnonzero(self.pose.reached & np.all(np.isfinite(frames.position), axis=(0, 1)))
+        total: Array | None = None
+        places: dict[str, slice] = {}
+        shapes: Mapping[str, tuple[int, ...]] = {}
+        records: list[tuple[OutputRecord, Index]] = []
+        while left.size or total is None:
+            first = int(left[0]) if left.size else None
+            example = decided.example if first is None else frames.take(slice(first, first + 1))
+            at = slice(0, 1) if first is None else slice(first, first + 1)
+            try:
+                record = output_record(decided, names, (example, self.load[:, at], self.gravity[:, at]))
+            except NotRecordedError as error:
+                raise ArgumentError(f"{self.robot.name!r} has no derivatives: {error}") from error
+            rows = [row for name in names for row in record.rows[name]]
+            if total is None:
+                total = np.full((len(rows), 12 * bodies + 9 + constants.size, self.N), np.nan)
+                shapes, start = record.shapes, 0
+                for name in names:
+                    places[name] = slice(start, start + len(record.rows[name]))
+                    start += len(record.rows[name])
+            if not left.size:
+                break
+            inputs = [
+                frames.rotation[..., left].reshape(-1, left.size),
+                frames.position[..., left].reshape(-1, left.size),
+                self.load[:, left],
+                self.gravity[:, left],
+            ]
+            found, holds = _swept(record, rows, inputs, constants)
+            holds[0] = True  # it was made there
+            total[..., left[holds]] = found[..., holds]
+            records.append((record, left[holds]))
+            left = left[~holds]
+        ends = np.cumsum([9 * bodies, 3 * bodies, 6, 3])
+        R, p, load, gravity, rest = np.split(total, ends, axis=1)
+        m = total.shape[0]
+        R, p = R.reshape(m, 3, 3, bodies, self.N), p.reshape(m, 3, bodies, self.N)
+        return Gradients(R, p, load, gravity, rest, places, shapes, constants, tuple(records))
+
+    @cached_property
+    def _by_freedoms(self) -> Array:
+        return self._freedoms_of(self._statics)
+
+    def _freedoms_of(self, own: Gradients) -> Array:
+        """Return the outputs' rates (m, nv, N) with each freedom of the tree: what their wrenches do on its twists."""
+        frames = self.pose.frames
+        force = own.position
+        moment = np.stack([cross(frames.position, one) for one in own.position]) if len(force) else force
+        for j in range(3):
+            turned = [cross(frames.rotation[:, j], one[:, j]) for one in own.rotation]
+            moment = moment + np.stack(turned) if turned else moment
+        wrench = np.concatenate([force, moment], axis=1)
+        carried = np.einsum("bk,mibn->mikn", self._moves, wrench, optimize=True)
+        return np.asarray(np.einsum("mikn,ikn->mkn", carried, self._twists))
+
+    @cached_property
+    def _moves(self) -> Array:
+        """(B, nv) how each freedom moves each body, as seen from the base."""
+        moves = self.robot.equations.tree.moves.astype(float)
+        for run in self.robot.mechanism.spherical_runs:
+            moves[list(run.bodies[:2])] = moves[run.parent]
+        base = self.robot.mechanism.base_frame
+        return moves if base is None else moves - moves[base[0]]
+
+    @cached_property
+    def _twists(self) -> Array:
+        frames = self.robot.equations.forward(self.pose.poses.x)
+        return self.robot.equations.tree.twists(frames)
+
+    # ---- the closing of the loops -------------------------------------------------------------------------------------
+
+    @cached_property
+    def _closing(self) -> tuple[Array, Array, Array]:
+        """Gradient (N, m, n) by scaled steps, its pseudoinverse, and the residuals' rates (m, coordinates, N)."""
+        gradient, rates = self.robot.solver.rates(self.prescribed, self.pose.poses, self.target)
+        turned = np.nan_to_num(np.moveaxis(gradient, 2, 0))
+        inverse = np.swapaxes(turned, 1, 2)
+        if turned.size:
+            inverse = np.asarray(np.linalg.pinv(turned, rcond=_FREE), dtype=np.float64)
+        return turned, inverse, rates
+
+    def _velocities(self, rates: Array) -> Array:
+        """Return how fast the freedoms move (nv, k, N) so that residuals with ``rates`` (m, k, N) stay zero."""
+        turned, inverse, _ = self._closing
+        change = np.moveaxis(rates, 2, 0)
+        step = -inverse @ change
+        left = np.max(np.abs(change + turned @ step), axis=1, initial=0.0)
+        stays_open = left > _OPEN * np.max(np.abs(change), axis=1, initial=0.0) + 1e-12
+        solver = self.robot.solver
+        free = solver.free_columns(self.prescribed)
+        v = np.zeros((solver.tree.nv, rates.shape[1], self.N))
+        v[free] = np.moveaxis(step[:, : free.size], 0, 2) * solver.column_scale[free, None, None]
+        return np.where(stays_open.T, np.nan, v)
+
+    @cached_property
+    def _by_coordinates(self) -> Array:
+        """(nv, coordinates, N) the freedoms' rates with each given coordinate."""
+        v = self._velocities(self._closing[2])
+        for k, column in enumerate(self.prescribed.columns):
+            for moved, by in [(column, 1.0), *self.robot.equations.couplings.following(column)]:
+                v[moved, k] += by
+        return v
+
+    def _of_drives(self, v: Array, explicit: Array | None = None) -> Array:
+        """Return the rates (drives, k, N) of the drives' coordinates, in the file's order, at freedoms' rates (nv, k, N)."""
+        robot, solver = self.robot, self.robot.solver
+        given = robot.actuator_coordinates
+        loops = replace(given, columns=())
+        _, gradient = solver.system(loops, self.pose.poses, np.zeros((len(given.loops), self.N)))
+        own = gradient[robot.equations.count :]
+        rows = []
+        numbers = {robot.equations.loops[number].name: k for k, number in enumerate(given.loops)}
+        columns = iter(given.columns)
+        for name in robot.description.driven:
+            if name not in numbers:
+                rows.append(v[next(columns)])
+                continue
+            k = numbers[name]
+            unit = solver.length if robot.equations.loops[given.loops[k]].type.is_slide else 1.0
+            along = own[k] * (unit / solver.column_scale)[:, None]
+            row = np.einsum("vn,vkn->kn", along, v)
+            rows.append(row if explicit is None else row + explicit[k][None])
+        return np.array(rows).reshape(len(rows), *v.shape[1:])
+
+    # ---- what is asked for --------------------------------------------------------------------------------------------
+
+    def by_coordinate(self, k: int) -> dict[str, Array]:
+        """Return the derivatives (*output, N) by the k-th given coordinate."""
+        v = self._by_coordinates[:, k : k + 1]
+        return self._collected(np.einsum("mvn,vkn->mkn", self._by_freedoms, v)[:, 0], self._of_drives(v)[:, 0])
+
+    def by_load(self) -> dict[str, Array]:
+        """Return the derivatives (*output, 6, N) by the load."""
+        return self._collected(self._statics.load, np.zeros((len(self.robot.description.driven), 6, self.N)))
+
+    def by_gravity(self) -> dict[str, Array]:
+        """Return the derivatives (*output, 3, N) by gravity."""
+        return self._collected(self._statics.gravity, np.zeros((len(self.robot.description.driven), 3, self.N)))
+
+    def by_parameter(self, parameter: Parameter) -> dict[str, Array]:
+        """Return the derivatives (*output, *parameter, N) by a number of the description.
+
+        NaN where the loops cannot stay closed, as those of an overconstrained robot, and by a component without derivative.
+
+        Raises:
+            ArgumentError: no component has a derivative: the robot would be another mechanism, or none at all.
+        """
+        columns: list[dict[str, Array]] = []
+        errors: list[ArgumentError] = []
+        for k, step in enumerate(parameter.steps):
+            try:
+                columns.append(self._nothing() if step is None else self._by_component(parameter, k, step))
+            except ArgumentError as error:
+                errors.append(error)
+                columns.append({name: part * np.nan for name, part in self._nothing().items()})
+        if len(errors) == len(columns):
+            raise errors[0]
+        if parameter.shape == ():
+            return columns[0]
+        return {name: np.stack([column[name] for column in columns], axis=-2) for name in columns[0]}
+
+    def _nothing(self) -> dict[str, Array]:
+        return self._collected(0 * self._statics.load[:, 0], np.zeros((len(self.robot.description.driven), self.N)))
+
+    def _by_component(self, parameter: Parameter, k: int, step: float) -> dict[str, Array]:
+        """Return the derivatives by one component, by wrench bases that suit the robot when that is a little different, too."""
+
+        def changed(by: float) -> RobotDescription:
+            return parameter.changed(k, by)
+
+        def rates(decided: RobotStatics) -> Rates:
+            where = self.prescribed, self.pose.poses, self.target
+            return rates_of(self.robot, parameter.name, changed, step, *where, decided)
+
+        found = self._by_rates(rates(self.robot.statics), self._statics, step)
+        if found is None:
+            decided = statics_on(Robot(changed(step)).statics, self.robot.statics)
+            found = self._by_rates(rates(decided), self._gradients(decided), step)
+        if found is None:
+            raise ArgumentError(f"there is no derivative by {parameter.name!r}: the robot's limbs become other ones")
+        return found
+
+    def _by_rates(self, rates: Rates, own: Gradients, step: float) -> dict[str, Array] | None:
+        """Return the derivatives, None if the record does not hold a step further."""
+        inside = bodies_inside(self.robot)
+        rotation, position = rates.rotation, rates.position
+        assert not np.any(rotation[:, :, inside])
+        total = np.einsum("mpn,p->mn", own.constants, rates.constants)
+        drives = np.zeros((len(self.robot.description.driven), self.N))
+        if np.any(rates.residual) or np.any(rotation) or np.any(position):
+            total += np.einsum("mijbn,ijbn->mn", own.rotation, rotation) + np.einsum("mibn,ibn->mn", own.position, position)
+            v = self._velocities(rates.residual[:, None])
+            total += np.einsum("mvn,vkn->mn", self._freedoms_of(own), v)
+            drives = self._of_drives(v, rates.loop_drives)[:, 0]
+            twist = np.einsum("bk,ikn,kn->ibn", self._moves, self._twists, np.nan_to_num(v[:, 0]), optimize=True)
+            rotation = rotation + np.stack([cross(twist[3:], self.pose.frames.rotation[:, j]) for j in range(3)], axis=1)
+            position = position + twist[:3] + cross(twist[3:], self.pose.frames.position)
+        for record, where in own.records:
+            for by in (step, -step):
+                inputs = [
+                    (self.pose.frames.rotation + by * rotation)[..., where].reshape(-1, where.size),
+                    (self.pose.frames.position + by * position)[..., where].reshape(-1, where.size),
+                    self.load[:, where],
+                    self.gravity[:, where],
+                ]
+                results = values(record.tape, needed_by(record.tape, [record.holds]), inputs, own.numbers + by * rates.constants)
+                if not np.all(results[record.holds]):
+                    return None
+        return self._collected(total, drives)
+
+    def _collected(self, statics: Array, drives: Array) -> dict[str, Array]:
+        places, shapes = self._statics.places, self._statics.shapes
+        found = {}
+        for name in self.outputs:
+            if name == "actuators":
+                found[name] = np.where(self.pose.reached, drives, np.nan)
+            else:
+                part = statics[places[name]]
+                found[name] = part.reshape(*shapes[name], *part.shape[1:])
+        return found
+
+
+def _swept(record: OutputRecord, rows: Sequence[int], inputs: Sequence[Array], constants: Array) -> tuple[Array, Mask]:
+    """Return the derivatives (rows, inputs and constants, N) of a record's results, and where (N,) it holds."""
+    N = inputs[0].shape[1]
+    starts = np.cumsum([0, *(array.shape[0] for array in inputs)])
+    needed = needed_by(record.tape, (*rows, record.holds))
+    places = {}
+    for number, operation in enumerate(record.tape.operations):
+        if needed[number] and operation[0] == "input":
+            places[number] = int(starts[operation[1]]) + operation[2]
+        elif needed[number] and operation[0] == "parameter":
+            places[number] = int(starts[-1]) + operation[1]
+    found = np.zeros((len(rows), int(starts[-1]) + constants.size, N))
+    holds = np.zeros(N, dtype=bool)
+    at_once = max(1, 4000 // max(len(rows), 1))
+    for first in range(0, N, at_once):
+        part = slice(first, min(first + at_once, N))
+        count = part.stop - part.start
+        results = values(record.tape, needed, [array[:, part] for array in inputs], constants)
+        holds[part] = results[record.holds]
+        for number, derivative in gradients(record.tape, results, rows, places, count).items():
+            found[:, places[number], part] = derivative
+    return found, holds

@@ -1,0 +1,366 @@
+"""A function of one robot, from coordinates, load and gravity to what is asked of the pose, and the functions that are its
+derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kinetostatics.analysis import analyze
+from kinetostatics.argument_checks import finite_numbers
+from kinetostatics.exceptions import ArgumentError, near_names
+from kinetostatics.functions.derivatives import Derivatives
+from kinetostatics.functions.parameters import Parameter, parameter_named, parameters_of
+from kinetostatics.kinematics import assembly
+from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.kinematics.coordinate_choices import prescribed_platform
+from kinetostatics.kinematics.joint_coordinates import actuator_names
+from kinetostatics.kinematics.solver import PrescribedCoordinates
+from kinetostatics.math.arrays import Array, batch_first, frozen
+from kinetostatics.math.orientation import orientation_named
+from kinetostatics.printing.mappings import Named
+from kinetostatics.results.result import Result
+from kinetostatics.robot import Robot
+from kinetostatics.status import WITHOUT_NUMBERS
+
+_WRENCH = ("N", "N", "N", "N·m", "N·m", "N·m")
+_TWIST = ("m", "m", "m", "rad", "rad", "rad")
+#: What every function returns besides what was asked for.
+_ALWAYS = ("status", "residual")
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """An input, an output or a parameter of a function.
+
+    Attributes:
+        name: its name.
+        shape: without batch axes.
+        units: one for all components, or one for each along the last axis.
+        components: what each component along the last axis is, if they have names.
+        meaning: in words: frame and reference point.
+    """
+
+    name: str
+    shape: tuple[int, ...]
+    units: tuple[str, ...]
+    components: tuple[str, ...] = ()
+    meaning: str = ""
+
+    def __str__(self) -> str:
+        units = ", ".join(dict.fromkeys(self.units))
+        shape = f" {self.shape}" if self.shape else ""
+        return f"{self.name}{shape} [{units}]" + (f": {self.meaning}" if self.meaning else "")
+
+
+class Values(Mapping[str, Array]):
+    """What a function returns: arrays by name, batch axes first, and the pose.
+
+    Attributes:
+        pose: the pose or poses; ``near=`` of the next call.
+    """
+
+    def __init__(self, arrays: Mapping[str, Any], pose: Configuration) -> None:
+        self._arrays, self.pose = Named(arrays), pose
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in self._arrays:
+            raise ArgumentError(f"there is no output {name!r}: {near_names(name, self._arrays)}")
+        return self._arrays[name]
+
+    def __iter__(self) -> Any:
+        return iter(self._arrays)
+
+    def __len__(self) -> int:
+        return len(self._arrays)
+
+    def __repr__(self) -> str:
+        return f"<Values: {', '.join(self._arrays)}>"
+
+
+class Function:
+    """A function of one robot; made by :func:`kinetostatics.compile`.
+
+    Attributes:
+        robot: the robot.
+        orientation: what its angles mean, see :meth:`Robot.assemble`; None for drives.
+        inputs: coordinates, load and gravity, by name.
+        outputs: what it returns, by name; "status" and "residual" always.
+    """
+
+    def __init__(
+        self, robot: Robot, names: Sequence[str], by_drives: bool, orientation: str | None, outputs: Sequence[str]
+    ) -> None:
+        self.robot, self.orientation, self._by_drives = robot, orientation, by_drives
+        convention = orientation_named(orientation)
+        if by_drives:
+            self._prescribed: PrescribedCoordinates = robot.actuator_coordinates
+            self._names = actuator_names(robot.mechanism, robot.equations)
+        else:
+            self._prescribed = prescribed_platform(names, convention)
+            self._names = [name for name in ("x", "y", "z", *convention.names) if name in names]
+        self._asked = tuple(outputs)
+        self.inputs: Mapping[str, Quantity] = Named({item.name: item for item in self._inputs(names)})
+        self.outputs: Mapping[str, Quantity] = Named({item.name: item for item in self._outputs()})
+
+    def _inputs(self, names: Sequence[str]) -> list[Quantity]:
+        connections = self.robot.mechanism.connections
+        found = []
+        for name in names:
+            if self._by_drives:
+                slides = connections[name].type.is_slide
+                found.append(Quantity(name, (), ("m" if slides else "rad",), meaning="coordinate of the drive"))
+            elif name in "xyz":
+                found.append(Quantity(name, (), ("m",), meaning="coordinate of o, world axes"))
+            else:
+                words = f"orientation of the platform, {orientation_named(self.orientation).name}"
+                found.append(Quantity(name, (), ("rad",), meaning=words))
+        wrench = "external force and moment on the platform about o, world axes"
+        found.append(Quantity("load", (6,), _WRENCH, ("fx", "fy", "fz", "mx", "my", "mz"), wrench))
+        return [*found, Quantity("gravity", (3,), ("m/s²",) * 3, ("x", "y", "z"), "gravity, world axes")]
+
+    def _outputs(self) -> list[Quantity]:
+        robot, twist = self.robot, ("dx", "dy", "dz", "rx", "ry", "rz")
+        drives = robot.description.driven
+        slides = [robot.mechanism.connections[name].type.is_slide for name in drives]
+        sources = ("load", "platform_weight", *(limb.name for limb in robot.topology.limbs))
+        known = (
+            Quantity("twist", (6,), _TWIST, twist, "displacement and rotation of the platform at o, world axes"),
+            Quantity(
+                "contributions", (6, len(sources)), _TWIST, sources, "what load and weights contribute to the twist, one a column"
+            ),
+            Quantity("stiffness", (6, 6), ("N/m, N, N·m",), twist, "stiffness matrix at o, world axes"),
+            Quantity("compliance", (6, 6), ("m/N, 1/N, 1/(N·m)",), twist, "compliance matrix at o, world axes"),
+            Quantity(
+                "actuator_forces",
+                (len(drives),),
+                tuple("N" if slide else "N·m" for slide in slides),
+                drives,
+                "force or torque of each drive, positive along its coordinate",
+            ),
+            Quantity(
+                "actuators", (len(drives),), tuple("m" if slide else "rad" for slide in slides), drives, "drives' coordinates"
+            ),
+            Quantity("status", (), ("1",), meaning="kinetostatics.Status; no number is valid at UNREACHABLE and SINGULAR"),
+            Quantity("residual", (), ("m or rad",), meaning="how far the worst loop is open"),
+        )
+        by_name = {item.name: item for item in known}
+        for name in self._asked:
+            if name not in by_name:
+                raise ArgumentError(f"no output {name!r}: {near_names(name, by_name)}")
+        return [by_name[name] for name in dict.fromkeys((*self._asked, *_ALWAYS))]
+
+    @property
+    def parameters(self) -> Mapping[str, Quantity]:
+        """The numbers of the robot's description that derivatives may be taken by, with shapes and units.
+
+        ``rod_1.outer_diameter`` and others of a beam's section and material; ``platform.mass`` and ``.center_of_mass`` of a
+        link, in its frame; ``.linear_stiffness``, ``.angular_stiffness`` and ``.drive_stiffness`` of an elastic joint;
+        ``.placement`` of a joint: shifts along and turns about the axes of its own frame, with all that hangs on it; of a loop
+        ``.predecessor_placement`` and ``.successor_placement``.
+        """
+        found = parameters_of(self.robot).values()
+        return Named({item.name: Quantity(item.name, item.shape, item.units) for item in found})
+
+    def __repr__(self) -> str:
+        return f"<Function of {self.robot.name!r}: {', '.join(self.inputs)} → {', '.join(self.outputs)}>"
+
+    def __str__(self) -> str:
+        lines = [f"Function of {self.robot.name}", "  inputs", *(f"    {item}" for item in self.inputs.values())]
+        return "\n".join([*lines, "  outputs", *(f"    {item}" for item in self.outputs.values())])
+
+    def __call__(
+        self,
+        *,
+        load: ArrayLike = (0, 0, 0, 0, 0, 0),
+        gravity: ArrayLike = (0, 0, -9.81),
+        near: Configuration | Values | None = None,
+        **coordinates: ArrayLike,
+    ) -> Values:
+        """Return the outputs, each (…, *shape); a pose that cannot be reached has NaN and a status.
+
+        Args:
+            load: (…, 6) external wrench on the platform about o, world axes [N, N·m].
+            gravity: (…, 3) in world axes [m/s²].
+            near: a pose, or what a call returned, from which the straight line to the new pose starts; default: the zero pose.
+            coordinates: every coordinate by name [m, rad].
+
+        Raises:
+            ArgumentError: a coordinate is missing or unknown, or shapes do not fit together.
+        """
+        pose = self._pose(coordinates, near)
+        return Values(self._values(pose, load, gravity), pose)
+
+    def jacobian(self, of: str | Sequence[str], by: str | Sequence[str]) -> Jacobian:
+        """Return the function that has the derivatives of outputs by inputs and parameters, exact, with the loops kept closed.
+
+        Args:
+            of: one or more outputs, but for "status" and "residual".
+            by: one or more inputs or :attr:`parameters`.
+
+        Raises:
+            ArgumentError: an output, input or parameter is unknown.
+        """
+        outputs, names = _listed(of), _listed(by)
+        for name in outputs:
+            if name in _ALWAYS or name not in self.outputs:
+                known = [item for item in self.outputs if item not in _ALWAYS]
+                raise ArgumentError(f"this function has no output {name!r} with derivatives: {near_names(name, known)}")
+        parameters = {name: parameter_named(self.robot, name) for name in names if name not in self.inputs}
+        return Jacobian(self, outputs, names, parameters)
+
+    # ---- poses ------------------------------------------------------------------------------------------------------
+
+    def _pose(self, coordinates: Mapping[str, ArrayLike], near: Configuration | Values | None) -> Configuration:
+        own = [name for name in self.inputs if name not in ("load", "gravity")]
+        for name in coordinates:
+            if name not in own:
+                raise ArgumentError(f"this function has no input {name!r}: {near_names(name, self.inputs)}")
+        missing = [name for name in own if name not in coordinates]
+        if missing:
+            raise ArgumentError(f"the coordinates {', '.join(missing)} are missing; this function takes {', '.join(self.inputs)}")
+        start = near.pose if isinstance(near, Values) else near
+        given = {"actuators" if self._by_drives else "platform": coordinates}
+        return assembly.assemble(
+            self.robot, given.get("actuators"), given.get("platform"), self.orientation, start, 1e-10, on_failure="nan"
+        )
+
+    def _values(self, pose: Configuration, load: ArrayLike, gravity: ArrayLike) -> dict[str, Any]:
+        result = analyze(pose, load, gravity, on_failure="nan")
+        return {name: frozen(np.asarray(self._value(name, result))) for name in self.outputs}
+
+    def _value(self, name: str, result: Result) -> Any:
+        shape = result.status.shape
+        if name == "status":
+            return result.status
+        if name == "residual":
+            return np.broadcast_to(result.configuration.residual, shape).copy()
+        if name == "contributions":
+            return np.stack(list(result.contributions.values()), axis=-1)
+        if name == "actuator_forces":
+            return np.stack(list(result.actuator_forces.values()), axis=-1)
+        if name == "actuators":
+            values = result.configuration.actuators
+            return np.stack([np.broadcast_to(values[drive], shape) for drive in values], axis=-1)
+        return np.array(getattr(result, name))
+
+
+@dataclass(frozen=True)
+class Jacobian:
+    """The derivatives of a function; made by :meth:`Function.jacobian`.
+
+    Attributes:
+        function: what is differentiated.
+        of: its outputs that are.
+        by: the inputs and parameters.
+    """
+
+    function: Function
+    of: tuple[str, ...]
+    by: tuple[str, ...]
+    _parameters: Mapping[str, Parameter]
+
+    def __repr__(self) -> str:
+        return f"<Jacobian of {', '.join(self.of)} by {', '.join(self.by)}>"
+
+    def __call__(
+        self,
+        *,
+        load: ArrayLike = (0, 0, 0, 0, 0, 0),
+        gravity: ArrayLike = (0, 0, -9.81),
+        near: Configuration | Values | None = None,
+        **coordinates: ArrayLike,
+    ) -> Mapping[str, Mapping[str, Array]]:
+        """Return the derivatives: of each output by each input or parameter (…, *output's shape, *input's shape).
+
+        NaN where the pose has no numbers, and where the loops of an overconstrained robot could not stay closed with another
+        placement (:func:`kinetostatics.tolerances` tells what that does). The arguments are those of the function itself.
+
+        Raises:
+            ArgumentError: as of the function; or a parameter cannot be changed without making the robot another mechanism.
+        """
+        function = self.function
+        wrench, field = finite_numbers("load", load), finite_numbers("gravity", gravity)
+        try:
+            arrays = {name: np.asarray(value, dtype=float) for name, value in coordinates.items()}
+            shape = np.broadcast_shapes(wrench.shape[:-1], field.shape[:-1], *(array.shape for array in arrays.values()))
+        except (TypeError, ValueError):
+            raise ArgumentError("the shapes of coordinates, load and gravity do not fit together") from None
+        flat = {name: np.broadcast_to(array, shape).ravel() for name, array in arrays.items()}
+        N = int(np.prod(shape))
+        start = near.pose if isinstance(near, Values) else near
+        if start is not None and start.shape != ():
+            raise ArgumentError("near= of derivatives wants a single pose")
+        pose = function._pose(flat, start)
+        target = np.array([flat.get(name, np.zeros(N)) for name in function._names]).reshape(len(function._names), N)
+        loads, fields = (np.broadcast_to(array, shape + array.shape[-1:]).reshape(N, -1).T for array in (wrench, field))
+        valid = np.isin(analyze(pose, loads.T, fields.T, on_failure="nan").status, WITHOUT_NUMBERS, invert=True)
+        derivatives = Derivatives(pose, function._prescribed, target, loads, fields, self.of)
+        found: dict[str, dict[str, Array]] = {name: {} for name in self.of}
+        for name in self.by:
+            if name == "load":
+                parts = derivatives.by_load()
+            elif name == "gravity":
+                parts = derivatives.by_gravity()
+            elif name in self._parameters:
+                parts = derivatives.by_parameter(self._parameters[name])
+            else:
+                parts = derivatives.by_coordinate(function._names.index(name))
+            for output, array in parts.items():
+                found[output][name] = batch_first(np.where(valid, array, np.nan), shape)
+        return Named({output: Named(parts) for output, parts in found.items()})
+
+
+def _listed(names: str | Sequence[str]) -> tuple[str, ...]:
+    return (names,) if isinstance(names, str) else tuple(names)
+
+
+def compile(
+    robot: Robot,
+    platform: Sequence[str] | None = None,
+    *,
+    actuators: Sequence[str] | None = None,
+    orientation: str | None = None,
+    outputs: str | Sequence[str] = ("twist", "actuator_forces"),
+) -> Function:
+    """Return a function of a robot: from coordinates, load and gravity to what is asked of the pose.
+
+    Args:
+        robot: the robot.
+        platform: names of the platform coordinates that the function takes, as many as the mobility (inverse kinematics).
+        actuators: names of all driven joints (forward kinematics), the default where ``platform`` is not given; those beside the
+            way to the platform, as a gripper's, may be left out.
+        orientation: what the angles mean, see :meth:`Robot.assemble`.
+        outputs: of "twist", "actuator_forces", "actuators", "stiffness", "compliance" and "contributions".
+
+    Raises:
+        ArgumentError: there is no such output, or both ``platform`` and ``actuators`` are given.
+        CoordinatesError: the coordinates are unknown or do not determine the pose.
+
+    Example:
+        How the drive forces of a tripod change with its height, and with a load:
+
+        >>> import kinetostatics as ks
+        >>> f = ks.compile(ks.load_robot("3rps"), platform=("z", "rx", "ry"))
+        >>> values = f(z=0.5, rx=0.0, ry=0.0, load=[0, 0, -500, 0, 0, 0])
+        >>> [round(float(force), 1) for force in values["actuator_forces"]]  # [N]
+        [542.8, 542.8, 542.8]
+        >>> J = f.jacobian("actuator_forces", by=("z", "load"))(z=0.5, rx=0.0, ry=0.0)
+        >>> [round(float(rate), 3) for rate in J["actuator_forces"]["load"][0]]  # [1, 1/m]
+        [0.0, 0.0, -0.351, -1.052, 0.0, 0.0]
+    """
+    if not isinstance(robot, Robot):
+        raise ArgumentError(f"compile wants a robot, not {robot!r}: make one with load_robot(…)")
+    if platform is not None and actuators is not None:
+        raise ArgumentError("give either platform= or actuators=, not both")
+    if platform is not None:
+        names = _listed(platform)
+        assembly.platform_coordinates(robot, dict.fromkeys(names, 0.0), orientation)
+    else:
+        names = tuple(robot.description.driven) if actuators is None else _listed(actuators)
+        assembly.all_actuators(robot, dict.fromkeys(names, 0.0))
+    return Function(robot, names, platform is None, orientation if platform is not None else None, _listed(outputs))

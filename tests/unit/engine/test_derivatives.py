@@ -1,0 +1,93 @@
+"""Every rule of differentiation against central differences, forwards on the tape and backwards by NumPy."""
+
+import numpy as np
+import pytest
+from tapes import evaluate
+
+from kinetostatics.engine import derivatives
+from kinetostatics.engine.llvm import needed_by
+from kinetostatics.engine.scalars import (
+    Tape,
+    absolute,
+    add,
+    angle_of,
+    choose,
+    compare,
+    cosine,
+    divide,
+    multiply,
+    negative,
+    sine,
+    square_root,
+    subtract,
+    whole,
+)
+
+#: What each operation is in a function of two numbers, x and y.
+FUNCTIONS = {
+    "add": lambda x, y: add(x, y),
+    "subtract": lambda x, y: subtract(x, y),
+    "multiply": lambda x, y: multiply(x, y),
+    "divide": lambda x, y: divide(x, y),
+    "negative": lambda x, y: multiply(negative(x), y),
+    "square_root": lambda x, y: square_root(add(multiply(x, x), y)),
+    "absolute": lambda x, y: multiply(absolute(subtract(x, 2.0)), y),
+    "sine": lambda x, y: multiply(sine(x), y),
+    "cosine": lambda x, y: multiply(cosine(x), y),
+    "angle": lambda x, y: angle_of(multiply(x, y), y),
+    "choose": lambda x, y: choose(compare(">", x, 1.0), multiply(x, x), square_root(subtract(x, 1.0))),
+    "whole": lambda x, y: add(multiply(whole(x), x), y),
+}
+POINTS = np.array([[0.7, 1.3, 1.8, -0.4], [1.1, 0.6, 2.1, 0.9]])
+
+
+def worst_error(name):
+    """Return by how much derivatives of one function, found both ways, differ from central differences at most."""
+    tape = Tape()
+    x, y = (tape.write(("input", 0, k), value) for k, value in enumerate(POINTS[:, 1]))
+    result = FUNCTIONS[name](x, y).number
+    forwards = [tape.number_of(derivatives.tangents(tape, [result], {item.number: 1.0})[0]) for item in (x, y)]
+    needed = needed_by(tape, [result])
+    found = derivatives.values(tape, needed, [POINTS], np.zeros(0))
+    backwards = derivatives.gradients(tape, found, [result], (x.number, y.number), POINTS.shape[1])
+    h, none, worst = 1e-6, np.zeros((1, POINTS.shape[1])), 0.0
+    for k, item in enumerate((x, y)):
+        step = np.zeros((2, 1))
+        step[k] = h
+        up, down = (evaluate(tape, [POINTS + sign * step], [], [result])[0] for sign in (1, -1))
+        exact = (up - down) / (2 * h)
+        by_tape = evaluate(tape, [POINTS], [], [forwards[k]])[0]
+        by_numpy = backwards.get(item.number, none)[0]
+        valid = np.isfinite(exact)
+        worst = max(worst, *(np.max(np.abs(one - exact)[valid]) for one in (by_tape, by_numpy)))
+    return worst
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_every_operation_is_differentiated(name):
+    assert worst_error(name) < 1e-8
+
+
+@pytest.mark.parametrize("name", [name for name in FUNCTIONS if name in derivatives.PARTIALS])
+def test_a_wrong_rule_is_seen(name, monkeypatch):
+    right = derivatives.PARTIALS[name]
+    monkeypatch.setitem(derivatives.PARTIALS, name, lambda *numbers: tuple(1.001 * part for part in right(*numbers)))
+    assert worst_error(name) > 1e-5
+
+
+def test_all_operations_have_a_rule_or_no_derivative():
+    """Comparisons and rounding change by steps; what is not known to the list is not forgotten by the rules."""
+    steps = {"and", "or", "not", ">", ">=", "<", "<=", "==", "!=", "whole", "choose"}
+    assert set(derivatives.PARTIALS) | steps == set(derivatives._FUNCTIONS)
+
+
+def test_what_is_not_chosen_brings_no_nan():
+    """√(x − 1) is chosen at x = 2 alone; at x = 1 its slope is infinite, and not taken."""
+    tape = Tape()
+    x = tape.write(("input", 0, 0), 2.0)
+    result = choose(compare(">", x, 1.0), multiply(x, 3.0), square_root(subtract(x, 1.0))).number
+    points = np.array([[2.0, 1.0 + 1e-16]])
+    points = np.append(points, [[5.0]], axis=1)
+    found = derivatives.values(tape, needed_by(tape, [result]), [points], np.zeros(0))
+    slopes = derivatives.gradients(tape, found, [result], [x.number], 3)[x.number]
+    assert slopes[0, 0] == slopes[0, 2] == 3.0

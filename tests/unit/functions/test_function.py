@@ -1,0 +1,162 @@
+"""Functions of a robot give what the analysis gives; their derivatives are those of central differences, loops closed anew."""
+
+import numpy as np
+import package_robots
+import pytest
+from places import CASES
+
+import kinetostatics as ks
+from kinetostatics.functions.parameters import parameter_named
+
+LOAD = np.array([30.0, -40.0, -500.0, 3.0, 4.0, 5.0])
+GRAVITY = np.array([0.5, -1.0, -9.7])
+OUTPUTS = ("twist", "actuator_forces", "stiffness", "actuators")
+#: Coordinates of the platform, or those of all drives, of a serial robot, of parallel ones and of one with rings.
+POSES = {
+    "3rps": {"z": 0.52, "rx": 0.1, "ry": -0.15},
+    "2pru_upr": {"z": 0.6, "rx": 0.05, "ry": -0.1},
+    "gough_stewart": {"x": 0.03, "y": -0.02, "z": 0.58, "rx": 0.05, "ry": 0.1, "rz": -0.07},
+    "delta": {"x": 0.05, "y": -0.03, "z": -0.62},
+    "five_bar": None,
+    "ur10": None,
+}
+_FUNCTIONS = {}
+
+
+def function_of(name):
+    """Return a function of a robot of the package, and a pose."""
+    if name not in _FUNCTIONS:
+        robot = package_robots.robot(name)
+        at = POSES[name] or dict.fromkeys(robot.description.driven, 0.0)
+        if POSES[name] is None:
+            at = {drive: 0.1 + 0.07 * k for k, drive in enumerate(at)}
+        _FUNCTIONS[name] = ks.compile(robot, POSES[name], outputs=OUTPUTS), at
+    return _FUNCTIONS[name]
+
+
+def differences(f, at, by):
+    """Return the outputs' derivatives by an input: central differences of fourth order, all in one call."""
+    start = {"load": LOAD, "gravity": GRAVITY, **{key: np.array(value) for key, value in at.items()}}
+    size, h = start[by].size, 2e-4
+    steps = np.array([-2, -1, 1, 2]) * h
+    moved = start[by] + np.einsum("s,kj->skj", steps, np.eye(size)).reshape(4, size, *start[by].shape)
+    found = f(**{**start, by: moved})
+    assert np.all(found["status"] <= ks.Status.LIMIT_EXCEEDED)
+    weights = np.array([1, -8, 8, -1]) / (12 * h)
+    result = {name: np.moveaxis(np.einsum("s,sk...->k...", weights, found[name]), 0, -1) for name in OUTPUTS}
+    return {name: array.reshape(*array.shape[:-1], *start[by].shape) for name, array in result.items()}
+
+
+def assert_alike(found, wanted, size, tolerance):
+    """Compare derivatives beside the largest of them, and what rounding of the differenced function leaves."""
+    rounding = 1e-10 * np.max(np.abs(size))
+    np.testing.assert_allclose(found, wanted, rtol=0, atol=tolerance * np.max(np.abs(wanted)) + rounding)
+
+
+@pytest.mark.parametrize("name", POSES)
+def test_derivatives_by_coordinates_load_and_gravity(name):
+    f, at = function_of(name)
+    by = (*at, "load", "gravity")
+    J = f.jacobian(OUTPUTS, by)(load=LOAD, gravity=GRAVITY, **at)
+    values = f(load=LOAD, gravity=GRAVITY, **at)
+    for key in by:
+        wanted = differences(f, at, key)
+        for output in OUTPUTS:
+            assert J[output][key].shape == f.outputs[output].shape + f.inputs[key].shape
+            assert_alike(J[output][key], wanted[output], values[output], 1e-7)
+
+
+def by_other_robots(f, at, name, k):
+    """Return the derivatives by a parameter from robots made anew with it a little smaller and larger, and the step."""
+    parameter = parameter_named(f.robot, name)
+    h = parameter.steps[k] / 10
+    by_drives = set(at) == set(f.robot.description.driven)
+    found = []
+    for sign in (-1, 1):
+        g = ks.compile(ks.Robot(parameter.changed(k, sign * h)), None if by_drives else tuple(at), outputs=OUTPUTS)
+        found.append(g(load=LOAD, gravity=GRAVITY, **at))
+    return {output: (found[1][output] - found[0][output]) / (2 * h) for output in OUTPUTS}, h
+
+
+@pytest.mark.parametrize(
+    ("name", "parameter", "k"),
+    [
+        ("3rps", "rod_1.outer_diameter", 0),
+        ("3rps", "revolute_2.placement", 0),
+        ("gough_stewart", "platform.mass", 0),
+        ("2pru_upr", "rod_2.youngs_modulus", 0),
+        ("ur10", "elbow_joint.placement", 1),
+    ],
+)
+def test_derivatives_by_the_robots_numbers(name, parameter, k):
+    f, at = function_of(name)
+    J = f.jacobian(OUTPUTS, parameter)(load=LOAD, gravity=GRAVITY, **at)
+    wanted, h = by_other_robots(f, at, parameter, k)
+    values = f(load=LOAD, gravity=GRAVITY, **at)
+    for output in OUTPUTS:
+        found = J[output][parameter]
+        found = found[..., k] if f.parameters[parameter].shape else found
+        assert_alike(found, wanted[output], values[output] * (2e-4 / h), 1e-6)
+    assert np.max(np.abs(J["twist"][parameter])) > 0
+
+
+def test_a_batch_is_what_its_poses_are():
+    f, at = function_of("delta")
+    J = f.jacobian("twist", ("z", "load"))
+    z = np.array([[-0.62, -0.6], [-0.65, -9.0]])
+    found = J(**{**at, "z": z}, load=LOAD)["twist"]
+    one = J(**{**at, "z": -0.6}, load=LOAD)["twist"]
+    assert found["load"].shape == (2, 2, 6, 6) and found["z"].shape == (2, 2, 6)
+    np.testing.assert_allclose(found["load"][0, 1], one["load"], rtol=1e-9)
+    assert np.all(np.isnan(found["z"][1, 1])) and not np.any(np.isnan(found["z"][0]))
+    values = f(**{**at, "z": z})
+    assert values["status"][1, 1] == ks.Status.UNREACHABLE and np.all(np.isnan(values["twist"][1, 1]))
+
+
+def test_what_a_function_says_of_itself():
+    f, at = function_of("3rps")
+    assert list(f.inputs) == ["z", "rx", "ry", "load", "gravity"]
+    assert f.outputs["actuator_forces"].components == f.robot.description.driven
+    assert f.outputs["actuator_forces"].units == ("N",) * 3
+    assert "twist (6,) [m, rad]" in str(f) and "status" in str(f)
+    values = f(**at)
+    pose = f.robot.assemble(platform=at)
+    np.testing.assert_allclose(values["twist"], ks.analyze(pose).twist, rtol=0, atol=1e-20)
+    np.testing.assert_allclose(values["actuators"], list(pose.actuators.values()))
+    assert values["residual"] == pose.residual and values["status"] == 0
+    np.testing.assert_allclose(f(**at, near=values)["twist"], values["twist"], rtol=0, atol=1e-18)
+
+
+def test_what_overconstrained_loops_cannot_follow_is_nan():
+    f, at = function_of("2pru_upr")
+    rates = f.jacobian("twist", "revolute_1.placement")(**at)["twist"]["revolute_1.placement"]
+    assert np.any(np.isnan(rates))
+
+
+def test_rigid_limbs_have_no_derivatives():
+    robot = ks.load_robot(CASES / "two_rigid.urdf")
+    f = ks.compile(robot)
+    at = dict.fromkeys(robot.description.driven, 0.0)
+    assert f(**at)["status"] in (ks.Status.OK, ks.Status.INDETERMINATE)
+    with pytest.raises(ks.ArgumentError, match=r"has no derivatives: .* is rigid along"):
+        f.jacobian("twist", "load")(**at)
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda f, at: f(**{**at, "y": 0.1}), "this function has no input 'y'"),
+        (lambda f, at: f(z=0.5), "the coordinates rx, ry are missing"),
+        (lambda f, at: f.jacobian("status", "z"), "no output 'status' with derivatives"),
+        (lambda f, at: f.jacobian("twist", "rod_1.outer_diametre"), "has no parameter 'rod_1.outer_diametre'"),
+        (lambda f, at: f.jacobian("twist", "z")(**{**at, "z": [0.5, 0.6]}, load=np.zeros((3, 6))), "do not fit together"),
+        (lambda f, at: f(**at)["twists"], "there is no output 'twists'"),
+        (lambda f, at: ks.compile(f.robot, tuple(at), outputs="sag"), "no output 'sag'"),
+        (lambda f, at: ks.compile("3rps"), "compile wants a robot"),
+        (lambda f, at: ks.compile(f.robot, tuple(at), actuators=("prismatic_1",)), "either platform= or actuators="),
+        (lambda f, at: ks.compile(f.robot, ("z", "rx")), "give exactly 3 of"),
+    ],
+)
+def test_mistakes_are_told(call, words):
+    with pytest.raises((ks.ArgumentError, ks.CoordinatesError), match=words):
+        call(*function_of("3rps"))
