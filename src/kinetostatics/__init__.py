@@ -31,6 +31,7 @@ from kinetostatics.results.beam import BeamResult
 from kinetostatics.results.compensation import Compensation
 from kinetostatics.results.limb import LimbResult
 from kinetostatics.results.result import Result
+from kinetostatics.results.sensitivities import Sensitivities, Sensitivity
 from kinetostatics.results.tolerances import Tolerance, Tolerances
 from kinetostatics.robot import Robot, load_robot
 from kinetostatics.status import Status
@@ -41,6 +42,7 @@ if TYPE_CHECKING:
     from kinetostatics import plots as plot
     from kinetostatics.authoring.extension import extend_robot, extension_text
     from kinetostatics.authoring.robot_by_name import new_robot, robot_text
+    from kinetostatics.design import sensitivities
     from kinetostatics.engine.report import EngineReport, engine_report
     from kinetostatics.files.importers import MissingFactsError, import_robot
     from kinetostatics.functions.function import Function, Jacobian, Quantity, Values, compile
@@ -68,6 +70,8 @@ __all__ = [
     "Result",
     "Robot",
     "RobotFileError",
+    "Sensitivities",
+    "Sensitivity",
     "SingularPoseError",
     "StaticsError",
     "Status",
@@ -93,6 +97,7 @@ __all__ = [
     "save_image",
     "save_robot",
     "sections",
+    "sensitivities",
     "show",
     "sweep",
     "tolerances",
@@ -136,6 +141,10 @@ def __getattr__(name: str) -> Any:
         from kinetostatics.engine import report
 
         return getattr(report, name)
+    if name == "sensitivities":
+        from kinetostatics import design
+
+        return design.sensitivities
     if name in ("indices", "plot"):
         return importlib.import_module({"indices": "kinetostatics.indices", "plot": "kinetostatics.plots"}[name])
     if name == "sweep":

@@ -38,6 +38,7 @@ def calls(robot, pose, folder):
         f"compensate({name}=)": lambda v, name=name: ks.compensate(**{"configuration": pose, name: v})
         for name in ("configuration", "load", "gravity", "coordinates", "orientation", "on_failure", "tolerance")
     }
+    found["sensitivities(by=)"] = lambda v: ks.sensitivities(pose, v)
     found |= {
         f"tolerances({name}=)": lambda v, name=name: ks.tolerances(**{"configuration": pose, name: v})
         for name in ("configuration", "length", "angle", "temperature", "by")

@@ -21,7 +21,10 @@ from kinetostatics.exceptions import KinetostaticsError, near_names
 from kinetostatics.printing.colour import for_stream
 
 #: Modules of ``kinetostatics.cli``, in the order of the help.
-COMMANDS = ("check", "analyze", "compensate", "sweep", "view", "verify", "tolerances", "import", "new", "plot", "robots")
+COMMANDS = (
+    *("check", "analyze", "compensate", "sweep", "view", "verify", "tolerances", "sensitivities"),
+    *("import", "new", "plot", "robots"),
+)
 
 #: Exit code of any error; 0 is success and 1 a command's own bad news.
 ERROR = 2

@@ -83,6 +83,7 @@ class RobotDescription(Shown):
         platform_place: where the platform is written.
         file_warnings: what is suspicious but not wrong in the file's text, in full sentences.
         default_axes: names of joints and loops whose axis the file leaves out, so that it is x.
+        parameters: values of the file's xacro arguments that it was read with, others being the file's own.
     """
 
     name: str
@@ -101,6 +102,7 @@ class RobotDescription(Shown):
     platform_place: Place = field(default=IN_PYTHON, compare=False, kw_only=True)
     file_warnings: tuple[str, ...] = field(default=(), compare=False)
     default_axes: tuple[str, ...] = field(default=(), compare=False)
+    parameters: Mapping[str, object] = field(default_factory=Items, compare=False, repr=False)
     #: Whether everything has been looked at; copies that are changed start anew.
     is_valid: bool = field(default=False, init=False, repr=False, compare=False)
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from kinetostatics.argument_checks import check_mapping
 from kinetostatics.description.elements import Link, Origin, Place
-from kinetostatics.description.robot import RobotDescription
+from kinetostatics.description.robot import Items, RobotDescription
 from kinetostatics.exceptions import ArgumentError, RobotFileError
 from kinetostatics.files.beams import read_beams
 from kinetostatics.files.bundled import read_robot
@@ -57,6 +57,21 @@ def read_robot_file(
     return _read(data, name, {} if parameters is None else parameters, platform, base)
 
 
+def parameter_values(path: str | os.PathLike[str], parameters: Mapping[str, object]) -> dict[str, str]:
+    """Return the values of all xacro arguments of a file, in its order, as texts; none of a file that does not use xacro.
+
+    Args:
+        path: as in :func:`read_robot_file`.
+        parameters: those that are given; the others are the file's own.
+    """
+    data, name = read_robot(path)
+    document, uses_xacro = parse(data, name)
+    values: dict[str, str] = {}
+    if uses_xacro:
+        expand(document, name, parameters, values)
+    return values
+
+
 def parse_robot_text(text: str, path: str = "<text>", parameters: Mapping[str, object] | None = None) -> RobotDescription:
     """Read a robot from XML text, URDF or xacro.
 
@@ -86,7 +101,8 @@ def _read(
     elif parameters:
         names = ", ".join(map(repr, parameters))
         raise RobotFileError(f"the file does not use xacro and has no parameters, but was given {names}", path)
-    return _describe(to_elements(document), path, warnings, platform, base)
+    found = _describe(to_elements(document), path, warnings, platform, base)
+    return _valid(replace(found, parameters=Items(parameters))) if parameters else found
 
 
 def validate(description: RobotDescription) -> RobotDescription:

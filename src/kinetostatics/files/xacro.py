@@ -47,13 +47,16 @@ class _Arguments(dict[str, str]):
         return value
 
 
-def expand(document: minidom.Document, path: str, parameters: Mapping[str, object]) -> list[str]:
+def expand(
+    document: minidom.Document, path: str, parameters: Mapping[str, object], values: dict[str, str] | None = None
+) -> list[str]:
     """Expand a xacro document in place.
 
     Args:
         document: as :func:`kinetostatics.files.xml.parse` returns it.
         path: its file; includes are looked for beside it.
         parameters: values of its ``<xacro:arg>``, numbers or strings.
+        values: is filled with the values of all its arguments, those that are not given too.
 
     Returns:
         What xacro warned of, in full sentences.
@@ -79,6 +82,8 @@ def expand(document: minidom.Document, path: str, parameters: Mapping[str, objec
         if name not in arguments.known:
             reason = f"the file has no <xacro:arg> for the parameter {name!r}; {near_names(name, arguments.known)}"
             raise RobotFileError(reason, path)
+    if values is not None:
+        values.update(arguments)
     return [
         f"{path}: xacro says: {shortened(line.removeprefix('warning: ').rstrip('.'))}."
         for line in output.getvalue().splitlines()

@@ -8,6 +8,15 @@ from kinetostatics.reports.compensation import compensation_report
 from kinetostatics.reports.json import result_to_dict, robot_to_dict
 from kinetostatics.reports.result import result_report
 from kinetostatics.reports.robot import robot_report
+from kinetostatics.reports.sensitivities import sensitivities_report
 from kinetostatics.reports.tolerances import tolerances_report
 
-__all__ = ["compensation_report", "result_report", "result_to_dict", "robot_report", "robot_to_dict", "tolerances_report"]
+__all__ = [
+    "compensation_report",
+    "result_report",
+    "result_to_dict",
+    "robot_report",
+    "robot_to_dict",
+    "sensitivities_report",
+    "tolerances_report",
+]

@@ -41,6 +41,7 @@ from kinetostatics.results.beam import BeamResult
 from kinetostatics.results.compensation import Compensation
 from kinetostatics.results.limb import LimbResult
 from kinetostatics.results.result import Result
+from kinetostatics.results.sensitivities import Sensitivities
 from kinetostatics.results.tolerances import Tolerances
 from kinetostatics.robot import Robot
 
@@ -79,7 +80,7 @@ def _html(item: object) -> str:
     return html_table(found.title, found.header, found.rows)
 
 
-for _shown in (Robot, RobotDescription, Configuration, Result, LimbResult, BeamResult, Compensation, Tolerances):
+for _shown in (Robot, RobotDescription, Configuration, Result, LimbResult, BeamResult, Compensation, Sensitivities, Tolerances):
     line_of.register(_shown, _line)
     html_of.register(_shown, _html)
 
@@ -217,6 +218,20 @@ def _compensation(found: Compensation) -> Short:
     title = f"Compensation of {found.wanted.robot.name!r}: {_statuses(found.result)}"
     line = f"{title}; o misses its place by {before} uncorrected, by {after} corrected"
     return Short(line, title, ("drive", "correction", "force"), rows)
+
+
+@_short.register
+def _sensitivities(found: Sensitivities) -> Short:
+    rows = []
+    for name in list(found)[:_WORST]:
+        move, mass = found.effect(name)
+        value = f"{found[name].value:.6g} {found[name].unit}".rstrip()
+        rows.append((name, value, values_words(move, LENGTHS), values_words(mass, MASSES)))
+    title = f"Sensitivities of {found.result.robot.name!r}"
+    line = f"{title}: {_count(len(found), 'parameter')}, {_count(len(found.sources), 'part')} that give way"
+    if rows:
+        line += f"; one per cent more of {rows[0][0]} moves o by {rows[0][2]}"
+    return Short(line, title, ("parameter", "value", "1 % more moves o by", "adds"), rows)
 
 
 @_short.register

@@ -1,6 +1,6 @@
-"""Draws the figures of the pages on feedforward and correction: ``python examples/compensation_figures.py [FOLDER]``.
+"""Draws figures of the how-to pages from their own code: ``python examples/how_to_figures.py [FOLDER]``.
 
-The numbers are those of the pages' own code. Needs Matplotlib.
+Needs Matplotlib.
 """
 
 import sys
@@ -14,10 +14,13 @@ import kinetostatics as ks
 ROOT = Path(__file__).parent.parent
 
 
-def page_names(page: str) -> dict[str, Any]:
-    """Run the code of a how-to page, but for what it prints and writes, and return its names."""
+def page_names(page: str, **swaps: str) -> dict[str, Any]:
+    """Run the code of a how-to page, but for what it prints and writes, and return its names; ``swaps`` make it shorter."""
     text = (ROOT / "docs" / "how_to" / f"{page}.md").read_text(encoding="utf-8")
     code = "".join(part.split("```")[0] for part in text.split("```python\n")[1:])
+    for old, new in swaps.items():
+        assert old in code
+        code = code.replace(old, new)
     names: dict[str, Any] = {}
     exec("\n".join(line for line in code.splitlines() if not line.startswith(("print", "found.save"))), names)
     return names
@@ -68,7 +71,13 @@ def draw_correction(path: Path) -> None:
     plt.close(figure)
 
 
+def draw_sensitivities(path: Path) -> None:
+    """Draw what one per cent more of each parameter does."""
+    ks.plot.save(ks.plot.sensitivities(page_names("find_what_to_stiffen")["s"]), path, dpi=200)
+
+
 if __name__ == "__main__":
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "docs" / "pictures"
     draw_feedforward(folder / "feedforward_3rps.png")
     draw_correction(folder / "corrected_2pru_upr.png")
+    draw_sensitivities(folder / "stiffen_2pru_upr.png")

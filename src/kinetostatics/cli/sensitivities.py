@@ -1,0 +1,72 @@
+"""``kinetostatics sensitivities``: what each parameter of the file does, ranked; what to stiffen first."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING
+
+from kinetostatics.cli import arguments, poses
+from kinetostatics.printing.waiting import waiting
+
+if TYPE_CHECKING:
+    from kinetostatics.results.sensitivities import Sensitivities
+
+NAME = "sensitivities"
+
+EXAMPLES = f"""\
+{arguments.VALUES_HELP}
+examples:
+  kinetostatics sensitivities 3rps --platform z=500mm rx=3deg ry=0 --load 0 0 -500 0 0 0
+  kinetostatics sensitivities 2pru_upr --by rod_diameter rod_length --json
+  kinetostatics sensitivities 3rps --load 0 0 -500 0 0 0 --out stiffen.svg
+"""
+
+
+def add_parser(subparsers: arguments.Subparsers) -> None:
+    """Add the command to the parser."""
+    parser = arguments.add_command(
+        subparsers,
+        NAME,
+        run,
+        help="rank what each parameter of the file does, and what to stiffen first",
+        description="Differentiate sag, forces and mass at one pose with respect to the arguments of the robot's file and to\n"
+        "the stiffness of everything that gives way, and rank them by what they do to the platform.",
+        epilog=EXAMPLES,
+    )
+    arguments.add_robot_arguments(parser)
+    poses.add_pose_arguments(parser)
+    arguments.add_load_arguments(parser)
+    parser.add_argument("--by", metavar="NAME", nargs="+", help="xacro arguments of the file (default: all that change anything)")
+    parser.add_argument("--out", metavar="FILE", help="write a bar chart: .pdf, .svg or .png")
+    arguments.add_json_argument(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print the tables."""
+    with waiting("changing parameters one by one"):
+        from kinetostatics.design import sensitivities
+
+        options = arguments.load_options(args)
+        configuration, warnings = poses.assemble(arguments.load(args), args)
+        found = sensitivities(configuration, args.by, **options)
+        if args.out is not None:
+            _draw(found, args.out)
+        answer = found.to_dict() if args.json else str(found)
+    arguments.print_answer(answer, warnings)
+    if args.out is not None and not args.json:
+        print(f"wrote {args.out}")
+    return 0
+
+
+def _draw(found: Sensitivities, path: str) -> None:
+    import kinetostatics as ks
+
+    plot = ks.plot  # says what to install where Matplotlib is missing
+    from matplotlib import pyplot as plt
+
+    from kinetostatics.plots.style import figure_of
+
+    plt.switch_backend("agg")
+    axes = plot.sensitivities(found)
+    plot.save(axes, path)
+    plt.close(figure_of(axes))

@@ -1,0 +1,5 @@
+"""What parameters of a robot's file do: sensitivities, and sizes that are best."""
+
+from kinetostatics.design.sensitivities import sensitivities
+
+__all__ = ["sensitivities"]

@@ -1,0 +1,133 @@
+"""Derivatives of an analysis with respect to the arguments of the robot's file.
+
+The file may compute anything from its arguments, so that the robot is read anew with each of them a little larger and smaller,
+and the same pose analysed: central differences. What the stiffness of a beam, a joint or a drive does is known without any
+difference: :attr:`kinetostatics.Result.source_contributions`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from kinetostatics.analysis import analyze
+from kinetostatics.design.variants import Variants, same_pose, variants_of
+from kinetostatics.exceptions import ArgumentError, RobotFileError
+from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.math.arrays import Array, frozen
+from kinetostatics.printing.mappings import Named
+from kinetostatics.results.result import Result
+from kinetostatics.results.sensitivities import Sensitivities, Sensitivity
+from kinetostatics.robot import robot_of
+
+#: Half the distance between the two values of a parameter, as part of it; of one that is zero, of 1. Truncation and rounding then
+#: leave errors of about equal size, some 1e-8 of what is differentiated.
+STEP = 3e-5
+#: Changes by the whole value of a parameter below this part of what is changed are rounding.
+NOTHING = 1e-7
+
+
+def sensitivities(configuration: Configuration, by: Sequence[str] | None = None, **analysis: Any) -> Sensitivities:
+    """Find what each parameter of the robot's file does to twist, stiffness, drive forces and mass: what to stiffen first.
+
+    Args:
+        configuration: a pose or a batch of poses of a robot that was read from a file. While a parameter changes, the coordinates
+            stay that the pose was assembled with: the platform's, or the drives'.
+        by: names of xacro arguments of the file; default: all that are numbers and change anything.
+        analysis: whatever :func:`kinetostatics.analyze` takes: ``load``, ``gravity``, ``point``, ….
+
+    Returns:
+        Derivatives per unit of each parameter (to about 1e-7 of the quantity for a change by the parameter's whole value), and
+        per part of the stiffness of each beam, elastic joint and drive (exact).
+
+    Raises:
+        ArgumentError: there is no such parameter, or the robot is not what its file says.
+        RobotFileError: a parameter that is named makes no robot when it is changed a little.
+        StaticsError: as :func:`kinetostatics.analyze`, for one pose.
+
+    Example:
+        Half of the modulus is twice the twist, as far as the first derivative tells:
+
+        >>> import kinetostatics as ks
+        >>> pose = ks.load_robot("3rps").assemble(platform={"z": 0.5, "rx": 0.05, "ry": 0.0})
+        >>> s = ks.sensitivities(pose, by=["youngs_modulus", "rod_diameter"])
+        >>> s["rod_diameter"].unit, s["rod_diameter"].twist.shape
+        ('m', (6,))
+        >>> e = s["youngs_modulus"]
+        >>> bool(abs(e.twist[2] * e.value / s.result.twist[2] + 1) < 1e-6)
+        True
+    """
+    if not isinstance(configuration, Configuration):
+        raise ArgumentError(f"sensitivities wants a pose, not {configuration!r}: make one with robot.assemble(…)")
+    variants = variants_of(robot_of(configuration))
+    if by is not None:
+        if isinstance(by, str) or not all(isinstance(name, str) for name in by):
+            raise ArgumentError(f'by is {by!r}; it must be a sequence of names, such as ["rod_diameter"]')
+        variants.check(list(by))
+    result = analyze(configuration, **analysis)
+    found: dict[str, Sensitivity] = {}
+    skipped: dict[str, str] = {}
+    for name in variants.numbers if by is None else by:
+        try:
+            found[name] = _sensitivity(variants, configuration, analysis, name)
+        except RobotFileError as error:
+            if by is not None:
+                raise
+            skipped[name] = str(error)
+    sources = {name: twist for kind in result.source_contributions.values() for name, twist in kind.items()}
+    every = Sensitivities(result, Named(found), Named(sources), Named(skipped))
+    if by is None:
+        found = {name: item for name, item in found.items() if _does_anything(item, _numbers(result))}
+    order = sorted(found, key=lambda name: -abs(every.effect(name)[0]))
+    return Sensitivities(result, Named({name: found[name] for name in order}), Named(sources), Named(skipped))
+
+
+def _sensitivity(variants: Variants, configuration: Configuration, analysis: Mapping[str, Any], name: str) -> Sensitivity:
+    value = variants.numbers[name]
+    step = STEP * (abs(value) or 1.0)
+    given = {key: item for key, item in analysis.items() if key != "on_failure"}
+    below, above = (
+        _numbers(analyze(same_pose(configuration, variants.robot({name: there})), on_failure="nan", **given))
+        for there in (value - step, value + step)
+    )
+    slope = {key: np.asarray((above[key] - below[key]) / (2 * step)) for key in above}
+    drives = robot_of(configuration).description.driven
+    return Sensitivity(
+        name,
+        value,
+        variants.unit(name),
+        frozen(slope["twist"]),
+        frozen(slope["stiffness"]),
+        frozen(slope["compliance"]),
+        Named({drive: frozen(slope[f"force of {drive}"]) for drive in drives}),
+        Named({drive: frozen(slope[f"position of {drive}"]) for drive in drives}),
+        frozen(slope["mass"]),
+    )
+
+
+def _numbers(result: Result) -> dict[str, Array]:
+    """Return everything that is differentiated."""
+    configuration = result.configuration
+    mass = configuration.robot.weights.masses(configuration.frames).sum(axis=0).reshape(configuration.shape)
+    return {
+        "twist": result.twist,
+        "stiffness": result.stiffness,
+        "compliance": result.compliance,
+        "mass": np.asarray(np.broadcast_to(mass, result.shape)),
+        **{f"force of {name}": force for name, force in result.actuator_forces.items()},
+        **{f"position of {name}": position for name, position in configuration.actuators.items()},
+    }
+
+
+def _does_anything(item: Sensitivity, whole: Mapping[str, Array]) -> bool:
+    """Return whether a parameter changes twist, forces or mass by more than rounding."""
+    part = abs(item.value) or 1.0
+    pairs = [(item.twist, whole["twist"]), (item.mass, whole["mass"])]
+    pairs += [(force, whole[f"force of {name}"]) for name, force in item.actuator_forces.items()]
+    return any(_largest(part * slope) > NOTHING * _largest(size) for slope, size in pairs)
+
+
+def _largest(array: Array) -> float:
+    return float(np.max(np.abs(np.nan_to_num(array)), initial=0.0))

@@ -1,0 +1,100 @@
+"""What parameters of a robot's file change; :func:`kinetostatics.sensitivities` finds it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from kinetostatics.exceptions import ArgumentError, near_names
+from kinetostatics.math.arrays import Array
+from kinetostatics.printing.dispatch import Shown, dict_of, text_of
+from kinetostatics.printing.mappings import ShortRepr
+from kinetostatics.results.result import Result
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Sensitivity(ShortRepr):
+    """Derivatives with respect to one parameter, per unit of it; batch axes first.
+
+    Attributes:
+        name: of the parameter, or of what gives way.
+        value: of the parameter.
+        unit: of the parameter, SI; empty where it is not known.
+        twist: (…, 6) of the twist at o [m, rad].
+        stiffness, compliance: (…, 6, 6) of both at o, drives locked.
+        actuator_forces: (…) of each drive's force [N or N·m], by drive.
+        actuators: (…) of each drive's coordinate [m, rad] where the platform's coordinates stay as they are, by drive.
+        mass: of the robot's mass [kg] (…).
+    """
+
+    name: str
+    value: float
+    unit: str
+    twist: Array
+    stiffness: Array
+    compliance: Array
+    actuator_forces: Mapping[str, Array]
+    actuators: Mapping[str, Array]
+    mass: Array
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Sensitivities(Shown):
+    """Derivatives with respect to parameters of the robot's file, and to the stiffness of everything that gives way.
+
+    ``s["rod_diameter"]`` is a :class:`Sensitivity`; iterating yields names, the most effective first.
+
+    Attributes:
+        result: the analysis about which it is differentiated.
+        parameters: by name, the one that moves o most per part of its value first.
+        sources: −∂twist/∂ln(stiffness) of each beam, elastic joint and drive (…, 6) [m, rad] by name: the part of the twist that
+            it makes, which is exact. One per cent more stiffness takes one per cent of it away.
+        skipped: parameters that make no robot when they are changed a little, and why.
+    """
+
+    result: Result
+    parameters: Mapping[str, Sensitivity]
+    sources: Mapping[str, Array]
+    skipped: Mapping[str, str] = field(default_factory=dict)
+
+    def __getitem__(self, name: str) -> Sensitivity:
+        if name not in self.parameters:
+            raise ArgumentError(f"no parameter {name!r} was looked at: {near_names(name, self.parameters)}")
+        return self.parameters[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.parameters)
+
+    def __len__(self) -> int:
+        return len(self.parameters)
+
+    def __str__(self) -> str:
+        return text_of(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything as plain numbers, lists and strings: what ``--json`` prints."""
+        return dict_of(self)
+
+    @cached_property
+    def worst(self) -> tuple[int, ...]:
+        """Where in the batch o moves most: the pose that effects are told of."""
+        size = np.linalg.norm(np.nan_to_num(self.result.twist[..., :3]), axis=-1)
+        return tuple(int(k) for k in np.unravel_index(int(np.argmax(size)), size.shape)) if size.shape else ()
+
+    def effect(self, name: str) -> tuple[float, float]:
+        """Return by how much one per cent more of a parameter moves o along its displacement [m], and adds to the mass [kg]."""
+        item, one_per_cent = self[name], 0.01 * (abs(self[name].value) or 1.0)
+        return one_per_cent * self._along(item.twist), one_per_cent * float(item.mass[self.worst])
+
+    def source_effect(self, name: str) -> float:
+        """Return by how much one per cent more stiffness of something moves o along its displacement [m]."""
+        return -0.01 * self._along(self.sources[name])
+
+    def _along(self, twist: Array) -> float:
+        whole = self.result.twist[self.worst][:3]
+        size = float(np.linalg.norm(whole))
+        return float(twist[self.worst][:3] @ whole) / size if size > 0 else 0.0

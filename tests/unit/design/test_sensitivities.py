@@ -1,0 +1,111 @@
+"""Derivatives by parameters of the file, against closed forms, laws of scale and differences of whole analyses."""
+
+import json
+
+import numpy as np
+import package_robots
+import parametric_machines
+import pytest
+
+import kinetostatics as ks
+
+LOAD = [0, 0, -300, 0, 20, 0]
+
+
+@pytest.fixture(scope="module")
+def cantilever(tmp_path_factory):
+    path = parametric_machines.cantilever(tmp_path_factory.mktemp("files"))
+    return ks.sensitivities(ks.load_robot(path).assemble(), load=[10, 0, -300, 0, 0, 0])
+
+
+def test_closed_forms_of_the_cantilever(cantilever):
+    """w = F L³/3EI + q L⁴/8EI, with the tip's weight in F; m = ρAL + m_tip."""
+    L, d, E, rho, m, g = 0.8, 0.04, 2e11, 7850, 5.0, 9.81
+    A, inertia = np.pi * d**2 / 4, np.pi * d**4 / 64
+    point, line = (300 + m * g) * L**3 / (3 * E * inertia), rho * A * g * L**4 / (8 * E * inertia)
+    assert cantilever.result.twist[2] == pytest.approx(-(point + line), rel=1e-9)
+    expected = {
+        "diameter": (-4 * point - 2 * line) / d,
+        "length": (3 * point + 4 * line) / L,
+        "E": -(point + line) / E,
+        "density": line / rho,
+        "tip_mass": g * L**3 / (3 * E * inertia),
+    }
+    assert set(cantilever) == set(expected) and next(iter(cantilever)) == "diameter"
+    for name, slope in expected.items():
+        assert cantilever[name].twist[2] == pytest.approx(-slope, rel=1e-6), name
+    assert cantilever["diameter"].mass == pytest.approx(2 * rho * A * L / d, rel=1e-6)
+    assert cantilever["length"].twist[0] == pytest.approx(10 / (E * A), rel=1e-6)  # the pull of 10 N
+    assert cantilever["E"].stiffness[0, 0] == pytest.approx(A / L, rel=1e-6)
+    assert [cantilever[name].unit for name in ("diameter", "E", "tip_mass")] == ["m", "Pa", "kg"]
+
+
+def test_the_part_of_the_twist_is_the_derivative_by_stiffness(cantilever):
+    np.testing.assert_allclose(cantilever.sources["rod"], -cantilever["E"].twist * cantilever["E"].value, rtol=1e-6, atol=1e-16)
+    pose = package_robots.robot("3rps").assemble(platform={"z": 0.5, "rx": 0.1, "ry": -0.05})
+    s = ks.sensitivities(pose, ["youngs_modulus", "density"], load=LOAD)
+    # all rods have one modulus, and all that weighs one density
+    whole = s["youngs_modulus"]
+    np.testing.assert_allclose(sum(s.sources.values()), -whole.twist * whole.value, rtol=1e-6, atol=1e-15)
+    by_weight = s.result.twist - s.result.contributions["load"]
+    np.testing.assert_allclose(s["density"].twist * s["density"].value, by_weight, rtol=1e-6, atol=1e-15)
+    for drive, force in s["youngs_modulus"].actuator_forces.items():
+        assert abs(float(force)) * whole.value < 1e-5 * abs(float(s.result.actuator_forces[drive]))  # statically determinate
+    assert s["density"].mass * s["density"].value == pytest.approx(float(s.result.base_wrench[2] - 300) / 9.81, rel=1e-6)
+
+
+def test_a_length_moves_the_drives_and_the_pose_stays():
+    """The base's radius, against differences of poses assembled anew, by halved steps."""
+    path = {"z": 0.5, "rx": 0.1, "ry": -0.05}
+    s = ks.sensitivities(package_robots.robot("3rps").assemble(platform=path), ["base_radius"], load=LOAD)
+    found = s["base_radius"]
+    slopes = []
+    for step in (4e-4, 2e-4):
+        ends = [package_robots.robot("3rps", base_radius=0.3 + sign * step).assemble(platform=path) for sign in (-1, 1)]
+        results = [ks.analyze(pose, LOAD) for pose in ends]
+        drive = np.subtract(*[pose.actuators["prismatic_2"] for pose in ends[::-1]]) / (2 * step)
+        force = np.subtract(*[result.actuator_forces["prismatic_2"] for result in results[::-1]]) / (2 * step)
+        slopes.append([*((results[1].twist - results[0].twist) / (2 * step)), drive, force])
+    exact = (4 * np.array(slopes[1]) - slopes[0]) / 3
+    np.testing.assert_allclose(found.twist, exact[:6], rtol=1e-6, atol=1e-6 * np.abs(exact[:3]).max())
+    assert found.actuators["prismatic_2"] == pytest.approx(exact[6], rel=1e-6)
+    assert found.actuator_forces["prismatic_2"] == pytest.approx(exact[7], rel=1e-6)
+
+
+def test_a_batch_tells_of_the_pose_that_moves_most(cantilever):
+    robot = package_robots.robot("3rps")
+    pose = robot.assemble(platform={"z": [0.45, 0.6], "rx": 0.0, "ry": 0.0})
+    s = ks.sensitivities(pose, ["rod_diameter"], load=LOAD)
+    assert s["rod_diameter"].twist.shape == (2, 6) and s["rod_diameter"].mass.shape == (2,) and s.worst == (1,)
+    assert s.effect("rod_diameter")[0] < 0 < s.effect("rod_diameter")[1]
+    assert "[1] of the batch" in str(s) and "rod_diameter" in repr(s)
+    text = str(cantilever)
+    assert "stiffen the first" in text and "colour" not in text and "holes" not in text
+    assert json.loads(json.dumps(cantilever.to_dict()))["parameters"]["E"]["unit"] == "Pa"
+    assert len(cantilever) == 5 and "diameter" in cantilever._repr_html_()
+
+
+def test_bars(cantilever):
+    pytest.importorskip("matplotlib").use("Agg")
+    ax = ks.plot.sensitivities(cantilever)
+    labels = [label.get_text() for label in ax.get_yticklabels()]
+    assert set(labels) == {"diameter", "length", "E", "density", "tip_mass", "stiffness of rod"}
+    widths = dict(zip(labels, [bar.get_width() for bar in ax.patches], strict=True))
+    assert widths["E"] == pytest.approx(-1, rel=1e-6) == pytest.approx(widths["stiffness of rod"], rel=1e-6)
+    with pytest.raises(ks.ArgumentError, match="no sensitivities"):
+        ks.plot.sensitivities(1)
+
+
+def test_mistakes(cantilever):
+    pose = package_robots.robot("3rps").assemble()
+    with pytest.raises(ks.ArgumentError, match="did you mean 'rod_diameter'"):
+        ks.sensitivities(pose, ["rod_diametre"])
+    with pytest.raises(ks.ArgumentError, match="sequence of names"):
+        ks.sensitivities(pose, "rod_diameter")
+    with pytest.raises(ks.ArgumentError, match="wants a pose"):
+        ks.sensitivities(pose.robot)
+    changed = ks.Robot(pose.robot.description.changed("rod_1", density=1000.0))
+    with pytest.raises(ks.ArgumentError, match="is not what its file"):
+        ks.sensitivities(changed.assemble())
+    with pytest.raises(ks.ArgumentError, match="no parameter 'rod'"):
+        cantilever["rod"]
