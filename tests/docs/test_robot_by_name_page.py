@@ -29,7 +29,7 @@ def test_its_commands_run(tmp_path, monkeypatch, capsys):
     inline = re.search(r"`kinetostatics (analyze my_robot\.urdf\.xacro --set [^`]+)`", PAGE)
     assert main(shlex.split(inline[1])) == 0
     assert (
-        "tube ⌀50/30 mm"
+        "tube ⌀50/43 mm"
         in (main(["check", "my_robot.urdf.xacro", "--set", "rod_outer_diameter=50mm"]), capsys.readouterr().out)[1]
     )
 
