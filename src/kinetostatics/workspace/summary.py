@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.math.ordering import EQUAL, first_largest
+from kinetostatics.printing.text import MISSING, table
 from kinetostatics.status import FACTS, Status, in_map
 from kinetostatics.workspace.schema import OTHER_MODE
 
@@ -21,6 +22,12 @@ Found = tuple[float, str, str]
 AT_ONCE = 2**22
 #: From how many poses on their cost is told.
 MANY = 1000
+#: A sag [m], turn [rad] or force [N, N·m] up to which there is none.
+NOTHING = 1e-13
+#: Parameters with so many values are told value by value.
+MOST_ROWS = 20
+#: Units of a sag [m] and a turn [rad], with their sizes.
+UNITS = {"sag": (("mm", 1e-3), ("µm", 1e-6), ("nm", 1e-9)), "turn": (("mrad", 1e-3), ("µrad", 1e-6), ("nrad", 1e-9))}
 WORDS = {Status.OK: "reached", Status.UNREACHABLE: "unreachable", Status.SINGULAR: "singular"}
 
 
@@ -40,6 +47,9 @@ def summary(ds: xr.Dataset, seconds: float | None = None) -> str:
     # within the limits, and beyond them: the largest of each kind
     within: dict[str, Found] = {}
     outside: dict[str, Found] = {}
+    # the same within the limits, by each value of a parameter
+    parameters = [str(name) for name in ds["characteristic_length"].dims if 1 < ds.sizes[name] <= MOST_ROWS]
+    by_value: dict[str, list[dict[str, Found]]] = {name: [{} for _ in range(ds.sizes[name])] for name in parameters}
     for piece in _pieces(ds):
         part = ds.isel(piece)
         status = part["status"].values
@@ -52,6 +62,10 @@ def summary(ds: xr.Dataset, seconds: float | None = None) -> str:
         others += int((part["mode"].values == OTHER_MODE).sum())
         _look_at(within, part, ~beyond)
         _look_at(outside, part, beyond)
+        for name, rows in by_value.items():
+            first = piece[name].start if name in piece else 0
+            for k in range(part.sizes[name]):
+                _look_at(rows[first + k], part.isel({name: [k]}), np.take(~beyond, [k], axis=dims.index(name)))
     sizes = " × ".join(f"{name} {ds.sizes[name]}" for name in dims)
     lines = [
         f"{ds.attrs.get('robot_name', 'robot')}: {size} {'pose' if size == 1 else 'poses'}" + (f" ({sizes})" if dims else "")
@@ -63,6 +77,8 @@ def summary(ds: xr.Dataset, seconds: float | None = None) -> str:
         lines.append(f"  {others:>10d} of the unreachable ones in another assembly mode only")
     if within:
         lines += _said_of(within, ds)
+        for name, rows in by_value.items():
+            lines += _by_value(ds, name, rows)
     elif outside:
         lines += ["no pose is within the joints' limits; beyond them:", *_said_of(outside, ds)]
     if seconds is not None:
@@ -92,14 +108,49 @@ def _said_of(found: dict[str, Found], ds: xr.Dataset) -> list[str]:
     lines = []
     if "sag" in found and "turn" in found:
         (sag, sags, _), (turn, turns, _) = found["sag"], found["turn"]
-        lines += [f"worst sag {1e6 * sag:.4g} µm at {sags}", f"worst turn {np.degrees(turn) * 1e3:.4g} millidegrees at {turns}"]
+        lines += [f"worst sag {_written('sag', sag)} at {sags}"] if sag > NOTHING else []
+        lines += [f"worst turn {_written('turn', turn)} at {turns}"] if turn > NOTHING else []
+        if max(sag, turn) <= NOTHING:
+            lines.append("the platform neither sags nor turns: nothing that is elastic gives way")
         if sag >= 0.1 * float(ds["characteristic_length"].max()) or turn >= 0.1:
             lines.append("  linear theory does not cover that: the pose is nearly singular, or units in the file are wrong")
     return lines + [
-        f"largest drive {'force' if unit == 'N' else 'torque'} {value:.4g} {unit.replace(' ', '·')}, {drive}, at {where}"
+        f"largest drive {_drive_word(unit)} {_written(unit, value)}, {drive}, at {where}"
         for unit, (value, where, drive) in found.items()
-        if unit not in ("sag", "turn")
+        if unit not in ("sag", "turn") and value > NOTHING
     ]
+
+
+def _by_value(ds: xr.Dataset, name: str, rows: list[dict[str, Found]]) -> list[str]:
+    """Return a table of the largest values, by the values of a parameter; kinds that are nothing everywhere are left out."""
+    kinds = [kind for kind in dict.fromkeys(kind for row in rows for kind in row) if _largest(rows, kind) > NOTHING]
+    if not kinds:
+        return []
+    header = [name, *(f"worst {kind}" if kind in ("sag", "turn") else f"largest drive {_drive_word(kind)}" for kind in kinds)]
+    cells = [
+        [
+            _said(ds[name], value).partition(" = ")[2],
+            *(_written(kind, row[kind][0]) if kind in row else MISSING for kind in kinds),
+        ]
+        for value, row in zip(ds[name].values, rows, strict=True)
+    ]
+    return [f"by {name}, each over all other axes:", *(f"  {line}" for line in table(header, cells))]
+
+
+def _largest(rows: list[dict[str, Found]], kind: str) -> float:
+    return max(row[kind][0] for row in rows if kind in row)
+
+
+def _drive_word(unit: str) -> str:
+    return "force" if unit == "N" else "torque"
+
+
+def _written(kind: str, value: float) -> str:
+    """Return a value with its unit: a sag in mm and a turn in mrad unless it is less than a tenth, or a force."""
+    if kind not in UNITS:
+        return f"{value:.4g} {kind.replace(' ', '·')}"
+    name, size = next((unit for unit in UNITS[kind] if value >= unit[1] / 10), UNITS[kind][-1])
+    return f"{value / size:.4g} {name}"
 
 
 def _larger(known: Found | None, part: xr.Dataset, values: NDArray[np.generic], what: str = "") -> Found | None:

@@ -1,0 +1,61 @@
+"""What a sweep prints in the end: the worst, by each value of a parameter too, in units that suit it, and nothing about zeros."""
+
+import numpy as np
+import xarray as xr
+from small_maps import map_of
+
+import kinetostatics as ks
+from kinetostatics.workspace.summary import summary
+
+
+def sized_map(twist, forces, status=None):
+    """A map over two diameters and three heights, of which the diameter is a parameter of the file."""
+    ds = map_of(
+        {"diameter": ([0.04, 0.05], "m"), "z": ([0.1, 0.2, 0.3], "m")},
+        twist=twist,
+        forces=forces,
+        turning=("motor",),
+        status=status,
+    )
+    ds["characteristic_length"] = ("diameter", [1.0, 1.0])
+    return ds.assign(mode=(("diameter", "z"), np.zeros((2, 3), np.int8)))
+
+
+def test_the_worst_is_told_for_each_value_of_a_parameter():
+    twist = np.zeros((2, 3, 6))
+    twist[..., 2] = [[1e-3, 2e-3, 5e-4], [3e-5, 4e-5, 2e-5]]
+    twist[..., 4] = [[1e-3, 2e-3, 5e-4], [3e-5, 8e-5, 2e-5]]
+    lines = summary(sized_map(twist, {"motor": [[1.0, -7.0, 2.0], [3.0, 4.0, 5.0]], "slide": np.zeros((2, 3))})).splitlines()
+    assert lines[2:] == [
+        "worst sag 2 mm at diameter = 0.04 m, z = 0.2 m",
+        "worst turn 2 mrad at diameter = 0.04 m, z = 0.2 m",
+        "largest drive torque 7 N·m, motor, at diameter = 0.04 m, z = 0.2 m",
+        "by diameter, each over all other axes:",
+        "  diameter  worst sag  worst turn  largest drive torque",
+        "  0.04 m         2 mm      2 mrad                 7 N·m",
+        "  0.05 m        40 µm     80 µrad                 5 N·m",
+    ]
+
+
+def test_a_value_without_any_pose_within_the_limits_has_no_numbers():
+    beyond = int(ks.Status.LIMIT_EXCEEDED)
+    twist = np.zeros((2, 3, 6))
+    twist[..., 0] = 1e-6
+    said = summary(sized_map(twist, {"slide": np.ones((2, 3))}, [[0, 0, 0], [beyond] * 3]))
+    assert said.splitlines()[-2:] == ["  0.04 m         1 µm                  1 N", "  0.05 m            –                    –"]
+
+
+def test_zeros_are_no_findings():
+    said = summary(sized_map(np.zeros((2, 3, 6)), {"slide": np.zeros((2, 3))}))
+    assert said.splitlines()[2:] == ["the platform neither sags nor turns: nothing that is elastic gives way"]
+    assert "worst" not in said and " 0 " not in said.split("\n", 1)[1]
+
+
+def test_a_long_axis_of_parameters_is_not_listed_and_pieces_make_no_difference(monkeypatch):
+    twist = np.random.default_rng(1).normal(size=(2, 3, 6)) * 1e-4
+    ds = sized_map(twist, {"slide": np.ones((2, 3))})
+    whole = summary(ds)
+    monkeypatch.setattr("kinetostatics.workspace.summary.AT_ONCE", 1)
+    assert summary(ds) == whole and "by diameter" in whole
+    many = xr.concat([ds.isel(diameter=[0]).assign_coords(diameter=[0.01 * k]) for k in range(1, 30)], "diameter")
+    assert "by diameter" not in summary(many)
