@@ -17,6 +17,8 @@ from kinetostatics.math.arrays import Array, Mask
 
 #: Folders whose functions are recorded or compile.
 _SOURCES = ("engine", "kinematics", "limbs", "math", "mechanism", "statics")
+#: Poses whose results are written at a time, so few that they stay in the processor's cache before they go where they belong.
+BLOCK = 256
 _KIND = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 5, ctypes.c_int64)
 
 
@@ -35,6 +37,17 @@ class Code:
 
     def __call__(self, inputs: Sequence[Array], parameters: Array, numbers: Array, truths: Mask) -> None:
         """Compute poses side by side: inputs (k, n), numbers (R, n) and truth values (T, n) of at least eight."""
+        n = numbers.shape[1]
+        if n <= 2 * BLOCK or inputs[0].ctypes.data == numbers.ctypes.data:
+            self._run(inputs, parameters, numbers, truths)
+            return
+        block, flags = np.empty((len(numbers), BLOCK)), np.empty((len(truths), BLOCK), dtype=bool)
+        for start in range(0, n, BLOCK):
+            part = slice(min(start, n - BLOCK), min(start + BLOCK, n))
+            self._run([array[:, part] for array in inputs], parameters, block, flags)
+            numbers[:, part], truths[:, part] = block, flags
+
+    def _run(self, inputs: Sequence[Array], parameters: Array, numbers: Array, truths: Mask) -> None:
         count = len(inputs)
         pointers = (ctypes.c_void_p * count)(*[array.ctypes.data for array in inputs])
         strides = (ctypes.c_int64 * count)(*[array.strides[0] // 8 for array in inputs])

@@ -17,7 +17,7 @@ from kinetostatics.engine.record import recorded_input
 from kinetostatics.engine.recorder import recorded
 from kinetostatics.engine.scalars import NotRecordedError, Tape
 from kinetostatics.engine.structure import Structure
-from kinetostatics.kinematics.loop_constraints import LoopAxes, LoopEquations, world_frames
+from kinetostatics.kinematics.loop_constraints import LoopAxes, LoopEquations
 from kinetostatics.kinematics.mimic import Couplings
 from kinetostatics.kinematics.solver import PrescribedCoordinates, Solver, SolverState
 from kinetostatics.math.arrays import Array, Index
@@ -34,7 +34,7 @@ KEPT: Mapping[type, tuple[str, ...]] = {
     Mechanism: ("tree", "platform_frame", "base_frame"),
     LoopEquations: (
         *("mechanism", "tree", "loops", "closures", "count", "signs", "couplings", "loop_axes", "runs", "_tables", "_distance"),
-        *("_alignment", "_right_angle", "_turn", "_same_here", "_same_there"),
+        *("_alignment", "_right_angle", "_turn", "_same_here", "_same_there", "neutral"),
     ),
     Connection: ("kind", "predecessor_body", "successor_body", "predecessor_frame", "successor_frame"),
     LoopAxes: ("axis", "side", "third", "turned_side", "middle"),
@@ -94,8 +94,7 @@ def loop_record(solver: Solver, prescribed: PrescribedCoordinates, example: Solv
             residual, gradient = copy.system(prescribed, poses, given)
             step = -least_squares(gradient, residual[:, None], local)[:, 0]
             moved = copy.advance(prescribed, poses, step)
-            q = copy.equations.to_model(x, solver.mechanism.tree.neutral[:, None])
-            frames = world_frames(copy.mechanism, copy.mechanism.tree.forward(q))
+            q, frames, _ = copy.equations.place(x)
     except (ArithmeticError, AttributeError, IndexError, TypeError, ValueError) as error:  # something takes numbers for floats
         raise NotRecordedError(str(error)) from error
     found: dict[str, Any] = {"residual": residual, "gradient": gradient, "step": step, "x": moved.x, "c": moved.c, "q": q}
@@ -179,6 +178,24 @@ def side_record(solver: Solver, prescribed: PrescribedCoordinates, example: Solv
         return [found & _held(tape)]
 
     return Program(tape, (), tuple(_recorded(tape, computed)))
+
+
+def place_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState, local: int) -> Program:
+    """Record :meth:`Solver.place`.
+
+    The input is x, the numbers are q, rotations, positions and residual, and the truth value is whether the record holds.
+    """
+    tape = Tape()
+    _, copy = _copy_of(solver, prescribed, local, tape)
+    x = recorded_input(tape, 0, example.x)
+
+    def computed() -> list[Any]:
+        q, frames, residual = copy.equations.place(x)
+        numbers = [q, frames.rotation.reshape(-1, 1), frames.position.reshape(-1, 1), residual]
+        return [*(row for array in numbers for row in array), _held(tape)]
+
+    *numbers, holds = _recorded(tape, computed)
+    return Program(tape, tuple(numbers), (holds,))
 
 
 def _held(tape: Tape) -> Any:

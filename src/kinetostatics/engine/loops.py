@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from kinetostatics.engine import cache as disk
 from kinetostatics.engine import llvm
 from kinetostatics.engine.code import Code, code_key, packed, side_by_side
-from kinetostatics.engine.loop_record import GOOD, HOLDS, Program, newton_record, side_record, structure_of
+from kinetostatics.engine.loop_record import GOOD, HOLDS, Program, newton_record, place_record, side_record, structure_of
 from kinetostatics.engine.scalars import NotRecordedError
+from kinetostatics.kinematics.loop_constraints import Placed
 from kinetostatics.kinematics.solver import (
     MOST_CORRECTIONS,
     SHRINKING,
@@ -21,6 +22,7 @@ from kinetostatics.kinematics.solver import (
     SolverState,
 )
 from kinetostatics.math.arrays import Array
+from kinetostatics.mechanism.tree import Frames
 
 #: By how much [m, rad] coordinates of an example are changed when code is tried, and how far it may be from NumPy.
 _TRIED, _ALIKE = 1e-3, 1e-9
@@ -30,8 +32,11 @@ class CompiledSolver(Solver):
     """A solver whose corrections of poses with some prescribed coordinates are compiled.
 
     Attributes:
+        is_quick: corrections cost less than predictions.
         operations: how many operations a correction takes.
     """
+
+    is_quick = True
 
     def __init__(self, solver: Solver, prescribed: PrescribedCoordinates, local: int, example: SolverState) -> None:
         """Find or make the code.
@@ -47,8 +52,8 @@ class CompiledSolver(Solver):
         """
         if not self._found(solver, prescribed, local, example):
             kept = [
-                _compiled(newton_record(solver, prescribed, self._example, local), self._sizes, MOST_CORRECTIONS),
-                _compiled(side_record(solver, prescribed, self._example, local), self._sizes, 0),
+                _compiled(record(solver, prescribed, self._example, local), self._sizes, inputs, repeats)
+                for record, inputs, repeats in ((newton_record, 2, MOST_CORRECTIONS), (side_record, 4, 0), (place_record, 1, 0))
             ]
             if not (self._load(kept) and self._is_right()):
                 raise NotRecordedError("compiled code closes the loops otherwise than NumPy")
@@ -72,16 +77,17 @@ class CompiledSolver(Solver):
         structure = structure_of(solver, prescribed, local)
         self._parameters = structure.values
         self._sizes = {"parameters": len(structure.values), "coordinates": self.tree.nq, "given": prescribed.size}
-        self._keys = [code_key(f"{what} {structure.key}") for what in ("newton", "side")]
+        self._keys = [code_key(f"{what} {structure.key}") for what in ("newton", "side", "place")]
         kept = [disk.read(key) for key in self._keys]
         return self._load([content for content in kept if content is not None]) and self._is_right()
 
     def _load(self, kept: list[bytes]) -> bool:
         if len(kept) < len(self._keys):
             return False
-        self._newton, self._side = (Code(content) for content in kept)
+        codes = [Code(content) for content in kept]
+        self._newton, self._side, self._place = codes
         self.operations = int(self._newton.table["operations"])
-        return all(code.table["sizes"] == self._sizes for code in (self._newton, self._side))
+        return all(code.table["sizes"] == self._sizes for code in codes)
 
     def _is_right(self) -> bool:
         """Whether the code finds beside the example what NumPy finds: whatever may be wrong with code from a disk."""
@@ -93,7 +99,11 @@ class CompiledSolver(Solver):
         if np.max(np.abs(found.x - wanted.x), initial=np.max(np.abs(found.c - wanted.c))) > _ALIKE:
             return False
         sure = Solver.surely_on_one_side(self, self._own, self._example, wanted)
-        return bool(np.array_equal(self._surely(self._example, wanted), sure))
+        if not np.array_equal(self._surely(self._example, wanted), sure):
+            return False
+        (here, holds), there = self._placed(wanted.x), Solver.place(self, wanted.x)
+        pairs = (here.q, there.q), (here.frames.position, there.frames.position), (here.residual, there.residual)
+        return bool(holds[0]) and all(np.max(np.abs(a - b), initial=0.0) <= _ALIKE for a, b in pairs)
 
     def newton(
         self,
@@ -145,6 +155,28 @@ class CompiledSolver(Solver):
             found[rest] = super().on_one_side(prescribed, first.take(rest), second.take(rest), target[:, rest])
         return found
 
+    def place(self, x: Array) -> Placed:
+        """Return where coordinates ``x`` (nq', N) put everything."""
+        if x.shape[1] == 0:
+            return super().place(x)
+        found, holds = self._placed(x)
+        rest = np.flatnonzero(~holds)
+        if rest.size:
+            careful = super().place(x[:, rest])
+            found.q[:, rest], found.residual[:, rest] = careful.q, careful.residual
+            found.frames.rotation[..., rest], found.frames.position[..., rest] = careful.frames.rotation, careful.frames.position
+        return found
+
+    def _placed(self, x: Array) -> tuple[Placed, NDArray[np.bool_]]:
+        """Return where coordinates put everything, and where the record holds."""
+        N, bodies, nq = x.shape[1], self.mechanism.tree.bodies, self.mechanism.tree.nq
+        n = max(N, llvm.LANES)
+        numbers, truths = np.empty((nq + 12 * bodies + self.equations.closures, n)), np.empty((1, n), dtype=bool)
+        self._place([side_by_side(x, n)], self._parameters, numbers, truths)
+        q, rotation, position, residual = np.split(numbers[:, :N], np.cumsum([nq, 9 * bodies, 3 * bodies]))
+        frames = Frames(rotation.reshape(3, 3, bodies, N), position.reshape(3, bodies, N))
+        return Placed(q, frames, residual), truths[0, :N]
+
     def _surely(self, first: SolverState, second: SolverState) -> NDArray[np.bool_]:
         N = first.x.shape[1]
         n = max(N, llvm.LANES)
@@ -154,9 +186,8 @@ class CompiledSolver(Solver):
         return truths[0, :N]
 
 
-def _compiled(program: Program, sizes: dict[str, int], repeats: int) -> bytes:
+def _compiled(program: Program, sizes: dict[str, int], inputs: int, repeats: int) -> bytes:
     """Return what is kept on disk."""
-    inputs = 2 if repeats else 4
     text = llvm.module_of(program.tape, program.numbers, program.truths, inputs, repeats)
     operations = sum(llvm.needed_by(program.tape, (*program.numbers, *program.truths)))
     return packed({"sizes": sizes, "operations": operations}, text)

@@ -17,13 +17,13 @@ from kinetostatics.kinematics.continuation import reach
 from kinetostatics.kinematics.coordinate_choices import prescribed_platform, say_choices
 from kinetostatics.kinematics.joint_coordinates import actuator_names
 from kinetostatics.kinematics.lines import follow
+from kinetostatics.kinematics.loop_constraints import Placed, joined
 from kinetostatics.kinematics.openings import CLOSED, gaps_at, gaps_text, worst_gaps_text
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.kinematics.solver import PrescribedCoordinates, Solver, SolverState
 from kinetostatics.kinematics.unit_hints import odd_coordinates
 from kinetostatics.math.arrays import Array, chunks
 from kinetostatics.math.orientation import Orientation, orientation_named, orientations_with
-from kinetostatics.mechanism.tree import Frames
 
 #: Opening of a loop [m, rad] up to which it is closed whatever else is wrong.
 SURELY_CLOSED = 1e-9
@@ -97,7 +97,8 @@ def assemble(
         return solver.newton(prescribed, poses.take(which), target[:, which], local)[0]
 
     named = orientation if platform is not None else None
-    made = _configuration(robot, poses, shape, arrived, named, convention, tolerance, raising, again=again)
+    placed = solver.place(poses.x)
+    made = _configuration(robot, poses, placed, shape, arrived, named, convention, tolerance, raising, again)
     return made if platform is None else replace(made, prescribed=tuple(names))
 
 
@@ -109,28 +110,27 @@ def configuration_at(robot: RobotKinematics, q: ArrayLike, tolerance: float, on_
     if array.ndim == 0 or array.shape[-1] != robot.mechanism.tree.nq:
         raise ArgumentError(f"q has the shape {array.shape}; the last axis must be nq = {robot.mechanism.tree.nq}")
     shape = array.shape[:-1]
-    flat = np.ascontiguousarray(array.reshape(int(np.prod(shape)), array.shape[-1]).T)
+    flat = np.array(array.reshape(int(np.prod(shape)), array.shape[-1]).T, order="C")
     poses = SolverState(robot.equations.from_model(flat), np.zeros((3, flat.shape[1])))
     good = np.all(np.isfinite(flat), axis=0)
     raising = on_failure == "raise" or (on_failure is None and shape == ())
-    return _configuration(robot, poses, shape, good, None, orientation_named(None), tolerance, raising, flat)
+    parts = [robot.equations.placed(flat[:, part]) for part in chunks(flat.shape[1]) or [slice(0, 0)]]
+    return _configuration(robot, poses, joined(parts), shape, good, None, orientation_named(None), tolerance, raising)
 
 
 def _configuration(
     robot: RobotKinematics,
     poses: SolverState,
+    placed: Placed,
     shape: tuple[int, ...],
     arrived: NDArray[np.bool_],
     orientation: str | None,
     convention: Orientation,
     tolerance: float,
     raising: bool,
-    q: Array | None = None,
     again: Callable[[NDArray[np.intp]], SolverState] | None = None,
 ) -> Configuration:
-    if q is None:
-        q = robot.model_q(poses)
-    frames, residual = _frames(robot, q)
+    q, frames, residual = placed
     if again is not None:
         # the last correction of some poses was not quite as small as expected
         worst = np.max(np.abs(residual), axis=0, initial=0.0)
@@ -138,13 +138,19 @@ def _configuration(
         if rough.size:
             better = again(rough)
             poses.x[:, rough], poses.c[:, rough] = better.x, better.c
-            q[:, rough] = robot.model_q(better)
-            frames.rotation[..., rough], frames.position[..., rough], residual[:, rough] = _frames_of(robot, q[:, rough])
-    openings = robot.equations.openings(residual, poses.x)
+            now = robot.solver.place(better.x)
+            q[:, rough], residual[:, rough] = now.q, now.residual
+            frames.rotation[..., rough], frames.position[..., rough] = now.frames.rotation, now.frames.position
+            worst[rough] = np.max(np.abs(now.residual), axis=0, initial=0.0)
+    else:
+        worst = np.full(q.shape[1], np.inf)
     closed = np.ones(q.shape[1], dtype=bool)
+    openings: dict[str, tuple[Array, Array]] = {}
+    if robot.equations.couplings.count or not np.all(2 * worst <= min(tolerance, SURELY_CLOSED)):
+        openings = robot.equations.openings(residual, poses.x)
     for metres, radians in openings.values():
         closed &= (metres <= tolerance) & (radians <= tolerance)
-    if tolerance > SURELY_CLOSED and np.isfinite(tolerance):
+    if openings and tolerance > SURELY_CLOSED and np.isfinite(tolerance):
         wide = np.zeros(q.shape[1], dtype=bool)
         for metres, radians in openings.values():
             wide |= (metres > SURELY_CLOSED) | (radians > SURELY_CLOSED)
@@ -154,25 +160,10 @@ def _configuration(
         worst = int(np.argmin(closed & arrived))
         _say_open(robot, {name: (float(a[worst]), float(b[worst])) for name, (a, b) in openings.items()}, tolerance)
     reached = arrived & closed
-    q = np.where(reached, q, np.nan)
+    if not np.all(reached):
+        q = np.where(reached, q, np.nan)
     q.setflags(write=False)
-    return Configuration(robot, shape, convention, poses, q, frames, openings, reached)
-
-
-def _frames(robot: RobotKinematics, q: Array) -> tuple[Frames, Array]:
-    """Return all frames at Pinocchio's coordinates, and the residuals (closures, N) of the loops."""
-    N = q.shape[1]
-    bodies = robot.mechanism.tree.bodies
-    frames = Frames(np.empty((3, 3, bodies, N)), np.empty((3, bodies, N)))
-    residual = np.empty((robot.equations.closures, N))
-    for part in chunks(N):
-        frames.rotation[..., part], frames.position[..., part], residual[:, part] = _frames_of(robot, q[:, part])
-    return frames, residual
-
-
-def _frames_of(robot: RobotKinematics, q: Array) -> tuple[Array, Array, Array]:
-    frames = robot.frames_at(q)
-    return frames.rotation, frames.position, robot.equations.evaluate(frames)[0]
+    return Configuration(robot, shape, convention, poses, q, frames, residual, reached)
 
 
 def all_actuators(robot: RobotKinematics, given: Mapping[str, ArrayLike]) -> dict[str, ArrayLike]:

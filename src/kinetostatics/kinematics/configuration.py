@@ -60,7 +60,7 @@ class Configuration(Shown):
     poses: SolverState
     model_q: Array
     frames: Frames
-    openings: Mapping[str, tuple[Array, Array]]
+    loop_residual: Array
     reached: NDArray[np.bool_]
     #: Names of the platform's coordinates that were given, if the pose was assembled from them.
     prescribed: tuple[str, ...] = ()
@@ -117,6 +117,11 @@ class Configuration(Shown):
             ArgumentError: as for :attr:`model`.
         """
         return loop_model(self.robot.mechanism, self.model, self.q, self.robot.length, anchors)
+
+    @cached_property
+    def openings(self) -> Mapping[str, tuple[Array, Array]]:
+        """How far each loop is open and each follower out of place, ``{name: (metres (N,), radians (N,))}``."""
+        return self.robot.equations.openings(self.loop_residual, self.poses.x)
 
     @cached_property
     def residual(self) -> Array:
@@ -219,6 +224,6 @@ def spread(configuration: Configuration, shape: tuple[int, ...]) -> Configuratio
         poses=configuration.poses.take(which),
         model_q=frozen(configuration.model_q[:, which]),
         frames=configuration.frames.take(which),
-        openings={name: (metres[which], radians[which]) for name, (metres, radians) in configuration.openings.items()},
+        loop_residual=configuration.loop_residual[:, which],
         reached=configuration.reached[which],
     )

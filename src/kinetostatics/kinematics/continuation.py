@@ -55,7 +55,7 @@ def reach(
         The poses, and whether each arrived.
     """
     N = target.shape[1]
-    if N < MANY or start.x.shape[1] != 1:
+    if N < MANY or start.x.shape[1] != 1 or solver.is_quick:
         return follow(solver, prescribed, start, target, local, origin)[:2]
     continuation = BatchContinuation(
         solver, prescribed, start, local, solver.origin(prescribed, start) if origin is None else origin

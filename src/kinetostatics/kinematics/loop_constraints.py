@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -171,6 +172,20 @@ class Closures:
         return result
 
 
+class Placed(NamedTuple):
+    """Poses with all their bodies.
+
+    Attributes:
+        q: (nq, N) Pinocchio's coordinates.
+        frames: of all bodies, world axes.
+        residual: (closures, N) of the loops [m, rad].
+    """
+
+    q: Array
+    frames: Frames
+    residual: Array
+
+
 class LoopEquations(Closures):
     """The equations of all loops of a mechanism.
 
@@ -187,6 +202,7 @@ class LoopEquations(Closures):
         self._make_tree()
         super().__init__([item for item in mechanism.connections.values() if item.is_loop])
         self.couplings = Couplings(mechanism, self.tree)
+        self.neutral = mechanism.tree.neutral[:, None]
         self.loop_axes = {k: LoopAxes.of(loop) for k, loop in enumerate(self.loops) if loop.type.is_single}
         self.count = self.closures + self.couplings.count
         moves = self.tree.moves.astype(float)
@@ -254,6 +270,15 @@ class LoopEquations(Closures):
         """Return the frames of all bodies in world axes."""
         return world_frames(self.mechanism, self.tree.forward(x))
 
+    def placed(self, q: Array) -> Placed:
+        """Return where Pinocchio's coordinates ``q`` (nq, N) put everything."""
+        frames = world_frames(self.mechanism, self.mechanism.forward(q))
+        return Placed(q, frames, self.evaluate(frames)[0])
+
+    def place(self, x: Array) -> Placed:
+        """Return where coordinates ``x`` (nq', N) put everything."""
+        return self.placed(self.to_model(x, np.broadcast_to(self.neutral, (self.neutral.shape[0], x.shape[1]))))
+
     # ---- residuals --------------------------------------------------------------------------------------------------
 
     def openings(self, residual: Array, x: Array) -> dict[str, tuple[Array, Array]]:
@@ -279,6 +304,13 @@ def world_frames(mechanism: Mechanism, frames: Frames) -> Frames:
     back = np.einsum("ijn,jk->kin", frames.rotation[:, :, body], placement[:3, :3])
     shifted = frames.position - frames.point(body, placement[:3, 3])[:, None]
     return Frames(np.einsum("ijn,jkbn->ikbn", back, frames.rotation), np.einsum("ijn,jbn->ibn", back, shifted))
+
+
+def joined(parts: Sequence[Placed]) -> Placed:
+    """Return poses and behind them others, as one."""
+    q, frames, residual = zip(*parts, strict=True)
+    rotation, position = (np.concatenate([getattr(item, name) for item in frames], axis=-1) for name in ("rotation", "position"))
+    return Placed(np.concatenate(q, axis=-1), Frames(rotation, position), np.concatenate(residual, axis=-1))
 
 
 def products(signs: Array, wrench: Array, twists: Array) -> Array:

@@ -7,11 +7,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.kinematics.loop_constraints import LoopEquations, products
+from kinetostatics.kinematics.loop_constraints import LoopEquations, Placed, joined, products
 from kinetostatics.math import rotations
-from kinetostatics.math.arrays import Array, empty_for, everywhere, zeros_for
+from kinetostatics.math.arrays import Array, chunks, empty_for, everywhere, zeros_for
 from kinetostatics.math.linalg import cross, dot, least_squares
 from kinetostatics.math.orientation import Orientation
+from kinetostatics.math.signs import have_one_sign, surely_have_one_sign
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.printing.mappings import ShortRepr
 
@@ -19,10 +20,6 @@ from kinetostatics.printing.mappings import ShortRepr
 SHRINKING, _QUADRATIC = 0.4, 0.25
 #: Corrections of a pose at most.
 MOST_CORRECTIONS = 12
-#: Determinants of GᵀG below this part of the product of the squared columns tell nothing.
-SINGULAR = 1e-14
-#: Pivots above this part of the columns' sizes leave no doubt.
-_SURE = 1e-8
 #: How far scaled coordinates may be off on the way.
 ROUGHLY = 1e-7
 
@@ -99,8 +96,11 @@ class Solver:
     """Newton's method for loops, joints that follow others and prescribed coordinates.
 
     ``length`` [m] makes lengths and angles comparable where rank and prescribed coordinates are judged, ``reach`` [m] where steps
-    are; ``slack`` is the scaled residual that the file's own rounding may leave.
+    are; ``slack`` is the scaled residual that the file's own rounding may leave. Where ``is_quick``, corrections cost less than
+    predictions that spare some.
     """
+
+    is_quick = False
 
     def __init__(self, equations: LoopEquations, length: float, reach: float, slack: float = 1e-7) -> None:
         self.equations, self.length, self.reach, self.slack = equations, length, reach, slack
@@ -155,6 +155,11 @@ class Solver:
             angles = prescribed.orientation.coordinates(R)
             rows += [angles[k] for k in prescribed.angles]
         return np.array(np.broadcast_arrays(*rows)).reshape(prescribed.size, -1) if rows else np.zeros((0, poses.x.shape[1]))
+
+    def place(self, x: Array) -> Placed:
+        """Return where coordinates ``x`` (nq', N) put everything."""
+        parts = [self.equations.place(x[:, part]) for part in chunks(x.shape[1]) or [slice(0, 0)]]
+        return parts[0] if len(parts) == 1 else joined(parts)
 
     # ---- equations --------------------------------------------------------------------------------------------------
 
@@ -370,30 +375,15 @@ class Solver:
     def on_one_side(
         self, prescribed: PrescribedCoordinates, first: SolverState, second: SolverState, target: Array
     ) -> NDArray[np.bool_]:
-        """Return whether there is no singular pose (N,) between two poses each.
-
-        The determinants of the gradients G have one sign, or, where constraints are redundant, that of G₁ᵀ G₂ is positive.
-        """
-        gradients = [np.moveaxis(self.system(prescribed, poses, target)[1], 2, 0) for poses in (first, second)]
-        one, two = gradients
-        with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
-            sign, _ = np.linalg.slogdet(np.swapaxes(one, 1, 2) @ two)
-            regular = [
-                np.linalg.slogdet(np.swapaxes(g, 1, 2) @ g)[1] - np.sum(np.log(np.sum(g * g, axis=1)), axis=1) for g in gradients
-            ]
-        return (sign > 0) | ~(np.minimum(*regular) > np.log(SINGULAR))
+        """Return whether there is no singular pose (N,) between two poses each: their gradients' determinants have one sign."""
+        one, two = (self.system(prescribed, poses, target)[1] for poses in (first, second))
+        return have_one_sign(one, two)
 
     def surely_on_one_side(self, prescribed: PrescribedCoordinates, first: SolverState, second: SolverState) -> NDArray[np.bool_]:
-        """Return where :meth:`on_one_side` holds beyond doubt (N,): G₁ᵀ G₂ is eliminated without a small or negative pivot."""
+        """Return where :meth:`on_one_side` holds beyond doubt (N,)."""
         nothing = np.zeros((prescribed.size, 1))
         one, two = (self.system(prescribed, poses, nothing)[1] for poses in (first, second))
-        rest = np.einsum("ia...,ib...->ab...", one, two)
-        least = _SURE * np.sqrt(np.sum(one * one, axis=0) * np.sum(two * two, axis=0))
-        sure: NDArray[np.bool_] = np.ones(first.x.shape[1], dtype=bool)
-        for k in range(rest.shape[0]):
-            sure = sure & (rest[0, 0] > least[k])
-            rest = rest[1:, 1:] - rest[1:, :1] / rest[0, 0] * rest[:1, 1:]
-        return sure
+        return surely_have_one_sign(one, two)
 
     def origin(self, prescribed: PrescribedCoordinates, start: SolverState, near: Array | None = None) -> tuple[Array, Array]:
         """Return where a line starts: the prescribed coordinates (n, N) and all orientation coordinates (3, N) of poses.

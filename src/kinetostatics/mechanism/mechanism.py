@@ -239,7 +239,7 @@ class Mechanism:
 
     def forward(self, q: Array) -> Frames:
         """Return the frames of all bodies at Pinocchio's coordinates (nq, N): of one pose by Pinocchio, of many all at once."""
-        if q.shape[1] != 1:
+        if q.shape[1] != 1 or q.dtype == object:
             return self.tree.forward(q)
         import pinocchio as pin
 
