@@ -21,6 +21,7 @@ from kinetostatics.exceptions import (
     RobotFileError,
     SingularPoseError,
     StaticsError,
+    UnknownNameError,
 )
 from kinetostatics.files.bundled import robots
 from kinetostatics.files.reader import read_robot_file, validate
@@ -77,6 +78,7 @@ __all__ = [
     "Status",
     "Tolerance",
     "Tolerances",
+    "UnknownNameError",
     "Values",
     "analyze",
     "compensate",

@@ -45,6 +45,22 @@ class RobotFileError(KinetostaticsError):
         super().__init__(f"{where}: {reason}")
 
 
+class UnknownNameError(KinetostaticsError, KeyError):
+    """There is nothing of that name: no limb, joint, beam, drive or contribution; the message lists the names there are.
+
+    Attributes:
+        name: what was asked for.
+        known: the names there are.
+    """
+
+    def __init__(self, name: object, known: Iterable[object]) -> None:
+        self.name, self.known = name, tuple(known)
+        super().__init__(name)
+
+    def __str__(self) -> str:
+        return f"there is no {self.name!r} here; {near_names(self.name, map(str, self.known))}"
+
+
 class AssemblyError(KinetostaticsError):
     """The loops cannot be closed at the requested coordinates.
 

@@ -24,7 +24,7 @@ from kinetostatics.description.elements import (
     Vector,
 )
 from kinetostatics.description.unit_hints import odd_angles, odd_materials
-from kinetostatics.exceptions import ArgumentError, near_names
+from kinetostatics.exceptions import ArgumentError, UnknownNameError, near_names
 from kinetostatics.printing.dispatch import Shown, urdf_of
 from kinetostatics.printing.mappings import mapping_words
 
@@ -38,6 +38,9 @@ class Items(dict[str, Item]):
         raise TypeError("a description is not changed in place; make a changed one with its methods or dataclasses.replace")
 
     __setitem__ = __delitem__ = __ior__ = clear = pop = popitem = setdefault = update = _refuse  # type: ignore[assignment]
+
+    def __missing__(self, key: str) -> NoReturn:
+        raise UnknownNameError(key, self)
 
     def __reduce__(self) -> Any:
         return Items, (dict(self),)

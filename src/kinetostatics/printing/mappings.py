@@ -9,6 +9,8 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics.exceptions import UnknownNameError
+
 Key = TypeVar("Key")
 Item = TypeVar("Item")
 
@@ -29,7 +31,10 @@ class Named(Mapping[Key, Item]):
         self._items = dict(items)
 
     def __getitem__(self, key: Key) -> Item:
-        return self._items[key]
+        try:
+            return self._items[key]
+        except KeyError:
+            raise UnknownNameError(key, self._items) from None
 
     def __iter__(self) -> Iterator[Key]:
         return iter(self._items)
