@@ -35,6 +35,8 @@ from kinetostatics.indices.sag import (
 )
 from kinetostatics.indices.stiffness import (
     conditioning,
+    deflection_any_direction,
+    rotation_any_direction,
     rotational_conditioning,
     rotational_stiffness,
     singularity_distance,
@@ -51,12 +53,14 @@ __all__ = [
     "angular_sag",
     "best",
     "conditioning",
+    "deflection_any_direction",
     "largest_actuator_force",
     "linear_sag",
     "names",
     "quantity",
     "remaining_angular_sag",
     "remaining_linear_sag",
+    "rotation_any_direction",
     "rotational_conditioning",
     "rotational_stiffness",
     "singularity_distance",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -9,6 +10,8 @@ from functools import partial
 import numpy as np
 import xarray as xr
 
+from kinetostatics.description.units import find_unit
+from kinetostatics.description.units import unit as known_unit
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.indices.poses import ANGULAR, LINEAR, finished, label_dims, labelled, units_of
 from kinetostatics.indices.sag import (
@@ -20,6 +23,8 @@ from kinetostatics.indices.sag import (
 )
 from kinetostatics.indices.stiffness import (
     conditioning,
+    deflection_any_direction,
+    rotation_any_direction,
     rotational_conditioning,
     rotational_stiffness,
     singularity_distance,
@@ -85,6 +90,12 @@ INDICES: Mapping[str, Index] = {
 }
 
 
+#: What takes the size of a force or moment, and its unit.
+ANY_DIRECTION: Mapping[str, tuple[Callable[..., xr.DataArray], str]] = {
+    "deflection_any_direction": (deflection_any_direction, "N"),
+    "rotation_any_direction": (rotation_any_direction, "N·m"),
+}
+
 #: What maps with corrections have besides.
 CORRECTED: Mapping[str, Callable[..., xr.DataArray]] = {
     "remaining_linear_sag": remaining_linear_sag,
@@ -119,7 +130,8 @@ def quantity(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> xr.DataA
 
     Args:
         ds: of :func:`kinetostatics.sweep`.
-        what: the name of an index ("linear_sag"), "stiffness_along:z", or a variable of the Dataset with its labels:
+        what: the name of an index ("linear_sag"), "stiffness_along:z", "deflection_any_direction:500" [N],
+            "rotation_any_direction:20" [N·m], units allowed ("0.5kN"), or a variable of the Dataset with its labels:
             "twist:rx", "contribution:limb_1:z", "gravity_way:attached:z", "actuator_force:prismatic_1",
             "intensity:limb_1: force along …", "compliance:x:ry".
         beyond_limits: as in :func:`valid`.
@@ -134,6 +146,9 @@ def quantity(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> xr.DataA
     name, _, rest = what.partition(":")
     if name == "stiffness_along" and rest:
         return stiffness_along(ds, rest, beyond_limits=beyond_limits)
+    if name in ANY_DIRECTION and rest:
+        function, unit = ANY_DIRECTION[name]
+        return function(ds, _amount(what, rest, unit), beyond_limits=beyond_limits)
     if name not in ds.data_vars or name in ("status", "mode", *FACTS):
         raise ArgumentError(f"no quantity {what!r}{_hint(ds, what)}")
     found, dims = ds[name], label_dims(ds, name)
@@ -147,6 +162,15 @@ def quantity(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> xr.DataA
         found = labelled(found, dim, label)
         units = labelled(units, dim, label) if dim in units.dims else units
     return finished(ds, found, beyond_limits, str(units.values), _long_name(name, labels, str(units.values)))
+
+
+def _amount(what: str, text: str, unit: str) -> float:
+    """Return a force or moment, which may carry a unit."""
+    match = re.fullmatch(r"\s*([\d.]+(?:[eE][-+]?\d+)?)\s*(\D.*)?", text)
+    own = find_unit(match[2].strip()) if match and match[2] else known_unit(unit)
+    if match is None or own is None or own.dimension != known_unit(unit).dimension:
+        raise ArgumentError(f"{what!r}: {text!r} is not a size in {unit}, such as {what.partition(':')[0]}:500{unit}")
+    return own.in_si(float(match[1]))
 
 
 def _hint(ds: xr.Dataset, what: str) -> str:

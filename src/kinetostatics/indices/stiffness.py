@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Sequence
 
 import numpy as np
 import xarray as xr
 
+from kinetostatics.argument_checks import positive
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.indices.poses import ANGULAR, LINEAR, finished, variable
 from kinetostatics.math.arrays import Array
+from kinetostatics.math.orientation import orientation_named
+from kinetostatics.math.rotations import skew
 
 
 def translational_stiffness(
@@ -78,6 +82,84 @@ def stiffness_along(
     along = (block * unit * unit.rename(component="component_2")).sum(["component", "component_2"], skipna=False)
     kind = f"stiffness about {name[1:] if named else name}" if rotation else f"stiffness along {name}"
     return finished(ds, _inverse(along), beyond_limits, "N m/rad" if rotation else "N/m", kind)
+
+
+def deflection_any_direction(
+    ds: xr.Dataset, force: float = 1.0, point: Sequence[float] | None = None, beyond_limits: bool = False
+) -> xr.DataArray:
+    """Return the largest displacement under a force of given size from any direction, the platform free to turn [m].
+
+    The force times the largest eigenvalue of ``C_dd`` at the point where it acts, whose displacement is told.
+
+    Args:
+        ds: of :func:`kinetostatics.sweep`.
+        force: [N].
+        point: (3,) a point of the platform, such as a tool's tip, from o in the platform's axes [m]; default: o.
+        beyond_limits: as in :func:`valid`.
+
+    Raises:
+        ArgumentError: the force is not positive, or the point is none.
+    """
+    size = positive("force", force, "a force [N] greater than zero")
+    C, where = variable(ds, "compliance"), "o"
+    if point is None:
+        block = _block(C, LINEAR)
+    else:
+        arm = np.asarray(point, dtype=float)
+        if arm.shape != (3,) or not np.all(np.isfinite(arm)):
+            raise ArgumentError(f"point is {point!r}; it must be three numbers [m], from o in the platform's axes")
+        block, where = _compliance_at(ds, C, arm), "the point"
+    found = size * _per_pose(_largest, block)
+    return finished(ds, found, beyond_limits, "m", f"largest displacement of {where} under {size:g} N from any direction")
+
+
+def rotation_any_direction(ds: xr.Dataset, moment: float = 1.0, beyond_limits: bool = False) -> xr.DataArray:
+    """Return the largest rotation of the platform under a moment of given size about any axis, o free to move [rad].
+
+    The moment times the largest eigenvalue of ``C_rr``, the same at all points of the platform.
+
+    Args:
+        ds: of :func:`kinetostatics.sweep`.
+        moment: [N·m].
+        beyond_limits: as in :func:`valid`.
+
+    Raises:
+        ArgumentError: the moment is not positive.
+    """
+    size = positive("moment", moment, "a moment [N·m] greater than zero")
+    found = size * _per_pose(_largest, _block(variable(ds, "compliance"), ANGULAR))
+    return finished(ds, found, beyond_limits, "rad", f"largest rotation under {size:g} N·m about any axis")
+
+
+def _compliance_at(ds: xr.Dataset, C: xr.DataArray, arm: Array) -> xr.DataArray:
+    """Return the displacements of a point of the platform under forces there (…, component, component_2)."""
+    pose = variable(ds, "platform_pose")
+    names = [str(name) for name in pose["platform_coordinate"].values[3:]]
+    known = json.loads(str(ds.attrs.get("arguments", "{}"))).get("orientation")
+    convention = orientation_named("tilt_torsion" if "tilt" in names else known)
+
+    def moved(matrices: Array, coordinates: Array) -> Array:
+        angles = np.moveaxis(np.asarray(coordinates)[..., 3:], -1, 0)
+        R = convention.matrix(angles.reshape(3, -1)).reshape(3, 3, *angles.shape[1:])
+        p = np.moveaxis(np.einsum("ij...,j->i...", R, arm), 0, -1)
+        to_point = np.zeros((*p.shape[:-1], 3, 6))
+        to_point[..., :3] = np.eye(3)
+        to_point[..., 3:] = -np.moveaxis(skew(np.moveaxis(p, -1, 0)), (0, 1), (-2, -1))
+        return np.asarray(to_point @ matrices @ np.swapaxes(to_point, -1, -2))
+
+    order = [*LINEAR, *ANGULAR]
+    found = xr.apply_ufunc(
+        moved,
+        C.sel(component=order, component_2=order),
+        pose,
+        input_core_dims=[["component", "component_2"], ["platform_coordinate"]],
+        output_core_dims=[["component", "component_2"]],
+        exclude_dims={"component", "component_2"},
+        dask="parallelized",
+        output_dtypes=[float],
+        dask_gufunc_kwargs={"allow_rechunk": True, "output_sizes": {"component": 3, "component_2": 3}},
+    )
+    return found
 
 
 def _direction(direction: str | Sequence[float] | xr.DataArray) -> tuple[xr.DataArray, str]:

@@ -1,0 +1,50 @@
+"""The largest deflection under a force from any direction, against forces that are tried one by one."""
+
+import numpy as np
+import package_robots
+import pytest
+
+import kinetostatics as ks
+
+pytest.importorskip("xarray")
+
+
+@pytest.mark.parametrize("orientation", ["tilt_torsion", "XYZ"])
+def test_no_direction_does_more_and_one_does_as_much(orientation):
+    robot, tip = package_robots.robot("3rps"), np.array([0.05, -0.02, 0.2])
+    angles = {"azimuth": 0.7, "tilt": [0.1, 0.3]} if orientation == "tilt_torsion" else {"rx": 0.2, "ry": [0.1, -0.3]}
+    ds = ks.sweep(robot, platform={"z": 0.5, **angles}, orientation=orientation)
+    at_o, at_tip = (ks.indices.deflection_any_direction(ds, 500, point) for point in (None, tip))
+    turned = ks.indices.rotation_any_direction(ds, 20)
+    pose = robot.assemble(platform={"z": 0.5, **angles}, orientation=orientation)
+    directions = np.random.default_rng(2).normal(size=(4000, 1, 3))
+    directions /= np.linalg.norm(directions, axis=-1, keepdims=True)
+    none = np.zeros_like(directions)
+    force, moment = np.concatenate([500 * directions, none], axis=-1), np.concatenate([none, 20 * directions], axis=-1)
+    result = ks.analyze(pose, force, gravity=(0, 0, 0))
+    tried = np.linalg.norm(result.twist[..., :3], axis=-1).max(axis=0)
+    assert np.all(tried <= at_o * (1 + 1e-12)) and np.all(tried > 0.995 * at_o)
+    arm = np.einsum("nij,j->ni", pose.platform_frame[:, :3, :3], tip)
+    result = ks.analyze(pose, force, gravity=(0, 0, 0), point=tip + np.zeros((2, 3)), frame="platform")
+    # a load in the platform's frame turns with it; all directions are tried all the same
+    moved = result.twist[..., :3] + np.cross(result.twist[..., 3:], arm)
+    tried = np.linalg.norm(moved, axis=-1).max(axis=0)
+    assert np.all(tried <= at_tip * (1 + 1e-12)) and np.all(tried > 0.995 * at_tip) and np.all(at_tip != at_o)
+    result = ks.analyze(pose, moment, gravity=(0, 0, 0))
+    tried = np.linalg.norm(result.twist[..., 3:], axis=-1).max(axis=0)
+    assert np.all(tried <= turned * (1 + 1e-12)) and np.all(tried > 0.995 * turned)
+    named = ks.indices.quantity(ds, "deflection_any_direction:0.5kN")
+    np.testing.assert_allclose(named, at_o, rtol=1e-14)
+    assert named.attrs["units"] == "m" and "500 N" in named.attrs["long_name"]
+    assert ks.indices.worst(ds, "rotation_any_direction:20").value == pytest.approx(float(turned.max()))
+
+
+def test_mistakes():
+    ds = ks.sweep(package_robots.robot("3rps"), platform={"z": [0.5], "rx": 0.0, "ry": 0.0})
+    for what in ("deflection_any_direction:5mm", "rotation_any_direction:5N", "deflection_any_direction:much"):
+        with pytest.raises(ks.ArgumentError, match="is not a size in"):
+            ks.indices.quantity(ds, what)
+    with pytest.raises(ks.ArgumentError, match="three numbers"):
+        ks.indices.deflection_any_direction(ds, 1, (0, 0))
+    with pytest.raises(ks.ArgumentError, match="greater than zero"):
+        ks.indices.rotation_any_direction(ds, 0)
