@@ -31,10 +31,12 @@ from kinetostatics.printing.dispatch import LATE_MODULES
 from kinetostatics.results.beam import BeamResult
 from kinetostatics.results.compensation import Compensation
 from kinetostatics.results.limb import LimbResult
+from kinetostatics.results.payload import PayloadCoefficients
 from kinetostatics.results.result import Result
 from kinetostatics.results.sensitivities import Sensitivities, Sensitivity
 from kinetostatics.results.tolerances import Tolerance, Tolerances
 from kinetostatics.robot import Robot, load_robot
+from kinetostatics.statics.link_loads import LinkLoad, Payload
 from kinetostatics.status import Status
 from kinetostatics.tolerances import tolerances
 
@@ -66,7 +68,10 @@ __all__ = [
     "KinetostaticsError",
     "LimbEquilibriumError",
     "LimbResult",
+    "LinkLoad",
     "MissingFactsError",
+    "Payload",
+    "PayloadCoefficients",
     "Quantity",
     "Result",
     "Robot",

@@ -23,8 +23,10 @@ from kinetostatics.mechanism.beam_model import without_length
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot, robot_of
+from kinetostatics.statics.applied_loads import AppliedLoad
 from kinetostatics.statics.assembly_errors import AssemblyErrors, parse_assembly_errors
 from kinetostatics.statics.limb_ranks import groups_of_poses
+from kinetostatics.statics.link_loads import LinkLoads, Payload, parse_link_loads
 from kinetostatics.statics.model import RobotStatics
 from kinetostatics.statics.solution import UNBALANCED, Solution, solve
 
@@ -37,6 +39,8 @@ def analyze(
     point: ArrayLike | None = None,
     frame: str = "world",
     misfits: Mapping[str, object] | None = None,
+    loads: Mapping[str, object] | None = None,
+    payload: Payload | None = None,
     on_failure: str | None = None,
     engine: str = "auto",
 ) -> Result:
@@ -54,6 +58,10 @@ def analyze(
             displaced relative to its base side, at the joint's centre, world axes; or ``{"twist": …, "frame": "joint"}``, in the
             joint's own frame. A beam's is ``{"length": …, "temperature": …}``: too long by [m], warmer by [K]. Their effect is
             the contribution "misfit".
+        loads: what acts on links, by the link's name: a wrench (…, 6), force [N] and moment [N·m] in world axes at the link's
+            origin, or a :class:`LinkLoad`, which acts at any point and may follow the link's axes, or a list of several. Of an
+            elastic link it must be the end of a beam. Each is the contribution "load on LINK".
+        payload: what the robot carries, a :class:`Payload` on the platform or on a link; the contribution "payload".
         on_failure: "raise" or "nan"; default: raise for one pose, NaN and a status for a batch.
         engine: "numpy", "compiled" (the extra ``kinetostatics[fast]``), or "auto": compiled where that is installed and so many
             poses of the robot are analysed that compiling pays. Numbers differ by rounding only.
@@ -79,6 +87,13 @@ def analyze(
         True
         >>> {name: round(float(force), 1) for name, force in result.actuator_forces.items()}  # [N]
         {'prismatic_1': 542.8, 'prismatic_2': 542.8, 'prismatic_3': 542.8}
+
+        A tool of 5 kg hangs 0.2 m below o, and somebody leans on the platform:
+
+        >>> tool = ks.Payload(5.0, center=(0, 0, -0.2))
+        >>> result = ks.analyze(pose, loads={"platform": [0, 0, -100, 0, 0, 0]}, payload=tool)
+        >>> {name: round(1e9 * float(result.contributions[name][2]), 1) for name in ("load on platform", "payload")}  # [nm]
+        {'load on platform': -11.3, 'payload': -5.5}
     """
     if not isinstance(configuration, Configuration):
         raise ArgumentError(f"analyze wants a pose, not {configuration!r}: make one with robot.assemble(…)")
@@ -90,13 +105,15 @@ def analyze(
     arm = None if point is None else _vector("point", point, 3)
     robot = robot_of(configuration)
     errors = None if misfits is None else parse_assembly_errors(robot.statics, misfits)
+    on_links = parse_link_loads(robot.statics, loads, payload)
     arrays = [wrench, field] + ([arm] if arm is not None else []) + ([] if errors is None else errors.arrays())
+    arrays += [] if on_links is None else on_links.arrays()
     try:
         shape = np.broadcast_shapes(configuration.shape, *(array.shape[:-1] for array in arrays))
     except ValueError:
         raise ArgumentError(
             f"the batch shapes do not fit together: configuration {configuration.shape}, load {wrench.shape[:-1]}, "
-            f"gravity {field.shape[:-1]}"
+            f"gravity {field.shape[:-1]}{_shapes_of(on_links)}"
         ) from None
     N = int(np.prod(shape))
 
@@ -108,17 +125,21 @@ def analyze(
         numbers = np.arange(int(np.prod(configuration.shape))).reshape(configuration.shape)
         which = np.broadcast_to(numbers, shape).ravel()
     frames = configuration.frames
-    loads, fields, arms = flat(wrench), flat(field), None if arm is None else flat(arm)
+    wrenches, fields, arms = flat(wrench), flat(field), None if arm is None else flat(arm)
     spread = None if errors is None else errors.map(flat)
-    solver = compiled_solver(robot.statics, "numpy" if misfits is not None else engine, N)
+    acting = None if on_links is None else on_links.map(flat)
+    solver = compiled_solver(robot.statics, "numpy" if misfits is not None or on_links is not None else engine, N)
     solutions: list[Solution] = []
     for part in chunks(N) or [slice(0, 0)]:  # one chunk even of an empty batch
         mine = part if isinstance(which, slice) else which[part]
         chunk = frames.take(mine)
-        at_o = _load_at_o(robot, chunk, loads[:, part], None if arms is None else arms[:, part], frame)
+        at_o = _load_at_o(robot, chunk, wrenches[:, part], None if arms is None else arms[:, part], frame)
         off = None if spread is None else spread.map(lambda array: array[:, part])  # noqa: B023
-        solutions += _solutions(robot.statics, solver, chunk, at_o, fields[:, part], off)
-    result = Result(configuration, shape, which, tuple(solutions), configuration.reached[which])
+        applied: tuple[AppliedLoad, ...] = ()
+        if acting is not None:
+            applied = acting.map(lambda array: array[:, part]).at(chunk, fields[:, part])  # noqa: B023
+        solutions += _solutions(robot.statics, solver, chunk, at_o, fields[:, part], off, applied)
+    result = Result(configuration, shape, which, tuple(solutions), configuration.reached[which], payload)
     if on_failure == "raise" or (on_failure is None and shape == ()):
         for solution in solutions:
             _complain(robot, solution)
@@ -132,9 +153,13 @@ def _solutions(
     load: Array,
     gravity: Array,
     assembly_errors: AssemblyErrors | None,
+    applied: tuple[AppliedLoad, ...],
 ) -> list[Solution]:
     """Solve the poses of a chunk; apart and in their order those at which a limb is not what it is elsewhere."""
-    whole = solve(robot, frames, load, gravity, assembly_errors) if solver is None else solver(frames, load, gravity)
+    if solver is None:
+        whole = solve(robot, frames, load, gravity, assembly_errors, None, applied)
+    else:
+        whole = solver(frames, load, gravity)
     special = groups_of_poses(robot, frames, whole.o, whole.statics)
     if not special:
         return [whole]
@@ -144,8 +169,15 @@ def _solutions(
         at = slice(first, last)
         here = frames.take(at)
         off = None if assembly_errors is None else assembly_errors.map(lambda array: array[:, at])  # noqa: B023
-        found.append(solve(robot, here, load[:, at], gravity[:, at], off, special.get(first)))
+        mine = tuple(item.take(at) for item in applied)
+        found.append(solve(robot, here, load[:, at], gravity[:, at], off, special.get(first), mine))
     return found
+
+
+def _shapes_of(on_links: LinkLoads | None) -> str:
+    """Return the batch shapes of loads on links, for messages."""
+    shapes = [] if on_links is None else dict.fromkeys(array.shape[:-1] for array in on_links.arrays())
+    return f", loads on links and payload {', '.join(map(str, shapes))}" if shapes else ""
 
 
 def _vector(name: str, value: ArrayLike, size: int) -> Array:
@@ -182,9 +214,10 @@ def _complain(robot: Robot, solution: Solution) -> None:
                 if name.startswith("limb")
                 else f"what hangs on the {name} cannot hold itself"
             )
+            loaded = " and the loads on its links" if solution.applied else ""
             raise LimbEquilibriumError(
-                f"{what}: its passive joints {', '.join(joints)} would move under gravity "
-                f"({100 * float(part[p]):.3g} % of its weight is not carried)",
+                f"{what}{loaded}: its passive joints {', '.join(joints)} would move under gravity{' or load' if loaded else ''} "
+                f"({100 * float(part[p]):.3g} % of {'these' if loaded else 'its weight'} is not carried)",
                 name,
                 joints,
             )

@@ -17,6 +17,7 @@ examples:
   kinetostatics analyze 2pru_upr --actuators prismatic_1=20mm prismatic_2=0 prismatic_3=-5mm --load 0 0 -500 0 0 0
   kinetostatics analyze panda.urdf --platform-link panda_hand             # a plain URDF, as it is
   kinetostatics analyze 2pru_upr --hinge-axis limb_1=x limb_2=x --gravity 0 0 9.8
+  kinetostatics analyze 3rps --payload 5kg --payload-center 0 0 -200mm --load-on rod_1 0 0 -50N 0 0 0
   kinetostatics analyze my_robot.urdf.xacro --set rod_diameter=80mm --gravity 0 0 0 --load 100 0 0 0 0 0 --json
 """
 

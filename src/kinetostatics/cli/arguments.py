@@ -237,7 +237,7 @@ def load(args: argparse.Namespace) -> Robot:
 
 
 def add_load_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add ``--load``, ``--point``, ``--frame`` and ``--gravity``."""
+    """Add ``--load``, ``--point``, ``--frame``, ``--load-on``, ``--payload…`` and ``--gravity``."""
     group = parser.add_argument_group("load")
     group.add_argument(
         "--load",
@@ -254,6 +254,23 @@ def add_load_arguments(parser: argparse.ArgumentParser) -> None:
         help="axes of load and point; a point in the platform's frame counts from o (default: %(default)s)",
     )
     group.add_argument(
+        "--load-on",
+        nargs="+",
+        action="append",
+        metavar=("LINK", "FX FY FZ MX MY MZ [X Y Z] [link|world]"),
+        default=[],
+        help="force [N] and moment [N·m] on a link, at the point X Y Z of the link's frame (default: its origin), in the axes of "
+        "the link or the world (default); may be given several times",
+    )
+    group.add_argument("--payload", metavar="MASS", help="mass of what the robot carries [kg]")
+    group.add_argument(
+        "--payload-center",
+        nargs=3,
+        metavar=("X", "Y", "Z"),
+        help="its centre of mass, in the platform's frame from o, or in that of its link (default: 0 0 0)",
+    )
+    group.add_argument("--payload-link", metavar="LINK", help="the link that carries it (default: the platform)")
+    group.add_argument(
         "--gravity",
         nargs=3,
         metavar=("GX", "GY", "GZ"),
@@ -267,7 +284,41 @@ def load_options(args: argparse.Namespace) -> dict[str, Any]:
     load = [number_of("--load", text, "force" if k < 3 else "moment") for k, text in enumerate(args.load)]
     point = None if args.point is None else [number_of("--point", text, "length") for text in args.point]
     gravity = [number_of("--gravity", text, "acceleration") for text in args.gravity]
-    return {"load": load, "point": point, "frame": args.frame, "gravity": gravity}
+    return {"load": load, "point": point, "frame": args.frame, "gravity": gravity, **_options_of_links(args)}
+
+
+def _options_of_links(args: argparse.Namespace) -> dict[str, Any]:
+    """Return loads on links and the payload, as far as they are given."""
+    found: dict[str, Any] = {}
+    for link, *texts in args.load_on:
+        found.setdefault("loads", {}).setdefault(link, []).append(_link_load(link, texts))
+    center, link = args.payload_center, args.payload_link
+    if args.payload is not None:
+        from kinetostatics.statics.link_loads import Payload
+
+        mass = number_of("--payload", args.payload, "mass")
+        point = [number_of("--payload-center", text, "length") for text in center or "000"]
+        found["payload"] = Payload(mass, tuple(point), link=link)
+    elif center is not None or link is not None:
+        option = "--payload-link" if center is None else "--payload-center"
+        raise ArgumentError(f"{option} says where a payload is, but --payload does not say its mass: --payload 5kg")
+    return found
+
+
+def _link_load(link: str, texts: list[str]) -> Any:
+    """Return one load of ``--load-on``."""
+    from kinetostatics.statics.link_loads import LinkLoad
+
+    frame = texts.pop() if texts[-1:] in (["link"], ["world"]) else "world"
+    if len(texts) not in (6, 9):
+        raise ArgumentError(
+            f"--load-on {link}: there are {len(texts)} numbers; give FX FY FZ MX MY MZ, and after them X Y Z if it does not act "
+            "at the link's origin"
+        )
+    option = f"--load-on {link}"
+    kinds = ["force"] * 3 + ["moment"] * 3 + ["length"] * 3
+    numbers = [number_of(option, text, kind) for text, kind in zip(texts, kinds, strict=False)]
+    return LinkLoad(tuple(numbers[:6]), tuple(numbers[6:]) or (0.0, 0.0, 0.0), frame)
 
 
 # ---- output --------------------------------------------------------------------------------------------------------

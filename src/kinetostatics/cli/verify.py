@@ -18,6 +18,7 @@ examples:
   kinetostatics verify 3rps
   kinetostatics verify 3rps --platform z=500mm azimuth=-170deg tilt=10deg --orientation tilt_torsion
   kinetostatics verify 2pru_upr --load 100 0 -500 0 0 0 --point 0 0 20mm --frame platform --json
+  kinetostatics verify delta --payload 2kg --payload-center 0 0 -50mm
 """
 
 

@@ -159,7 +159,7 @@ def by_numpy(robot: RobotStatics, frames: Frames, load: Array, gravity: Array) -
 # ---- solutions taken apart ---------------------------------------------------------------------------------------------
 
 #: What a solution and its limbs are given, not found.
-_GIVEN = ("frames", "gravity", "load", "assembly_errors", "errors", "sources", "group")
+_GIVEN = ("frames", "gravity", "load", "assembly_errors", "errors", "sources", "group", "applied", "weights_alone")
 
 
 def arrays_of(solution: Solution) -> dict[str, Any]:

@@ -7,7 +7,7 @@ outboard of it. Limbs stand along an axis of their own: arrays are ``(component,
 from __future__ import annotations
 
 import copy
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from kinetostatics.limbs.model import StaticModel
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.mechanism.joint_compliance import springs_of
 from kinetostatics.mechanism.limb_joints import compound_joints, limb_elements
-from kinetostatics.mechanism.limbs import Edge
+from kinetostatics.mechanism.limbs import Edge, carries
 from kinetostatics.mechanism.tree import Frames
 
 
@@ -66,21 +66,15 @@ class LimbGroup:
         self.limbs = [model.topology.all_limbs[k] for k in numbers]
         self.compounds = [compound_joints(model.mechanism, limb) for limb in self.limbs]
         self.elements = [limb_elements(limb, compounds) for limb, compounds in zip(self.limbs, self.compounds, strict=True)]
-        beam_edges = [[edge for edge in limb.edges if edge.beam] for limb in self.limbs]
+        freedom_edges, beam_edges, spring_edges = self._edges()
         self.beams = [[model.beams[str(edge.beam)] for edge in row] for row in beam_edges]
-        sprung = [
-            [(edge, spring) for edge in limb.edges if edge.joint for spring in springs_of(model.mechanism, edge.joint)]
+        self.springs = [
+            [spring for edge in limb.edges if edge.joint for spring in springs_of(model.mechanism, edge.joint)]
             for limb in self.limbs
         ]
-        self.springs = [[spring for _, spring in row] for row in sprung]
-        spring_edges = [[edge for edge, _ in row] for row in sprung]
         self._skeleton = LimbSkeleton(model, self.limbs, self.compounds, self.beams, self.springs)
         self.dofs, self.passive = self._skeleton.dofs, self._skeleton.passive
         self.rotates, self.compound_of = self._skeleton.rotates, self._skeleton.compound_of
-        freedom_edges = [
-            [limb.edges[compound.edge] for compound in compounds for _ in compound.dofs]
-            for limb, compounds in zip(self.limbs, self.compounds, strict=True)
-        ]
         self.compliances = _members_last([[m.compliances for m in row] for row in self.beams], (6,))[..., None]
         self.beam_masses = _members_last([[np.array(m.mass) for m in row] for row in self.beams], ())[..., None]
         self.beam_masses_per_length = _members_last(
@@ -155,6 +149,19 @@ class LimbGroup:
         """Evaluate the limbs at given frames; ``o`` (3, N) is the reference point [m]."""
         return self._skeleton.geometry(frames, o)
 
+    def _edges(self) -> tuple[list[list[Edge]], list[list[Edge]], list[list[Edge]]]:
+        """Return for every limb the edges of its freedoms, of its beams and of its springs."""
+        freedoms = [
+            [limb.edges[compound.edge] for compound in compounds for _ in compound.dofs]
+            for limb, compounds in zip(self.limbs, self.compounds, strict=True)
+        ]
+        beams = [[edge for edge in limb.edges if edge.beam] for limb in self.limbs]
+        springs = [
+            [edge for edge in limb.edges if edge.joint for _ in springs_of(self.model.mechanism, edge.joint)]
+            for limb in self.limbs
+        ]
+        return freedoms, beams, springs
+
     def _platform_joint(self) -> NDArray[np.bool_]:
         """Mark the freedoms of the outermost run of passive joints with neither beam nor weight between them.
 
@@ -189,8 +196,27 @@ class LimbGroup:
         for g, (row, limb) in enumerate(zip(edges, self.limbs, strict=True)):
             for w in range(len(limb.weights)):
                 name = names[self._own_weights[w, g]]
-                table[g, :, w] = [(name in edge.outboard) - (name in edge.excluded) for edge in row]
+                table[g, :, w] = [carries(edge, name) for edge in row]
         return table
+
+    def loads_outboard(self, wrenches: Mapping[str, Array]) -> tuple[Array, Array, Array]:
+        """Return the sums of loads outboard of passive freedoms, of beams' platform ends, and of springs.
+
+        Args:
+            wrenches: (6, N) about o by the place at which they act [N, N·m].
+
+        Returns:
+            As :meth:`weights_outboard`.
+        """
+        loads = np.stack(list(wrenches.values()), axis=1)
+        tables = [
+            np.array([[[carries(edge, name) for name in wrenches] for edge in row] for row in rows], dtype=float).reshape(
+                len(rows), len(rows[0]), len(wrenches)
+            )
+            for rows in self._edges()
+        ]
+        outboard, beyond, spring_beyond = (np.einsum("gkw,iwn->ikgn", table, loads) for table in tables)
+        return outboard[:, self.passive], beyond, spring_beyond
 
     def weights_outboard(self, weights: Array) -> tuple[Array, Array, Array]:
         """Return the sums of the limbs' own weights outboard of passive freedoms, of beams' platform ends, and of springs.

@@ -6,12 +6,15 @@ weights. Limbs that are built alike are stacked along an axis of their own: arra
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import operator
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.limbs.compliance import LimbLoads, own_weights_of_beams
+from kinetostatics.limbs.geometry import LimbGeometry
 from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.redundant_forces import relaxed_limbs
 from kinetostatics.limbs.wrenches import limb_wrenches
@@ -75,8 +78,47 @@ def limb_statics(
     """
     geometry = group.geometry(frames, o)
     outboard, beyond, spring_beyond = group.weights_outboard(weights)
-    found = limb_wrenches(group, geometry, outboard)
     loads = LimbLoads(beyond, spring_beyond, own_weights_of_beams(group, geometry, gravity))
+    return _statics(group, geometry, outboard, loads, assembly_error)
+
+
+def limb_statics_under(group: LimbGroup, frames: Frames, o: Array, wrenches: Mapping[str, Array]) -> LimbStatics:
+    """Evaluate alike limbs without their weights, under loads at some of their places alone.
+
+    Args:
+        group: the limbs.
+        frames: of all bodies.
+        o: (3, N) reference point [m].
+        wrenches: (6, N) about o by the place at which they act [N, N·m].
+    """
+    geometry = group.geometry(frames, o)
+    outboard, beyond, spring_beyond = group.loads_outboard(wrenches)
+    return _statics(group, geometry, outboard, LimbLoads(beyond, spring_beyond, np.zeros((3, *beyond.shape[1:]))), None)
+
+
+def with_loads(statics: LimbStatics, parts: Sequence[tuple[LimbStatics, Array]]) -> LimbStatics:
+    """Return limbs under their weights and under loads together; each of the ``parts`` counts so many times (N,)."""
+
+    def total(name: str) -> Array:
+        pick = operator.attrgetter(name)
+        return np.asarray(sum((pick(part) * times for part, times in parts), pick(statics)))
+
+    return replace(
+        statics,
+        W_g=total("W_g"),
+        R_g=total("R_g"),
+        gravity_displacement=total("gravity_displacement"),
+        particular=total("particular"),
+        unbalanced=total("unbalanced"),
+        loads=LimbLoads(total("loads.beyond"), total("loads.spring_beyond"), total("loads.own")),
+    )
+
+
+def _statics(
+    group: LimbGroup, geometry: LimbGeometry, outboard: Array, loads: LimbLoads, assembly_error: Array | None
+) -> LimbStatics:
+    """Evaluate limbs under loads (6, passive freedoms, g, N) outboard of passive freedoms, and on their beams and springs."""
+    found = limb_wrenches(group, geometry, outboard)
     relaxed = relaxed_limbs(group, geometry, found, loads, assembly_error)
     return LimbStatics(
         group=group,

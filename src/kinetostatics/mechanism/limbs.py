@@ -16,7 +16,7 @@ from kinetostatics.math.graphs import reachable
 from kinetostatics.mechanism.beam_geometry import BeamSpan
 from kinetostatics.mechanism.edge_directions import DirectedEdge, directed_edges, segments_between_cuts
 from kinetostatics.mechanism.mechanism import Connection, Mechanism
-from kinetostatics.mechanism.rigid_bodies import BodyEdge, BodyGraph, RigidBody
+from kinetostatics.mechanism.rigid_bodies import BodyEdge, BodyGraph, RigidBody, place_of_end
 from kinetostatics.printing.mappings import ShortRepr
 
 
@@ -29,7 +29,8 @@ class Edge:
         beam: name of the beam, or None for a joint.
         sign: +1 if the joint's predecessor is its inboard side, else −1.
         outboard: names of the weights outboard of it; for a beam, of its outer end. Weights are named after their link or,
-            for distributed ones, ``beam:`` and the beam.
+            for distributed ones, ``beam:`` and the beam. Links that weigh nothing, and ``start:`` and ``end:`` of beams, are
+            among them: loads may act there.
         excluded: names of weights that what lies outboard seems to carry but does not: of links inside a telescope that go with
             its outer end although they hang on the inner side of this joint.
         parent: ``key`` of the edge on its inboard side, None if that is the base (where all is attached to the platform: this).
@@ -52,6 +53,11 @@ class Edge:
     def key(self) -> str:
         """The joint's name, or ``beam:`` and the beam's."""
         return self.joint if self.joint is not None else f"beam:{self.beam}"
+
+
+def carries(edge: Edge, name: str) -> int:
+    """Return 1 where a weight or a place for loads lies outboard of an edge, else 0."""
+    return (name in edge.outboard) - (name in edge.excluded)
 
 
 @dataclass(frozen=True)
@@ -80,6 +86,7 @@ class Limb(ShortRepr):
         edges: joints and beams that carry cut joints, inboard ones first. The joints inside a telescopic beam stand next to it.
         branches: joints and beams of open branches on the limb.
         weights: names of its weights.
+        places: names of the places at which loads may act: its rigid links, and ``start:`` and ``end:`` of beams.
         ends: whether the k-th edge ends a way: a weight or more than the next edge lies directly outboard of it.
         to_platform: for each cut joint whether it ends at the platform.
         on_platform: whether it is attached to the platform alone: the spanning tree is rooted there.
@@ -96,6 +103,7 @@ class Limb(ShortRepr):
     to_platform: tuple[bool, ...]
     on_platform: bool = False
     parts: tuple[LimbSegment, ...] = ()
+    places: tuple[str, ...] = ()
 
     @property
     def is_serial(self) -> bool:
@@ -113,12 +121,13 @@ class Limb(ShortRepr):
 class AttachedBodies:
     """What hangs on the base or on the platform alone, the rigid links of base or platform included.
 
-    ``edges`` are those of open branches only.
+    ``edges`` are those of open branches only; ``places`` are names of the places at which loads may act, as of a :class:`Limb`.
     """
 
     links: tuple[str, ...]
     edges: tuple[Edge, ...]
     weights: tuple[str, ...]
+    places: tuple[str, ...]
 
 
 @dataclass(frozen=True, repr=False)
@@ -126,7 +135,9 @@ class Topology(ShortRepr):
     """The robot's limbs, beams and attached bodies.
 
     ``hanging`` holds attached bodies with closed chains, as limbs that do not reach the platform. ``carried_by`` tells for every
-    rigid link of a limb or open branch the ``key`` of the edge that it is the outer side of.
+    rigid link, and every other place for loads, of a limb or open branch the ``key`` of the edge that it is the outer side of.
+    ``beam_ends`` names the places at the ends of every beam of ``beams``.
+    ``without_support`` tells for places that hang on a beam elsewhere than at its ends the joint: nothing can act there.
     """
 
     limbs: tuple[Limb, ...]
@@ -136,6 +147,13 @@ class Topology(ShortRepr):
     beams: dict[str, BeamSpan]
     carried_by: dict[str, str]
     warnings: tuple[str, ...]
+    beam_ends: dict[str, tuple[str, str]]
+    without_support: dict[str, str]
+
+    def link_of(self, place: str) -> str:
+        """Return the link that a place for loads belongs to."""
+        kind, _, beam = place.partition(":")
+        return self.beams[beam].beam.link if kind in ("start", "end") and beam in self.beams else place
 
     @property
     def all_limbs(self) -> tuple[Limb, ...]:
@@ -158,6 +176,7 @@ class _Builder:
         self.spans = dict(self.graph.spans)
         self.warnings = list(self.graph.warnings)
         self.carried_by: dict[str, str] = {}
+        self.beam_ends = {name: (place_of_end(name, 0), place_of_end(name, 1)) for name in self.spans}
 
     def build(self) -> Topology:
         graph = self.graph
@@ -193,8 +212,18 @@ class _Builder:
         limbs.sort(key=lambda pair: pair[0])
         numbered = tuple(replace(limb, name=f"limb_{k}") for k, (_, limb) in enumerate(limbs, 1))
         on_base, on_platform = (self._attached(root, attached[root]) for root in (base, platform))
-        self._check_misplaced((*numbered, *hanging), (*on_base.edges, *on_platform.edges))
-        return Topology(numbered, tuple(hanging), on_base, on_platform, self.spans, self.carried_by, tuple(self.warnings))
+        unsupported = self._check_misplaced((*numbered, *hanging), (*on_base.edges, *on_platform.edges))
+        return Topology(
+            numbered,
+            tuple(hanging),
+            on_base,
+            on_platform,
+            self.spans,
+            self.carried_by,
+            tuple(self.warnings),
+            self.beam_ends,
+            unsupported,
+        )
 
     def _transmits_nothing(self, joint: Connection | None) -> bool:
         return joint is not None and joint.type.is_free and joint.name not in self.graph.description.joint_stiffness
@@ -225,8 +254,8 @@ class _Builder:
             keys[step.edge] = tuple(edge.key for edge in chain)
             if step.in_tree:
                 last_key[step.outer] = chain[-1].key
-                for link in graph.rigid_links_of(step.outer):
-                    self.carried_by[link] = chain[-1].key
+                for place in dict.fromkeys((*graph.rigid_links_of(step.outer), *graph.places_of(step.outer))):
+                    self.carried_by[place] = chain[-1].key
             if step.edge in leading:
                 found.extend(chain)
                 ends.extend([False] * (len(chain) - 1) + [not passes])
@@ -244,6 +273,7 @@ class _Builder:
             tuple(step.outer is graph.platform and not on_platform for step in cut_joints),
             on_platform,
             self._parts([step for step in steps if step.edge in leading], keys),
+            tuple(name for body in bodies for name in graph.places_of(body)),
         )
 
     def _parts(self, steps: list[DirectedEdge], keys: dict[BodyEdge, tuple[str, ...]]) -> tuple[LimbSegment, ...]:
@@ -281,13 +311,13 @@ class _Builder:
         return self.graph.links_of([body], [])[0]
 
     def _weights_below(self, steps: list[DirectedEdge]) -> dict[BodyEdge, list[str]]:
-        """Return the names of the weights that the tree carries beyond each of its edges."""
+        """Return the names of the weights, and of places for loads, that the tree carries beyond each of its edges."""
         hanging: dict[RigidBody, list[str]] = {}
         below: dict[BodyEdge, list[str]] = {}
         for step in reversed(steps):  # outer edges come after inner ones
             mine: list[str] = []
             if step.in_tree:
-                mine = self.graph.weights_of(step.outer) + hanging.get(step.outer, [])
+                mine = self.graph.places_of(step.outer) + hanging.get(step.outer, [])
                 below[step.edge] = mine
             own = [f"beam:{step.edge.beam.beam.name}"] if step.edge.beam is not None else []
             hanging[step.inner] = mine + own + hanging.get(step.inner, [])
@@ -311,14 +341,18 @@ class _Builder:
                 "from= should name the joint towards the base"
             )
         span = edge.beam if forward else edge.beam.reversed
+        if not forward:
+            self.beam_ends[name] = self.beam_ends[name][::-1]
         self.spans[name] = span
         joints, before_carrier = [*span.inward[::-1], *span.outward], len(span.inward)
         links = [span.start_link]
         for item in joints:
             links.append(item.other(links[-1]))
         # Links in mid-span go with the end on their side; a joint in between carries those outboard of it all the same.
-        near = [link for link in links[1:before_carrier] if self.graph.weighs(link)]
-        far = [link for link in links[before_carrier + 1 : -1] if self.graph.weighs(link)]
+        # So do joints with what acts on the beam's own link at its ends.
+        start, end = self.beam_ends[name]
+        near = [link for link in links[1:before_carrier] if self.graph.is_rigid(link)]
+        far = [link for link in links[before_carrier + 1 : -1] if self.graph.is_rigid(link)]
         result: list[Edge] = []
         for number in range(len(joints) + 1):
             if number == before_carrier:
@@ -330,21 +364,24 @@ class _Builder:
                 inboard = set(links[: number + 1])
                 weights = list(below)
                 if number < before_carrier:
-                    weights += [link for link in near if link not in inboard] + [f"beam:{name}"]
-                excluded = tuple(link for link in far if link in inboard)
+                    weights += [link for link in near if link not in inboard] + [f"beam:{name}", start]
+                excluded = tuple(link for link in far if link in inboard) + ((end,) if number >= before_carrier else ())
                 result.append(Edge(item.name, None, sign, tuple(weights), parent, excluded, cut_joints, step.both_ways))
                 parent = result[-1].key
         return result
 
     # ---- the rest ---------------------------------------------------------------------------------------------------
 
-    def _check_misplaced(self, limbs: tuple[Limb, ...], attached: tuple[Edge, ...]) -> None:
-        """Refuse what carries load somewhere along a beam instead of at its end."""
+    def _check_misplaced(self, limbs: tuple[Limb, ...], attached: tuple[Edge, ...]) -> dict[str, str]:
+        """Refuse what carries load somewhere along a beam instead of at its end; return the places that nothing may act at."""
         carrying = {edge.joint for limb in limbs for edge in limb.edges}
         branches = [edge for limb in limbs for edge in limb.branches]
-        loaded = {edge.joint: edge.outboard for edge in (*branches, *attached)}
+        outboard = {edge.joint: edge.outboard for edge in (*branches, *attached)}
+        unsupported: dict[str, str] = {}
         for _, connection, link in self.graph.misplaced:
-            if connection.name in carrying or loaded.get(connection.name):
+            places = outboard.get(connection.name, ())
+            unsupported |= dict.fromkeys(places, connection.name)
+            if connection.name in carrying or any(map(self._is_weight, places)):
                 beams = ", ".join(repr(beam.name) for beam in self.graph.beams_of[link])
                 place = connection.place
                 raise RobotFileError(
@@ -353,12 +390,18 @@ class _Builder:
                     place.file,
                     place.line,
                 )
+        return unsupported
+
+    def _is_weight(self, name: str) -> bool:
+        """Whether what has a name in ``outboard`` weighs something."""
+        return name.startswith("beam:") or (name in self.graph.description.links and self.graph.weighs(name))
 
     def _attached(self, root: RigidBody, components: list[tuple[list[RigidBody], Limb]]) -> AttachedBodies:
         bodies = [root, *(body for component, _ in components for body in component)]
         weights = [*self.graph.weights_of(root), *(name for _, limb in components for name in limb.weights)]
         edges = [edge for _, limb in components if not limb.to_platform for edge in limb.branches]
-        return AttachedBodies(self.graph.links_of(bodies, []), tuple(edges), tuple(weights))
+        places = [name for body in bodies for name in self.graph.places_of(body)]
+        return AttachedBodies(self.graph.links_of(bodies, []), tuple(edges), tuple(weights), tuple(places))
 
 
 def _way_in(body: RigidBody, reached_by: dict[RigidBody, DirectedEdge]) -> Iterator[DirectedEdge]:

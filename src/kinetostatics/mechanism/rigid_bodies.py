@@ -53,6 +53,11 @@ class BodyEdge:
         return outer if inner is body else inner
 
 
+def place_of_end(beam: str, end: int) -> str:
+    """Return the name of the place at a beam's start (0) or end (1), as in the file."""
+    return f"{('start', 'end')[end]}:{beam}"
+
+
 class BodyGraph:
     """Pieces and edges of a mechanism.
 
@@ -76,6 +81,7 @@ class BodyGraph:
         self.spans = finder.spans()
         self.warnings = list(finder.warnings)
         self._bodies: dict[str, list[RigidBody]] = {}
+        self._ends: dict[str, RigidBody] = {}
         self.misplaced: list[tuple[BodyEdge, Connection, str]] = []
         self._make_bodies()
         edges = self._make_edges()
@@ -94,6 +100,11 @@ class BodyGraph:
                 self._weights_of.setdefault(whole, []).extend(body.weights)
                 if body.point is None:
                     self._rigid_links_of.setdefault(whole, []).append(link)
+        self._places_of: dict[RigidBody, list[str]] = {
+            body: [link for link in links if link not in self.beams_of] for body, links in self._rigid_links_of.items()
+        }
+        for name, body in self._ends.items():
+            self._places_of.setdefault(body.find(), []).append(name)
 
     def bodies(self) -> list[RigidBody]:
         """Return all bodies, in the order of the file."""
@@ -102,6 +113,10 @@ class BodyGraph:
     def weights_of(self, body: RigidBody) -> list[str]:
         """Return the names of the rigid links that weigh on a body."""
         return self._weights_of.get(body, [])
+
+    def places_of(self, body: RigidBody) -> list[str]:
+        """Return the names of the places of a body at which loads may act: its links without beams, and the ends of beams."""
+        return self._places_of.get(body, [])
 
     def rigid_links_of(self, body: RigidBody) -> list[str]:
         """Return the links without beams that a body consists of."""
@@ -115,7 +130,11 @@ class BodyGraph:
 
     def weighs(self, link: str) -> bool:
         """Whether a link is rigid and weighs something."""
-        return link not in self.beams_of and self.description.links[link].mass > 0
+        return self.is_rigid(link) and self.description.links[link].mass > 0
+
+    def is_rigid(self, link: str) -> bool:
+        """Whether a link has no beams."""
+        return link not in self.beams_of
 
     # ---- construction -----------------------------------------------------------------------------------------------
 
@@ -151,6 +170,7 @@ class BodyGraph:
             start, end = self._body_at(span.start_link, span.start), self._body_at(span.end_link, span.end)
             if start is None or end is None:
                 raise beam_error(beam, "it ends in the middle of another beam; split that beam with a fixed joint")
+            self._ends |= {place_of_end(beam.name, 0): start, place_of_end(beam.name, 1): end}
             inside.update(item.name for item in (*span.inward, *span.outward))
             for path, body in ((span.inward, start), (span.outward, end)):
                 link = beam.link

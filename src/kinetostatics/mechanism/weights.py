@@ -117,8 +117,8 @@ class Weights:
         return weighed(model, self._bodies_at(frames))
 
     def sum(self, names: Iterable[str], wrenches: Array) -> Array:
-        """Return the sum (6, N) of the wrenches (6, W, N) of some weights."""
-        which = [self._number[name] for name in names]
+        """Return the sum (6, N) of the wrenches (6, W, N) of those of some names that are weights."""
+        which = [self._number[name] for name in names if name in self._number]
         total: Array = wrenches[:, which].sum(axis=1)
         return total
 

@@ -121,4 +121,6 @@ class ShortRepr:
 def _is_default(item: Field[object], value: object) -> bool:
     """Whether a field says nothing: it is at its default, or no part of what the dataclass is."""
     default = item.default_factory() if item.default_factory is not MISSING else item.default
+    if isinstance(value, np.ndarray):
+        return default is not MISSING and np.array_equal(value, np.asarray(default))
     return default is not MISSING and (not item.compare or bool(value == default))

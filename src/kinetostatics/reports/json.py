@@ -27,6 +27,9 @@ RESULT_UNITS = {
     "general": "SI: m, rad, kg, s, N, N·m, Pa; world axes; null: not a number, infinite or not determined",
     "batch": "arrays have the axes of `shape` first, those of `configuration` the axes of `configuration.shape`",
     "gravity": "m/s²",
+    "link_loads": "[force N; moment N·m] about o, of each load on a link and of the payload's weight",
+    "payload": "mass kg at center m of the frame of link, null: of o-xyz; coefficients: what it does per kg and per kg·m of its "
+    "first moment: twist, actuator_forces and joint_wrenches per unit of `parameters`, the last axis",
     "load": "[force N; moment N·m] about o; platform_weight: the same of the platform's own weight",
     "twist": "[displacement m; rotation rad] of the platform at o; contributions sum to it",
     "mechanism_contributions": "the limbs' own weights in two ways: by attached wrenches and by deformation, Eq. (12)",
@@ -140,7 +143,8 @@ def result_to_dict(result: Result) -> dict[str, object]:
         **{name: plain(where) for name, where in result.facts.items()},
         "warnings": list(result.warnings),
         "configuration": _configuration(result.configuration),
-        **_named(result, ("gravity", "load", "platform_weight")),
+        **_named(result, ("gravity", "load", "platform_weight", "link_loads")),
+        "payload": _payload(result),
     }
     found |= _named(result, RESULT_NAMES)
     found["actuator_units"] = {name: drive_unit(robot, name) for name in result.actuator_forces}
@@ -159,6 +163,13 @@ def tolerances_to_dict(found: Tolerances) -> dict[str, object]:
 def _named(item: object, names: Iterable[str]) -> dict[str, object]:
     """Return some attributes as plain values."""
     return {name: plain(getattr(item, name)) for name in names}
+
+
+def _payload(result: Result) -> dict[str, Any] | None:
+    if result.payload is None:
+        return None
+    payload, coefficients = result.payload, plain(result.payload_coefficients)
+    return {**_named(payload, ("mass", "center", "link")), "coefficients": coefficients}
 
 
 def _configuration(configuration: Configuration) -> dict[str, object]:

@@ -14,6 +14,10 @@ from kinetostatics.printing.dispatch import text_of
 from kinetostatics.printing.text import (
     CLOSED,
     ENERGIES,
+    FORCES,
+    MASSES,
+    MILLIMETRES,
+    MOMENTS,
     STIFFNESSES,
     TURNING_STIFFNESSES,
     Magnitudes,
@@ -21,6 +25,7 @@ from kinetostatics.printing.text import (
     quantity,
     section,
     table,
+    vector,
     warning_lines,
     wide_table,
     wrapped,
@@ -31,6 +36,7 @@ from kinetostatics.reports.gravity import gravity_twists
 from kinetostatics.reports.pose import facts_of, pose_lines, statuses_of
 from kinetostatics.reports.sources import source_lines
 from kinetostatics.results.result import Result
+from kinetostatics.statics.link_loads import PAYLOAD
 from kinetostatics.statics.solution import UNBALANCED
 from kinetostatics.status import WITHOUT_NUMBERS, Status
 
@@ -74,11 +80,27 @@ def _status_words(result: Result) -> str:
 
 
 def _pose(result: Result) -> list[str]:
-    configuration, more = result.configuration, []
+    configuration, more = result.configuration, _acting(result)
     if configuration.openings and np.isfinite(configuration.residual):
         open_by = float(configuration.residual)
         more.append(("loops", "closed" if open_by <= CLOSED else f"open by at most {open_by:.1e} (m or rad)"))
     return pose_lines(configuration, result.gravity, result.load, *more)
+
+
+def _acting(result: Result) -> list[tuple[str, str]]:
+    """Return names and texts of the payload and the loads on links."""
+    found = []
+    if result.payload is not None:
+        frame = "o-xyz" if result.payload.link is None else result.payload.link
+        center = np.broadcast_to(np.asarray(result.payload.center, dtype=float), (3,))
+        place = vector(center, Scale.of(center, MILLIMETRES, digits=4))
+        found.append(("payload", f"{quantity(result.payload.mass, MASSES)} at {place} of {frame}"))
+    for name, wrench in result.link_loads.items():
+        if name != PAYLOAD:
+            force, moment = Scale.of(wrench[:3], FORCES), Scale.of(wrench[3:], MOMENTS)
+            text = f"{name.removeprefix('load ')}: force {vector(wrench[:3], force)}, moment about o {vector(wrench[3:], moment)}"
+            found.append(("load", text))
+    return found
 
 
 def _free_motions(result: Result) -> list[str]:

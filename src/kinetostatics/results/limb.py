@@ -13,6 +13,7 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import Cholesky
 from kinetostatics.printing.dispatch import Shown
 from kinetostatics.results.batch import Batch
+from kinetostatics.statics.applied_loads import of_contributions
 from kinetostatics.statics.solution import Solution
 
 
@@ -64,8 +65,16 @@ class LimbResult(Shown):
 
     @cached_property
     def attached_intensities(self) -> Array:
-        """(…, n_g) W_ig, Eq. (3) [N or N·m]."""
+        """(…, n_g) W_ig of the limb's own weight and of the loads on its links, Eq. (3) [N or N·m]."""
         return self._canonical(lambda s, k: s.statics[k].W_g, len(self.attached_labels))
+
+    @cached_property
+    def attached_contributions(self) -> Mapping[str, Array]:
+        """(…, n_g) W_ig of each contribution: of the limb's own weight, and of each load on its links."""
+        size = len(self.attached_labels), len(self._solutions[0].sources)
+        return self._batch.by_source(
+            self._solutions[0].sources, [self._where_canonical(s, _attached_intensities, size) for s in self._solutions]
+        )
 
     @cached_property
     def compliance(self) -> Array:
@@ -79,7 +88,7 @@ class LimbResult(Shown):
 
     @cached_property
     def sag(self) -> Array:
-        """(…, n_c) Δ_igc, displacement along each constraint wrench under the limb's own weight, Eqs. (16), (19), (21)."""
+        """(…, n_c) Δ_igc, displacement along each constraint wrench by its own weight and loads, Eqs. (16), (19), (21)."""
         return self._canonical(lambda s, k: s.statics[k].gravity_displacement, len(self.labels))
 
     @cached_property
@@ -114,6 +123,13 @@ def _inverse(statics: LimbStatics) -> Array:
 def _intensities(solution: Solution, number: int) -> Array:
     """Return W_ic of each contribution (n_c, S, g, N) of a group of limbs, NaN where it is not determined."""
     return np.where(solution.undetermined[number][:, None], np.nan, solution.intensities[number])
+
+
+def _attached_intensities(solution: Solution, number: int) -> Array:
+    """Return W_ig of each contribution (n_g, S, g, N) of a group of limbs."""
+    statics = solution.statics_of_weights(number)
+    total = statics.W_g[:, None] * solution.contribution_mask(statics.group)
+    return of_contributions(solution.applied, lambda item: None if (s := item.statics[number]) is None else s.W_g, total)
 
 
 def _limb_wrench(solution: Solution, number: int, position: int) -> Array:

@@ -27,9 +27,12 @@ from kinetostatics.results.contributions import (
     source_contributions,
 )
 from kinetostatics.results.limb import LimbResult, particular_limb_wrench
+from kinetostatics.results.payload import PayloadCoefficients, payload_coefficients
 from kinetostatics.robot import Robot, robot_of
+from kinetostatics.statics.applied_loads import sum_of
 from kinetostatics.statics.deformation import Deformation, deform
 from kinetostatics.statics.joint_wrenches import actuator_forces, drive_forces, joint_contributions, joint_wrenches
+from kinetostatics.statics.link_loads import Payload
 from kinetostatics.statics.solution import Solution, by_mechanism, of_deformation
 from kinetostatics.status import FACTS, Status, status_of
 
@@ -41,6 +44,7 @@ class Result(Shown):
         configuration: the pose or poses.
         robot: the robot.
         shape: batch shape of all results, the configuration's broadcast against loads and gravity.
+        payload: what the robot carries, None if nothing.
     """
 
     def __init__(
@@ -50,11 +54,13 @@ class Result(Shown):
         which: Any,
         solutions: tuple[Solution, ...],
         reached: NDArray[np.bool_],
+        payload: Payload | None = None,
     ) -> None:
         self.configuration: Configuration = configuration
         self.robot: Robot = robot_of(configuration)
         self.shape: tuple[int, ...] = shape
         self.solutions = solutions
+        self.payload: Payload | None = payload
         self._which, self._reached = which, reached
 
     def __str__(self) -> str:
@@ -153,7 +159,7 @@ class Result(Shown):
 
     @cached_property
     def contributions(self) -> Mapping[str, Array]:
-        """What load, platform weight and each limb's own weight contribute to the twist (…, 6); they sum to it."""
+        """What each adds to the twist (…, 6): load, platform weight, each limb's own weight, loads on links, payload, misfits."""
         return self._batch.by_source(self.solutions[0].sources, [s.twists for s in self.solutions])
 
     @cached_property
@@ -179,7 +185,7 @@ class Result(Shown):
         :attr:`mechanism_contributions`. The forces that hold the limb's own weight belong to the first, the strains that they
         cause in the limb to the second.
         """
-        return Result(self.configuration, self.shape, self._which, self._by_mechanism, self._reached)
+        return Result(self.configuration, self.shape, self._which, self._by_mechanism, self._reached, self.payload)
 
     @cached_property
     def stiffness(self) -> Array:
@@ -208,8 +214,21 @@ class Result(Shown):
 
     @cached_property
     def platform_wrench(self) -> Array:
-        """(…, 6) what the world puts on the platform: load and platform weight, about o, Eq. (5)."""
-        return self._gather(lambda s: s.load + s.platform_weight)
+        """(…, 6) what the world puts on the platform: load, platform weight and what acts on its links, about o, Eq. (5)."""
+        places = self.robot.topology.platform.places
+        return self._gather(lambda s: s.load + s.platform_weight + sum_of(s.applied, places))
+
+    @cached_property
+    def link_loads(self) -> Mapping[str, Array]:
+        """(…, 6) loads on links and the payload's weight by contribution, about o, world axes [N, N·m]."""
+        names = [item.load.name for item in self.solutions[0].applied]
+        return Named({name: self._public([sum_of([s.applied[k]]) for s in self.solutions]) for k, name in enumerate(names)})
+
+    @cached_property
+    def payload_coefficients(self) -> PayloadCoefficients:
+        """What a payload, where it is or else on the platform, does per unit of its mass and first moment."""
+        link = None if self.payload is None else self.payload.link
+        return payload_coefficients(self.robot.statics, self._batch, self.solutions, link)
 
     # ---- limbs ------------------------------------------------------------------------------------------------------
 
@@ -308,8 +327,10 @@ class Result(Shown):
         total: list[Array] = []
         body, placement = self.robot.mechanism.body_of[self.robot.description.base]
         for solution in self.solutions:
-            weights = solution.weights
+            weights, topology = solution.weights, self.robot.topology
             sum_at_o = weights[:, self.robot.weights.of("base")].sum(axis=1)
+            sum_at_o += sum_of(solution.applied, topology.base.places)
+            sum_at_o += sum_of(solution.applied, [place for limb in topology.limbs for place in limb.places])
             for number, statics in enumerate(solution.statics):
                 if statics.group.is_attached:
                     continue  # its weight is that of base or platform

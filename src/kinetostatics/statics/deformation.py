@@ -22,7 +22,8 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import least_squares
 from kinetostatics.math.screws import move_twist, move_wrench
 from kinetostatics.mechanism.joint_compliance import Spring, springs_of
-from kinetostatics.mechanism.limbs import Edge
+from kinetostatics.mechanism.limbs import Edge, carries
+from kinetostatics.statics.applied_loads import AppliedStatics, by_place, of_contributions
 from kinetostatics.statics.loaded_beams import LoadedBeams, rotate
 from kinetostatics.statics.model import RobotStatics
 from kinetostatics.statics.solution import Solution
@@ -90,7 +91,7 @@ def deform(robot: RobotStatics, solution: Solution) -> Deformation:
 
 
 def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
-    statics = solution.statics[number]
+    statics = solution.statics_of_weights(number)
     group = statics.group
     geometry = group.geometry(solution.frames, solution.o)
     # what strains the limbs; forces may belong to other contributions than what they strain
@@ -105,7 +106,8 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
         axes, end, length = geometry.beam_axes[:, :, b], geometry.beam_ends[:, b], geometry.beam_lengths[b]
         models = tuple(row[b] for row in group.beams)
         mass = np.stack([model.mass_of(length[m]) for m, model in enumerate(models)])
-        total = carried_wrench(signs[k], cut_wrenches) + share * statics.loads.beyond[:, None, b]
+        beyond = _with_loads(solution, number, share * statics.loads.beyond[:, None, b], "beyond", b)
+        total = carried_wrench(signs[k], cut_wrenches) + beyond
         wrench = rotate(axes, move_wrench(total, end[:, None]), back=True)
         load = share * statics.loads.own[:, None, b]
         own = carried_wrench(signs[k], statics.particular)[:3] + statics.loads.beyond[:3, b]
@@ -129,7 +131,9 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
         out.elastic.append(ElasticDeformation("beams", names, group, number, everyone, signs[k], gives[k].sum(axis=1)))
     for spring, k in enumerate(group.spring_elements):
         axes, arm = geometry.spring_axes[:, :, spring], geometry.spring_arms[:, spring]
-        total = carried_wrench(signs[k], cut_wrenches) + share * statics.loads.spring_beyond[:, None, spring]
+        beyond = share * statics.loads.spring_beyond[:, None, spring]
+        beyond = _with_loads(solution, number, beyond, "spring_beyond", spring)
+        total = carried_wrench(signs[k], cut_wrenches) + beyond
         wrench = rotate(axes, move_wrench(total, arm[:, None]), back=True)
         local = spring_twist(group, spring, wrench)
         out.spring_energy[:] += np.einsum("ign,ign->n", wrench.sum(axis=1), local.sum(axis=1)) / 2
@@ -161,6 +165,24 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
             out.motions[limb.edges[edges[-1]].key] = outer[:, :, position]
     for k, beams in beam_of.items():
         out.beams.append(beams.turned(motions[k]) if elements[k].turned else beams)
+
+
+def _with_loads(solution: Solution, number: int, weights: Array, name: str, element: int) -> Array:
+    """Return the weights (6, S, g, N) that an element of limbs carries, with the loads on links that it carries.
+
+    Args:
+        solution: the chunk of poses.
+        number: of the group of limbs.
+        weights: that it carries.
+        name: of the loads that are meant: "beyond" or "spring_beyond".
+        element: number of the beam or spring.
+    """
+
+    def picked(item: AppliedStatics) -> Array | None:
+        part = item.statics[number]
+        return None if part is None else np.asarray(getattr(part.loads, name)[:, element])
+
+    return of_contributions(solution.applied, picked, weights)
 
 
 def _add_assembly_errors(
@@ -267,8 +289,10 @@ def _deform_branches(
             axes = frames.orientations(np.array([model.span.carrier]), model.axes[:, :, None])
             end = frames.points(np.array([model.span.end_body]), model.span.end[:, None]) - solution.o[:, None]
             length = model.length(frames)[None]
-            beyond = robot.weights.sum(edge.outboard, solution.weights)[:, None]
-            local = rotate(axes, move_wrench(beyond, end), back=True)
+            own = robot.weights.sum(edge.outboard, solution.weights)[:, None]
+            beyond = _with_branch_loads(solution, edge, own[:, None] * share)
+            local = rotate(axes, move_wrench(beyond, end[:, None]), back=True)
+            own_axial = np.einsum("ign,ign->gn", axes[:, 0], own[:3])
             mass = model.mass_of(length)
             load = np.einsum("jign,jn->ign", axes, solution.gravity) * mass / length
             beams = LoadedBeams(
@@ -278,30 +302,41 @@ def _deform_branches(
                 length,
                 mass,
                 end,
-                local[:, None] * share,
+                local,
                 load[:, None] * share,
                 motion[:, :, None],
                 np.einsum("ign,isn->sgn", axes[:, 0], off[:3]),
-                elsewhere * local[0],
+                elsewhere * own_axial,
             )
             out.beams.append(beams)
             motion = motion + beams.end_twist()[:, :, 0]
         for spring in springs_of(robot.mechanism, edge.joint) if edge.joint else ():
-            motion = motion + _spring_motion(robot, solution, edge, spring)[:, None] * share[:, 0]
+            motion = motion + _spring_motion(robot, solution, edge, spring, share[:, 0])
         out.motions[edge.key] = motion + off
 
 
-def _spring_motion(robot: RobotStatics, solution: Solution, edge: Edge, spring: Spring) -> Array:
-    """Return the motion (6, N), about o, of what a spring of an open branch carries."""
+def _with_branch_loads(solution: Solution, edge: Edge, weights: Array) -> Array:
+    """Return the weights that an edge of an open branch carries (6, S, …, N), with the loads on links that it carries."""
+
+    def picked(item: AppliedStatics) -> Array | None:
+        found = [wrench for place, wrench in item.load.wrenches.items() if carries(edge, place)]
+        return np.sum(found, axis=0).reshape(6, *(1,) * (weights.ndim - 3), -1) if found else None
+
+    return of_contributions(solution.applied, picked, weights)
+
+
+def _spring_motion(robot: RobotStatics, solution: Solution, edge: Edge, spring: Spring, share: Array) -> Array:
+    """Return the motions (6, S, N), about o, of what a spring of an open branch carries, whose weight has a ``share`` (S, 1)."""
     frames, body = solution.frames, np.array([spring.body])
     axes = frames.orientations(body, spring.frame[:3, :3, None])
     arm = frames.points(body, spring.frame[:3, 3:]) - solution.o[:, None]
     carried = robot.weights.sum(edge.outboard, solution.weights) - robot.weights.sum(edge.excluded, solution.weights)
-    local = rotate(axes, move_wrench(carried[:, None], arm), back=True)
+    total = _with_branch_loads(solution, edge, carried[:, None] * share)[:, :, None]
+    local = rotate(axes, move_wrench(total, arm[:, None]), back=True)
     yielded = np.concatenate(
-        [np.einsum("ij,jkn->ikn", spring.linear, local[:3]), np.einsum("ij,jkn->ikn", spring.angular, local[3:])]
+        [np.einsum("ij,jskn->iskn", spring.linear, local[:3]), np.einsum("ij,jskn->iskn", spring.angular, local[3:])]
     )
-    return move_twist(rotate(axes, yielded), -arm)[:, 0]
+    return move_twist(rotate(axes, yielded), -arm[:, None])[:, :, 0]
 
 
 def axial_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]:
@@ -324,11 +359,14 @@ def axial_forces(robot: RobotStatics, solution: Solution) -> dict[str, Array]:
             both = [outer, inner] if elements[k].turned else [inner, outer]
             all_three = np.stack([*both, geometry.beam_lengths[b]])
             found.update((row[b].name, all_three[:, m]) for m, row in enumerate(group.beams))
+    loads = by_place(solution.applied)
     for edge in (edge for edges in _branches(robot) for edge in edges if edge.beam is not None):
         model = robot.beams[str(edge.beam)]
         axis = solution.frames.direction(model.span.carrier, model.axes[:, 0])
         length = model.length(solution.frames)
-        outer = np.einsum("in,in->n", axis, robot.weights.sum(edge.outboard, solution.weights)[:3])
+        beyond = robot.weights.sum(edge.outboard, solution.weights)
+        beyond = sum((wrench for place, wrench in loads.items() if carries(edge, place)), beyond)
+        outer = np.einsum("in,in->n", axis, beyond[:3])
         inner = outer + np.einsum("in,in->n", axis, solution.gravity) * model.mass_of(length)
         found[model.name] = np.stack([inner, outer, length])
     return found

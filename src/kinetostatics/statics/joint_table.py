@@ -8,7 +8,7 @@ from kinetostatics.limbs.model import StaticModel
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import rotation_twist, translation_twist
 from kinetostatics.mechanism.limb_joints import joint_dofs, sides
-from kinetostatics.mechanism.limbs import Edge
+from kinetostatics.mechanism.limbs import Edge, carries
 from kinetostatics.mechanism.tree import Frames
 
 
@@ -18,6 +18,7 @@ class OpenBranch:
     Attributes:
         owner: the limb on which the branch hangs, or ``base`` or ``platform``.
         joint: its name.
+        edge: the joint as it lies on the way out.
         outboard: (W,) which weights it carries.
         scale: (k,) what makes its powers comparable: 1 for a translation, the characteristic length for a rotation.
     """
@@ -25,7 +26,8 @@ class OpenBranch:
     def __init__(self, model: StaticModel, owner: str, edge: Edge) -> None:
         connection = model.mechanism.connections[str(edge.joint)]
         self.owner, self.joint = owner, connection.name
-        self.outboard = np.array([(name in edge.outboard) - (name in edge.excluded) for name in model.weights.names], dtype=float)
+        self.edge = edge
+        self.outboard = np.array([carries(edge, name) for name in model.weights.names], dtype=float)
         self._dofs = [f for f in joint_dofs(model.mechanism, connection, edge.sign) if f.passive]
         self.scale = np.array([model.length if f.rotates else 1.0 for f in self._dofs])
 
@@ -85,9 +87,10 @@ class JointTable:
             for cut, sign in edge.cut_joints:
                 self.cut_signs[row, k + cut] = sign
         weights = model.weights.names
-        self.outboard = np.array(
-            [[(name in edge.outboard) - (name in edge.excluded) for name in weights] for edge, _ in entries], dtype=float
-        ).reshape(len(entries), len(weights))
+        self._edges = [edge for edge, _ in entries]
+        self.outboard = np.array([[carries(edge, name) for name in weights] for edge, _ in entries], dtype=float).reshape(
+            len(entries), len(weights)
+        )
         turned = [edge.both_ways and edge.sign < 0 for edge, _ in entries]
         self.signs = {str(edge.joint): edge.sign * (-1 if back else 1) for (edge, _), back in zip(entries, turned, strict=True)}
         self.reported = np.where(turned, 1.0, -1.0)
@@ -97,6 +100,10 @@ class JointTable:
         ]
         self.centre_body = np.array([body for body, _ in outer], dtype=np.intp)
         self.centre = np.array([frame[:3, 3] for _, frame in outer]).reshape(-1, 3).T
+
+    def carrying(self, place: str) -> Array:
+        """Return (J,) 1 for the joints that carry what acts at a place, else 0."""
+        return np.array([carries(edge, place) for edge in self._edges], dtype=float)
 
     def cuts_of(self, limb: int) -> slice:
         """Return which columns of ``cut_signs`` are those of a limb."""

@@ -11,6 +11,7 @@ import numpy as np
 
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.screws import move_wrench
+from kinetostatics.statics.applied_loads import by_place
 from kinetostatics.statics.model import RobotStatics
 from kinetostatics.statics.solution import Solution
 
@@ -51,6 +52,8 @@ def _carried(robot: RobotStatics, solution: Solution, joints: Sequence[int] | No
             cut_signs[:, table.cuts_of(limb)] = total[:, :, position].swapaxes(0, 1)
     carried = np.einsum("jq,iqn->ijn", table.cut_signs[which], cut_signs)
     carried += np.einsum("jw,iwn->ijn", table.outboard[which], solution.weights)
+    for place, wrench in by_place(solution.applied).items():
+        carried += table.carrying(place)[which][:, None] * wrench[:, None]
     return table.reported[which][:, None] * move_wrench(carried, _arms(robot, solution, which))
 
 
@@ -66,6 +69,9 @@ def joint_contributions(robot: RobotStatics, solution: Solution) -> Array:
     place = {"base": S, "platform": 1} | {name: k for k, name in enumerate(solution.sources)}
     own = np.array([place[owner] for owner in table.owners], dtype=np.intp)
     carried[:, np.arange(len(own)), own] += np.einsum("jw,iwn->ijn", table.outboard, solution.weights)
+    for item in solution.applied:
+        for where, wrench in item.load.wrenches.items():
+            carried[:, :, :S] += table.carrying(where)[:, None, None] * (wrench[:, None] * item.share)[:, None]
     wrenches = table.reported[:, None, None] * move_wrench(carried[:, :, :S], _arms(robot, solution)[:, :, None])
     return _masked(wrenches, _open_wrenches(robot, solution))
 

@@ -13,11 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.limbs.group import LimbGroup
-from kinetostatics.limbs.statics import LimbStatics, limb_statics
+from kinetostatics.limbs.statics import LimbStatics, limb_statics, with_loads
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import definite, normalize
+from kinetostatics.mechanism.limbs import carries
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.printing.mappings import ShortRepr
+from kinetostatics.statics.applied_loads import AppliedLoad, AppliedStatics, applied_statics, by_place
 from kinetostatics.statics.assembly_errors import AssemblyErrors
 from kinetostatics.statics.model import RobotStatics
 from kinetostatics.statics.platform_equilibrium import PlatformEquilibrium
@@ -49,7 +51,9 @@ class Solution(ShortRepr):
         basis_degenerate: (N,) whether the canonical wrench basis of a limb degenerates.
         undetermined: for each group (n_c, g, N) whether an intensity cannot be determined.
         open: for each group (n_c, k, g, N) how intensities may change together without the platform feeling it.
-        unbalanced: for each limb or dead weight, how much of its weight its passive joints cannot carry (N,).
+        unbalanced: for each limb or dead weight, how much of its weight and loads its passive joints cannot carry (N,).
+        applied: the loads on links, and what they do to limbs by themselves.
+        weights_alone: ``statics`` without the loads on links; None: there are no loads.
     """
 
     frames: Frames
@@ -72,6 +76,12 @@ class Solution(ShortRepr):
     undetermined: tuple[NDArray[np.bool_], ...]
     open: tuple[Array, ...]
     unbalanced: Mapping[str, Array]
+    applied: tuple[AppliedStatics, ...] = ()
+    weights_alone: tuple[LimbStatics, ...] | None = None
+
+    def statics_of_weights(self, number: int) -> LimbStatics:
+        """Return a group of limbs under their own weights alone."""
+        return (self.weights_alone or self.statics)[number]
 
     @cached_property
     def places(self) -> Mapping[str, tuple[int, int]]:
@@ -115,7 +125,11 @@ class Solution(ShortRepr):
         if share.shape[0] > intensities.shape[1]:
             intensities = np.concatenate([intensities, np.zeros_like(intensities[:, :1])], axis=1)
         total = np.einsum("mkign,isgn->mksgn", statics.cut_wrenches, intensities)
-        total += share * statics.particular[:, :, None]
+        total += share * self.statics_of_weights(number).particular[:, :, None]
+        for item in self.applied:
+            part = item.statics[number]
+            if part is not None:
+                total[:, :, : len(item.share)] += part.particular[:, :, None] * item.share[:, None]
         if "misfit" in self.sources:
             total[:, :, self.sources.index("misfit")] += statics.assembly_error_cut_wrenches
         return total
@@ -137,6 +151,7 @@ def solve(
     gravity: Array,
     assembly_errors: AssemblyErrors | None = None,
     groups: tuple[LimbGroup, ...] | None = None,
+    applied: tuple[AppliedLoad, ...] = (),
 ) -> Solution:
     """Solve Eq. (12) for N poses.
 
@@ -147,9 +162,11 @@ def solve(
         gravity: (3, N) [m/s²].
         assembly_errors: what joints and beams are off by.
         groups: the limbs; None: as they are at generic poses.
+        applied: loads on links.
     """
     _, o = robot.mechanism.platform_pose(frames)
-    return equilibrium(robot, frames, o, robot.weights.wrenches(frames, o, gravity), load, gravity, assembly_errors, groups)
+    weights = robot.weights.wrenches(frames, o, gravity)
+    return equilibrium(robot, frames, o, weights, load, gravity, assembly_errors, groups, applied)
 
 
 def equilibrium(
@@ -161,6 +178,7 @@ def equilibrium(
     gravity: Array,
     assembly_errors: AssemblyErrors | None = None,
     groups: tuple[LimbGroup, ...] | None = None,
+    applied: tuple[AppliedLoad, ...] = (),
 ) -> Solution:
     """Solve Eq. (12) for N poses as :func:`solve`, with the weights (6, W, N) about o (3, N) known."""
     groups = robot.groups if groups is None else groups
@@ -168,11 +186,17 @@ def equilibrium(
     statics = tuple(limb_statics(group, frames, o, weights, gravity, error) for group, error in zip(groups, errors, strict=True))
     platform_weight = weights[:, robot.weights.of("platform")].sum(axis=1)
     sources = ("load", "platform_weight", *(limb.name for limb in robot.topology.limbs))
+    first = len(sources)
+    sources += tuple(item.name for item in applied)
     if assembly_errors is not None:
         sources += ("misfit",)
     balance = PlatformEquilibrium(robot, statics, o.shape[1])
-    twists, intensities = balance.solve(*_by_contribution(sources, statics, load, platform_weight))
-    unbalanced = _unbalanced(robot, frames, o, weights, statics)
+    loads = applied_statics(applied, groups, frames, o, first, len(sources))
+    twists, intensities = balance.solve(*_by_contribution(robot, sources, statics, load, platform_weight, loads))
+    weights_alone = statics if applied else None
+    if applied:
+        statics = tuple(_under_loads(item, number, loads) for number, item in enumerate(statics))
+    unbalanced = _unbalanced(robot, frames, o, weights, statics, by_place(loads))
     return Solution(
         frames=frames,
         o=o,
@@ -194,7 +218,15 @@ def equilibrium(
         undetermined=tuple(balance.undetermined),
         open=tuple(balance.open),
         unbalanced=unbalanced,
+        applied=loads,
+        weights_alone=weights_alone,
     )
+
+
+def _under_loads(statics: LimbStatics, number: int, applied: Iterable[AppliedStatics]) -> LimbStatics:
+    """Return a group of limbs under their own weights and the loads on their links."""
+    parts = [(part, item.times) for item in applied if (part := item.statics[number]) is not None]
+    return with_loads(statics, parts) if parts else statics
 
 
 def by_mechanism(robot: RobotStatics, solution: Solution) -> Solution:
@@ -209,7 +241,8 @@ def by_mechanism(robot: RobotStatics, solution: Solution) -> Solution:
         return solution  # it has been done
     balance = PlatformEquilibrium(robot, solution.statics, solution.o.shape[1])
     sources = (*solution.sources[: 2 + len(limbs)], *map(of_deformation, limbs), *solution.sources[2 + len(limbs) :])
-    right, strains = _by_contribution(solution.sources, solution.statics, solution.load, solution.platform_weight)
+    statics = solution.weights_alone or solution.statics
+    right, strains = _by_contribution(robot, solution.sources, statics, solution.load, solution.platform_weight, solution.applied)
     first, last = slice(2, 2 + len(limbs)), 2 + len(limbs)
     right = np.concatenate([right[:, :last], np.zeros_like(right[:, first]), right[:, last:]], axis=1)
     moved = []
@@ -217,7 +250,8 @@ def by_mechanism(robot: RobotStatics, solution: Solution) -> Solution:
         none = np.zeros_like(strain[:, first])
         moved.append(np.concatenate([strain[:, :2], none, strain[:, first], strain[:, last:]], axis=1))
     twists, intensities = balance.solve(right, moved)
-    return replace(solution, sources=sources, twists=twists, intensities=tuple(intensities))
+    applied = tuple(replace(item, share=np.insert(item.share, [last] * len(limbs), 0.0, axis=0)) for item in solution.applied)
+    return replace(solution, sources=sources, twists=twists, intensities=tuple(intensities), applied=applied)
 
 
 def of_deformation(limb: str) -> str:
@@ -235,9 +269,14 @@ def unit_cut_wrenches(robot: RobotStatics, solution: Solution) -> list[Array]:
 
 
 def _by_contribution(
-    sources: tuple[str, ...], statics: Iterable[LimbStatics], load: Array, platform_weight: Array
+    robot: RobotStatics,
+    sources: tuple[str, ...],
+    statics: Iterable[LimbStatics],
+    load: Array,
+    platform_weight: Array,
+    applied: tuple[AppliedStatics, ...],
 ) -> tuple[Array, list[Array]]:
-    """Return the right-hand sides of Eqs. (12) and (11), a column for each contribution.
+    """Return the right-hand sides of Eqs. (12) and (11), a column for each contribution; ``statics`` are under weights alone.
 
     Returns:
         What the world puts on the platform, less the limbs' attached wrenches (6, S, N); and for each group what sag and assembly
@@ -245,14 +284,23 @@ def _by_contribution(
     """
     right = zeros_for((6, len(sources), load.shape[1]), load, platform_weight)
     right[:, 0], right[:, 1] = load, platform_weight
+    for loaded in applied:
+        for wrench in loaded.load.at(robot.topology.platform.places).values():
+            right += wrench[:, None] * loaded.share
     strains = []
-    for item in statics:
+    for k, item in enumerate(statics):
         strain = zeros_for((item.J_c.shape[1], len(sources), *item.J_c.shape[2:]), item.J_c)
         if not item.group.is_attached:
             for position, number in enumerate(item.group.numbers):
                 right[:, 2 + number] -= item.R_g[:, position]
                 if item.group.rigid_directions < len(strain):  # else nothing sags: what there is, is rounding
                     strain[:, 2 + number, position] = item.gravity_displacement[:, position]
+            for loaded in applied:
+                part = loaded.statics[k]
+                if part is not None:
+                    right -= part.R_g.sum(axis=1)[:, None] * loaded.share
+                    if item.group.rigid_directions < len(strain):
+                        strain += part.gravity_displacement[:, None] * loaded.share[:, None]
         if sources[-1] == "misfit":
             strain[:, -1] = item.assembly_error
         strains.append(strain)
@@ -297,20 +345,35 @@ def _held(statics: Iterable[LimbStatics], scale: Array, N: int) -> NDArray[np.bo
 
 
 def _unbalanced(
-    robot: RobotStatics, frames: Frames, o: Array, weights: Array, statics: Iterable[LimbStatics]
+    robot: RobotStatics,
+    frames: Frames,
+    o: Array,
+    weights: Array,
+    statics: Iterable[LimbStatics],
+    loads: Mapping[str, Array],
 ) -> dict[str, Array]:
-    """Return, by limb and dead weight, the part (N,) of its weight that its passive joints cannot carry."""
+    """Return, by limb and dead weight, the part (N,) of its weight and ``loads`` that its passive joints cannot carry."""
+    sizes = {place: _size(wrench, robot.length) for place, wrench in loads.items()}
     result: dict[str, Array] = {}
     for item in statics:
         for position, limb in enumerate(item.group.limbs):
             own = weights[:3, robot.weights.of(limb.name)]
             total = np.sqrt(np.sum(own**2, axis=0)).sum(axis=0)
+            total = sum((size for place, size in sizes.items() if place in limb.places), total)
             left = np.max(np.abs(item.unbalanced[:, position]), axis=0, initial=0.0)
             result[limb.name] = np.maximum(result.get(limb.name, 0.0), left / np.where(total > 0, total, 1.0))
     for branch in robot.open_branches:
         carried = np.einsum("w,iwn->in", branch.outboard, weights)
         total = np.sqrt(np.sum((weights[:3] * branch.outboard[:, None]) ** 2, axis=0)).sum(axis=0)
+        for place, wrench in loads.items():
+            if carries(branch.edge, place):
+                carried, total = carried + wrench, total + sizes[place]
         power = np.abs(np.einsum("ikn,in->kn", branch.twists(frames, o), carried)) / branch.scale[:, None]
         part = np.max(power, axis=0, initial=0.0) / np.where(total > 0, total, 1.0)
         result[branch.owner] = np.maximum(result.get(branch.owner, 0.0), part)
     return result
+
+
+def _size(wrench: Array, length: float) -> Array:
+    """Return the size (N,) of wrenches (6, N) about o [N]."""
+    return np.asarray(np.sqrt(np.sum(wrench[:3] ** 2, axis=0)) + np.sqrt(np.sum(wrench[3:] ** 2, axis=0)) / length)

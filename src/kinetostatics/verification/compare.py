@@ -15,6 +15,7 @@ from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 from kinetostatics.printing.dispatch import dict_of, html_of, text_of
 from kinetostatics.printing.mappings import Named, ShortRepr
+from kinetostatics.statics.link_loads import Payload
 from kinetostatics.verification.frame import FrameModel
 from kinetostatics.verification.model import build
 from kinetostatics.verification.opensees import FrameSolution, solve
@@ -101,6 +102,8 @@ def verify(
     point: ArrayLike | None = None,
     frame: str = "world",
     misfits: Mapping[str, object] | None = None,
+    loads: Mapping[str, object] | None = None,
+    payload: Payload | None = None,
     tolerance: float = TOLERANCE,
 ) -> Verification:
     """Check the analysis of one pose against finite elements (OpenSeesPy, ``pip install 'kinetostatics[verify]'``).
@@ -112,6 +115,8 @@ def verify(
         point: (3,) where the force acts [m]; default o.
         frame: "world" or "platform", as in :func:`kinetostatics.analyze`.
         misfits: errors of joints and beams by name, as in :func:`kinetostatics.analyze`.
+        loads: on links by name, as there.
+        payload: as there.
         tolerance: the largest relative difference with which the pose counts as verified.
 
     Raises:
@@ -119,14 +124,17 @@ def verify(
         OpenSeesError: OpenSeesPy is missing, cannot be loaded, or failed.
         StaticsError: the pose has no equilibrium, as in :func:`kinetostatics.analyze`.
     """
-    more: dict[str, Any] = {} if misfits is None else {"misfits": misfits}
+    given = {"misfits": misfits, "loads": loads, "payload": payload}
+    more: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     result = analyze(configuration, load, gravity, point=point, frame=frame, **more)
     if result.shape != ():
         raise ArgumentError(f"one pose and one load can be verified at a time; here they are a batch of the shape {result.shape}")
     if not positive("tolerance", tolerance) < 1:
         raise ArgumentError(f"tolerance is {tolerance!r}; it must lie between 0 and 1")
     arm = None if point is None else np.asarray(point, dtype=float)
-    model = build(configuration, np.asarray(load, dtype=float), np.asarray(gravity, dtype=float), arm, frame, misfits)
+    model = build(
+        configuration, np.asarray(load, dtype=float), np.asarray(gravity, dtype=float), arm, frame, misfits, loads, payload
+    )
     theirs, less = solve(model)
     ours = FrameSolution(
         result.twist,

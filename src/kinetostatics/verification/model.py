@@ -7,12 +7,13 @@ in SI units and world axes.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.ordering import axis_across
+from kinetostatics.statics.link_loads import LinkLoad, Payload
 from kinetostatics.verification.connections import joint_assembly_error, joint_springs, releases
 from kinetostatics.verification.frame import Coordinate, Drive, FrameBeam, FrameJoint, FrameModel
 from kinetostatics.verification.pieces import JointedBodies, Pieces, PlacedBeam
@@ -28,6 +29,8 @@ def build(
     point: Array | None = None,
     frame: str = "world",
     misfits: Mapping[str, object] | None = None,
+    loads: Mapping[str, Any] | None = None,
+    payload: Payload | None = None,
 ) -> FrameModel:
     """Build the frame of a single pose.
 
@@ -38,8 +41,10 @@ def build(
         point: (3,) where the force acts [m]; default o.
         frame: ``world`` or ``platform``: axes of load and point; in the platform's, the point counts from o.
         misfits: of joints and beams, as in :func:`kinetostatics.analyze`.
+        loads: on links, as there.
+        payload: as there.
     """
-    return _Builder(configuration, misfits or {}).build(load, gravity, point, frame)
+    return _Builder(configuration, misfits or {}).build(load, gravity, point, frame, loads or {}, payload)
 
 
 class _Builder:
@@ -56,7 +61,15 @@ class _Builder:
             self.roots.append(root)
         return self.roots.index(root)
 
-    def build(self, load: Array, gravity: Array, point: Array | None, frame: str) -> FrameModel:
+    def build(
+        self,
+        load: Array,
+        gravity: Array,
+        point: Array | None,
+        frame: str,
+        on_links: Mapping[str, Any],
+        payload: Payload | None,
+    ) -> FrameModel:
         base, platform = self.number(self.pieces.base), self.number(self.pieces.platform)
         joints, coordinates = [], {}
         for number, item in enumerate(self.pieces.jointed):
@@ -73,10 +86,13 @@ class _Builder:
             for link in self.description.links.values()
             if self.pieces.is_rigid(link.name) and link.mass > 0
         ]
+        acting = list(self._acting(on_links, payload, gravity))
         o, references = self._references(platform, beams, joints)
         loads = np.zeros((len(references), 6))
         for piece, (force, centre) in weights:
             loads[piece] += np.append(force, np.cross(centre - references[piece], force))
+        for piece, (force, moment), at in acting:
+            loads[piece] += np.append(force, moment + np.cross(at - references[piece], force))
         R = self.configuration.platform_frame[:3, :3] if frame == "platform" else np.eye(3)
         force, moment = R @ load[:3], R @ load[3:]
         arm = np.zeros(3) if point is None else R @ point if frame == "platform" else point - o
@@ -91,6 +107,32 @@ class _Builder:
             tuple(self._drives(coordinates)),
             *_sizes(o, platform, references, beams, joints),
         )
+
+    def _acting(
+        self, on_links: Mapping[str, Any], payload: Payload | None, gravity: Array
+    ) -> Iterator[tuple[int, tuple[Array, Array], Array]]:
+        """Yield piece, force and moment, and the point of all loads on links and of the payload's weight."""
+        for link, value in on_links.items():
+            several = value if isinstance(value, (list, tuple)) and any(isinstance(item, LinkLoad) for item in value) else [value]
+            for item in several:
+                load = item if isinstance(item, LinkLoad) else LinkLoad(item)
+                frame, wrench = self.configuration.frame(link), np.asarray(load.wrench, dtype=float)
+                R = frame[:3, :3] if load.frame == "link" else np.eye(3)
+                at = frame[:3, :3] @ np.asarray(load.point, dtype=float) + frame[:3, 3]
+                yield self._loaded(link, at), (R @ wrench[:3], R @ wrench[3:]), at
+        if payload is not None:
+            link = payload.link or self.description.platform
+            frame = self.configuration.platform_frame if payload.link is None else self.configuration.frame(link)
+            at = frame[:3, :3] @ np.asarray(payload.center, dtype=float) + frame[:3, 3]
+            yield self._loaded(link, at), (np.asarray(payload.mass) * gravity, np.zeros(3)), at
+
+    def _loaded(self, link: str, point: Array) -> int:
+        """Return the piece on which a load on a link acts: of an elastic link that of the nearest end of a beam."""
+        if self.pieces.is_rigid(link):
+            return self.number(self.pieces.of_link(link))
+        beams = [self.pieces.beams[name] for name, beam in self.description.beams.items() if beam.link == link]
+        ends = [end for beam in beams for end in zip(beam.points, beam.pieces, strict=True)]
+        return self.number(min(ends, key=lambda end: float(np.linalg.norm(end[0] - point)))[1])
 
     def _drives(self, coordinates: Mapping[str, Coordinate]) -> Iterator[Drive]:
         """Yield the drives; one that other joints follow moves them too."""

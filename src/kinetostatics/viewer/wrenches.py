@@ -30,6 +30,13 @@ class Wrenches:
     def arrows(self) -> Iterator[Arrow]:
         """Yield all arrows."""
         yield from self._pair("external load", "load", self.at["o"], self._only("load", self.load), "tip")
+        for name, place, point, wrench in self._loads_on_links():
+            link = self.robot.topology.link_of(place)
+            at = self.stations.add(point, self.poses.twist_at(link, point))
+            moment = wrench[:, 3:] - np.cross(point - self.poses.o, wrench[:, :3])
+            moment = np.where(np.abs(moment) > 1e-9 * self.size * np.abs(wrench[:, :3]).max(initial=0.0), moment, 0.0)
+            acting = np.concatenate([wrench[:, :3], moment], axis=-1)
+            yield from self._pair("external load", name, at, self._only(name, acting), "tip")
         for limb in self.robot.topology.limbs:
             yield from self._limb(limb)
         yield from self._weights()
@@ -56,7 +63,7 @@ class Wrenches:
         ends = [joint.centre for joint in joints]
         outward = ends[0] - ends[-1] if len(ends) > 1 else np.zeros_like(self.poses.o)
         intensities = self.poses.parts(found.contributions)
-        attached = self._only(limb.name, np.nan_to_num(take(found.attached_intensities)))
+        attached = self.poses.parts(found.attached_contributions)
         for group, labels, wrenches, parts in (
             ("constraint", found.labels, found.constraint_wrenches, intensities),
             ("attached wrenches", found.attached_labels, found.attached_wrenches, attached),
@@ -145,6 +152,16 @@ class Wrenches:
             source = "platform_weight" if owner == "platform" else owner
             yield name, source, take(centres[:, k].T.reshape(*shape, 3)), force
 
+    def _loads_on_links(self) -> Iterator[tuple[str, str, Array, Array]]:
+        """Yield contribution, place, point (F, 3) and wrench (F, 6) about o of everything that acts on links."""
+        solutions, shape, take = self.result.solutions, self.result.shape, self.poses.take
+        for k, item in enumerate(solutions[0].applied):
+            for place in item.load.wrenches:
+                loads = [s.applied[k].load for s in solutions]
+                point = np.concatenate([load.points[place] for load in loads], axis=-1).T.reshape(*shape, 3)
+                wrench = np.concatenate([load.wrenches[place] for load in loads], axis=-1).T.reshape(*shape, 6)
+                yield item.load.name, place, take(point), take(wrench)
+
     def _weights(self) -> Iterator[Arrow]:
         for name, source, centre, force in self._weights_by_source():
             label = name.removeprefix("beam:")
@@ -163,6 +180,9 @@ class Wrenches:
         parts = -self._only("load", load)
         for _, source, centre, force in self._weights_by_source():
             parts -= self._only(source, np.concatenate([force, np.cross(centre - base, force)], axis=-1))
+        for name, _, _, wrench in self._loads_on_links():
+            moment = wrench[:, 3:] + np.cross(self.poses.o - base, wrench[:, :3])
+            parts -= self._only(name, np.concatenate([wrench[:, :3], moment], axis=-1))
         parts[:, -1] = total - parts[:, :-1].sum(axis=1)
         tiny = 1e-9 * np.abs(total).max(initial=0.0)
         parts = np.where(np.abs(parts) < tiny, 0.0, parts)

@@ -25,6 +25,7 @@ from kinetostatics.kinematics.unit_hints import odd_coordinates
 from kinetostatics.math.orientation import orientation_named
 from kinetostatics.robot import Robot, load_robot
 from kinetostatics.statics.assembly_errors import parse_assembly_errors
+from kinetostatics.statics.link_loads import Payload, parse_link_loads
 from kinetostatics.workspace import provenance
 from kinetostatics.workspace.grid import Axis, Field, coordinate_units, read_field, split_values
 from kinetostatics.workspace.sweep_spec import Links, Source, SweepSpec, saying
@@ -62,6 +63,8 @@ def read_sweep_spec(
     links: Links | None = None,
     engine: str = "auto",
     compensate: bool = False,
+    loads: Mapping[str, object] | None = None,
+    payload: Payload | None = None,
 ) -> tuple[SweepSpec, Robot]:
     """Return the specification of a sweep, and its first robot; the arguments are those of :func:`kinetostatics.sweep`.
 
@@ -89,6 +92,11 @@ def read_sweep_spec(
         given = dict.fromkeys(first.description.driven, 0.0)
     if misfits is not None:
         parse_assembly_errors(first.statics, misfits)
+    on_links = parse_link_loads(first.statics, loads, payload)
+    if on_links is not None and any(array.ndim > 1 for array in on_links.arrays()):
+        raise ArgumentError(
+            "loads on links and the payload of a sweep are the same at all poses: they cannot be arrays of several"
+        )
     check_mapping(kind, given, '{"z": [0.4, 0.5, 0.6]}')
     orientation_named(orientation)
     units = coordinate_units(first, kind, list(given))
@@ -111,6 +119,8 @@ def read_sweep_spec(
         bool(ways),
         provenance.versions(),
         engine,
+        loads=loads,
+        payload=payload,
     )
     if compensate:
         spec = replace(spec, compensated=_compensated(first, kind, list(given), orientation))
@@ -192,7 +202,7 @@ def try_sweep_spec(spec: SweepSpec, first: Robot) -> None:
         warnings.warn(hint, stacklevel=3)
     corner = spec.coordinates(tuple(slice(0, 1) for _ in spec.axes_of("coordinate")))
     configuration = spec.assemble(first, corner)
-    analyze(configuration, frame=spec.frame, misfits=spec.misfits, on_failure="nan")
+    analyze(configuration, frame=spec.frame, **spec.extras, on_failure="nan")
 
 
 def try_robots(spec: SweepSpec) -> None:

@@ -86,7 +86,7 @@ def pose_numbers(
         "gravity": spread(spec.gravity.of(spec.axes, at)),
         "point": None if spec.point is None else spread(spec.point.of(spec.axes, at)),
         "frame": spec.frame,
-        "misfits": spec.misfits,
+        **spec.extras,
         "on_failure": "nan",
         "engine": spec.engine,
     }

@@ -17,6 +17,7 @@ from kinetostatics.argument_checks import path_name
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.printing.waiting import waiting
 from kinetostatics.robot import Robot
+from kinetostatics.statics.link_loads import Payload
 from kinetostatics.workspace import provenance
 from kinetostatics.workspace.arguments import need, read_sweep_spec, try_robots, try_sweep_spec
 from kinetostatics.workspace.capacity import check_disk, check_memory
@@ -57,6 +58,8 @@ def sweep(
     point: ArrayLike | None = None,
     frame: str = "world",
     misfits: Mapping[str, object] | None = None,
+    loads: Mapping[str, object] | None = None,
+    payload: Payload | None = None,
     parameters: Mapping[str, object] | None = None,
     parameter_units: Mapping[str, str] | None = None,
     platform_link: str | None = None,
@@ -87,6 +90,8 @@ def sweep(
         point: likewise.
         frame: as there.
         misfits: as there.
+        loads: on links, as there; the same at all poses.
+        payload: as there; the same at all poses.
         parameters: values of the file's xacro arguments: an array is a dimension of the grid, a number or string is the same
             everywhere.
         parameter_units: SI units of parameters, such as ``{"rod_diameter": "m"}``, where the file does not tell them: it does if
@@ -130,7 +135,7 @@ def sweep(
     with waiting("planning the sweep", wanted=wants_bar(progress)):
         given = platform, actuators, orientation, load, gravity, point, frame, misfits, parameters, beams, tolerance, ways
         links = {"platform": platform_link, "base": base_link}
-        spec, first = read_sweep_spec(robot, *given, parameter_units, links, engine, compensate)
+        spec, first = read_sweep_spec(robot, *given, parameter_units, links, engine, compensate, loads, payload)
         labels = labels_of(spec, first)
         try_sweep_spec(spec, first)
         check_names(spec, labels)

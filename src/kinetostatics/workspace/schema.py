@@ -101,7 +101,7 @@ def numbered(labels: Iterable[str]) -> list[str]:
 def labels_of(spec: SweepSpec, robot: Robot) -> Labels:
     """Return the labels of a robot."""
     generic = robot.configuration(robot.model_q(robot.generic_poses).T, tolerance=np.inf, on_failure="nan")
-    result = analyze(generic, misfits=spec.misfits, on_failure="nan")
+    result = analyze(generic, **spec.extras, on_failure="nan")
     wrenches: list[tuple[str, str, str]] = []
     attached: list[tuple[str, str, str]] = []
     for limb in result.limbs.values():

@@ -11,7 +11,7 @@ import threading
 from collections import OrderedDict
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, is_dataclass
 from functools import cached_property
 from typing import Any
 
@@ -24,6 +24,7 @@ from kinetostatics.kinematics.assembly import assemble
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array
 from kinetostatics.robot import Robot, load_robot
+from kinetostatics.statics.link_loads import Payload
 from kinetostatics.workspace.grid import Axis, Block, Field, shape_of, sizes_of
 
 #: Which value each parameter has: an index along each parameter axis.
@@ -90,6 +91,7 @@ class SweepSpec:
         versions: of the packages that compute, by name.
         compensated: coordinates of the platform that drives are to be corrected for; none: no corrections are wanted.
         engine: which the equilibrium is computed by, as :func:`kinetostatics.analyze` takes it.
+        loads, payload: as it takes them, the same at all poses.
     """
 
     source: Source
@@ -109,6 +111,13 @@ class SweepSpec:
     versions: Mapping[str, str]
     engine: str = "auto"
     compensated: tuple[str, ...] = ()
+    loads: Mapping[str, object] | None = None
+    payload: Payload | None = None
+
+    @property
+    def extras(self) -> dict[str, Any]:
+        """What is the same at all poses, as :func:`kinetostatics.analyze` takes it: misfits, loads on links, payload."""
+        return {"misfits": self.misfits, "loads": self.loads, "payload": self.payload}
 
     # ---- the grid ---------------------------------------------------------------------------------------------------
 
@@ -190,7 +199,7 @@ class SweepSpec:
             "gravity": self.gravity.as_json(),
             "point": None if self.point is None else self.point.as_json(),
             "frame": self.frame,
-            "misfits": plain(self.misfits),
+            **{name: plain(value) for name, value in self.extras.items() if name == "misfits" or value is not None},
             "tolerance": self.tolerance,
             "beams": self.beams,
             "ways": self.ways,
@@ -231,6 +240,8 @@ def saying(parameters: Mapping[str, object]) -> Iterator[None]:
 
 def plain(value: object) -> object:
     """Return nested mappings and arrays as plain values."""
+    if is_dataclass(value) and not isinstance(value, type):
+        return {item.name: plain(getattr(value, item.name)) for item in fields(value)}
     if isinstance(value, Mapping):
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):

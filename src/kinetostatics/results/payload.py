@@ -1,0 +1,73 @@
+"""What a payload does per unit of its mass and of its first moment: sag and forces are linear in these four numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from kinetostatics.math.arrays import Array
+from kinetostatics.printing.mappings import Named, ShortRepr
+from kinetostatics.results.batch import Batch
+from kinetostatics.statics.joint_wrenches import drive_forces, joint_contributions
+from kinetostatics.statics.link_loads import PAYLOAD, unit_payloads
+from kinetostatics.statics.model import RobotStatics
+from kinetostatics.statics.solution import Solution, solve
+
+#: The names of the four numbers.
+PARAMETERS = ("mass", "first_moment_x", "first_moment_y", "first_moment_z")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PayloadCoefficients(ShortRepr):
+    """What a payload of a mass m [kg] with its centre at c [m] does per unit of the four numbers m, m c_x, m c_y, m c_z.
+
+    ``coefficients.twist @ [m, *(m * c)]`` is what it adds to the twist; c is in the payload's frame, o-xyz or its link's.
+
+    Attributes:
+        parameters: names of the four numbers: "mass" [kg], "first_moment_x", "first_moment_y", "first_moment_z" [kg·m].
+        twist: (…, 6, 4) of the platform at o, world axes [m, rad] per unit.
+        actuator_forces: (…, 4) by drive [N or N·m] per unit.
+        joint_wrenches: (…, 6, 4) by joint, at its centre, world axes [N, N·m] per unit.
+    """
+
+    parameters: tuple[str, ...]
+    twist: Array
+    actuator_forces: Mapping[str, Array]
+    joint_wrenches: Mapping[str, Array]
+
+
+def payload_coefficients(
+    robot: RobotStatics, batch: Batch, solutions: Sequence[Solution], link: str | None
+) -> PayloadCoefficients:
+    """Return what the weight of a payload on ``link`` (None: on the platform) does per unit, at the poses of ``solutions``."""
+    twists, forces, wrenches = [], [], []
+    for solution in solutions:
+        units = unit_payloads(robot, solution.frames, solution.gravity, link, _places(robot, solution))
+        none = np.zeros_like(solution.load), np.zeros_like(solution.gravity)
+        groups = tuple(item.group for item in solution.statics)
+        found = solve(robot, solution.frames, *none, None, groups, units)
+        mine = slice(found.sources.index(units[0].name), found.sources.index(units[-1].name) + 1)
+        twists.append(found.twists[:, mine])
+        at_joints = joint_contributions(robot, found)[:, :, mine]
+        wrenches.append(at_joints)
+        forces.append(drive_forces(robot, found, at_joints))
+    places = {name: k for k, name in enumerate(robot.joint_table.names)}
+    ordered = [(name, places[name]) for name in robot.mechanism.connections if name in places]
+    return PayloadCoefficients(
+        PARAMETERS,
+        batch.public(twists),
+        Named({name: batch.public([chunk[name] for chunk in forces]) for name in forces[0]}),
+        Named({name: batch.public([chunk[:, k] for chunk in wrenches]) for name, k in ordered}),
+    )
+
+
+def _places(robot: RobotStatics, solution: Solution) -> Mapping[str, Array]:
+    """Return at which places the payload acts, and where (N,) at each of them."""
+    everywhere = np.ones(solution.o.shape[1], dtype=bool)
+    for item in solution.applied:
+        if item.load.name == PAYLOAD:
+            several = len(item.load.wrenches) > 1
+            return {name: np.any(w != 0, axis=0) if several else everywhere for name, w in item.load.wrenches.items()}
+    return {robot.description.platform: everywhere}

@@ -1,0 +1,242 @@
+"""Loads on links and payloads as people give them, and what they are at given poses."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kinetostatics.argument_checks import check_choice, finite_numbers
+from kinetostatics.description.elements import Inertia
+from kinetostatics.exceptions import ArgumentError, near_names
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.linalg import cross
+from kinetostatics.mechanism.tree import Frames
+from kinetostatics.printing.mappings import ShortRepr
+from kinetostatics.statics.applied_loads import AppliedLoad
+from kinetostatics.statics.model import RobotStatics
+
+#: Part of a beam's length within which a point is at its end.
+_AT_END = 1e-4
+#: The name of a payload's contribution.
+PAYLOAD = "payload"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LinkLoad(ShortRepr):
+    """A force and a moment on a link.
+
+    Attributes:
+        wrench: (…, 6) force [N] and moment [N·m], about ``point``.
+        point: (…, 3) where the force acts, a point of the link: in the link's frame, whatever ``frame`` is [m].
+        frame: axes of ``wrench``: "world" or "link".
+    """
+
+    wrench: ArrayLike
+    point: ArrayLike = (0.0, 0.0, 0.0)
+    frame: str = "world"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Payload(ShortRepr):
+    """What a robot carries: it weighs on the platform, or on another link.
+
+    Attributes:
+        mass: (…) [kg].
+        center: (…, 3) its centre of mass [m], in the platform's frame o-xyz, or in the frame of ``link``.
+        inertia: about its centre of mass, which the statics do not need.
+        link: that carries it; None: the platform.
+    """
+
+    mass: ArrayLike
+    center: ArrayLike = (0.0, 0.0, 0.0)
+    inertia: Inertia | None = None
+    link: str | None = None
+
+
+@dataclass(frozen=True)
+class _Load:
+    """One load: of the contribution ``name``, on ``link`` at ``point`` (…, 3) of its frame, or of o-xyz (None)."""
+
+    name: str
+    link: str | None
+    point: Array
+    wrench: Array | None = None  # (…, 6)
+    in_link_frame: bool = False
+    mass: Array | None = None  # (…, 1)
+
+
+@dataclass(frozen=True)
+class LinkLoads:
+    """Loads on links, checked; arrays as given, or for a chunk of poses with the batch axis last."""
+
+    robot: RobotStatics
+    loads: tuple[_Load, ...]
+
+    def arrays(self) -> list[Array]:
+        """Return all arrays, component axis last, to find their common batch shape."""
+        return [array for item in self.loads for array in (item.point, item.wrench, item.mass) if array is not None]
+
+    def map(self, change: Callable[[Array], Array]) -> LinkLoads:
+        """Return the loads with every array changed."""
+
+        def changed(array: Array | None) -> Array | None:
+            return None if array is None else change(array)
+
+        return LinkLoads(
+            self.robot,
+            tuple(
+                replace(item, point=change(item.point), wrench=changed(item.wrench), mass=changed(item.mass))
+                for item in self.loads
+            ),
+        )
+
+    def at(self, frames: Frames, gravity: Array) -> tuple[AppliedLoad, ...]:
+        """Return the loads, mapped to the N poses of ``frames``, under ``gravity`` (3, N) [m/s²].
+
+        Raises:
+            ArgumentError: one acts on a beam elsewhere than at its ends, or where nothing holds it.
+        """
+        _, o = self.robot.mechanism.platform_pose(frames)
+        found: dict[str, dict[str, Array]] = {}
+        points: dict[str, dict[str, Array]] = {}
+        for item in self.loads:
+            R, origin = _frame(self.robot, item.link, frames)
+            point = origin + np.einsum("ijn,jn->in", R, item.point)
+            if item.mass is not None:
+                force, moment = gravity * item.mass, np.zeros_like(gravity)
+            else:
+                assert item.wrench is not None
+                force, moment = item.wrench[:3], item.wrench[3:]
+                if item.in_link_frame:
+                    force, moment = (np.einsum("ijn,jn->in", R, part) for part in (force, moment))
+            wrench = np.concatenate([force, moment + cross(point - o, force)])
+            mine = found.setdefault(item.name, {})
+            for place, where in self._places(item, frames, point).items():
+                mine[place] = mine.get(place, 0.0) + np.where(where, wrench, 0.0)
+                points.setdefault(item.name, {}).setdefault(place, point)
+        return tuple(AppliedLoad(name, wrenches, points[name]) for name, wrenches in found.items())
+
+    def _places(self, item: _Load, frames: Frames, point: Array) -> dict[str, Array]:
+        """Return at which places a load acts, and where (N,) at each of them."""
+        description, topology = self.robot.description, self.robot.topology
+        link = description.platform if item.link is None else item.link
+        if link in topology.without_support:
+            raise ArgumentError(
+                f"{item.name}: {link!r} hangs by {topology.without_support[link]!r} on a beam elsewhere than at its ends; split "
+                "the beam there with a fixed joint, or load one of its ends"
+            )
+        beams = [name for name, beam in description.beams.items() if beam.link == link]
+        if not beams:
+            return {link: np.ones(point.shape[1], dtype=bool)}
+        found: dict[str, Array] = {}
+        nowhere = np.all(np.isfinite(point), axis=0)
+        ends = []
+        for name in beams:
+            span, reach = topology.beams[name], _AT_END * np.abs(self.robot.beams[name].length(frames))
+            both = (span.start_body, span.start), (span.end_body, span.end)
+            for place, (body, local) in zip(topology.beam_ends[name], both, strict=True):
+                at = frames.point(body, local)
+                here = nowhere & (np.sqrt(np.sum((at - point) ** 2, axis=0)) <= reach)
+                if np.any(here):
+                    found[place] = here
+                    nowhere &= ~here
+                ends.append(at)
+        if np.any(nowhere):
+            pose = int(np.flatnonzero(nowhere)[0])
+            R, origin = _frame(self.robot, item.link, frames)
+            words = " or ".join(
+                "(" + ", ".join(f"{value + 0.0:.6g}" for value in np.round(R[:, :, pose].T @ (at - origin)[:, pose], 9)) + ")"
+                for at in ends
+            )
+            given = ", ".join(f"{value:.6g}" for value in item.point[:, pose])
+            raise ArgumentError(
+                f"{item.name}: {link!r} is elastic, and ({given}) is no end of its beam: a load on it may act at {words} "
+                "of its frame; elsewhere split the beam with a fixed joint"
+            )
+        return found
+
+
+def _frame(robot: RobotStatics, link: str | None, frames: Frames) -> tuple[Array, Array]:
+    """Return orientation (3, 3, N) and origin (3, N) of a link's frame, or of o-xyz."""
+    mechanism = robot.mechanism
+    if link is None:
+        return mechanism.platform_pose(frames)
+    body, placement = mechanism.body_of[link]
+    R = np.einsum("ijn,jk->ikn", frames.rotation[:, :, body], placement[:3, :3])
+    return R, frames.point(body, placement[:3, 3])
+
+
+def unit_payloads(
+    robot: RobotStatics, frames: Frames, gravity: Array, link: str | None, places: Mapping[str, Array]
+) -> tuple[AppliedLoad, ...]:
+    """Return the weights of a unit mass at the origin of a payload's frame, and of unit first moments along its axes.
+
+    Args:
+        robot: the robot.
+        frames, gravity: N poses and the field (3, N) there [m/s²].
+        link: whose frame it is; None: o-xyz.
+        places: at which the payload acts, and where (N,) at each of them.
+    """
+    _, o = robot.mechanism.platform_pose(frames)
+    R, origin = _frame(robot, link, frames)
+    none = np.zeros_like(gravity)
+    wrenches = [np.concatenate([gravity, cross(origin - o, gravity)])]
+    wrenches += [np.concatenate([none, cross(R[:, k], gravity)]) for k in range(3)]
+    return tuple(
+        AppliedLoad(f"{PAYLOAD} {k}", {place: np.where(where, wrench, 0.0) for place, where in places.items()})
+        for k, wrench in enumerate(wrenches)
+    )
+
+
+def parse_link_loads(robot: RobotStatics, loads: Mapping[str, object] | None, payload: Payload | None) -> LinkLoads | None:
+    """Return loads on links and a payload as people give them, checked; None if there are none.
+
+    Raises:
+        ArgumentError: an unknown link, a wrong shape, or a value that makes no sense.
+    """
+    found: list[_Load] = []
+    if loads is not None and not isinstance(loads, Mapping):
+        raise ArgumentError(f"loads= wants a mapping from names of links to their loads, not {loads!r}")
+    for link, value in (loads or {}).items():
+        _check_link(robot, "loads=", link)
+        several = value if isinstance(value, (list, tuple)) and any(isinstance(item, LinkLoad) for item in value) else [value]
+        found += [_load_of(link, item) for item in several]
+    if payload is not None:
+        found.append(_payload(robot, payload))
+    return LinkLoads(robot, tuple(found)) if found else None
+
+
+def _load_of(link: str, value: object) -> _Load:
+    name = f"load on {link}"
+    load = value if isinstance(value, LinkLoad) else LinkLoad(value)  # type: ignore[arg-type]
+    check_choice(f"the frame of the {name}", load.frame, ("world", "link"))
+    wrench, point = _vector(f"the {name}", load.wrench, 6), _vector(f"the point of the {name}", load.point, 3)
+    return _Load(name, link, point, wrench, load.frame == "link")
+
+
+def _payload(robot: RobotStatics, payload: object) -> _Load:
+    if not isinstance(payload, Payload):
+        raise ArgumentError(f"payload= wants a Payload, such as ks.Payload(5.0, center=(0, 0, 0.1)), not {payload!r}")
+    if payload.link is not None:
+        _check_link(robot, "the payload's link", payload.link)
+    mass = finite_numbers("the payload's mass", payload.mass)
+    if np.any(mass < 0):
+        raise ArgumentError(f"the payload's mass is {payload.mass!r}; it must be zero or more [kg]")
+    center = _vector("the payload's center", payload.center, 3)
+    return _Load(PAYLOAD, payload.link, center, mass=mass[..., None])
+
+
+def _check_link(robot: RobotStatics, what: str, link: object) -> None:
+    known = robot.description.links
+    if not isinstance(link, str) or link not in known:
+        raise ArgumentError(f"{what} names no link {link!r}: {near_names(str(link), known)}")
+
+
+def _vector(what: str, value: ArrayLike, size: int) -> Array:
+    array = finite_numbers(what, value)
+    if array.ndim == 0 or array.shape[-1] != size:
+        raise ArgumentError(f"{what} has the shape {array.shape}; its last axis must have {size} entries")
+    return array
