@@ -88,11 +88,28 @@ def pose(name, which):
         (0, {"load": LOAD, "point": POINT}),
         (1, {"load": LOAD, "point": POINT, "frame": "platform", "gravity": SIDEWAYS}),
         (2, {"gravity": (0, 0, 9.8)}),
-        (3, {"load": LOAD, "gravity": (0, 0, 0)}),
+        (3, {"load": LOAD, "gravity": (0, 0, 1), "payload": ks.Payload(300.0, (0.1, 0.05, -0.2)), "loads": None}),
     ],
 )
 def test_every_robot(name, which, options):
-    assert_agrees(pose(name, which), **options)
+    at = pose(name, which)
+    if "loads" in options:
+        options = {**options, "loads": forces_on_all_links(at)}
+    assert_agrees(at, **options)
+
+
+def forces_on_all_links(at):
+    """Return a force on every link that may carry one: at the origins of rigid links, at both ends of beams."""
+    rng, beams = np.random.default_rng(3), ks.analyze(at).beams.values()
+    found = {}
+    for link in at.robot.description.links:
+        frame = at.frame(link)
+        points = [end for beam in beams if beam.description.link == link for end in beam.points[[0, -1]]] or [frame[:3, 3]]
+        found[link] = [
+            ks.LinkLoad([*(50 * rng.normal(size=3)), 0, 0, 0], frame[:3, :3].T @ (point - frame[:3, 3]), "link")
+            for point in points
+        ]
+    return found
 
 
 def test_configurations_2_of_the_paper():

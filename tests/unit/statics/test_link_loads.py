@@ -1,0 +1,210 @@
+"""Loads on links and payloads: superposition, virtual work, masses in their place, base reactions, mistakes."""
+
+from functools import cache
+
+import numpy as np
+import package_robots
+import pytest
+import small_robots
+
+import kinetostatics as ks
+
+NO_GRAVITY = (0, 0, 0)
+
+
+@cache
+def robot(name):
+    return package_robots.robot(name)
+
+
+def pose(name):
+    """A pose without symmetry."""
+    one = robot(name)
+    return one.configuration(one.model_q(one.generic_poses)[:, 0], tolerance=1e-9)
+
+
+def close(a, b, tolerance=1e-11):
+    a, b = np.asarray(a), np.asarray(b)
+    np.testing.assert_allclose(a, b, rtol=tolerance, atol=tolerance * np.abs(b).max(initial=1e-30))
+
+
+def test_a_load_on_the_platforms_link_is_the_load_of_the_platform():
+    at, wrench, where = pose("2pru_upr"), np.array([10.0, -20, 30, 1, 2, -3]), np.array([0.1, 0.2, -0.3])
+    R, o = at.platform_frame[:3, :3], at.platform_frame[:3, 3]
+    usual = ks.analyze(at, wrench, point=o + R @ where)
+    found = ks.analyze(at, loads={"platform": ks.LinkLoad(wrench, where)})
+    close(found.twist, usual.twist)
+    close(found.contributions["load on platform"], usual.contributions["load"])
+    close(found.platform_wrench, usual.platform_wrench)
+    for name, force in usual.actuator_forces.items():
+        close(found.actuator_forces[name], force)
+    turned = np.concatenate([R.T @ wrench[:3], R.T @ wrench[3:]])
+    close(ks.analyze(at, loads={"platform": ks.LinkLoad(turned, where, "link")}).twist, usual.twist)
+
+
+@pytest.mark.parametrize(
+    ("name", "link", "place", "origin"),
+    [
+        ("2pru_upr", "slider_1", (0.02, -0.03, 0.05), None),  # rigid, inside a limb
+        ("3rps", "cylinder_2", (0.02, 0.0, 0.1), None),  # in the middle of a telescope
+        ("delta", "elbow_1", (0.0, 0.01, 0.0), None),  # in a ring
+        ("2pru_upr", "platform", (0.05, 0.0, -0.2), None),
+    ],
+)
+def test_a_payload_is_a_mass_welded_to_its_link(name, link, place, origin):
+    at = pose(name)
+    if link not in at.robot.description.links:
+        link = next(key for key in at.robot.description.links if key not in ("base", "platform") and _is_rigid(at.robot, key))
+    heavy = ks.Robot(at.robot.description.with_payload("tool", link, 7.0, place))
+    wanted = ks.analyze(heavy.configuration(at.q, tolerance=1e-9))
+    found = ks.analyze(at, payload=ks.Payload(7.0, place, link=link))
+    close(found.twist, wanted.twist, 1e-9)
+    close(found.base_wrench, wanted.base_wrench, 1e-9)
+    for joint, wrench in found.joint_wrenches.items():
+        np.testing.assert_allclose(wrench, wanted.joint_wrenches[joint], atol=1e-8)
+    for key, beam in found.beams.items():
+        np.testing.assert_allclose(beam.deflections, wanted.beams[key].deflections, atol=1e-13)
+    bare = ks.analyze(at)
+    close(found.contributions["payload"], wanted.twist - bare.twist, 1e-8)
+    for limb in bare.limbs:
+        close(found.contributions[limb], bare.contributions[limb])
+
+
+def _is_rigid(one, link):
+    return all(beam.link != link for beam in one.description.beams.values())
+
+
+def _rigid_links(one):
+    """The rigid links of the limbs."""
+    limbs = {link for limb in one.topology.limbs for link in limb.links}
+    return [link for link in one.description.links if link in limbs and _is_rigid(one, link)]
+
+
+@pytest.mark.parametrize("name", ["2pru_upr", "delta", "tricept"])
+def test_every_number_is_the_sum_of_its_contributions_and_work_is_reciprocal(name):
+    """Betti: one load works on what another moves as much as that on what the first moves; Clapeyron: half of it is strain."""
+    at = pose(name)
+    links = _rigid_links(at.robot)
+    rng = np.random.default_rng(4)
+    loads = {link: np.append(rng.normal(size=3) * 100, np.zeros(3)) for link in dict.fromkeys((links[0], links[-1], "platform"))}
+    wrench = rng.normal(size=6) * 100
+    found = ks.analyze(at, wrench, NO_GRAVITY, loads=loads)
+    close(sum(found.contributions.values()), found.twist)
+    close(sum(part for kind in found.source_contributions.values() for part in kind.values()), found.twist, 1e-8)
+    for joint, parts in found.joint_contributions.items():
+        np.testing.assert_allclose(sum(parts.values()), found.joint_wrenches[joint], atol=1e-8)
+    close(sum(limb.wrench for limb in found.limbs.values()), found.platform_wrench, 1e-9)
+    for limb in found.limbs.values():
+        close(sum(limb.attached_contributions.values()), limb.attached_intensities)
+    # about the links' own origins
+    acting = {f"load on {link}": (link, load) for link, load in loads.items()}
+
+    def work(load, moved):
+        link, force = acting[load]
+        return float(force @ found.link_contributions[link][moved])
+
+    names = list(acting)
+    for one in names:
+        for other in names:
+            assert work(one, other) == pytest.approx(work(other, one), rel=1e-8, abs=1e-15)
+        assert work(one, "load") == pytest.approx(float(wrench @ found.contributions[one]), rel=1e-8, abs=1e-15)
+    total = sum(work(one, other) for one in names for other in [*names, "load"]) + float(wrench @ found.twist)
+    assert float(found.strain_energy) == pytest.approx(total / 2, rel=1e-9)
+
+
+def test_base_reactions_balance_loads_wherever_they_act():
+    at = pose("2pru_upr")
+    loads = {link: [3.0, -2.0, 5.0, 0.5, 0.2, -0.1] for link in ("base", "platform", *_rigid_links(at.robot)[:1])}
+    found, bare = ks.analyze(at, loads=loads), ks.analyze(at)
+    total = np.zeros(6)
+    for link, load in loads.items():
+        wrench = np.array(load)
+        total += np.append(wrench[:3], wrench[3:] + np.cross(at.frame(link)[:3, 3] - at.frame("base")[:3, 3], wrench[:3]))
+    close(found.base_wrench - bare.base_wrench, -total, 1e-9)
+    close(found.contributions["load on base"], np.zeros(6))
+
+
+def test_ends_of_beams_may_be_loaded_and_nothing_between():
+    at = pose("3rps")
+    bare = ks.analyze(at)
+    beam, frame = bare.beams["rod_2"], at.frame("rod_2")
+    ends = [frame[:3, :3].T @ (point - frame[:3, 3]) for point in beam.points[[0, -1]]]
+    force = np.array([40.0, -10, 20])
+    found = ks.analyze(at, loads={"rod_2": [ks.LinkLoad([*force, 0, 0, 0], end) for end in ends]}, gravity=NO_GRAVITY)
+    close(found.base_wrench[:3], -2 * force, 1e-9)
+    axis, outer = beam.axes[:, 0], found.limbs["limb_2"].wrench[:3]
+    close(found.joint_wrenches["revolute_2"][:3], -(outer + 2 * force), 1e-9)
+    assert float(found.beams["rod_2"].section_wrenches[0, 0]) == pytest.approx(float(axis @ (outer + force)), rel=1e-9)
+    assert float(found.actuator_forces["prismatic_2"]) == pytest.approx(-float(axis @ (outer + 2 * force)), rel=1e-9)
+    middle = (ends[0] + ends[1]) / 2
+    with pytest.raises(
+        ks.ArgumentError, match=r"load on rod_2: 'rod_2' is elastic, and .* is no end of its beam: .*split the beam"
+    ):
+        ks.analyze(at, loads={"rod_2": ks.LinkLoad([1, 0, 0, 0, 0, 0], middle)})
+
+
+def test_batches_of_loads_and_poses_are_what_their_elements_are():
+    one = robot("2pru_upr")
+    z = np.array([0.55, 0.6, 0.65])
+    at = one.assemble(platform={"z": z, "rx": 0.05, "ry": -0.1})
+    link = _rigid_links(one)[0]
+    loads, mass, centre = np.arange(12.0).reshape(2, 1, 6), np.array([[2.0], [5.0]]), [0.1, 0.0, -0.2]
+    found = ks.analyze(at, loads={link: loads}, payload=ks.Payload(mass, centre))
+    assert found.shape == (2, 3)
+    coefficients = found.payload_coefficients
+    for row in range(2):
+        for column in range(3):
+            here = one.assemble(platform={"z": z[column], "rx": 0.05, "ry": -0.1})
+            alone = ks.analyze(here, loads={link: loads[row, 0]}, payload=ks.Payload(mass[row, 0], centre))
+            close(found.twist[row, column], alone.twist, 1e-9)
+            close(coefficients.twist[row, column], alone.payload_coefficients.twist, 1e-9)
+
+
+@pytest.mark.parametrize(("name", "link"), [("3rps", None), ("2pru_upr", "slider"), ("ur10", None)])
+def test_payload_coefficients_are_differences_of_two_analyses(name, link):
+    at = pose(name)
+    if link is not None:
+        link = _rigid_links(at.robot)[0]
+    first = ks.analyze(at, payload=ks.Payload(2.0, (0.1, -0.2, 0.05), link=link))
+    second = ks.analyze(at, payload=ks.Payload(9.0, (-0.3, 0.1, 0.2), link=link))
+    change = np.array([9.0, -2.7, 0.9, 1.8]) - np.array([2.0, 0.2, -0.4, 0.1])
+    found = first.payload_coefficients
+    assert found.parameters == ("mass", "first_moment_x", "first_moment_y", "first_moment_z")
+    assert found.twist.shape == (6, 4)
+    close(found.twist @ change, second.twist - first.twist, 1e-9)
+    for drive, force in first.actuator_forces.items():
+        assert float(found.actuator_forces[drive] @ change) == pytest.approx(
+            float(second.actuator_forces[drive] - force), rel=1e-9, abs=1e-9
+        )
+    for joint, wrench in first.joint_wrenches.items():
+        np.testing.assert_allclose(found.joint_wrenches[joint] @ change, second.joint_wrenches[joint] - wrench, atol=1e-9)
+    close(found.twist @ [2.0, 0.2, -0.4, 0.1], first.contributions["payload"], 1e-9)
+
+
+def test_an_unknown_payload_on_the_platform_is_meant_where_none_is_given():
+    at = pose("3rps")
+    assert np.array_equal(
+        ks.analyze(at).payload_coefficients.twist, ks.analyze(at, payload=ks.Payload(3.0)).payload_coefficients.twist
+    )
+
+
+def test_what_a_passive_joint_cannot_hold_is_told():
+    """A strut between two spherical joints spins about itself."""
+    one = small_robots.robot_of(small_robots.gough("S"))
+    at = one.configuration(one.model_q(one.generic_poses)[:, 0], tolerance=1e-9)
+    beam = next(iter(ks.analyze(at).beams.values()))
+    frame, link = at.frame(beam.description.link), beam.description.link
+    end, axis = frame[:3, :3].T @ (beam.points[-1] - frame[:3, 3]), beam.axes[:, 0]
+    held = ks.analyze(at, loads={link: ks.LinkLoad([*axis, 0, 0, 0], end)})
+    assert held.status == ks.Status.OK
+    with pytest.raises(
+        ks.LimbEquilibriumError, match=r"and the loads on its links: its passive joints .* of these is not carried"
+    ):
+        ks.analyze(at, loads={link: ks.LinkLoad([0, 0, 0, *axis], end)})
+
+
+def test_the_compiled_engine_leaves_loads_on_links_to_numpy():
+    at = pose("3rps")
+    loads = {"platform": [0, 0, -100, 0, 0, 0]}
+    wanted = ks.analyze(at, loads=loads, engine="numpy").twist
+    assert np.array_equal(ks.analyze(at, loads=loads, engine="auto").twist, wanted)
