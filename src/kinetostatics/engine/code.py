@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from kinetostatics.engine import llvm
-from kinetostatics.math.arrays import Array, Mask
+from kinetostatics.math.arrays import Array, Index, Mask
 
 #: Folders whose functions are recorded or compile.
 _SOURCES = ("engine", "kinematics", "limbs", "math", "mechanism", "statics")
@@ -35,17 +35,25 @@ class Code:
         self._machine = llvm.MachineCode(kept[8 + int.from_bytes(kept[:8], "little") :])
         self._function = _KIND(self._machine.address)
 
-    def __call__(self, inputs: Sequence[Array], parameters: Array, numbers: Array, truths: Mask) -> None:
-        """Compute poses side by side: inputs (k, n), numbers (R, n) and truth values (T, n) of at least eight."""
+    def __call__(
+        self, inputs: Sequence[Array], parameters: Array, numbers: Array, truths: Mask, rows: tuple[int, Index] | None = None
+    ) -> None:
+        """Compute poses side by side: inputs (k, n), numbers (R, n) and truth values (T, n) of at least eight.
+
+        Args:
+            inputs, parameters: what is taken.
+            numbers, truths: where results go; numbers may stand where the first input is.
+            rows: how many numbers there are, and which of them are wanted, of more than ``2 * BLOCK`` poses; None: all.
+        """
         n = numbers.shape[1]
         if n <= 2 * BLOCK or inputs[0].ctypes.data == numbers.ctypes.data:
             self._run(inputs, parameters, numbers, truths)
             return
-        block, flags = np.empty((len(numbers), BLOCK)), np.empty((len(truths), BLOCK), dtype=bool)
+        block, flags = np.empty((len(numbers) if rows is None else rows[0], BLOCK)), np.empty((len(truths), BLOCK), dtype=bool)
         for start in range(0, n, BLOCK):
             part = slice(min(start, n - BLOCK), min(start + BLOCK, n))
             self._run([array[:, part] for array in inputs], parameters, block, flags)
-            numbers[:, part], truths[:, part] = block, flags
+            numbers[:, part], truths[:, part] = block if rows is None else block[rows[1]], flags
 
     def _run(self, inputs: Sequence[Array], parameters: Array, numbers: Array, truths: Mask) -> None:
         count = len(inputs)

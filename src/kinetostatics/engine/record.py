@@ -48,6 +48,11 @@ class Place:
         rows = (truths if self.truth else numbers)[self.first : self._end]
         return rows.reshape(*self.shape, N)
 
+    @property
+    def rows(self) -> range:
+        """Numbers of its rows."""
+        return range(self.first or 0, self._end) if self.first is not None else range(0)
+
     @cached_property
     def _end(self) -> int:
         return (self.first or 0) + math.prod(self.shape)

@@ -6,13 +6,15 @@ What is recorded is :func:`kinetostatics.statics.solution.solve` itself: there i
 from __future__ import annotations
 
 import weakref
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from kinetostatics.engine import cache as disk
 from kinetostatics.engine import llvm
-from kinetostatics.engine.code import Code, code_key, packed, side_by_side, table_of
+from kinetostatics.engine.code import BLOCK, Code, code_key, packed, side_by_side, table_of
+from kinetostatics.engine.later import LaterSolution, is_at_once
 from kinetostatics.engine.record import Place, Record, arrays_of, by_numpy, example_of, record_of, solution_of
 from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.engine.structure import Structure
@@ -72,6 +74,14 @@ class CompiledStatics:
         self._code = Code(kept)
         self._places = [(path, Place(tuple(shape), *rest)) for path, shape, *rest in table["places"]]
         self._rows, self._truths = int(table["numbers"]), int(table["truths"])
+        self._soon: list[tuple[str, Place]] = []
+        rows: list[int] = []
+        for path, place in self._places:
+            if is_at_once(path):
+                moved = place if place.truth or place.first is None else replace(place, first=len(rows))
+                rows += [] if moved is place else place.rows
+                self._soon.append((path, moved))
+        self._soon_rows = np.array(rows, dtype=np.intp)
         self.operations = int(table["operations"])
         return True
 
@@ -91,8 +101,11 @@ class CompiledStatics:
     def solve(self, frames: Frames, load: Array, gravity: Array) -> Solution:
         """Solve N poses; see :func:`kinetostatics.statics.solution.solve`."""
         N = load.shape[1]
-        numbers, truths = self._computed(frames, load, gravity)
-        found = self._solution(frames, load, gravity, numbers, truths)
+        if N > 2 * BLOCK:
+            truths, found = self._later(frames, load, gravity)
+        else:
+            numbers, truths = self._computed(frames, load, gravity)
+            found = self._solution(frames, load, gravity, numbers, truths)
         doubtful = np.flatnonzero(~truths[0] & np.all(np.isfinite(found.o), axis=0))  # what is not reached has no numbers
         if doubtful.size == 0:
             return found
@@ -101,20 +114,33 @@ class CompiledStatics:
         careful = solve(self.robot, frames.take(doubtful), load[:, doubtful], gravity[:, doubtful])
         return _merged(self.robot, found, careful, doubtful)
 
-    def _computed(self, frames: Frames, load: Array, gravity: Array) -> tuple[Array, Mask]:
-        """Return all numbers (R, N) and truth values (T, N), the first of which says where the record holds."""
+    def _computed(self, frames: Frames, load: Array, gravity: Array, some: bool = False) -> tuple[Array, Mask]:
+        """Return all numbers (R, N), or some, and truth values (T, N), the first of which says where the record holds."""
         N = load.shape[1]
         inputs = [frames.rotation.reshape(-1, N), frames.position.reshape(-1, N), load, gravity]
         n = max(N, llvm.LANES)
-        numbers, truths = np.empty((self._rows, n)), np.empty((self._truths, n), dtype=bool)
-        self._code([side_by_side(array, n) for array in inputs], self._parameters, numbers, truths)
+        rows = (self._rows, self._soon_rows) if some else None
+        numbers = np.empty((len(self._soon_rows) if some else self._rows, n))
+        truths = np.empty((self._truths, n), dtype=bool)
+        self._code([side_by_side(array, n) for array in inputs], self._parameters, numbers, truths, rows)
         return numbers[:, :N], truths[:, :N]
 
-    def _solution(self, frames: Frames, load: Array, gravity: Array, numbers: Array, truths: Mask) -> Solution:
-        N = load.shape[1]
-        return solution_of(
-            self.robot, frames, load, gravity, {path: place.of(numbers, truths, N) for path, place in self._places}
-        )
+    def _later(self, frames: Frames, load: Array, gravity: Array) -> tuple[Mask, Solution]:
+        """Return the truth values, and a solution most of which is computed when it is asked for."""
+        numbers, truths = self._computed(frames, load, gravity, some=True)
+        arrays = {path: place.of(numbers, truths, load.shape[1]) for path, place in self._soon}
+        robot = self.robot
+
+        def whole() -> Solution:
+            return self._solution(frames, load, gravity, *self._computed(frames, load, gravity), robot)
+
+        return truths, LaterSolution(robot, frames, load, gravity, arrays, whole)
+
+    def _solution(
+        self, frames: Frames, load: Array, gravity: Array, numbers: Array, truths: Mask, robot: RobotStatics | None = None
+    ) -> Solution:
+        arrays = {path: place.of(numbers, truths, load.shape[1]) for path, place in self._places}
+        return solution_of(self.robot if robot is None else robot, frames, load, gravity, arrays)
 
 
 def _compiled(record: Record, parameters: int, bodies: int) -> bytes:

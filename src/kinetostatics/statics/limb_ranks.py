@@ -60,7 +60,7 @@ def _rigid_counts(item: LimbStatics) -> NDArray[np.intp]:
     """Return along how many of its wrenches' combinations (g, N) each limb is rigid; as usual where a beam makes all elastic."""
     group = item.group
     if group.beams[0] or not group.springs[0]:
-        return np.full(item.J_c.shape[2:], group.rigid_directions)
+        return np.full(item.doubtful.shape, group.rigid_directions)
     return rigid_counts(item.C)
 
 

@@ -1,5 +1,8 @@
 """Compiled code gives what NumPy gives, for any number of poses, also where poses are not reached, singular or special."""
 
+import copy
+import pickle
+
 import numpy as np
 import package_robots
 import pytest
@@ -65,6 +68,29 @@ def test_both_engines_say_the_same_of_a_batch(compiled, monkeypatch):
         close(*(list(getattr(result, name).values()) for result in (found, wanted)))
     for name, beam in wanted.beams.items():
         close(found.beams[name].stress, beam.stress)
+
+
+def test_of_many_poses_most_is_computed_when_it_is_asked_for(cache):
+    """Nothing but the twist first; then all the rest, also of a copy and of one that was sent elsewhere."""
+    robot = robot_of(cantilever())
+    poses = robot.configuration(np.repeat(robot.assemble().q[None], 700, axis=0))
+    load = 100 * np.random.default_rng(4).standard_normal((700, 6))
+    found, wanted = (ks.analyze(poses, load, engine=engine) for engine in ("compiled", "numpy"))
+    close(found.twist, wanted.twist)
+    solution = found.solutions[0]
+    assert "stiffness" not in vars(solution) and "solution" not in vars(solution) and solution.statics[0].group.limbs
+    for result in (pickle.loads(pickle.dumps(found)), found):
+        assert result.status.tolist() == wanted.status.tolist()
+        for name in ("stiffness", "base_wrench", "strain_energy"):
+            close(getattr(result, name), getattr(wanted, name))
+        for name, wrench in wanted.joint_wrenches.items():
+            close(result.joint_wrenches[name], wrench)
+        close(result.limbs["limb_1"].intensities, wanted.limbs["limb_1"].intensities)
+    assert "solution" in vars(solution)
+    for item in (solution, solution.statics[0]):
+        with pytest.raises(AttributeError, match="nothing_like_it"):
+            _ = item.nothing_like_it
+    assert copy.deepcopy(solution.statics[0]).C.shape == solution.statics[0].C.shape
 
 
 def close(found, wanted):
