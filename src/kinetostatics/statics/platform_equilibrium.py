@@ -224,7 +224,8 @@ class _RigidPart:
             along, size = (
                 np.einsum("gnir,isgn->ngrs", *pair) for pair in ((split.rigid, strain), (abs(split.rigid), abs(strain)))
             )
-            given.append(np.where(np.abs(along) > _DEPENDENT * size, along, 0.0))  # along rigid directions nothing sags
+            # along rigid directions nothing sags; what rigid rings cannot follow stays NaN
+            given.append(np.where(np.abs(along) <= _DEPENDENT * size, 0.0, along))
         wanted = np.concatenate([part.reshape(part.shape[0], -1, part.shape[3]) for part in given], axis=1)
         wanted = wanted / self.sizes[:, :, None]
         shift = np.swapaxes(self.gain, 1, 2) @ wanted

@@ -39,8 +39,8 @@ def test_rigid_limbs_follow_an_error_in_their_plane():
     np.testing.assert_allclose(found.twist[:3], turn * np.cross(Y, o - head), rtol=1e-9, atol=1e-15)
 
 
-def ring():
-    """A slide that carries a rigid parallelogram, in one limb, and on it an elastic stem; the platform stays in a plane."""
+def ring(stem=True):
+    """A slide that carries a rigid parallelogram and, on it, an elastic or rigid stem; the platform stays in a plane."""
     edges = [
         ("slide", "P", (0, 0, 0), "base", "slider", {"axis": (0, 0, 1), "driven": True}),
         ("left_foot", "R", (-0.3, 0, 0), "slider", "left", {"axis": Y}),
@@ -51,11 +51,14 @@ def ring():
         ("stem_head", "F", (0, 0, 0.9), "stem", "platform", {}),
         ("pin", "E", (0, 0, 0.9), "base", "platform", {"axis": (1.0, 0, 0)}),
     ]  # fmt: skip
-    return parsed(written(edges, [("stem", "stem_foot", "stem_head", {})], {"right_head", "pin"}, o=(0, 0, 0.9), name="ring"))
+    beams = [("stem", "stem_foot", "stem_head", {})] if stem else []
+    return parsed(written(edges, beams, {"right_head", "pin"}, o=(0, 0, 0.9), name="ring"))
 
 
-def test_rigid_rings_cannot_follow_errors_across_their_plane():
-    pose = ring().assemble()
+@pytest.mark.parametrize("stem", [True, False])
+def test_rigid_rings_cannot_follow_errors_across_their_plane(stem):
+    """Nor where the whole limb is rigid."""
+    pose = ring(stem).assemble()
     found = ks.analyze(pose, gravity=STILL, misfits={"right_head": [0, 1e-3, 0, 0, 0, 0]}, on_failure="nan")
     assert np.isnan(found.contributions["misfit"]).any() and np.isfinite(found.contributions["load"]).all()
     # both hinges of one rod too far out by as much: it only stands elsewhere
