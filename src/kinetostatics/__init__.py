@@ -9,46 +9,45 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from kinetostatics import description, sections
-from kinetostatics.analysis import analyze
-from kinetostatics.compensation import compensate
-from kinetostatics.exceptions import (
-    ArgumentError,
-    AssemblyError,
-    CoordinatesError,
-    KinetostaticsError,
-    LimbEquilibriumError,
-    RobotFileError,
-    SingularPoseError,
-    StaticsError,
-    UnknownNameError,
-)
-from kinetostatics.files.bundled import robots
-from kinetostatics.files.reader import read_robot_file, validate
-from kinetostatics.files.writer import save_robot
-from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.printing.dispatch import LATE_MODULES
-from kinetostatics.results.beam import BeamResult
-from kinetostatics.results.compensation import Compensation
-from kinetostatics.results.limb import LimbResult
-from kinetostatics.results.payload import PayloadCoefficients
-from kinetostatics.results.result import Result
-from kinetostatics.results.sensitivities import Sensitivities, Sensitivity
-from kinetostatics.results.tolerances import Tolerance, Tolerances
-from kinetostatics.robot import Robot, load_robot
-from kinetostatics.statics.link_loads import LinkLoad, Payload
-from kinetostatics.status import Status
-from kinetostatics.tolerances import tolerances
 
 if TYPE_CHECKING:
-    from kinetostatics import indices
+    from kinetostatics import description, indices, sections
     from kinetostatics import plots as plot
+    from kinetostatics.analysis import analyze
     from kinetostatics.authoring.extension import extend_robot, extension_text
     from kinetostatics.authoring.robot_by_name import new_robot, robot_text
+    from kinetostatics.compensation import compensate
     from kinetostatics.design import sensitivities
     from kinetostatics.engine.report import EngineReport, engine_report
+    from kinetostatics.error_ranking import tolerances
+    from kinetostatics.exceptions import (
+        ArgumentError,
+        AssemblyError,
+        CoordinatesError,
+        KinetostaticsError,
+        LimbEquilibriumError,
+        RobotFileError,
+        SingularPoseError,
+        StaticsError,
+        UnknownNameError,
+    )
+    from kinetostatics.files.bundled import robots
     from kinetostatics.files.importers import MissingFactsError, import_robot
+    from kinetostatics.files.reader import read_robot_file, validate
+    from kinetostatics.files.writer import save_robot
     from kinetostatics.functions.function import Function, Jacobian, Quantity, Values, compile
+    from kinetostatics.kinematics.configuration import Configuration
+    from kinetostatics.results.beam import BeamResult
+    from kinetostatics.results.compensation import Compensation
+    from kinetostatics.results.limb import LimbResult
+    from kinetostatics.results.payload import PayloadCoefficients
+    from kinetostatics.results.result import Result
+    from kinetostatics.results.sensitivities import Sensitivities, Sensitivity
+    from kinetostatics.results.tolerances import Tolerance, Tolerances
+    from kinetostatics.robot import Robot, load_robot
+    from kinetostatics.statics.link_loads import LinkLoad, Payload
+    from kinetostatics.status import Status
     from kinetostatics.verification import verify
     from kinetostatics.viewer import save_html, save_image, show
     from kinetostatics.workspace import sweep
@@ -112,6 +111,83 @@ __all__ = [
     "verify",
 ]
 
+#: Where public names are, by module. They are imported when they are first used: starting up is quick.
+_NAMES = {
+    "analysis": ("analyze",),
+    "authoring.extension": (
+        "extend_robot",
+        "extension_text",
+    ),
+    "authoring.robot_by_name": (
+        "new_robot",
+        "robot_text",
+    ),
+    "compensation": ("compensate",),
+    "design": ("sensitivities",),
+    "engine.report": (
+        "EngineReport",
+        "engine_report",
+    ),
+    "error_ranking": ("tolerances",),
+    "exceptions": (
+        "ArgumentError",
+        "AssemblyError",
+        "CoordinatesError",
+        "KinetostaticsError",
+        "LimbEquilibriumError",
+        "RobotFileError",
+        "SingularPoseError",
+        "StaticsError",
+        "UnknownNameError",
+    ),
+    "files.bundled": ("robots",),
+    "files.importers": (
+        "MissingFactsError",
+        "import_robot",
+    ),
+    "files.reader": (
+        "read_robot_file",
+        "validate",
+    ),
+    "files.writer": ("save_robot",),
+    "functions.function": (
+        "Function",
+        "Jacobian",
+        "Quantity",
+        "Values",
+        "compile",
+    ),
+    "kinematics.configuration": ("Configuration",),
+    "results.beam": ("BeamResult",),
+    "results.compensation": ("Compensation",),
+    "results.limb": ("LimbResult",),
+    "results.payload": ("PayloadCoefficients",),
+    "results.result": ("Result",),
+    "results.sensitivities": (
+        "Sensitivities",
+        "Sensitivity",
+    ),
+    "results.tolerances": (
+        "Tolerance",
+        "Tolerances",
+    ),
+    "robot": (
+        "Robot",
+        "load_robot",
+    ),
+    "statics.link_loads": ("LinkLoad", "Payload"),
+    "status": ("Status",),
+    "verification": ("verify",),
+    "viewer": (
+        "save_html",
+        "save_image",
+        "show",
+    ),
+    "workspace": ("sweep",),
+}
+_MODULES = {"description": "description", "indices": "indices", "plot": "plots", "sections": "sections"}
+_MODULE_OF = {name: module for module, names in _NAMES.items() for name in names}
+
 
 LATE_MODULES.extend(("kinetostatics.results.warnings", "kinetostatics.reports"))
 
@@ -121,47 +197,13 @@ def __dir__() -> list[str]:
 
 
 def __getattr__(name: str) -> Any:
-    """Import what is not needed for most robots, such as the viewer and workspace maps, when it is first used."""
+    """Import what a public name stands for, when it is used."""
     if name == "__version__":
         return _version()
-    if name in ("save_html", "save_image", "show"):
-        from kinetostatics import viewer
-
-        return getattr(viewer, name)
-    if name in ("MissingFactsError", "import_robot"):
-        from kinetostatics.files import importers as foreign_loops
-
-        return getattr(foreign_loops, name)
-    if name in ("extend_robot", "extension_text"):
-        from kinetostatics.authoring import extension
-
-        return getattr(extension, name)
-    if name in ("new_robot", "robot_text"):
-        from kinetostatics.authoring import robot_by_name
-
-        return getattr(robot_by_name, name)
-    if name in ("Function", "Jacobian", "Quantity", "Values", "compile"):
-        from kinetostatics.functions import function
-
-        return getattr(function, name)
-    if name in ("EngineReport", "engine_report"):
-        from kinetostatics.engine import report
-
-        return getattr(report, name)
-    if name == "sensitivities":
-        from kinetostatics import design
-
-        return design.sensitivities
-    if name in ("indices", "plot"):
-        return importlib.import_module({"indices": "kinetostatics.indices", "plot": "kinetostatics.plots"}[name])
-    if name == "sweep":
-        from kinetostatics import workspace
-
-        return workspace.sweep
-    if name == "verify":
-        from kinetostatics import verification
-
-        return verification.verify
+    if name in _MODULES:
+        return importlib.import_module(f"kinetostatics.{_MODULES[name]}")
+    if name in _MODULE_OF:
+        return getattr(importlib.import_module(f"kinetostatics.{_MODULE_OF[name]}"), name)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

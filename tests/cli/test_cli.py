@@ -443,3 +443,23 @@ def test_live_view_answers_until_it_is_interrupted():
             server.send_signal(signal.SIGINT)
             _, complaints = server.communicate(timeout=30)
     assert "3rps" in page and "limb_3: deformation" in page and server.returncode == 0 and "Traceback" not in complaints
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["analyze", "--help"], ["new", "--list"]])
+def test_what_computes_nothing_imports_nothing_that_computes(arguments):
+    """Help, version and the answers to a shell that completes come at once: no robot is needed for them."""
+    code = (
+        "import sys; from kinetostatics.cli.main import main; "
+        f"main({arguments!r}); "
+        "print(sorted({'pinocchio', 'scipy', 'kinetostatics.robot', 'kinetostatics.analysis'} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.splitlines()[-1] == "[]", done.stdout
+
+
+def test_every_public_name_is_where_it_is_said_to_be():
+    for name in ks.__all__:
+        assert getattr(ks, name) is getattr(ks, name)
+    assert ks.tolerances.__name__ == "tolerances" and callable(ks.tolerances)
+    with pytest.raises(AttributeError, match="no attribute 'analyse'"):
+        _ = ks.analyse

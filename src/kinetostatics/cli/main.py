@@ -124,6 +124,8 @@ def _run(arguments: list[str]) -> int:
     wanted = arguments[:1] if arguments[:1] and arguments[0] in COMMANDS else list(COMMANDS)
     if arguments[:1] and not arguments[0].startswith("-") and arguments[0] not in COMMANDS:
         raise UsageError(f"there is no command {arguments[0]!r}: {near_names(arguments[0], COMMANDS)}")
+    if arguments[:1] == ["--version"]:
+        wanted = []
     modules = [importlib.import_module(f"kinetostatics.cli.{name}") for name in wanted]
     # argparse never takes an argument with a space for an option
     guarded = [f" {item}" if NEGATIVE.match(item) else item for item in arguments]

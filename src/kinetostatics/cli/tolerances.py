@@ -47,7 +47,7 @@ def run(args: argparse.Namespace) -> int:
     with waiting("trying errors one by one"):
         from dataclasses import replace
 
-        from kinetostatics.tolerances import tolerances
+        from kinetostatics.error_ranking import tolerances
 
         amounts = {
             "length": arguments.parse_quantity(args.length, "length"),

@@ -121,7 +121,7 @@ class Configuration(Shown):
     @cached_property
     def openings(self) -> Mapping[str, tuple[Array, Array]]:
         """How far each loop is open and each follower out of place, ``{name: (metres (N,), radians (N,))}``."""
-        return self.robot.equations.openings(self.loop_residual, self.poses.x)
+        return Named(self.robot.equations.openings(self.loop_residual, self.poses.x))
 
     @cached_property
     def residual(self) -> Array:
