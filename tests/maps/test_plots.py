@@ -805,7 +805,7 @@ def test_edges_of_cells():
 @pytest.mark.parametrize("kind", ["slice", "line", "surface", "workspace"])
 def test_figures_are_written(ds, kind, tmp_path):
     options = {"slice": {"x": "rx", "y": "ry", "z": 0.5}, "line": {"x": "rx", "z": 0.5, "ry": 0.1}}.get(kind, {})
-    for ending in ("svg", "pdf", "png"):
+    for ending in ("svg", "pdf", "png") if kind == "slice" else ("svg",):
         one, two = tmp_path / f"one.{ending}", tmp_path / f"two.{ending}"
         ks.plot.save(getattr(ks.plot, kind)(ds, "linear_sag", **options), one, dpi=100)
         ax = getattr(ks.plot, kind)(ds, "linear_sag", **options)
@@ -815,8 +815,9 @@ def test_figures_are_written(ds, kind, tmp_path):
     assert root.tag.endswith("svg")
     # lines, not pixels, but for the ramp of the colour bar
     assert len(list(root.iter("{http://www.w3.org/2000/svg}image"))) == (kind in ("slice", "workspace"))
-    assert (tmp_path / "one.pdf").read_bytes().startswith(b"%PDF")
-    assert plt.imread(tmp_path / "one.png").shape[0] > 100
+    if kind == "slice":
+        assert (tmp_path / "one.pdf").read_bytes().startswith(b"%PDF")
+        assert plt.imread(tmp_path / "one.png").shape[0] > 100
     with pytest.raises(ks.ArgumentError, match=r"written as \.pdf, \.svg, \.png"):
         ks.plot.save(ax, tmp_path / "one.jpg")
 
@@ -963,7 +964,7 @@ def test_the_examples_of_sweep_and_plot_run_as_they_are_printed(capsys, tmp_path
         commands += [shlex.split(line)[1:] for line in said.splitlines() if line.strip()]
     assert [command[0] for command in commands] == ["sweep"] * 5 + ["plot"] * 7
     for command in commands:
-        command = [re.sub(":21$", ":9", re.sub(":26$", ":6", word)) for word in command]  # coarser grids
+        command = [re.sub(":21$", ":5", re.sub(":26$", ":6", word)) for word in command]  # coarser grids
         assert main(command) == 0, capsys.readouterr().err
         assert "--list" in command or (tmp_path / command[command.index("--out") + 1]).exists()
     # nothing goes wrong; a map of many heights has more surfaces than a figure shows

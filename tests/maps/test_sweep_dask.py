@@ -113,7 +113,7 @@ def test_jobs_travel():
 def test_a_cluster_loses_a_worker_and_nothing_else():
     """Two processes, of which one is killed in mid-sweep."""
     distributed = pytest.importorskip("distributed")
-    grid = {"z": np.linspace(0.45, 0.65, 24), "rx": np.linspace(-0.15, 0.15, 20), "ry": np.linspace(-0.1, 0.1, 30)}
+    grid = {"z": np.linspace(0.45, 0.65, 24), "rx": np.linspace(-0.15, 0.15, 8), "ry": np.linspace(-0.1, 0.1, 10)}
     ds = ks.sweep("3rps", grid, chunks={"z": 1})
     wanted = ds.compute(scheduler="synchronous")
     with (

@@ -32,11 +32,10 @@ def five_bar(**parameters):
     return ks.load_robot(robot_path("five_bar"), parameters)
 
 
-@pytest.mark.parametrize("fine", [1, 2])
-def test_a_five_bar_keeps_its_elbows_and_reaches_all_that_its_arms_reach(fine):
+def test_a_five_bar_keeps_its_elbows_and_reaches_all_that_its_arms_reach():
     """Gosselin's workspace: both arms reach a disc; with the elbows as at zero each point of both discs is one pose."""
     robot = five_bar()
-    x, y = np.linspace(-0.6, 0.6, 60 * fine + 1), np.linspace(-0.3, 0.6, 45 * fine + 1)
+    x, y = np.linspace(-0.6, 0.6, 61), np.linspace(-0.3, 0.6, 46)
     ds = ks.sweep(robot, {"x": x, "y": y})
     assert ds.attrs["mode_jumps"] == 0
     X, Y = np.meshgrid(x, y, indexing="ij")
@@ -48,9 +47,9 @@ def test_a_five_bar_keeps_its_elbows_and_reaches_all_that_its_arms_reach(fine):
     for k in (0, 1):
         assert np.all(np.sign(found[k]) == np.sign(zero[k])), f"{np.sum(np.sign(found[k]) != np.sign(zero[k]))} elbows of arm {k}"
     # and the numbers are those of these poses
-    near = robot.configuration(ds["q"].values[30 * fine, 35 * fine])
+    near = robot.configuration(ds["q"].values[30, 35])
     result = ks.analyze(near)
-    np.testing.assert_allclose(ds["twist"].values[30 * fine, 35 * fine], result.twist, rtol=1e-9, atol=1e-18)
+    np.testing.assert_allclose(ds["twist"].values[30, 35], result.twist, rtol=1e-9, atol=1e-18)
 
 
 def test_a_five_bar_by_its_drives_keeps_its_wrist():
@@ -221,15 +220,14 @@ def test_the_second_look_is_written_into_files_too(looked_at, monkeypatch, tmp_p
         found.close()
 
 
-@pytest.mark.parametrize(("count", "z"), [(23, -0.5), (24, -0.55)])
-def test_rods_that_spin_are_no_modes(count, z):
+def test_rods_that_spin_are_no_modes():
     """The Delta's rods spin as their paths leave them; its workspace is where Clavel's inverse kinematics has solutions.
 
     At a height of −0.5 m each arm folds back upon its rods in one point of the map, where the elbow's two ways meet: so near to
     it that they differ by less than 0.15 rad a grid of 50 mm does not tell them apart.
     """
-    robot = package_robots.robot("delta")
-    x, y = np.linspace(-1.1, 1.1, count), np.linspace(-1.1, 1.1, count - 1)
+    robot, z = package_robots.robot("delta"), -0.5
+    x, y = np.linspace(-1.1, 1.1, 23), np.linspace(-1.1, 1.1, 22)
     ds = ks.sweep(robot, {"x": x, "y": y, "z": z})
     assert ds.attrs["mode_jumps"] == 0
     X, Y = np.meshgrid(x, y, indexing="ij")

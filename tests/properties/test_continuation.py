@@ -112,7 +112,7 @@ def test_steps_do_not_lead_across_singular_poses():
     np.testing.assert_array_equal(side(found)[found.reached], side(start)[found.reached])
 
 
-@settings(max_examples=60)
+@settings(max_examples=20)
 @given(st.lists(st.floats(0.1, 3), min_size=1, max_size=3), st.integers(2000, 60000), st.integers(0, 10**6))
 def test_polynomials_are_as_exact_as_samples_say(gaps, targets, seed):
     """Functions with a pole beside the box along each coordinate."""
@@ -165,9 +165,8 @@ def differences(robot, target, kind="actuators", names=None, **options):
 
 @pytest.mark.parametrize(
     ("name", "limit", "poses"),
-    [("spherical_3rrr", 1.2, 3000), ("spherical_3rrr", 1.5, 2000), ("planar_3rrr", 1.0, 2000), ("five_bar", 1.2, 3000),
-     ("five_bar", 1.5, 3000), ("delta", 1.5, 2000)],
-)  # fmt: skip
+    [("spherical_3rrr", 1.2, 3000), ("planar_3rrr", 1.0, 2000), ("five_bar", 1.5, 3000), ("delta", 1.5, 1000)],
+)
 def test_poses_of_large_batches_are_those_of_their_own_lines(name, limit, poses):
     """Beside singular poses, lines that pass them on different sides end in different assembly modes."""
     robot = package_robots.robot(name)

@@ -28,7 +28,7 @@ from kinetostatics.cli.main import main
 from kinetostatics.files.reader import read_robot_file
 
 #: Random files of each kind.
-NUMBER = int(os.environ.get("KINETOSTATICS_FUZZ", "45"))
+NUMBER = int(os.environ.get("KINETOSTATICS_FUZZ", "18"))
 #: Time [s] in which an answer must come, on a busy machine too.
 SECONDS = 20.0
 

@@ -8,6 +8,7 @@ import logging
 import os
 import warnings
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -103,9 +104,17 @@ def _meshes(visual: Any, folder: str, link: str, missing: list[str]) -> list[Sur
 
 def _smooth(surface: Surface) -> Surface:
     """Return a surface with one vertex for each face at sharp edges, so that they are drawn sharp."""
+    vertices, faces = np.ascontiguousarray(surface.vertices, float), np.ascontiguousarray(surface.faces, np.int64)
+    return _smoothed(vertices.tobytes(), faces.tobytes())
+
+
+@lru_cache(maxsize=200)  # some of a few robots, which are drawn again and again
+def _smoothed(vertices: bytes, faces: bytes) -> Surface:
+    """Return the surface of vertices (n, 3) and faces (m, 3), likewise."""
     import trimesh
 
-    mesh = trimesh.graph.smooth_shade(trimesh.Trimesh(surface.vertices, surface.faces), angle=SHARP)
+    surface = trimesh.Trimesh(np.frombuffer(vertices).reshape(-1, 3), np.frombuffer(faces, np.int64).reshape(-1, 3))
+    mesh = trimesh.graph.smooth_shade(surface, angle=SHARP)
     return Surface(np.asarray(mesh.vertices), np.asarray(mesh.faces))
 
 

@@ -3,6 +3,7 @@
 import io
 import math
 import xml.etree.ElementTree as ET
+from functools import cache
 
 import numpy as np
 import pinocchio as pin
@@ -18,6 +19,7 @@ NAMES = ("3rps", "2pru_upr")
 pytestmark = pytest.mark.parametrize("name", NAMES)
 
 
+@cache
 def expand(name: str, **values: object) -> str:
     mappings = {key: str(value) for key, value in values.items()}
     return xacro.process_file(str(ROBOTS / f"{name}.urdf.xacro"), mappings=mappings).toxml()

@@ -14,7 +14,7 @@ NAMES = list(ks.robots())
 
 @cache
 def result(name):
-    return ks.analyze(ks.load_robot(name).assemble(), LOAD, gravity=(0.4, -0.9, -9.7))
+    return ks.analyze(package_robots.robot(name).assemble(), LOAD, gravity=(0.4, -0.9, -9.7))
 
 
 def test_the_paper_s_3rps():
