@@ -13,7 +13,7 @@ import kinetostatics as ks
 from kinetostatics.description import Mimic
 from kinetostatics.files.bundled import robot_path
 from kinetostatics.kinematics import continuation
-from kinetostatics.kinematics.assembly import _platform_coordinates, actuator_names
+from kinetostatics.kinematics.assembly import platform_coordinates, actuator_names
 from kinetostatics.kinematics.chebyshev import Cells
 from kinetostatics.kinematics.solver import SolverState
 
@@ -32,7 +32,7 @@ def follow_predictors(robot, given, values, orientation=None):
     options = {"orientation": orientation} if given == "platform" else {}
     here = robot.assemble(**{given: values}, **options)
     if given == "platform":
-        prescribed, names = _platform_coordinates(robot, values, orientation)
+        prescribed, names = platform_coordinates(robot, values, orientation)
     else:
         prescribed, names = robot.actuator_coordinates, actuator_names(robot.mechanism, robot.equations)
     solver, prescribed = robot.solver, robot.mobility_analysis.without_idle_dofs(prescribed)
@@ -77,7 +77,7 @@ def test_predictors_of_driven_loops(kind):
 def test_spins_that_matter_to_nothing_are_no_unknowns():
     """Five rods of the Delta spin by a joint of their own; the sixth is a part of the tree's way to the platform."""
     robot = package_robots.robot("delta")
-    prescribed, _ = _platform_coordinates(robot, POSES["delta"][0], None)
+    prescribed, _ = platform_coordinates(robot, POSES["delta"][0], None)
     held = robot.mobility_analysis.without_idle_dofs(prescribed)
     spins = {f"upper_{limb}{rod}_z" for limb in (1, 2, 3) for rod in "ab"} - {"upper_1a_z"}
     columns = {

@@ -162,11 +162,10 @@ def test_finite_elements_agree(name):
     if missing():
         assert not os.environ.get("KINETOSTATICS_REQUIRE_OPENSEES"), missing()
         pytest.skip(missing())
-    for coordinates in (None, *POSES[name]):
-        pose, _, _ = pose_at(name, coordinates)
-        assert pose.status == ks.Status.OK
-        found = ks.verify(pose, load=LOAD, point=(0.05, -0.03, 0.02), tolerance=1e-9)
-        assert found.verified and found.conclusive, str(found)
+    pose, _, _ = pose_at(name, POSES[name][0])  # the zero pose is that of test_verification.py
+    assert pose.status == ks.Status.OK
+    found = ks.verify(pose, load=LOAD, point=(0.05, -0.03, 0.02), tolerance=1e-9)
+    assert found.verified and found.conclusive, str(found)
 
 
 @pytest.mark.parametrize("name", KINDS)

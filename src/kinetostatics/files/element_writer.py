@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Collection, Iterable, Mapping
+from functools import lru_cache
 from typing import Any
 
 from kinetostatics.description.elements import Beam, BeamEnd, Joint, JointStiffness, Link, Loop, Origin, Place
@@ -159,8 +160,7 @@ class _Writer:
         if not text:
             return ()
         try:
-            document, _ = parse(f"<extra>{text}</extra>", self.place.file, plain=True)
-            root = self.placed(to_elements(document))
+            root = self.placed(_elements_of(text))
         except RobotFileError as error:
             raise self.error(f"extra of {owner} cannot be read: {error.reason}") from None
         if any(isinstance(item, str) and item.strip() for item in root.content):
@@ -171,6 +171,12 @@ class _Writer:
         """Return an element as one of this place."""
         content = tuple(self.placed(item) if isinstance(item, Element) else item for item in element.content)
         return Element(element.tag, element.attributes, content, self.place, self.label)
+
+
+@lru_cache(maxsize=1000)
+def _elements_of(extra: str) -> Element:
+    """Return the element around elements that are kept as text; links of the same look have the same."""
+    return to_elements(parse(f"<extra>{extra}</extra>", "", plain=True)[0])
 
 
 def _link(link: Link) -> Element:
