@@ -92,7 +92,7 @@ def test_the_workflow_of_releases_calls_what_exists():
     assert steps[0]["with"]["fetch-depth"] == 0, "a shallow clone does not know its tags"
     called = re.findall(r"\.ci/[\w.]+", " ".join(step.get("run", "") for step in steps))
     assert called == [".ci/release_notes.py", ".ci/packages"] and all((ROOT / name).exists() for name in called)
-    assert ".ci/packages .venv" in (ROOT / ".ci" / "run").read_text(encoding="utf-8")
+    assert ".ci/packages build/main" in (ROOT / ".ci" / "run").read_text(encoding="utf-8")
     assert jobs["index"]["permissions"] == {"id-token": "write"}, "trusted publishing needs a token of its own"
 
 
