@@ -8,6 +8,7 @@ import sys
 
 import meshcat
 import numpy as np
+import package_robots
 import pytest
 from meshcat.commands import Delete, SetObject, SetProperty, SetTransform
 from pinocchio.visualize import MeshcatVisualizer
@@ -140,7 +141,7 @@ def test_arrows_point_as_the_forces_do_and_tell_their_numbers(result):
 
 
 def test_nothing_outside_the_path_is_touched_whatever_the_names():
-    text = ks.load_robot("3rps").description.urdf
+    text = package_robots.robot("3rps").description.urdf
     robot = ks.Robot(parse_robot_text(text.replace('"platform"', '"//platform//plate"'), "slashes.urdf"))
     assert robot.description.platform == "//platform//plate"
     result = ks.analyze(robot.assemble(), load=LOAD)
@@ -165,7 +166,7 @@ def test_drawing_again_replaces_what_stood_there(result):
 
 
 def test_one_pose_of_a_batch_is_drawn_like_the_pose_alone():
-    robot = ks.load_robot("3rps")
+    robot = package_robots.robot("3rps")
     z = np.array([[0.5, 0.52], [0.54, 0.56], [0.58, 0.6]])
     batch = ks.analyze(robot.assemble(platform={"z": z, "rx": 0.1, "ry": 0.0}), load=LOAD)
     with pytest.raises(ks.ArgumentError, match=r"shape \(3, 2\): say which by pose"):
@@ -207,7 +208,7 @@ def test_arguments_that_make_no_sense(options, words, result):
 
 
 def test_exaggeration_and_pose_are_those_of_pages_too(tmp_path):
-    batch = ks.analyze(ks.load_robot("3rps").assemble(platform={"z": [0.5, 0.6], "rx": 0.0, "ry": 0.0}))
+    batch = ks.analyze(package_robots.robot("3rps").assemble(platform={"z": [0.5, 0.6], "rx": 0.0, "ry": 0.0}))
     ks.save_html(batch, tmp_path / "one.html", pose=1, exaggeration=321)
     text = (tmp_path / "one.html").read_text(encoding="utf-8")
     assert '"exaggeration":{"value":321.0' in text and '"frames":1' in text

@@ -3,6 +3,7 @@
 import itertools
 
 import numpy as np
+import package_robots
 import pytest
 
 import kinetostatics as ks
@@ -69,7 +70,7 @@ def calls(robot, pose, folder):
 
 @pytest.mark.filterwarnings("error")
 def test_no_argument_ends_in_an_error_of_python(tmp_path):
-    robot = ks.load_robot("3rps")
+    robot = package_robots.robot("3rps")
     ks.save_robot(robot, tmp_path / "plain.urdf")
     answered = 0
     for (name, call), value in itertools.product(calls(robot, robot.assemble(), tmp_path).items(), WRONG):
@@ -86,7 +87,7 @@ def test_no_argument_ends_in_an_error_of_python(tmp_path):
 @pytest.mark.parametrize("path", [None, 3.5, {}, object()])
 def test_paths_to_write_to(path):
     with pytest.raises(ks.ArgumentError, match="must be the path of a file"):
-        ks.save_robot(ks.load_robot("3rps"), path)
+        ks.save_robot(package_robots.robot("3rps"), path)
     if path is not None:
         with pytest.raises(ks.ArgumentError, match="must be the path of a file"):
             ks.sweep("3rps", out=path)
@@ -111,7 +112,7 @@ def test_paths_to_write_to(path):
 )
 def test_arguments_of_assemble(what, value, message):
     with pytest.raises(ks.ArgumentError, match=message):
-        ks.load_robot("3rps").assemble(**{what: value})
+        package_robots.robot("3rps").assemble(**{what: value})
 
 
 # ---- coordinates that do not determine the pose ------------------------------------------------------------------------
@@ -131,14 +132,14 @@ def test_arguments_of_assemble(what, value, message):
 )
 def test_coordinates_that_would_do_are_named(name, given, words):
     with pytest.raises(ks.CoordinatesError) as caught:
-        ks.load_robot(name).assemble(platform=dict.fromkeys(given, 0.1))
+        package_robots.robot(name).assemble(platform=dict.fromkeys(given, 0.1))
     assert words in str(caught.value)
 
 
 @pytest.mark.parametrize("name", ["3rps", "2pru_upr", "exechon", "five_bar", "tricept", "planar_3rrr"])
 @pytest.mark.parametrize("orientation", [None, "XYZ", "tilt_torsion"])
 def test_those_that_are_named_do(name, orientation):
-    robot = ks.load_robot(name)
+    robot = package_robots.robot(name)
     convention = orientation_named(orientation)
     found = choices(robot, convention, (), robot.zero_poses)
     for names in found:

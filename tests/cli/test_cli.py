@@ -10,6 +10,7 @@ import urllib.request
 from pathlib import Path
 
 import numpy as np
+import package_robots
 import pytest
 from places import ROBOTS
 
@@ -295,7 +296,7 @@ def test_orientation_changes_what_is_printed(capsys):
 
 def test_another_pose_may_begin_the_way(capsys):
     """The same point of the tool, with the drives more than half a turn further."""
-    robot = ks.load_robot("five_bar")
+    robot = package_robots.robot("five_bar")
     arguments = ["analyze", "five_bar", "--platform", "x=0", "y=-300mm", "--json"]
     modes = []
     for near in ({}, {"platform": {"x": -0.2, "y": 0.0}}, {"actuators": {"shoulder_1": 0.3, "shoulder_2": 0.2}}):
@@ -411,10 +412,10 @@ def test_output_that_cannot_be_written():
 
 def test_tolerances_prints_the_worst_only(capsys):
     code, out, _ = run(capsys, "tolerances", "2pru_upr", "--top", 3)
-    known = ks.load_robot("2pru_upr").description
+    known = package_robots.robot("2pru_upr").description
     known = {*known.joints, *known.loops, *known.beams}
     rows = [line.split()[:2] for line in out.splitlines() if line.startswith("  ") and line.split()[0] in known]
-    ranked = ks.tolerances(ks.load_robot("2pru_upr").assemble())
+    ranked = ks.tolerances(package_robots.robot("2pru_upr").assemble())
     assert code == 0 and rows == [[row.name, row.error] for row in ranked.rows[:3]]
 
 
@@ -426,7 +427,7 @@ def test_tolerances_of_no_whole_number_of_rows(capsys, top):
 
 def test_tolerances_json_is_the_table(capsys):
     code, out, _ = run(capsys, "tolerances", "2pru_upr", "--length", "20um", "--top", 4, "--json")
-    ranked = ks.tolerances(ks.load_robot("2pru_upr").assemble(), length=2e-5).to_dict()
+    ranked = ks.tolerances(package_robots.robot("2pru_upr").assemble(), length=2e-5).to_dict()
     assert code == 0 and json.loads(out)["errors"] == json.loads(json.dumps(ranked["errors"][:4]))
 
 

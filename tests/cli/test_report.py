@@ -6,6 +6,7 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
+import package_robots
 import pytest
 import small_robots as small
 from hybrid_robots import random_hybrid
@@ -522,7 +523,7 @@ def _moves(one, joint):
 
 def test_tables_name_the_limbs_axes_as_the_paper_does():
     """The paper's PRU limbs have x along the hinge: their attached force is along y there, W_ig1 = −0.5 q_iy L."""
-    found = ks.analyze(ks.load_robot("2pru_upr").assemble(), gravity=(0, 0, 9.8))
+    found = ks.analyze(package_robots.robot("2pru_upr").assemble(), gravity=(0, 0, 9.8))
     ours, theirs = result_report(found), found.report(hinge_axes={"limb_1": "x", "limb_2": "x"})
     intensity = {}
     for text, axis in ((ours, "x"), (theirs, "y")):

@@ -4,12 +4,12 @@ import importlib
 import json
 
 import numpy as np
+import package_robots
 import pytest
 import xarray as xr
 from places import CASES
 
 import kinetostatics as ks
-from kinetostatics.files.bundled import robot_path
 from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.status import FACTS, status_of
 from kinetostatics.workspace.summary import summary
@@ -83,7 +83,7 @@ def test_a_singular_pose_beyond_a_limit_is_both():
 
 
 def test_nothing_is_true_of_a_pose_that_is_not_reached():
-    robot = ks.load_robot(robot_path("orthoglide"))
+    robot = package_robots.robot("orthoglide")
     result = ks.analyze(robot.assemble(platform={"x": [0.0, 9.0], "y": 0.0, "z": 0.0}))
     assert result.status.tolist() == [ks.Status.OK, ks.Status.UNREACHABLE]
     assert not any(where.any() for where in result.facts.values())
@@ -160,7 +160,7 @@ def test_figures_say_that_poses_are_beyond_the_limits(far):
 @pytest.mark.parametrize("name", ["2pru_upr", "exechon", "orthoglide", "tripteron"])
 def test_a_robot_without_beams_has_the_same_limits(name):
     """Rigid, these robots are overconstrained: their statics is indeterminate at all poses."""
-    description = ks.load_robot(robot_path(name)).description
+    description = package_robots.robot(name).description
     elastic = ks.Robot(description)
     for beam in description.beams:
         description = description.without_beam(beam)

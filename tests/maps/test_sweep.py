@@ -11,6 +11,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+import package_robots
 import pytest
 import xarray as xr
 from places import ROOT
@@ -27,7 +28,7 @@ LOAD = (10.0, -20.0, -500.0, 3.0, 0.0, 5.0)
 
 @pytest.fixture(scope="module")
 def robot():
-    return ks.load_robot(robot_path("3rps"))
+    return package_robots.robot("3rps")
 
 
 @pytest.fixture(scope="module")
@@ -232,7 +233,7 @@ def test_parameters_of_the_file_are_dimensions():
     assert ds["twist"].dims == ("platform_radius", "rod_diameter", "z", "component")
     assert ds["characteristic_length"].dims == ("platform_radius", "rod_diameter")
     assert float(ds["density"]) == 7000
-    robot = ks.load_robot(robot_path("3rps"), {"platform_radius": 0.15, "rod_diameter": 0.1, "density": 7000})
+    robot = package_robots.robot("3rps", platform_radius=0.15, rod_diameter=0.1, density=7000)
     result = ks.analyze(robot.assemble(platform={"z": 0.55, "rx": 0.1, "ry": 0.0}))
     check_pose(ds, {"platform_radius": 0.15, "rod_diameter": 0.1, "z": 0.55}, result)
     assert json.loads(ds.attrs["parameters"])["density"] == 7000
@@ -241,7 +242,7 @@ def test_parameters_of_the_file_are_dimensions():
 def test_parameters_alone_are_a_sweep_of_the_zero_pose():
     ds = ks.sweep("3rps", parameters={"rod_diameter": [0.08, 0.1]})
     assert ds["twist"].dims == ("rod_diameter", "component")
-    check_pose(ds, {"rod_diameter": 0.1}, ks.analyze(ks.load_robot(robot_path("3rps")).assemble()))
+    check_pose(ds, {"rod_diameter": 0.1}, ks.analyze(package_robots.robot("3rps").assemble()))
 
 
 def test_wrenches_that_a_parameter_changes_are_not_mixed_up(tmp_path):
@@ -263,7 +264,7 @@ def test_wrenches_that_a_parameter_changes_are_not_mixed_up(tmp_path):
 
 
 def test_tilt_and_torsion():
-    robot = ks.load_robot(robot_path("3rps"))
+    robot = package_robots.robot("3rps")
     grid = {"z": 0.5, "azimuth": np.radians([-170, 30]), "tilt": np.radians([5.0, 10.0])}
     ds = ks.sweep(robot, grid, orientation="tilt_torsion")
     assert list(ds["platform_coordinate"].values) == ["x", "y", "z", "azimuth", "tilt", "torsion"]
@@ -315,7 +316,7 @@ def test_another_map_is_not_overwritten(robot, tmp_path):
     ks.sweep(robot, z, out=path).close()
     with pytest.raises(ks.ArgumentError, match="map of another sweep, with other arguments"):
         ks.sweep(robot, z, load=LOAD, out=path)
-    thin = ks.load_robot(robot_path("3rps"), {"rod_diameter": 0.05})
+    thin = package_robots.robot("3rps", rod_diameter=0.05)
     with pytest.raises(ks.ArgumentError, match="with another robot"):
         ks.sweep(thin, z, out=path)
     with ks.sweep(robot, z, load=LOAD, out=path, restart=True) as found:

@@ -13,7 +13,7 @@ import kinetostatics as ks
 from kinetostatics.description import Mimic
 from kinetostatics.files.bundled import robot_path
 from kinetostatics.kinematics import continuation
-from kinetostatics.kinematics.assembly import platform_coordinates, actuator_names
+from kinetostatics.kinematics.assembly import actuator_names, platform_coordinates
 from kinetostatics.kinematics.chebyshev import Cells
 from kinetostatics.kinematics.solver import SolverState
 

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import package_robots
 import pytest
 import small_robots as sr
 from package_robots import robot
@@ -126,7 +127,7 @@ def test_a_displaced_frame_is_found(seed):
 
 def test_a_mistake_that_nearly_closes_elsewhere_is_one():
     """2 mm off, but with the joints elsewhere the loops close to micrometres."""
-    exact = ks.load_robot("2pru_upr").description
+    exact = package_robots.robot("2pru_upr").description
     shift = (6.15076679e-06, 1.49372769e-03, -1.37068928e-03)
     robot = ks.Robot(moved(exact, "universal_2", exact.loops["universal_2"].successor, shift))
     assert 1e-5 < robot.closing_error < 1e-4 and robot.has_wrong_zero
@@ -147,7 +148,7 @@ def test_a_mistake_that_nearly_closes_elsewhere_is_one():
 )
 def test_a_wrong_parent_is_named(name, joint, wrong, also):
     """Its numbers are right: on the right link, and on no other, they close all loops at zero."""
-    right = replace(ks.load_robot(name).description, beams={}, joint_stiffness={})
+    right = replace(package_robots.robot(name).description, beams={}, joint_stiffness={})
     parent = right.joints[joint].parent
     robot = ks.Robot(replace(right, joints={**right.joints, joint: replace(right.joints[joint], parent=wrong)}))
     found = [str(item) for item in other_links(robot.mechanism, robot.size)]
@@ -160,7 +161,7 @@ def test_a_wrong_parent_is_named(name, joint, wrong, also):
 @pytest.mark.parametrize("side", [0, 1])
 def test_a_wrong_side_of_a_loop_is_named(side):
     """A loop's side is on another link, whose frame lies elsewhere."""
-    right = replace(ks.load_robot("planar_3rrr").description, beams={}, joint_stiffness={})
+    right = replace(package_robots.robot("planar_3rrr").description, beams={}, joint_stiffness={})
     loop = right.loops["tip_2"]
     key, link, wrong = (("predecessor", loop.predecessor, "coupler_3"), ("successor", loop.successor, "crank_1"))[side]
     robot = ks.Robot(replace(right, loops={**right.loops, "tip_2": replace(loop, **{key: wrong})}))
@@ -185,7 +186,7 @@ def other_zero(description, joint, angle):
 @pytest.mark.parametrize(("name", "joint"), [("five_bar", "elbow_1"), ("planar_3rrr", "elbow_2"), ("2pru_upr", "revolute_1")])
 def test_another_zero_of_a_joint_is_no_mistake(name, joint):
     """Loops far from closed where all joints are at zero, which the joints close."""
-    robot = ks.Robot(other_zero(ks.load_robot(name).description, joint, 0.1))
+    robot = ks.Robot(other_zero(package_robots.robot(name).description, joint, 0.1))
     assert largest_gap(robot) > 1e-2 and not robot.has_wrong_zero
     assert robot.closing_error < 1e-9
 
@@ -194,7 +195,7 @@ def test_another_zero_of_a_joint_is_no_mistake(name, joint):
 def test_another_zero_and_rounded_angles_are_no_mistake(joint):
     """Rounding is excused by a tolerance then, which is not proposed, as the gap at zero might be a mistake too."""
     rounded = 1.5707963 - np.pi / 2
-    description = other_zero(ks.load_robot("2pru_upr").description, joint, 0.05)
+    description = other_zero(package_robots.robot("2pru_upr").description, joint, 0.05)
     loop = description.loops["universal_2"]
     robot = ks.Robot(moved(description, "universal_2", loop.predecessor, (0, 0, 0), (50 * rounded, 50 * rounded, 50 * rounded)))
     assert 1e-9 < robot.closing_error < 1e-5 and not robot.has_wrong_zero
@@ -226,7 +227,7 @@ def test_a_tolerance_excuses_a_thousandth_of_the_size_at_most(gap, accepted):
 
 
 def test_two_mistakes_have_no_single_remedy():
-    exact = ks.load_robot("planar_3rrr").description
+    exact = package_robots.robot("planar_3rrr").description
     links = {name: exact.loops[name].predecessor for name in exact.loops}
     wrong = exact
     for number, (name, link) in enumerate(links.items()):

@@ -3,12 +3,12 @@
 from dataclasses import replace
 
 import numpy as np
+import package_robots
 import pytest
 from simple_machines import AREA, RHO, STEM, E, bar, joint, link, loop, parallelogram, parallelogram_parts, robot, truss
 
 import kinetostatics as ks
 from kinetostatics.checks.collect import robot_facts
-from kinetostatics.files.bundled import robot_path
 
 G = 10.0
 
@@ -193,7 +193,7 @@ def test_batches_of_hybrid_limbs_equal_single_poses():
 
 def test_a_beam_between_welded_points_is_refused():
     """A later piece of a polyline that starts at its first joint leaves those between without anything to bend against."""
-    description = ks.load_robot(robot_path("spherical_3rrr")).description
+    description = package_robots.robot("spherical_3rrr").description
     last = description.beams["proximal_2_3"]
     with pytest.raises(ks.RobotFileError, match=r"proximal_2_2.*fixed to the same rigid piece"):
         ks.Robot(description.with_beam(replace(last, start=description.beams["proximal_2_1"].start)))

@@ -5,11 +5,11 @@ from decimal import Decimal
 from functools import cache
 
 import numpy as np
+import package_robots
 import pytest
 from places import TESTS
 
 import kinetostatics as ks
-from kinetostatics.files.bundled import robot_path
 
 pytestmark = pytest.mark.smoke
 
@@ -150,7 +150,7 @@ def test_mobility_and_overconstraint():
 
 
 def test_the_paper_s_drive_force_is_that_at_the_base_end():
-    found = ks.analyze(ks.load_robot(robot_path("3rps")).assemble())
+    found = ks.analyze(package_robots.robot("3rps").assemble())
     for number in (1, 2, 3):
         beam = found.beams[found.limbs[f"limb_{number}"].beams[0]]
         force = found.paper_forces[f"limb_{number}"][f"f_{number}a"]

@@ -3,6 +3,7 @@
 from math import acos, asin, cos, pi, radians, sin, sqrt
 
 import numpy as np
+import package_robots
 import pytest
 
 import kinetostatics as ks
@@ -187,7 +188,7 @@ def test_a_robot_of_the_package_comes_out_of_its_architecture(name):
     make, step = ROBOTS[name]
     architecture, *parts = make()
     robot = ks.new_robot(architecture, **{key: value for part in parts for key, value in part.items()})
-    shipped = ks.load_robot(name)
+    shipped = package_robots.robot(name)
     found = []
     for one in (shipped, robot):
         drives = {joint: step * (1 + 0.3 * k) * (-1) ** k for k, joint in enumerate(one.description.driven)}

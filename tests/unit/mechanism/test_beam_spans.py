@@ -3,13 +3,13 @@
 from dataclasses import replace
 
 import numpy as np
+import package_robots
 import pytest
 import small_robots as sr
 from mechanisms import Joint, Link, unit
 from places import CASES
 
 import kinetostatics as ks
-from kinetostatics.files.bundled import robot_path
 from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.mechanism.beam_geometry import SpanFinder
 
@@ -229,7 +229,7 @@ def test_one_end_of_a_telescope_is_enough(given):
 @pytest.mark.parametrize("name", ["3rps", "2pru_upr", "delta", "planar_3rrr", "five_bar", "gough_stewart"])
 def test_a_missing_loop_is_told_as_one(name):
     """Whether the beam names it or leaves its ends out."""
-    description = ks.load_robot(robot_path(name)).description
+    description = package_robots.robot(name).description
     loop = list(description.loops)[-1]
     left = replace(description, loops={key: item for key, item in description.loops.items() if key != loop})
     with pytest.raises(ks.RobotFileError, match=rf"'{loop}', which does not exist;.*is its <joint> or <loop> missing"):
@@ -243,7 +243,7 @@ def test_a_missing_loop_is_told_as_one(name):
 
 
 def test_a_wrong_parent_is_told_by_the_link_that_is_left_alone():
-    description = ks.load_robot("3rps").description
+    description = package_robots.robot("3rps").description
     joint = replace(description.joints["prismatic_2"], parent="cylinder_1")
     with pytest.raises(ks.RobotFileError, match="Link 'cylinder_2' has no joint but 'revolute_2': is a <parent> wrong"):
         ks.Robot(replace(description, joints={**description.joints, "prismatic_2": joint}))

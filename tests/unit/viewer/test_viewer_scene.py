@@ -186,7 +186,7 @@ def test_arrows_superpose(result, scene):
 
 @pytest.mark.parametrize("name", [*POSES, "orthoglide"])
 def test_the_ways_of_a_limb_s_weight_are_what_its_one_slider_scaled(name):
-    result = ks.analyze(ks.load_robot(name).assemble(platform=POSES.get(name)), load=LOAD)
+    result = ks.analyze(package_robots.robot(name).assemble(platform=POSES.get(name)), load=LOAD)
     whole, split = describe_scene(result), describe_scene(result.by_mechanism)
     limbs = len(result.limbs)
     assert split.stations.sources[2:] == tuple(f"{limb}: {way}" for way in ("attached", "deformation") for limb in result.limbs)
@@ -492,7 +492,7 @@ def test_command_complains(arguments, words, capsys):
 
 
 def test_images_need_a_browser_and_say_so(tmp_path, monkeypatch):
-    result = ks.analyze(ks.load_robot("3rps").assemble())
+    result = ks.analyze(package_robots.robot("3rps").assemble())
     for options, words in (
         ({"colour": "red"}, "one of deflection"),
         ({"view": "back"}, "home, front"),
