@@ -17,13 +17,9 @@ from kinetostatics.cli.main import main
 SOME = (
     "asr_twodof_description/urdf/TwoDofs.urdf",
     "bolt_description/robots/bolt.urdf",
-    "double_pendulum_description/urdf/double_pendulum_continuous.urdf",
-    "finger_edu_description/robots/finger_edu.urdf",
     "iris_description/robots/iris.urdf",
-    "kinova_description/robots/kinova.urdf",
     "panda_description/urdf/panda.urdf",
     "so_arm_description/urdf/so101.urdf",
-    "talos_data/robots/talos_left_arm.urdf",
     "ur_description/urdf/ur3_joint_limited_robot.urdf",
 )
 CHOSEN = files() if os.environ.get("KINETOSTATICS_ALL_URDFS") else SOME

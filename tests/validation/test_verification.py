@@ -84,9 +84,7 @@ def pose(name, which):
 def test_every_robot(name):
     """With forces on all links at a pose without symmetry, and in one of four other ways."""
     at = pose(name, 3)
-    assert_agrees(
-        at, load=LOAD, gravity=(0, 0, 1), payload=ks.Payload(300.0, (0.1, 0.05, -0.2)), loads=forces_on_all_links(at)
-    )
+    assert_agrees(at, load=LOAD, gravity=(0, 0, 1), payload=ks.Payload(300.0, (0.1, 0.05, -0.2)), loads=forces_on_all_links(at))
     others = [
         (0, {}),
         (0, {"load": LOAD, "point": POINT}),
