@@ -221,9 +221,9 @@ def _complain(robot: Robot, solution: Solution) -> None:
                 name,
                 joints,
             )
-    contradictory = np.any(np.isnan(solution.twists[:, -1]), axis=0) & ~solution.singular
-    if solution.assembly_errors is not None and np.any(contradictory):
-        names = ", ".join(sorted(solution.assembly_errors.names))
+    errors = solution.assembly_errors
+    if errors is not None and np.any(np.any(np.isnan(solution.twists[:, -1]), axis=0) & ~solution.singular):
+        names = ", ".join(sorted(errors.names))
         raise StaticsError(
             f"the misfits of {names} contradict one another in rigid parts, which cannot deform: give those parts some "
             "elasticity (<beam>, <joint_stiffness>)"

@@ -14,7 +14,7 @@ from kinetostatics.checks.warnings_of_poses import AT_ZERO, facts_of_poses, pose
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes
 from kinetostatics.description.unit_hints import odd_angles
 from kinetostatics.exceptions import KinetostaticsError, StaticsError
-from kinetostatics.kinematics.unit_hints import odd_limits, robot_size
+from kinetostatics.kinematics.unit_hints import odd_limits
 from kinetostatics.kinematics.zero_pose import corrections_hint
 from kinetostatics.math.ordering import EQUAL
 from kinetostatics.mechanism.beam_geometry import ends_nowhere
@@ -129,7 +129,7 @@ def _limits(robot: Robot, facts: RobotFacts) -> Iterable[str]:
 def _sizes(robot: Robot, facts: RobotFacts) -> Iterable[str]:
     if facts.zero.closing_error is None:
         return
-    size = robot_size(robot)
+    size = robot.zero_size
     if size and not SIZES[0] < size < SIZES[1]:
         yield f"the robot is {size:.4g} m large; lengths are in m"
     yield from odd_limits(robot)

@@ -146,9 +146,11 @@ def compiled_loops(engine: str) -> SolverChoice:
         return by_numpy
 
     def chosen(robot: RobotKinematics, prescribed: PrescribedCoordinates, local: int, poses: int) -> Solver:
-        work = _LOOP_CALL + poses * _LOOP_POSE
         choice = _loop_choice_of(robot, prescribed, local)
-        if choice.compiled is None and engine == "auto" and choice.work + work < _LOOKING:
+        if choice.compiled is not None:
+            return choice.compiled
+        work = _LOOP_CALL + poses * _LOOP_POSE
+        if engine == "auto" and choice.work + work < _LOOKING:
             choice.work += work
             return robot.solver
 

@@ -173,9 +173,11 @@ class CompiledSolver(Solver):
         n = max(N, llvm.LANES)
         numbers, truths = np.empty((nq + 12 * bodies + self.equations.closures, n)), np.empty((1, n), dtype=bool)
         self._place([side_by_side(x, n)], self._parameters, numbers, truths)
-        q, rotation, position, residual = np.split(numbers[:, :N], np.cumsum([nq, 9 * bodies, 3 * bodies]))
-        frames = Frames(rotation.reshape(3, 3, bodies, N), position.reshape(3, bodies, N))
-        return Placed(q, frames, residual), truths[0, :N]
+        if n > N:
+            numbers = numbers[:, :N]
+        turned, placed = nq + 9 * bodies, nq + 12 * bodies
+        frames = Frames(numbers[nq:turned].reshape(3, 3, bodies, N), numbers[turned:placed].reshape(3, bodies, N))
+        return Placed(numbers[:nq], frames, numbers[placed:]), truths[0, :N]
 
     def _surely(self, first: SolverState, second: SolverState) -> NDArray[np.bool_]:
         N = first.x.shape[1]

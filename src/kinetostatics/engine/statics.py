@@ -81,6 +81,7 @@ class CompiledStatics:
                 moved = place if place.truth or place.first is None else replace(place, first=len(rows))
                 rows += [] if moved is place else place.rows
                 self._soon.append((path, moved))
+        self._soon_of_few = [(path, place) for path, place in self._places if is_at_once(path)]
         self._soon_rows = np.array(rows, dtype=np.intp)
         self.operations = int(table["operations"])
         return True
@@ -101,11 +102,7 @@ class CompiledStatics:
     def solve(self, frames: Frames, load: Array, gravity: Array) -> Solution:
         """Solve N poses; see :func:`kinetostatics.statics.solution.solve`."""
         N = load.shape[1]
-        if N > 2 * BLOCK:
-            truths, found = self._later(frames, load, gravity)
-        else:
-            numbers, truths = self._computed(frames, load, gravity)
-            found = self._solution(frames, load, gravity, numbers, truths)
+        truths, found = self._later(frames, load, gravity)
         doubtful = np.flatnonzero(~truths[0] & np.all(np.isfinite(found.o), axis=0))  # what is not reached has no numbers
         if doubtful.size == 0:
             return found
@@ -127,12 +124,14 @@ class CompiledStatics:
 
     def _later(self, frames: Frames, load: Array, gravity: Array) -> tuple[Mask, Solution]:
         """Return the truth values, and a solution most of which is computed when it is asked for."""
-        numbers, truths = self._computed(frames, load, gravity, some=True)
-        arrays = {path: place.of(numbers, truths, load.shape[1]) for path, place in self._soon}
-        robot = self.robot
+        N, robot = load.shape[1], self.robot
+        few = N <= 2 * BLOCK
+        numbers, truths = self._computed(frames, load, gravity, some=not few)
+        arrays = {path: place.of(numbers, truths, N) for path, place in (self._soon_of_few if few else self._soon)}
 
         def whole() -> Solution:
-            return self._solution(frames, load, gravity, *self._computed(frames, load, gravity), robot)
+            everything = (numbers, truths) if few else self._computed(frames, load, gravity)
+            return self._solution(frames, load, gravity, *everything, robot)
 
         return truths, LaterSolution(robot, frames, load, gravity, arrays, whole)
 

@@ -294,6 +294,10 @@ def _say_open(robot: RobotKinematics, openings: dict[str, tuple[float, float]], 
 
 def _stack(values: list[ArrayLike], names: list[str]) -> tuple[tuple[int, ...], Array]:
     """Broadcast coordinates against one another; return the batch shape and the (n, N) targets."""
+    if values and all(type(value) in (int, float) for value in values):  # one pose, of which there are many calls
+        single = np.array(values, dtype=float)[:, None]
+        if np.all(np.isfinite(single)):
+            return (), single
     arrays = []
     for value, name in zip(values, names, strict=True):
         try:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from itertools import combinations
 
 import numpy as np
@@ -19,7 +20,8 @@ NAMED = 3
 MARGIN = 1.5
 
 
-def prescribed_platform(names: Sequence[str], orientation: Orientation) -> PrescribedCoordinates:
+@lru_cache(maxsize=256)
+def prescribed_platform(names: tuple[str, ...], orientation: Orientation) -> PrescribedCoordinates:
     """Return coordinates of the platform as the solver sees them."""
     positions = tuple(k for k, name in enumerate("xyz") if name in names)
     angles = tuple(k for k, name in enumerate(orientation.names) if name in names)

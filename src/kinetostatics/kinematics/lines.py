@@ -37,6 +37,8 @@ def follow(
         The poses, whether each arrived, and how much of its way (0 … 1) each has gone.
     """
     N = target.shape[1]
+    if len(chunks(N)) == 1:
+        return _follow_chunk(solver, prescribed, start, target, local, origin)
     poses = SolverState(np.empty((start.x.shape[0], N)), np.empty((3, N)))
     arrived, gone = np.empty(N, dtype=bool), np.empty(N)
     for part in chunks(N):
@@ -61,7 +63,7 @@ def _follow_chunk(
     # a pose knows the angle of what turns freely but for full turns: the shorter way
     known = solver.origin(prescribed, start, target) if origin is None else origin
     first, c = line_start(prescribed, known, target, shorter=origin is None)
-    state = SolverState(np.array(np.broadcast_to(start.x, (start.x.shape[0], N))), c)
+    state = SolverState(_for_each(start.x, N), c)
     far = np.max(np.abs(target - first) / longest_strides(solver, prescribed)[:, None], axis=0, initial=0.0)
     longest = 1 / np.maximum(1.0, far)
     gone, stride, steady = np.zeros(N), np.array(longest), np.ones(N, dtype=bool)
@@ -70,10 +72,14 @@ def _follow_chunk(
         trial = np.minimum(gone[active] + stride[active], 1.0)
         with np.errstate(invalid="ignore"):  # towards infinity, which nothing reaches
             goal = first[:, active] + trial * (target[:, active] - first[:, active])
-        here = state.take(active)
+        here = state if active.size == N else state.take(active)
         moved, good = solver.newton(prescribed, here, goal, local, passing=trial < 1)
-        if not local:
+        if not local and np.all(good):
+            good = solver.on_one_side(prescribed, here, moved, goal)
+        elif not local:
             good[good] = solver.on_one_side(prescribed, here.take(good), moved.take(good), goal[:, good])
+        if np.all(good) and np.all(trial == 1) and active.size == N:
+            return moved, good, trial
         arrived = active[good]
         state.x[:, arrived], state.c[:, arrived] = moved.x[:, good], moved.c[:, good]
         gone[arrived] = trial[good]
@@ -85,6 +91,11 @@ def _follow_chunk(
     return state, gone >= 1, gone
 
 
+def _for_each(array: Array, N: int) -> Array:
+    """Return a copy (k, N) of an array of one pose or of N."""
+    return np.array(array) if array.shape[1] == N else np.repeat(array, N, axis=1)
+
+
 def line_start(
     prescribed: PrescribedCoordinates, origin: tuple[Array, Array], target: Array, shorter: bool
 ) -> tuple[Array, Array]:
@@ -93,8 +104,7 @@ def line_start(
     They are those of the ``origin`` but for full turns of the platform, if the ``shorter`` way is wanted, and where the axes
     of two turns are one line, which leaves but the sum of the turns determined.
     """
-    first = np.array(np.broadcast_to(origin[0], target.shape))
-    c = np.array(np.broadcast_to(origin[1], (3, target.shape[1])))
+    first, c = (_for_each(array, target.shape[1]) for array in origin)
     if prescribed.angles and prescribed.orientation is not None:
         given = list(prescribed.angles)
         aim = np.array(c)
@@ -106,7 +116,10 @@ def line_start(
 
 def longest_strides(solver: Solver, prescribed: PrescribedCoordinates) -> Array:
     """Return how far the prescribed coordinates (n,) may go in one go [m, rad]."""
+    if (known := solver.strides.get(prescribed)) is not None:
+        return known
     turns = [bool(solver.tree.column_rotates[column]) for column in prescribed.columns]
     turns += [not solver.equations.loops[number].type.is_slide for number in prescribed.loops]
     turns += [False] * len(prescribed.positions) + [True] * len(prescribed.angles)
-    return np.where(turns, LONGEST_TURN, LONGEST_SHIFT * solver.length)
+    solver.strides[prescribed] = np.where(turns, LONGEST_TURN, LONGEST_SHIFT * solver.length)
+    return solver.strides[prescribed]

@@ -5,13 +5,14 @@ Everything is found when it is first asked for.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from functools import cached_property
 
 import numpy as np
 
 from kinetostatics.description.robot import RobotDescription
-from kinetostatics.exceptions import AssemblyError
+from kinetostatics.exceptions import AssemblyError, KinetostaticsError
 from kinetostatics.kinematics import generic_poses, joint_coordinates, zero_pose
 from kinetostatics.kinematics.loop_constraints import LoopEquations, world_frames
 from kinetostatics.kinematics.mobility import Mobility, MobilityAnalysis
@@ -102,6 +103,16 @@ class RobotKinematics:
     def zero_frames(self) -> Frames:
         """Frames of the closed zero pose, a batch of one."""
         return self.frames_of(self.zero_poses)
+
+    @cached_property
+    def zero_size(self) -> float:
+        """Diagonal of the box around all joints and links at the closed zero pose [m]; NaN if there is no such pose."""
+        try:
+            points = self.zero_frames.position[:, :, 0]
+        except KinetostaticsError:
+            return math.nan
+        points = points[:, np.all(np.isfinite(points), axis=0)]
+        return float(np.linalg.norm(points.max(axis=1) - points.min(axis=1)))
 
     @cached_property
     def zero_gaps(self) -> dict[str, tuple[float, float]]:

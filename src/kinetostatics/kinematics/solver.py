@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +45,13 @@ class PrescribedCoordinates:
     angles: tuple[int, ...] = ()
     orientation: Orientation | None = None
     fixed_dofs: tuple[int, ...] = ()
+
+    def __hash__(self) -> int:
+        return self._hash
+
+    @cached_property
+    def _hash(self) -> int:
+        return hash((self.columns, self.loops, self.positions, self.angles, self.orientation, self.fixed_dofs))
 
     @property
     def size(self) -> int:
@@ -119,6 +127,7 @@ class Solver:
         """Make anew what is remembered of prescribed coordinates."""
         self._free: dict[tuple[tuple[int, ...], ...], NDArray[np.intp]] = {}
         self._scales: dict[tuple[tuple[int, ...], ...], tuple[Array, Array]] = {}
+        self.strides: dict[PrescribedCoordinates, Array] = {}
 
     # ---- coordinates of a pose --------------------------------------------------------------------------------------
 
@@ -344,14 +353,7 @@ class Solver:
     ) -> Correction:
         """Correct poses, in which the given coordinates stand already, once; see :meth:`newton`.
 
-        Args:
-            prescribed: which coordinates are given.
-            poses: to be corrected.
-            target: their coordinates (n, N).
-            local: number of freedoms that do not move the platform.
-            before: (N,) sizes of the scaled steps before, infinite of the first.
-            shrunk: (N,) by how much the last correction was smaller than that before.
-            passing: which poses are only passed on the way.
+        ``shrunk`` (N,) is by how much the last correction was smaller than that before.
         """
         residual, gradient = self.system(prescribed, poses, target)
         step = -least_squares(gradient, residual[:, None], local)[:, 0]

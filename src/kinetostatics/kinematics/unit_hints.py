@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.description.unit_hints import TURN, looks_like_degrees
-from kinetostatics.exceptions import KinetostaticsError
 
 if TYPE_CHECKING:
     from kinetostatics.kinematics.robot_kinematics import RobotKinematics
@@ -20,25 +19,15 @@ if TYPE_CHECKING:
 FAR = 10.0
 
 
-def robot_size(robot: RobotKinematics) -> float:
-    """Return the diagonal of the box around all joints and links at the zero pose [m]; NaN if there is no such pose."""
-    try:
-        points = robot.zero_frames.position[:, :, 0]
-    except KinetostaticsError:
-        return math.nan
-    points = points[:, np.all(np.isfinite(points), axis=0)]
-    return float(np.linalg.norm(points.max(axis=1) - points.min(axis=1)))
-
-
 def odd_coordinates(robot: RobotKinematics, given: Mapping[str, ArrayLike]) -> list[str]:
     """Say which coordinates of drives or platform [m, rad] are far longer than the robot, or look like degrees."""
-    found, size = [], robot_size(robot)
+    found = []
     for name, values in given.items():
-        numbers = np.nan_to_num(np.asarray(values, dtype=float), posinf=0.0, neginf=0.0).ravel()
-        largest = float(numbers[np.argmax(np.abs(numbers))]) if numbers.size else 0.0
+        largest = _largest(values)
         joint = robot.mechanism.connections.get(name) if name in robot.description.driven else None
         slides = name in ("x", "y", "z") if joint is None else joint.type.is_slide
         if slides:
+            size = robot.zero_size if largest else 0.0
             if abs(largest) > FAR * size > 0:
                 found.append(
                     f"{name} = {largest:.6g} m is {abs(largest) / size:.3g} times the robot's size of {size:.3g} m: lengths are "
@@ -52,6 +41,14 @@ def odd_coordinates(robot: RobotKinematics, given: Mapping[str, ArrayLike]) -> l
     return found
 
 
+def _largest(values: ArrayLike) -> float:
+    """Return the value farthest from zero of those that are finite; 0 if there is none."""
+    if isinstance(values, int | float):
+        return float(values) if math.isfinite(values) else 0.0
+    numbers = np.nan_to_num(np.asarray(values, dtype=float), posinf=0.0, neginf=0.0).ravel()
+    return float(numbers[np.argmax(np.abs(numbers))]) if numbers.size else 0.0
+
+
 def _many_turns(joint: Connection | None, angle: float) -> bool:
     """Whether an angle is too large for the platform, or for a drive that has no reason to turn so often."""
     if abs(angle) <= TURN:
@@ -62,7 +59,7 @@ def _many_turns(joint: Connection | None, angle: float) -> bool:
 
 def odd_limits(robot: RobotKinematics) -> list[str]:
     """Say which sliding joints have limits far beyond the robot's size, as those in mm are; wider ones stand for none at all."""
-    size = robot_size(robot)
+    size = robot.zero_size
     names: dict[float, list[str]] = {}
     for item in robot.mechanism.connections.values():
         largest = max((abs(limit) for limit in (item.lower, item.upper) if math.isfinite(limit)), default=0.0)

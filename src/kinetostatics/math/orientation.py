@@ -9,6 +9,7 @@ notation ("XYZ" turns about moving, "xyz" about fixed axes; three distinct lette
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -85,9 +86,11 @@ class Orientation:
         They differ from ``c`` by full turns, if ``always`` or where rounding decides which of two half turns is in ``c``; and in
         the first and last turns where their axes are one line, so that only the sum of both is determined.
         """
+        changed = always | _half_turn(np.sqrt(dot(c, c)) if self.sequence is None else c)
         if self.sequence is None:
-            return np.where(always | _half_turn(np.sqrt(dot(c, c))), _nearest_vector(c, near), c)
-        c = np.where(always | _half_turn(c), c + _full_turns(near - c), c)
+            return np.where(changed, _nearest_vector(c, near), c) if np.any(changed) else c
+        if np.any(changed):
+            c = np.where(changed, c + _full_turns(near - c), c)
         second = self._turns(c)[1]
         locked = np.abs(np.sin(second) if self.name == "tilt_torsion" else np.cos(second)) < NEARLY_LOCKED
         if np.any(locked):
@@ -135,9 +138,14 @@ def orientation_named(name: str | None) -> Orientation:
         CoordinatesError: there is no such convention.
     """
     if name is None:
-        return orientation_named("rotation_vector")
+        return _convention("rotation_vector")
     if not isinstance(name, str):
         raise CoordinatesError(f"orientation is {name!r}; it must be a name: 'rotation_vector', 'XYZ', 'xyz' or 'tilt_torsion'")
+    return _convention(name)
+
+
+@cache
+def _convention(name: str) -> Orientation:
     if name == "rotation_vector":
         return Orientation("rotation_vector", ("rx", "ry", "rz"))
     if name == "tilt_torsion":

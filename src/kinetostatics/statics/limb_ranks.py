@@ -41,6 +41,8 @@ def groups_of_poses(
     rigid = [_rigid_counts(item) for item in statics]
     for item, counts in zip(statics, rigid, strict=True):
         doubtful |= np.any(counts != item.group.rigid_directions, axis=0)
+    if not np.any(doubtful):
+        return {}
     found = {}
     for pose in np.flatnonzero(doubtful & np.all(np.isfinite(o), axis=0)).tolist():
         here = frames.take(np.array([pose]))
