@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.argument_checks import check_choice, finite_numbers
+from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.engine.choice import StaticsSolver, check_engine, compiled_solver
 from kinetostatics.exceptions import ArgumentError, LimbEquilibriumError, SingularPoseError, StaticsError
 from kinetostatics.kinematics.configuration import Configuration
@@ -232,6 +233,14 @@ def _complain(robot: Robot, solution: Solution) -> None:
         free = free_twists(robot, solution, int(p))
         words = "; ".join(describe_twist(twist, robot.length) for twist in free.T) or "an unknown motion"
         mobility, drives = robot.mobility.platform, len(robot.description.driven)
+        if not drives:
+            joint = next((item.name for item in robot.description.joints.values() if JOINT_TYPES[item.type].is_single), "…")
+            what_to_write = f'<transmission name="drive_1"><joint name="{joint}"/></transmission>'
+            raise SingularPoseError(
+                f"{robot.name!r} has no drives, so that its platform can move: {words}; name the driven joints, {mobility} for a "
+                f"mobility of {mobility}: {what_to_write}",
+                free,
+            )
         why = f"the robot has only {drives} drives for a mobility of {mobility}" if drives < mobility else "the pose is singular"
         raise SingularPoseError(f"with the drives locked the platform of {robot.name!r} can still move: {words} ({why})", free)
 

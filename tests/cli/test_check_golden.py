@@ -88,7 +88,7 @@ ODDITIES = {
     "beyond_limits": ["at the zero pose foot (0°) is beyond its limits"],
     "open_loops": ["cannot be closed", "limb_2 has nothing elastic"],
     "soft_and_hard_joints": ["foot along x is 50 N/m", "the drive of foot is 20 N·m/rad", "along x is 1e+13 N/m"],
-    "no_drives": ["only 0 drives for a mobility of 1"],
+    "no_drives": ["name the driven joints, 1 for a mobility of 1"],
     "two_drives": ["2 drives for 1 freedom"],
     "rigid_limbs": ["the limbs limb_1 and limb_2 have nothing elastic"],
     "followers": ["far from closed", "limb_2 has nothing elastic"],

@@ -45,6 +45,7 @@ def test_the_table_names_all_fields() -> None:
             "attributes",
             "file_warnings",
             "default_axes",
+            "parameters",
             "is_valid",
             "has_inertial",
         }

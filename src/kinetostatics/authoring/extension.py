@@ -9,7 +9,7 @@ from dataclasses import replace
 from kinetostatics.argument_checks import check_mapping, path_name
 from kinetostatics.authoring.materials import MATERIALS, SHAPES, parse_section
 from kinetostatics.authoring.robot_by_name import write_new
-from kinetostatics.authoring.spans import MATERIAL, WALL, Span, spans
+from kinetostatics.authoring.spans import MATERIAL, WALL, Span, spans, way
 from kinetostatics.description.elements import Beam, BeamEnd, Joint, Material
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.description.robot import RobotDescription
@@ -151,22 +151,10 @@ def _drives(root: Element, description: RobotDescription, driven: Iterable[str] 
     for name in names:
         if name not in known:
             raise ArgumentError(f"driven: no joint {name!r}: {near_names(str(name), known)}")
-    beside = [] if description.loops else [name for name in drivable(description.joints) if name not in _way(description)]
+    passed = {joint.name for joint, _ in way(description)}
+    beside = [] if description.loops else [name for name in drivable(description.joints) if name not in passed]
     holding = [name for name in beside if name not in there and name not in names]
     return [name for name in names if name not in there], holding
-
-
-def _way(description: RobotDescription) -> set[str]:
-    """Return the joints of the tree between base and platform."""
-    above = {joint.child: joint for joint in description.joints.values()}
-    ways: list[set[str]] = []
-    for link in (description.base, description.platform):
-        way = set()
-        while link in above:
-            way.add(above[link].name)
-            link = above[link].parent
-        ways.append(way)
-    return ways[0] ^ ways[1]
 
 
 def _drives_text(names: list[str], comment: str) -> str:

@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 import argparse
+import math
 import os
 import sys
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from kinetostatics.cli.arguments import SEVERAL, Subparsers, add_command, parse_items, parse_parameters, print_warnings
-from kinetostatics.exceptions import ArgumentError
+from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.printing.colour import for_stream
 from kinetostatics.printing.waiting import waiting
 
+if TYPE_CHECKING:
+    from kinetostatics.description.robot import RobotDescription
+
 NAME = "import"
+
+#: From what turn on [degrees] the platform's axes at zero are spoken of.
+LEAST_TURN = 0.1
 
 EXAMPLES = """\
 loops are read from
@@ -97,8 +105,57 @@ def run(args: argparse.Namespace) -> int:
             stream.write(made.text)
         loops = f"{len(made.loops)} loop" + ("" if len(made.loops) == 1 else "s")
         print(f"{args.out}: {loops}, platform {description.platform}, driven: {', '.join(description.driven) or 'none'}")
+        for line in (_turned_axes(description), _what_next(args.out, description)):
+            if line:
+                print(line)
     print_warnings(description.warnings)
     return 0
+
+
+def _turned_axes(description: RobotDescription) -> str:
+    """Say how the platform's axes, to which coordinates refer, are made parallel to the base's where all joints are at zero."""
+    import numpy as np
+
+    from kinetostatics.robot import Robot
+
+    try:
+        robot = Robot(description)
+        rotation = robot.mechanism.platform_pose(robot.zero_frames)[0][..., 0]
+    except KinetostaticsError:  # check says what
+        return ""
+    angle = float(np.degrees(np.arccos(np.clip((np.trace(rotation) - 1) / 2, -1, 1))))
+    if angle < LEAST_TURN:
+        return ""
+    origin = description.platform_origin
+    back = origin.matrix[:3, :3] @ rotation.T  # the axes that would be parallel, in the platform link
+    pitch = math.asin(float(np.clip(-back[2, 0], -1, 1)))
+    roll, yaw = math.atan2(back[2, 1], back[2, 2]), math.atan2(back[1, 0], back[0, 0])
+    xyz = "" if not any(origin.xyz) else f' xyz="{" ".join(f"{value:.12g}" for value in origin.xyz)}"'
+    rpy = " ".join(f"{value if abs(value) > 1e-12 else 0.0:.12g}" for value in (roll, pitch, yaw))
+    return (
+        f"the axes of the platform {description.platform!r} are turned by {angle:.4g}° at zero, and coordinates and results "
+        f"refer to them; parallel to the base's are those of\n"
+        f'  <platform link="{description.platform}"><origin{xyz} rpy="{rpy}"/></platform>'
+    )
+
+
+def _what_next(path: str, description: RobotDescription) -> str:
+    """Say how links of a file without beams become elastic: those between two joints."""
+    if description.beams or description.joint_stiffness:
+        return ""
+    from kinetostatics.printing.text import listing
+
+    ends = [link for joint in description.joints.values() for link in (joint.parent, joint.child)]
+    ends += [link for loop in description.loops.values() for link in (loop.predecessor, loop.successor)]
+    rigid = (description.base, description.platform)
+    between = [link for link in description.links if ends.count(link) == 2 and link not in rigid]
+    beam = f'<beam link="{(between or ["…"])[0]}" youngs_modulus="210e9" poisson_ratio="0.3" density="7850">'
+    listed = f" (links between two joints: {listing(between)})" if between else ""
+    return (
+        f"all links are rigid yet: write into {path} what bends{listed}:\n"
+        f'  {beam}<tube outer_diameter="0.03" inner_diameter="0.024"/></beam>\n'
+        f"then: kinetostatics check {path}"
+    )
 
 
 def _types(items: Sequence[str]) -> Mapping[str, str] | str | None:

@@ -200,9 +200,16 @@ def test_command_writes_a_file_that_includes_the_source(tmp_path, capsys):
     arguments = ["--types", "closing_tool=revolute", "--platform", "tool", "--driven", "motor_1", "motor_2", "--out", str(out)]
     assert cli.main(["import", str(source), *arguments]) == 0
     printed = capsys.readouterr()
-    assert printed.out == f"{out}: 1 loop, platform tool, driven: motor_1, motor_2\n"
+    first, turned, platform, rigid, beam, then = printed.out.splitlines()
+    assert first == f"{out}: 1 loop, platform tool, driven: motor_1, motor_2"
+    assert turned.startswith("the axes of the platform 'tool' are turned by 163.8° at zero")
+    assert rigid.startswith(f"all links are rigid yet: write into {out} what bends") and beam.startswith('  <beam link="crank_1"')
+    assert then == f"then: kinetostatics check {out}"
     assert printed.err == ""
     text = out.read_text()
+    followed = ks.Robot(parse_robot_text(text.replace('<platform link="tool"/>', platform + beam), str(out), {}))
+    pose = {name: float(value) for name, value in followed.assemble().platform.items()}
+    assert followed.beams["crank_1"] and [pose[name] for name in ("rx", "ry", "rz")] == pytest.approx([0, 0, 0], abs=1e-10)
     assert '<xacro:include filename="cad/robot.urdf"/>' in text
     assert source.read_bytes() == FIVE_BAR.read_bytes()
     robot = ks.load_robot(out)
@@ -819,3 +826,19 @@ def test_the_python_of_the_page(monkeypatch):
     assert names["robot"].mobility.platform == 2
     # messages about its loops name the source
     assert names["description"].loops["closing_tool"].place.line == line_of(FIVE_BAR, '<link name="closing_tool_1">')
+
+
+def test_both_frames_of_the_page_are_the_same_and_stand_upright(tmp_path, capsys):
+    page = (ROOT / "docs" / "how_to" / "foreign_loops.md").read_text()
+    answers = ["--types", "closing_tool=revolute", "--platform", "tool", "--driven", "motor_1", "motor_2"]
+    assert cli.main(["import", str(FIVE_BAR), *answers, "--out", str(tmp_path / "made.urdf.xacro")]) == 0
+    made = (tmp_path / "made.urdf.xacro").read_text()
+    poses = []
+    for part in re.findall(r"```xml\n(<(?:platform|link).*?)```", page, re.DOTALL):
+        (tmp_path / "made.urdf.xacro").write_text(made.replace('<platform link="tool"/>', part))
+        poses.append(
+            {name: float(value) for name, value in ks.load_robot(tmp_path / "made.urdf.xacro").assemble().platform.items()}
+        )
+    first, second = poses
+    assert first == pytest.approx(second, abs=1e-12)
+    assert [first[name] for name in ("rx", "ry", "rz")] == pytest.approx([0, 0, 0], abs=1e-10)
