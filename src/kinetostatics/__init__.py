@@ -36,7 +36,9 @@ if TYPE_CHECKING:
     from kinetostatics.files.importers import MissingFactsError, import_robot
     from kinetostatics.files.reader import read_robot_file, validate
     from kinetostatics.files.writer import save_robot
-    from kinetostatics.functions.function import Function, Jacobian, Quantity, Values, compile
+    from kinetostatics.functions.c_export import CExport
+    from kinetostatics.functions.function import Function, Jacobian, Values, compile
+    from kinetostatics.functions.quantities import Quantity
     from kinetostatics.kinematics.configuration import Configuration
     from kinetostatics.results.beam import BeamResult
     from kinetostatics.results.compensation import Compensation
@@ -58,6 +60,7 @@ __all__ = [
     "ArgumentError",
     "AssemblyError",
     "BeamResult",
+    "CExport",
     "Compensation",
     "Configuration",
     "CoordinatesError",
@@ -150,13 +153,9 @@ _NAMES = {
         "validate",
     ),
     "files.writer": ("save_robot",),
-    "functions.function": (
-        "Function",
-        "Jacobian",
-        "Quantity",
-        "Values",
-        "compile",
-    ),
+    "functions.c_export": ("CExport",),
+    "functions.function": ("Function", "Jacobian", "Values", "compile"),
+    "functions.quantities": ("Quantity",),
     "kinematics.configuration": ("Configuration",),
     "results.beam": ("BeamResult",),
     "results.compensation": ("Compensation",),

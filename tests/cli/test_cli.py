@@ -464,3 +464,20 @@ def test_every_public_name_is_where_it_is_said_to_be():
     assert ks.tolerances.__name__ == "tolerances" and callable(ks.tolerances)
     with pytest.raises(AttributeError, match="no attribute 'analyse'"):
         _ = ks.analyse
+
+
+def test_export_writes_c_and_says_what(capsys, tmp_path):
+    folder = tmp_path / "controller"
+    pose, names = ("--platform", "x", "y"), ("--outputs", "twist", "--name", "bars")
+    code, out, err = run(capsys, "export", "five_bar", *pose, *names, "--out", folder)
+    assert code == 0 and err == ""
+    assert out.startswith("wrote bars.h, bars.c, bars.hpp, bars_test.c, CMakeLists.txt, README.md to ")
+    assert "operations a correction of the loops" in out and "twist (6,) [m, rad]" in out
+    assert sorted(path.name for path in folder.iterdir()) == sorted(
+        ["bars.h", "bars.c", "bars.hpp", "bars_test.c", "CMakeLists.txt", "README.md"]
+    )
+
+
+def test_export_names_what_is_wrong(capsys, tmp_path):
+    code, _, err = run(capsys, "export", "five_bar", "--out", tmp_path, "--scalar", "half")
+    assert code == 2 and "scalar" in err and "half" in err

@@ -23,7 +23,7 @@ from kinetostatics.printing.colour import for_stream
 #: Modules of ``kinetostatics.cli``, in the order of the help.
 COMMANDS = (
     *("check", "analyze", "compensate", "sweep", "view", "verify", "tolerances", "sensitivities"),
-    *("import", "new", "plot", "robots"),
+    *("import", "new", "plot", "export", "robots"),
 )
 
 #: Exit code of any error; 0 is success and 1 a command's own bad news.

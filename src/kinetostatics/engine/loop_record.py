@@ -210,3 +210,17 @@ def _recorded(tape: Tape, computed: Callable[[], list[Any]]) -> list[int]:
             return [tape.number_of(array[0]) for array in computed()]
     except (ArithmeticError, AttributeError, IndexError, TypeError, ValueError) as error:  # something takes numbers for floats
         raise NotRecordedError(str(error)) from error
+
+
+def drives_record(solver: Solver, given: PrescribedCoordinates, example: SolverState) -> Program:
+    """Record the coordinates of drives, in the order of ``given``; input is x (nq')."""
+    tape = Tape()
+    _, copy = _copy_of(solver, given, 0, tape)
+    x = recorded_input(tape, 0, example.x)
+
+    def computed() -> list[Any]:
+        frames = copy.equations.forward(x)
+        rows = [copy.equations.couplings.coordinate(copy._joint_of_column[column], x) for column in given.columns]
+        return rows + [copy.loop_coordinate(number, frames) for number in given.loops]
+
+    return Program(tape, tuple(_recorded(tape, computed)), ())

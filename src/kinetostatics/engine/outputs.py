@@ -12,7 +12,7 @@ from kinetostatics.description.robot import RobotDescription
 from kinetostatics.engine.record import recorded_arrays
 from kinetostatics.engine.scalars import Tape
 from kinetostatics.engine.structure import KEPT, Structure
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.mechanism.mechanism import Connection, Mechanism
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.joint_wrenches import actuator_forces
@@ -26,12 +26,13 @@ def _forces(robot: RobotStatics, solution: Solution) -> Array:
 
 
 #: What may be asked for, each (…components, N).
-OUTPUTS: Mapping[str, Callable[[RobotStatics, Solution], Array]] = {
+OUTPUTS: Mapping[str, Callable[[RobotStatics, Solution], Array | Mask]] = {
     "twist": lambda robot, solution: solution.twists.sum(axis=1),
     "contributions": lambda robot, solution: solution.twists,
     "stiffness": lambda robot, solution: solution.stiffness,
     "compliance": lambda robot, solution: solution.compliance,
     "actuator_forces": _forces,
+    "singular": lambda robot, solution: solution.singular,
 }
 #: What they take of a robot.
 _KEPT: Mapping[type, tuple[str, ...]] = {
@@ -60,29 +61,37 @@ class OutputRecord:
     holds: int
 
 
-def structure_of(robot: RobotStatics, tape: Tape | None = None) -> Structure:
-    """Take a robot apart for such a record: all of its finite numbers are parameters."""
-    return Structure(robot, tape, _KEPT, all_vary=True)
+def structure_of(robot: RobotStatics, tape: Tape | None = None, all_vary: bool = True) -> Structure:
+    """Take a robot apart for such a record; see :class:`Structure`."""
+    return Structure(robot, tape, _KEPT, all_vary=all_vary)
 
 
-def output_record(robot: RobotStatics, names: Sequence[str], example: tuple[Frames, Array, Array]) -> OutputRecord:
+def output_record(
+    robot: RobotStatics, names: Sequence[str], example: tuple[Frames, Array, Array], all_vary: bool = True
+) -> OutputRecord:
     """Record some outputs.
 
     Args:
         robot: the robot.
         names: of the outputs.
         example: frames, load (6, 1) and gravity (3, 1) of one pose, whose way is taken at branches.
+        all_vary: 0, 1 and −1 are numbers like others, see :class:`Structure`.
 
     Raises:
         NotRecordedError: it takes something that is not an operation on scalars.
     """
     tape = Tape()
-    copy = structure_of(robot, tape).copy
+    copy = structure_of(robot, tape, all_vary).copy
 
     def wanted(solution: Solution) -> dict[str, Any]:
         return {name: OUTPUTS[name](copy, solution) for name in names}
 
     arrays = recorded_arrays(robot, tape, copy, example, wanted)
-    rows = {name: tuple(tape.number_of(entry) for entry in array[..., 0].ravel().tolist()) for name, array in arrays.items()}
+    rows = {name: _numbers(tape, array) for name, array in arrays.items()}
     shapes = {name: tuple(array.shape[:-1]) for name, array in arrays.items()}
     return OutputRecord(tape, rows, shapes, tape.number_of(tape.holds()))
+
+
+def _numbers(tape: Tape, array: Any) -> tuple[int, ...]:
+    """Return the operations that give the entries of an array (…, 1)."""
+    return tuple(tape.number_of(entry) for entry in np.asarray(array[..., 0], dtype=object).ravel().tolist())

@@ -3,6 +3,7 @@ derivatives."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -13,8 +14,10 @@ from numpy.typing import ArrayLike
 from kinetostatics.analysis import analyze
 from kinetostatics.argument_checks import finite_numbers
 from kinetostatics.exceptions import ArgumentError, near_names
+from kinetostatics.functions.c_export import CExport, export_c
 from kinetostatics.functions.derivatives import Derivatives
 from kinetostatics.functions.parameters import Parameter, parameter_named, parameters_of
+from kinetostatics.functions.quantities import Quantity
 from kinetostatics.kinematics import assembly
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.coordinate_choices import prescribed_platform
@@ -31,30 +34,6 @@ _WRENCH = ("N", "N", "N", "N·m", "N·m", "N·m")
 _TWIST = ("m", "m", "m", "rad", "rad", "rad")
 #: What every function returns besides what was asked for.
 _ALWAYS = ("status", "residual")
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """An input, an output or a parameter of a function.
-
-    Attributes:
-        name: its name.
-        shape: without batch axes.
-        units: one for all components, or one for each along the last axis.
-        components: what each component along the last axis is, if they have names.
-        meaning: in words: frame and reference point.
-    """
-
-    name: str
-    shape: tuple[int, ...]
-    units: tuple[str, ...]
-    components: tuple[str, ...] = ()
-    meaning: str = ""
-
-    def __str__(self) -> str:
-        units = ", ".join(dict.fromkeys(self.units))
-        shape = f" {self.shape}" if self.shape else ""
-        return f"{self.name}{shape} [{units}]" + (f": {self.meaning}" if self.meaning else "")
 
 
 class Values(Mapping[str, Array]):
@@ -90,19 +69,21 @@ class Function:
         orientation: what its angles mean, see :meth:`Robot.assemble`; None for drives.
         inputs: coordinates, load and gravity, by name.
         outputs: what it returns, by name; "status" and "residual" always.
+        by_drives: whether the coordinates are those of the drives, else of the platform.
+        prescribed, names: the same as the solver sees them, and the names of its targets.
     """
 
     def __init__(
         self, robot: Robot, names: Sequence[str], by_drives: bool, orientation: str | None, outputs: Sequence[str]
     ) -> None:
-        self.robot, self.orientation, self._by_drives = robot, orientation, by_drives
+        self.robot, self.orientation, self.by_drives = robot, orientation, by_drives
         convention = orientation_named(orientation)
         if by_drives:
-            self._prescribed: PrescribedCoordinates = robot.actuator_coordinates
-            self._names = actuator_names(robot.mechanism, robot.equations)
+            self.prescribed: PrescribedCoordinates = robot.actuator_coordinates
+            self.names = actuator_names(robot.mechanism, robot.equations)
         else:
-            self._prescribed = prescribed_platform(names, convention)
-            self._names = [name for name in ("x", "y", "z", *convention.names) if name in names]
+            self.prescribed = prescribed_platform(names, convention)
+            self.names = [name for name in ("x", "y", "z", *convention.names) if name in names]
         self._asked = tuple(outputs)
         self.inputs: Mapping[str, Quantity] = Named({item.name: item for item in self._inputs(names)})
         self.outputs: Mapping[str, Quantity] = Named({item.name: item for item in self._outputs()})
@@ -111,7 +92,7 @@ class Function:
         connections = self.robot.mechanism.connections
         found = []
         for name in names:
-            if self._by_drives:
+            if self.by_drives:
                 slides = connections[name].type.is_slide
                 found.append(Quantity(name, (), ("m" if slides else "rad",), meaning="coordinate of the drive"))
             elif name in "xyz":
@@ -213,6 +194,27 @@ class Function:
         parameters = {name: parameter_named(self.robot, name) for name in names if name not in self.inputs}
         return Jacobian(self, outputs, names, parameters)
 
+    def export_c(self, folder: str | os.PathLike[str], scalar: str = "double", name: str | None = None) -> CExport:
+        """Write the function as C99 for a controller, with header, C++ wrapper, test program, CMakeLists.txt and README.
+
+        No heap, no library but libm, bounded iterations; the state is passed in. What is followed, and what is computed where the
+        robot has arrived, are the records of the functions that Python runs.
+
+        Args:
+            folder: where the files go; it is made if there is none.
+            scalar: "double" or "float", the type of arguments and results; inside everything is computed in double.
+            name: what all names in C begin with; default: the robot's.
+
+        Returns:
+            What was written.
+
+        Raises:
+            ArgumentError: the robot cannot be recorded, as one with rigid limbs; the orientation is "tilt_torsion"; or the scalar
+                is none of the two.
+            OSError: the folder cannot be written.
+        """
+        return export_c(self, folder, scalar, name)
+
     # ---- poses ------------------------------------------------------------------------------------------------------
 
     def _pose(self, coordinates: Mapping[str, ArrayLike], near: Configuration | Values | None) -> Configuration:
@@ -224,7 +226,7 @@ class Function:
         if missing:
             raise ArgumentError(f"the coordinates {', '.join(missing)} are missing; this function takes {', '.join(self.inputs)}")
         start = near.pose if isinstance(near, Values) else near
-        given = {"actuators" if self._by_drives else "platform": coordinates}
+        given = {"actuators" if self.by_drives else "platform": coordinates}
         return assembly.assemble(
             self.robot, given.get("actuators"), given.get("platform"), self.orientation, start, 1e-10, on_failure="nan"
         )
@@ -296,10 +298,10 @@ class Jacobian:
         if start is not None and start.shape != ():
             raise ArgumentError("near= of derivatives wants a single pose")
         pose = function._pose(flat, start)
-        target = np.array([flat.get(name, np.zeros(N)) for name in function._names]).reshape(len(function._names), N)
+        target = np.array([flat.get(name, np.zeros(N)) for name in function.names]).reshape(len(function.names), N)
         loads, fields = (np.broadcast_to(array, shape + array.shape[-1:]).reshape(N, -1).T for array in (wrench, field))
         valid = np.isin(analyze(pose, loads.T, fields.T, on_failure="nan").status, WITHOUT_NUMBERS, invert=True)
-        derivatives = Derivatives(pose, function._prescribed, target, loads, fields, self.of)
+        derivatives = Derivatives(pose, function.prescribed, target, loads, fields, self.of)
         found: dict[str, dict[str, Array]] = {name: {} for name in self.of}
         for name in self.by:
             if name == "load":
@@ -309,7 +311,7 @@ class Jacobian:
             elif name in self._parameters:
                 parts = derivatives.by_parameter(self._parameters[name])
             else:
-                parts = derivatives.by_coordinate(function._names.index(name))
+                parts = derivatives.by_coordinate(function.names.index(name))
             for output, array in parts.items():
                 found[output][name] = batch_first(np.where(valid, array, np.nan), shape)
         return Named({output: Named(parts) for output, parts in found.items()})

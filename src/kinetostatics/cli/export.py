@@ -1,0 +1,64 @@
+"""``kinetostatics export``: a function of a robot as C for a controller."""
+
+from __future__ import annotations
+
+import argparse
+
+from kinetostatics.cli.arguments import Subparsers, add_command, add_robot_arguments, load, print_report
+from kinetostatics.printing.waiting import waiting
+
+NAME = "export"
+
+EXAMPLES = """\
+examples:
+  kinetostatics export 3rps --platform z rx ry --outputs actuator_forces twist --out controller
+  kinetostatics export ur10 --outputs actuator_forces --out controller --scalar float
+"""
+
+
+def add_parser(subparsers: Subparsers) -> None:
+    """Add the command to the parser."""
+    parser = add_command(
+        subparsers,
+        NAME,
+        run,
+        help="write C for a controller: pose, sag and drive forces from coordinates, load and gravity",
+        description="Write C99 for a controller, with header, C++ wrapper, test program, CMakeLists.txt and README: from "
+        "coordinates of the platform or of the drives, load and gravity to what is asked of the pose. It needs no heap and no "
+        "library but libm, and closes the loops by bounded iterations from the last pose.",
+        epilog=EXAMPLES,
+    )
+    add_robot_arguments(parser)
+    parser.add_argument(
+        "--platform",
+        nargs="+",
+        metavar="NAME",
+        help="platform coordinates that are inputs, as many as the mobility (default: the drives' coordinates)",
+    )
+    parser.add_argument("--orientation", metavar="NAME", help="what the angles mean: rotation_vector (default), XYZ, xyz, …")
+    parser.add_argument(
+        "--outputs",
+        nargs="+",
+        metavar="NAME",
+        default=["actuator_forces", "twist"],
+        help="of twist, actuator_forces, actuators, stiffness and compliance (default: %(default)s)",
+    )
+    parser.add_argument("--out", metavar="FOLDER", required=True, help="where the files go")
+    parser.add_argument("--scalar", metavar="TYPE", default="double", help="of arguments and results: double (default) or float")
+    parser.add_argument("--name", metavar="NAME", help="what all names in C begin with (default: the robot's)")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Write the files and say which."""
+    with waiting("recording the robot"):
+        from kinetostatics.functions.function import compile
+
+        function = compile(load(args), args.platform, orientation=args.orientation, outputs=args.outputs)
+        found = function.export_c(args.out, args.scalar, args.name)
+    lines = [f"wrote {', '.join(found.files)} to {found.folder}", *str(function).splitlines()[1:]]
+    lines.append(
+        f"  {found.operations[0]:,} operations a correction of the loops, {found.operations[1]:,} behind it, "
+        f"{found.work:,} bytes of work on the stack"
+    )
+    print_report("\n".join(lines))
+    return 0

@@ -1,0 +1,162 @@
+"""From a record to C: functions of bounded size that hand their results on in a small work array.
+
+A value that is needed in one piece alone is a local constant there; one that later pieces need has a place in the work array,
+which is taken again when nobody needs it any more. So a compiler has never much to do at once, and little stands on the stack.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from kinetostatics.engine.llvm import needed_by, operands
+from kinetostatics.engine.scalars import Tape
+from kinetostatics.math.arrays import Array
+
+#: Operations in a function at most.
+_PIECE = 400
+
+_INFIX = {"add": "+", "subtract": "-", "multiply": "*", "divide": "/"}
+_COMPARISONS = {">": ">", ">=": ">=", "<": "<", "<=": "<=", "==": "==", "!=": "!="}
+_LOGICAL = {"and": "&&", "or": "||"}
+_CALLS = {"square_root": "sqrt", "absolute": "fabs", "sine": "sin", "cosine": "cos", "angle": "atan2", "whole": "rint"}
+
+
+@dataclass(frozen=True)
+class CProgram:
+    """A record in C.
+
+    Attributes:
+        text: functions that only the file itself sees; the last, ``name``, calls the others.
+        work: how many numbers the work array has.
+        operations: how many operations are done.
+    """
+
+    text: str
+    work: int
+    operations: int
+
+
+def c_program(
+    name: str, tape: Tape, wanted: Sequence[int], constants: Array, place_of: Callable[[int, int], str], inputs: Sequence[str]
+) -> CProgram:
+    """Return ``static void name(const double *…, double *work, double *out)``; truth values are written as 0 and 1.
+
+    Args:
+        name: of the function.
+        tape: the record.
+        wanted: the operations whose results are written to ``out``, in order.
+        constants: the numbers that stand for the parameters.
+        place_of: the C text of a component of an input array, by their numbers.
+        inputs: names of the arrays that the texts mention.
+    """
+    needed = needed_by(tape, wanted)
+    known: dict[int, str] = {}
+    steps: list[int] = []
+    for number, operation in enumerate(tape.operations):
+        kind = operation[0]
+        if not needed[number]:
+            continue
+        if kind == "input":
+            known[number] = place_of(operation[1], operation[2])
+        elif kind == "parameter":
+            known[number] = literal(float(constants[operation[1]]))
+        elif kind == "constant":
+            known[number] = literal(float.fromhex(operation[1]))
+        elif kind == "truth":
+            known[number] = "1" if operation[1] else "0"
+        else:
+            steps.append(number)
+    pieces = [steps[first : first + _PIECE] for first in range(0, len(steps), _PIECE)] or [[]]
+    piece_of = {number: k for k, piece in enumerate(pieces) for number in piece}
+    last_use = {number: piece_of[number] for number in steps}
+    for number in steps:
+        for operand in operands(tape.operations[number]):
+            if operand in last_use:
+                last_use[operand] = max(last_use[operand], piece_of[number])
+    for number in wanted:
+        if number in last_use:
+            last_use[number] = len(pieces)
+    places, work = _places(pieces, piece_of, last_use)
+    arguments = ", ".join([*(f"const double *{item}" for item in inputs), "double *w"])
+    truth = [isinstance(value, bool) for value in tape.values]
+    lines: list[str] = []
+    for k, piece in enumerate(pieces):
+        lines += [f"static void {name}_{k}({arguments})", "{", *_unused(inputs)]
+
+        def text(number: int, k: int = k) -> str:
+            if number in known:
+                return known[number]
+            if piece_of[number] == k:
+                return f"v{number}"
+            return f"(w[{places[number]}] != 0.0)" if truth[number] else f"w[{places[number]}]"
+
+        for number in piece:
+            kind, *taken = tape.operations[number]
+            lines.append(
+                f"    const {'int' if truth[number] else 'double'} v{number} = {_expression(kind, [text(n) for n in taken])};"
+            )
+        for number in piece:
+            if number in places:
+                value = f"v{number} ? 1.0 : 0.0" if truth[number] else f"v{number}"
+                lines.append(f"    w[{places[number]}] = {value};")
+        lines += ["}", ""]
+    lines += [f"static void {name}({arguments}, double *out)", "{", *_unused(inputs)]
+    lines += [f"    {name}_{k}({', '.join([*inputs, 'w'])});" for k in range(len(pieces))]
+    for row, number in enumerate(wanted):
+        lines.append(f"    out[{row}] = {known[number] if number in known else f'w[{places[number]}]'};")
+    lines += ["}", ""]
+    return CProgram("\n".join(lines), max(work, 1), len(steps))
+
+
+def literal(value: float) -> str:
+    """Return a number as C spells it, all digits of it."""
+    if value != value:
+        return "(double)NAN"
+    if value in (float("inf"), float("-inf")):
+        return "(double)INFINITY" if value > 0 else "(-(double)INFINITY)"
+    text = repr(value)
+    text = text if any(letter in text for letter in ".en") else f"{text}.0"
+    return f"({text})" if value < 0 or text.startswith("-") else text
+
+
+def _unused(inputs: Sequence[str]) -> list[str]:
+    return [f"    (void){item};" for item in (*inputs, "w")]
+
+
+def _expression(kind: str, taken: Sequence[str]) -> str:
+    if kind in _INFIX:
+        return f"{taken[0]} {_INFIX[kind]} {taken[1]}"
+    if kind in _COMPARISONS:
+        return f"{taken[0]} {_COMPARISONS[kind]} {taken[1]}"
+    if kind in _LOGICAL:
+        return f"{taken[0]} {_LOGICAL[kind]} {taken[1]}"
+    if kind == "not":
+        return f"!{taken[0]}"
+    if kind == "negative":
+        return f"-{taken[0]}"
+    if kind == "choose":
+        return f"{taken[0]} ? {taken[1]} : {taken[2]}"
+    return f"{_CALLS[kind]}({', '.join(taken)})"
+
+
+def _places(
+    pieces: Sequence[Sequence[int]], piece_of: Mapping[int, int], last_use: Mapping[int, int]
+) -> tuple[dict[int, int], int]:
+    """Return the places in the work array of what later pieces need, and how many there are."""
+    places: dict[int, int] = {}
+    free: list[int] = []
+    ends: list[tuple[int, int]] = []
+    count = 0
+    for k, piece in enumerate(pieces):
+        while ends and ends[0][0] < k:
+            heapq.heappush(free, heapq.heappop(ends)[1])
+        for number in piece:
+            if last_use[number] > piece_of[number]:
+                if free:
+                    places[number] = heapq.heappop(free)
+                else:
+                    places[number], count = count, count + 1
+                heapq.heappush(ends, (last_use[number], places[number]))
+    return places, count

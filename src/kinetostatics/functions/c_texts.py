@@ -1,0 +1,217 @@
+"""The text of the files that :mod:`kinetostatics.functions.c_export` writes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from kinetostatics.functions.c_source import source, test
+
+#: Names of the statuses in C, with their numbers, which are those of Python where there is one, and what they mean.
+STATUSES = (
+    ("OK", 0, "all numbers are valid; joint limits are not looked at"),
+    ("UNREACHABLE", 2, "the loops do not close there, or not on the straight line from the state; outputs are NaN"),
+    ("SINGULAR", 3, "with the drives locked the platform can still move; outputs are NaN, the state is there"),
+    ("NOT_COVERED", 6, "a limb is not what it is elsewhere, as one that is stretched: ask Python; outputs are NaN"),
+    ("BAD_ARGUMENT", 7, "an argument is not finite, or a pointer is null"),
+)
+
+
+def files(name: str, scalar: str, facts: dict[str, Any], references: Sequence[Any]) -> dict[str, str]:
+    """Return all files by name."""
+    return {
+        f"{name}.h": _header(name, scalar, facts),
+        f"{name}.c": source(name, scalar, facts),
+        f"{name}.hpp": _wrapper(name, facts),
+        f"{name}_test.c": test(name, scalar, facts, references),
+        "CMakeLists.txt": _cmake(name),
+        "README.md": _readme(name, scalar, facts),
+    }
+
+
+def _size(shape: Sequence[int]) -> str:
+    return f"[{int(np.prod(shape))}]" if shape else ""
+
+
+def _words(item: Any) -> str:
+    """Return what a quantity is: meaning, order and units."""
+    units = ", ".join(dict.fromkeys(item.units))
+    parts = [item.meaning, f"in the order {', '.join(item.components)}" if item.components else ""]
+    if len(item.shape) == 2:
+        parts.append(f"row by row, {item.shape[0]} x {item.shape[1]}")
+    return f"{'; '.join(part for part in parts if part)} [{units}]".replace("·", " ").replace("²", "2")
+
+
+def _header(name: str, scalar: str, facts: dict[str, Any]) -> str:
+    parts, guard = facts["parts"], f"{name.upper()}_H"
+    inputs = []
+    for c_name, item in zip(facts["names"], facts["coordinates"], strict=True):
+        limits = facts["ranges"][item.name]
+        valid = f"; valid from {limits[0]:.6g} to {limits[1]:.6g}" if limits else ""
+        inputs.append(f"    {scalar} {c_name}; /* {item.name}: {_words(item)}{valid} */")
+    outputs = [f"    {scalar} {item.name}{_size(item.shape)}; /* {_words(item)} */" for item in parts.outputs]
+    statuses = ",\n".join(f"    {name.upper()}_{key} = {value} /* {words} */" for key, value, words in STATUSES)
+    drives = [
+        f" *   {drive}: {lower:.6g} to {upper:.6g}"
+        for drive, (lower, upper) in facts["limits"].items()
+        if np.isfinite(lower + upper)
+    ]
+    ranges = "\n".join([" * Ranges of the drives' coordinates [m, rad], which are not checked:", *drives]) if drives else " *"
+    return f"""/* {facts["robot"]}: sag and forces of one pose, written by kinetostatics.
+ *
+ * SI units, world axes (those of the base), reference point o of the platform. Angles are in radians;
+ * orientation: {facts["orientation"]}. Nothing is allocated and nothing is kept but in the state that is
+ * passed in, so that any number of threads may call with a state each.
+{ranges}
+ */
+#ifndef {guard}
+#define {guard}
+
+#ifdef __cplusplus
+extern "C" {{
+#endif
+
+/* What became of a call. */
+enum {name}_status {{
+{statuses}
+}};
+
+/* Where the robot is: the next call follows a straight line of coordinates from here. Leave its fields alone. */
+typedef struct {{
+    double x[{max(parts.nx, 1)}];
+    double c[3];
+    double target[{max(parts.nt, 1)}];
+}} {name}_state;
+
+typedef struct {{
+{chr(10).join(inputs)}
+    {scalar} load[6]; /* external force and moment on the platform about o, world axes [N, N m] */
+    {scalar} gravity[3]; /* world axes [m/s2]: (0, 0, -9.81) where z points up */
+}} {name}_input;
+
+typedef struct {{
+{chr(10).join(outputs)}
+    {scalar} residual; /* how far the worst equation of the loops is open [m or rad] */
+}} {name}_output;
+
+/* Put the state at the robot's zero pose. */
+void {name}_start({name}_state *state);
+
+/* Go to a pose and compute the outputs; returns the status. Where it is UNREACHABLE the state stays as it was. */
+int {name}_evaluate(const {name}_input *input, {name}_state *state, {name}_output *output);
+
+#ifdef __cplusplus
+}}
+#endif
+
+#endif
+"""
+
+
+def _wrapper(name: str, facts: dict[str, Any]) -> str:
+    return f"""// {facts["robot"]}: a C++ wrapper of {name}.h, written by kinetostatics. It knows nothing of any middleware.
+#ifndef {name.upper()}_HPP
+#define {name.upper()}_HPP
+
+#include "{name}.h"
+
+namespace {name} {{
+
+using Input = ::{name}_input;
+using Output = ::{name}_output;
+
+// One robot that goes from pose to pose; threads take one each.
+class Robot {{
+public:
+    Robot() {{ reset(); }}
+    void reset() {{ ::{name}_start(&state_); }}
+    // Returns the status; see {name}_status.
+    int evaluate(const Input &input, Output &output) {{ return ::{name}_evaluate(&input, &state_, &output); }}
+    static bool valid(int status) {{ return status == {name.upper()}_OK; }}
+
+private:
+    ::{name}_state state_;
+}};
+
+}}  // namespace {name}
+
+#endif
+"""
+
+
+def _cmake(name: str) -> str:
+    return f"""# Written by kinetostatics.
+cmake_minimum_required(VERSION 3.13)
+project({name} C)
+
+add_library({name} STATIC {name}.c)
+target_include_directories({name} PUBLIC ${{CMAKE_CURRENT_SOURCE_DIR}})
+set_target_properties({name} PROPERTIES C_STANDARD 99 C_STANDARD_REQUIRED ON C_EXTENSIONS OFF)
+find_library(MATH m)
+if(MATH)
+  target_link_libraries({name} PUBLIC ${{MATH}})
+endif()
+
+enable_testing()
+add_executable({name}_test {name}_test.c)
+target_link_libraries({name}_test {name})
+add_test(NAME {name} COMMAND {name}_test)
+"""
+
+
+def _readme(name: str, scalar: str, facts: dict[str, Any]) -> str:
+    parts = facts["parts"]
+    inputs = "\n".join(f"- `{c}`: {_words(item)}" for c, item in zip(facts["names"], facts["coordinates"], strict=True))
+    outputs = "\n".join(f"- `{item.name}{_size(item.shape)}`: {_words(item)}" for item in parts.outputs)
+    statuses = "\n".join(f"| `{name.upper()}_{key}` | {value} | {words} |" for key, value, words in STATUSES)
+    example = "\n".join(
+        f"input.{c} = 0.0; /* {item.units[0]} */" for c, item in zip(facts["names"], facts["coordinates"], strict=True)
+    )
+    inside = "Arguments and results are `float`; inside all is computed in `double`, as loops close badly in `float`.\n\n"
+    inner = "" if scalar == "double" else inside
+    return f"""# {facts["robot"]} for a controller
+
+C99, written by `kinetostatics export`: no heap, no library but libm, bounded iterations, no state but the one passed in.
+{name}.hpp wraps it for C++.
+
+```c
+#include "{name}.h"
+
+{name}_state state;
+{name}_input input = {{0}};
+{name}_output output;
+
+{name}_start(&state);
+{example}
+input.gravity[2] = -9.81;
+if ({name}_evaluate(&input, &state, &output) == {name.upper()}_OK) {{
+    /* use output */
+}}
+```
+
+Inputs, besides `load[6]` [N, N m] on the platform about o and `gravity[3]` [m/s2], both in world axes:
+
+{inputs}
+
+Outputs, besides `residual`, how far the worst equation of the loops is open [m or rad]:
+
+{outputs}
+
+| status | | |
+|---|---:|---|
+{statuses}
+
+{inner}A call follows the straight line of coordinates from the last pose to the new one, so that the robot stays in its
+assembly mode: in one step where both lie near each other, as in a controller. `{name.upper()}_MOST_STEPS` (200) bounds the
+steps, each of at most {facts["corrections"]} corrections of {parts.newton.operations:,} operations; everything behind them
+takes {parts.operations:,}. A step beside a singular pose may be refused that Python takes. The work array takes
+{8 * parts.work:,} bytes of the stack.
+
+```sh
+cmake -B build -DCMAKE_BUILD_TYPE=Release && cmake --build build && ctest --test-dir build
+```
+
+builds the library and a test program that compares it with what Python says of some poses, in and out of reach.
+"""

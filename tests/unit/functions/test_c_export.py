@@ -1,0 +1,151 @@
+"""C for controllers: compiled strictly and with sanitizers, it says of poses in and out of reach what Python says."""
+
+import shutil
+import subprocess
+
+import numpy as np
+import package_robots
+import pytest
+
+import kinetostatics as ks
+from kinetostatics.functions.c_source import _array
+from kinetostatics.functions.c_texts import STATUSES
+
+STRICT = ("-std=c99", "-O0", "-Wall", "-Wextra", "-Wconversion", "-Werror")
+SANITIZED = ("-fsanitize=undefined,address", "-fno-sanitize-recover=all")
+POSES = 3000
+
+pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
+
+#: Reads coordinates, load and gravity of one pose after the other, starts anew or goes on, and writes status and outputs.
+DRIVER = """
+#include "five_bar.h"
+#include <stdio.h>
+int main(int argc, char **argv)
+{
+    five_bar_state state;
+    five_bar_input input;
+    five_bar_output output;
+    (void)argv;
+    five_bar_start(&state);
+    while (fread(&input, sizeof input, 1, stdin) == 1) {
+        double status;
+        if (argc == 1) five_bar_start(&state);
+        status = (double)five_bar_evaluate(&input, &state, &output);
+        if (fwrite(&status, sizeof status, 1, stdout) != 1 || fwrite(&output, sizeof output, 1, stdout) != 1) return 1;
+    }
+    return 0;
+}
+"""
+
+
+def compiled(folder, *files, flags=()):
+    subprocess.run(["gcc", *STRICT, *flags, *files, "-lm", "-o", "program"], cwd=folder, check=True)
+    return folder / "program"
+
+
+@pytest.fixture(scope="module")
+def five_bar():
+    return ks.compile(package_robots.robot("five_bar"), ("x", "y"), outputs=("twist", "actuator_forces", "actuators"))
+
+
+@pytest.fixture(scope="module")
+def exported(five_bar, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("controller")
+    return five_bar.export_c(folder)
+
+
+@pytest.fixture(scope="module")
+def driver(exported):
+    (exported.folder / "driver.c").write_text(DRIVER)
+    return compiled(exported.folder, "driver.c", "five_bar.c", flags=SANITIZED)
+
+
+def run(driver, inputs, *arguments):
+    """Return the statuses (N,) and outputs (N, k) of poses."""
+    answer = subprocess.run([driver, *arguments], input=inputs.tobytes(), capture_output=True, check=True)
+    assert answer.stderr == b""
+    rows = np.frombuffer(answer.stdout).reshape(len(inputs), -1)
+    return rows[:, 0].astype(int), rows[:, 1:]
+
+
+def poses():
+    """Return coordinates around the zero pose, a third of them far away, loads and gravity."""
+    rng = np.random.default_rng(3)
+    zero = package_robots.robot("five_bar").assemble().platform
+    wide = np.where(np.arange(POSES) % 3 == 0, 0.6, 0.1)
+    at = {name: float(zero[name]) + wide * rng.uniform(-1, 1, POSES) for name in ("x", "y")}
+    return at, rng.uniform(-100, 100, (POSES, 6)), rng.uniform(-10, 10, (POSES, 3))
+
+
+def test_it_says_what_python_says_in_and_out_of_reach(five_bar, driver):
+    at, load, gravity = poses()
+    status, found = run(driver, np.column_stack([at["x"], at["y"], load, gravity]))
+    wanted = five_bar(**at, load=load, gravity=gravity)
+    python = np.where(wanted["status"] == ks.Status.LIMIT_EXCEEDED, 0, wanted["status"])
+    assert np.array_equal(status, python) and {0, 2} <= set(status.tolist())
+    here = status == 0
+    expected = np.column_stack([wanted["twist"], wanted["actuator_forces"], wanted["actuators"]])
+    columns = np.split(np.arange(10), [6, 8])
+    for part in columns:
+        error = np.max(np.abs(found[here][:, part] - expected[here][:, part]), axis=1)
+        size = np.max(np.abs(expected[here][:, part]), axis=1)
+        assert np.max(error / size) < 1e-9
+    assert np.all(np.isnan(found[~here])) and np.max(found[here, -1]) < 1e-12
+
+
+def test_a_state_goes_on_and_stays_where_a_pose_is_out_of_reach(five_bar, driver):
+    zero = five_bar.robot.assemble().platform
+    x = float(zero["x"]) + np.array([0.02, 0.04, 9.0, 0.04, np.nan, 0.05])
+    inputs = np.zeros((len(x), 11))
+    inputs[:, 0], inputs[:, 1], inputs[:, 10] = x, float(zero["y"]), -9.81
+    status, found = run(driver, inputs, "on")
+    assert status.tolist() == [0, 0, 2, 0, 7, 0]
+    np.testing.assert_allclose(found[1, :-1], found[3, :-1], rtol=1e-9, atol=1e-18)
+
+
+def test_what_is_written(exported):
+    assert exported.files == ("five_bar.h", "five_bar.c", "five_bar.hpp", "five_bar_test.c", "CMakeLists.txt", "README.md")
+    text = (exported.folder / "five_bar.c").read_text()
+    assert not any(word in text for word in ("malloc", "static double", "printf", "alloca"))
+    header = (exported.folder / "five_bar.h").read_text()
+    assert "double x; /* x: coordinate of o, world axes [m] */" in header
+    assert "twist[6]; /* displacement and rotation of the platform at o, world axes; in the order dx" in header
+    readme = (exported.folder / "README.md").read_text()
+    assert all(f"`FIVE_BAR_{name}` | {value} |" in readme for name, value, _ in STATUSES)
+    assert all(ks.Status[name] == value for name, value, _ in STATUSES if name in ks.Status.__members__)
+    assert _array([0.1, -2.0]) == "{0.1, (-2.0)}" and _array([]) == "{0.0}"
+
+
+def test_the_test_program_sees_other_numbers_also_of_floats(tmp_path):
+    """Its references are Python's: the program fails where the code computes anything else."""
+    robot = package_robots.robot("five_bar")
+    ks.compile(robot, outputs="actuator_forces").export_c(tmp_path, "float", name="5 bars")
+    header = (tmp_path / "robot_5_bars.h").read_text()
+    assert "    float actuator_forces[2];" in header and "    float load[6];" in header
+    program = compiled(tmp_path, "robot_5_bars_test.c", "robot_5_bars.c")
+    assert subprocess.run([program], capture_output=True, text=True, check=True).stdout == "0 of 40 poses differ\n"
+    text = (tmp_path / "robot_5_bars.c").read_text()
+    (tmp_path / "wrong.c").write_text(text.replace("load[k] = (double)", "load[k] = 1.001 * (double)"))
+    wrong = subprocess.run([compiled(tmp_path, "robot_5_bars_test.c", "wrong.c")], capture_output=True, text=True)
+    assert wrong.returncode == 1 and "actuator_forces differs by" in wrong.stdout
+
+
+@pytest.mark.skipif(shutil.which("g++") is None, reason="g++ is not installed")
+def test_the_wrapper_is_cpp(exported):
+    subprocess.run(["g++", "-std=c++11", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", "-x", "c++", "five_bar.hpp"],
+                   cwd=exported.folder, check=True)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"platform": ("z", "azimuth", "tilt"), "orientation": "tilt_torsion"}, "tilt_torsion is not exported"),
+        ({"platform": ("z", "rx", "ry"), "outputs": "contributions"}, "'contributions' is not exported"),
+    ],
+)
+def test_what_cannot_be_exported_is_told(options, words, tmp_path):
+    with pytest.raises(ks.ArgumentError, match=words):
+        ks.compile(package_robots.robot("3rps"), **options).export_c(tmp_path)
+    with pytest.raises(ks.ArgumentError, match="scalar"):
+        ks.compile(package_robots.robot("3rps")).export_c(tmp_path, "half")
