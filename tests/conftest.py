@@ -36,6 +36,11 @@ def pytest_collection_finish():
     gc.enable()
 
 
+def pytest_collection_modifyitems(items):
+    """Put the short files of ``tests/unit`` last, so that no process waits long for another one's last file."""
+    items.sort(key=lambda item: "unit" in item.path.parts)
+
+
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config, log):
     """Give each process whole files, in the order of the folders: what the tests of a file share is made once."""
