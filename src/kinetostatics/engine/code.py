@@ -77,8 +77,11 @@ def table_of(kept: bytes) -> dict[str, Any]:
 
 def side_by_side(array: Array, n: int) -> Array:
     """Return an array (k, n) whose poses lie side by side, of one (k, N) with the last pose again and again."""
-    if n > array.shape[1]:
-        array = array[:, np.minimum(np.arange(n), array.shape[1] - 1)]
+    N = array.shape[1]
+    if n > N:
+        found = np.empty((array.shape[0], n))
+        found[:, :N], found[:, N:] = array, array[:, N - 1 :]
+        return found
     return array if array.strides[-1] == 8 and array.strides[0] % 8 == 0 else np.ascontiguousarray(array)
 
 

@@ -19,7 +19,8 @@ LANES = 8
 #: Name of the compiled function.
 NAME = "poses"
 
-_ARITHMETIC = {"add": "fadd", "subtract": "fsub", "multiply": "fmul", "divide": "fdiv"}
+#: A product and a sum may become one instruction, which rounds once.
+_ARITHMETIC = {"add": "fadd contract", "subtract": "fsub contract", "multiply": "fmul contract", "divide": "fdiv"}
 _COMPARISONS = {">": "ogt", ">=": "oge", "<": "olt", "<=": "ole", "==": "oeq", "!=": "une"}
 _LOGICAL = {"and": "and", "or": "or"}
 _INTRINSICS = {"square_root": "sqrt", "absolute": "fabs", "whole": "nearbyint"}

@@ -26,6 +26,8 @@ from kinetostatics.mechanism.tree import Frames
 
 #: By how much [m, rad] coordinates of an example are changed when code is tried, and how far it may be from NumPy.
 _TRIED, _ALIKE = 1e-3, 1e-9
+#: What is compiled: its name, its record, how many arrays it takes, and how often at most it is repeated.
+_FUNCTIONS = (("newton", newton_record, 2, MOST_CORRECTIONS), ("place", place_record, 1, 0), ("side", side_record, 4, 0))
 
 
 class CompiledSolver(Solver):
@@ -53,7 +55,7 @@ class CompiledSolver(Solver):
         if not self._found(solver, prescribed, local, example):
             kept = [
                 _compiled(record(solver, prescribed, self._example, local), self._sizes, inputs, repeats)
-                for record, inputs, repeats in ((newton_record, 2, MOST_CORRECTIONS), (side_record, 4, 0), (place_record, 1, 0))
+                for _, record, inputs, repeats in self._functions
             ]
             if not (self._load(kept) and self._is_right()):
                 raise NotRecordedError("compiled code closes the loops otherwise than NumPy")
@@ -77,7 +79,9 @@ class CompiledSolver(Solver):
         structure = structure_of(solver, prescribed, local)
         self._parameters = structure.values
         self._sizes = {"parameters": len(structure.values), "coordinates": self.tree.nq, "given": prescribed.size}
-        self._keys = [code_key(f"{what} {structure.key}") for what in ("newton", "side", "place")]
+        # where freedoms are local, nobody asks on which side of a singular pose one is
+        self._functions = _FUNCTIONS[:2] if local else _FUNCTIONS
+        self._keys = [code_key(f"{what} {structure.key}") for what, *_ in self._functions]
         kept = [disk.read(key) for key in self._keys]
         return self._load([content for content in kept if content is not None]) and self._is_right()
 
@@ -85,7 +89,8 @@ class CompiledSolver(Solver):
         if len(kept) < len(self._keys):
             return False
         codes = [Code(content) for content in kept]
-        self._newton, self._side, self._place = codes
+        self._newton, self._place = codes[:2]
+        self._side = None if self._local else codes[2]
         self.operations = int(self._newton.table["operations"])
         return all(code.table["sizes"] == self._sizes for code in codes)
 
@@ -98,9 +103,10 @@ class CompiledSolver(Solver):
             return False
         if np.max(np.abs(found.x - wanted.x), initial=np.max(np.abs(found.c - wanted.c))) > _ALIKE:
             return False
-        sure = Solver.surely_on_one_side(self, self._own, self._example, wanted)
-        if not np.array_equal(self._surely(self._example, wanted), sure):
-            return False
+        if self._side is not None:
+            sure = Solver.surely_on_one_side(self, self._own, self._example, wanted)
+            if not np.array_equal(self._surely(self._side, self._example, wanted), sure):
+                return False
         (here, holds), there = self._placed(wanted.x), Solver.place(self, wanted.x)
         pairs = (here.q, there.q), (here.frames.position, there.frames.position), (here.residual, there.residual)
         return bool(holds[0]) and all(np.max(np.abs(a - b), initial=0.0) <= _ALIKE for a, b in pairs)
@@ -147,9 +153,9 @@ class CompiledSolver(Solver):
         self, prescribed: PrescribedCoordinates, first: SolverState, second: SolverState, target: Array
     ) -> NDArray[np.bool_]:
         """Return whether there is no singular pose (N,) between two poses each."""
-        if prescribed != self._own or first.x.shape[1] == 0:
+        if prescribed != self._own or self._side is None or first.x.shape[1] == 0:
             return super().on_one_side(prescribed, first, second, target)
-        found = self._surely(first, second)
+        found = self._surely(self._side, first, second)
         rest = np.flatnonzero(~found)
         if rest.size:
             found[rest] = super().on_one_side(prescribed, first.take(rest), second.take(rest), target[:, rest])
@@ -179,12 +185,12 @@ class CompiledSolver(Solver):
         frames = Frames(numbers[nq:turned].reshape(3, 3, bodies, N), numbers[turned:placed].reshape(3, bodies, N))
         return Placed(numbers[:nq], frames, numbers[placed:]), truths[0, :N]
 
-    def _surely(self, first: SolverState, second: SolverState) -> NDArray[np.bool_]:
+    def _surely(self, code: Code, first: SolverState, second: SolverState) -> NDArray[np.bool_]:
         N = first.x.shape[1]
         n = max(N, llvm.LANES)
         truths = np.empty((1, n), dtype=bool)
         inputs = [side_by_side(array, n) for array in (first.x, first.c, second.x, second.c)]
-        self._side(inputs, self._parameters, np.empty((0, n)), truths)
+        code(inputs, self._parameters, np.empty((0, n)), truths)
         return truths[0, :N]
 
 

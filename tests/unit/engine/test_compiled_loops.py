@@ -97,7 +97,8 @@ def test_a_singular_pose_between_two_is_seen():
 def test_code_that_is_wrong_or_of_another_robot_is_not_used(monkeypatch):
     """A wrong operation is noticed when the code is made, another robot's code by its sizes or the example."""
     robot = robot_named("five_bar")
-    right = loops.newton_record
+    functions = loops._FUNCTIONS
+    name, right, *sizes = functions[0]
     monkeypatch.setattr(loops, "code_key", lambda text: "2" * 63 + str(len(text.split()[0]) % 10))
 
     def wrong(*given):
@@ -107,10 +108,10 @@ def test_code_that_is_wrong_or_of_another_robot_is_not_used(monkeypatch):
         operations[k] = ("cosine", *operations[k][1:])
         return Program(program.tape, program.numbers, program.truths)
 
-    monkeypatch.setattr(loops, "newton_record", wrong)
+    monkeypatch.setattr(loops, "_FUNCTIONS", ((name, wrong, *sizes), *functions[1:]))
     with pytest.raises(loops.NotRecordedError, match="otherwise than NumPy"):
         solver_of(robot)
-    monkeypatch.setattr(loops, "newton_record", right)
+    monkeypatch.setattr(loops, "_FUNCTIONS", functions)
     _, prescribed = solver_of(robot)
     example = robot.generic_poses.take(np.array([0]))
     assert CompiledSolver.kept(robot.solver, prescribed, 0, example) is not None
