@@ -168,7 +168,7 @@ def test_slice_draws_constant_quantities_without_contours(ds):
 @pytest.mark.parametrize(
     "options, message",
     [
-        ({"x": "rx", "y": "ry"}, r"z has 4 values, from z = 0.3 m to z = 0.6 m: say at which, z=…"),
+        ({"x": "rx", "y": "ry"}, r"z has 4 values, from z = 0.3 m to z = 0.6 m: say at which, z=… \(--at z=0\.5m\)$"),
         ({"x": "rx", "y": "rx", "z": 0.5}, "must be different"),
         ({"x": "rx", "y": "rz", "z": 0.5}, "'rz' is not swept: did you mean"),
         ({"x": "rx", "y": "ry", "z": 0.8}, "z = 0.8 m is outside the map, which goes from 0.3 to 0.6 m"),
@@ -186,6 +186,29 @@ def test_slices_that_make_no_sense(ds, options, message):
 def test_a_slice_without_any_number_says_why(ds):
     with pytest.raises(ks.ArgumentError, match=r"no pose of this slice has a number \(unreachable\)"):
         ks.plot.slice(ds.assign(status=ds.status * 0 + 2).drop_vars("mode"), x="rx", y="ry", z=0.5)
+
+
+def test_all_that_is_not_fixed_is_said_at_once_and_what_is_said_can_be_typed(tmp_path, capsys):
+    ds = map_of({"d": ([0.04, 0.05], "m"), "rx": ([-0.1, 0.0, 0.1], "rad"), "z": ([0.1, 0.2, 0.3], "m"), "y": ([0.0, 0.1], "m")})
+    ds.to_netcdf(tmp_path / "m.nc")
+    command = ["plot", str(tmp_path / "m.nc"), "--what", "twist:z", "--x", "z", "--y", "y", "--out", str(tmp_path / "m.png")]
+    assert main(command) == 2
+    message = capsys.readouterr().err
+    assert "d has 2 values" in message and "rx has 3 values" in message and "say at which, d=…, rx=…" in message
+    assert main([*command, "--at", *re.search(r"\(--at (.*)\)", message)[1].split()]) == 0
+    plt.close("all")
+
+
+def test_long_titles_take_more_lines_and_do_not_make_the_figure_wider():
+    names = [f"a_parameter_of_the_file_{k}" for k in range(6)]
+    ds = map_of({**{name: ([0.1, 0.2], "m") for name in names}, "z": ([0.1, 0.2], "m"), "y": ([0.0, 0.1], "m")})
+    ax = ks.plot.slice(ds, "twist:z", x="z", y="y", at=dict.fromkeys(names, 0.1))
+    lines = ax.get_title().split("\n")
+    assert ", ".join(line.rstrip(",") for line in lines) == ", ".join(f"{name} = 0.1 m" for name in names)
+    ax.figure.canvas.draw()
+    page, title = ax.figure.bbox, ax.title.get_window_extent()
+    assert len(lines) == 6 and page.x0 <= title.x0 and title.x1 <= page.x1
+    plt.close("all")
 
 
 def test_slice_over_names(ds):

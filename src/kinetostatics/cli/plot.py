@@ -63,7 +63,11 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument("--over", metavar="NAME", help="coordinate that tells surfaces apart")
     parser.add_argument("--series", metavar="NAME", help="coordinate that tells lines apart")
     parser.add_argument(
-        "--at", metavar="NAME=VALUE", **SEVERAL, help="values of the other coordinates; the nearest pose of the map is shown"
+        "--at",
+        metavar="NAME=VALUE",
+        **SEVERAL,
+        help="values of all other coordinates, loads and parameters that vary, such as ry=0deg z=0.5; the nearest pose of the "
+        "map is shown",
     )
     parser.add_argument("--unit", help="of the quantity, such as µm, deg, kN, N/µm (default: what suits)")
     parser.add_argument(

@@ -13,7 +13,18 @@ from kinetostatics.exceptions import ArgumentError
 from kinetostatics.plots.display_units import label, typeset
 from kinetostatics.plots.masks import check_numbers, common_masks, draw_masks, edges, patches_of
 from kinetostatics.plots.selection import Selection, axis_of, chosen_names, in_figure_units, select, select_each
-from kinetostatics.plots.style import COLOURS, DASHES, MARKERS, ONE_COLUMN, figure_of, legend_below, name_ticks, new_axes, styled
+from kinetostatics.plots.style import (
+    COLOURS,
+    DASHES,
+    MARKERS,
+    ONE_COLUMN,
+    figure_of,
+    legend_below,
+    name_ticks,
+    new_axes,
+    styled,
+    title_of,
+)
 
 
 def line(
@@ -91,7 +102,7 @@ def _draw(parts: Mapping[str, Selection], unit: str | None, ax: Axes | None) -> 
     draw_masks(ax, borders, np.array([0.0, 1.0]), masks, transform=ax.get_xaxis_transform())  # over the whole height
     names = {part.long_name for part in parts.values()}
     text = names.pop() if len(names) == 1 else _common(list(names))
-    ax.set(xlabel=across.label, ylabel=label(text, unit), title=typeset(first.fixed), xlim=(borders[0], borders[-1]))
+    ax.set(xlabel=across.label, ylabel=label(text, unit), title=title_of(ax, first.fixed), xlim=(borders[0], borders[-1]))
     name_ticks(ax.xaxis, across)
     if len(parts) > 1 or masks:
         handles = ax.get_lines() if len(parts) > 1 else []

@@ -106,6 +106,19 @@ def chosen_names(ds: xr.Dataset, wanted: Sequence[str | None], fixed: Iterable[s
     return [rest.pop(0) if name is None else name for name in wanted]
 
 
+def _say_at_which(axes: Sequence[Axis]) -> str:
+    """Say that these coordinates have several values and are not fixed, and how they would be."""
+    several = ", ".join(f"{axis.name} has {len(axis.values)} values, from {axis.said(0)} to {axis.said(-1)}" for axis in axes)
+    named = ", ".join(f"{axis.name}=…" for axis in axes)
+    units = {"°": "deg"}
+    middles = [(axis, len(axis.values) // 2) for axis in axes]
+    written = " ".join(
+        f"{axis.name}={axis.ticks[k] if axis.ticks else f'{axis.values[k]:.4g}{units.get(axis.unit, axis.unit)}'}"
+        for axis, k in middles
+    )
+    return f"{several}: say at which, {named} (--at {written})"
+
+
 def select(ds: xr.Dataset, what: str, dims: Sequence[str], at: Mapping[str, float], beyond_limits: bool) -> Selection:
     """Return a quantity over ``dims``, numbers rising along them; nothing else of a lazy map is computed.
 
@@ -130,13 +143,12 @@ def select(ds: xr.Dataset, what: str, dims: Sequence[str], at: Mapping[str, floa
             raise ArgumentError(f"{name} is an axis of the figure, and fixed at {value} too")
         places[name] = place_of(ds[name], axis, value)
         said.append(axis.said(places[name]))
-    for name in swept(ds):
-        if name not in dims and name not in places:
-            if ds.sizes[name] > 1:
-                first, last = (axis_of(ds, name).said(k) for k in (0, -1))
-                raise ArgumentError(f"{name} has {ds.sizes[name]} values, from {first} to {last}: say at which, {name}=…")
-            places[name] = 0
-            said.append(axis_of(ds, name).said(0))
+    left = [name for name in swept(ds) if name not in dims and name not in places]
+    if missing := [axis_of(ds, name) for name in left if ds.sizes[name] > 1]:
+        raise ArgumentError(_say_at_which(missing))
+    for name in left:
+        places[name] = 0
+        said.append(axis_of(ds, name).said(0))
     part = ds.isel(places)
     for name in dims:  # grids may be given in any order
         numbers = np.asarray(part[name].values)

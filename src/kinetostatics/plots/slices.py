@@ -14,12 +14,12 @@ from matplotlib.text import Text
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from kinetostatics.plots.display_units import label, typeset
+from kinetostatics.plots.display_units import label
 from kinetostatics.plots.masks import check_numbers, draw_masks, legend_of, masks_of
 from kinetostatics.plots.planes import OUTWARDS, ROUND, Plane, goes_round, label_axes, rectangle, round_a_pole
 from kinetostatics.plots.ranges import check_limits, range_of
 from kinetostatics.plots.selection import Selection, axis_of, chosen_names, in_figure_units, select
-from kinetostatics.plots.style import COLOURS, ONE_COLUMN, figure_of, new_axes, styled
+from kinetostatics.plots.style import COLOURS, ONE_COLUMN, figure_of, new_axes, styled, title_of
 
 #: With more cells a PDF or SVG holds them as pixels; letters, lines and hatches stay what they are.
 VECTOR_CELLS = 10_000
@@ -118,7 +118,7 @@ def _draw(
     bar = figure.colorbar(mesh, ax=ax, label=text + span.note, pad=pad, extend=span.extend)
     masks = masks_of(shown.values[plane.cells], shown.status[plane.cells])
     draw_masks(ax, plane.x_edges, plane.y_edges, masks, curved=plane.polar)
-    ax.set_title(typeset(shown.fixed))
+    ax.set_title(title_of(ax, shown.fixed))
     label_axes(ax, plane, *shown.axes)
     if high - low <= 1e-9 * max(abs(low), abs(high)):  # one number
         bar.set_ticks([low])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import textwrap
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -18,6 +19,7 @@ from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D
 
 from kinetostatics.exceptions import ArgumentError
+from kinetostatics.plots.display_units import typeset
 from kinetostatics.plots.selection import Axis
 
 #: Width of one and of two columns of a journal [inch].
@@ -48,6 +50,9 @@ STYLE: dict[str, object] = {
     "pdf.fonttype": 42,  # letters stay letters
     "svg.hashsalt": "kinetostatics",  # the same figure is the same file
 }
+
+#: Letters of a title beside an inch of the figure, of which a colour bar takes a part; and a space at which no line ends.
+LETTERS, NO_BREAK = 14.5, "\N{NO-BREAK SPACE}"
 
 #: Label of figures that are made here, of which nobody else has chosen the size.
 OWN_PAGE = "kinetostatics"
@@ -112,6 +117,13 @@ def figure_of(ax: Axes) -> Figure:
     if figure is None:
         raise ArgumentError("these axes are on no figure any more")
     return figure
+
+
+def title_of(ax: Axes, text: str) -> str:
+    """Return a title, parts between commas, in lines for which the figure has room; a longer one would make it wider."""
+    parts = typeset(text).replace(", ", ",\0").replace(" ", NO_BREAK).replace("\0", " ")
+    width = int(figure_of(ax).get_figwidth() * LETTERS)
+    return textwrap.fill(parts, width, break_long_words=False, break_on_hyphens=False).replace(NO_BREAK, " ")
 
 
 def legend_below(figure: Figure, handles: Sequence[Artist]) -> None:

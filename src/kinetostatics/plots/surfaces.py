@@ -22,7 +22,7 @@ from kinetostatics.plots.masks import check_numbers, common_masks, edges
 from kinetostatics.plots.ranges import check_limits, range_of
 from kinetostatics.plots.selection import Selection, axis_of, chosen_names, free_names, in_figure_units, select, select_each
 from kinetostatics.plots.solids import faces, grid_quads
-from kinetostatics.plots.style import COLOURS, figure_of, legend_below, make_room, solid_axes, styled
+from kinetostatics.plots.style import COLOURS, figure_of, legend_below, make_room, solid_axes, styled, title_of
 
 #: Surfaces of a figure that is not told which; an odd number, so that the middle one is among them.
 SURFACES = 5
@@ -153,7 +153,7 @@ def _draw(
         cells = Poly3DCollection(ground, facecolors=grey, edgecolors="none", label=mask.label, zorder=2)
         ax.add_collection3d(cells)
         patches.append(Patch(facecolor=grey, edgecolor="0.4", linewidth=0.4, label=mask.label))
-    ax.set(xlim=across.values[[0, -1]], ylim=up.values[[0, -1]], zlim=(floor, high), title=typeset(first.fixed))
+    ax.set(xlim=across.values[[0, -1]], ylim=up.values[[0, -1]], zlim=(floor, high), title=title_of(ax, first.fixed))
     make_room(ax, (across.label, up.label, ""))
     figure = figure_of(ax)
     text = label(first.long_name, unit) + span.note
@@ -161,7 +161,8 @@ def _draw(
         mappable = ScalarMappable(Normalize(low, high), COLOURS)
         figure.colorbar(mappable, ax=ax, label=wrapped(text), shrink=0.65, pad=0.1, extend=span.extend)
     else:
-        ax.set_title("\n".join(filter(None, (", ".join(filter(None, (text, typeset(first.fixed)))), left_out))))
+        whole = title_of(ax, ", ".join(filter(None, (text, first.fixed))))
+        ax.set_title("\n".join(filter(None, (whole, left_out))))
     if legend:
         named = [
             Patch(facecolor=colour_of(step), edgecolor="black", linewidth=0.3, label=typeset(name))

@@ -18,13 +18,13 @@ from numpy.typing import NDArray
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 from kinetostatics.plots import solids
-from kinetostatics.plots.display_units import coordinate_unit, label, typeset, wrapped
+from kinetostatics.plots.display_units import coordinate_unit, label, wrapped
 from kinetostatics.plots.masks import masks_of, reasons
 from kinetostatics.plots.planes import SLENDER
 from kinetostatics.plots.ranges import check_limits, range_of
 from kinetostatics.plots.selection import Selection, chosen_names, in_figure_units, select
 from kinetostatics.plots.solids import cells_of, outer_faces
-from kinetostatics.plots.style import COLOURS, figure_of, legend_below, make_room, solid_axes, styled
+from kinetostatics.plots.style import COLOURS, figure_of, legend_below, make_room, solid_axes, styled, title_of
 
 #: Components of ``platform_pose`` that can be axes.
 POSITIONS = ("x", "y", "z")
@@ -142,7 +142,7 @@ def _draw(
     scale = np.where(end > start, end - start, 1.0)
     norm = Normalize(low, high if high > low else low + (abs(low) or 1.0))
     ax.add_collection3d(solids.faces(corners, mpl.colormaps[COLOURS](norm(levels)), scale, 0.25, shown.what))
-    ax.set(xlim=(start[0], end[0]), ylim=(start[1], end[1]), zlim=(start[2], end[2]), title=typeset(shown.fixed))
+    ax.set(xlim=(start[0], end[0]), ylim=(start[1], end[1]), zlim=(start[2], end[2]), title=title_of(ax, shown.fixed))
     make_room(ax, labels)
     if in_space and scale.max() < SLENDER * scale.min():
         ax.set_box_aspect(4 * scale / scale.max(), zoom=1.1)  # lengths as they are
