@@ -22,7 +22,7 @@ def page_names(page: str, **swaps: str) -> dict[str, Any]:
         assert old in code
         code = code.replace(old, new)
     names: dict[str, Any] = {}
-    exec("\n".join(line for line in code.splitlines() if not line.startswith(("print", "found.save"))), names)
+    exec("\n".join(line for line in code.splitlines() if not line.startswith(("print", "found.save", "best.save"))), names)
     return names
 
 
@@ -76,8 +76,36 @@ def draw_sensitivities(path: Path) -> None:
     ks.plot.save(ks.plot.sensitivities(page_names("find_what_to_stiffen")["s"]), path, dpi=200)
 
 
+def draw_sizes(path: Path) -> None:
+    """Draw mass and largest deflection over the diameter, and the optimum."""
+    from matplotlib import pyplot as plt
+
+    best = page_names("size_a_rod")["best"]
+    diameters = np.linspace(0.04, 0.09, 26)
+    angles = np.radians([-10, 0, 10])
+    over = {"z": [0.58, 0.6, 0.62], "rx": angles, "ry": angles}
+    ds = ks.sweep("2pru_upr", platform=over, parameters={"rod_diameter": diameters})
+    deflection = ks.indices.deflection_any_direction(ds, 500, beyond_limits=True).max(["z", "rx", "ry"])
+    masses = []
+    for diameter in diameters:
+        robot = ks.load_robot("2pru_upr", {"rod_diameter": float(diameter)})
+        masses.append(float(robot.weights.masses(robot.zero_frames).sum()))
+    figure, axes = plt.subplots(figsize=(6.4, 3.4), layout="constrained")
+    axes.semilogy(1e3 * diameters, 1e3 * deflection)
+    axes.axhline(0.15, color="grey", linestyle="--")
+    axes.plot(1e3 * best.parameters["rod_diameter"], 1e3 * best.active[0].worst, "ko", markersize=9, markerfacecolor="none")
+    axes.set(xlabel="diameter of the rods [mm]", ylabel="largest deflection under 500 N [mm]")
+    axes.grid(alpha=0.3, which="both")
+    right = axes.twinx()
+    right.plot(1e3 * diameters, masses, color="tab:orange")
+    right.set_ylabel("mass [kg]", color="tab:orange")
+    figure.savefig(path, dpi=150)
+    plt.close(figure)
+
+
 if __name__ == "__main__":
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "docs" / "pictures"
     draw_feedforward(folder / "feedforward_3rps.png")
     draw_correction(folder / "corrected_2pru_upr.png")
     draw_sensitivities(folder / "stiffen_2pru_upr.png")
+    draw_sizes(folder / "size_2pru_upr.png")

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from kinetostatics.authoring.extension import extend_robot, extension_text
     from kinetostatics.authoring.robot_by_name import new_robot, robot_text
     from kinetostatics.compensation import compensate
-    from kinetostatics.design import sensitivities
+    from kinetostatics.design import optimize, sensitivities
     from kinetostatics.engine.report import EngineReport, engine_report
     from kinetostatics.error_ranking import tolerances
     from kinetostatics.exceptions import (
@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from kinetostatics.results.beam import BeamResult
     from kinetostatics.results.compensation import Compensation
     from kinetostatics.results.limb import LimbResult
+    from kinetostatics.results.optimum import CheckedRequirement, Optimum
     from kinetostatics.results.payload import PayloadCoefficients
     from kinetostatics.results.result import Result
     from kinetostatics.results.sensitivities import Sensitivities, Sensitivity
@@ -61,6 +62,7 @@ __all__ = [
     "AssemblyError",
     "BeamResult",
     "CExport",
+    "CheckedRequirement",
     "Compensation",
     "Configuration",
     "CoordinatesError",
@@ -72,6 +74,7 @@ __all__ = [
     "LimbResult",
     "LinkLoad",
     "MissingFactsError",
+    "Optimum",
     "Payload",
     "PayloadCoefficients",
     "Quantity",
@@ -98,6 +101,7 @@ __all__ = [
     "indices",
     "load_robot",
     "new_robot",
+    "optimize",
     "plot",
     "read_robot_file",
     "robot_text",
@@ -126,7 +130,7 @@ _NAMES = {
         "robot_text",
     ),
     "compensation": ("compensate",),
-    "design": ("sensitivities",),
+    "design": ("optimize", "sensitivities"),
     "engine.report": (
         "EngineReport",
         "engine_report",
@@ -160,6 +164,7 @@ _NAMES = {
     "results.beam": ("BeamResult",),
     "results.compensation": ("Compensation",),
     "results.limb": ("LimbResult",),
+    "results.optimum": ("CheckedRequirement", "Optimum"),
     "results.payload": ("PayloadCoefficients",),
     "results.result": ("Result",),
     "results.sensitivities": (

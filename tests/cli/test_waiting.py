@@ -27,6 +27,7 @@ SLOW = {
     "check": (["five_bar"], "kinetostatics.robot.load_robot", "checking"),
     "analyze": (["five_bar"], "kinetostatics.analysis.analyze", "analyzing"),
     "compensate": (["five_bar"], "kinetostatics.compensation.compensate", "compensating"),
+    "optimize": (["five_bar", "--vary", "tool_mass=1,2"], "kinetostatics.design.optimize", "optimizing"),
     "sensitivities": (["five_bar", "--by", "tool_mass"], "kinetostatics.design.sensitivities", "changing parameters one by one"),
     "sweep": (["five_bar", "--platform", "x=0,0.01", "y=0.3", "--out", "new.nc"], "PLAN", "planning the sweep"),
     "view": (["five_bar", "--html", "page.html"], "kinetostatics.viewer.page_html", "making the page"),
@@ -135,7 +136,8 @@ def test_nothing_is_said_where_nobody_looks_on(command, place, monkeypatch, caps
         pytest.importorskip("openseespy")
     monkeypatch.setattr("kinetostatics.printing.waiting.EVERY", 0.02)
     make_slow(monkeypatch, name, 0.1)
-    as_json = ["--json"] * (command in ("check", "analyze", "compensate", "verify", "tolerances", "sensitivities"))
+    with_json = ("check", "analyze", "compensate", "verify", "tolerances", "sensitivities", "optimize")
+    as_json = ["--json"] * (command in with_json)
     assert main([command, *arguments, *as_json]) == 0
     written = capsys.readouterr()
     assert f"{words} …" not in written.out

@@ -34,6 +34,14 @@ def test_correction():
     assert np.abs(other.remaining_coordinates["rx"]).max() > 1e-4
 
 
+def test_sizing():
+    pytest.importorskip("scipy")
+    fewer = {"[0.58, 0.6, 0.62]": "0.62", '90mm"}': '90mm"}, starts=1', "np.radians([-10, 0, 10])": "np.radians([-10, 10])"}
+    best = how_to_figures.page_names("size_a_rod", **fewer)["best"]
+    assert best.feasible and 0.06 < best.parameters["rod_diameter"] < 0.07 and best.poses == 4 and not best.beyond_limits
+    assert best.active[0].text.startswith("deflection") and best.active[0].saving > 0
+
+
 def test_stiffening():
     fewer = {"(pose, load": '(pose, ["rod_diameter", "rod_length"], load'}
     s = how_to_figures.page_names("find_what_to_stiffen", **fewer)["s"]

@@ -6,6 +6,7 @@ The modules register their functions with :mod:`kinetostatics.printing.dispatch`
 import kinetostatics.reports.short  # noqa: F401 - what ``repr`` and notebooks show
 from kinetostatics.reports.compensation import compensation_report
 from kinetostatics.reports.json import result_to_dict, robot_to_dict
+from kinetostatics.reports.optimum import optimum_report
 from kinetostatics.reports.result import result_report
 from kinetostatics.reports.robot import robot_report
 from kinetostatics.reports.sensitivities import sensitivities_report
@@ -13,6 +14,7 @@ from kinetostatics.reports.tolerances import tolerances_report
 
 __all__ = [
     "compensation_report",
+    "optimum_report",
     "result_report",
     "result_to_dict",
     "robot_report",

@@ -40,6 +40,7 @@ from kinetostatics.reports.tolerances import amount_words
 from kinetostatics.results.beam import BeamResult
 from kinetostatics.results.compensation import Compensation
 from kinetostatics.results.limb import LimbResult
+from kinetostatics.results.optimum import Optimum
 from kinetostatics.results.result import Result
 from kinetostatics.results.sensitivities import Sensitivities
 from kinetostatics.results.tolerances import Tolerances
@@ -80,7 +81,18 @@ def _html(item: object) -> str:
     return html_table(found.title, found.header, found.rows)
 
 
-for _shown in (Robot, RobotDescription, Configuration, Result, LimbResult, BeamResult, Compensation, Sensitivities, Tolerances):
+for _shown in (
+    Robot,
+    RobotDescription,
+    Configuration,
+    Result,
+    LimbResult,
+    BeamResult,
+    Compensation,
+    Optimum,
+    Sensitivities,
+    Tolerances,
+):
     line_of.register(_shown, _line)
     html_of.register(_shown, _html)
 
@@ -218,6 +230,15 @@ def _compensation(found: Compensation) -> Short:
     title = f"Compensation of {found.wanted.robot.name!r}: {_statuses(found.result)}"
     line = f"{title}; o misses its place by {before} uncorrected, by {after} corrected"
     return Short(line, title, ("drive", "correction", "force"), rows)
+
+
+@_short.register
+def _optimum(found: Optimum) -> Short:
+    rows = [(name, f"{value:.6g} {found.units.get(name, '')}".rstrip()) for name, value in found.parameters.items()]
+    rows += [(item.text, f"{item.worst:.6g} {item.unit}".rstrip()) for item in found.requirements]
+    title = f"Optimum of {found.robot.name!r}: {'feasible' if found.feasible else 'NOT feasible'}"
+    line = f"{title}, {found.minimized} {found.objective:.6g} {found.unit} at {_listed(rows[: len(found.parameters)])}"
+    return Short(line, title, ("parameter or requirement", "value or worst"), rows)
 
 
 @_short.register

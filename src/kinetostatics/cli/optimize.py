@@ -1,0 +1,96 @@
+"""``kinetostatics optimize``: the best parameters of a robot's file, under requirements over a workspace."""
+
+from __future__ import annotations
+
+import argparse
+
+from kinetostatics.cli import arguments, poses
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.printing.waiting import waiting
+
+NAME = "optimize"
+
+EXAMPLES = f"""\
+{arguments.VALUES_HELP}
+  FROM:TO:COUNT and A,B,C of --platform make a grid of poses: every requirement holds at all of them.
+
+quantities:
+  mass, sag, rotation, deflection_any_direction(FORCE), rotation_any_direction(MOMENT), actuator_force, actuator_torque, stress,
+  buckling; only in requirements: least_translational_stiffness, least_rotational_stiffness.
+
+--vary:
+  rod_diameter=20mm:120mm is a range, rod_diameter=20mm,25mm,30mm a list. A catalogue is a CSV file with a row for each
+  size, whose columns set one argument, or several: tube_diameter+tube_wall=tubes.csv. standard_bars and standard_tubes come with
+  the package.
+
+exit code:
+  0 feasible, 1 not feasible, 2 an error, such as SciPy missing: pip install 'kinetostatics[optimize]'
+
+examples:
+  kinetostatics optimize 3rps --vary rod_diameter=40mm:120mm --subject-to "deflection_any_direction(500 N) < 20um" --platform \\
+      z=450mm,650mm rx=-15deg,0,15deg ry=-15deg,0,15deg --out sized.urdf
+  kinetostatics optimize 3rps --vary rod_diameter=standard_bars --subject-to "sag < 0.2um" "actuator_force < 1kN" --json
+"""
+
+
+def add_parser(subparsers: arguments.Subparsers) -> None:
+    """Add the command to the parser."""
+    parser = arguments.add_command(
+        subparsers,
+        NAME,
+        run,
+        usage="ROBOT --vary NAME=FROM:TO … --subject-to REQUIREMENT … [options]",
+        help="size a robot: the lightest rods that are stiff enough",
+        description="Find the parameters of a robot's file that are best, under requirements that hold at every pose of a grid.",
+        epilog=EXAMPLES,
+    )
+    arguments.add_robot_arguments(parser)
+    poses.add_pose_arguments(parser, "VALUES", "The workspace. Default: all drives at zero.", near=False)
+    arguments.add_load_arguments(parser)
+    group = parser.add_argument_group("optimization")
+    group.add_argument("--vary", metavar="NAME=WHAT", required=True, **arguments.SEVERAL, help="what may change")
+    group.add_argument("--minimize", metavar="QUANTITY", default="mass", help="its worst pose counts (default: %(default)s)")
+    group.add_argument(
+        "--subject-to", metavar="REQUIREMENT", **arguments.SEVERAL, help="a quantity and its limit, such as 'sag < 20um'"
+    )
+    group.add_argument("--starts", metavar="N", default="3", help="searches from different parameters (default: %(default)s)")
+    parser.add_argument("--out", metavar="FILE", help="write the robot with these parameters, plain URDF that loads")
+    arguments.add_json_argument(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print the optimum."""
+    with waiting("optimizing"):
+        from kinetostatics.design import optimize
+
+        options = arguments.load_options(args)
+        option = "--actuators" if args.actuators else "--platform"
+        items = arguments.parse_items(option, args.actuators or args.platform)
+        robot = arguments.load(args) if args.actuators else None
+        over = {
+            name: arguments.parse_values(option, name, text, poses.coordinate_kind(robot, option, name))
+            for name, text in items.items()
+        }
+        starts = arguments.number_of("--starts", args.starts)
+        if starts != int(starts) or starts < 1:
+            raise ArgumentError(f"--starts: {args.starts} is not a whole number from 1 on")
+        found = optimize(
+            args.robot,
+            arguments.parse_items("--vary", args.vary),
+            args.minimize,
+            args.subject_to,
+            over or None,
+            orientation=args.orientation,
+            parameters=arguments.parse_parameters(args.parameters),
+            platform_link=args.platform_link,
+            base_link=args.base_link,
+            starts=int(starts),
+            **options,
+        )
+        if args.out is not None:
+            found.save(args.out)
+        answer = found.to_dict() if args.json else str(found)
+    arguments.print_answer(answer, [])
+    if args.out is not None and not args.json:
+        print(f"wrote {args.out}")
+    return 0 if found.feasible else 1

@@ -1,0 +1,174 @@
+"""What a robot is asked for: quantities of its poses by name, and limits of them as people write them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from kinetostatics.description.units import KINDS, find_unit, unit
+from kinetostatics.exceptions import ArgumentError, near_names
+from kinetostatics.math.arrays import Array
+from kinetostatics.results.result import Result
+
+_NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
+_REQUIREMENT = re.compile(r"\s*([A-Za-z_]\w*)\s*(?:\(([^()]*)\))?\s*(<=|>=|<|>|≤|≥)\s*(.+)")
+
+
+@dataclass(frozen=True)
+class Measure:
+    """A quantity of poses.
+
+    Attributes:
+        kind: of its numbers, as in :data:`kinetostatics.description.units.KINDS`; "number": without a unit.
+        function: returns its numbers (P, k) from an analysis of P poses and the argument; NaN where a pose has none.
+        argument: kind of the argument in brackets, if it has one.
+        words: what it is.
+    """
+
+    kind: str
+    function: Callable[[Result, float], Array]
+    argument: str | None
+    words: str
+
+
+def _lengths(part: slice) -> Callable[[Result, float], Array]:
+    return lambda result, _: np.linalg.norm(result.twist[..., part], axis=-1)[..., None]
+
+
+def _largest_compliance(part: slice) -> Callable[[Result, float], Array]:
+    def found(result: Result, size: float) -> Array:
+        block = result.compliance[..., part, part]
+        finite = np.asarray(np.all(np.isfinite(block), axis=(-2, -1)))
+        values = np.linalg.eigvalsh(np.where(finite[..., None, None], block, 0.0))[..., -1:]
+        return np.where(finite[..., None], size * values, np.nan)
+
+    return found
+
+
+def _least_stiffness(part: slice) -> Callable[[Result, float], Array]:
+    def found(result: Result, _: float) -> Array:
+        with np.errstate(divide="ignore"):
+            return np.asarray(1 / _largest_compliance(part)(result, 1.0))
+
+    return found
+
+
+def _drives(slides: bool) -> Callable[[Result, float], Array]:
+    def found(result: Result, _: float) -> Array:
+        connections = result.robot.mechanism.connections
+        forces = [abs(f) for name, f in result.actuator_forces.items() if connections[name].type.is_slide == slides]
+        if not forces:
+            raise ArgumentError(f"{result.robot.name!r} has no drive that {'slides' if slides else 'turns'}")
+        return np.stack(forces, axis=-1)
+
+    return found
+
+
+def _beams(attribute: str) -> Callable[[Result, float], Array]:
+    def found(result: Result, _: float) -> Array:
+        if not result.beams:
+            raise ArgumentError(f"{result.robot.name!r} has no beams, and so no {attribute}")
+        return np.stack([getattr(beam, attribute) for beam in result.beams.values()], axis=-1)
+
+    return found
+
+
+def mass_of(result: Result) -> Array:
+    """Return the mass of everything (P,) [kg]."""
+    configuration = result.configuration
+    masses = configuration.robot.weights.masses(configuration.frames).sum(axis=0)
+    return np.where(configuration.reached, masses, np.nan).reshape(configuration.shape)
+
+
+_D, _R = slice(3), slice(3, 6)
+MEASURES: Mapping[str, Measure] = {
+    "mass": Measure("mass", lambda result, _: mass_of(result)[..., None], None, "mass of the robot"),
+    "sag": Measure("length", _lengths(_D), None, "displacement of o"),
+    "rotation": Measure("angle", _lengths(_R), None, "rotation of the platform"),
+    "deflection_any_direction": Measure("length", _largest_compliance(_D), "force", "largest displacement of o under a force"),
+    "rotation_any_direction": Measure("angle", _largest_compliance(_R), "moment", "largest rotation under a moment"),
+    "least_translational_stiffness": Measure("stiffness", _least_stiffness(_D), None, "least stiffness against forces at o"),
+    "least_rotational_stiffness": Measure("turning stiffness", _least_stiffness(_R), None, "least stiffness against moments"),
+    "actuator_force": Measure("force", _drives(True), None, "force of a sliding drive"),
+    "actuator_torque": Measure("moment", _drives(False), None, "torque of a turning drive"),
+    "stress": Measure("stress", _beams("stress"), None, "largest von Mises stress of a beam"),
+    "buckling": Measure("number", _beams("euler_ratio"), None, "axial force over Euler's load"),
+}
+
+
+@dataclass(frozen=True)
+class Requirement:
+    """A limit of a quantity, which holds at every pose.
+
+    Attributes:
+        text: as it was written.
+        name: of the quantity, and its ``argument`` (SI).
+        argument: see ``name``.
+        below: whether the quantity must be below the limit, or above.
+        limit: SI.
+    """
+
+    text: str
+    name: str
+    argument: float
+    below: bool
+    limit: float
+
+    def margins(self, values: Array) -> Array:
+        """Return how far values are from the limit, as parts of it: negative where they break it, −1 where there is none."""
+        found = 1 - values / self.limit if self.below else values / self.limit - 1
+        return np.where(np.isnan(found), -1.0, np.minimum(found, 1e3))
+
+
+def parse_number(text: str, kind: str, what: str) -> float:
+    """Return a number that may carry a unit, in SI.
+
+    Raises:
+        ArgumentError: it is none, or of another kind.
+    """
+    match = _NUMBER.fullmatch(text)
+    own = find_unit(match[2]) if match and match[2] else None
+    wanted = "a plain number" if kind == "number" else f"a {kind} such as 1{KINDS[kind]}" if kind else "a number"
+    if match is None or (match[2] and own is None):
+        raise ArgumentError(f"{what}: {text.strip()!r} is not {wanted}")
+    if own is None:
+        return float(match[1])
+    if kind and (kind == "number" or own.dimension != unit(KINDS[kind].replace("·", " ")).dimension):
+        raise ArgumentError(f"{what}: {text.strip()!r} is not {wanted}")
+    return own.in_si(float(match[1]))
+
+
+def parse_measure(text: str) -> tuple[str, float]:
+    """Return name and argument of a quantity such as ``deflection_any_direction(500 N)``.
+
+    Raises:
+        ArgumentError: there is no such quantity.
+    """
+    match = re.fullmatch(r"\s*([A-Za-z_]\w*)\s*(?:\(([^()]*)\))?\s*", text)
+    name, argument = (match[1], match[2]) if match else (text.strip(), None)
+    if name not in MEASURES:
+        raise ArgumentError(f"no quantity {name!r}: {near_names(name, MEASURES)}")
+    kind = MEASURES[name].argument
+    if (kind is None) != (argument is None):
+        form = f"{name}(…)" if kind else name
+        raise ArgumentError(f"{text.strip()!r}: write {form}" + (f", a {kind} in the brackets" if kind else ""))
+    return name, parse_number(argument, kind or "", text) if argument is not None else 0.0
+
+
+def parse_requirement(text: object) -> Requirement:
+    """Return a requirement such as ``sag < 20um``.
+
+    Raises:
+        ArgumentError: it makes no sense.
+    """
+    match = _REQUIREMENT.fullmatch(text) if isinstance(text, str) else None
+    if match is None:
+        raise ArgumentError(f"{text!r} is not of the form QUANTITY < LIMIT or QUANTITY > LIMIT, such as 'sag < 20um'")
+    name, argument = parse_measure(match[1] + (f"({match[2]})" if match[2] is not None else ""))
+    limit = parse_number(match[4], MEASURES[name].kind, str(text))
+    if not limit > 0:
+        raise ArgumentError(f"{text!r}: the limit must be greater than zero")
+    return Requirement(" ".join(str(text).split()), name, argument, match[3] in ("<", "<=", "≤"), limit)

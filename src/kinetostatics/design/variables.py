@@ -1,0 +1,143 @@
+"""What an optimization may vary: ranges of a parameter, values of one, and catalogues of several together."""
+
+from __future__ import annotations
+
+import csv
+import itertools
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+
+from kinetostatics.description.units import find_unit
+from kinetostatics.design.requirements import parse_number
+from kinetostatics.exceptions import ArgumentError
+
+#: Catalogues that come with the package.
+CATALOGUES = ("standard_bars", "standard_tubes")
+
+
+@dataclass(frozen=True)
+class Range:
+    """A parameter between two values, both SI; of positive ones the logarithm is varied."""
+
+    name: str
+    low: float
+    high: float
+
+    def value(self, u: float) -> float:
+        """Return the value at a place from 0 to 1."""
+        u = min(max(u, 0.0), 1.0)
+        if self.low > 0:
+            return math.exp(math.log(self.low) + u * (math.log(self.high) - math.log(self.low)))
+        return self.low + u * (self.high - self.low)
+
+    def place(self, value: float) -> float:
+        """Return the place from 0 to 1 of a value, the nearest end of one outside."""
+        value = min(max(value, self.low), self.high)
+        if self.low > 0:
+            return (math.log(value) - math.log(self.low)) / (math.log(self.high) - math.log(self.low))
+        return (value - self.low) / (self.high - self.low)
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Parameters that take one of several rows of values together, SI."""
+
+    names: tuple[str, ...]
+    rows: tuple[tuple[float, ...], ...]
+
+
+def read_variables(vary: object) -> tuple[list[Range], list[Choice]]:
+    """Return what is varied.
+
+    Args:
+        vary: by the name of a parameter, or a tuple of names: ``"20mm:120mm"`` or ``(0.02, 0.12)``, a range; ``"20mm,25mm"`` or a
+            list of values; or a catalogue: the path of a CSV file or the name of one that comes with the package.
+
+    Raises:
+        ArgumentError: it makes no sense.
+    """
+    if not isinstance(vary, Mapping) or not vary:
+        raise ArgumentError(f'vary is {vary!r}; it must be a mapping such as {{"rod_diameter": "20mm:120mm"}}')
+    ranges: list[Range] = []
+    choices: list[Choice] = []
+    for key, value in vary.items():
+        names = (key,) if isinstance(key, str) else tuple(key) if isinstance(key, tuple) else ()
+        names = tuple(name for item in names for name in str(item).split("+"))
+        if not names or not all(names):
+            raise ArgumentError(f"vary has the key {key!r}; it must be the name of a parameter, or a tuple of names")
+        what = "+".join(names)
+        if isinstance(value, str) and (value in CATALOGUES or value.endswith(".csv")):
+            choices.append(Choice(names, _read_catalogue(value, names)))
+        elif len(names) > 1:
+            raise ArgumentError(f"vary: {what} takes rows of a catalogue, a CSV file, not {value!r}")
+        elif (isinstance(value, str) and ":" in value) or isinstance(value, tuple):
+            ranges.append(_range(what, value))
+        else:
+            choices.append(Choice(names, _values(what, value)))
+    every = [item.name for item in ranges] + [name for item in choices for name in item.names]
+    if twice := next((name for name in every if every.count(name) > 1), None):
+        raise ArgumentError(f"vary: {twice!r} is varied twice")
+    return ranges, choices
+
+
+def _range(what: str, value: object) -> Range:
+    given: Any = value
+    parts = given.split(":") if isinstance(given, str) else list(given)
+    numbers = [parse_number(str(part), "", f"vary: {what}") for part in parts]
+    if len(numbers) != 2 or not numbers[0] < numbers[1] or not all(map(math.isfinite, numbers)):
+        raise ArgumentError(f"vary: {what} is {value!r}; a range goes from a smaller to a larger value: '20mm:120mm'")
+    return Range(what, numbers[0], numbers[1])
+
+
+def _values(what: str, value: object) -> tuple[tuple[float, ...], ...]:
+    given: Any = value
+    parts: Sequence[object] = given.split(",") if isinstance(given, str) else list(np.atleast_1d(given))
+    numbers = [parse_number(str(part), "", f"vary: {what}") for part in parts]
+    if len(set(numbers)) < max(len(numbers), 2):
+        raise ArgumentError(f"vary: {what} is {value!r}; it takes two different values at least, or a range '20mm:120mm'")
+    return tuple((number,) for number in sorted(numbers))
+
+
+def _read_catalogue(name: str, names: Sequence[str]) -> tuple[tuple[float, ...], ...]:
+    """Return the rows of a catalogue: its columns with the parameters' names, or else the first ones in their order."""
+    if name in CATALOGUES:
+        text = (files("kinetostatics.design") / f"{name}.csv").read_text(encoding="utf-8")
+    else:
+        with open(name, encoding="utf-8-sig") as file:
+            text = file.read()
+    lines = [(k, row) for k, row in enumerate(csv.reader(text.splitlines()), 1) if any(cell.strip() for cell in row)]
+    if len(lines) < 3:
+        raise ArgumentError(f"{name}: a catalogue has a line of titles, such as outer_diameter [mm], and two rows at least")
+    titles = [re.fullmatch(r"\s*(.*?)\s*(?:\[(.+)\])?\s*", cell) for cell in lines[0][1]]
+    known = [title[1] if title else "" for title in titles]
+    columns = [known.index(item) for item in names] if set(names) <= set(known) else list(range(len(names)))
+    if max(columns) >= len(known):
+        raise ArgumentError(f"{name} has {len(known)} columns, fewer than the parameters {', '.join(names)}")
+    rows = []
+    for number, row in lines[1:]:
+        if len(row) != len(known):
+            raise ArgumentError(f"{name}:{number}: {len(row)} cells below {len(known)} titles")
+        values = []
+        for column in columns:
+            title = titles[column]
+            unit = title[2] if title and title[2] else ""
+            if unit and find_unit(unit) is None:
+                raise ArgumentError(f"{name}:{lines[0][0]}: {unit!r} is no unit")
+            values.append(parse_number(f"{row[column].strip()}{unit}", "", f"{name}:{number}"))
+        rows.append(tuple(values))
+    return tuple(dict.fromkeys(rows))
+
+
+def combinations(choices: Sequence[Choice]) -> list[dict[str, float]]:
+    """Return all combinations of rows, as values by name."""
+    found = []
+    for rows in itertools.product(*(choice.rows for choice in choices)):
+        pairs = zip(choices, rows, strict=True)
+        found.append({name: value for choice, row in pairs for name, value in zip(choice.names, row, strict=True)})
+    return found

@@ -1,0 +1,133 @@
+"""What a person reads of an optimization: ``print(ks.optimize(…))`` and ``kinetostatics optimize``."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+from kinetostatics.printing.dispatch import dict_of, text_of
+from kinetostatics.printing.text import (
+    ANGLES,
+    DEGREES,
+    FORCES,
+    LENGTHS,
+    MASSES,
+    MILLIMETRES,
+    MISSING,
+    MOMENTS,
+    STIFFNESSES,
+    STRESSES,
+    TURNING_STIFFNESSES,
+    Units,
+    quantity,
+    section,
+    table,
+    wrapped,
+)
+from kinetostatics.reports.json import plain
+from kinetostatics.results.optimum import CheckedRequirement, Optimum
+
+_UNITS: Mapping[str, Units] = {
+    "m": LENGTHS,
+    "rad": ANGLES,
+    "kg": MASSES,
+    "N": FORCES,
+    "N·m": MOMENTS,
+    "Pa": STRESSES,
+    "N/m": STIFFNESSES,
+    "N·m/rad": TURNING_STIFFNESSES,
+    "": (("", 1.0),),
+}
+
+
+@text_of.register(Optimum)
+def optimum_report(found: Optimum) -> str:
+    """Return parameters, requirements and a verdict in words."""
+    lines = [f"Optimum of {found.robot.name!r}: {_verdict(found)}"]
+    rows = [(name, _value(value, found.units.get(name, ""))) for name, value in found.parameters.items()]
+    lines += section("Parameters", table(("parameter", "value"), rows))
+    if found.requirements:
+        cells = [
+            (
+                item.text,
+                _written(item.worst, item.unit),
+                f"{100 * item.margin:.3g} %" if abs(item.margin) > 1e-5 else "0",
+                _where(item.pose) if found.poses > 1 else "the only pose",
+            )
+            for item in found.requirements
+        ]
+        title = f"Requirements, at the worst of {found.poses} pose{'s' * (found.poses > 1)}"
+        lines += section(title, table(("requirement", "worst", "margin", "at"), cells, "lrrl"))
+    lines += ["", *(line for text in _sentences(found) for line in wrapped(text))]
+    return "\n".join(lines)
+
+
+def _verdict(found: Optimum) -> str:
+    if not found.feasible:
+        return "NOT feasible: no parameters within the bounds were found that meet all requirements; these come nearest"
+    before = "" if math.isnan(found.before) else f" ({_written(found.before, found.unit)} with the file's own parameters)"
+    return f"feasible, {found.minimized} {_written(found.objective, found.unit)}{before}"
+
+
+def _sentences(found: Optimum) -> list[str]:
+    """Return what decides, and how sure it is."""
+    said = []
+    for item in found.active:
+        where = f", at {_where(item.pose)}" if found.poses > 1 else ""
+        if item.margin < -1e-6:
+            said.append(f"{item.text} is broken{where}.")
+        else:
+            saves = f": one per cent looser would save {_written(item.saving, found.unit)}" if item.saving > 0 else ""
+            said.append(f"{item.text} decides{where}{saves}.")
+    said += [f"{text}." for text in found.at_bounds]
+    if found.feasible and not found.active and not found.at_bounds:
+        said.append("No requirement decides: this is the least of all, or the best of the listed values.")
+    if found.beyond_limits:
+        said.append(f"{found.beyond_limits} of the {found.poses} poses are beyond a joint's limit.")
+    alike = sum(
+        start.feasible and abs(start.objective - found.objective) <= 1e-6 * abs(found.objective) for start in found.starts
+    )
+    said.append(f"How: {found.searched}; {found.evaluations} robots were analysed.")
+    if found.searched.startswith("SLSQP from") and len(found.starts) > 1 and found.feasible:
+        said.append(f"{alike} of {len(found.starts)} searches end here.")
+    return said
+
+
+def _written(value: float, unit: str) -> str:
+    return MISSING if math.isnan(value) else quantity(value, _UNITS.get(unit, (("", 1.0),))).rstrip()
+
+
+def _value(value: float, unit: str) -> str:
+    if unit == "m":
+        return quantity(value, MILLIMETRES)
+    if unit == "rad":
+        return quantity(value, DEGREES)
+    return f"{value:.6g} {unit.replace(' ', '·')}".rstrip()
+
+
+def _where(pose: Mapping[str, float]) -> str:
+    return ", ".join(f"{name} = {value:.4g}" for name, value in pose.items())
+
+
+def _requirement(item: CheckedRequirement) -> dict[str, object]:
+    names = ("text", "name", "worst", "limit", "unit", "margin", "pose", "active", "saving")
+    return {name: plain(getattr(item, name)) for name in names}
+
+
+@dict_of.register(Optimum)
+def optimum_to_dict(found: Optimum) -> dict[str, object]:
+    """Return an optimum as plain values: what ``optimize --json`` prints."""
+    starts = [
+        {"parameters": dict(item.parameters), "objective": plain(item.objective), "feasible": item.feasible}
+        for item in found.starts
+    ]
+    names = ("feasible", "objective", "minimized", "unit", "before", "searched", "evaluations", "poses", "beyond_limits")
+    return {
+        "robot": found.robot.name,
+        **{name: plain(getattr(found, name)) for name in names},
+        "parameters": dict(found.parameters),
+        "units": dict(found.units),
+        "requirements": [_requirement(item) for item in found.requirements],
+        "at_bounds": list(found.at_bounds),
+        "starts": starts,
+    }

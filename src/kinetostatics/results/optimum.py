@@ -1,0 +1,113 @@
+"""Which parameters of a robot's file are best, and how sure that is; :func:`kinetostatics.optimize` finds them."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from kinetostatics.files.writer import save_robot
+from kinetostatics.printing.dispatch import Shown, dict_of, text_of
+from kinetostatics.printing.mappings import ShortRepr
+from kinetostatics.results.result import Result
+from kinetostatics.robot import Robot
+
+
+@dataclass(frozen=True)
+class CheckedRequirement:
+    """A requirement at the parameters that were found.
+
+    Attributes:
+        text: as it was written.
+        name: of the quantity.
+        worst: of all poses, SI; NaN where a pose has no number.
+        limit: SI.
+        unit: of both.
+        margin: how far the worst is from the limit, as part of it; negative: it is broken.
+        pose: coordinates of the worst pose [m, rad].
+        active: whether it decides: the worst is at the limit.
+        saving: by how much the objective would fall if the limit were one per cent looser, as far as the multiplier tells.
+    """
+
+    text: str
+    name: str
+    worst: float
+    limit: float
+    unit: str
+    margin: float
+    pose: Mapping[str, float]
+    active: bool
+    saving: float
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where one of several searches began, and what it found.
+
+    Attributes:
+        parameters: at its end.
+        objective: there.
+        feasible: whether all requirements hold there.
+    """
+
+    parameters: Mapping[str, float]
+    objective: float
+    feasible: bool
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Optimum(Shown, ShortRepr):
+    """What :func:`kinetostatics.optimize` found.
+
+    Attributes:
+        feasible: whether all requirements hold at all poses.
+        parameters: by name, SI; where nothing is feasible those that come nearest.
+        units: of the parameters, empty where they are not known.
+        objective: what was minimized, SI.
+        minimized: its name, and ``unit``.
+        unit: see ``minimized``.
+        before: the objective with the file's own parameters; NaN where these make no robot.
+        requirements: all of them, checked.
+        at_bounds: parameters at an end of their range: "rod_diameter at its lower bound".
+        starts: what each search found; those that end alike speak for the optimum.
+        searched: how it was searched, in a sentence.
+        evaluations: robots that were analysed.
+        robot: with these parameters.
+        result: its analysis at all poses.
+        poses: number of poses; ``beyond_limits`` of them are beyond a joint's limit.
+        beyond_limits: see ``poses``.
+    """
+
+    feasible: bool
+    parameters: Mapping[str, float]
+    units: Mapping[str, str]
+    objective: float
+    minimized: str
+    unit: str
+    before: float
+    requirements: tuple[CheckedRequirement, ...]
+    at_bounds: tuple[str, ...]
+    starts: tuple[Start, ...]
+    searched: str
+    evaluations: int
+    robot: Robot
+    result: Result
+    poses: int
+    beyond_limits: int
+
+    @property
+    def active(self) -> tuple[CheckedRequirement, ...]:
+        """The requirements that decide."""
+        return tuple(item for item in self.requirements if item.active)
+
+    def __str__(self) -> str:
+        return text_of(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything as plain numbers, lists and strings: what ``--json`` prints."""
+        return dict_of(self)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the robot with these parameters to a plain URDF file that loads, see :func:`kinetostatics.save_robot`."""
+        save_robot(self.robot, path)

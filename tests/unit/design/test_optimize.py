@@ -1,0 +1,160 @@
+"""Optima against closed forms, brute force and what cannot be met; catalogues; mistakes."""
+
+import json
+
+import numpy as np
+import package_robots
+import parametric_machines
+import pytest
+
+import kinetostatics as ks
+
+pytest.importorskip("scipy")
+
+E, RHO = parametric_machines.E, parametric_machines.RHO
+STILL = {"gravity": (0, 0, 0)}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("files")
+
+
+@pytest.fixture(scope="module")
+def cantilever(folder):
+    return parametric_machines.cantilever(folder)
+
+
+def test_the_lightest_cantilever(cantilever):
+    """d⁴ = 64 F L³ / (3 π E w), and the multiplier: the mass goes as w^(-1/2)."""
+    best = ks.optimize(
+        cantilever, {"diameter": "20mm:120mm"}, "mass", ["sag < 0.1 mm"], load=[0, 0, -500, 0, 0, 0], starts=2, **STILL
+    )
+    d = (64 * 500 * 0.8**3 / (3 * np.pi * E * 1e-4)) ** 0.25
+    rod = RHO * np.pi * d**2 / 4 * 0.8
+    assert best.feasible and best.parameters["diameter"] == pytest.approx(d, rel=1e-6)
+    assert best.objective == pytest.approx(rod + 5, rel=1e-6)
+    assert best.active[0].text == "sag < 0.1 mm" and best.active[0].saving == pytest.approx(0.005 * rod, rel=1e-3)
+    assert all(start.objective == pytest.approx(best.objective, rel=1e-6) for start in best.starts)
+    text = str(best)
+    assert "feasible, mass" in text and "decides" in text and "2 of 2 searches" in text and "Optimum" in repr(best)
+    assert json.loads(json.dumps(best.to_dict()))["units"] == {"diameter": "m"}
+
+
+def test_the_two_bar_truss(folder):
+    """Stress σ: A = F √(r² + h²) / (2 h σ), mass 2 ρ A √(r² + h²) is least at h = r: 2 ρ F r / σ."""
+    path = parametric_machines.pinned_truss(folder, [(1, 0), (-1, 0)])
+    best = ks.optimize(
+        path,
+        {"diameter": "10mm:40mm", "height": "0.25m:0.8m"},
+        "mass",
+        ["stress < 50 MPa"],
+        load=[0, 0, -20e3, 0, 0, 0],
+        starts=1,
+        **STILL,
+    )
+    assert best.feasible and best.objective == pytest.approx(2 * RHO * 20e3 * 0.4 / 50e6, rel=1e-6)
+    assert best.parameters["height"] == pytest.approx(0.4, rel=1e-3)  # the mass is flat there
+    # mass goes as 1/σ
+    assert best.active[0].saving == pytest.approx(0.01 * best.objective, rel=1e-3)
+
+
+def test_the_symmetric_tripod(folder, tmp_path):
+    """Deflection w: A = F L³ / (3 E w h²), mass 3 ρ A L is least at h = r: 4 ρ F r² / (E w)."""
+    path = parametric_machines.pinned_truss(folder, [(1, 0), (-0.5, 3**0.5 / 2), (-0.5, -(3**0.5) / 2)])
+    best = ks.optimize(
+        path,
+        {"diameter": (0.02, 0.05), "height": (0.25, 0.8)},
+        "mass",
+        ["sag < 20um"],
+        load=[0, 0, -8e3, 0, 0, 0],
+        starts=1,
+        **STILL,
+    )
+    assert best.feasible and best.objective == pytest.approx(4 * RHO * 8e3 * 0.4**2 / (E * 20e-6), rel=1e-6)
+    best.save(tmp_path / "sized.urdf")
+    saved = ks.load_robot(tmp_path / "sized.urdf")
+    twist = ks.analyze(saved.assemble(), [0, 0, -8e3, 0, 0, 0], **STILL).twist
+    assert -twist[2] == pytest.approx(20e-6, rel=1e-6)
+
+
+def test_a_real_robot_beats_brute_force():
+    """The 2PRU-UPR over nine poses, against every millimetre of the diameter."""
+    angles = np.radians([-10, 0, 10])
+    over = {"z": 0.6, "rx": angles, "ry": angles}
+    load, limit = [0, 0, -500, 0, 0, 0], "deflection_any_direction(500 N) < 0.15 mm"
+    best = ks.optimize("2pru_upr", {"rod_diameter": "50mm:80mm"}, "mass", [limit, "stress < 80 MPa"], over, load=load, starts=1)
+    assert best.feasible and best.poses == 9 and best.active[0].text == limit and len(best.active) == 1
+    rx, ry = np.meshgrid(angles, angles)
+
+    def deflection(diameter):
+        robot = package_robots.robot("2pru_upr", rod_diameter=round(float(diameter), 6))
+        result = ks.analyze(robot.assemble(platform={"z": 0.6, "rx": rx, "ry": ry}), load)
+        return 500 * np.linalg.eigvalsh(result.compliance[..., :3, :3])[..., -1].max()
+
+    d = best.parameters["rod_diameter"]
+    finer = np.ceil(d * 1e3) / 1e3
+    assert deflection(finer) <= 0.15e-3 < deflection(finer - 1e-3)  # the best of every millimetre is heavier
+    assert finer - 1e-3 < d <= finer
+    worst = best.active[0]
+    assert worst.worst == pytest.approx(0.15e-3, rel=1e-6) and set(worst.pose) == {"z", "rx", "ry"}
+
+
+def test_what_cannot_be_met_is_told(cantilever):
+    best = ks.optimize(
+        cantilever,
+        {"diameter": "20mm:60mm"},
+        "mass",
+        ["sag < 1um", "mass < 30 kg"],
+        load=[0, 0, -500, 0, 0, 0],
+        starts=1,
+        **STILL,
+    )
+    assert not best.feasible and "NOT feasible" in str(best) and "is broken" in str(best)
+    assert best.parameters["diameter"] == pytest.approx(0.06, rel=1e-3)  # what comes nearest
+    assert min(item.margin for item in best.requirements) < -1
+
+
+def test_lists_and_catalogues(cantilever, tmp_path):
+    load = {"load": [0, 0, -500, 0, 0, 0], **STILL}
+    exact = (64 * 500 * 0.8**3 / (3 * np.pi * E * 1e-4)) ** 0.25
+    assert 0.095 < exact < 0.1
+    best = ks.optimize(cantilever, {"diameter": "standard_bars"}, "mass", ["sag < 0.1mm"], **load)
+    assert best.parameters["diameter"] == 0.1 and "all 35 combinations" in best.searched
+    best = ks.optimize(
+        cantilever, {"diameter": [0.08, 0.09, 0.1], "length": "0.7m:1m"}, "mass", ["sag < 0.1mm"], starts=1, **load
+    )
+    assert best.feasible and best.parameters == pytest.approx({"diameter": 0.09, "length": 0.7})
+    assert best.at_bounds == ("length at its lower bound",)
+    (tmp_path / "sizes.csv").write_text("bar,length [mm],diameter [mm]\n1,900,110\n2,800,100\n3,800,95\n", encoding="utf-8")
+    best = ks.optimize(cantilever, {("diameter", "length"): str(tmp_path / "sizes.csv")}, "mass", ["sag < 0.1mm"], **load)
+    assert best.parameters == {"diameter": 0.1, "length": 0.8}
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"vary": {}}, "it must be a mapping"),
+        ({"vary": {"diametre": "1mm:2mm"}}, "has no number 'diametre'"),
+        ({"vary": {"diameter": "9mm:2mm"}}, "from a smaller to a larger"),
+        ({"vary": {"diameter": "9mm"}}, "two different values"),
+        ({"vary": {"diameter": "thick,thin"}}, "is not a number"),
+        ({"vary": {("diameter", "length"): "9mm:12mm"}}, "rows of a catalogue"),
+        ({"vary": {"diameter": "9mm:12mm", ("diameter", "length"): "standard_tubes"}}, "varied twice"),
+        ({"minimize": "least_rotational_stiffness"}, "is not to be minimized"),
+        ({"minimize": "weight"}, "no quantity 'weight'"),
+        ({"subject_to": "sag < 1um"}, "a list of requirements"),
+        ({"subject_to": ["sag = 1um"]}, "is not of the form"),
+        ({"subject_to": ["sag < 1kg"]}, "is not a length"),
+        ({"subject_to": ["sag < 0"]}, "greater than zero"),
+        ({"subject_to": ["sag(3 N) < 1um"]}, "write sag"),
+        ({"subject_to": ["deflection_any_direction < 1um"]}, "in the brackets"),
+        ({"subject_to": ["actuator_force < 1kN"]}, "has no drive that slides"),
+        ({"over": {"z": "high"}}, "a number or a list"),
+        ({"starts": 0}, "at least 1"),
+    ],
+)
+def test_mistakes(cantilever, changes, said):
+    given = {"vary": {"diameter": "20mm:60mm"}, "minimize": "mass", "subject_to": ["sag < 1mm"], **changes}
+    with pytest.raises(ks.ArgumentError, match=said):
+        ks.optimize(cantilever, **given)
