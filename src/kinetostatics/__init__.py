@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from kinetostatics.authoring.extension import extend_robot, extension_text
     from kinetostatics.authoring.robot_by_name import new_robot, robot_text
     from kinetostatics.compensation import compensate
+    from kinetostatics.description.loads import LinkLoad, Payload
     from kinetostatics.design import optimize, sensitivities
     from kinetostatics.engine.report import EngineReport, engine_report
     from kinetostatics.error_ranking import tolerances
@@ -49,7 +50,6 @@ if TYPE_CHECKING:
     from kinetostatics.results.sensitivities import Sensitivities, Sensitivity
     from kinetostatics.results.tolerances import Tolerance, Tolerances
     from kinetostatics.robot import Robot, load_robot
-    from kinetostatics.statics.link_loads import LinkLoad, Payload
     from kinetostatics.status import Status
     from kinetostatics.verification import verify
     from kinetostatics.viewer import save_html, save_image, show
@@ -179,7 +179,7 @@ _NAMES = {
         "Robot",
         "load_robot",
     ),
-    "statics.link_loads": ("LinkLoad", "Payload"),
+    "description.loads": ("LinkLoad", "Payload"),
     "status": ("Status",),
     "verification": ("verify",),
     "viewer": (

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from kinetostatics.argument_checks import check_choice, finite_numbers
 from kinetostatics.description.joint_types import JOINT_TYPES
+from kinetostatics.description.loads import Payload
 from kinetostatics.engine.choice import StaticsSolver, check_engine, compiled_solver
 from kinetostatics.exceptions import ArgumentError, LimbEquilibriumError, SingularPoseError, StaticsError
 from kinetostatics.kinematics.configuration import Configuration
@@ -27,9 +28,10 @@ from kinetostatics.robot import Robot, robot_of
 from kinetostatics.statics.applied_loads import AppliedLoad
 from kinetostatics.statics.assembly_errors import AssemblyErrors, parse_assembly_errors
 from kinetostatics.statics.limb_ranks import groups_of_poses
-from kinetostatics.statics.link_loads import LinkLoads, Payload, parse_link_loads
+from kinetostatics.statics.link_loads import LinkLoads, parse_link_loads
 from kinetostatics.statics.model import RobotStatics
-from kinetostatics.statics.solution import UNBALANCED, Solution, solve
+from kinetostatics.statics.solution import UNBALANCED, Solution
+from kinetostatics.statics.springs import solve_with_springs
 
 
 def analyze(
@@ -158,7 +160,7 @@ def _solutions(
 ) -> list[Solution]:
     """Solve the poses of a chunk; apart and in their order those at which a limb is not what it is elsewhere."""
     if solver is None:
-        whole = solve(robot, frames, load, gravity, assembly_errors, None, applied)
+        whole = solve_with_springs(robot, frames, load, gravity, assembly_errors, None, applied)
     else:
         whole = solver(frames, load, gravity)
     special = groups_of_poses(robot, frames, whole.o, whole.statics)
@@ -171,7 +173,7 @@ def _solutions(
         here = frames.take(at)
         off = None if assembly_errors is None else assembly_errors.map(lambda array: array[:, at])  # noqa: B023
         mine = tuple(item.take(at) for item in applied)
-        found.append(solve(robot, here, load[:, at], gravity[:, at], off, special.get(first), mine))
+        found.append(solve_with_springs(robot, here, load[:, at], gravity[:, at], off, special.get(first), mine))
     return found
 
 

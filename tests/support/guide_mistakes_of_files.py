@@ -229,6 +229,8 @@ LOOPS = (
     in_loop("spherical", '<limit lower="-1" upper="1"/>', "`<cone angle=…/>`."),
     swap(LOOP, f'{LOOP}<cone angle="1"/>', "`<limit>`, of a revolute loop."),
     in_loop("spherical", '<cone angle="45"/>', "`${radians(45)}`."),
+    add('<spring name="s" stiffness="500" free_length="0.1"><predecessor link="left"/><successor link="left"/></spring>',
+        "A spring joins two links."),
     add(many(251, '<loop name="x#" type="spherical"><predecessor link="left"/><successor link="plate"/></loop>'),
         "The time to close them grows with their cube.", "251 loops"),
 )  # fmt: skip

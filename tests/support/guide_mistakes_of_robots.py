@@ -183,6 +183,11 @@ STATICS = (
     Mistake('`loads={"lamp": …}`, on a lamp without mass that hangs on the middle of the left rod', "As it says.",
             more(joint("e", "left", "lamp", 0.1, "continuous", "", "0 1 0")),
             code='ks.analyze(pose, loads={"lamp": [0, 0, -5, 0, 0, 0]})'),
+    code('ks.analyze(ks.load_robot("3rps").assemble(), loads={"ball_1_x": [0, 0, -5, 0, 0, 0]})', "As it says."),
+    Mistake('`<spring … free_length="0.1">` between two points that fall together', "Move one of its ends.",
+            more('<spring name="s" stiffness="500" free_length="0.1"><predecessor link="ground"><origin xyz="0.2 0 0.3"/>'
+                 '</predecessor><successor link="plate"><origin xyz="0.2 0 0"/></successor></spring>'),
+            code="ks.analyze(pose)"),
     code("ks.analyze(pose, payload=5.0)", "As it says."),
     code("ks.analyze(pose, payload=ks.Payload(-5.0))", "The mass that is carried."),
     code("ks.tolerances(robot)", "One pose at a time."),

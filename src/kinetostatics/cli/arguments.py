@@ -294,7 +294,7 @@ def _options_of_links(args: argparse.Namespace) -> dict[str, Any]:
         found.setdefault("loads", {}).setdefault(link, []).append(_link_load(link, texts))
     center, link = args.payload_center, args.payload_link
     if args.payload is not None:
-        from kinetostatics.statics.link_loads import Payload
+        from kinetostatics.description.loads import Payload
 
         mass = number_of("--payload", args.payload, "mass")
         point = [number_of("--payload-center", text, "length") for text in center or "000"]
@@ -307,7 +307,7 @@ def _options_of_links(args: argparse.Namespace) -> dict[str, Any]:
 
 def _link_load(link: str, texts: list[str]) -> Any:
     """Return one load of ``--load-on``."""
-    from kinetostatics.statics.link_loads import LinkLoad
+    from kinetostatics.description.loads import LinkLoad
 
     frame = texts.pop() if texts[-1:] in (["link"], ["world"]) else "world"
     if len(texts) not in (6, 9):

@@ -13,6 +13,7 @@ from kinetostatics.description.elements import (
     Mimic,
     Origin,
     Place,
+    Spring,
     Vector,
 )
 from kinetostatics.description.robot import RobotDescription, by_name
@@ -31,6 +32,7 @@ __all__ = [
     "Origin",
     "Place",
     "RobotDescription",
+    "Spring",
     "Vector",
     "by_name",
 ]

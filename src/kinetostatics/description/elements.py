@@ -202,6 +202,31 @@ class JointStiffness(ShortRepr):
 
 
 @dataclass(frozen=True, repr=False)
+class Spring(ShortRepr):
+    """A spring between points of two links, ``<spring>``: its tension is ``preload + stiffness (length − free_length)``.
+
+    Attributes:
+        name: its name.
+        stiffness: [N/m]; zero for a constant force.
+        predecessor, successor: names of the links; an elastic one only at an end of its beam.
+        predecessor_point, successor_point: its ends in the links' frames [m].
+        free_length: the length at which its tension is the preload [m]; zero with no preload makes a balancing spring.
+        preload: tension at the free length [N]; negative pushes.
+        place: where it is written.
+    """
+
+    name: str
+    stiffness: float
+    predecessor: str
+    successor: str
+    predecessor_point: Vector = (0.0, 0.0, 0.0)
+    successor_point: Vector = (0.0, 0.0, 0.0)
+    free_length: float = 0.0
+    preload: float = 0.0
+    place: Place = field(default=IN_PYTHON, compare=False, kw_only=True)
+
+
+@dataclass(frozen=True, repr=False)
 class Material(ShortRepr):
     """What a beam is made of.
 

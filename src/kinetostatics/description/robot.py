@@ -21,6 +21,7 @@ from kinetostatics.description.elements import (
     Material,
     Origin,
     Place,
+    Spring,
     Vector,
 )
 from kinetostatics.description.unit_hints import odd_angles, odd_materials
@@ -86,6 +87,7 @@ class RobotDescription(Shown):
         platform_place: where the platform is written.
         file_warnings: what is suspicious but not wrong in the file's text, in full sentences.
         default_axes: names of joints and loops whose axis the file leaves out, so that it is x.
+        springs: between points of two links, by name.
         parameters: values of the file's xacro arguments that it was read with, others being the file's own.
     """
 
@@ -105,6 +107,7 @@ class RobotDescription(Shown):
     platform_place: Place = field(default=IN_PYTHON, compare=False, kw_only=True)
     file_warnings: tuple[str, ...] = field(default=(), compare=False)
     default_axes: tuple[str, ...] = field(default=(), compare=False)
+    springs: Mapping[str, Spring] = field(default_factory=dict)
     parameters: Mapping[str, object] = field(default_factory=Items, compare=False, repr=False)
     #: Whether everything has been looked at; copies that are changed start anew.
     is_valid: bool = field(default=False, init=False, repr=False, compare=False)
@@ -125,6 +128,7 @@ class RobotDescription(Shown):
         loops: Iterable[Loop] = (),
         beams: Iterable[Beam] = (),
         joint_stiffness: Iterable[JointStiffness] = (),
+        springs: Iterable[Spring] = (),
         **more: Any,
     ) -> RobotDescription:
         """Make a description from lists instead of dicts; ``more`` are further attributes, as ``driven`` and ``platform_origin``.
@@ -146,6 +150,7 @@ class RobotDescription(Shown):
             loops=by_name("joint or loop", loops, joints_by_name),
             beams=by_name("beam", beams),
             joint_stiffness=stiff,
+            springs=by_name("spring", springs),
             **more,
         )
 
@@ -186,6 +191,10 @@ class RobotDescription(Shown):
     def with_joint_stiffness(self, stiffness: JointStiffness) -> RobotDescription:
         """Return a copy with an elastic joint more, or with this instead of what was said of the joint."""
         return replace(self, joint_stiffness={**self.joint_stiffness, stiffness.joint: stiffness})
+
+    def with_spring(self, spring: Spring) -> RobotDescription:
+        """Return a copy with a spring more, or with this one instead of that of the same name."""
+        return replace(self, springs={**self.springs, spring.name: spring})
 
     def without_beam(self, name: str) -> RobotDescription:
         """Return a copy in which a beam is rigid, with the mass of its link's ``<inertial>``.
@@ -253,7 +262,7 @@ class RobotDescription(Shown):
         return replace(self, **tables)
 
 
-_TABLES = ("links", "joints", "loops", "beams", "joint_stiffness")
+_TABLES = ("links", "joints", "loops", "beams", "joint_stiffness", "springs")
 _MATERIAL = tuple(item.name for item in fields(Material))
 
 

@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterable, Mapping
 from functools import lru_cache
 from typing import Any
 
-from kinetostatics.description.elements import Beam, BeamEnd, Joint, JointStiffness, Link, Loop, Origin, Place
+from kinetostatics.description.elements import Beam, BeamEnd, Joint, JointStiffness, Link, Loop, Origin, Place, Spring
 from kinetostatics.description.joint_types import names_of
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.exceptions import ArgumentError, RobotFileError
@@ -54,6 +54,7 @@ def robot_element(description: RobotDescription) -> Element:
     known = {*description.joints, *description.loops}
     content += [_beam(beam, known) for beam in _values(description.beams)]
     content += [_stiffness(item) for item in _values(description.joint_stiffness, "joint")]
+    content += [_spring(item) for item in _values(description.springs)]
     content += [item for item in extra if item.tag != "transmission"]
     content += _transmissions(description.driven, transmissions, writer)
     attributes = {name: value for name, value in description.attributes if name != "name"}
@@ -308,6 +309,16 @@ def _stiffness(item: JointStiffness) -> Element:
     if not any(values.values()):  # rigid after all, and says so
         values["linear"] = write.numbers("linear", (math.inf,) * 3)
     return write.element("joint_stiffness", {"joint": item.joint, **values})
+
+
+def _spring(item: Spring) -> Element:
+    write = _Writer(item.place, f"spring {item.name!r}")
+    ends = [
+        write.element(tag, {"link": getattr(item, tag)}, write.origin(Origin(getattr(item, f"{tag}_point"))))
+        for tag in ("predecessor", "successor")
+    ]
+    numbers = {name: write.number(name, getattr(item, name)) for name in ("stiffness", "free_length", "preload")}
+    return write.element("spring", {"name": item.name, **numbers}, ends)
 
 
 def _transmissions(driven: tuple[str, ...], known: list[Element], writer: _Writer) -> list[Element]:

@@ -20,7 +20,7 @@ from kinetostatics.files.xml import Element
 from kinetostatics.files.xml_values import direction, limits, new_name, not_negative, number, origin, reference, text
 
 #: Elements of this package, which mean something only directly inside ``<robot>``.
-ROBOT_LEVEL = ("base", "platform", "loop", "beam", "joint_stiffness")
+ROBOT_LEVEL = ("base", "platform", "loop", "beam", "joint_stiffness", "spring", "counterweight")
 
 #: Larger robots are refused: most links, most joints in a row, which Pinocchio's parser follows by recursion, and most
 #: freedoms of all joints, with whose cube the time grows to find the poses.

@@ -24,6 +24,7 @@ from kinetostatics.files.joint_attributes import (
 from kinetostatics.files.links_joints import ROBOT_LEVEL, read_joints, read_links, tree_root
 from kinetostatics.files.loops import read_loops
 from kinetostatics.files.plain_urdf import all_driven, file_name, first_base, known_link, missing_platform
+from kinetostatics.files.springs import read_springs, with_counterweights
 from kinetostatics.files.xacro import expand
 from kinetostatics.files.xml import Element, parse, to_elements
 from kinetostatics.files.xml_values import allow, new_name, origin, reference
@@ -148,6 +149,7 @@ def _describe(
     _check_robot_level(root)
     links = read_links(root, warnings)
     joints = read_joints(root, links, warnings)
+    links, joints = with_counterweights(root, links, joints)
     tree = tree_root(links, joints)
     loops = read_loops(root, links, joints, warnings)
     platform_element, base_element = _only(root, "platform", links, "origin"), _only(root, "base", links)
@@ -187,6 +189,7 @@ def _describe(
             path,
             platform_place=place,
             file_warnings=tuple(warnings),
+            springs=read_springs(root, links),
             default_axes=tuple(
                 item.attributes["name"] for tag in ("joint", "loop") for item in root.named(tag) if lacks_axis(item)
             ),

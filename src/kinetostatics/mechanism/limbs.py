@@ -256,6 +256,7 @@ class _Builder:
                 last_key[step.outer] = chain[-1].key
                 for place in dict.fromkeys((*graph.rigid_links_of(step.outer), *graph.places_of(step.outer))):
                     self.carried_by[place] = chain[-1].key
+            self._carry_ends(step, chain)
             if step.edge in leading:
                 found.extend(chain)
                 ends.extend([False] * (len(chain) - 1) + [not passes])
@@ -275,6 +276,17 @@ class _Builder:
             self._parts([step for step in steps if step.edge in leading], keys),
             tuple(name for body in bodies for name in graph.places_of(body)),
         )
+
+    def _carry_ends(self, step: DirectedEdge, chain: list[Edge]) -> None:
+        """Note that the ends of a beam with joints in its span are ends of the beam, not of the links behind these joints."""
+        if step.edge.beam is None:
+            return
+        name = step.edge.beam.beam.name
+        number, (start, end) = [edge.beam for edge in chain].index(name), self.beam_ends[name]
+        if number > 0:
+            self.carried_by[start] = chain[number - 1].key
+        if number < len(chain) - 1:
+            self.carried_by[end] = chain[number].key
 
     def _parts(self, steps: list[DirectedEdge], keys: dict[BodyEdge, tuple[str, ...]]) -> tuple[LimbSegment, ...]:
         """Split a limb at the bodies that every way from base to platform passes, serial stretches in one."""

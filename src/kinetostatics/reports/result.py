@@ -100,6 +100,9 @@ def _acting(result: Result) -> list[tuple[str, str]]:
             force, moment = Scale.of(wrench[:3], FORCES), Scale.of(wrench[3:], MOMENTS)
             text = f"{name.removeprefix('load ')}: force {vector(wrench[:3], force)}, moment about o {vector(wrench[3:], moment)}"
             found.append(("load", text))
+    if result.spring_forces:
+        text = ", ".join(f"{name} {quantity(force, FORCES)}" for name, force in result.spring_forces.items())
+        found.append(("springs", f"{text} (tension)"))
     return found
 
 

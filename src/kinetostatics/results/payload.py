@@ -13,7 +13,8 @@ from kinetostatics.results.batch import Batch
 from kinetostatics.statics.joint_wrenches import drive_forces, joint_contributions
 from kinetostatics.statics.link_loads import PAYLOAD, unit_payloads
 from kinetostatics.statics.model import RobotStatics
-from kinetostatics.statics.solution import Solution, solve
+from kinetostatics.statics.solution import Solution
+from kinetostatics.statics.springs import solve_with_springs
 
 #: The names of the four numbers.
 PARAMETERS = ("mass", "first_moment_x", "first_moment_y", "first_moment_z")
@@ -47,7 +48,7 @@ def payload_coefficients(
         units = unit_payloads(robot, solution.frames, solution.gravity, link, _places(robot, solution))
         none = np.zeros_like(solution.load), np.zeros_like(solution.gravity)
         groups = tuple(item.group for item in solution.statics)
-        found = solve(robot, solution.frames, *none, None, groups, units)
+        found = solve_with_springs(robot, solution.frames, *none, None, groups, units)
         mine = slice(found.sources.index(units[0].name), found.sources.index(units[-1].name) + 1)
         twists.append(found.twists[:, mine])
         at_joints = joint_contributions(robot, found)[:, :, mine]

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics.description.loads import Payload
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.math.screws import move_wrench
@@ -32,8 +33,8 @@ from kinetostatics.robot import Robot, robot_of
 from kinetostatics.statics.applied_loads import sum_of
 from kinetostatics.statics.deformation import Deformation, deform
 from kinetostatics.statics.joint_wrenches import actuator_forces, drive_forces, joint_contributions, joint_wrenches
-from kinetostatics.statics.link_loads import Payload
 from kinetostatics.statics.solution import Solution, by_mechanism, of_deformation
+from kinetostatics.statics.springs import placed_springs
 from kinetostatics.status import FACTS, Status, status_of
 
 
@@ -221,8 +222,14 @@ class Result(Shown):
     @cached_property
     def link_loads(self) -> Mapping[str, Array]:
         """(…, 6) loads on links and the payload's weight by contribution, about o, world axes [N, N·m]."""
-        names = [item.load.name for item in self.solutions[0].applied]
-        return Named({name: self._public([sum_of([s.applied[k]]) for s in self.solutions]) for k, name in enumerate(names)})
+        names = [(k, item.load.name) for k, item in enumerate(self.solutions[0].applied) if item.load.kind == "load"]
+        return Named({name: self._public([sum_of([s.applied[k]]) for s in self.solutions]) for k, name in names})
+
+    @cached_property
+    def spring_forces(self) -> Mapping[str, Array]:
+        """(…) tension of each spring at the pose, before anything has given way, negative where it pushes [N]."""
+        chunks = [placed_springs(self.robot.statics, solution.frames) for solution in self.solutions]
+        return Named({item.name: self._public([c[k].tension for c in chunks]) for k, item in enumerate(chunks[0])})
 
     @cached_property
     def payload_coefficients(self) -> PayloadCoefficients:

@@ -25,16 +25,19 @@ class AppliedLoad:
         name: of its contribution.
         wrenches: (6, N) about o, world axes, by the place at which they act [N, N·m].
         points: (3, N) where a force acts [m], by the place, for pictures.
+        kind: "load"; "spring", its force at the pose; or "change", a unit change of that, which acts as often as it is.
     """
 
     name: str
     wrenches: Mapping[str, Array]
     points: Mapping[str, Array] = field(default_factory=dict)
+    kind: str = "load"
 
     def take(self, poses: Index | slice) -> AppliedLoad:
         """Return the load of some of the poses."""
-        both = ({place: array[:, poses] for place, array in arrays.items()} for arrays in (self.wrenches, self.points))
-        return AppliedLoad(self.name, *both)
+        wrenches = {place: array[:, poses] for place, array in self.wrenches.items()}
+        points = {place: array[:, poses] for place, array in self.points.items()}
+        return AppliedLoad(self.name, wrenches, points, self.kind)
 
     def at(self, places: Iterable[str]) -> dict[str, Array]:
         """Return the wrenches that act at some places."""

@@ -9,12 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.argument_checks import check_choice, finite_numbers
-from kinetostatics.description.elements import Inertia
+from kinetostatics.description.loads import LinkLoad, Payload
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import cross
 from kinetostatics.mechanism.tree import Frames
-from kinetostatics.printing.mappings import ShortRepr
 from kinetostatics.statics.applied_loads import AppliedLoad
 from kinetostatics.statics.model import RobotStatics
 
@@ -22,38 +21,6 @@ from kinetostatics.statics.model import RobotStatics
 _AT_END = 1e-4
 #: The name of a payload's contribution.
 PAYLOAD = "payload"
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class LinkLoad(ShortRepr):
-    """A force and a moment on a link.
-
-    Attributes:
-        wrench: (…, 6) force [N] and moment [N·m], about ``point``.
-        point: (…, 3) where the force acts, a point of the link: in the link's frame, whatever ``frame`` is [m].
-        frame: axes of ``wrench``: "world" or "link".
-    """
-
-    wrench: ArrayLike
-    point: ArrayLike = (0.0, 0.0, 0.0)
-    frame: str = "world"
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Payload(ShortRepr):
-    """What a robot carries: it weighs on the platform, or on another link.
-
-    Attributes:
-        mass: (…) [kg].
-        center: (…, 3) its centre of mass [m], in the platform's frame o-xyz, or in the frame of ``link``.
-        inertia: about its centre of mass, which the statics do not need.
-        link: that carries it; None: the platform.
-    """
-
-    mass: ArrayLike
-    center: ArrayLike = (0.0, 0.0, 0.0)
-    inertia: Inertia | None = None
-    link: str | None = None
 
 
 @dataclass(frozen=True)
@@ -114,49 +81,79 @@ class LinkLoads:
                     force, moment = (np.einsum("ijn,jn->in", R, part) for part in (force, moment))
             wrench = np.concatenate([force, moment + cross(point - o, force)])
             mine = found.setdefault(item.name, {})
-            for place, where in self._places(item, frames, point).items():
+            link = self.robot.description.platform if item.link is None else item.link
+            for place, where in places_at(self.robot, item.name, link, frames, point).items():
                 mine[place] = mine.get(place, 0.0) + np.where(where, wrench, 0.0)
                 points.setdefault(item.name, {}).setdefault(place, point)
         return tuple(AppliedLoad(name, wrenches, points[name]) for name, wrenches in found.items())
 
-    def _places(self, item: _Load, frames: Frames, point: Array) -> dict[str, Array]:
-        """Return at which places a load acts, and where (N,) at each of them."""
-        description, topology = self.robot.description, self.robot.topology
-        link = description.platform if item.link is None else item.link
-        if link in topology.without_support:
-            raise ArgumentError(
-                f"{item.name}: {link!r} hangs by {topology.without_support[link]!r} on a beam elsewhere than at its ends; split "
-                "the beam there with a fixed joint, or load one of its ends"
-            )
-        beams = [name for name, beam in description.beams.items() if beam.link == link]
-        if not beams:
-            return {link: np.ones(point.shape[1], dtype=bool)}
-        found: dict[str, Array] = {}
-        nowhere = np.all(np.isfinite(point), axis=0)
-        ends = []
-        for name in beams:
-            span, reach = topology.beams[name], _AT_END * np.abs(self.robot.beams[name].length(frames))
-            both = (span.start_body, span.start), (span.end_body, span.end)
-            for place, (body, local) in zip(topology.beam_ends[name], both, strict=True):
-                at = frames.point(body, local)
-                here = nowhere & (np.sqrt(np.sum((at - point) ** 2, axis=0)) <= reach)
-                if np.any(here):
-                    found[place] = here
-                    nowhere &= ~here
-                ends.append(at)
-        if np.any(nowhere):
-            pose = int(np.flatnonzero(nowhere)[0])
-            R, origin = _frame(self.robot, item.link, frames)
-            words = " or ".join(
-                "(" + ", ".join(f"{value + 0.0:.6g}" for value in np.round(R[:, :, pose].T @ (at - origin)[:, pose], 9)) + ")"
-                for at in ends
-            )
-            given = ", ".join(f"{value:.6g}" for value in item.point[:, pose])
-            raise ArgumentError(
-                f"{item.name}: {link!r} is elastic, and ({given}) is no end of its beam: a load on it may act at {words} "
-                "of its frame; elsewhere split the beam with a fixed joint"
-            )
-        return found
+
+def places_at(robot: RobotStatics, what: str, link: str, frames: Frames, point: Array) -> dict[str, Array]:
+    """Return at which places something acts on a link at points (3, N), and where (N,) at each of them.
+
+    Raises:
+        ArgumentError: it is no end of a beam of an elastic link, or nothing holds the link; ``what`` is the message's subject.
+    """
+    description, topology = robot.description, robot.topology
+    if joints := _joint_around(robot, link):
+        raise ArgumentError(
+            f"{what}: {link!r} has no mass and lies inside the joint {', '.join(joints)}, which counts as one; load a link "
+            "beside it"
+        )
+    if link in topology.without_support:
+        raise ArgumentError(
+            f"{what}: {link!r} hangs by {topology.without_support[link]!r} on a beam elsewhere than at its ends; split "
+            "the beam there with a fixed joint, or load one of its ends"
+        )
+    beams = [name for name, beam in description.beams.items() if beam.link == link]
+    if not beams:
+        return {link: np.ones(point.shape[1], dtype=bool)}
+    found: dict[str, Array] = {}
+    nowhere = np.all(np.isfinite(point), axis=0)
+    ends = []
+    for name in beams:
+        span, reach = topology.beams[name], _AT_END * np.abs(robot.beams[name].length(frames))
+        both = (span.start_body, span.start), (span.end_body, span.end)
+        for place, (body, local) in zip(topology.beam_ends[name], both, strict=True):
+            at = frames.point(body, local)
+            here = nowhere & (np.sqrt(np.sum((at - point) ** 2, axis=0)) <= reach)
+            if np.any(here):
+                found[place] = here
+                nowhere &= ~here
+            ends.append(at)
+    if np.any(nowhere):
+        pose = int(np.flatnonzero(nowhere)[0])
+        R, origin = _frame(robot, link, frames)
+
+        def words(at: Array) -> str:
+            local = np.round(R[:, :, pose].T @ (at - origin)[:, pose], 9)
+            return "(" + ", ".join(f"{value + 0.0:.6g}" for value in local) + ")"
+
+        raise ArgumentError(
+            f"{what}: {link!r} is elastic, and {words(point)} is no end of its beam: a load on it may act at "
+            f"{' or '.join(map(words, ends))} of its frame; elsewhere split the beam with a fixed joint"
+        )
+    return found
+
+
+def _joint_around(robot: RobotStatics, link: str) -> tuple[str, ...]:
+    """Return the joints of a universal or spherical joint, or of a limb's joint to the platform, inside of which a link lies."""
+    key = robot.topology.carried_by.get(link)
+    for group in robot.groups:
+        for limb, compounds in zip(group.limbs, group.compounds, strict=True):
+            if link not in limb.places:
+                continue
+            outer = {compounds[k].joints for k in group.compound_of[group.platform_joint]}
+            runs = [compound.joints for compound in compounds] + [tuple(name for joints in outer for name in joints)]
+            branches = {edge.key: edge for edge in limb.branches}
+            while key in branches:
+                key = branches[key].parent
+            inner = [edge.joint for edge in limb.edges if edge.key == key]
+            beyond = [edge.joint for edge in limb.edges if edge.parent == key]
+            for joints in runs:
+                if inner and beyond and set(inner + beyond) <= set(joints):
+                    return tuple(name for name in robot.mechanism.connections if name in joints)
+    return ()
 
 
 def _frame(robot: RobotStatics, link: str | None, frames: Frames) -> tuple[Array, Array]:

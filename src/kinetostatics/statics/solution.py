@@ -194,9 +194,10 @@ def equilibrium(
     loads = applied_statics(applied, groups, frames, o, first, len(sources))
     twists, intensities = balance.solve(*_by_contribution(robot, sources, statics, load, platform_weight, loads))
     weights_alone = statics if applied else None
+    acting = [item for item in loads if item.load.kind != "change"]
     if applied:
-        statics = tuple(_under_loads(item, number, loads) for number, item in enumerate(statics))
-    unbalanced = _unbalanced(robot, frames, o, weights, statics, by_place(loads))
+        statics = tuple(_under_loads(item, number, acting) for number, item in enumerate(statics))
+    unbalanced = _unbalanced(robot, frames, o, weights, statics, by_place(acting))
     return Solution(
         frames=frames,
         o=o,
@@ -220,6 +221,33 @@ def equilibrium(
         unbalanced=unbalanced,
         applied=loads,
         weights_alone=weights_alone,
+    )
+
+
+def redistributed(robot: RobotStatics, solution: Solution, changes: slice, times: Array) -> Solution:
+    """Return an equilibrium in which the contributions ``changes`` act (k, S, N) ``times``, as parts of all others."""
+    kept = [k for k in range(len(solution.sources)) if not changes.start <= k < changes.stop]
+    times = times[:, kept]
+
+    def mixed(array: Array, share: str) -> Array:
+        return np.asarray(array[:, kept] + np.einsum(share, array[:, changes], times))
+
+    shares = [item.share[kept] + np.einsum("kn,ksn->sn", item.share[changes], times) for item in solution.applied]
+    applied = tuple(replace(item, share=share) for item, share in zip(solution.applied, shares, strict=True))
+    statics = tuple(_under_loads(item, number, applied) for number, item in enumerate(solution.weights_alone or ()))
+    unbalanced = _unbalanced(robot, solution.frames, solution.o, solution.weights, statics, by_place(applied))
+    singular = solution.singular
+    for part in unbalanced.values():
+        singular = singular | (part > UNBALANCED)
+    return replace(
+        solution,
+        sources=tuple(solution.sources[k] for k in kept),
+        twists=mixed(solution.twists, "ikn,ksn->isn"),
+        intensities=tuple(mixed(item, "ikgn,ksn->isgn") for item in solution.intensities),
+        statics=statics,
+        unbalanced=unbalanced,
+        singular=singular,
+        applied=applied,
     )
 
 

@@ -11,11 +11,11 @@ from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze
 from kinetostatics.argument_checks import positive
+from kinetostatics.description.loads import Payload
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 from kinetostatics.printing.dispatch import dict_of, html_of, text_of
 from kinetostatics.printing.mappings import Named, ShortRepr
-from kinetostatics.statics.link_loads import Payload
 from kinetostatics.verification.frame import FrameModel
 from kinetostatics.verification.model import build
 from kinetostatics.verification.opensees import FrameSolution, solve

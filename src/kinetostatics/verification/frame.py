@@ -47,6 +47,16 @@ class FrameSpring:
 
 
 @dataclass(frozen=True)
+class FrameTie:
+    """A spring between ``points`` (2, 3) [m] of two pieces: its stiffness (3,) [N/m] along ``axes`` (3, 3)."""
+
+    pieces: tuple[int, int]
+    points: Array
+    axes: Array
+    stiffness: Array
+
+
+@dataclass(frozen=True)
 class FrameJoint:
     """A joint between two pieces, inner first.
 
@@ -103,6 +113,7 @@ class FrameModel:
         drives: the driven joints.
         size: diagonal of the box around all points [m].
         length: mean distance of the platform's joints from o [m], or the size; makes rotations comparable.
+        ties: springs between pieces; their forces at the pose are among the loads.
     """
 
     base: int
@@ -114,6 +125,7 @@ class FrameModel:
     drives: tuple[Drive, ...]
     size: float
     length: float
+    ties: tuple[FrameTie, ...] = ()
 
     @property
     def stiffest(self) -> float:

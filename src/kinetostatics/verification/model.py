@@ -11,14 +11,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from kinetostatics.description.loads import LinkLoad, Payload
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.ordering import axis_across
-from kinetostatics.statics.link_loads import LinkLoad, Payload
 from kinetostatics.verification.connections import joint_assembly_error, joint_springs, releases
-from kinetostatics.verification.frame import Coordinate, Drive, FrameBeam, FrameJoint, FrameModel
+from kinetostatics.verification.frame import Coordinate, Drive, FrameBeam, FrameJoint, FrameModel, FrameTie
 from kinetostatics.verification.pieces import JointedBodies, Pieces, PlacedBeam
 
 if TYPE_CHECKING:
+    from kinetostatics.description.elements import Spring
     from kinetostatics.kinematics.configuration import Configuration
 
 
@@ -87,6 +88,12 @@ class _Builder:
             if self.pieces.is_rigid(link.name) and link.mass > 0
         ]
         acting = list(self._acting(on_links, payload, gravity))
+        springs = [self._spring(spring) for spring in self.description.springs.values()]
+        for tie, force in springs:
+            acting += [
+                (tie.pieces[0], (force, np.zeros(3)), tie.points[0]),
+                (tie.pieces[1], (-force, np.zeros(3)), tie.points[1]),
+            ]
         o, references = self._references(platform, beams, joints)
         loads = np.zeros((len(references), 6))
         for piece, (force, centre) in weights:
@@ -106,6 +113,7 @@ class _Builder:
             tuple(joints),
             tuple(self._drives(coordinates)),
             *_sizes(o, platform, references, beams, joints),
+            tuple(tie for tie, _ in springs),
         )
 
     def _acting(
@@ -125,6 +133,22 @@ class _Builder:
             frame = self.configuration.platform_frame if payload.link is None else self.configuration.frame(link)
             at = frame[:3, :3] @ np.asarray(payload.center, dtype=float) + frame[:3, 3]
             yield self._loaded(link, at), (np.asarray(payload.mass) * gravity, np.zeros(3)), at
+
+    def _spring(self, spring: Spring) -> tuple[FrameTie, Array]:
+        """Return a spring's stiffness between its ends, and its pull (3,) on the first end at the pose [N]."""
+        ends = (spring.predecessor, spring.predecessor_point), (spring.successor, spring.successor_point)
+        frames = [self.configuration.frame(link) for link, _ in ends]
+        points = [frame[:3, :3] @ np.array(local) + frame[:3, 3] for frame, (_, local) in zip(frames, ends, strict=True)]
+        pieces = [self._loaded(link, point) for (link, _), point in zip(ends, points, strict=True)]
+        span = points[1] - points[0]
+        length = float(np.linalg.norm(span))
+        tension = spring.preload + spring.stiffness * (length - spring.free_length)
+        x = span / length
+        y = axis_across(x) - x * (x @ axis_across(x))
+        y /= np.linalg.norm(y)
+        stiffness = np.array([spring.stiffness, tension / length, tension / length])  # it stretches, and it turns
+        axes = np.column_stack([x, y, np.cross(x, y)])
+        return FrameTie((pieces[0], pieces[1]), np.array(points), axes, stiffness), tension * x
 
     def _loaded(self, link: str, point: Array) -> int:
         """Return the piece on which a load on a link acts: of an elastic link that of the nearest end of a beam."""

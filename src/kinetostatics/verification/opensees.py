@@ -180,13 +180,26 @@ def _frame(model: FrameModel, scale: _Scale) -> dict[str, object]:
                 "thrust": (beam.stiffness[0] / beam.length * beam.too_long / scale.force * beam.axes[:, 0]).tolist(),
             }
         )
+    ties_apart: list[dict[str, object]] = []
+    for number, tie in enumerate(model.ties):
+        ends = [attached(piece, point) for piece, point in zip(tie.pieces, tie.points, strict=True)]
+        stiffness = (tie.stiffness / scale.stiffness).tolist()
+        ties_apart.append({"tag": 2_000_000 + number, "nodes": ends, "stiffness": stiffness, "axes": _orientation(tie.axes)})
     fixed.append(references[model.base])
     loads = [
         [references[piece], (load / scale.wrench).tolist()]
         for piece, load in enumerate(model.loads)
         if piece != model.base and np.any(load)
     ]
-    lists = {"nodes": nodes, "fixed": fixed, "ties": ties, "springs": springs, "beams": beams, "loads": loads}
+    lists = {
+        "nodes": nodes,
+        "fixed": fixed,
+        "ties": ties,
+        "springs": springs,
+        "beams": beams,
+        "loads": loads,
+        "ties_apart": ties_apart,
+    }
     return {**lists, "platform": references[model.platform]}
 
 

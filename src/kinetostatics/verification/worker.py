@@ -64,6 +64,12 @@ def build(ops: Any, frame: dict[str, Any], penalty: float, ground: float) -> Non
         EA, GAy, GAz, GJ, EIy, EIz = beam["stiffness"]
         ops.geomTransf("Linear", beam["tag"], *beam["z"])
         ops.element("ElasticTimoshenkoBeam", beam["tag"], *beam["nodes"], 1.0, 1.0, EA, GJ, EIy, EIz, GAy, GAz, beam["tag"])
+    for tie in frame["ties_apart"]:
+        materials = [10 * tie["tag"] + direction for direction in (1, 2, 3)]
+        for material, stiffness in zip(materials, tie["stiffness"], strict=True):
+            ops.uniaxialMaterial("Elastic", material, stiffness)
+        # of no length for OpenSees too, which tells how far its nodes are apart: they move apart by their displacements alone
+        ops.element("zeroLength", tie["tag"], *tie["nodes"], "-mat", *materials, "-dir", 1, 2, 3, "-orient", *tie["axes"])
     ops.timeSeries("Constant", 1)
     ops.constraints("Transformation")
     ops.numberer("RCM")

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze
 from kinetostatics.argument_checks import check_choice, check_mapping, positive
+from kinetostatics.description.loads import Payload
 from kinetostatics.description.units import find_unit
 from kinetostatics.engine.choice import check_engine
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
@@ -25,7 +26,7 @@ from kinetostatics.kinematics.unit_hints import odd_coordinates
 from kinetostatics.math.orientation import orientation_named
 from kinetostatics.robot import Robot, load_robot
 from kinetostatics.statics.assembly_errors import parse_assembly_errors
-from kinetostatics.statics.link_loads import Payload, parse_link_loads
+from kinetostatics.statics.link_loads import parse_link_loads
 from kinetostatics.workspace import provenance
 from kinetostatics.workspace.grid import Axis, Field, coordinate_units, read_field, split_values
 from kinetostatics.workspace.sweep_spec import Links, Source, SweepSpec, saying

@@ -35,7 +35,14 @@ def versions() -> dict[str, str]:
 
 def files_of(description: RobotDescription) -> dict[str, str]:
     """Return sha256 of a robot's file and of those that its elements stand in, by path."""
-    tables = (description.links, description.joints, description.loops, description.beams, description.joint_stiffness)
+    tables = (
+        description.links,
+        description.joints,
+        description.loops,
+        description.beams,
+        description.joint_stiffness,
+        description.springs,
+    )
     places = [item.place.file for table in tables for item in table.values()]
     names = dict.fromkeys([description.path, description.platform_place.file, *places])
     return {name: digest for name in names if os.path.isfile(name) and (digest := sha256_of(name))}

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.argument_checks import path_name
+from kinetostatics.description.loads import Payload
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.printing.waiting import waiting
 from kinetostatics.robot import Robot
-from kinetostatics.statics.link_loads import Payload
 from kinetostatics.workspace import provenance
 from kinetostatics.workspace.arguments import need, read_sweep_spec, try_robots, try_sweep_spec
 from kinetostatics.workspace.capacity import check_disk, check_memory

@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from kinetostatics.description.loads import Payload
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.engine.choice import compiled_loops
 from kinetostatics.exceptions import ArgumentError, RobotFileError
@@ -24,7 +25,6 @@ from kinetostatics.kinematics.assembly import assemble
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array
 from kinetostatics.robot import Robot, load_robot
-from kinetostatics.statics.link_loads import Payload
 from kinetostatics.workspace.grid import Axis, Block, Field, shape_of, sizes_of
 
 #: Which value each parameter has: an index along each parameter axis.

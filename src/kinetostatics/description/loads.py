@@ -1,0 +1,42 @@
+"""Loads on links and payloads, as people give them to an analysis."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from numpy.typing import ArrayLike
+
+from kinetostatics.description.elements import Inertia
+from kinetostatics.printing.mappings import ShortRepr
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class LinkLoad(ShortRepr):
+    """A force and a moment on a link.
+
+    Attributes:
+        wrench: (…, 6) force [N] and moment [N·m], about ``point``.
+        point: (…, 3) where the force acts, a point of the link: in the link's frame, whatever ``frame`` is [m].
+        frame: axes of ``wrench``: "world" or "link".
+    """
+
+    wrench: ArrayLike
+    point: ArrayLike = (0.0, 0.0, 0.0)
+    frame: str = "world"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Payload(ShortRepr):
+    """What a robot carries: it weighs on the platform, or on another link.
+
+    Attributes:
+        mass: (…) [kg].
+        center: (…, 3) its centre of mass [m], in the platform's frame o-xyz, or in the frame of ``link``.
+        inertia: about its centre of mass, which the statics do not need.
+        link: that carries it; None: the platform.
+    """
+
+    mass: ArrayLike
+    center: ArrayLike = (0.0, 0.0, 0.0)
+    inertia: Inertia | None = None
+    link: str | None = None

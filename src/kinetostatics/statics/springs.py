@@ -1,0 +1,177 @@
+"""Springs between points of two links: their forces at the pose, and how these follow the elastic displacements.
+
+A spring of length l, tension F = F_0 + k (l − l_0) and direction n pulls its ends together by F n. When these move by u relative
+to each other, to first order the force changes by K_t u with K_t = k n nᵀ + (F/l) (1 − n nᵀ): it gets longer, and it turns. The
+second part is no correction but of the size of the first where the free length is zero: then K_t = k 1 (the method page).
+
+The forces act like loads on links. What their changes do is found from unit changes: with the displacements u_0 of the springs'
+ends without changes, and G u per unit change, t = K_t (u_0 + G t).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from kinetostatics.description.elements import Spring
+from kinetostatics.exceptions import StaticsError
+from kinetostatics.limbs.group import LimbGroup
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.linalg import cross
+from kinetostatics.math.screws import move_twist
+from kinetostatics.mechanism.tree import Frames
+from kinetostatics.statics.applied_loads import AppliedLoad
+from kinetostatics.statics.assembly_errors import AssemblyErrors
+from kinetostatics.statics.deformation import Deformation, deform
+from kinetostatics.statics.link_loads import places_at
+from kinetostatics.statics.model import RobotStatics
+from kinetostatics.statics.solution import Solution, redistributed, solve
+
+#: Part of the robot's size below which a spring has no length and its force no direction.
+_NOTHING = 1e-9
+
+
+@dataclass(frozen=True)
+class PlacedSpring:
+    """A spring at N poses.
+
+    Attributes:
+        name: of the spring.
+        points: (3, N) its two ends [m].
+        places: at which place each of them is, and where (N,).
+        length: (N,) [m].
+        tension: (N,) [N].
+        force: (3, N) its pull on the first end, towards the second [N].
+        tangent: (3, 3, N) K_t [N/m].
+    """
+
+    name: str
+    points: tuple[Array, Array]
+    places: tuple[dict[str, Array], dict[str, Array]]
+    length: Array
+    tension: Array
+    force: Array
+    tangent: Array
+
+    def pull(self, force: Array, o: Array) -> tuple[dict[str, Array], dict[str, Array]]:
+        """Return a force (3, N) on the first end and its opposite on the second: wrenches about o, and points, by place."""
+        wrenches: dict[str, Array] = {}
+        points: dict[str, Array] = {}
+        for sign, point, places in zip((1, -1), self.points, self.places, strict=True):
+            wrench = sign * np.concatenate([force, cross(point - o, force)])
+            for place, where in places.items():
+                wrenches[place] = wrenches.get(place, 0.0) + np.where(where, wrench, 0.0)
+                points.setdefault(place, point)
+        return wrenches, points
+
+
+def placed_springs(robot: RobotStatics, frames: Frames) -> list[PlacedSpring]:
+    """Return all springs at given frames.
+
+    Raises:
+        StaticsError: one has no length, so that its force has no direction.
+        ArgumentError: an end is on an elastic link, but not at the end of its beam.
+    """
+    return [_placed(robot, spring, frames) for spring in robot.description.springs.values()]
+
+
+def _placed(robot: RobotStatics, spring: Spring, frames: Frames) -> PlacedSpring:
+    points, places = [], []
+    for link, local in ((spring.predecessor, spring.predecessor_point), (spring.successor, spring.successor_point)):
+        body, placement = robot.mechanism.body_of[link]
+        points.append(frames.point(body, placement[:3, :3] @ np.array(local) + placement[:3, 3]))
+        places.append(places_at(robot, f"spring {spring.name!r}", link, frames, points[-1]))
+    span = points[1] - points[0]
+    length = np.sqrt(np.sum(span**2, axis=0))
+    tension = spring.preload + spring.stiffness * (length - spring.free_length)
+    short = length <= _NOTHING * robot.length
+    if spring.free_length == spring.preload == 0:
+        ratio, n = np.full_like(length, spring.stiffness), np.zeros_like(span)
+    elif np.any(short):
+        raise StaticsError(f"the spring {spring.name!r} has no length at this pose: its force has no direction")
+    else:
+        ratio, n = tension / length, span / length
+    tangent = ratio * np.eye(3)[:, :, None] + (spring.stiffness - ratio) * n[:, None] * n[None]
+    return PlacedSpring(spring.name, (points[0], points[1]), (places[0], places[1]), length, tension, ratio * span, tangent)
+
+
+def solve_with_springs(
+    robot: RobotStatics,
+    frames: Frames,
+    load: Array,
+    gravity: Array,
+    assembly_errors: AssemblyErrors | None = None,
+    groups: tuple[LimbGroup, ...] | None = None,
+    applied: tuple[AppliedLoad, ...] = (),
+) -> Solution:
+    """Solve Eq. (12) as :func:`kinetostatics.statics.solution.solve`, with the robot's springs."""
+    if not robot.description.springs:
+        return solve(robot, frames, load, gravity, assembly_errors, groups, applied)
+    springs, (_, o) = placed_springs(robot, frames), robot.mechanism.platform_pose(frames)
+    forces = [AppliedLoad(f"spring {item.name}", *item.pull(item.force, o), "spring") for item in springs]
+    units = [
+        AppliedLoad(f"change {axis} of spring {item.name}", *item.pull(np.broadcast_to(e[:, None], o.shape), o), "change")
+        for item in springs
+        for axis, e in zip("xyz", np.eye(3), strict=True)
+    ]
+    found = solve(robot, frames, load, gravity, assembly_errors, groups, (*applied, *forces, *units))
+    first = found.sources.index(units[0].name)
+    changes = slice(first, first + len(units))
+    moved = _relative_motions(robot, found, deform(robot, found), springs)
+    t, inverse = _changes(springs, moved, changes)
+    # reciprocity: what a unit change moves the platform is what a unit load of the platform moves the spring's ends, reversed
+    platform = np.moveaxis(found.twists[:, changes], -1, 0)
+    softer = np.moveaxis(platform @ inverse @ np.swapaxes(platform, 1, 2), 0, -1)
+    compliance = found.compliance - softer
+    mixed = redistributed(robot, found, changes, t)
+    return replace(mixed, compliance=compliance, stiffness=_inverse(compliance, found.stiffness, robot.length))
+
+
+def _relative_motions(
+    robot: RobotStatics, solution: Solution, deformation: Deformation, springs: Iterable[PlacedSpring]
+) -> Array:
+    """Return how every spring's second end moves relative to its first (3 springs, S, N), for each contribution."""
+    rows = []
+    for spring in springs:
+        ends = []
+        for point, places in zip(spring.points, spring.places, strict=True):
+            twist = np.zeros_like(solution.twists)
+            for place, where in places.items():
+                twist = np.where(where, _motion(robot, solution, deformation, place), twist)
+            ends.append(move_twist(twist, (point - solution.o)[:, None])[:3])
+        rows.append(ends[1] - ends[0])
+    return np.concatenate(rows)
+
+
+def _motion(robot: RobotStatics, solution: Solution, deformation: Deformation, place: str) -> Array:
+    """Return the twists (6, S, N) of a place, about o."""
+    topology = robot.topology
+    if place in topology.carried_by:
+        return deformation.motions[topology.carried_by[place]][:, : len(solution.sources)]
+    return solution.twists if place in topology.platform.places else np.zeros_like(solution.twists)
+
+
+def _changes(springs: list[PlacedSpring], moved: Array, changes: slice) -> tuple[Array, Array]:
+    """Return how springs' forces change for each contribution (3 springs, S, N), and (K_t⁻¹ − G)⁻¹ (N, 3 springs, 3 springs)."""
+    n = moved.shape[0]
+    motions = np.moveaxis(moved, -1, 0)
+    tangent = np.zeros((len(motions), n, n))
+    for k, spring in enumerate(springs):
+        tangent[:, 3 * k : 3 * k + 3, 3 * k : 3 * k + 3] = np.moveaxis(spring.tangent, -1, 0)
+    matrix = np.eye(n) - tangent @ motions[:, :, changes]
+    fine = np.all(np.isfinite(matrix), axis=(1, 2)) & np.all(np.isfinite(motions), axis=(1, 2))
+    matrix, right = np.where(fine[:, None, None], matrix, np.eye(n)), np.where(fine[:, None, None], tangent, 0.0)
+    inverse: Array = np.asarray(np.linalg.solve(matrix, right), dtype=np.float64)
+    return np.moveaxis(inverse @ np.where(fine[:, None, None], motions, 0.0), 0, -1), inverse
+
+
+def _inverse(compliance: Array, rigid: Array, length: float) -> Array:
+    """Return the stiffness (6, 6, N) of a compliance; NaN where there is none, or that without springs (6, 6, N) is."""
+    unit = np.repeat([1.0, length], 3)
+    scaled = np.moveaxis(compliance * (unit[:, None] * unit)[:, :, None], -1, 0)
+    fine = np.all(np.isfinite(scaled), axis=(1, 2)) & np.all(np.isfinite(np.moveaxis(rigid, -1, 0)), axis=(1, 2))
+    found = np.full(scaled.shape, np.nan)
+    found[fine] = np.linalg.inv(scaled[fine])
+    return np.moveaxis((found + np.swapaxes(found, 1, 2)) / 2, 0, -1) * (unit[:, None] * unit)[:, :, None]

@@ -1,0 +1,195 @@
+"""Springs and counterweights: balanced machines, the stiffness of springs, energy, finite elements, files."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import package_robots
+import pytest
+
+import kinetostatics as ks
+from kinetostatics.description import Spring
+from kinetostatics.files.reader import parse_robot_text
+from kinetostatics.statics.link_loads import _joint_around
+from kinetostatics.statics.springs import placed_springs
+
+MASS, LENGTH, HEIGHT, ARM, G = 8.0, 0.4, 0.5, 0.3, 9.81
+BALANCE = MASS * G * LENGTH / (HEIGHT * ARM)
+SPRING = f"""<spring name="balance" stiffness="{BALANCE}" free_length="0">
+<predecessor link="ground"><origin xyz="0 0 {HEIGHT}"/></predecessor>
+<successor link="arm"><origin xyz="{ARM} 0 0"/></successor></spring>"""
+
+
+def pendulum(more=SPRING):
+    """An arm along x on a driven hinge about y, a mass at its end, which hangs below or stands above the horizontal."""
+    return f"""<robot name="pendulum"><link name="ground"/><link name="arm"/>
+<link name="tip"><inertial><mass value="{MASS}"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
+<joint name="hinge" type="revolute"><parent link="ground"/><child link="arm"/><axis xyz="0 1 0"/>
+<limit lower="-3" upper="3" effort="0" velocity="0"/></joint>
+<joint name="weld" type="fixed"><parent link="arm"/><child link="tip"/><origin xyz="{LENGTH} 0 0"/></joint>
+<platform link="tip"/><transmission name="d"><joint name="hinge"/></transmission>
+<joint_stiffness joint="hinge" drive="1e4"/>{more}</robot>"""
+
+
+def loaded(text):
+    return ks.Robot(parse_robot_text(text))
+
+
+ANGLES = np.linspace(-1.2, 1.2, 7)
+
+
+@pytest.mark.parametrize(
+    "more",
+    [SPRING, f'<counterweight name="weight" link="arm" mass="{4 * MASS}"><origin xyz="{-LENGTH / 4} 0 0"/></counterweight>'],
+    ids=["spring", "counterweight"],
+)
+def test_a_balanced_pendulum_needs_no_torque_at_any_angle(more):
+    """k a b = m g l with a spring of no free length; or a counterweight of the same first moment."""
+    pose = loaded(pendulum(more)).assemble(actuators={"hinge": ANGLES})
+    result = ks.analyze(pose)
+    unbalanced = ks.analyze(loaded(pendulum("")).assemble(actuators={"hinge": ANGLES})).actuator_forces["hinge"]
+    np.testing.assert_allclose(unbalanced, -MASS * G * LENGTH * np.cos(ANGLES), rtol=1e-12)
+    np.testing.assert_allclose(result.actuator_forces["hinge"], 0, atol=1e-12)
+    np.testing.assert_allclose(result.joint_wrenches["hinge"][..., 3:], 0, atol=1e-12)
+    np.testing.assert_allclose(result.twist, 0, atol=1e-14)
+    if "spring" in more:
+        np.testing.assert_allclose(sum(result.contributions.values()), 0, atol=1e-14)
+        spans = np.stack([ARM * np.cos(ANGLES), -ARM * np.sin(ANGLES) - HEIGHT], axis=-1)
+        np.testing.assert_allclose(result.spring_forces["balance"], BALANCE * np.linalg.norm(spans, axis=-1), rtol=1e-12)
+        # the ground carries the spring and the hinge together: the weight
+        np.testing.assert_allclose(result.base_wrench[..., :3], np.broadcast_to([0, 0, MASS * G], (7, 3)), atol=1e-10)
+
+
+def test_the_spring_of_the_pendulum_makes_its_drive_stiffer():
+    """A spring of no free length is as stiff in all directions: k b² beside the drive's own."""
+    pose = loaded(pendulum()).assemble(actuators={"hinge": 0.4})
+    assert float(ks.analyze(pose).compliance[4, 4]) == pytest.approx(1 / (1e4 + BALANCE * ARM**2), rel=1e-12)
+
+
+@cache
+def robot(name):
+    return package_robots.robot(name)
+
+
+def pose(name, *springs):
+    """A pose without symmetry of a robot with springs."""
+    one = robot(name)
+    description = one.description
+    for spring in springs:
+        description = description.with_spring(spring)
+    return ks.Robot(description).configuration(one.model_q(one.generic_poses)[:, 0], tolerance=1e-9)
+
+
+BESIDE = Spring("beside", 4e6, "base", "platform", (0.3, 0.1, 0.0), (0.0, 0.05, 0.02), free_length=0.2, preload=40.0)
+
+
+def test_a_spring_between_base_and_platform_adds_its_tangent_to_the_stiffness_and_its_force_to_the_load():
+    at, bare = pose("3rps", BESIDE), pose("3rps")
+    found, without = ks.analyze(at), ks.analyze(bare)
+    points = {"base": BESIDE.predecessor_point, "platform": BESIDE.successor_point}
+    ends = [at.frame(link)[:3, :3] @ np.array(point) + at.frame(link)[:3, 3] for link, point in points.items()]
+    span, o = ends[1] - ends[0], at.platform_frame[:3, 3]
+    length = np.linalg.norm(span)
+    tension, n, arm = 40.0 + 4e6 * (length - 0.2), span / length, ends[1] - o
+    K_t = 4e6 * np.outer(n, n) + tension / length * (np.eye(3) - np.outer(n, n))
+    skew = np.array([[0, -arm[2], arm[1]], [arm[2], 0, -arm[0]], [-arm[1], arm[0], 0]])
+    B = np.hstack([np.eye(3), -skew])  # of the point, by the platform's twist
+    K = without.stiffness + B.T @ K_t @ B
+    unit = np.repeat([1.0, at.robot.length], 3)
+    np.testing.assert_allclose(found.stiffness / np.outer(unit, unit), K / np.outer(unit, unit), rtol=1e-9, atol=1e-9 * K[0, 0])
+    assert float(found.spring_forces["beside"]) == pytest.approx(tension, rel=1e-12)
+    pull = -tension * n
+    wanted = np.linalg.solve(K, without.stiffness @ without.twist + np.append(pull, np.cross(arm, pull)))
+    np.testing.assert_allclose(found.twist, wanted, rtol=1e-8)
+    assert float(np.abs(found.twist - without.twist).max()) > 1e-3 * float(np.abs(without.twist).max())
+
+
+def test_the_tangent_is_the_derivative_of_the_force():
+    at = pose("3rps", BESIDE)
+    (spring,) = placed_springs(at.robot.statics, at.frames)
+    a, b = (point[:, 0] for point in spring.points)
+
+    def force(end):
+        span = end - a
+        length = np.linalg.norm(span)
+        return (40.0 + 4e6 * (length - 0.2)) * span / length
+
+    h = 1e-6
+    found = np.column_stack([(force(b + h * e) - force(b - h * e)) / (2 * h) for e in np.eye(3)])
+    np.testing.assert_allclose(spring.tangent[:, :, 0], found, rtol=1e-7, atol=1e-3)
+
+
+def test_strain_and_springs_hold_the_work_of_a_load():
+    """Clapeyron, with a spring that is relaxed at the pose; its work is ½ k (n·u)²."""
+    spring = replace(BESIDE, predecessor="base", successor=_inner("3rps")[-1], preload=0.0)
+    length = float(placed_springs(pose("3rps", spring).robot.statics, pose("3rps", spring).frames)[0].length[0])
+    at = pose("3rps", replace(spring, free_length=length))
+    (placed,) = placed_springs(at.robot.statics, at.frames)
+    load = np.array([300.0, -200, 500, 20, -10, 30])
+    found = ks.analyze(at, load, (0, 0, 0), loads={"platform": [0, 0, 0, 0, 0, 0]})
+    twist = found.link_contributions[spring.successor]["load"]
+    end = placed.points[1][:, 0] - at.frame(spring.successor)[:3, 3]
+    moved = twist[:3] + np.cross(twist[3:], end)
+    n = (placed.points[1] - placed.points[0])[:, 0] / length
+    stored = 0.5 * spring.stiffness * float(n @ moved) ** 2
+    assert float(found.strain_energy) + stored == pytest.approx(0.5 * float(load @ found.twist), rel=1e-9)
+    np.testing.assert_allclose(found.compliance @ load, found.twist, rtol=1e-9)
+    np.testing.assert_allclose(found.compliance, found.compliance.T, rtol=1e-12, atol=1e-20)
+
+
+def _inner(name):
+    one = robot(name)
+    elastic = {beam.link for beam in one.description.beams.values()}
+    inner = {link for limb in one.topology.limbs for link in limb.links}
+    return [link for link in one.description.links if link in inner - elastic and not _joint_around(one.statics, link)]
+
+
+@pytest.mark.parametrize("name", ["2pru_upr", "delta"])
+def test_finite_elements_agree_on_springs_anywhere(name):
+    """Between base and platform, base and a limb, a limb and the platform, two limbs; in networks and telescopes."""
+    links = _inner(name)
+    ends = [("base", "platform"), ("base", links[-1]), (links[0], "platform"), (links[0], links[-1])]
+    springs = [
+        Spring(f"spring_{k}", 1e5 * (k + 1), *pair, (0.01, 0, 0.02), (0, 0.03, 0), free_length=0.1 * k, preload=5.0 * k)
+        for k, pair in enumerate(ends)
+    ]
+    at = pose(name, *springs)
+    found = ks.verify(at, load=[10, 20, -30, 1, 2, 3], payload=ks.Payload(3.0, (0.1, 0, 0)))
+    assert found.verified and found.conclusive, str(found)
+    result = found.result
+    np.testing.assert_allclose(sum(result.contributions.values()), result.twist, rtol=1e-9)
+    np.testing.assert_allclose(sum(result.by_mechanism.contributions.values()), result.twist, rtol=1e-7, atol=1e-15)
+    parts = sum(part for kind in result.source_contributions.values() for part in kind.values())
+    np.testing.assert_allclose(parts, result.twist, rtol=1e-8, atol=1e-13)
+    payload = result.payload_coefficients.twist @ [3.0, 0.3, 0, 0]
+    np.testing.assert_allclose(payload, result.contributions["payload"], rtol=1e-9, atol=1e-16)
+
+
+def test_a_batch_is_what_its_poses_are_and_compiled_code_is_not_used():
+    one = loaded(pendulum(SPRING.replace('free_length="0"', 'free_length="0.1" preload="12"')))
+    batch = ks.analyze(one.assemble(actuators={"hinge": ANGLES}))
+    for k, angle in enumerate(ANGLES):
+        alone = ks.analyze(one.assemble(actuators={"hinge": angle}))
+        np.testing.assert_allclose(batch.twist[k], alone.twist, rtol=1e-9, atol=1e-18)
+    pytest.importorskip("llvmlite")
+    compiled = ks.analyze(one.assemble(actuators={"hinge": ANGLES}), engine="compiled")
+    assert np.array_equal(compiled.twist, batch.twist)
+    assert "springs" in str(ks.engine_report(one).reason)
+
+
+def test_files_keep_springs_and_weld_counterweights():
+    text = pendulum(SPRING + '<counterweight name="weight" link="arm" mass="2"><origin xyz="-0.1 0 0"/></counterweight>')
+    description = parse_robot_text(text)
+    assert description.springs["balance"] == Spring("balance", BALANCE, "ground", "arm", (0, 0, HEIGHT), (ARM, 0, 0))
+    assert description.links["weight"].mass == 2 and description.joints["weight_mount"].origin.xyz == (-0.1, 0, 0)
+    again = parse_robot_text(description.urdf)
+    assert again == description
+    softer = description.changed("balance", stiffness=100.0)
+    assert softer.springs["balance"].stiffness == 100 and softer != description
+
+
+def test_a_spring_without_length_has_no_direction():
+    text = pendulum(SPRING.replace(f'<origin xyz="0 0 {HEIGHT}"/>', f'<origin xyz="{ARM} 0 0"/>'))
+    np.testing.assert_allclose(ks.analyze(loaded(text).assemble()).spring_forces["balance"], 0, atol=1e-12)
+    with pytest.raises(ks.StaticsError, match="the spring 'balance' has no length at this pose"):
+        ks.analyze(loaded(text.replace('free_length="0"', 'free_length="0" preload="5"')).assemble())
