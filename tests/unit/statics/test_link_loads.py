@@ -8,6 +8,7 @@ import pytest
 import small_robots
 
 import kinetostatics as ks
+from kinetostatics.statics.link_loads import _joint_around
 
 NO_GRAVITY = (0, 0, 0)
 
@@ -75,9 +76,11 @@ def _is_rigid(one, link):
 
 
 def _rigid_links(one):
-    """The rigid links of the limbs."""
+    """The rigid links of the limbs that loads may act on."""
     limbs = {link for limb in one.topology.limbs for link in limb.links}
-    return [link for link in one.description.links if link in limbs and _is_rigid(one, link)]
+    return [
+        link for link in one.description.links if link in limbs and _is_rigid(one, link) and not _joint_around(one.statics, link)
+    ]
 
 
 @pytest.mark.parametrize("name", ["2pru_upr", "delta", "tricept"])
@@ -201,6 +204,11 @@ def test_what_a_passive_joint_cannot_hold_is_told():
         ks.LimbEquilibriumError, match=r"and the loads on its links: its passive joints .* of these is not carried"
     ):
         ks.analyze(at, loads={link: ks.LinkLoad([0, 0, 0, *axis], end)})
+
+
+def test_links_inside_a_joint_that_counts_as_one_are_refused():
+    with pytest.raises(ks.ArgumentError, match="'cross_1' has no mass and lies inside the joint universal_1_x, universal_1_y"):
+        ks.analyze(pose("2pru_upr"), loads={"cross_1": [0, 0, 0, 1, 0, 0]})
 
 
 def test_the_compiled_engine_leaves_loads_on_links_to_numpy():
