@@ -124,6 +124,8 @@ def recorded_arrays(
     Raises:
         NotRecordedError: it takes something that is not an operation on scalars.
     """
+    if robot.description.springs:
+        raise NotRecordedError("the robot has springs, whose forces follow the displacements")
     for group in robot.groups:
         if group.rigid_directions:
             name, count = group.limbs[0].name, group.rigid_directions
