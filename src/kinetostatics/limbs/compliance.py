@@ -83,6 +83,19 @@ def strains(group: LimbGroup, geometry: LimbGeometry, columns: Array, particular
     return C, sag
 
 
+def whole_compliance(group: LimbGroup, geometry: LimbGeometry) -> Array:
+    """Return (g, N) how far all beams and springs move together along forces of 1 N and moments of 1 N times the length [m]."""
+    g, N = geometry.centres.shape[-2:]
+    unit = np.broadcast_to(np.diag(group.twist_scale.reshape(6))[:, :, None, None], (6, 6, g, N))
+    total: Array = np.zeros((g, N))
+    for b in range(len(group.beams[0])):
+        moved = beam_formulas.end_displacement(group.compliances[:, b][:, None], geometry.beam_lengths[b], unit)
+        total += np.einsum("ki...,ki...->...", unit, moved)
+    for k in range(len(group.springs[0])):
+        total += np.einsum("ki...,ki...->...", unit, spring_twist(group, k, unit))
+    return total
+
+
 def spring_twist(group: LimbGroup, spring: int, wrench: Array) -> Array:
     """Return the twists (6, …, g, N) of a spring's outboard side under wrenches, both at and in its joint's frame."""
     linear, angular = group.spring_linear[:, :, spring], group.spring_angular[:, :, spring]

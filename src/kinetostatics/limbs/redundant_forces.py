@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.limbs.compliance import RIGID, LimbLoads, assembly_error_strains, strains
+from kinetostatics.limbs.compliance import RIGID, LimbLoads, assembly_error_strains, strains, whole_compliance
 from kinetostatics.limbs.geometry import LimbGeometry
 from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.wrenches import LimbWrenches
@@ -19,6 +19,8 @@ from kinetostatics.math.linalg import Cholesky, correlation
 
 #: Smallest eigenvalue of the scaled compliance along self-stresses for which a Cholesky factor is as good as eigenvectors.
 _WELL_CONDITIONED = 1e-3
+#: Part of a limb's whole compliance below which that along its forces is rounding.
+_FELT = 1e-20
 
 
 @dataclass(frozen=True)
@@ -28,7 +30,7 @@ class RelaxedLimbs:
     Attributes:
         cut_wrenches: (M, 6, n_c, g, N) cut-joint wrenches per unit of each intensity.
         particular: (M, 6, g, N) cut-joint wrenches under the limbs' own weights.
-        assembly_error_cut_wrenches: (M, 6, g, N) cut-joint wrenches under assembly errors.
+        assembly_error_cut_wrenches: (M, 6, g, N) cut-joint wrenches under assembly errors; NaN where rigid rings cannot follow.
         loose: (M, 6, s, g, N) self-stresses without any compliance.
         C: (n_c, n_c, g, N) compliance C_ic, Eq. (1).
         gravity_displacement: (n_c, g, N) Δ_igc, Eqs. (16), (19), (21) [m or rad].
@@ -71,6 +73,10 @@ def relaxed_limbs(
     n = cut_wrenches.shape[2]
     columns = np.concatenate([cut_wrenches, self_stress], axis=2)
     gram, lean = strains(group, geometry, columns, particular, loads)
+    # where no beam and no spring feels any of them all is rounding, and nothing in it tells so
+    forces = np.max(np.abs(columns) / group.twist_scale, axis=(0, 1, 2))
+    felt = np.einsum("ii...->i...", gram).max(axis=0) > _FELT * whole_compliance(group, geometry) * forces**2
+    gram = np.where(felt, gram, 0.0)
     gain, loose = _relaxation(gram, self_stress)
     mixed = np.einsum("ab...,bj...->aj...", gain, gram[n:, :n])
     cut_wrenches = cut_wrenches - np.einsum("mia...,aj...->mij...", self_stress, mixed)
@@ -81,9 +87,9 @@ def relaxed_limbs(
     C, gravity_displacement = strains(group, geometry, cut_wrenches, particular, loads)
     rounding = np.einsum("ii...->i...", C) <= 1e-20 * before
     C = np.where(rounding[:, None] | rounding[None], 0.0, C)
-    error = np.where(
-        _rings_contradict(group, loose, assembly_error), np.nan, assembly_error_strains(group, cut_wrenches, assembly_error)
-    )
+    contradict = _rings_contradict(group, loose, assembly_error)
+    error = np.where(contradict, np.nan, assembly_error_strains(group, cut_wrenches, assembly_error))
+    assembly_error_cut_wrenches = np.where(contradict, np.nan, assembly_error_cut_wrenches)
     return RelaxedLimbs(cut_wrenches, particular, assembly_error_cut_wrenches, loose, C, gravity_displacement, error)
 
 

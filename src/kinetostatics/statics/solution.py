@@ -331,6 +331,8 @@ def _by_contribution(
                         strain += part.gravity_displacement[:, None] * loaded.share[:, None]
         if sources[-1] == "misfit":
             strain[:, -1] = item.assembly_error
+            # a robot with a ring that cannot be assembled has no pose, also where the ring holds nothing
+            right[:, -1, np.any(np.isnan(item.assembly_error_cut_wrenches), axis=(0, 1, 2))] = np.nan
         strains.append(strain)
     return right, strains
 
