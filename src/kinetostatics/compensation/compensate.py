@@ -83,7 +83,7 @@ def compensate(
         >>> c.coordinates
         ('z', 'rx', 'ry')
         >>> {name: round(1e9 * float(shift)) for name, shift in c.corrections.items()}  # [nm]
-        {'prismatic_1': 137, 'prismatic_2': 131, 'prismatic_3': 131}
+        {'prismatic_1': 125, 'prismatic_2': 141, 'prismatic_3': 117}
         >>> bool(abs(c.remaining[2]) < 1e-12)
         True
     """
