@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from kinetostatics.functions.function import Function, Jacobian, Values, compile
     from kinetostatics.functions.quantities import Quantity
     from kinetostatics.kinematics.configuration import Configuration
+    from kinetostatics.report_page import save_report
     from kinetostatics.results.beam import BeamResult
     from kinetostatics.results.compensation import Compensation
     from kinetostatics.results.limb import LimbResult
@@ -108,6 +109,7 @@ __all__ = [
     "robots",
     "save_html",
     "save_image",
+    "save_report",
     "save_robot",
     "sections",
     "sensitivities",
@@ -161,6 +163,7 @@ _NAMES = {
     "functions.function": ("Function", "Jacobian", "Values", "compile"),
     "functions.quantities": ("Quantity",),
     "kinematics.configuration": ("Configuration",),
+    "report_page": ("save_report",),
     "results.beam": ("BeamResult",),
     "results.compensation": ("Compensation",),
     "results.limb": ("LimbResult",),

@@ -32,6 +32,7 @@ SLOW = {
     "sweep": (["five_bar", "--platform", "x=0,0.01", "y=0.3", "--out", "new.nc"], "PLAN", "planning the sweep"),
     "view": (["five_bar", "--html", "page.html"], "kinetostatics.viewer.page_html", "making the page"),
     "verify": (["five_bar"], "kinetostatics.verification.verify", "verifying"),
+    "report": (["five_bar", "--out", "report.html"], "kinetostatics.report_page.save_report", "writing the report"),
     "tolerances": (["five_bar"], "kinetostatics.error_ranking.tolerances", "trying errors one by one"),
     "import": (
         [FOREIGN, "--platform", "tool", "--types", "revolute", "--driven", "motor_1", "motor_2"],

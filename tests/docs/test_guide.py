@@ -25,7 +25,10 @@ from kinetostatics.checks.collect import robot_facts
 ROBOT = ROOT / "examples" / "guide_robot" / GUIDE.file
 
 #: Folders whose errors are not about robots, or have pages of their own. Those of the engine are reasons in its report.
-ELSEWHERE = {"cli", "design", "engine", "files/importers", "functions", "indices", "plots", "verification", "viewer", "workspace"}
+ELSEWHERE = {
+    *("cli", "design", "engine", "files/importers", "functions", "indices"),
+    *("plots", "report_page", "verification", "viewer", "workspace"),
+}
 
 
 def modules() -> list[str]:

@@ -22,7 +22,7 @@ from kinetostatics.printing.colour import for_stream
 
 #: Modules of ``kinetostatics.cli``, in the order of the help.
 COMMANDS = (
-    *("check", "analyze", "compensate", "sweep", "view", "verify", "tolerances", "sensitivities", "optimize"),
+    *("check", "analyze", "compensate", "sweep", "view", "verify", "report", "tolerances", "sensitivities", "optimize"),
     *("import", "new", "plot", "export", "robots"),
 )
 

@@ -27,15 +27,12 @@ def source_lines(result: Result, noise: Magnitudes) -> list[str]:
     A part is what one of them alone moves o, along the whole displacement, or turns, about the axis of the whole rotation: the
     parts add up to these. The last column tells the part of what is ranked.
     """
-    names, twists = _sources(result)
-    wholes = result.twist[:3], result.twist[3:]
-    sizes = np.array([np.linalg.norm(whole) for whole in wholes])
-    matters = sizes > (noise.displacement, noise.rotation)
-    if not names or not np.any(matters):
+    names, twists = sources(result)
+    found = parts_along(twists, result.twist, noise)
+    if found is None:
         return []
-    parts = np.stack([twists[:, :3] @ wholes[0], twists[:, 3:] @ wholes[1]], axis=1)
-    parts = np.where(matters, parts / np.where(matters, sizes, 1.0), np.nan)
-    by = int(np.argmax(matters))
+    parts, sizes, by = found
+    matters = np.isfinite(parts[0])
     order = ranked(parts[:, by])
     count = len(order) if len(order) <= MOST + 1 else MOST
     rows = [(*names[k], parts[k]) for k in order[:count]]
@@ -47,7 +44,28 @@ def source_lines(result: Result, noise: Magnitudes) -> list[str]:
     return table(("what", "", f"moves o [{shift.unit}]", f"turns [{turn.unit}]", "part [%]"), cells, "llrrr")
 
 
-def _sources(result: Result) -> tuple[list[tuple[str, str]], Array]:
+def parts_along(twists: Array, whole: Array, noise: Magnitudes) -> tuple[Array, Array, int] | None:
+    """Return what each of several twists is along a whole one.
+
+    Args:
+        twists: (n, 6), which add up to the whole.
+        whole: (6,).
+        noise: what counts as no motion.
+
+    Returns:
+        Parts (n, 2) along the whole displacement [m] and about the axis of the whole rotation [rad], NaN where that is noise; the
+        sizes of both (2,); and which of them ranks: 0, or 1 where o stays. None where there is no motion, or no twist.
+    """
+    wholes = whole[:3], whole[3:]
+    sizes = np.array([np.linalg.norm(one) for one in wholes])
+    matters = sizes > (noise.displacement, noise.rotation)
+    if not len(twists) or not np.any(matters):
+        return None
+    parts = np.stack([twists[:, :3] @ wholes[0], twists[:, 3:] @ wholes[1]], axis=1)
+    return np.where(matters, parts / np.where(matters, sizes, 1.0), np.nan), sizes, int(np.argmax(matters))
+
+
+def sources(result: Result) -> tuple[list[tuple[str, str]], Array]:
     """Return name and kind of everything that gives way, in the file's order, and its twist (n, 6)."""
     robot = result.robot
     order = {name: k for k, name in enumerate((*robot.description.beams, *robot.mechanism.connections))}

@@ -129,7 +129,7 @@ def _by_value(ds: xr.Dataset, name: str, rows: list[dict[str, Found]]) -> list[s
     header = [name, *(f"worst {kind}" if kind in ("sag", "turn") else f"largest drive {_drive_word(kind)}" for kind in kinds)]
     cells = [
         [
-            _said(ds[name], value).partition(" = ")[2],
+            said(ds[name], value).partition(" = ")[2],
             *(_written(kind, row[kind][0]) if kind in row else MISSING for kind in kinds),
         ]
         for value, row in zip(ds[name].values, rows, strict=True)
@@ -161,11 +161,11 @@ def _larger(known: Found | None, part: xr.Dataset, values: NDArray[np.generic], 
     value = float(values[place])
     if known is not None and known[0] * (1 + EQUAL) >= value:
         return known
-    words = [_said(part[name], part[name].values[k]) for name, k in zip(part["status"].dims, place, strict=True)]
+    words = [said(part[name], part[name].values[k]) for name, k in zip(part["status"].dims, place, strict=True)]
     return value, ", ".join(words) or "the only pose", what
 
 
-def _said(coordinate: xr.DataArray, value: object) -> str:
+def said(coordinate: xr.DataArray, value: object) -> str:
     """Return "name = value unit", angles in degrees."""
     if not isinstance(value, (float, np.floating)):
         return f"{coordinate.name} = {value}"

@@ -1,0 +1,110 @@
+"""``kinetostatics report``: one page about a robot at a pose and over its workspace, for a colleague to read and print."""
+
+from __future__ import annotations
+
+import argparse
+import functools
+from typing import TYPE_CHECKING, Any
+
+from kinetostatics.cli import arguments, poses
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.printing.waiting import pausing, waiting
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from kinetostatics.robot import Robot
+
+NAME = "report"
+
+EXAMPLES = f"""\
+{arguments.VALUES_HELP}
+  FROM:TO:COUNT and A,B,C of --sweep are dimensions of a grid, whose poses are all combinations of their values.
+
+examples:
+  kinetostatics report 3rps --out report.html
+  kinetostatics report 3rps --platform z=500mm rx=3deg ry=0 --load 0 0 -500 0 0 0 --sweep rx=-15deg:15deg:13 ry=-15deg:15deg:13 \
+--out report.html
+  kinetostatics report delta --payload 2kg --title "Delta with gripper" --out delta.html
+"""
+
+
+def add_parser(subparsers: arguments.Subparsers) -> None:
+    """Add the command to the parser."""
+    parser = arguments.add_command(
+        subparsers,
+        NAME,
+        run,
+        usage="ROBOT --out FILE [options]",
+        help="write one page about a robot, to be read and printed",
+        description="Write one HTML page that a colleague can read and print: the robot, what is assumed, the pose in tables,\n"
+        "where the sag comes from, worst cases and maps of the workspace, corrections of the drives, the verdict of finite\n"
+        "elements, and the robot to look at from all sides.",
+        epilog=EXAMPLES,
+    )
+    arguments.add_robot_arguments(parser)
+    poses.add_pose_arguments(parser)
+    arguments.add_load_arguments(parser)
+    arguments.add_engine_argument(parser)
+    group = parser.add_argument_group("report")
+    group.add_argument("--out", metavar="FILE", required=True, help="the page to write, .html")
+    group.add_argument("--title", metavar="TEXT", help="heading of the page (default: the robot's name)")
+    group.add_argument(
+        "--sweep",
+        metavar="NAME=VALUES",
+        **arguments.SEVERAL,
+        help="coordinates of platform or drives that vary over the workspace, as of kinetostatics sweep; the others are those of "
+        "the pose (default: no map of the workspace)",
+    )
+    group.add_argument(
+        "--coordinates",
+        metavar="NAME",
+        nargs="+",
+        help="coordinates of the platform that the drives are to correct, as many as the mobility (default: those of --platform)",
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Write the page."""
+    with waiting("writing the report"):
+        from kinetostatics.report_page import save_report
+
+        options = {**arguments.load_options(args), "engine": args.engine}
+        robot = arguments.load(args)
+        configuration, warnings = poses.assemble(robot, args)
+        with pausing():
+            arguments.print_warnings(warnings)
+        workspace = _map(robot, args, options) if args.sweep else None
+        save_report(configuration, args.out, **options, workspace=workspace, title=args.title, coordinates=args.coordinates)
+    print(f"wrote {args.out}")
+    return 0
+
+
+def _map(robot: Robot, args: argparse.Namespace, options: dict[str, Any]) -> xr.Dataset:
+    """Return the map over the coordinates of ``--sweep``, the others as the pose has them."""
+    from kinetostatics.workspace import sweep
+    from kinetostatics.workspace.arguments import need
+
+    need("xarray")
+    swept = arguments.parse_items("--sweep", args.sweep)
+    drives = [name for name in swept if name in robot.description.driven]
+    if drives and len(drives) < len(swept):
+        raise ArgumentError("--sweep: coordinates of drives and of the platform cannot make one grid")
+    option, other = ("--actuators", "--platform") if drives else ("--platform", "--actuators")
+    if getattr(args, other[2:]):
+        raise ArgumentError(f"--sweep: the coordinates that do not vary are given by {option}")
+    kind = functools.partial(poses.coordinate_kind, robot, option)
+    fixed = arguments.parse_items(option, getattr(args, option[2:]))
+    values = {name: arguments.parse_coordinates(option, name, [text], kind(name))[0] for name, text in fixed.items()}
+    if drives:
+        values = {**dict.fromkeys(robot.description.driven, 0.0), **values}
+    grid = {name: arguments.parse_values("--sweep", name, text, kind(name)) for name, text in swept.items()}
+    of: dict[str, Any] = {option[2:]: {**grid, **{name: value for name, value in values.items() if name not in grid}}}
+    return sweep(
+        robot,
+        **of,
+        **options,
+        orientation=args.orientation,
+        tolerance=poses.tolerance_of(args),
+        command_line=args.command_line,
+    )

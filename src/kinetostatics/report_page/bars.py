@@ -1,0 +1,73 @@
+"""Bars as SVG, drawn without a library: the page is made wherever the package is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+
+import numpy as np
+
+from kinetostatics.math.arrays import Array
+from kinetostatics.printing.text import ANGLES, LENGTHS, Magnitudes, Scale
+from kinetostatics.reports.sources import parts_along, ranked, sources
+from kinetostatics.results.result import Result
+
+#: Bars at most; what is behind them is one bar.
+MOST = 14
+#: Sizes of the drawing [px]: its width, a row, columns of names and of numbers, and the width of a letter.
+WIDTH, ROW, NUMBERS, LETTER = 680, 20, 90, 6.4
+
+#: What is ranked: the displacement, or the rotation where o stays.
+WORDS = ("displacement of o, each along the whole displacement", "rotation, each about the axis of the whole rotation")
+
+
+def contribution_bars(result: Result, noise: Magnitudes) -> str:
+    """Return bars of what each weight and load contributes to the platform's motion."""
+    return _bars(list(result.contributions), list(result.contributions.values()), result, noise)
+
+
+def source_bars(result: Result, noise: Magnitudes) -> str:
+    """Return bars of what each part that gives way contributes, the largest first."""
+    names, twists = sources(result)
+    return _bars([f"{name} ({kind})" for name, kind in names], list(twists), result, noise, sort=True)
+
+
+def _bars(names: list[str], twists: list[Array], result: Result, noise: Magnitudes, sort: bool = False) -> str:
+    """Return a bar of the part of the motion of each twist (6,); nothing where nothing moves."""
+    found = parts_along(np.reshape(twists, (-1, 6)), result.twist, noise)
+    if found is None:
+        return ""
+    parts, sizes, by = found
+    values = parts[:, by]
+    order = ranked(values) if sort else list(range(len(values)))
+    shown, rest = (order, []) if len(order) <= MOST + 1 else (order[:MOST], order[MOST:])
+    rows = [(names[k], float(values[k])) for k in shown]
+    if rest:
+        rows.append((f"{len(rest)} others", float(values[rest].sum())))
+    scale = Scale.of(values, (LENGTHS, ANGLES)[by], (noise.displacement, noise.rotation)[by])
+    return _drawing(rows, scale, float(sizes[by]), f"Parts of the {WORDS[by]}; together {scale.with_unit(sizes[by])}")
+
+
+def _drawing(rows: Sequence[tuple[str, float]], scale: Scale, whole: float, title: str) -> str:
+    """Return the SVG of names and values [SI], with the number and its part of the whole beside each bar."""
+    left = min(260.0, 12 + LETTER * max(len(name) for name, _ in rows))
+    low, high = min(0.0, *(value for _, value in rows)), max(0.0, *(value for _, value in rows))
+    per_unit = (WIDTH - left - 1.8 * NUMBERS) / (high - low)
+    zero = left - low * per_unit
+    height = ROW * len(rows) + 30
+    parts = [
+        f'<svg class="bars" viewBox="0 0 {WIDTH} {height}" role="img" aria-label="{escape(title)}">',
+        f'<text class="title" x="0" y="14">{escape(title)}</text>',
+    ]
+    for k, (name, value) in enumerate(rows):
+        y = 26 + ROW * k
+        begin, length = zero + min(0.0, value) * per_unit, abs(value) * per_unit
+        colour = "less" if value < 0 else "more"
+        parts += [
+            f'<text class="name" x="{left - 6:.1f}" y="{y + 13}" text-anchor="end">{escape(name)}</text>',
+            f'<rect class="{colour}" x="{begin:.2f}" y="{y + 3}" width="{length:.2f}" height="{ROW - 6}"/>',
+            f'<text x="{zero + max(0.0, value) * per_unit + 6:.1f}" y="{y + 13}">{escape(scale.with_unit(value))}'
+            f" ({100 * value / whole:.1f} %)</text>",
+        ]
+    parts.append(f'<line x1="{zero:.2f}" x2="{zero:.2f}" y1="24" y2="{height - 2}"/></svg>')
+    return "\n".join(parts)

@@ -1,0 +1,83 @@
+"""The chapters of a report: what other parts of the package tell, and sentences about what was assumed."""
+
+from __future__ import annotations
+
+from html import escape
+from typing import Any
+
+import numpy as np
+
+from kinetostatics.compensation import compensate
+from kinetostatics.exceptions import KinetostaticsError
+from kinetostatics.printing.html_reports import html_report
+from kinetostatics.printing.text import Magnitudes, listing
+from kinetostatics.report_page.bars import contribution_bars, source_bars
+from kinetostatics.reports.batch import magnitudes
+from kinetostatics.results.result import Result
+from kinetostatics.verification import verify
+from kinetostatics.viewer.page import iframe_html, page_html
+from kinetostatics.viewer.scene import describe_scene
+
+#: Height of the scene [px].
+HEIGHT = 600
+
+#: What holds of every robot.
+ALWAYS = (
+    "Displacements are small: equilibrium is written about the pose without weight and load, and twice the load moves the "
+    "platform twice as far.",
+    "Beams are straight, of one section, of a linear elastic material, and bend, twist, stretch and shear (Timoshenko). Axial "
+    "forces do not change how stiff they are; N/N_Euler tells how near to buckling they come.",
+    "Base, platform and all links that are not beams are rigid.",
+    "Drives hold their positions. Joints have neither play nor friction, and all masses are at rest.",
+)
+
+
+def assumptions_html(result: Result) -> str:
+    """Return what is elastic, rigid, linear and heavy in an analysis, as a list."""
+    description = result.robot.description
+    beams, joints = list(description.beams), list(description.joint_stiffness)
+    said = [f"Elastic {kind}: {listing(names, 12)}." for kind, names in (("beams", beams), ("joints", joints)) if names] or [
+        "Nothing is elastic."
+    ]
+    if not joints:
+        said.append("Joints, bearings and drives are rigid: the file gives no stiffness of them.")
+    said.append(
+        f"Gravity is {_vector(result.gravity)} m/s² in world axes; it acts on all masses, and along beams on all of their length."
+    )
+    return "<ul>" + "".join(f"<li>{escape(text)}</li>" for text in (*said, *ALWAYS)) + "</ul>"
+
+
+def _vector(values: Any) -> str:
+    return "(" + ", ".join(f"{value:.6g}" for value in np.asarray(values)) + ")"
+
+
+def sag_html(result: Result) -> str:
+    """Return where the motion of the platform comes from, as bars."""
+    noise: Magnitudes = magnitudes(result)
+    parts = {"By weights and loads": contribution_bars(result, noise), "By what gives way": source_bars(result, noise)}
+    found = [f"<h3>{title}</h3>\n{bars}" for title, bars in parts.items() if bars]
+    return "\n".join(found) or "<p>The platform does not move: nothing that is elastic gives way.</p>"
+
+
+def compensation_html(result: Result, arguments: dict[str, Any], coordinates: Any) -> str:
+    """Return what the drives are to do so that the loaded platform stands at the pose."""
+    try:
+        return html_report(str(compensate(result.configuration, coordinates=coordinates, **arguments)))
+    except KinetostaticsError as error:
+        return f"<p>No correction: {escape(str(error))}.</p>"
+
+
+def verification_html(result: Result, arguments: dict[str, Any]) -> str:
+    """Return the verdict of finite elements, or why there is none."""
+    known = {name: value for name, value in arguments.items() if name not in ("engine", "on_failure")}
+    try:
+        found = verify(result.configuration, **known)
+    except KinetostaticsError as error:
+        return f"<p>No verdict: {escape(str(error))}.</p>"
+    return html_report(str(found))
+
+
+def scene_html(result: Result, title: str) -> str:
+    """Return the scene of the viewer, and a place for a picture of it that is printed instead."""
+    frame = iframe_html(page_html(describe_scene(result, title).plain()), HEIGHT)
+    return f'<div class="scene">{frame}</div>\n<img class="still" alt="{escape(title)}, deformation exaggerated">'

@@ -1,0 +1,97 @@
+"""The workspace in a report: worst cases in words, and maps as pictures."""
+
+from __future__ import annotations
+
+import base64
+import tempfile
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from kinetostatics.exceptions import ArgumentError, KinetostaticsError
+from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.printing.html_reports import html_report
+from kinetostatics.printing.text import STIFFNESSES, quantity
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+#: What is told of the workspace, where a map has it.
+SHOWN = ("linear_sag", "angular_sag", "least_translational_stiffness", "largest_actuator_force")
+
+
+def check_map(workspace: xr.Dataset, configuration: Configuration) -> None:
+    """Check that a map is one of this robot.
+
+    Raises:
+        ArgumentError: it is no map, or one of another robot.
+    """
+    from kinetostatics.indices.poses import variable
+
+    variable(workspace, "status")
+    name, of = configuration.robot.name, workspace.attrs.get("robot_name")
+    if of != name:
+        raise ArgumentError(f"the map is of {of!r}, and the pose of {name!r}: sweep the same robot")
+
+
+def workspace_html(workspace: xr.Dataset, configuration: Configuration) -> str:
+    """Return the worst cases of a map, and figures of it through the pose."""
+    from kinetostatics.workspace.summary import summary
+
+    return "\n".join([html_report(summary(workspace)), _softest(workspace), _figures(workspace, configuration)])
+
+
+def _softest(workspace: xr.Dataset) -> str:
+    """Return where the platform is softest, which the summary does not tell."""
+    from kinetostatics import indices
+    from kinetostatics.workspace.summary import said
+
+    what = "least_translational_stiffness"
+    try:
+        found = indices.worst(workspace, what)
+    except ArgumentError:  # no pose within the limits has a number
+        return ""
+    where = ", ".join(said(workspace[name], value) for name, value in found.coordinates.items())
+    return f"<p>least translational stiffness {quantity(found.value, STIFFNESSES)} at {escape(where or 'the only pose')}</p>"
+
+
+def _known(workspace: xr.Dataset) -> list[str]:
+    from kinetostatics.indices import names
+
+    known = set(names(workspace))
+    return [name for name in SHOWN if name in known]
+
+
+def _figures(workspace: xr.Dataset, configuration: Configuration) -> str:
+    """Return figures over the first two coordinates that vary, the others nearest to the pose; a sentence without Matplotlib."""
+    try:
+        from kinetostatics import plots
+    except KinetostaticsError as error:
+        return f"<p>There are no maps here: {escape(str(error))}.</p>"
+    from matplotlib import pyplot as plt
+
+    from kinetostatics.plots.selection import free_names
+    from kinetostatics.plots.style import figure_of
+
+    names = free_names(workspace, ())
+    if not names:
+        return ""
+    here = {**configuration.platform, **configuration.actuators}
+    at = {name: float(here[name]) for name in names[2:] if name in here}
+    found = []
+    for what in _known(workspace):
+        try:
+            if len(names) > 1:
+                axes = plots.slice(workspace, what, *names[:2], at=at)
+            else:
+                axes = plots.line(workspace, what, names[0])
+        except ArgumentError:  # no pose of it has a number
+            continue
+        with tempfile.TemporaryDirectory(prefix="kinetostatics_") as folder:
+            file = Path(folder) / "map.svg"
+            plots.save(axes, file)
+            plt.close(figure_of(axes))
+            data = base64.b64encode(file.read_bytes()).decode()
+        words = escape(f"{what} over {', '.join(names[:2])}")
+        found.append(f'<img class="map" alt="{words}" src="data:image/svg+xml;base64,{data}">')
+    return f'<div class="maps">{"".join(found)}</div>'

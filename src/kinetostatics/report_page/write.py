@@ -1,0 +1,114 @@
+"""``save_report``: from a pose, what loads it and a map to one page."""
+
+from __future__ import annotations
+
+import os
+import re
+from html import escape
+from importlib.resources import files
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from numpy.typing import ArrayLike
+
+from kinetostatics.analysis import analyze
+from kinetostatics.argument_checks import path_name
+from kinetostatics.exceptions import ArgumentError, KinetostaticsError
+from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.printing.html_reports import html_report
+from kinetostatics.report_page import chapters
+from kinetostatics.report_page.maps import check_map, workspace_html
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    import xarray as xr
+
+
+def save_report(
+    configuration: Configuration,
+    path: str | os.PathLike[str],
+    load: ArrayLike = (0, 0, 0, 0, 0, 0),
+    gravity: ArrayLike = (0, 0, -9.81),
+    *,
+    workspace: xr.Dataset | None = None,
+    title: str | None = None,
+    coordinates: Sequence[str] | None = None,
+    **analysis: Any,
+) -> None:
+    """Write one HTML page that a colleague can read and print, without server and network: everything about a robot at a pose.
+
+    It holds the robot, what is assumed, all tables of :func:`kinetostatics.analyze`, where the sag comes from, worst cases and
+    maps over the workspace, corrections of the drives (:func:`kinetostatics.compensate`), the verdict of finite elements
+    (:func:`kinetostatics.verify`, where OpenSeesPy is installed), and the robot to look at from all sides. The same input makes
+    the same file.
+
+    Args:
+        configuration: one pose.
+        path: of the file; an existing one is replaced.
+        load: (6,) external wrench on the platform [N, N·m], as :func:`kinetostatics.analyze` takes it.
+        gravity: (3,) [m/s²].
+        workspace: a map of the same robot, of :func:`kinetostatics.sweep`; default: the report tells of the pose alone. Figures
+            are over the first two coordinates that vary, through the values of the others that are nearest to the pose.
+        title: heading of the page; default the robot's name.
+        coordinates: of the platform, that are to come out as wanted, as :func:`kinetostatics.compensate` takes them.
+        analysis: whatever else :func:`kinetostatics.analyze` takes: ``point``, ``frame``, ``loads``, ``payload``, ….
+
+    Raises:
+        ArgumentError: an argument makes no sense, there are several poses, or the map is of another robot.
+        StaticsError: the pose cannot be analysed.
+        KinetostaticsError: the file cannot be written.
+    """
+    file = path_name("path", path)
+    html = report_html(configuration, {"load": load, "gravity": gravity, **analysis}, workspace, title, coordinates)
+    try:
+        Path(file).write_text(html, encoding="utf-8")
+    except OSError as error:
+        raise KinetostaticsError(f"{file}: cannot write the report: {error.strerror or error}") from None
+
+
+def report_html(
+    configuration: Configuration,
+    arguments: dict[str, Any],
+    workspace: xr.Dataset | None,
+    title: str | None,
+    coordinates: Sequence[str] | None,
+) -> str:
+    """Return the page; ``arguments`` are those of :func:`kinetostatics.analyze`."""
+    if not isinstance(configuration, Configuration):
+        raise ArgumentError(f"a report wants a pose, not {configuration!r}: make one with robot.assemble(…)")
+    result = analyze(configuration, **arguments)
+    if result.shape != ():
+        raise ArgumentError(f"a report is about one pose and one load, not a batch of the shape {result.shape}: give a map too")
+    if workspace is not None:
+        check_map(workspace, configuration)
+    robot = result.robot
+    heading = title or robot.name
+    parts = {
+        "In short": result._repr_html_(),
+        "The robot at the pose": chapters.scene_html(result, heading),
+        "Where the sag comes from": chapters.sag_html(result),
+        "Over the workspace": "" if workspace is None else workspace_html(workspace, configuration),
+        "Compensation": chapters.compensation_html(result, arguments, coordinates),
+        "Checked by finite elements": chapters.verification_html(result, arguments),
+        "What is assumed": chapters.assumptions_html(result),
+        "The pose in numbers": html_report(str(result)),
+        "The robot": html_report(str(robot)),
+    }
+    body = [f"<section>\n<h2>{name}</h2>\n{text}\n</section>" for name, text in parts.items() if text]
+    pieces = {"title": escape(heading), "version": escape(_version()), "body": "\n".join(body)}
+    pieces |= {"style": _asset("report.css"), "script": _asset("report.js")}
+    return re.sub(r"\{\{(\w+)\}\}", lambda found: pieces[found[1]], _asset("report.html"))
+
+
+def _asset(name: str) -> str:
+    return (files("kinetostatics.report_page") / "assets" / name).read_text(encoding="utf-8")
+
+
+def _version() -> str:
+    from importlib.metadata import PackageNotFoundError, version
+
+    try:
+        return version("kinetostatics")
+    except PackageNotFoundError:  # a folder of source that is on the path without being installed
+        return ""

@@ -1,0 +1,116 @@
+"""``kinetostatics report``: the page holds the numbers of the results that it tells of."""
+
+import base64
+import re
+import shlex
+
+import numpy as np
+import pytest
+from places import ROOT
+
+import kinetostatics as ks
+from kinetostatics.cli.main import main
+
+LOAD = [50, 0, -500, 0, 0, 0]
+PAGE = (ROOT / "docs" / "how_to" / "report.md").read_text(encoding="utf-8")
+COMMAND = shlex.split(re.search(r"^kinetostatics (report .*) --out report.html$", PAGE, re.MULTILINE)[1].replace(":13", ":3"))
+
+
+def rows(html):
+    """Return the cells of all rows of tables."""
+    found = re.findall(r"<tr>(.*?)</tr>", html)
+    return [[re.sub("<.*?>", "", cell) for cell in re.findall(r"<t[dh].*?>(.*?)</t[dh]>", row)] for row in found]
+
+
+def chapter(html, title):
+    return re.search(rf"<h2>{title}</h2>(.*?)</section>", html, re.DOTALL)[1]
+
+
+@pytest.fixture(scope="module")
+def html(tmp_path_factory):
+    pytest.importorskip("matplotlib")
+    file = tmp_path_factory.mktemp("report") / "report.html"
+    assert main([*COMMAND, "--title", "Tripod <1>", "--out", str(file)]) == 0
+    return file.read_text(encoding="utf-8")
+
+
+@pytest.fixture(scope="module")
+def pose():
+    return ks.load_robot("3rps").assemble(platform={"z": 0.5, "rx": np.radians(3), "ry": 0})
+
+
+def test_tables_hold_the_numbers_of_the_results(html, pose):
+    result = ks.analyze(pose, LOAD)
+    assert "<h1>Tripod &lt;1&gt;</h1>" in html
+    short = dict(rows(chapter(html, "In short"))[1:])
+    assert short["displacement of o"] == f"{1e6 * np.linalg.norm(result.twist[:3]):.3f} µm"
+    drives = {row[0]: row for row in rows(chapter(html, "The pose in numbers")) if row[0].startswith("prismatic")}
+    corrected = {row[0]: row for row in rows(chapter(html, "Compensation"))}
+    found = ks.compensate(pose, LOAD)
+    for name, force in result.actuator_forces.items():
+        assert short[f"force of {name}"] == f"{force:.1f} N"
+        assert f"{force:.2f}" in html and drives[name]
+        assert corrected[name][2] == f"{1e3 * found.actuators[name]:.6f} mm"
+    assert "3; z, rx, ry place the platform" in chapter(html, "The robot")
+    assumed = chapter(html, "What is assumed")
+    assert "Elastic beams: rod_1, rod_2 and rod_3." in assumed and "(0, 0, -9.81) m/s²" in assumed
+
+
+def test_bars_add_up_to_the_whole(html, pose):
+    result = ks.analyze(pose, LOAD)
+    drawings = re.findall(r"<svg class=\"bars\".*?</svg>", chapter(html, "Where the sag comes from"), re.DOTALL)
+    assert len(drawings) == 2
+    whole = np.linalg.norm(result.twist[:3])
+    for drawing, count in zip(drawings, (len(result.contributions), 3), strict=True):
+        signs = [{"more": 1, "less": -1}[kind] for kind in re.findall(r'<rect class="(\w+)"', drawing)]
+        widths = np.array([float(width) for width in re.findall(r'width="(.*?)"', drawing)])
+        parts = np.array([float(part) for part in re.findall(r"\((\S+) %\)", drawing)])
+        assert len(parts) == count and abs(parts.sum() - 100) < 0.06 * count
+        np.testing.assert_allclose(signs * widths / widths.max(), parts / abs(parts).max(), atol=3e-3)
+    first = result.contributions["load"][:3] @ result.twist[:3] / whole**2
+    assert f"({100 * first:.1f} %)" in drawings[0]
+
+
+def test_the_workspace_has_worst_cases_and_maps(html):
+    lean = np.radians([-15, 0, 15])
+    ds = ks.sweep("3rps", {"rx": lean, "ry": lean, "z": 0.5}, load=LOAD)
+    said = chapter(html, "Over the workspace")
+    worst = ks.indices.worst(ds, "linear_sag")
+    where = ", ".join(f"{name} = {np.degrees(worst.coordinates[name]):g} deg" for name in ("rx", "ry"))
+    assert f"worst sag {1e6 * worst.value:.4g} µm at {where}" in said
+    softest = ks.indices.worst(ds, "least_translational_stiffness")
+    assert f"least translational stiffness {softest.value / 1e6:.3f} N/µm" in said
+    pictures = re.findall(r'alt="(\S+) over rx, ry" src="data:image/svg\+xml;base64,(.*?)"', said)
+    assert [name for name, _ in pictures] == [
+        *("linear_sag", "angular_sag", "least_translational_stiffness", "largest_actuator_force")
+    ]
+    assert all(base64.b64decode(data).rstrip().endswith(b"</svg>") for _, data in pictures)
+
+
+def test_the_code_of_the_page_makes_the_same_file(html, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    code = PAGE.split("```python\n")[1].split("```")[0]
+    for old, new in (("-15, 15, 13", "-15, 15, 3"), ('"Tripod with 500 N"', '"Tripod <1>"')):
+        assert old in code
+        code = code.replace(old, new)
+    exec(compile(code, "report.md", "exec"), {})
+    assert (tmp_path / "report.html").read_text(encoding="utf-8") == html
+
+
+def test_finite_elements_have_their_say(html):
+    pytest.importorskip("openseespy")
+    assert "<p>Verified: the largest difference is " in chapter(html, "Checked by finite elements")
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        (["--sweep", "prismatic_1=0"], "coordinates of drives and of the platform cannot make one grid"),
+        (["--sweep", "z=0:1"], "does not say how many values"),
+        (["--title"], "expected one argument"),
+    ],
+)
+def test_bad_input_is_one_message(more, message, capsys, tmp_path):
+    assert main([*COMMAND, *more, "--out", str(tmp_path / "x.html")]) == 2
+    out, err = capsys.readouterr()
+    assert out == "" and err.startswith("kinetostatics: error: ") and message in err and err.count("\n") == 1

@@ -1,0 +1,40 @@
+"""``ks.save_report``: what makes no sense is answered in words, and what is missing is told in a sentence."""
+
+import pytest
+from package_robots import robot
+
+import kinetostatics as ks
+from kinetostatics.report_page import chapters
+from kinetostatics.verification import OpenSeesError
+
+
+def test_without_opensees_there_is_a_sentence(monkeypatch):
+    def missing(*_more, **_options):
+        raise OpenSeesError("the check by finite elements needs OpenSeesPy: pip install 'kinetostatics[verify]'")
+
+    monkeypatch.setattr(chapters, "verify", missing)
+    said = chapters.verification_html(ks.analyze(robot("five_bar").assemble()), {})
+    assert said.startswith("<p>No verdict: the check by finite elements needs OpenSeesPy: pip install")
+
+
+def test_a_rigid_robot_at_rest_has_no_bars_but_a_sentence():
+    result = ks.analyze(robot("five_bar").assemble(), gravity=[0, 0, 0])
+    assert chapters.sag_html(result).startswith("<p>The platform does not move")
+
+
+def test_arguments_that_make_no_sense(tmp_path):
+    found = robot("five_bar")
+    pose = found.assemble()
+    with pytest.raises(ks.ArgumentError, match="a report wants a pose"):
+        ks.save_report(found, tmp_path / "x.html")
+    with pytest.raises(ks.ArgumentError, match=r"not a batch of the shape \(2,\)"):
+        ks.save_report(pose, tmp_path / "x.html", load=[[0] * 6] * 2)
+    with pytest.raises(ks.ArgumentError, match="the path of a file"):
+        ks.save_report(pose, None)
+    with pytest.raises(ks.ArgumentError, match="the map is of '3rps', and the pose of 'five_bar'"):
+        ks.save_report(pose, tmp_path / "x.html", workspace=ks.sweep(found).assign_attrs(robot_name="3rps"))
+    with pytest.raises(ks.ArgumentError, match=r"not a Dataset of ks\.sweep"):
+        ks.save_report(pose, tmp_path / "x.html", workspace={})
+    with pytest.raises(ks.KinetostaticsError, match="cannot write the report"):
+        ks.save_report(pose, tmp_path / "none" / "x.html")
+    assert not list(tmp_path.iterdir())
