@@ -36,9 +36,8 @@ def assumptions_html(result: Result) -> str:
     """Return what is elastic, rigid, linear and heavy in an analysis, as a list."""
     description = result.robot.description
     beams, joints = list(description.beams), list(description.joint_stiffness)
-    said = [f"Elastic {kind}: {listing(names, 12)}." for kind, names in (("beams", beams), ("joints", joints)) if names] or [
-        "Nothing is elastic."
-    ]
+    kinds = {"beams": beams, "joints": joints, "springs": list(description.springs)}
+    said = [f"Elastic {kind}: {listing(names, 12)}." for kind, names in kinds.items() if names] or ["Nothing is elastic."]
     if not joints:
         said.append("Joints, bearings and drives are rigid: the file gives no stiffness of them.")
     said.append(
