@@ -9,7 +9,15 @@ from kinetostatics.checks.chains import Graph
 from kinetostatics.checks.facts import AttachedBodiesFacts, MobilityFacts, RobotFacts, ZeroFacts
 from kinetostatics.checks.limb_graph import GraphReader
 from kinetostatics.checks.mobility import Motions, coordinates_of, drives_of, local_freedoms
-from kinetostatics.checks.parts import beam_facts, elastic_joints, first_like, followers, limb_facts, massless_links
+from kinetostatics.checks.parts import (
+    beam_facts,
+    elastic_joints,
+    first_like,
+    followers,
+    limb_facts,
+    massless_links,
+    springs_between_links,
+)
 from kinetostatics.checks.redundancy import redundancies
 from kinetostatics.checks.warnings import warnings_of_file, warnings_of_statics
 from kinetostatics.exceptions import AssemblyError, KinetostaticsError
@@ -71,6 +79,7 @@ def robot_facts(robot: Robot) -> RobotFacts:
         limb.like = first_like(limb, facts.beams, alike)
     facts.massless = massless_links(robot, facts.limbs)
     facts.elastic_joints = elastic_joints(robot)
+    facts.springs = springs_between_links(robot)
     facts.followers = followers(robot)
     facts.on_base = _attached_bodies(robot.topology.base, mass_of("base"), reader.dead_weight(robot.topology, "base"))
     facts.on_platform = _attached_bodies(

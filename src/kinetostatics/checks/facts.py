@@ -79,6 +79,18 @@ class ElasticJointFacts:
 
 
 @dataclass
+class SpringFacts:
+    """A spring between two links: stiffness [N/m], free length [m], tension there (preload) [N]."""
+
+    name: str
+    predecessor: str
+    successor: str
+    stiffness: float
+    free_length: float
+    preload: float
+
+
+@dataclass
 class FollowerFacts:
     """A joint that mimics another: ``multiplier`` times its coordinate plus ``offset`` [m, rad]."""
 
@@ -169,6 +181,7 @@ class RobotFacts:
     limbs: list[LimbFacts] = field(default_factory=list)
     beams: list[BeamFacts] = field(default_factory=list)
     elastic_joints: list[ElasticJointFacts] = field(default_factory=list)
+    springs: list[SpringFacts] = field(default_factory=list)
     followers: list[FollowerFacts] = field(default_factory=list)
     on_base: AttachedBodiesFacts | None = None
     on_platform: AttachedBodiesFacts | None = None

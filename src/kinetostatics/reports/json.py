@@ -64,6 +64,7 @@ ROBOT_UNITS = {
     "shear_areas": "m², null: no shear deformation",
     "thermal_expansion": "1/K",
     "elastic_joints": "linear [N/m] along, angular [N·m/rad] about the axes of the joint's frame; drive: its own; null: rigid",
+    "springs": "between links: stiffness N/m, free_length m, preload N: the tension at the free length",
     "followers": "multiplier times the leader's coordinate plus offset [m, rad]",
 }
 

@@ -97,7 +97,8 @@ def _acting(result: Result) -> list[tuple[str, str]]:
         found.append(("payload", f"{quantity(result.payload.mass, MASSES)} at {place} of {frame}"))
     for name, wrench in result.link_loads.items():
         if name != PAYLOAD:
-            force, moment = Scale.of(wrench[:3], FORCES), Scale.of(wrench[3:], MOMENTS)
+            noise = 1e-12 * float(np.linalg.norm(wrench[:3]))
+            force, moment = Scale.of(wrench[:3], FORCES), Scale.of(wrench[3:], MOMENTS, noise * result.robot.length)
             text = f"{name.removeprefix('load ')}: force {vector(wrench[:3], force)}, moment about o {vector(wrench[3:], moment)}"
             found.append(("load", text))
     if result.spring_forces:

@@ -7,7 +7,15 @@ from math import degrees, isinf
 
 from kinetostatics.checks.chains import Graph, chain_lines
 from kinetostatics.checks.collect import robot_facts
-from kinetostatics.checks.facts import AttachedBodiesFacts, ElasticJointFacts, FollowerFacts, LimbFacts, MobilityFacts, RobotFacts
+from kinetostatics.checks.facts import (
+    AttachedBodiesFacts,
+    ElasticJointFacts,
+    FollowerFacts,
+    LimbFacts,
+    MobilityFacts,
+    RobotFacts,
+    SpringFacts,
+)
 from kinetostatics.checks.mobility import LocalFreedom
 from kinetostatics.checks.redundancy import Redundancy
 from kinetostatics.checks.warnings import SMALL_GAP, zero_openings
@@ -36,6 +44,8 @@ def facts_report(facts: RobotFacts) -> str:
         lines += section("Beams, at the zero pose", _beams(facts))
     if facts.elastic_joints:
         lines += section("Elastic joints, along and about the axes of their frames", _elastic_joints(facts.elastic_joints))
+    if facts.springs:
+        lines += section("Springs between links", _springs(facts.springs))
     if facts.followers:
         lines += section("Joints that follow others", [_follower(item) for item in facts.followers])
     for role, weight in (("base", facts.on_base), ("platform", facts.on_platform)):
@@ -274,6 +284,19 @@ def _beams(facts: RobotFacts) -> list[str]:
         [(listing(names, 3), *row) for row, names in rows.items()],
         "llrlrrrr" + "r" * warm,
     )
+
+
+def _springs(springs: Sequence[SpringFacts]) -> list[str]:
+    rows = [
+        (
+            item.name,
+            item.predecessor,
+            item.successor,
+            *(f"{v:.6g}" for v in (item.stiffness, 1e3 * item.free_length, item.preload)),
+        )
+        for item in springs
+    ]
+    return table(("spring", "from", "to", "stiffness [N/m]", "free length [mm]", "preload [N]"), rows, "lllrrr")
 
 
 def _elastic_joints(joints: Sequence[ElasticJointFacts]) -> list[str]:

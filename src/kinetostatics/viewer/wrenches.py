@@ -156,6 +156,8 @@ class Wrenches:
         """Yield contribution, place, point (F, 3) and wrench (F, 6) about o of everything that acts on links."""
         solutions, shape, take = self.result.solutions, self.result.shape, self.poses.take
         for k, item in enumerate(solutions[0].applied):
+            if item.load.kind == "change":  # too little to be seen
+                continue
             for place in item.load.wrenches:
                 loads = [s.applied[k].load for s in solutions]
                 point = np.concatenate([load.points[place] for load in loads], axis=-1).T.reshape(*shape, 3)

@@ -193,3 +193,14 @@ def test_a_spring_without_length_has_no_direction():
     np.testing.assert_allclose(ks.analyze(loaded(text).assemble()).spring_forces["balance"], 0, atol=1e-12)
     with pytest.raises(ks.StaticsError, match="the spring 'balance' has no length at this pose"):
         ks.analyze(loaded(text.replace('free_length="0"', 'free_length="0" preload="5"')).assemble())
+
+
+def test_reports_tell_of_springs():
+    one = loaded(pendulum())
+    assert "Springs between links" in str(one) and "balance  ground  arm" in str(one)
+    result = ks.analyze(one.assemble(), payload=ks.Payload(2.0, (0, 0, 0.1)))
+    assert "springs      balance 122.03 N (tension)" in str(result)
+    found = result.to_dict()
+    assert found["spring_forces"] == {"balance": pytest.approx(float(result.spring_forces["balance"]))}
+    assert found["payload"]["mass"] == 2.0 and len(found["payload"]["coefficients"]["twist"][0]) == 4
+    assert list(found["link_loads"]) == ["payload"] and one.to_dict()["springs"][0]["name"] == "balance"
