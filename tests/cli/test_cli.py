@@ -367,7 +367,7 @@ def test_file_errors_name_the_line(capsys, tmp_path):
 def test_singular_poses_are_errors(capsys, tmp_path):
     path = tmp_path / "loose.urdf"
     path.write_text(STRETCHED.replace('<transmission name="drive"><joint name="slide"/></transmission>', ""))
-    assert "with the drives locked the platform of 'stretched' can still move" in fails(capsys, "analyze", path)
+    assert "'stretched' has no drives, so that its platform can move: " in fails(capsys, "analyze", path)
 
 
 # ---- as a program ----------------------------------------------------------------------------------------------------
