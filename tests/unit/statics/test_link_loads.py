@@ -8,6 +8,7 @@ import pytest
 import small_robots
 
 import kinetostatics as ks
+from kinetostatics.cli.main import main
 from kinetostatics.statics.link_loads import _joint_around
 
 NO_GRAVITY = (0, 0, 0)
@@ -216,3 +217,30 @@ def test_the_compiled_engine_leaves_loads_on_links_to_numpy():
     loads = {"platform": [0, 0, -100, 0, 0, 0]}
     wanted = ks.analyze(at, loads=loads, engine="numpy").twist
     assert np.array_equal(ks.analyze(at, loads=loads, engine="auto").twist, wanted)
+
+
+def test_maps_take_loads_and_payload():
+    pytest.importorskip("xarray")
+    loads, tool = {"slider_1": ks.LinkLoad([0, -80, 0, 0, 0, 0])}, ks.Payload(12.0, (0, 0.05, -0.2))
+    grid = {"z": [0.55, 0.6], "rx": 0.05, "ry": 0.0}
+    found = ks.sweep(robot("2pru_upr"), platform=grid, loads=loads, payload=tool, workers=1, progress=False)
+    alone = ks.analyze(robot("2pru_upr").assemble(platform={**grid, "z": 0.6}), loads=loads, payload=tool)
+    np.testing.assert_allclose(found.twist[1], alone.twist, rtol=1e-9)
+    assert {"load on slider_1", "payload"} <= set(found.source.values.tolist())
+    with pytest.raises(ks.ArgumentError, match="are the same at all poses"):
+        ks.sweep(robot("2pru_upr"), platform=grid, payload=ks.Payload([1.0, 2.0]), progress=False)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ("--payload 5N", "'5N' is a force, but a mass is needed"),
+        ("--payload-center 0 0 1", "--payload-center says where a payload is, but --payload does not say its mass"),
+        ("--load-on rod_1 0 0 1", "--load-on rod_1: there are 3 numbers; give FX FY FZ MX MY MZ"),
+        ("--load-on rod_1 0 0 1kg 0 0 0", "--load-on rod_1: '1kg' is a mass, but a force is needed"),
+        ("--load-on rod_7 0 0 1 0 0 0", "loads= names no link 'rod_7': did you mean 'rod_3' or 'rod_2' or 'rod_1'?"),
+    ],
+)
+def test_commands_say_what_is_wrong_with_loads(options, words, capsys):
+    assert main(["analyze", "3rps", *options.split()]) == 2
+    assert words in capsys.readouterr().err
