@@ -26,6 +26,7 @@ from kinetostatics.kinematics.lines import longest_strides
 from kinetostatics.kinematics.solver import MOST_CORRECTIONS, SHRINKING, PrescribedCoordinates, SolverState
 from kinetostatics.math.arrays import Array
 from kinetostatics.robot import Robot
+from kinetostatics.status import WITHOUT_NUMBERS
 
 #: Types of arguments and results.
 SCALARS = ("double", "float")
@@ -254,12 +255,16 @@ def _references(function: Exported, poses: int) -> list[tuple[dict[str, float], 
     coordinates = [item for name, item in function.inputs.items() if name not in ("load", "gravity")]
     zero = robot.solver.values(function.prescribed, robot.zero_poses)[:, 0]
     start = {name: float(zero[k]) for k, name in enumerate(function.names)}
-    spans = {item.name: 0.15 * (robot.length if item.units[0] == "m" else 1.0) for item in coordinates}
     wide = np.where(np.arange(poses) % 3 == 2, 6.0, 1.0)
-    at = {name: start[name] + span * wide * rng.uniform(-1, 1, poses) for name, span in spans.items()}
+    steps = rng.uniform(-1, 1, (len(coordinates), poses)) * wide
     load = rng.uniform(-100, 100, (poses, 6))
     gravity = np.array([0.0, 0.0, -9.81]) + rng.uniform(-1, 1, (poses, 3))
-    values = function(**at, load=load, gravity=gravity)
+    for part in (0.15, 0.05, 0.015):  # of the robot's length, or rad: until many of them are in reach
+        spans = {item.name: part * (robot.length if item.units[0] == "m" else 1.0) for item in coordinates}
+        at = {name: start[name] + span * step for (name, span), step in zip(spans.items(), steps, strict=True)}
+        values = function(**at, load=load, gravity=gravity)
+        if np.mean(np.isin(values["status"], WITHOUT_NUMBERS)) < 0.5:
+            break
     found = []
     for k in range(poses):
         expected = {item.name: np.ravel(values[item.name][k]) for item in _given(function)}

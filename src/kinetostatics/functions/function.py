@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze
 from kinetostatics.argument_checks import finite_numbers
+from kinetostatics.engine.choice import check_engine, compiled_loops, is_installed
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.functions.c_export import CExport, export_c
 from kinetostatics.functions.derivatives import Derivatives
@@ -74,8 +75,15 @@ class Function:
     """
 
     def __init__(
-        self, robot: Robot, names: Sequence[str], by_drives: bool, orientation: str | None, outputs: Sequence[str]
+        self,
+        robot: Robot,
+        names: Sequence[str],
+        by_drives: bool,
+        orientation: str | None,
+        outputs: Sequence[str],
+        engine: str = "numpy",
     ) -> None:
+        self._engine = engine
         self.robot, self.orientation, self.by_drives = robot, orientation, by_drives
         convention = orientation_named(orientation)
         if by_drives:
@@ -228,11 +236,18 @@ class Function:
         start = near.pose if isinstance(near, Values) else near
         given = {"actuators" if self.by_drives else "platform": coordinates}
         return assembly.assemble(
-            self.robot, given.get("actuators"), given.get("platform"), self.orientation, start, 1e-10, on_failure="nan"
+            self.robot,
+            given.get("actuators"),
+            given.get("platform"),
+            self.orientation,
+            start,
+            1e-10,
+            on_failure="nan",
+            chosen=compiled_loops(self._engine),
         )
 
     def _values(self, pose: Configuration, load: ArrayLike, gravity: ArrayLike) -> dict[str, Any]:
-        result = analyze(pose, load, gravity, on_failure="nan")
+        result = analyze(pose, load, gravity, on_failure="nan", engine=self._engine)
         return {name: frozen(np.asarray(self._value(name, result))) for name in self.outputs}
 
     def _value(self, name: str, result: Result) -> Any:
@@ -328,6 +343,7 @@ def compile(
     actuators: Sequence[str] | None = None,
     orientation: str | None = None,
     outputs: str | Sequence[str] = ("twist", "actuator_forces"),
+    engine: str = "auto",
 ) -> Function:
     """Return a function of a robot: from coordinates, load and gravity to what is asked of the pose.
 
@@ -338,6 +354,8 @@ def compile(
             way to the platform, as a gripper's, may be left out.
         orientation: what the angles mean, see :meth:`Robot.assemble`.
         outputs: of "twist", "actuator_forces", "actuators", "stiffness", "compliance" and "contributions".
+        engine: "numpy", "compiled" (the extra ``kinetostatics[fast]``), or "auto": compiled at the first call, where that is
+            installed; see :func:`kinetostatics.analyze`.
 
     Raises:
         ArgumentError: there is no such output, or both ``platform`` and ``actuators`` are given.
@@ -365,4 +383,7 @@ def compile(
     else:
         names = tuple(robot.description.driven) if actuators is None else _listed(actuators)
         assembly.all_actuators(robot, dict.fromkeys(names, 0.0))
-    return Function(robot, names, platform is None, orientation if platform is not None else None, _listed(outputs))
+    engine = check_engine(engine)
+    if engine == "auto":
+        engine = "compiled" if is_installed() else "numpy"
+    return Function(robot, names, platform is None, orientation if platform is not None else None, _listed(outputs), engine)

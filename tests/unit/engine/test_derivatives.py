@@ -91,3 +91,19 @@ def test_what_is_not_chosen_brings_no_nan():
     found = derivatives.values(tape, needed_by(tape, [result]), [points], np.zeros(0))
     slopes = derivatives.gradients(tape, found, [result], [x.number], 3)[x.number]
     assert slopes[0, 0] == slopes[0, 2] == 3.0
+
+
+def test_recorded_derivatives_are_compiled_like_anything_else():
+    """All of the functions above and their derivatives, recorded on one tape, by LLVM."""
+    llvm = pytest.importorskip("llvmlite") and pytest.importorskip("kinetostatics.engine.llvm")
+    from kinetostatics.engine.code import Code, packed
+
+    tape = Tape()
+    x, y = (tape.write(("input", 0, k), value) for k, value in enumerate(POINTS[:, 1]))
+    results = [function(x, y).number for name, function in FUNCTIONS.items() if name != "choose"]
+    wanted = [tape.number_of(rate) for item in (x, y) for rate in derivatives.tangents(tape, results, {item.number: 1.0})]
+    points = np.tile(POINTS, 2)
+    code = Code(packed({}, llvm.module_of(tape, wanted, (), 1)))
+    found = np.empty((len(wanted), points.shape[1]))
+    code([points], np.zeros(1), found, np.empty((0, points.shape[1]), dtype=bool))
+    np.testing.assert_allclose(found, evaluate(tape, [points], [], wanted), rtol=1e-13, atol=1e-15)
