@@ -156,8 +156,8 @@ class Robot(Shown, RobotKinematics):
         """Close the loops at given actuator values or platform coordinates; arrays of coordinates give a batch.
 
         The assembly mode is the one that is reached by following a straight line in the given coordinates from the closed
-        zero pose, or from ``near``. Of large batches few poses follow their lines and predict the others, but only where some
-        more lines show that the predictions end in the same mode.
+        zero pose, or from ``near``. Of large batches, NumPy lets few poses follow their lines and predict the others, but only
+        where some more lines show that the predictions end in the same mode; compiled code follows all lines.
 
         Args:
             actuators: coordinates of all driven joints by name [m, rad] (forward kinematics), those in no limb, as a gripper's,
