@@ -108,9 +108,10 @@ def test_finite_elements_have_their_say(html):
         (["--sweep", "prismatic_1=0"], "coordinates of drives and of the platform cannot make one grid"),
         (["--sweep", "z=0:1"], "does not say how many values"),
         (["--title"], "expected one argument"),
+        (["--out", "nowhere/x.html"], "--out: there is no folder"),
     ],
 )
 def test_bad_input_is_one_message(more, message, capsys, tmp_path):
-    assert main([*COMMAND, *more, "--out", str(tmp_path / "x.html")]) == 2
+    assert main([*COMMAND, "--out", str(tmp_path / "x.html"), *more]) == 2
     out, err = capsys.readouterr()
     assert out == "" and err.startswith("kinetostatics: error: ") and message in err and err.count("\n") == 1

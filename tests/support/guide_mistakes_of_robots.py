@@ -175,6 +175,8 @@ STATICS = (
     code('ks.sensitivities(pose, by="rod")', 'Such as `["rod"]`.'),
     code('ks.sensitivities(ks.Robot(robot.description.changed("left", density=1000.0)).assemble())', "As it says."),
     code('ks.sensitivities(pose)["rod"]', "A parameter of the file."),
+    code('ks.analyze(pose).actuator_forces["b"]', "A drive's name."),
+    code('description.beams["rod"]', "A beam's name."),
     code("ks.analyze(pose, loads=[0, 0, -5, 0, 0, 0])", 'Such as `{"plate": [0, 0, -5, 0, 0, 0]}`; for the platform `load=`.'),
     code('ks.analyze(pose, loads={"rod": [0, 0, -5, 0, 0, 0]})', "A link, not a joint."),
     code('ks.analyze(pose, loads={"plate": [0, 0, -5]})', "Force and moment."),

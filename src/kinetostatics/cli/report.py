@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import functools
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from kinetostatics.cli import arguments, poses
@@ -69,6 +70,9 @@ def run(args: argparse.Namespace) -> int:
     with waiting("writing the report"):
         from kinetostatics.report_page import save_report
 
+        folder = Path(args.out).resolve().parent  # a map of the workspace may take long
+        if not folder.is_dir():
+            raise ArgumentError(f"--out: there is no folder {folder}")
         options = {**arguments.load_options(args), "engine": args.engine}
         robot = arguments.load(args)
         configuration, warnings = poses.assemble(robot, args)
