@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from kinetostatics.compensation import compensate
-from kinetostatics.exceptions import KinetostaticsError
+from kinetostatics.exceptions import ArgumentError, CoordinatesError, KinetostaticsError
 from kinetostatics.printing.html_reports import html_report
 from kinetostatics.printing.text import Magnitudes, listing
 from kinetostatics.report_page.bars import contribution_bars, source_bars
@@ -63,6 +63,8 @@ def compensation_html(result: Result, arguments: dict[str, Any], coordinates: An
     try:
         return html_report(str(compensate(result.configuration, coordinates=coordinates, **arguments)))
     except KinetostaticsError as error:
+        if coordinates is not None and isinstance(error, (ArgumentError, CoordinatesError)):
+            raise  # what was asked for makes no sense
         return f"<p>No correction: {escape(str(error))}.</p>"
 
 

@@ -56,6 +56,7 @@ def save_report(
 
     Raises:
         ArgumentError: an argument makes no sense, there are several poses, or the map is of another robot.
+        CoordinatesError: ``coordinates`` do not determine the pose.
         StaticsError: the pose cannot be analysed.
         KinetostaticsError: the file cannot be written.
     """
@@ -83,7 +84,7 @@ def report_html(
     if workspace is not None:
         check_map(workspace, configuration)
     robot = result.robot
-    heading = title or robot.name
+    heading = str(title or robot.name)
     parts = {
         "In short": result._repr_html_(),
         "The robot at the pose": chapters.scene_html(result, heading),

@@ -22,6 +22,18 @@ def test_a_rigid_robot_at_rest_has_no_bars_but_a_sentence():
     assert chapters.sag_html(result).startswith("<p>The platform does not move")
 
 
+def test_coordinates_to_correct_that_make_no_sense_are_an_error_and_missing_drives_a_sentence(monkeypatch):
+    result = ks.analyze(robot("five_bar").assemble())
+    with pytest.raises(ks.KinetostaticsError, match="x, y"):
+        chapters.compensation_html(result, {}, ("z", "rx"))
+
+    def undriven(*_more, **_options):
+        raise ks.ArgumentError("'five_bar' has no drives, so that nothing can be corrected")
+
+    monkeypatch.setattr(chapters, "compensate", undriven)
+    assert chapters.compensation_html(result, {}, None).startswith("<p>No correction: &#x27;five_bar&#x27; has no drives")
+
+
 def test_arguments_that_make_no_sense(tmp_path):
     found = robot("five_bar")
     pose = found.assemble()
