@@ -1,8 +1,9 @@
 """Derivatives of an analysis with respect to the arguments of the robot's file.
 
-The file may compute anything from its arguments, so that the robot is read anew with each of them a little larger and smaller,
-and the same pose analysed: central differences. What the stiffness of a beam, a joint or a drive does is known without any
-difference: :attr:`kinetostatics.Result.source_contributions`.
+The file may compute anything from its arguments, so that its constants are differenced; the mathematics behind them is exact
+(:mod:`kinetostatics.functions.derivatives`). Where that is not to be had, as with rigid limbs, misfits or loads on links, the
+robot is read anew with the argument a little larger and smaller, and the same pose analysed. What the stiffness of a beam, a
+joint or a drive does is known without any difference: :attr:`kinetostatics.Result.source_contributions`.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from kinetostatics.analysis import analyze
+from kinetostatics.design.exact import by_argument, derivatives_at
 from kinetostatics.design.variants import Variants, same_pose, variants_of
 from kinetostatics.exceptions import ArgumentError, RobotFileError
 from kinetostatics.kinematics.configuration import Configuration
@@ -39,8 +41,9 @@ def sensitivities(configuration: Configuration, by: Sequence[str] | None = None,
         analysis: whatever :func:`kinetostatics.analyze` takes: ``load``, ``gravity``, ``point``, ….
 
     Returns:
-        Derivatives per unit of each parameter (to about 1e-7 of the quantity for a change by the parameter's whole value), and
-        per part of the stiffness of each beam, elastic joint and drive (exact).
+        Derivatives per unit of each parameter, exact but for the file's constants, which are differenced; where
+        :attr:`Sensitivity.exact` is False all is (to about 1e-7 of the quantity for a change by the parameter's whole value). And
+        per part of the stiffness of each beam, elastic joint and drive, exact.
 
     Raises:
         ArgumentError: there is no such parameter, or the robot is not what its file says.
@@ -67,11 +70,18 @@ def sensitivities(configuration: Configuration, by: Sequence[str] | None = None,
             raise ArgumentError(f'by is {by!r}; it must be a sequence of names, such as ["rod_diameter"]')
         variants.check(list(by))
     result = analyze(configuration, **analysis)
+    derivatives = derivatives_at(configuration, result, analysis)
     found: dict[str, Sensitivity] = {}
     skipped: dict[str, str] = {}
     for name in variants.numbers if by is None else by:
         try:
-            found[name] = _sensitivity(variants, configuration, analysis, name)
+            exact = None
+            if derivatives is not None:
+                try:
+                    exact = by_argument(derivatives, variants, name, configuration.shape)
+                except ArgumentError:
+                    derivatives = None
+            found[name] = _sensitivity(variants, configuration, analysis, name, exact)
         except RobotFileError as error:
             if by is not None:
                 raise
@@ -84,16 +94,31 @@ def sensitivities(configuration: Configuration, by: Sequence[str] | None = None,
     return Sensitivities(result, Named({name: found[name] for name in order}), Named(sources), Named(skipped))
 
 
-def _sensitivity(variants: Variants, configuration: Configuration, analysis: Mapping[str, Any], name: str) -> Sensitivity:
-    value = variants.numbers[name]
+def _sensitivity(
+    variants: Variants,
+    configuration: Configuration,
+    analysis: Mapping[str, Any],
+    name: str,
+    exact: Mapping[str, Array] | None,
+) -> Sensitivity:
+    value, driven = variants.numbers[name], robot_of(configuration).description.driven
     step = STEP * (abs(value) or 1.0)
+    known = exact is not None and all(np.all(np.isfinite(array)) for array in exact.values())
     given = {key: item for key, item in analysis.items() if key != "on_failure"}
-    below, above = (
-        _numbers(analyze(same_pose(configuration, variants.robot({name: there})), on_failure="nan", **given))
-        for there in (value - step, value + step)
-    )
+
+    def numbers(there: float) -> dict[str, Array]:
+        robot = variants.robot({name: there})
+        if known and not any(beam.telescopic for beam in robot.beams.values()):
+            return {"mass": np.broadcast_to(robot.weights.masses(robot.zero_frames).sum(), configuration.shape)}
+        pose = same_pose(configuration, robot)
+        return {"mass": _mass(pose)} if known else _numbers(analyze(pose, on_failure="nan", **given))
+
+    below, above = numbers(value - step), numbers(value + step)
     slope = {key: np.asarray((above[key] - below[key]) / (2 * step)) for key in above}
-    drives = robot_of(configuration).description.driven
+    if known and exact is not None:
+        slope |= {key: exact[key] for key in ("twist", "stiffness", "compliance")}
+        for k, drive in enumerate(driven):
+            slope |= {f"force of {drive}": exact["actuator_forces"][..., k], f"position of {drive}": exact["actuators"][..., k]}
     return Sensitivity(
         name,
         value,
@@ -101,24 +126,28 @@ def _sensitivity(variants: Variants, configuration: Configuration, analysis: Map
         frozen(slope["twist"]),
         frozen(slope["stiffness"]),
         frozen(slope["compliance"]),
-        Named({drive: frozen(slope[f"force of {drive}"]) for drive in drives}),
-        Named({drive: frozen(slope[f"position of {drive}"]) for drive in drives}),
-        frozen(slope["mass"]),
+        Named({drive: frozen(slope[f"force of {drive}"]) for drive in driven}),
+        Named({drive: frozen(slope[f"position of {drive}"]) for drive in driven}),
+        frozen(np.array(np.broadcast_to(slope["mass"], slope["twist"].shape[:-1]))),
+        known,
     )
 
 
 def _numbers(result: Result) -> dict[str, Array]:
     """Return everything that is differentiated."""
     configuration = result.configuration
-    mass = configuration.robot.weights.masses(configuration.frames).sum(axis=0).reshape(configuration.shape)
     return {
         "twist": result.twist,
         "stiffness": result.stiffness,
         "compliance": result.compliance,
-        "mass": np.asarray(np.broadcast_to(mass, result.shape)),
+        "mass": np.asarray(np.broadcast_to(_mass(configuration), result.shape)),
         **{f"force of {name}": force for name, force in result.actuator_forces.items()},
         **{f"position of {name}": position for name, position in configuration.actuators.items()},
     }
+
+
+def _mass(configuration: Configuration) -> Array:
+    return configuration.robot.weights.masses(configuration.frames).sum(axis=0).reshape(configuration.shape)
 
 
 def _does_anything(item: Sensitivity, whole: Mapping[str, Array]) -> bool:

@@ -29,6 +29,7 @@ class Sensitivity(ShortRepr):
         actuator_forces: (…) of each drive's force [N or N·m], by drive.
         actuators: (…) of each drive's coordinate [m, rad] where the platform's coordinates stay as they are, by drive.
         mass: of the robot's mass [kg] (…).
+        exact: whether only the file's constants were differenced.
     """
 
     name: str
@@ -40,6 +41,7 @@ class Sensitivity(ShortRepr):
     actuator_forces: Mapping[str, Array]
     actuators: Mapping[str, Array]
     mass: Array
+    exact: bool
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -72,6 +72,20 @@ def test_a_length_moves_the_drives_and_the_pose_stays():
     assert found.actuator_forces["prismatic_2"] == pytest.approx(exact[7], rel=1e-6)
 
 
+def test_exact_derivatives_are_differences_of_analyses(cantilever):
+    assert all(cantilever[name].exact for name in cantilever)
+    pose = package_robots.robot("3rps").assemble(platform={"z": [0.5, 0.6], "rx": 0.1, "ry": -0.05})
+    exact = ks.sensitivities(pose, ["platform_radius"], load=LOAD)["platform_radius"]
+    found = ks.sensitivities(pose, ["platform_radius"], load=LOAD, misfits={})["platform_radius"]  # which are not differentiated
+    assert exact.exact and not found.exact
+    for name in ("twist", "stiffness", "compliance", "mass"):
+        one, other = getattr(exact, name), getattr(found, name)
+        np.testing.assert_allclose(one, other, rtol=1e-6, atol=1e-6 * np.abs(other).max(), err_msg=name)
+    for drive, force in exact.actuator_forces.items():
+        np.testing.assert_allclose(force, found.actuator_forces[drive], rtol=1e-6)
+        np.testing.assert_allclose(exact.actuators[drive], found.actuators[drive], rtol=1e-6)
+
+
 def test_a_batch_tells_of_the_pose_that_moves_most(cantilever):
     robot = package_robots.robot("3rps")
     pose = robot.assemble(platform={"z": [0.45, 0.6], "rx": 0.0, "ry": 0.0})

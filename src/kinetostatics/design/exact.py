@@ -1,0 +1,71 @@
+"""Derivatives of poses by arguments of the file whose mathematics is exact: only the file's constants are differenced."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from kinetostatics.design.variants import Variants
+from kinetostatics.files.reader import read_robot_file
+from kinetostatics.functions.derivatives import Derivatives
+from kinetostatics.functions.parameters import Parameter
+from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.kinematics.coordinate_choices import prescribed_platform
+from kinetostatics.kinematics.joint_coordinates import actuator_names
+from kinetostatics.math.arrays import Array
+from kinetostatics.results.result import Result
+from kinetostatics.robot import robot_of
+
+#: What is differentiated.
+OUTPUTS = ("twist", "stiffness", "compliance", "actuator_forces", "actuators")
+#: Part of a parameter by which it is changed where constants are differenced, of the fourth order.
+STEP = 1e-3
+#: Arguments of an analysis with which there are derivatives.
+PLAIN = {"load", "gravity", "engine", "on_failure"}
+
+
+def derivatives_at(configuration: Configuration, result: Result, analysis: Mapping[str, Any]) -> Derivatives | None:
+    """Return the derivatives at all poses, None where loads on links, misfits and the like are not differentiated.
+
+    Args:
+        configuration: the poses.
+        result: their analysis.
+        analysis: its arguments.
+    """
+    more = {name for name, value in analysis.items() if value is not None and not (isinstance(value, str) and value == "world")}
+    if not more <= PLAIN or result.shape != configuration.shape or not np.all(configuration.reached):
+        return None
+    robot, N = robot_of(configuration), len(configuration.reached)
+    if configuration.prescribed:
+        convention = configuration.orientation
+        prescribed = prescribed_platform(configuration.prescribed, convention)
+        known = ("x", "y", "z", *convention.names)
+        values = [configuration.platform[name] for name in known if name in configuration.prescribed]
+    else:
+        prescribed = robot.actuator_coordinates
+        values = [configuration.actuators[name] for name in actuator_names(robot.mechanism, robot.equations)]
+    target = np.array([np.ravel(value) for value in values]).reshape(len(values), N)
+    load, gravity = result.load.reshape(N, 6).T, result.gravity.reshape(N, 3).T
+    if not np.all(np.isfinite(load)):
+        return None
+    outputs = [name for name in OUTPUTS if robot.description.driven or not name.startswith("actuator")]
+    return Derivatives(replace(configuration, shape=(N,)), prescribed, target, load, gravity, outputs)
+
+
+def by_argument(derivatives: Derivatives, variants: Variants, name: str, shape: tuple[int, ...]) -> dict[str, Array]:
+    """Return the derivatives of all outputs by one argument of the file, batch axes first.
+
+    Raises:
+        ArgumentError: the robot has none, or becomes another mechanism.
+        RobotFileError: the file is wrong with the argument a little changed.
+    """
+    value = variants.numbers[name]
+
+    def changed(_: int, by: float) -> Any:
+        return read_robot_file(variants.path, {**variants.given, name: value + by}, **variants.links)
+
+    found = derivatives.by_parameter(Parameter(name, ("",), (), (STEP * (abs(value) or 1.0),), changed))
+    return {output: np.moveaxis(array, -1, 0).reshape(*shape, *array.shape[:-1]) for output, array in found.items()}
