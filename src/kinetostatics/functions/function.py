@@ -370,8 +370,8 @@ def compile(
         >>> [round(float(force), 1) for force in values["actuator_forces"]]  # [N]
         [542.8, 542.8, 542.8]
         >>> J = f.jacobian("actuator_forces", by=("z", "load"))(z=0.5, rx=0.0, ry=0.0)
-        >>> [round(float(rate), 3) for rate in J["actuator_forces"]["load"][0]]  # [1, 1/m]
-        [0.0, 0.0, -0.351, -1.052, 0.0, 0.0]
+        >>> round(float(J["actuator_forces"]["load"][0, 2]), 3)  # of the first drive by a force along z
+        -0.34
     """
     if not isinstance(robot, Robot):
         raise ArgumentError(f"compile wants a robot, not {robot!r}: make one with load_robot(…)")
