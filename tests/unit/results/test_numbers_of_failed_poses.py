@@ -12,7 +12,20 @@ from kinetostatics.results.limb import LimbResult
 
 PUBLIC = (ks.Result, ks.Configuration, LimbResult, BeamResult)
 #: What belongs to the robot or to how a batch is kept, not to its poses.
-INNER = ("solutions", "robot", "poses", "frames", "model_q", "openings", "beam", "stations", "model", "data", "by_mechanism")
+INNER = (
+    "solutions",
+    "robot",
+    "poses",
+    "frames",
+    "model_q",
+    "loop_residual",
+    "openings",
+    "beam",
+    "stations",
+    "model",
+    "data",
+    "by_mechanism",
+)
 #: What drives were asked for, and by how much joints miss their limits, is told of failed poses too.
 ASKED = ("configuration.actuators", "configuration.limits_exceeded")
 
