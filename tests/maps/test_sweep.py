@@ -704,5 +704,5 @@ def test_the_page_is_true(tmp_path, monkeypatch, capsys):
     assert f"up to {TRIED} of them" in page.read_text(encoding="utf-8").replace("\n", " ")
     described = set(re.findall(r"`(\w+)`", "".join(re.findall(r"^\| (.*?) \|", page.read_text(encoding="utf-8"), re.MULTILINE))))
     wanted = {"beam_stress", "beam_euler_ratio", "beam_deflection"}
-    wanted |= {"gravity_way", "actuator_gravity_way", "actuator_contribution"}
+    wanted |= {"gravity_way", "actuator_gravity_way", "actuator_contribution", "actuator_correction", "remaining"}
     assert set(names["ds"].data_vars) | wanted == described
