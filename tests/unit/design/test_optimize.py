@@ -79,12 +79,12 @@ def test_the_symmetric_tripod(folder, tmp_path):
 
 
 def test_a_real_robot_beats_brute_force():
-    """The 2PRU-UPR over nine poses, against every millimetre of the diameter."""
-    angles = np.radians([-10, 0, 10])
+    """The 2PRU-UPR over four poses, against every millimetre of the diameter."""
+    angles = np.radians([-10, 10])
     over = {"z": 0.6, "rx": angles, "ry": angles}
     load, limit = [0, 0, -500, 0, 0, 0], "deflection_any_direction(500 N) < 0.15 mm"
-    best = ks.optimize("2pru_upr", {"rod_diameter": "50mm:80mm"}, "mass", [limit, "stress < 80 MPa"], over, load=load, starts=1)
-    assert best.feasible and best.poses == 9 and best.active[0].text == limit and len(best.active) == 1
+    best = ks.optimize("2pru_upr", {"rod_diameter": "60mm:70mm"}, "mass", [limit], over, load=load, starts=1)
+    assert best.feasible and best.poses == 4 and best.active[0].text == limit and len(best.active) == 1
     rx, ry = np.meshgrid(angles, angles)
 
     def deflection(diameter):
