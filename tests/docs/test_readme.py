@@ -131,3 +131,21 @@ def test_each_table_of_the_paper_has_a_command_that_prints_its_numbers(key, caps
         for value in size:
             if value > max(1e-6 * max(size), 1e-15):
                 assert any(abs(number - value * power) < 2e-3 * number for power in powers for number in numbers), (value, out)
+
+
+def test_the_commands_run_where_the_first_one_has_been_pasted(monkeypatch, tmp_path, capsys):
+    """All files that they name are in a clone; what they write lands beside it."""
+    for folder in ("robots", "tests"):
+        (tmp_path / folder).symlink_to(ROOT / folder)
+    monkeypatch.chdir(tmp_path)
+    commands = [
+        shlex.split(line.rpartition("&& ")[2], comments=True) for line in between("commands").splitlines() if "kineto" in line
+    ]
+    assert len(commands) > 6
+    for command in commands:
+        if command[1] in ("verify", "report", "optimize", "export"):  # take long, and have tests of their own
+            continue
+        assert main(command[1:]) == 0, (command, capsys.readouterr().err)
+    assert {"sag.html", "my_robot.urdf.xacro", "delta.urdf.xacro"} <= {path.name for path in tmp_path.iterdir()}
+    assert ".venv/bin/" not in between("commands") + between("maps"), "the environment is activated"
+    assert README.index("source .venv/bin/activate") < README.index("commands: begin")

@@ -93,6 +93,19 @@ def _shipped(name: str) -> Path:
     return shipped[name]
 
 
+def shown_path(path: str) -> str:
+    """Return a robot file's path as people read it: below the working folder from there, of the package's robots the name."""
+    if not os.path.isabs(path):
+        return path
+    if any(os.path.dirname(path) == os.fspath(folder) for folder in OWN_FOLDERS):
+        return os.path.basename(path)
+    try:
+        from_here = os.path.relpath(path)
+    except (ValueError, OSError):  # another drive, or no working folder
+        return path
+    return path if from_here.startswith(os.pardir) else from_here
+
+
 def robot_path(robot: str | os.PathLike[str]) -> Path:
     """Return the file of a robot given by a path or by the name of one that comes with the package.
 

@@ -20,6 +20,7 @@ from kinetostatics.checks.mobility import LocalFreedom
 from kinetostatics.checks.redundancy import Redundancy
 from kinetostatics.checks.warnings import SMALL_GAP, zero_openings
 from kinetostatics.description.joint_types import JOINT_TYPES
+from kinetostatics.files.bundled import shown_path
 from kinetostatics.printing.dispatch import text_of
 from kinetostatics.printing.text import CLOSED, MASSES, MISSING, Scale, listing, quantity, section, table, warning_lines, wrapped
 from kinetostatics.robot import Robot
@@ -61,7 +62,7 @@ def facts_report(facts: RobotFacts) -> str:
 
 
 def _summary(facts: RobotFacts) -> list[str]:
-    rows = [("file", [facts.file]), ("base", [facts.base]), ("platform", [facts.platform])]
+    rows = [("file", [shown_path(facts.file)]), ("base", [facts.base]), ("platform", [facts.platform])]
     mobility = facts.mobility
     if mobility is None:
         rows += [("mobility", [UNKNOWN]), ("redundant constraints", [UNKNOWN])]
@@ -174,6 +175,8 @@ def _zero(facts: RobotFacts) -> str:
     text = "the loops close" if zero.closing_error <= CLOSED else f"the loops stay open by {zero.closing_error:.2g} (m or rad)"
     if max(zero.widest("m")[0], zero.widest("rad")[0]) > 1e-9:
         text += f"; where all joints are at zero they are {zero_openings(facts)}"
+    elif zero.closing_error <= CLOSED:
+        text += " where all joints are at zero"
     return text
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.description.robot import RobotDescription
+from kinetostatics.files.bundled import shown_path
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.printing.dispatch import html_of, line_of
 from kinetostatics.printing.html_tables import html_table
@@ -141,7 +142,8 @@ def _robot(robot: Robot) -> Short:
         drives = [joint for joint in joints if joint in description.driven]
         rows.append((limb.name, listing(joints), listing(drives) or MISSING, listing(beams) or MISSING))
     counts = ((robot.topology.limbs, "limb"), (description.driven, "drive"), (description.beams, "beam"))
-    title = f"Robot {robot.name!r} from {description.path!r}: {', '.join(_count(len(some), noun) for some, noun in counts)}"
+    has = ", ".join(_count(len(some), noun) for some, noun in counts)
+    title = f"Robot {robot.name!r} from {shown_path(description.path)!r}: {has}"
     return Short(title, title, ("limb", "joints", "drives", "beams"), rows)
 
 
@@ -152,7 +154,7 @@ def _description(description: RobotDescription) -> Short:
     found = [(list(getattr(description, name)), noun) for name, noun in zip(names, nouns, strict=True)]
     counts = ", ".join(_count(len(some), noun) for some, noun in found if some or noun in ("link", "joint"))
     rows = [(f"{noun}s", f"{len(some)}", listing(some, 12)) for some, noun in found if some]
-    title = f"RobotDescription {description.name!r} from {description.path!r}"
+    title = f"RobotDescription {description.name!r} from {shown_path(description.path)!r}"
     return Short(f"{title}: {counts}", title, ("", "number", "names"), [*rows, ("platform", "1", description.platform)])
 
 

@@ -134,3 +134,14 @@ def test_copies_overwrite_nothing(monkeypatch, tmp_path, capsys):
 def test_robots_without_their_folder(monkeypatch, tmp_path):
     monkeypatch.setattr(sys.modules["kinetostatics.files.bundled"], "OWN_FOLDERS", (tmp_path / "none",))
     assert main(["robots"]) == 0 and dict(ks.robots()) == shipped_robots() == {}
+
+
+def test_paths_are_shown_from_where_one_works(tmp_path, monkeypatch):
+    from kinetostatics.files.bundled import robot_path, shown_path
+
+    monkeypatch.chdir(tmp_path)
+    assert shown_path(str(tmp_path / "sub" / "mine.urdf")) == "sub/mine.urdf"
+    assert shown_path(str(robot_path("3rps"))) == "3rps.urdf.xacro" and shown_path("../x.urdf") == "../x.urdf"
+    assert shown_path(str(tmp_path.parent / "x.urdf")) == str(tmp_path.parent / "x.urdf")
+    robot = ks.load_robot("3rps")
+    assert str(robot_path("3rps").parent) not in f"{robot}{robot!r}{robot._repr_html_()}{robot.description!r}"
