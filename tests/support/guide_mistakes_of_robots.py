@@ -228,6 +228,8 @@ def extended(options: str, cure: str, file: str | None = None) -> Mistake:
 
 
 PYTHON = (
+    code("ks.analyze(pose).beams['lef']", "A name of the list."),
+    code("robot.description.joints['x']", "A name of the list."),
     python('ks.Robot("robot.urdf")', "`ks.load_robot` reads files."),
     python('ks.save_robot(description, None)', "A path."),
     python('description.links["arm"] = Link("arm")', '`description.with_link(Link("arm"))`.'),
