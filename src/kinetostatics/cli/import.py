@@ -73,7 +73,7 @@ def add_parser(subparsers: Subparsers) -> None:
     parser.add_argument(
         "--set", dest="parameters", metavar="NAME=VALUE", **SEVERAL, help="values of the source's xacro arguments"
     )
-    parser.add_argument("--out", metavar="FILE", help="the file to write (default: print it)")
+    parser.add_argument("--out", "-o", metavar="FILE", help="the file to write (default: print it)")
 
 
 def run(args: argparse.Namespace) -> int:
