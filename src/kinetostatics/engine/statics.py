@@ -97,7 +97,9 @@ class CompiledStatics:
         except KeyError:
             return False
         wanted = arrays_of(by_numpy(self.robot, frames, load, gravity))
-        return all(_agree(array, found[path]) for path, array in wanted.items() if "unbalanced" not in path)  # which is rounding
+        least = {".o": self.robot.length}  # which may be nothing but rounding, at the origin
+        checked = [path for path in wanted if "unbalanced" not in path]  # which is rounding
+        return all(_agree(wanted[path], found[path], least.get(path, 1e-20)) for path in checked)
 
     def solve(self, frames: Frames, load: Array, gravity: Array) -> Solution:
         """Solve N poses; see :func:`kinetostatics.statics.solution.solve`."""
@@ -166,13 +168,13 @@ def _merged(robot: RobotStatics, whole: Solution, some: Solution, which: Index) 
     return solution_of(robot, whole.frames, whole.load, whole.gravity, arrays)
 
 
-def _agree(a: Any, b: Any) -> bool:
-    """Whether arrays are the same but for rounding."""
+def _agree(a: Any, b: Any, least: float) -> bool:
+    """Whether arrays are the same but for rounding of their largest entry, or of ``least``."""
     if a.shape != b.shape or a.dtype != b.dtype:
         return False
     if a.dtype == bool:
         return bool(np.array_equal(a, b))
-    return bool(np.all(np.abs(a - b) <= 1e-7 * np.max(np.abs(a), initial=1e-20)))
+    return bool(np.all(np.abs(a - b) <= 1e-7 * np.max(np.abs(a), initial=least)))
 
 
 def key_of(structure: Structure) -> str:
