@@ -45,7 +45,7 @@ MAP = ROOT / "build" / "tests_of_lines.json"
 WITHOUT_EFFECT = Path(__file__).parent / "mutants_without_effect.txt"
 
 #: The modules in which a mistake makes a wrong number.
-CORE = """analysis robot status tolerances description/joint_types indices/sag indices/stiffness kinematics/assembly
+CORE = """analysis robot status error_ranking description/joint_types indices/sag indices/stiffness kinematics/assembly
 kinematics/chebyshev kinematics/configuration kinematics/continuation kinematics/frame_corrections
 kinematics/generic_poses kinematics/joint_coordinates kinematics/lines kinematics/loop_constraints kinematics/mimic
 kinematics/mobility kinematics/openings kinematics/pose_spread kinematics/robot_kinematics kinematics/sizes
@@ -53,11 +53,12 @@ kinematics/solver kinematics/zero_pose limbs/basis limbs/basis_choice limbs/beam
 limbs/geometry limbs/group limbs/grouping limbs/redundant_forces limbs/statics limbs/wrench_candidates limbs/wrenches
 math/graphs math/linalg math/ordering math/orientation math/rotations math/screws mechanism/beam_geometry
 mechanism/beam_model mechanism/edge_directions mechanism/inertias mechanism/joint_compliance mechanism/limb_joints
-mechanism/limbs mechanism/mechanism mechanism/rigid_bodies mechanism/tree mechanism/weights printing/text
+mechanism/limbs mechanism/mechanism mechanism/rigid_bodies mechanism/topology mechanism/tree mechanism/weights
+printing/text
 results/batch results/beam results/contributions results/gravity_ways results/limb results/near_singular
 results/result results/warnings sections/kinds sections/shear sections/von_mises statics/assembly_errors
 statics/deformation statics/loaded_beams statics/joint_table statics/joint_wrenches statics/limb_ranks
-statics/platform_equilibrium statics/solution""".split()
+statics/platform_equilibrium statics/singularity statics/solution""".split()
 
 #: Tests that reach the core by way of a browser, other processes or large maps tell little about single numbers for their time.
 SLOW = re.compile(

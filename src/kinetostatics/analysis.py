@@ -30,7 +30,8 @@ from kinetostatics.statics.assembly_errors import AssemblyErrors, parse_assembly
 from kinetostatics.statics.limb_ranks import groups_of_poses
 from kinetostatics.statics.link_loads import LinkLoads, parse_link_loads
 from kinetostatics.statics.model import RobotStatics
-from kinetostatics.statics.solution import UNBALANCED, Solution
+from kinetostatics.statics.singularity import UNBALANCED
+from kinetostatics.statics.solution import Solution
 from kinetostatics.statics.springs import solve_with_springs
 
 

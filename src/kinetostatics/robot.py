@@ -22,9 +22,9 @@ from kinetostatics.kinematics.pose_spread import typical_poses
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.kinematics.unit_hints import odd_coordinates
 from kinetostatics.limbs.model import StaticModel
-from kinetostatics.mechanism.limbs import analyze_topology
 from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.pinocchio_loops import constraint_models
+from kinetostatics.mechanism.topology import analyze_topology
 from kinetostatics.printing.dispatch import Shown, text_of
 from kinetostatics.statics.model import RobotStatics, make_statics
 

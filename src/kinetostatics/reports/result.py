@@ -37,7 +37,7 @@ from kinetostatics.reports.pose import facts_of, pose_lines, statuses_of
 from kinetostatics.reports.sources import source_lines
 from kinetostatics.results.result import Result
 from kinetostatics.statics.link_loads import PAYLOAD
-from kinetostatics.statics.solution import UNBALANCED
+from kinetostatics.statics.singularity import UNBALANCED
 from kinetostatics.status import WITHOUT_NUMBERS, Status
 
 COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")

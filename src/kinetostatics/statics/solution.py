@@ -5,7 +5,7 @@ Everything here has the batch axis last; :mod:`kinetostatics.results.result` tur
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -15,19 +15,13 @@ from numpy.typing import NDArray
 from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.statics import LimbStatics, limb_statics, with_loads
 from kinetostatics.math.arrays import Array, zeros_for
-from kinetostatics.math.linalg import definite, normalize
-from kinetostatics.mechanism.limbs import carries
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.printing.mappings import ShortRepr
 from kinetostatics.statics.applied_loads import AppliedLoad, AppliedStatics, applied_statics, by_place
 from kinetostatics.statics.assembly_errors import AssemblyErrors
 from kinetostatics.statics.model import RobotStatics
 from kinetostatics.statics.platform_equilibrium import PlatformEquilibrium
-
-#: Smallest eigenvalue of the Gram matrix of all unit wrenches (a squared sine) above which the platform counts as held.
-CONSTRAINED = 1e-12
-#: Largest part of a limb's weight that may stay unbalanced on its passive joints.
-UNBALANCED = 1e-7
+from kinetostatics.statics.singularity import falling, of_any_limb, turned_inside_out, unbalanced_parts, where_singular
 
 
 @dataclass(frozen=True, repr=False)
@@ -197,7 +191,7 @@ def equilibrium(
     acting = [item for item in loads if item.load.kind != "change"]
     if applied:
         statics = tuple(_under_loads(item, number, acting) for number, item in enumerate(statics))
-    unbalanced = _unbalanced(robot, frames, o, weights, statics, by_place(acting))
+    unbalanced = unbalanced_parts(robot, frames, o, weights, statics, by_place(acting))
     return Solution(
         frames=frames,
         o=o,
@@ -213,9 +207,9 @@ def equilibrium(
         intensities=tuple(intensities),
         load=load,
         platform_weight=platform_weight,
-        singular=_singular(statics, balance, unbalanced) | _turned_inside_out(robot, frames),
-        indeterminate=balance.indeterminate | _of_any_limb([np.any(item.loose, axis=(0, 1, 2)) for item in statics], o.shape[1]),
-        basis_degenerate=_of_any_limb([item.degenerate for item in statics], o.shape[1]),
+        singular=where_singular(statics, balance, unbalanced) | turned_inside_out(robot, frames),
+        indeterminate=balance.indeterminate | of_any_limb([np.any(item.loose, axis=(0, 1, 2)) for item in statics], o.shape[1]),
+        basis_degenerate=of_any_limb([item.degenerate for item in statics], o.shape[1]),
         undetermined=tuple(balance.undetermined),
         open=tuple(balance.open),
         unbalanced=unbalanced,
@@ -235,10 +229,7 @@ def redistributed(robot: RobotStatics, solution: Solution, changes: slice, times
     shares = [item.share[kept] + np.einsum("kn,ksn->sn", item.share[changes], times) for item in solution.applied]
     applied = tuple(replace(item, share=share) for item, share in zip(solution.applied, shares, strict=True))
     statics = tuple(_under_loads(item, number, applied) for number, item in enumerate(solution.weights_alone or ()))
-    unbalanced = _unbalanced(robot, solution.frames, solution.o, solution.weights, statics, by_place(applied))
-    singular = solution.singular
-    for part in unbalanced.values():
-        singular = singular | (part > UNBALANCED)
+    unbalanced = unbalanced_parts(robot, solution.frames, solution.o, solution.weights, statics, by_place(applied))
     return replace(
         solution,
         sources=tuple(solution.sources[k] for k in kept),
@@ -246,7 +237,7 @@ def redistributed(robot: RobotStatics, solution: Solution, changes: slice, times
         intensities=tuple(mixed(item, "ikgn,ksn->isgn") for item in solution.intensities),
         statics=statics,
         unbalanced=unbalanced,
-        singular=singular,
+        singular=falling(solution.singular, unbalanced),
         applied=applied,
     )
 
@@ -335,75 +326,3 @@ def _by_contribution(
             right[:, -1, np.any(np.isnan(item.assembly_error_cut_wrenches), axis=(0, 1, 2))] = np.nan
         strains.append(strain)
     return right, strains
-
-
-# ---- what has no answer ----------------------------------------------------------------------------------------------
-
-
-def _singular(statics: Iterable[LimbStatics], balance: PlatformEquilibrium, unbalanced: Mapping[str, Array]) -> NDArray[np.bool_]:
-    """Return where (N,) the platform can still move, or a limb cannot hold its weight."""
-    singular = balance.singular | ~_held(statics, balance.scale, len(balance.singular))
-    for part in unbalanced.values():
-        singular = singular | (part > UNBALANCED)
-    return singular
-
-
-def _turned_inside_out(robot: RobotStatics, frames: Frames) -> NDArray[np.bool_]:
-    """Return where (N,) a telescope is pushed together beyond its start, where a beam's formulas mean nothing."""
-    result = np.zeros(frames.position.shape[2], dtype=bool)
-    for beam in robot.beams.values():
-        if beam.telescopic:
-            result |= beam.remaining_length(frames) < 0
-    return result
-
-
-def _of_any_limb(groups: Sequence[NDArray[np.bool_]], N: int) -> NDArray[np.bool_]:
-    """Return where (N,) something is true of a limb, from whether it is of each limb (g, N) of the groups."""
-    found = np.zeros(N, dtype=bool)
-    for group in groups:
-        found |= np.any(group, axis=0)
-    return found
-
-
-def _held(statics: Iterable[LimbStatics], scale: Array, N: int) -> NDArray[np.bool_]:
-    """Return where (N,) the limbs' wrenches hold the platform: the smallest eigenvalue of their Gram matrix tells."""
-    gram = np.zeros((6, 6, N))
-    for item in statics:
-        unit = normalize(item.J_c * scale[:, None, None, None])
-        gram += np.einsum("ikgn,jkgn->ijn", unit, unit)
-    return definite(gram, CONSTRAINED)
-
-
-def _unbalanced(
-    robot: RobotStatics,
-    frames: Frames,
-    o: Array,
-    weights: Array,
-    statics: Iterable[LimbStatics],
-    loads: Mapping[str, Array],
-) -> dict[str, Array]:
-    """Return, by limb and dead weight, the part (N,) of its weight and ``loads`` that its passive joints cannot carry."""
-    sizes = {place: _size(wrench, robot.length) for place, wrench in loads.items()}
-    result: dict[str, Array] = {}
-    for item in statics:
-        for position, limb in enumerate(item.group.limbs):
-            own = weights[:3, robot.weights.of(limb.name)]
-            total = np.sqrt(np.sum(own**2, axis=0)).sum(axis=0)
-            total = sum((size for place, size in sizes.items() if place in limb.places), total)
-            left = np.max(np.abs(item.unbalanced[:, position]), axis=0, initial=0.0)
-            result[limb.name] = np.maximum(result.get(limb.name, 0.0), left / np.where(total > 0, total, 1.0))
-    for branch in robot.open_branches:
-        carried = np.einsum("w,iwn->in", branch.outboard, weights)
-        total = np.sqrt(np.sum((weights[:3] * branch.outboard[:, None]) ** 2, axis=0)).sum(axis=0)
-        for place, wrench in loads.items():
-            if carries(branch.edge, place):
-                carried, total = carried + wrench, total + sizes[place]
-        power = np.abs(np.einsum("ikn,in->kn", branch.twists(frames, o), carried)) / branch.scale[:, None]
-        part = np.max(power, axis=0, initial=0.0) / np.where(total > 0, total, 1.0)
-        result[branch.owner] = np.maximum(result.get(branch.owner, 0.0), part)
-    return result
-
-
-def _size(wrench: Array, length: float) -> Array:
-    """Return the size (N,) of wrenches (6, N) about o [N]."""
-    return np.asarray(np.sqrt(np.sum(wrench[:3] ** 2, axis=0)) + np.sqrt(np.sum(wrench[3:] ** 2, axis=0)) / length)

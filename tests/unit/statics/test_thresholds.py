@@ -9,7 +9,6 @@ from simple_machines import joint, link, mount, springs
 import kinetostatics as ks
 from kinetostatics.statics.joint_wrenches import _masked
 from kinetostatics.statics.platform_equilibrium import _invert, _RigidPart
-from kinetostatics.statics.solution import _held
 
 
 def pendulum(offset):
@@ -75,4 +74,4 @@ def test_a_platform_held_by_wrenches_that_differ(sine, held, size):
     J = np.eye(6)
     J[:, 5] = np.sqrt(1 - sine**2) * J[:, 0] + sine * J[:, 5]
     limbs = [SimpleNamespace(J_c=size * J[:, columns, None, None]) for columns in ([0, 1], [2, 3, 4, 5])]
-    assert bool(_held(limbs, np.ones(6), 1)[0]) == held
+    assert bool(held(limbs, np.ones(6), 1)[0]) == held

@@ -1,0 +1,304 @@
+"""From links and joints to the limbs of :mod:`kinetostatics.mechanism.limbs`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+from kinetostatics.exceptions import RobotFileError
+from kinetostatics.math.graphs import reachable
+from kinetostatics.mechanism.edge_directions import DirectedEdge, directed_edges, segments_between_cuts
+from kinetostatics.mechanism.limbs import AttachedBodies, Edge, Limb, LimbSegment, Topology
+from kinetostatics.mechanism.mechanism import Connection, Mechanism
+from kinetostatics.mechanism.rigid_bodies import BodyEdge, BodyGraph, RigidBody, place_of_end
+
+
+def analyze_topology(mechanism: Mechanism) -> Topology:
+    """Find limbs, beams and attached bodies.
+
+    Raises:
+        RobotFileError: a beam's ends or what is attached along it make no sense.
+    """
+    return _Builder(mechanism).build()
+
+
+class _Builder:
+    def __init__(self, mechanism: Mechanism) -> None:
+        self.graph = BodyGraph(mechanism)
+        self.spans = dict(self.graph.spans)
+        self.warnings = list(self.graph.warnings)
+        self.carried_by: dict[str, str] = {}
+        self.beam_ends = {name: (place_of_end(name, 0), place_of_end(name, 1)) for name in self.spans}
+
+    def build(self) -> Topology:
+        graph = self.graph
+        base, platform = graph.base, graph.platform
+        neighbours: dict[RigidBody, list[RigidBody]] = {body: [] for body in graph.bodies()}
+        for edge in graph.edges:
+            for end in edge.ends:
+                neighbours[end].append(edge.other(end))
+        limbs: list[tuple[int, Limb]] = []
+        hanging: list[Limb] = []
+        attached: dict[RigidBody, list[tuple[list[RigidBody], Limb]]] = {base: [], platform: []}
+        seen: set[RigidBody] = {base, platform}
+        order = {link: number for number, link in enumerate(graph.description.links)}
+        for body in graph.bodies():
+            if body in seen:
+                continue
+            together = reachable([body], lambda body: [other for other in neighbours[body] if other not in (base, platform)])
+            component = [body for body in graph.bodies() if body in together]
+            edges = [edge for edge in graph.edges if any(end in together for end in edge.ends)]
+            seen.update(component)
+            limb = self._limb(component, edges)
+            touched = {end for edge in edges for end in edge.ends}
+            if base in touched and platform in touched:
+                limbs.append((min(order[link] for link in limb.links), limb))
+                continue
+            root = platform if limb.on_platform else base
+            attached[root].append((component, limb))
+            if limb.to_platform:
+                hanging.append(replace(limb, name="platform" if limb.on_platform else "base"))
+        for edge in graph.edges:
+            if set(edge.ends) == {base, platform} and not self._transmits_nothing(edge.connection):
+                limbs.append((len(order), self._limb([], [edge])))
+        limbs.sort(key=lambda pair: pair[0])
+        numbered = tuple(replace(limb, name=f"limb_{k}") for k, (_, limb) in enumerate(limbs, 1))
+        on_base, on_platform = (self._attached(root, attached[root]) for root in (base, platform))
+        unsupported = self._check_misplaced((*numbered, *hanging), (*on_base.edges, *on_platform.edges))
+        return Topology(
+            numbered,
+            tuple(hanging),
+            on_base,
+            on_platform,
+            self.spans,
+            self.carried_by,
+            tuple(self.warnings),
+            self.beam_ends,
+            unsupported,
+        )
+
+    def _transmits_nothing(self, joint: Connection | None) -> bool:
+        return joint is not None and joint.type.is_free and joint.name not in self.graph.description.joint_stiffness
+
+    # ---- limbs ------------------------------------------------------------------------------------------------------
+
+    def _limb(self, bodies: list[RigidBody], edges: list[BodyEdge]) -> Limb:
+        graph = self.graph
+        steps = directed_edges(edges, graph.base, graph.platform)
+        on_platform = bool(bodies) and all(graph.base not in edge.ends for edge in edges)
+        reached_by = {step.outer: step for step in steps if step.in_tree}
+        below = self._weights_below(steps)
+        carries = _cut_joints_carried(steps, reached_by)
+        cut_joints = [step for step in steps if not step.in_tree]
+        leading = _leads_to_ring(steps, reached_by, carries)
+        degree: dict[RigidBody, int] = {}
+        for edge in edges:
+            for end in edge.ends:
+                degree[end] = degree.get(end, 0) + 1
+        found: list[Edge] = []
+        branches: list[Edge] = []
+        ends: list[bool] = []
+        last_key: dict[RigidBody, str] = {}
+        keys: dict[BodyEdge, tuple[str, ...]] = {}
+        for step in steps:
+            passes = step.in_tree and degree[step.outer] == 2 and not graph.weights_of(step.outer)
+            chain = self._directed(step, below.get(step.edge, []), last_key.get(step.inner), tuple(carries[step.edge].items()))
+            keys[step.edge] = tuple(edge.key for edge in chain)
+            if step.in_tree:
+                last_key[step.outer] = chain[-1].key
+                for place in dict.fromkeys((*graph.rigid_links_of(step.outer), *graph.places_of(step.outer))):
+                    self.carried_by[place] = chain[-1].key
+            self._carry_ends(step, chain)
+            if step.edge in leading:
+                found.extend(chain)
+                ends.extend([False] * (len(chain) - 1) + [not passes])
+            else:
+                branches.extend(chain)
+        weights = [name for body in bodies for name in graph.weights_of(body)]
+        weights += [f"beam:{edge.beam.beam.name}" for edge in edges if edge.beam is not None]
+        return Limb(
+            "",
+            graph.links_of(bodies, edges),
+            tuple(found),
+            tuple(branches),
+            tuple(weights),
+            tuple(ends),
+            tuple(step.outer is graph.platform and not on_platform for step in cut_joints),
+            on_platform,
+            self._parts([step for step in steps if step.edge in leading], keys),
+            tuple(name for body in bodies for name in graph.places_of(body)),
+        )
+
+    def _carry_ends(self, step: DirectedEdge, chain: list[Edge]) -> None:
+        """Note that the ends of a beam with joints in its span are ends of the beam, not of the links behind these joints."""
+        if step.edge.beam is None:
+            return
+        name = step.edge.beam.beam.name
+        number, (start, end) = [edge.beam for edge in chain].index(name), self.beam_ends[name]
+        if number > 0:
+            self.carried_by[start] = chain[number - 1].key
+        if number < len(chain) - 1:
+            self.carried_by[end] = chain[number].key
+
+    def _parts(self, steps: list[DirectedEdge], keys: dict[BodyEdge, tuple[str, ...]]) -> tuple[LimbSegment, ...]:
+        """Split a limb at the bodies that every way from base to platform passes, serial stretches in one."""
+        graph = self.graph
+        cuts = segments_between_cuts(steps, graph.base, graph.platform)
+        if not cuts:
+            return ()
+        groups: list[tuple[list[DirectedEdge], RigidBody, RigidBody]] = []
+        for inner, outer, mine in cuts:
+            if groups and len(mine) == 1 and len(groups[-1][0]) == self._stretch(groups[-1][0]):
+                groups[-1] = (groups[-1][0] + mine, groups[-1][1], outer)
+            else:
+                groups.append((mine, inner, outer))
+        return tuple(
+            LimbSegment(
+                tuple(key for step in mine for key in keys[step.edge]),
+                self._name_of(start),
+                self._name_of(end),
+                len(mine) == self._stretch(mine),
+            )
+            for mine, start, end in groups
+        )
+
+    @staticmethod
+    def _stretch(steps: list[DirectedEdge]) -> int:
+        """Return how many different bodies lie at the outer ends of some edges: as many as edges on a single way."""
+        return len({step.outer for step in steps}) if len({step.inner for step in steps}) == len(steps) else 0
+
+    def _name_of(self, body: RigidBody) -> str:
+        if body is self.graph.base:
+            return self.graph.description.base
+        if body is self.graph.platform:
+            return self.graph.description.platform
+        return self.graph.links_of([body], [])[0]
+
+    def _weights_below(self, steps: list[DirectedEdge]) -> dict[BodyEdge, list[str]]:
+        """Return the names of the weights, and of places for loads, that the tree carries beyond each of its edges."""
+        hanging: dict[RigidBody, list[str]] = {}
+        below: dict[BodyEdge, list[str]] = {}
+        for step in reversed(steps):  # outer edges come after inner ones
+            mine: list[str] = []
+            if step.in_tree:
+                mine = self.graph.places_of(step.outer) + hanging.get(step.outer, [])
+                below[step.edge] = mine
+            own = [f"beam:{step.edge.beam.beam.name}"] if step.edge.beam is not None else []
+            hanging[step.inner] = mine + own + hanging.get(step.inner, [])
+        return below
+
+    def _directed(
+        self, step: DirectedEdge, below: list[str], parent: str | None, cut_joints: tuple[tuple[int, int], ...]
+    ) -> list[Edge]:
+        """Return an edge, and the joints inside a telescopic beam, as seen on the way out."""
+        edge = step.edge
+        forward = edge.inner.find() is step.inner
+        if edge.connection is not None:
+            sign = 1 if forward else -1
+            return [Edge(edge.connection.name, None, sign, tuple(below), parent, (), cut_joints, step.both_ways)]
+        assert edge.beam is not None
+        name = edge.beam.beam.name
+        if not forward and not step.both_ways and (edge.beam.beam.start or edge.beam.beam.end):
+            place = edge.beam.beam.place
+            self.warnings.append(
+                f"{place}: beam {name!r} runs from its end towards the platform to the one towards the base; "
+                "from= should name the joint towards the base"
+            )
+        span = edge.beam if forward else edge.beam.reversed
+        if not forward:
+            self.beam_ends[name] = self.beam_ends[name][::-1]
+        self.spans[name] = span
+        joints, before_carrier = [*span.inward[::-1], *span.outward], len(span.inward)
+        links = [span.start_link]
+        for item in joints:
+            links.append(item.other(links[-1]))
+        # Links in mid-span go with the end on their side; a joint in between carries those outboard of it all the same.
+        # So do joints with what acts on the beam's own link at its ends.
+        start, end = self.beam_ends[name]
+        near = [link for link in links[1:before_carrier] if self.graph.is_rigid(link)]
+        far = [link for link in links[before_carrier + 1 : -1] if self.graph.is_rigid(link)]
+        result: list[Edge] = []
+        for number in range(len(joints) + 1):
+            if number == before_carrier:
+                result.append(Edge(None, name, 1 if forward else -1, tuple(below), parent, (), cut_joints, step.both_ways))
+                parent = result[-1].key
+            if number < len(joints):
+                item = joints[number]
+                sign = 1 if item.predecessor == links[number] else -1
+                inboard = set(links[: number + 1])
+                weights = list(below)
+                if number < before_carrier:
+                    weights += [link for link in near if link not in inboard] + [f"beam:{name}", start]
+                excluded = tuple(link for link in far if link in inboard) + ((end,) if number >= before_carrier else ())
+                result.append(Edge(item.name, None, sign, tuple(weights), parent, excluded, cut_joints, step.both_ways))
+                parent = result[-1].key
+        return result
+
+    # ---- the rest ---------------------------------------------------------------------------------------------------
+
+    def _check_misplaced(self, limbs: tuple[Limb, ...], attached: tuple[Edge, ...]) -> dict[str, str]:
+        """Refuse what carries load somewhere along a beam instead of at its end; return the places that nothing may act at."""
+        carrying = {edge.joint for limb in limbs for edge in limb.edges}
+        branches = [edge for limb in limbs for edge in limb.branches]
+        outboard = {edge.joint: edge.outboard for edge in (*branches, *attached)}
+        unsupported: dict[str, str] = {}
+        for _, connection, link in self.graph.misplaced:
+            places = outboard.get(connection.name, ())
+            unsupported |= dict.fromkeys(places, connection.name)
+            if connection.name in carrying or any(map(self._is_weight, places)):
+                beams = ", ".join(repr(beam.name) for beam in self.graph.beams_of[link])
+                place = connection.place
+                raise RobotFileError(
+                    f"joint {connection.name!r} carries load at a point of link {link!r} that is not an end of its beam "
+                    f"({beams}); split the beam there with a fixed joint, or let it end there",
+                    place.file,
+                    place.line,
+                )
+        return unsupported
+
+    def _is_weight(self, name: str) -> bool:
+        """Whether what has a name in ``outboard`` weighs something."""
+        return name.startswith("beam:") or (name in self.graph.description.links and self.graph.weighs(name))
+
+    def _attached(self, root: RigidBody, components: list[tuple[list[RigidBody], Limb]]) -> AttachedBodies:
+        bodies = [root, *(body for component, _ in components for body in component)]
+        weights = [*self.graph.weights_of(root), *(name for _, limb in components for name in limb.weights)]
+        edges = [edge for _, limb in components if not limb.to_platform for edge in limb.branches]
+        places = [name for body in bodies for name in self.graph.places_of(body)]
+        return AttachedBodies(self.graph.links_of(bodies, []), tuple(edges), tuple(weights), tuple(places))
+
+
+def _way_in(body: RigidBody, reached_by: dict[RigidBody, DirectedEdge]) -> Iterator[DirectedEdge]:
+    """Yield the edges of the spanning tree from a body to the root."""
+    while (step := reached_by.get(body)) is not None:
+        yield step
+        body = step.inner
+
+
+def _cut_joints_carried(steps: list[DirectedEdge], reached_by: dict[RigidBody, DirectedEdge]) -> dict[BodyEdge, dict[int, int]]:
+    """Return for each edge the signs of the cut joints' wrenches in what its outboard side puts on its inboard side.
+
+    A cut joint's wrench is what its outer side puts on its inner side: it loads what lies beyond the edges on the way to its
+    inner end, and unloads what lies beyond those on the way to its outer end.
+    """
+    carries: dict[BodyEdge, dict[int, int]] = {step.edge: {} for step in steps}
+    for number, cut_joint in enumerate(step for step in steps if not step.in_tree):
+        carries[cut_joint.edge][number] = 1
+        for body, sign in ((cut_joint.inner, 1), (cut_joint.outer, -1)):
+            for step in _way_in(body, reached_by):
+                mine = carries[step.edge]
+                mine[number] = mine.get(number, 0) + sign
+                if mine[number] == 0:
+                    del mine[number]
+    return carries
+
+
+def _leads_to_ring(
+    steps: list[DirectedEdge], reached_by: dict[RigidBody, DirectedEdge], carries: dict[BodyEdge, dict[int, int]]
+) -> set[BodyEdge]:
+    """Return the edges that carry a cut joint, or beyond which one that does lies."""
+    found: set[BodyEdge] = set()
+    for step in steps:
+        if carries[step.edge]:
+            found.update([step.edge, *(item.edge for item in _way_in(step.inner, reached_by))])
+    return found
