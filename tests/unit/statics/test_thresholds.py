@@ -7,6 +7,7 @@ import pytest
 from simple_machines import joint, link, mount, springs
 
 import kinetostatics as ks
+from kinetostatics.statics import singularity
 from kinetostatics.statics.joint_wrenches import _masked
 from kinetostatics.statics.platform_equilibrium import _invert, _RigidPart
 
@@ -74,4 +75,4 @@ def test_a_platform_held_by_wrenches_that_differ(sine, held, size):
     J = np.eye(6)
     J[:, 5] = np.sqrt(1 - sine**2) * J[:, 0] + sine * J[:, 5]
     limbs = [SimpleNamespace(J_c=size * J[:, columns, None, None]) for columns in ([0, 1], [2, 3, 4, 5])]
-    assert bool(held(limbs, np.ones(6), 1)[0]) == held
+    assert bool(singularity.held(limbs, np.ones(6), 1)[0]) == held
