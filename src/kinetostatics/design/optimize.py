@@ -1,115 +1,32 @@
 """The best parameters of a robot's file, under requirements that hold at every pose of a workspace.
 
-Every requirement at every pose is a constraint of a nonlinear program, which SciPy's SLSQP solves (D. Kraft, A software package
-for sequential quadratic programming, 1988) from several starts, with central differences of whole analyses as gradients. Values
-from lists and catalogues are tried one by one, or, where ranges are varied too, around the optimum that lets them be anything
-between.
+Every requirement at every pose is a constraint of a nonlinear program; :mod:`kinetostatics.design.search` solves it.
 """
 
 from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.analysis import analyze
 from kinetostatics.argument_checks import check_mapping
 from kinetostatics.description.units import KINDS
-from kinetostatics.design.requirements import MEASURES, Requirement, parse_measure, parse_requirement
-from kinetostatics.design.variables import Choice, Range, combinations, read_variables
+from kinetostatics.design.problem import Point, Problem, rank
+from kinetostatics.design.requirements import MEASURES, parse_measure, parse_requirement
+from kinetostatics.design.search import STEP, search
+from kinetostatics.design.variables import Range, read_variables
 from kinetostatics.design.variants import Variants
-from kinetostatics.exceptions import ArgumentError, KinetostaticsError, RobotFileError, StaticsError
+from kinetostatics.exceptions import ArgumentError, KinetostaticsError, StaticsError
 from kinetostatics.files.bundled import robot_path
-from kinetostatics.kinematics.assembly import assemble
-from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array
 from kinetostatics.printing.mappings import Named
 from kinetostatics.results.optimum import CheckedRequirement, Optimum, Start
-from kinetostatics.results.result import Result
-from kinetostatics.robot import Robot
 
-#: Half the distance of central differences, as part of a range.
-STEP = 1e-4
-#: Broken requirements up to this part of the limit count as rounding, and margins up to the second as none.
-BROKEN, ACTIVE = 1e-6, 1e-5
-#: Steps of a search, and how well it converges: parts of the objective.
-STEPS, CONVERGED = 60, 1e-10
-#: Combinations of listed values that are tried, at most.
-MOST = 2000
-#: How far a point may come from the edge of the unit cube where a search begins.
-EDGE = 0.08
-
-
-@dataclass
-class _Point:
-    """One robot, analysed at all poses.
-
-    Attributes:
-        objective: SI; infinite if there is no robot.
-        margins: of all requirements at all poses, flat.
-        result: of the analysis, None if there is no robot.
-        values: of each requirement (P, k).
-    """
-
-    objective: float
-    margins: Array
-    result: Result | None
-    values: list[Array]
-
-    @property
-    def violation(self) -> float:
-        """By how much the worst requirement is broken, as part of its limit."""
-        return max(0.0, -float(self.margins.min(initial=0.0)))
-
-    @property
-    def feasible(self) -> bool:
-        return self.result is not None and self.violation <= BROKEN
-
-
-@dataclass
-class _Problem:
-    """Objective and margins as functions of parameters; what was computed once is kept."""
-
-    variants: Variants
-    over: Mapping[str, Array]
-    is_platform: bool
-    orientation: str | None
-    analysis: Mapping[str, Any]
-    objective: tuple[str, float]
-    requirements: Sequence[Requirement]
-    known: dict[tuple[tuple[str, float], ...], _Point] = field(default_factory=dict)
-    count: int = 0
-
-    def at(self, parameters: Mapping[str, float]) -> _Point:
-        """Return the robot with these parameters."""
-        key = tuple(sorted(parameters.items()))
-        if key not in self.known:
-            self.known[key] = self._evaluate(parameters)
-            self.count += 1
-        return self.known[key]
-
-    def _evaluate(self, parameters: Mapping[str, float]) -> _Point:
-        try:
-            robot = self.variants.robot(parameters)
-            given: tuple[Any, Any, str | None] = (
-                (None, self.over, self.orientation) if self.is_platform else (self.over, None, None)
-            )
-            pose = assemble(robot, *given, None, 1e-10, "nan")
-            result = analyze(pose, on_failure="nan", **self.analysis)
-            name, argument = self.objective
-            found = MEASURES[name].function(result, argument)
-            values = [_rows(MEASURES[item.name].function(result, item.argument)) for item in self.requirements]
-        except (RobotFileError, StaticsError):
-            return _Point(np.inf, np.array([-1.0]), None, [])
-        margins = [item.margins(value).ravel() for item, value in zip(self.requirements, values, strict=True)]
-        # poses without numbers break the robot, whatever is asked of it
-        margins.append(np.where(np.isnan(result.twist[..., 0]), -1.0, 1.0).ravel())
-        worst = float(np.nanmax(found)) if np.any(np.isfinite(found)) else np.inf
-        return _Point(worst, np.concatenate(margins), result, values)
+#: Margins up to this part of the limit count as none.
+ACTIVE = 1e-5
 
 
 def optimize(
@@ -182,25 +99,13 @@ def optimize(
     variants.check(names)
     first = variants.robot({})
     grid, is_platform = _grid(over, first.description.driven)
-    problem = _Problem(variants, grid, is_platform, orientation, analysis, objective, requirements)
+    problem = Problem(variants, grid, is_platform, orientation, analysis, objective, requirements)
     # complaints about coordinates and arguments come before the search
-    analyze(_poses(first, grid, is_platform, orientation), on_failure="nan", **analysis)
+    problem.analyzed(first)
     own = {name: variants.numbers[name] for name in names}
-    ends, searched = _search(problem, ranges, choices, own, starts)
-    best = min(ends, key=lambda found: _rank(problem.at(found)))
+    ends, searched = search(problem, ranges, choices, own, starts)
+    best = min(ends, key=lambda found: rank(problem.at(found)))
     return _optimum(problem, ranges, best, ends, searched, own, minimize)
-
-
-def _poses(robot: Robot, over: Mapping[str, Array], is_platform: bool, orientation: str | None) -> Configuration:
-    """Return all poses (P,) of a robot."""
-    if is_platform:
-        return assemble(robot, None, over, orientation, None, 1e-10, "nan")
-    return assemble(robot, over, None, None, None, 1e-10, "nan")
-
-
-def _rows(values: Array) -> Array:
-    """Return the numbers of all poses (P, k)."""
-    return values.reshape(-1, values.shape[-1])
 
 
 def _grid(over: Mapping[str, ArrayLike] | None, driven: Sequence[str]) -> tuple[dict[str, Array], bool]:
@@ -218,134 +123,8 @@ def _grid(over: Mapping[str, ArrayLike] | None, driven: Sequence[str]) -> tuple[
     return {name: array.ravel() for name, array in zip(over, mesh, strict=True)}, not set(over) <= set(driven) or not over
 
 
-def _rank(point: _Point) -> tuple[bool, float]:
-    """Return what puts feasible points first, the lightest of them before others, and the least broken before the rest."""
-    return (not point.feasible, point.objective if point.feasible else point.violation)
-
-
-# ---- searching -------------------------------------------------------------------------------------------------------
-
-
-def _search(
-    problem: _Problem, ranges: Sequence[Range], choices: Sequence[Choice], own: Mapping[str, float], starts: int
-) -> tuple[list[dict[str, float]], str]:
-    """Return where all searches ended, and how was searched."""
-    if not choices:
-        ends = [_minimize(problem, ranges, {}, place) for place in _places(ranges, own, starts)]
-        return ends, f"SLSQP from {starts} start{'s' * (starts > 1)}"
-    every = combinations(choices)
-    if not ranges:
-        if len(every) > MOST:
-            raise ArgumentError(f"vary: the lists have {len(every):,} combinations, more than {MOST:,}; give ranges instead")
-        return every, f"all {len(every)} combinations of the listed values were tried"
-    if any(len(item.names) > 1 for item in choices):
-        if len(every) > MOST // 50:
-            raise ArgumentError(
-                f"vary: {len(every)} combinations from catalogues are too many beside ranges, {MOST // 50} at most: shorten them"
-            )
-        near = every
-    else:  # let the lists be ranges first
-        loose = [Range(item.names[0], item.rows[0][0], item.rows[-1][0]) for item in choices]
-        relaxed = [_minimize(problem, [*ranges, *loose], {}, place) for place in _places([*ranges, *loose], own, starts)]
-        best = min(relaxed, key=lambda found: _rank(problem.at(found)))
-        own = {**own, **best}
-        near = [
-            combination
-            for combination in every
-            if all(combination[item.names[0]] in _neighbours(item, best[item.names[0]]) for item in choices)
-        ]
-    ends = []
-    for combination in near:
-        (place,) = _places(ranges, own, 1)
-        ends.append({**_minimize(problem, ranges, combination, place), **combination})
-    return ends, f"SLSQP for {len(near)} of {len(every)} combinations of the listed values"
-
-
-def _neighbours(choice: Choice, value: float) -> set[float]:
-    """Return the listed values on either side of a value, and one more above."""
-    values = [row[0] for row in choice.rows]
-    k = int(np.searchsorted(values, value * (1 - 1e-9)))
-    return set(values[max(0, k - 1) : k + 2])
-
-
-def _places(ranges: Sequence[Range], own: Mapping[str, float], starts: int) -> list[Array]:
-    """Return where searches begin, in the unit cube: at the file's own values, then spread by Halton's sequence."""
-    from scipy.stats import qmc
-
-    first = np.array([item.place(own[item.name]) for item in ranges])
-    spread = qmc.Halton(len(ranges), scramble=False).random(starts)[1:] if starts > 1 else np.zeros((0, len(ranges)))
-    return [np.clip(place, EDGE, 1 - EDGE) for place in (first, *spread)]
-
-
-def _minimize(problem: _Problem, ranges: Sequence[Range], fixed: Mapping[str, float], place: Array) -> dict[str, float]:
-    """Return where a search ends; where nothing is feasible, where the worst requirement is broken least."""
-    from scipy.optimize import minimize
-
-    def named(u: Array) -> dict[str, float]:
-        return {**fixed, **{item.name: item.value(float(x)) for item, x in zip(ranges, u, strict=True)}}
-
-    begin = problem.at(named(place))
-    scale = begin.objective if np.isfinite(begin.objective) and begin.objective > 0 else 1.0
-    size = begin.margins.size
-
-    def numbers(u: Array) -> Array:
-        """Return the scaled objective, and all margins."""
-        point = problem.at(named(np.clip(u, 0, 1)))
-        if point.margins.size != size or not np.isfinite(point.objective):
-            return np.array([10.0, *np.full(size, -1.0)])
-        return np.array([point.objective / scale, *point.margins])
-
-    def slopes(u: Array) -> Array:
-        """Return their gradients (1 + m, n)."""
-        columns = []
-        for k in range(len(u)):
-            ends = [np.array(u), np.array(u)]
-            for end, sign in zip(ends, (-1, 1), strict=True):
-                end[k] = min(max(end[k] + sign * STEP, 0.0), 1.0)
-            columns.append((numbers(ends[1]) - numbers(ends[0])) / (ends[1][k] - ends[0][k]))
-        return np.stack(columns, axis=1)
-
-    options = {"maxiter": STEPS, "ftol": CONVERGED}
-    constraint = {"type": "ineq", "fun": lambda u: numbers(u)[1:], "jac": lambda u: slopes(u)[1:]}
-    bounds = [(0.0, 1.0)] * len(ranges)
-    found = minimize(
-        lambda u: numbers(u)[0],
-        place,
-        jac=lambda u: slopes(u)[0],
-        bounds=bounds,
-        constraints=[constraint],
-        method="SLSQP",
-        options=options,
-    )
-    u = np.clip(found.x, 0, 1)
-    if not problem.at(named(u)).feasible:  # what comes nearest: the largest smallest margin
-        slack = {
-            "type": "ineq",
-            "fun": lambda v: numbers(v[:-1])[1:] + v[-1],
-            "jac": lambda v: np.concatenate([slopes(v[:-1])[1:], np.ones((size, 1))], axis=1),
-        }
-        start = np.array([*u, problem.at(named(u)).violation])
-        nearest = minimize(
-            lambda v: v[-1],
-            start,
-            jac=lambda v: np.eye(len(v))[-1],
-            bounds=[*bounds, (0.0, 10.0)],
-            constraints=[slack],
-            method="SLSQP",
-            options=options,
-        )
-        if problem.at(named(np.clip(nearest.x[:-1], 0, 1))).violation < problem.at(named(u)).violation:
-            u = np.clip(nearest.x[:-1], 0, 1)
-        if problem.at(named(u)).feasible:  # it was only the first search that failed
-            return _minimize(problem, ranges, fixed, u) if not np.allclose(u, place) else named(u)
-    return named(u)
-
-
-# ---- the verdict -----------------------------------------------------------------------------------------------------
-
-
 def _optimum(
-    problem: _Problem,
+    problem: Problem,
     ranges: Sequence[Range],
     best: dict[str, float],
     ends: Sequence[dict[str, float]],
@@ -370,7 +149,7 @@ def _optimum(
         checked.append(CheckedRequirement(item.text, item.name, value, item.limit, unit, margin, Named(pose), active, saving))
     name = problem.objective[0]
     before = problem.at(own).objective
-    every = sorted(ends, key=lambda found: _rank(problem.at(found)))[: max(len(ranges), 1) * 10]
+    every = sorted(ends, key=lambda found: rank(problem.at(found)))[: max(len(ranges), 1) * 10]
     return Optimum(
         point.feasible,
         Named(best),
@@ -392,7 +171,7 @@ def _optimum(
 
 
 def _multipliers(
-    problem: _Problem, ranges: Sequence[Range], best: Mapping[str, float], point: _Point
+    problem: Problem, ranges: Sequence[Range], best: Mapping[str, float], point: Point
 ) -> tuple[list[float], tuple[str, ...]]:
     """Return what one per cent looser saves of the objective, for each requirement, and which parameters are at a bound.
 

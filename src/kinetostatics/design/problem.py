@@ -1,0 +1,115 @@
+"""An optimization's objective and requirements as functions of the file's parameters, over all poses of a workspace."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from kinetostatics.analysis import analyze
+from kinetostatics.design.requirements import MEASURES, Requirement
+from kinetostatics.design.variants import Variants
+from kinetostatics.exceptions import RobotFileError, StaticsError
+from kinetostatics.kinematics.assembly import assemble
+from kinetostatics.math.arrays import Array
+from kinetostatics.results.result import Result
+from kinetostatics.robot import Robot
+
+#: Broken requirements up to this part of the limit count as rounding.
+BROKEN = 1e-6
+
+
+@dataclass(frozen=True)
+class Point:
+    """One robot, analysed at all poses.
+
+    Attributes:
+        objective: SI; infinite if there is no robot.
+        margins: of all requirements at all poses, flat.
+        result: of the analysis, None if there is no robot.
+        values: of each requirement (P, k).
+    """
+
+    objective: float
+    margins: Array
+    result: Result | None
+    values: list[Array]
+
+    @property
+    def violation(self) -> float:
+        """By how much the worst requirement is broken, as part of its limit."""
+        return max(0.0, -float(self.margins.min(initial=0.0)))
+
+    @property
+    def feasible(self) -> bool:
+        """Whether all requirements hold at all poses, but for rounding."""
+        return self.result is not None and self.violation <= BROKEN
+
+
+@dataclass
+class Problem:
+    """Objective and margins as functions of parameters; what was computed once is kept.
+
+    Attributes:
+        variants: the robots.
+        over: coordinates (P,) of all poses, and whether they are the platform's.
+        is_platform: see ``over``.
+        orientation: what the orientation's coordinates mean, see :meth:`Robot.assemble`.
+        analysis: arguments of :func:`kinetostatics.analyze`.
+        objective: name and argument of what is minimized.
+        requirements: which hold at every pose.
+        known: what was computed, by parameters.
+        count: how many robots were analysed.
+    """
+
+    variants: Variants
+    over: Mapping[str, Array]
+    is_platform: bool
+    orientation: str | None
+    analysis: Mapping[str, Any]
+    objective: tuple[str, float]
+    requirements: Sequence[Requirement]
+    known: dict[tuple[tuple[str, float], ...], Point] = field(default_factory=dict)
+    count: int = 0
+
+    def at(self, parameters: Mapping[str, float]) -> Point:
+        """Return the robot with these parameters."""
+        key = tuple(sorted(parameters.items()))
+        if key not in self.known:
+            self.known[key] = self._evaluate(parameters)
+            self.count += 1
+        return self.known[key]
+
+    def analyzed(self, robot: Robot) -> Result:
+        """Return the analysis of a robot at all poses (P,)."""
+        if self.is_platform:
+            pose = assemble(robot, None, self.over, self.orientation, None, 1e-10, "nan")
+        else:
+            pose = assemble(robot, self.over, None, None, None, 1e-10, "nan")
+        return analyze(pose, on_failure="nan", **self.analysis)
+
+    def _evaluate(self, parameters: Mapping[str, float]) -> Point:
+        try:
+            result = self.analyzed(self.variants.robot(parameters))
+            name, argument = self.objective
+            found = MEASURES[name].function(result, argument)
+            values = [_rows(MEASURES[item.name].function(result, item.argument)) for item in self.requirements]
+        except (RobotFileError, StaticsError):
+            return Point(np.inf, np.array([-1.0]), None, [])
+        margins = [item.margins(value).ravel() for item, value in zip(self.requirements, values, strict=True)]
+        # poses without numbers break the robot, whatever is asked of it
+        margins.append(np.where(np.isnan(result.twist[..., 0]), -1.0, 1.0).ravel())
+        worst = float(np.nanmax(found)) if np.any(np.isfinite(found)) else np.inf
+        return Point(worst, np.concatenate(margins), result, values)
+
+
+def _rows(values: Array) -> Array:
+    """Return the numbers of all poses (P, k)."""
+    return values.reshape(-1, values.shape[-1])
+
+
+def rank(point: Point) -> tuple[bool, float]:
+    """Return what puts feasible points first, the lightest of them before others, and the least broken before the rest."""
+    return (not point.feasible, point.objective if point.feasible else point.violation)

@@ -1,0 +1,141 @@
+"""The search for the best parameters.
+
+Ranges are searched by SciPy's SLSQP (D. Kraft, A software package for sequential quadratic programming, 1988) from several
+starts, with central differences of whole analyses as gradients. Values from lists and catalogues are tried one by one, or, where
+ranges are varied too, around the optimum that lets them be anything between.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from kinetostatics.design.problem import Problem, rank
+from kinetostatics.design.variables import Choice, Range, combinations
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.math.arrays import Array
+
+#: Half the distance of central differences, as part of a range.
+STEP = 1e-4
+#: Steps of a search, and how well it converges: parts of the objective.
+STEPS, CONVERGED = 60, 1e-10
+#: Combinations of listed values that are tried, at most.
+MOST = 2000
+#: How far a point may come from the edge of the unit cube where a search begins.
+EDGE = 0.08
+
+
+def search(
+    problem: Problem, ranges: Sequence[Range], choices: Sequence[Choice], own: Mapping[str, float], starts: int
+) -> tuple[list[dict[str, float]], str]:
+    """Return where all searches ended, and how was searched."""
+    if not choices:
+        ends = [_minimize(problem, ranges, {}, place) for place in _places(ranges, own, starts)]
+        return ends, f"SLSQP from {starts} start{'s' * (starts > 1)}"
+    every = combinations(choices)
+    if not ranges:
+        if len(every) > MOST:
+            raise ArgumentError(f"vary: the lists have {len(every):,} combinations, more than {MOST:,}; give ranges instead")
+        return every, f"all {len(every)} combinations of the listed values were tried"
+    if any(len(item.names) > 1 for item in choices):
+        if len(every) > MOST // 50:
+            raise ArgumentError(
+                f"vary: {len(every)} combinations from catalogues are too many beside ranges, {MOST // 50} at most: shorten them"
+            )
+        near = every
+    else:  # let the lists be ranges first
+        loose = [Range(item.names[0], item.rows[0][0], item.rows[-1][0]) for item in choices]
+        relaxed = [_minimize(problem, [*ranges, *loose], {}, place) for place in _places([*ranges, *loose], own, starts)]
+        best = min(relaxed, key=lambda found: rank(problem.at(found)))
+        own = {**own, **best}
+        near = [
+            combination
+            for combination in every
+            if all(combination[item.names[0]] in _neighbours(item, best[item.names[0]]) for item in choices)
+        ]
+    ends = []
+    for combination in near:
+        (place,) = _places(ranges, own, 1)
+        ends.append({**_minimize(problem, ranges, combination, place), **combination})
+    return ends, f"SLSQP for {len(near)} of {len(every)} combinations of the listed values"
+
+
+def _neighbours(choice: Choice, value: float) -> set[float]:
+    """Return the listed values on either side of a value, and one more above."""
+    values = [row[0] for row in choice.rows]
+    k = int(np.searchsorted(values, value * (1 - 1e-9)))
+    return set(values[max(0, k - 1) : k + 2])
+
+
+def _places(ranges: Sequence[Range], own: Mapping[str, float], starts: int) -> list[Array]:
+    """Return where searches begin, in the unit cube: at the file's own values, then spread by Halton's sequence."""
+    from scipy.stats import qmc
+
+    first = np.array([item.place(own[item.name]) for item in ranges])
+    spread = qmc.Halton(len(ranges), scramble=False).random(starts)[1:] if starts > 1 else np.zeros((0, len(ranges)))
+    return [np.clip(place, EDGE, 1 - EDGE) for place in (first, *spread)]
+
+
+def _minimize(problem: Problem, ranges: Sequence[Range], fixed: Mapping[str, float], place: Array) -> dict[str, float]:
+    """Return where a search ends; where nothing is feasible, where the worst requirement is broken least."""
+    from scipy.optimize import minimize
+
+    def named(u: Array) -> dict[str, float]:
+        return {**fixed, **{item.name: item.value(float(x)) for item, x in zip(ranges, u, strict=True)}}
+
+    begin = problem.at(named(place))
+    scale = begin.objective if np.isfinite(begin.objective) and begin.objective > 0 else 1.0
+    size = begin.margins.size
+
+    def numbers(u: Array) -> Array:
+        """Return the scaled objective, and all margins."""
+        point = problem.at(named(np.clip(u, 0, 1)))
+        if point.margins.size != size or not np.isfinite(point.objective):
+            return np.array([10.0, *np.full(size, -1.0)])
+        return np.array([point.objective / scale, *point.margins])
+
+    def slopes(u: Array) -> Array:
+        """Return their gradients (1 + m, n)."""
+        columns = []
+        for k in range(len(u)):
+            ends = [np.array(u), np.array(u)]
+            for end, sign in zip(ends, (-1, 1), strict=True):
+                end[k] = min(max(end[k] + sign * STEP, 0.0), 1.0)
+            columns.append((numbers(ends[1]) - numbers(ends[0])) / (ends[1][k] - ends[0][k]))
+        return np.stack(columns, axis=1)
+
+    options = {"maxiter": STEPS, "ftol": CONVERGED}
+    constraint = {"type": "ineq", "fun": lambda u: numbers(u)[1:], "jac": lambda u: slopes(u)[1:]}
+    bounds = [(0.0, 1.0)] * len(ranges)
+    found = minimize(
+        lambda u: numbers(u)[0],
+        place,
+        jac=lambda u: slopes(u)[0],
+        bounds=bounds,
+        constraints=[constraint],
+        method="SLSQP",
+        options=options,
+    )
+    u = np.clip(found.x, 0, 1)
+    if not problem.at(named(u)).feasible:  # what comes nearest: the largest smallest margin
+        slack = {
+            "type": "ineq",
+            "fun": lambda v: numbers(v[:-1])[1:] + v[-1],
+            "jac": lambda v: np.concatenate([slopes(v[:-1])[1:], np.ones((size, 1))], axis=1),
+        }
+        start = np.array([*u, problem.at(named(u)).violation])
+        nearest = minimize(
+            lambda v: v[-1],
+            start,
+            jac=lambda v: np.eye(len(v))[-1],
+            bounds=[*bounds, (0.0, 10.0)],
+            constraints=[slack],
+            method="SLSQP",
+            options=options,
+        )
+        if problem.at(named(np.clip(nearest.x[:-1], 0, 1))).violation < problem.at(named(u)).violation:
+            u = np.clip(nearest.x[:-1], 0, 1)
+        if problem.at(named(u)).feasible:  # it was only the first search that failed
+            return _minimize(problem, ranges, fixed, u) if not np.allclose(u, place) else named(u)
+    return named(u)
