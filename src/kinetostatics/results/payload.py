@@ -10,7 +10,7 @@ import numpy as np
 from kinetostatics.math.arrays import Array
 from kinetostatics.printing.mappings import Named, ShortRepr
 from kinetostatics.results.batch import Batch
-from kinetostatics.statics.joint_wrenches import drive_forces, joint_contributions
+from kinetostatics.statics.joint_wrenches import drive_forces, joint_contributions, joints_in_order
 from kinetostatics.statics.link_loads import PAYLOAD, unit_payloads
 from kinetostatics.statics.model import RobotStatics
 from kinetostatics.statics.solution import Solution
@@ -54,13 +54,11 @@ def payload_coefficients(
         at_joints = joint_contributions(robot, found)[:, :, mine]
         wrenches.append(at_joints)
         forces.append(drive_forces(robot, found, at_joints))
-    places = {name: k for k, name in enumerate(robot.joint_table.names)}
-    ordered = [(name, places[name]) for name in robot.mechanism.connections if name in places]
     return PayloadCoefficients(
         PARAMETERS,
         batch.public(twists),
         Named({name: batch.public([chunk[name] for chunk in forces]) for name in forces[0]}),
-        Named({name: batch.public([chunk[:, k] for chunk in wrenches]) for name, k in ordered}),
+        Named({name: batch.public([chunk[:, k] for chunk in wrenches]) for name, k in joints_in_order(robot)}),
     )
 
 

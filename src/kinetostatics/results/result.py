@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from kinetostatics.description.loads import Payload
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array, frozen
-from kinetostatics.math.screws import move_wrench
 from kinetostatics.printing.dispatch import Shown, dict_of, text_of, warnings_of
 from kinetostatics.printing.mappings import Named
+from kinetostatics.results.base_wrench import base_wrench
 from kinetostatics.results.batch import Batch
 from kinetostatics.results.beam import BeamResult, beam_results, euler_ratios
 from kinetostatics.results.contributions import (
@@ -27,12 +27,18 @@ from kinetostatics.results.contributions import (
     part_contributions,
     source_contributions,
 )
-from kinetostatics.results.limb import LimbResult, particular_limb_wrench
+from kinetostatics.results.limb import LimbResult
 from kinetostatics.results.payload import PayloadCoefficients, payload_coefficients
 from kinetostatics.robot import Robot, robot_of
 from kinetostatics.statics.applied_loads import sum_of
 from kinetostatics.statics.deformation import Deformation, deform
-from kinetostatics.statics.joint_wrenches import actuator_forces, drive_forces, joint_contributions, joint_wrenches
+from kinetostatics.statics.joint_wrenches import (
+    actuator_forces,
+    drive_forces,
+    joint_contributions,
+    joint_wrenches,
+    joints_in_order,
+)
 from kinetostatics.statics.solution import Solution, by_mechanism, of_deformation
 from kinetostatics.statics.springs import placed_springs
 from kinetostatics.status import FACTS, Status, status_of
@@ -108,10 +114,7 @@ class Result(Shown):
 
     def _gather(self, pick: Callable[[Solution], Array]) -> Array:
         """Return what is picked of every chunk (…, N), batch first."""
-        return self._public([pick(s) for s in self.solutions])
-
-    def _public(self, chunks: list[Array]) -> Array:
-        return self._batch.public(chunks)
+        return self._batch.public([pick(s) for s in self.solutions])
 
     # ---- the platform -----------------------------------------------------------------------------------------------
 
@@ -223,13 +226,13 @@ class Result(Shown):
     def link_loads(self) -> Mapping[str, Array]:
         """(…, 6) loads on links and the payload's weight by contribution, about o, world axes [N, N·m]."""
         names = [(k, item.load.name) for k, item in enumerate(self.solutions[0].applied) if item.load.kind == "load"]
-        return Named({name: self._public([sum_of([s.applied[k]]) for s in self.solutions]) for k, name in names})
+        return Named({name: self._batch.public([sum_of([s.applied[k]]) for s in self.solutions]) for k, name in names})
 
     @cached_property
     def spring_forces(self) -> Mapping[str, Array]:
         """(…) tension of each spring at the pose, before anything has given way, negative where it pushes [N]."""
         chunks = [placed_springs(self.robot.statics, solution.frames) for solution in self.solutions]
-        return Named({item.name: self._public([c[k].tension for c in chunks]) for k, item in enumerate(chunks[0])})
+        return Named({item.name: self._batch.public([c[k].tension for c in chunks]) for k, item in enumerate(chunks[0])})
 
     @cached_property
     def payload_coefficients(self) -> PayloadCoefficients:
@@ -284,19 +287,14 @@ class Result(Shown):
         In a ring, where base and platform give a joint no direction, it is what its predecessor puts on its successor.
         """
         chunks = self._joint_wrenches
-        return Named({name: self._public([w[:, k] for w in chunks]) for name, k in self._joints_in_order()})
+        return Named({name: self._batch.public([w[:, k] for w in chunks]) for name, k in joints_in_order(self.robot.statics)})
 
     @cached_property
     def joint_contributions(self) -> Mapping[str, Mapping[str, Array]]:
         """(…, 6) what each contribution to the twist adds to each joint's wrench, by joint and contribution."""
-        chunks = self._joint_contributions
+        chunks, joints = self._joint_contributions, joints_in_order(self.robot.statics)
         sources = self.solutions[0].sources
-        return Named({name: self._batch.by_source(sources, [w[:, k] for w in chunks]) for name, k in self._joints_in_order()})
-
-    def _joints_in_order(self) -> list[tuple[str, int]]:
-        """Return the names of the joints, in the order of the file, and their places in the joint table."""
-        places = {name: k for k, name in enumerate(self.robot.statics.joint_table.names)}
-        return [(name, places[name]) for name in self.robot.mechanism.connections if name in places]
+        return Named({name: self._batch.by_source(sources, [w[:, k] for w in chunks]) for name, k in joints})
 
     @cached_property
     def actuator_forces(self) -> Mapping[str, Array]:
@@ -305,7 +303,7 @@ class Result(Shown):
         A drive that other joints mimic moves them too: their forces count with their multipliers.
         """
         chunks = [actuator_forces(self.robot.statics, solution) for solution in self.solutions]
-        return Named({name: self._public([chunk[name] for chunk in chunks]) for name in chunks[0]})
+        return Named({name: self._batch.public([chunk[name] for chunk in chunks]) for name in chunks[0]})
 
     @cached_property
     def actuator_contributions(self) -> Mapping[str, Mapping[str, Array]]:
@@ -331,22 +329,7 @@ class Result(Shown):
     @cached_property
     def base_wrench(self) -> Array:
         """(…, 6) base reaction: the ground's wrench acting on the robot, about the base link's origin, world axes [N, N·m]."""
-        total: list[Array] = []
-        body, placement = self.robot.mechanism.body_of[self.robot.description.base]
-        for solution in self.solutions:
-            weights, topology = solution.weights, self.robot.topology
-            sum_at_o = weights[:, self.robot.weights.of("base")].sum(axis=1)
-            sum_at_o += sum_of(solution.applied, topology.base.places)
-            sum_at_o += sum_of(solution.applied, [place for limb in topology.limbs for place in limb.places])
-            for number, statics in enumerate(solution.statics):
-                if statics.group.is_attached:
-                    continue  # its weight is that of base or platform
-                for position, limb in enumerate(statics.group.limbs):
-                    own = self.robot.weights.sum(limb.weights, weights)
-                    sum_at_o = sum_at_o + particular_limb_wrench(solution, number, position) + own
-            origin = solution.frames.point(body, placement[:3, 3])
-            total.append(-move_wrench(sum_at_o, origin - solution.o))
-        return self._public(total)
+        return self._batch.public([base_wrench(self.robot.statics, solution) for solution in self.solutions])
 
     # ---- deformation ------------------------------------------------------------------------------------------------
 
@@ -401,7 +384,7 @@ class Result(Shown):
     @cached_property
     def strain_energy(self) -> Array:
         """(…) strain energy of all beams and elastic joints [J]."""
-        springs = self._public([deformation.spring_energy for deformation in self._deformations])
+        springs = self._batch.public([deformation.spring_energy for deformation in self._deformations])
         return frozen(sum((beam.strain_energy for beam in self.beams.values()), springs))
 
     @cached_property

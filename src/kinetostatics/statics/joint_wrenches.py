@@ -19,6 +19,12 @@ from kinetostatics.statics.solution import Solution
 _NOTHING = 1e-9
 
 
+def joints_in_order(robot: RobotStatics) -> list[tuple[str, int]]:
+    """Return the names of the joints, in the order of the file, and their places in the joint table."""
+    places = {name: k for k, name in enumerate(robot.joint_table.names)}
+    return [(name, places[name]) for name in robot.mechanism.connections if name in places]
+
+
 def joint_wrenches(robot: RobotStatics, solution: Solution) -> Array:
     """Return the wrenches (6, J, N) of all joints of the robot's joint table, NaN where rigid parts leave them open."""
     return _masked(_carried(robot, solution), _open_wrenches(robot, solution))
