@@ -17,7 +17,7 @@ from kinetostatics.description.units import KINDS
 from kinetostatics.design.problem import Point, Problem, rank
 from kinetostatics.design.requirements import MEASURES, parse_measure, parse_requirement
 from kinetostatics.design.search import STEP, search
-from kinetostatics.design.variables import Range, read_variables
+from kinetostatics.design.variables import Range, read_variables, typed_units
 from kinetostatics.design.variants import Variants
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError, StaticsError
 from kinetostatics.files.bundled import robot_path
@@ -93,10 +93,15 @@ def optimize(
     objective = parse_measure(minimize)
     if objective[0].startswith("least"):
         raise ArgumentError(f"{minimize!r} is not to be minimized; require it: {objective[0]} > …")
+    if not isinstance(robot, (str, bytes, os.PathLike)):
+        raise ArgumentError(
+            f"optimize wants the path of a robot's file or the name of a robot, not {robot!r}: it reads the file again and again"
+        )
     path = os.fspath(robot_path(robot))
     variants = Variants(path, parameters or {}, {"platform": platform_link, "base": base_link})
     names = [item.name for item in ranges] + [name for item in choices for name in item.names]
     variants.check(names)
+    variants.check_units(typed_units(ranges, choices))
     first = variants.robot({})
     grid, is_platform = _grid(over, first.description.driven)
     problem = Problem(variants, grid, is_platform, orientation, analysis, objective, requirements)

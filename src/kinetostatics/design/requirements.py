@@ -141,6 +141,12 @@ def parse_number(text: str, kind: str, what: str) -> float:
     return own.in_si(float(match[1]))
 
 
+def typed_unit(text: str) -> str:
+    """Return the unit that a number was typed with, empty if there is none."""
+    match = _NUMBER.fullmatch(text)
+    return match[2] if match else ""
+
+
 def parse_measure(text: str) -> tuple[str, float]:
     """Return name and argument of a quantity such as ``deflection_any_direction(500 N)``.
 

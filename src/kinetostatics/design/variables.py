@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from kinetostatics.description.units import find_unit
-from kinetostatics.design.requirements import parse_number
+from kinetostatics.design.requirements import parse_number, typed_unit
 from kinetostatics.exceptions import ArgumentError
 
 #: Catalogues that come with the package.
@@ -23,11 +23,12 @@ CATALOGUES = ("standard_bars", "standard_tubes")
 
 @dataclass(frozen=True)
 class Range:
-    """A parameter between two values, both SI; of positive ones the logarithm is varied."""
+    """A parameter between two values in SI, and the units they were typed with; of positive ones the logarithm is varied."""
 
     name: str
     low: float
     high: float
+    units: tuple[str, ...] = ()
 
     def value(self, u: float) -> float:
         """Return the value at a place from 0 to 1."""
@@ -46,10 +47,11 @@ class Range:
 
 @dataclass(frozen=True)
 class Choice:
-    """Parameters that take one of several rows of values together, SI."""
+    """Parameters that take one of several rows of values together, SI, with the units of each that were typed."""
 
     names: tuple[str, ...]
     rows: tuple[tuple[float, ...], ...]
+    units: tuple[tuple[str, ...], ...] = ()
 
 
 def read_variables(vary: object) -> tuple[list[Range], list[Choice]]:
@@ -73,17 +75,24 @@ def read_variables(vary: object) -> tuple[list[Range], list[Choice]]:
             raise ArgumentError(f"vary has the key {key!r}; it must be the name of a parameter, or a tuple of names")
         what = "+".join(names)
         if isinstance(value, str) and (value in CATALOGUES or value.endswith(".csv")):
-            choices.append(Choice(names, _read_catalogue(value, names)))
+            choices.append(_read_catalogue(value, names))
         elif len(names) > 1:
             raise ArgumentError(f"vary: {what} takes rows of a catalogue, a CSV file, not {value!r}")
         elif (isinstance(value, str) and ":" in value) or isinstance(value, tuple):
             ranges.append(_range(what, value))
         else:
-            choices.append(Choice(names, _values(what, value)))
+            choices.append(_values(what, value))
     every = [item.name for item in ranges] + [name for item in choices for name in item.names]
     if twice := next((name for name in every if every.count(name) > 1), None):
         raise ArgumentError(f"vary: {twice!r} is varied twice")
     return ranges, choices
+
+
+def typed_units(ranges: Sequence[Range], choices: Sequence[Choice]) -> list[tuple[str, str]]:
+    """Return parameters and the units that their values were typed with, a pair for each."""
+    named = [(item.name, item.units) for item in ranges]
+    named += [pair for item in choices for pair in zip(item.names, item.units, strict=False)]
+    return [(name, unit) for name, units in named for unit in dict.fromkeys(units) if unit]
 
 
 def _range(what: str, value: object) -> Range:
@@ -92,25 +101,29 @@ def _range(what: str, value: object) -> Range:
     numbers = [parse_number(str(part), "", f"vary: {what}") for part in parts]
     if len(numbers) != 2 or not numbers[0] < numbers[1] or not all(map(math.isfinite, numbers)):
         raise ArgumentError(f"vary: {what} is {value!r}; a range goes from a smaller to a larger value: '20mm:120mm'")
-    return Range(what, numbers[0], numbers[1])
+    return Range(what, numbers[0], numbers[1], tuple(typed_unit(str(part)) for part in parts))
 
 
-def _values(what: str, value: object) -> tuple[tuple[float, ...], ...]:
+def _values(what: str, value: object) -> Choice:
     given: Any = value
     parts: Sequence[object] = given.split(",") if isinstance(given, str) else list(np.atleast_1d(given))
     numbers = [parse_number(str(part), "", f"vary: {what}") for part in parts]
     if len(set(numbers)) < max(len(numbers), 2):
         raise ArgumentError(f"vary: {what} is {value!r}; it takes two different values at least, or a range '20mm:120mm'")
-    return tuple((number,) for number in sorted(numbers))
+    units = tuple(typed_unit(str(part)) for part in parts)
+    return Choice((what,), tuple((number,) for number in sorted(numbers)), (units,))
 
 
-def _read_catalogue(name: str, names: Sequence[str]) -> tuple[tuple[float, ...], ...]:
+def _read_catalogue(name: str, names: tuple[str, ...]) -> Choice:
     """Return the rows of a catalogue: its columns with the parameters' names, or else the first ones in their order."""
     if name in CATALOGUES:
         text = (files("kinetostatics.design") / f"{name}.csv").read_text(encoding="utf-8")
     else:
-        with open(name, encoding="utf-8-sig") as file:
-            text = file.read()
+        try:
+            with open(name, encoding="utf-8-sig") as file:
+                text = file.read()
+        except (OSError, UnicodeDecodeError) as error:
+            raise ArgumentError(f"the catalogue {name} cannot be read: {getattr(error, 'strerror', None) or error}") from None
     lines = [(k, row) for k, row in enumerate(csv.reader(text.splitlines()), 1) if any(cell.strip() for cell in row)]
     if len(lines) < 3:
         raise ArgumentError(f"{name}: a catalogue has a line of titles, such as outer_diameter [mm], and two rows at least")
@@ -120,18 +133,20 @@ def _read_catalogue(name: str, names: Sequence[str]) -> tuple[tuple[float, ...],
     if max(columns) >= len(known):
         raise ArgumentError(f"{name} has {len(known)} columns, fewer than the parameters {', '.join(names)}")
     rows = []
+    typed: list[list[str]] = [[] for _ in columns]
     for number, row in lines[1:]:
         if len(row) != len(known):
             raise ArgumentError(f"{name}:{number}: {len(row)} cells below {len(known)} titles")
         values = []
-        for column in columns:
+        for units, column in zip(typed, columns, strict=True):
             title = titles[column]
             unit = title[2] if title and title[2] else ""
             if unit and find_unit(unit) is None:
                 raise ArgumentError(f"{name}:{lines[0][0]}: {unit!r} is no unit")
             values.append(parse_number(f"{row[column].strip()}{unit}", "", f"{name}:{number}"))
+            units.append(typed_unit(f"{row[column].strip()}{unit}"))
         rows.append(tuple(values))
-    return tuple(dict.fromkeys(rows))
+    return Choice(names, tuple(dict.fromkeys(rows)), tuple(map(tuple, typed)))
 
 
 def combinations(choices: Sequence[Choice]) -> list[dict[str, float]]:

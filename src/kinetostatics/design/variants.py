@@ -10,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
-from kinetostatics.files.parameter_units import parameter_unit
+from kinetostatics.files.parameter_units import check_parameter_units, parameter_unit
 from kinetostatics.files.reader import parameter_values, read_robot_file
 from kinetostatics.kinematics.assembly import assemble
 from kinetostatics.kinematics.configuration import Configuration
@@ -62,6 +62,15 @@ class Variants:
             if name not in self.numbers:
                 known = near_names(name, self.numbers) if self.numbers else "it has none"
                 raise ArgumentError(f"{self.path} has no number {name!r} among its xacro arguments: {known}")
+
+    def check_units(self, typed: Sequence[tuple[str, str]]) -> None:
+        """Complain of parameters that were given in a unit of another kind than the file's.
+
+        Raises:
+            ArgumentError: one was.
+        """
+        for name, unit in typed:
+            check_parameter_units(self.path, {**self.given, name: self.numbers[name]}, {name: unit}, **self.links)
 
     def unit(self, name: str) -> str:
         """Return the SI unit of an argument, empty if it is not certain."""

@@ -258,11 +258,12 @@ class Function:
             return np.broadcast_to(result.configuration.residual, shape).copy()
         if name == "contributions":
             return np.stack(list(result.contributions.values()), axis=-1)
-        if name == "actuator_forces":
-            return np.stack(list(result.actuator_forces.values()), axis=-1)
-        if name == "actuators":
-            values = result.configuration.actuators
-            return np.stack([np.broadcast_to(values[drive], shape) for drive in values], axis=-1)
+        if name in ("actuator_forces", "actuators"):
+            values = result.actuator_forces if name == "actuator_forces" else result.configuration.actuators
+            rows = np.empty((*shape, len(values)))
+            for k, item in enumerate(values.values()):
+                rows[..., k] = item
+            return rows
         return np.array(getattr(result, name))
 
 

@@ -138,6 +138,9 @@ def test_lists_and_catalogues(cantilever, tmp_path):
         ({"vary": {"diametre": "1mm:2mm"}}, "has no number 'diametre'"),
         ({"vary": {"diameter": "9mm:2mm"}}, "from a smaller to a larger"),
         ({"vary": {"diameter": "9mm"}}, "two different values"),
+        ({"vary": {"diameter": "4cm:8kg"}}, r"diameter is given as a mass \[kg\], but in the file it is a length"),
+        ({"vary": {"diameter": "4N,8N"}}, "diameter is given as a force"),
+        ({"vary": {"diameter": "none.csv"}}, "the catalogue none.csv cannot be read"),
         ({"vary": {"diameter": "thick,thin"}}, "is not a number"),
         ({"vary": {("diameter", "length"): "9mm:12mm"}}, "rows of a catalogue"),
         ({"vary": {"diameter": "9mm:12mm", ("diameter", "length"): "standard_tubes"}}, "varied twice"),
@@ -158,3 +161,14 @@ def test_mistakes(cantilever, changes, said):
     given = {"vary": {"diameter": "20mm:60mm"}, "minimize": "mass", "subject_to": ["sag < 1mm"], **changes}
     with pytest.raises(ks.ArgumentError, match=said):
         ks.optimize(cantilever, **given)
+
+
+def test_a_robot_is_given_by_its_file(cantilever):
+    with pytest.raises(ks.ArgumentError, match="wants the path of a robot's file"):
+        ks.optimize(ks.load_robot(cantilever), {"diameter": "20mm:60mm"})
+
+
+def test_units_of_catalogues_are_those_of_the_file(cantilever, tmp_path):
+    (tmp_path / "heavy.csv").write_text("diameter [kg]\n4\n5\n", encoding="utf-8")
+    with pytest.raises(ks.ArgumentError, match="diameter is given as a mass"):
+        ks.optimize(cantilever, {"diameter": str(tmp_path / "heavy.csv")})

@@ -2,6 +2,7 @@
 
 import numpy as np
 import package_robots
+import parametric_machines
 import pytest
 from places import CASES
 
@@ -153,6 +154,15 @@ def test_rigid_limbs_have_no_derivatives():
     assert f(**at)["status"] in (ks.Status.OK, ks.Status.INDETERMINATE)
     with pytest.raises(ks.ArgumentError, match=r"has no derivatives: .* is rigid along"):
         f.jacobian("twist", "load")(**at)
+
+
+def test_robots_without_drives_have_functions_of_the_load(tmp_path):
+    """A cantilever's tip goes down by F L³ / (3 E I)."""
+    f = ks.compile(ks.load_robot(parametric_machines.cantilever(tmp_path)), outputs=("twist", "actuator_forces", "actuators"))
+    values = f(load=[0, 0, -500, 0, 0, 0], gravity=(0, 0, 0))
+    I_y = np.pi * 0.04**4 / 64
+    assert values["twist"][2] == pytest.approx(-500 * 0.8**3 / (3 * parametric_machines.E * I_y), rel=1e-9)
+    assert values["actuator_forces"].shape == values["actuators"].shape == (0,)
 
 
 @pytest.mark.parametrize(
