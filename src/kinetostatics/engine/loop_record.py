@@ -1,7 +1,7 @@
-"""The record of what closes a robot's loops: one step of Newton's method, and all frames, at one example pose.
+"""Records of what closes a robot's loops: a step of Newton's method, frames, drives, on which side of a singular pose one is.
 
-What is recorded is :meth:`kinetostatics.kinematics.solver.Solver.system` and what the solver does with it: there is no other
-mathematics here. Lengths and placements are parameters.
+What is recorded is what :class:`kinetostatics.kinematics.solver.Solver` does: there is no other mathematics here. Lengths and
+placements are parameters.
 """
 
 from __future__ import annotations
@@ -11,17 +11,14 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinetostatics.engine.record import recorded_input
-from kinetostatics.engine.recorder import recorded
-from kinetostatics.engine.scalars import NotRecordedError, Tape
+from kinetostatics.engine.recorder import recorded, recording
+from kinetostatics.engine.scalars import Tape
 from kinetostatics.engine.structure import Structure
 from kinetostatics.kinematics.loop_constraints import LoopAxes, LoopEquations
 from kinetostatics.kinematics.mimic import Couplings
 from kinetostatics.kinematics.solver import PrescribedCoordinates, Solver, SolverState
-from kinetostatics.math.arrays import Array, Index
-from kinetostatics.math.linalg import least_squares
 from kinetostatics.mechanism.mechanism import Connection, Mechanism, SphericalRun
 from kinetostatics.mechanism.tree import TreeJoint
 
@@ -44,85 +41,17 @@ KEPT: Mapping[type, tuple[str, ...]] = {
 }
 
 
-@dataclass(frozen=True)
-class LoopRecord:
-    """What closing a robot's loops takes, operation by operation.
-
-    Attributes:
-        tape: the operations; inputs are the solver's coordinates x (nq'), the platform's orientation coordinates c (3,) and the
-            prescribed coordinates (n,), in this order.
-        parameters: (P,) this robot's numbers.
-        key: tells structures apart.
-        arrays: numbers of the operations of what is computed, by name, in arrays of the shapes without poses.
-        columns: (f,) the freedoms of the tree that the first unknowns of a step move, scaled by ``column_scale``.
-        angles: which of the orientation coordinates c the last unknowns of a step move.
-    """
-
-    tape: Tape
-    parameters: Array
-    key: str
-    arrays: Mapping[str, NDArray[np.intp]]
-    columns: Index
-    angles: tuple[int, ...]
-
-
-def loop_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState, local: int = 0) -> LoopRecord:
-    """Record a step of Newton's method, with all it depends on.
-
-    The arrays are, without poses: ``residual`` (m,) scaled, ``gradient`` (m, f + a) of the residual by the unknowns, which are
-    the scaled displacements of the free columns and the unknown angles; ``step`` (f + a,) the correction; ``x`` (nq',) and ``c``
-    (3,) moved by it; and, at the coordinates before that: ``q`` (nq,) of Pinocchio, ``rotation`` (3, 3, B) and ``position``
-    (3, B) [m] of all bodies, world axes.
-
-    Args:
-        solver: closes the loops.
-        prescribed: which coordinates are given; those of the tree must stand in x already, those of the angles in c:
-            :meth:`Solver.impose`.
-        example: one pose near to which guards hold.
-        local: number of freedoms that do not move the platform.
-
-    Raises:
-        NotRecordedError: it takes something that is not an operation on scalars.
-    """
-    tape = Tape()
-    structure, copy = _copy_of(solver, prescribed, local, tape)
-    target = solver.values(prescribed, example)
-    x, c, given = (recorded_input(tape, number, array) for number, array in enumerate((example.x, example.c, target)))
-    try:
-        with np.errstate(all="ignore"):
-            poses = SolverState(x, c)
-            residual, gradient = copy.system(prescribed, poses, given)
-            step = -least_squares(gradient, residual[:, None], local)[:, 0]
-            moved = copy.advance(prescribed, poses, step)
-            q, frames, _ = copy.equations.place(x)
-    except (ArithmeticError, AttributeError, IndexError, TypeError, ValueError) as error:  # something takes numbers for floats
-        raise NotRecordedError(str(error)) from error
-    found: dict[str, Any] = {"residual": residual, "gradient": gradient, "step": step, "x": moved.x, "c": moved.c, "q": q}
-    found |= {"rotation": frames.rotation, "position": frames.position}
-    arrays = {name: _numbers(tape, array) for name, array in found.items()}
-    free = solver.free_columns(prescribed)
-    return LoopRecord(tape, structure.values, structure.key, arrays, free, prescribed.unknown_angles)
-
-
 def structure_of(solver: Solver, prescribed: PrescribedCoordinates, local: int, tape: Tape | None = None) -> Structure:
     """Return what a record depends on."""
     return Structure((solver, prescribed, local), tape, KEPT)
 
 
-def _copy_of(solver: Solver, prescribed: PrescribedCoordinates, local: int, tape: Tape) -> tuple[Structure, Solver]:
-    """Return a solver's structure, and its copy that records."""
-    structure = structure_of(solver, prescribed, local, tape)
-    copy: Solver = structure.copy[0]
+def _copy_of(solver: Solver, prescribed: PrescribedCoordinates, local: int, tape: Tape) -> Solver:
+    """Return a solver's copy that records."""
+    copy: Solver = structure_of(solver, prescribed, local, tape).copy[0]
     copy.forget()
-    return structure, copy
+    return copy
 
-
-def _numbers(tape: Tape, array: Any) -> NDArray[np.intp]:
-    flat = [tape.number_of(entry) for entry in array.ravel().tolist()]
-    return np.array(flat, dtype=np.intp).reshape(array.shape[:-1])
-
-
-# ---- what is compiled --------------------------------------------------------------------------------------------------
 
 #: Numbers of a pose that :func:`newton_record` keeps besides its coordinates: size of the correction before, by how much that was
 #: smaller than the one before it, and whether the pose is to be corrected again, has converged, and was never beside the record.
@@ -146,7 +75,7 @@ def newton_record(solver: Solver, prescribed: PrescribedCoordinates, example: So
     pose is to be corrected again.
     """
     tape = Tape()
-    _, copy = _copy_of(solver, prescribed, local, tape)
+    copy = _copy_of(solver, prescribed, local, tape)
     target, size = solver.values(prescribed, example), example.x.shape[0]
     flags = np.array([[0.1, 0.4, 1.0, 0.0, 1.0]]).T
     state = recorded_input(tape, 0, np.concatenate([example.x, example.c, flags]))
@@ -170,7 +99,7 @@ def newton_record(solver: Solver, prescribed: PrescribedCoordinates, example: So
 def side_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState, local: int) -> Program:
     """Record :meth:`Solver.surely_on_one_side`; inputs are x and c of the first and of the second pose."""
     tape = Tape()
-    _, copy = _copy_of(solver, prescribed, local, tape)
+    copy = _copy_of(solver, prescribed, local, tape)
     x, c, other_x, other_c = (recorded_input(tape, k, a) for k, a in enumerate((example.x, example.c) * 2))
 
     def computed() -> list[Any]:
@@ -186,7 +115,7 @@ def place_record(solver: Solver, prescribed: PrescribedCoordinates, example: Sol
     The input is x, the numbers are q, rotations, positions and residual, and the truth value is whether the record holds.
     """
     tape = Tape()
-    _, copy = _copy_of(solver, prescribed, local, tape)
+    copy = _copy_of(solver, prescribed, local, tape)
     x = recorded_input(tape, 0, example.x)
 
     def computed() -> list[Any]:
@@ -205,17 +134,14 @@ def _held(tape: Tape) -> Any:
 
 def _recorded(tape: Tape, computed: Callable[[], list[Any]]) -> list[int]:
     """Return the numbers of the operations that give arrays (1,)."""
-    try:
-        with np.errstate(all="ignore"):
-            return [tape.number_of(array[0]) for array in computed()]
-    except (ArithmeticError, AttributeError, IndexError, TypeError, ValueError) as error:  # something takes numbers for floats
-        raise NotRecordedError(str(error)) from error
+    with recording():
+        return [tape.number_of(array[0]) for array in computed()]
 
 
 def drives_record(solver: Solver, given: PrescribedCoordinates, example: SolverState) -> Program:
     """Record the coordinates of drives, in the order of ``given``; input is x (nq')."""
     tape = Tape()
-    _, copy = _copy_of(solver, given, 0, tape)
+    copy = _copy_of(solver, given, 0, tape)
     x = recorded_input(tape, 0, example.x)
 
     def computed() -> list[Any]:

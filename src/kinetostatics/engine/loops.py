@@ -72,10 +72,7 @@ class CompiledSolver(Solver):
         """Take the code from the disk, if it is there and right."""
         vars(self).update(vars(solver))
         self._own, self._local = prescribed, local
-        self._example = SolverState(np.array(example.x), np.array(example.c))
-        if prescribed.orientation is not None:
-            R, _ = self.mechanism.platform_pose(self.equations.forward(example.x))
-            self._example.c = prescribed.orientation.coordinates(R)
+        self._example = SolverState(np.array(example.x), np.array(self.origin(prescribed, example)[1]))
         structure = structure_of(solver, prescribed, local)
         self._parameters = structure.values
         self._sizes = {"parameters": len(structure.values), "coordinates": self.tree.nq, "given": prescribed.size}

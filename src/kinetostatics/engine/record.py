@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from kinetostatics.engine.recorder import Recorded
+from kinetostatics.engine.recorder import Recorded, recording
 from kinetostatics.engine.scalars import NotRecordedError, Scalar, Tape
 from kinetostatics.engine.structure import Structure
 from kinetostatics.limbs.compliance import LimbLoads
@@ -133,11 +133,8 @@ def recorded_arrays(
     frames, *others = example
     inputs = frames.rotation, frames.position, *others
     rotation, position, load, gravity = (recorded_input(tape, number, array) for number, array in enumerate(inputs))
-    try:
-        with np.errstate(all="ignore"):
-            return result(by_numpy(copy, Frames(rotation, position), load, gravity))
-    except (ArithmeticError, AttributeError, IndexError, TypeError, ValueError) as error:  # something takes numbers for floats
-        raise NotRecordedError(str(error)) from error
+    with recording():
+        return result(by_numpy(copy, Frames(rotation, position), load, gravity))
 
 
 def recorded_input(tape: Tape, number: int, array: Array) -> Any:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -116,6 +117,20 @@ def recorded(found: Any) -> Any:
     if isinstance(found, np.ndarray) and found.dtype == object and not isinstance(found, Recorded):
         return found.view(Recorded)
     return found
+
+
+@contextmanager
+def recording() -> Iterator[None]:
+    """Record what is done inside.
+
+    Raises:
+        NotRecordedError: something takes recorded scalars for floats.
+    """
+    try:
+        with np.errstate(all="ignore"):
+            yield
+    except (ArithmeticError, AttributeError, IndexError, TypeError, ValueError) as error:
+        raise NotRecordedError(str(error)) from error
 
 
 def _plain(item: Any) -> Any:

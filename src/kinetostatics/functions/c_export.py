@@ -6,7 +6,7 @@ import math
 import os
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -14,14 +14,14 @@ import numpy as np
 
 from kinetostatics.argument_checks import check_choice
 from kinetostatics.engine.c_code import CProgram, c_program, literal
-from kinetostatics.engine.loop_record import Program, drives_record, loop_record, newton_record, side_record, structure_of
+from kinetostatics.engine.loop_record import Program, drives_record, newton_record, place_record, side_record, structure_of
 from kinetostatics.engine.outputs import output_record
 from kinetostatics.engine.outputs import structure_of as statics_structure_of
 from kinetostatics.engine.record import example_of
 from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.functions import c_texts
-from kinetostatics.functions.quantities import Quantity
+from kinetostatics.functions.quantities import ALWAYS, LOADS, Quantity
 from kinetostatics.kinematics.lines import longest_strides
 from kinetostatics.kinematics.solver import MOST_CORRECTIONS, SHRINKING, PrescribedCoordinates, SolverState
 from kinetostatics.math.arrays import Array
@@ -109,7 +109,7 @@ class _Parts:
 
     def __init__(self, function: Exported) -> None:
         robot = function.robot
-        self.outputs = [item for name, item in function.outputs.items() if name not in ("status", "residual")]
+        self.outputs = _asked(function)
         for item in self.outputs:
             if item.name in _NOT_IN_C:
                 raise ArgumentError(f"{item.name!r} is not exported: leave it out of the outputs")
@@ -121,11 +121,7 @@ class _Parts:
         self.prescribed, self.local = prescribed, robot.mobility_analysis.local_dofs(prescribed)
         solver = robot.solver
         generic = robot.generic_poses.take(np.array([0]))
-        c = generic.c
-        if prescribed.orientation is not None:
-            R, _ = robot.mechanism.platform_pose(robot.equations.forward(generic.x))
-            c = prescribed.orientation.coordinates(R)
-        example = SolverState(generic.x, c)
+        example = SolverState(generic.x, solver.origin(prescribed, generic)[1])
         self.nx, self.nt = generic.x.shape[0], prescribed.size
         constants = structure_of(solver, prescribed, self.local).values
         self.newton = _of_program("newton", newton_record(solver, prescribed, example, self.local), constants, ("state", "given"))
@@ -145,25 +141,14 @@ class _Parts:
         numbers = statics_structure_of(robot.statics, all_vary=False).values
         wanted = [row for name in asked for row in record.rows[name]]
         self.rows = {name: len(record.rows[name]) for name in asked}
-        closed = loop_record(solver, prescribed, example, self.local)
-        frames = [*closed.arrays["rotation"].ravel().tolist(), *closed.arrays["position"].ravel().tolist()]
-        sizes = [closed.arrays["rotation"].size, closed.arrays["position"].size]
-        residual = closed.arrays["residual"][: robot.equations.closures].ravel().tolist()
-        self.scales = np.where(robot.equations.is_length, robot.length, 1.0)
-        held = closed.tape.number_of(closed.tape.holds())
-        self.frames = c_program(
-            "frames",
-            closed.tape,
-            [*frames, *residual, held],
-            closed.parameters,
-            _named(("x", "c", "target")),
-            ("x", "c", "target"),
-        )
-        self.frame_numbers, self.closures = sum(sizes), len(residual)
-        starts = (0, sizes[0])
+        bodies, nq, self.closures = robot.mechanism.tree.bodies, robot.mechanism.tree.nq, robot.equations.closures
+        placed = place_record(solver, prescribed, example, self.local)
+        self.frame_numbers = 12 * bodies
+        self.frames = _of_program("frames", replace(placed, numbers=placed.numbers[nq:]), constants, ("x",))
 
         def place(array: int, component: int) -> str:
-            return f"frames[{starts[array] + component}]" if array < 2 else f"{('load', 'gravity')[array - 2]}[{component}]"
+            name, first = (("frames", 0), ("frames", 9 * bodies), ("load", 0), ("gravity", 0))[array]
+            return f"{name}[{first + component}]"
 
         self.statics = c_program(
             "statics",
@@ -226,7 +211,7 @@ def _written(joint: Any, value: str) -> Any:
 def _facts(function: Exported, parts: _Parts) -> dict[str, Any]:
     """Return what the texts are made of."""
     connections = function.robot.mechanism.connections
-    coordinates = [item for name, item in function.inputs.items() if name not in ("load", "gravity")]
+    coordinates = _coordinates(function)
     ranges = {}
     for item in coordinates:
         joint = connections.get(item.name) if function.by_drives else None
@@ -252,7 +237,7 @@ def _references(function: Exported, poses: int) -> list[tuple[dict[str, float], 
     """Return poses around the zero pose with loads, and what Python says of them: a third of them lie far away."""
     rng = np.random.default_rng(0)
     robot = function.robot
-    coordinates = [item for name, item in function.inputs.items() if name not in ("load", "gravity")]
+    coordinates = _coordinates(function)
     zero = robot.solver.values(function.prescribed, robot.zero_poses)[:, 0]
     start = {name: float(zero[k]) for k, name in enumerate(function.names)}
     wide = np.where(np.arange(poses) % 3 == 2, 6.0, 1.0)
@@ -267,11 +252,16 @@ def _references(function: Exported, poses: int) -> list[tuple[dict[str, float], 
             break
     found = []
     for k in range(poses):
-        expected = {item.name: np.ravel(values[item.name][k]) for item in _given(function)}
+        expected = {item.name: np.ravel(values[item.name][k]) for item in _asked(function)}
         found.append(({name: float(at[name][k]) for name in at}, load[k], gravity[k], expected, int(values["status"][k])))
     return found
 
 
-def _given(function: Exported) -> list[Quantity]:
-    items: Mapping[str, Quantity] = function.outputs
-    return [item for name, item in items.items() if name not in ("status", "residual")]
+def _asked(function: Exported) -> list[Quantity]:
+    """Return the outputs that were asked for."""
+    return [item for name, item in function.outputs.items() if name not in ALWAYS]
+
+
+def _coordinates(function: Exported) -> list[Quantity]:
+    """Return the inputs that are coordinates."""
+    return [item for name, item in function.inputs.items() if name not in LOADS]

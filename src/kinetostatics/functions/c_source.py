@@ -54,7 +54,6 @@ static const double ZERO_X[{max(nx, 1)}] = {_array(parts.zero[0])};
 static const double ZERO_C[3] = {_array(parts.zero[1])};
 static const double ZERO_TARGET[{max(nt, 1)}] = {_array(parts.zero[2])};
 static const double LONGEST[{max(nt, 1)}] = {_array(parts.strides)}; /* of a line in one go */
-static const double SCALE[{max(parts.closures, 1)}] = {_array(parts.scales)};
 
 {chr(10).join(item.text for item in programs)}
 static void impose(const double *target, double *x, double *c)
@@ -160,9 +159,9 @@ int {name}_evaluate(const {name}_input *input, {name}_state *state, {name}_outpu
     pose = *state;
     if (!followed(&pose, target, w)) return {name.upper()}_UNREACHABLE;
     *state = pose;
-    frames(pose.x, pose.c, target, w, frames_and_residual);
+    frames(pose.x, w, frames_and_residual);
     for (k = 0; k < {parts.closures}; ++k) {{
-        const double open = fabs(frames_and_residual[{numbers} + k]) * SCALE[k];
+        const double open = fabs(frames_and_residual[{numbers} + k]);
         if (open > worst) worst = open;
     }}
     if (frames_and_residual[{numbers + parts.closures}] == 0.0) return {name.upper()}_NOT_COVERED;

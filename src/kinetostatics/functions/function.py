@@ -18,7 +18,7 @@ from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.functions.c_export import CExport, export_c
 from kinetostatics.functions.derivatives import Derivatives
 from kinetostatics.functions.parameters import Parameter, parameter_named, parameters_of
-from kinetostatics.functions.quantities import Quantity
+from kinetostatics.functions.quantities import ALWAYS, LOADS, Quantity
 from kinetostatics.kinematics import assembly
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.coordinate_choices import prescribed_platform
@@ -33,8 +33,6 @@ from kinetostatics.status import WITHOUT_NUMBERS
 
 _WRENCH = ("N", "N", "N", "N·m", "N·m", "N·m")
 _TWIST = ("m", "m", "m", "rad", "rad", "rad")
-#: What every function returns besides what was asked for.
-_ALWAYS = ("status", "residual")
 
 
 class Values(Mapping[str, Array]):
@@ -141,7 +139,7 @@ class Function:
         for name in self._asked:
             if name not in by_name:
                 raise ArgumentError(f"no output {name!r}: {near_names(name, by_name)}")
-        return [by_name[name] for name in dict.fromkeys((*self._asked, *_ALWAYS))]
+        return [by_name[name] for name in dict.fromkeys((*self._asked, *ALWAYS))]
 
     @property
     def parameters(self) -> Mapping[str, Quantity]:
@@ -196,8 +194,8 @@ class Function:
         """
         outputs, names = _listed(of), _listed(by)
         for name in outputs:
-            if name in _ALWAYS or name not in self.outputs:
-                known = [item for item in self.outputs if item not in _ALWAYS]
+            if name in ALWAYS or name not in self.outputs:
+                known = [item for item in self.outputs if item not in ALWAYS]
                 raise ArgumentError(f"this function has no output {name!r} with derivatives: {near_names(name, known)}")
         parameters = {name: parameter_named(self.robot, name) for name in names if name not in self.inputs}
         return Jacobian(self, outputs, names, parameters)
@@ -226,7 +224,7 @@ class Function:
     # ---- poses ------------------------------------------------------------------------------------------------------
 
     def _pose(self, coordinates: Mapping[str, ArrayLike], near: Configuration | Values | None) -> Configuration:
-        own = [name for name in self.inputs if name not in ("load", "gravity")]
+        own = [name for name in self.inputs if name not in LOADS]
         for name in coordinates:
             if name not in own:
                 raise ArgumentError(f"this function has no input {name!r}: {near_names(name, self.inputs)}")

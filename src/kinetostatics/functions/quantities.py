@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+#: What every function takes besides coordinates, and returns besides what was asked for.
+LOADS = ("load", "gravity")
+ALWAYS = ("status", "residual")
+
 
 @dataclass(frozen=True)
 class Quantity:

@@ -5,11 +5,10 @@ import package_robots
 import pytest
 from tapes import evaluate
 
-from kinetostatics.engine.loop_record import loop_record
+from kinetostatics.engine.loop_record import newton_record, place_record, structure_of
 from kinetostatics.engine.structure import Structure
 from kinetostatics.kinematics.coordinate_choices import choices, prescribed_platform
-from kinetostatics.kinematics.solver import SolverState
-from kinetostatics.math.linalg import least_squares
+from kinetostatics.kinematics.solver import SHRINKING, SolverState
 from kinetostatics.math.orientation import orientation_named
 
 
@@ -40,37 +39,42 @@ def test_all_robots_loops_are_recorded_as_numpy_computes_them(name, convention):
     robot = package_robots.robot(name)
     prescribed, local = prescribed_of(robot, convention)
     state, target = beside(robot, prescribed, robot.generic_poses)
-    record = loop_record(robot.solver, prescribed, state.take(np.array([0])), local)
-    residual, gradient = robot.solver.system(prescribed, state, target)
-    step = -least_squares(gradient, residual[:, None], local)[:, 0]
-    moved = robot.solver.advance(prescribed, state, step)
-    frames = robot.frames_of(state)
-    wanted = {
-        **{"residual": residual, "gradient": gradient, "step": step, "x": moved.x, "c": moved.c},
-        **{"q": robot.model_q(state), "rotation": frames.rotation, "position": frames.position},
-    }
-    inputs = [state.x, state.c, target]
-    guards = evaluate(record.tape, inputs, record.parameters, list(record.tape.guards))
-    assert all(np.all(found == said) for found, said in zip(guards, record.tape.guards.values(), strict=True))
+    N, example = target.shape[1], state.take(np.array([0]))
+    parameters = structure_of(robot.solver, prescribed, local).values
+    _, gradient = robot.solver.system(prescribed, state, target)
     condition = np.max(np.linalg.cond(np.moveaxis(gradient, 2, 0))) if gradient.size else 1.0
-    assert record.arrays.keys() == wanted.keys()
-    for what, array in wanted.items():
-        found = evaluate(record.tape, inputs, record.parameters, record.arrays[what].ravel().tolist()).astype(float)
-        error = np.max(np.abs(found.reshape(array.shape) - array), initial=0.0)
-        assert error < 1e-14 * (condition**2 if what in ("step", "x", "c") else 10.0), what
+
+    record = newton_record(robot.solver, prescribed, example, local)
+    before, shrunk = np.full(N, np.inf), np.full(N, SHRINKING)
+    wanted = robot.solver.correct(prescribed, state, target, local, before, shrunk, np.zeros(N, dtype=bool))
+    inputs = [
+        np.concatenate([state.x, state.c, [before, shrunk, np.ones(N), np.zeros(N), np.ones(N)]]),
+        np.append(target, np.zeros((1, N)), axis=0),
+    ]
+    found = evaluate(record.tape, inputs, parameters, [*record.numbers, *record.truths]).astype(float)
+    numbers = np.concatenate([wanted.poses.x, wanted.poses.c, [wanted.size, wanted.shrunk]])
+    assert np.max(np.abs(found[: len(numbers)] - numbers)) < 1e-14 * condition**2
+    np.testing.assert_array_equal(found[len(numbers) :], [wanted.going, wanted.done, np.ones(N), wanted.going])
+
+    record = place_record(robot.solver, prescribed, example, local)
+    q, frames, residual = robot.solver.place(state.x)
+    found = evaluate(record.tape, [state.x], parameters, [*record.numbers, *record.truths]).astype(float)
+    numbers = np.concatenate([q, frames.rotation.reshape(-1, N), frames.position.reshape(-1, N), residual, np.ones((1, N))])
+    assert np.max(np.abs(found - numbers)) < 1e-13
 
 
 def test_placements_are_parameters_of_the_loops():
     """A record made of one robot holds for another of the same structure: other placements."""
     one, other = (package_robots.robot("3rps", home_length=a) for a in (0.55, 0.6))
     prescribed, local = prescribed_of(one, "XYZ")
-    state, target = beside(other, prescribed, other.generic_poses)
-    first, second = (loop_record(r.solver, prescribed, r.generic_poses.take(np.array([0])), local) for r in (one, other))
-    assert first.key == second.key and first.parameters.shape == second.parameters.shape
+    state, _ = beside(other, prescribed, other.generic_poses)
+    record = place_record(one.solver, prescribed, one.generic_poses.take(np.array([0])), local)
+    first, second = (structure_of(robot.solver, prescribed, local) for robot in (one, other))
+    assert first.key == second.key and first.values.shape == second.values.shape
     assert first.key != Structure(one.statics).key
-    numbers = first.arrays["residual"].ravel().tolist()
-    found = evaluate(first.tape, [state.x, state.c, target], second.parameters, numbers)
-    wrong = evaluate(first.tape, [state.x, state.c, target], first.parameters, numbers)
-    wanted, _ = other.solver.system(prescribed, state, target)
-    np.testing.assert_allclose(found.astype(float), wanted, rtol=0, atol=1e-14)
+    residual = record.numbers[-one.equations.closures :]
+    found = evaluate(record.tape, [state.x], second.values, residual).astype(float)
+    wrong = evaluate(record.tape, [state.x], first.values, residual).astype(float)
+    wanted = other.solver.place(state.x).residual
+    np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-14)
     assert np.max(np.abs(wrong - wanted)) > 1e-3
