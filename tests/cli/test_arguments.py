@@ -159,3 +159,11 @@ def test_a_command_that_is_not_there(capsys):
         out, err = capsys.readouterr()
         assert out == "" and err.startswith(f"kinetostatics: error: there is no command {word!r}: ")
         assert answer in err and err.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    "command", [["compensate"], ["sensitivities"], ["optimize", "--vary", "rod_diameter=4cm:8cm"], ["report"]]
+)
+def test_a_folder_that_is_not_there_is_told_before_anything_long(capsys, command):
+    assert main([command[0], "3rps", *command[1:], "--out", "no/such/file.csv"]) == 2
+    assert capsys.readouterr().err == "kinetostatics: error: --out: there is no folder no/such\n"

@@ -58,6 +58,8 @@ def test_a_grid_and_a_table_of_poses(capsys, tmp_path):
         ("z,rx,ry\n0.5,0\n", ":2: 2 cells below 3 names"),
         ("z,rx,ry\n0.5,0,1mm\n", ":2: ry: '1mm' is a length, but an angle is needed"),
         ("z [,rx,ry\n0.5,0,1\n", "is not a name"),
+        ("z [mm],rx [deg],ry\n500,,1\n", ":2: rx is missing"),
+        ("z;rx;ry\n0,5;0;1\n", ":1: separate columns by commas"),
     ],
 )
 def test_tables_that_make_no_sense(capsys, tmp_path, text, said):

@@ -95,6 +95,17 @@ def unit_of(text: str) -> Unit | None:
     return None if match is None or match[2] is None else find_unit(match[2])
 
 
+def check_folder(out: str | None) -> None:
+    """Complain before anything that takes long if there is no folder for the file of ``--out``.
+
+    Raises:
+        ArgumentError: there is none.
+    """
+    folder = os.path.dirname(out or "")
+    if folder and not os.path.isdir(folder):
+        raise ArgumentError(f"--out: there is no folder {folder}")
+
+
 def article(noun: str) -> str:
     """Return a noun with "a" or "an"."""
     return f"{'an' if noun[0] in 'aeiou' else 'a'} {noun}"

@@ -69,6 +69,7 @@ def run(args: argparse.Namespace) -> int:
     with waiting("compensating"):
         from kinetostatics.compensation import compensate
 
+        arguments.check_folder(args.out)
         options = arguments.load_options(args)
         robot = arguments.load(args)
         configuration, axes, warnings = _poses(robot, args)
@@ -128,6 +129,8 @@ def _read_table(robot: Robot, path: str) -> tuple[str, dict[str, list[float]]]:
             raise ArgumentError(f"{path}: not a table of text: {error}") from None
     if len(rows) < 2:
         raise ArgumentError(f"{path}: a table has a line of names, such as z [mm],rx [deg], and below it a line for each pose")
+    if len(rows[0][1]) == 1 and ";" in rows[0][1][0]:
+        raise ArgumentError(f"{path}:{rows[0][0]}: separate columns by commas, not by semicolons, and write 0.5, not 0,5")
     titles = []
     for cell in rows[0][1]:
         match = re.fullmatch(r"\s*([^\[\]]+?)\s*(?:\[(.+)\])?\s*", cell)
@@ -143,6 +146,8 @@ def _read_table(robot: Robot, path: str) -> tuple[str, dict[str, list[float]]]:
         if len(row) != len(titles):
             raise ArgumentError(f"{path}:{number}: {len(row)} cells below {len(titles)} names")
         for (name, unit), cell in zip(titles, row, strict=True):
+            if not cell.strip():
+                raise ArgumentError(f"{path}:{number}: {name} is missing: a cell is empty")
             text = cell.strip() if arguments.unit_of(cell) is not None else f"{cell.strip()}{unit}"
             columns[name] += arguments.parse_coordinates(f"{path}:{number}", name, [text], _kind(robot, option, name))
     return option, columns

@@ -9,7 +9,15 @@ import sys
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from kinetostatics.cli.arguments import SEVERAL, Subparsers, add_command, parse_items, parse_parameters, print_warnings
+from kinetostatics.cli.arguments import (
+    SEVERAL,
+    Subparsers,
+    add_command,
+    check_folder,
+    parse_items,
+    parse_parameters,
+    print_warnings,
+)
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.printing.colour import for_stream
 from kinetostatics.printing.waiting import waiting
@@ -82,9 +90,7 @@ def run(args: argparse.Namespace) -> int:
 
     if args.out is not None and os.path.exists(args.out):
         raise ArgumentError(f"--out: {args.out} exists already; delete it or choose another name")
-    folder = os.path.dirname(args.out or "")
-    if folder and not os.path.isdir(folder):
-        raise ArgumentError(f"--out: there is no folder {folder}")
+    check_folder(args.out)
     try:
         with waiting("importing"):
             from kinetostatics.files.importers.answers import Answers

@@ -13,6 +13,7 @@ from kinetostatics.cli.arguments import (
     SEVERAL,
     Subparsers,
     add_command,
+    check_folder,
     number_of,
     parse_items,
     parse_parameters,
@@ -130,9 +131,7 @@ def run(args: argparse.Namespace) -> int:
         return 0
     if args.out is not None and os.path.exists(args.out):
         raise ArgumentError(f"--out: {args.out} exists already; delete it or choose another name")
-    folder = os.path.dirname(args.out or "")
-    if folder and not os.path.isdir(folder):
-        raise ArgumentError(f"--out: there is no folder {folder}")
+    check_folder(args.out)
     return _by_name(args) if args.source is None else _from_file(args)
 
 

@@ -63,6 +63,7 @@ def run(args: argparse.Namespace) -> int:
     with waiting("optimizing"):
         from kinetostatics.design import optimize
 
+        arguments.check_folder(args.out)
         options = arguments.load_options(args)
         option = "--actuators" if args.actuators else "--platform"
         items = arguments.parse_items(option, args.actuators or args.platform)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import functools
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from kinetostatics.cli import arguments, poses
@@ -70,9 +69,7 @@ def run(args: argparse.Namespace) -> int:
     with waiting("writing the report"):
         from kinetostatics.report_page import save_report
 
-        folder = Path(args.out).resolve().parent  # a map of the workspace may take long
-        if not folder.is_dir():
-            raise ArgumentError(f"--out: there is no folder {folder}")
+        arguments.check_folder(args.out)  # a map of the workspace may take long
         options = {**arguments.load_options(args), "engine": args.engine}
         robot = arguments.load(args)
         configuration, warnings = poses.assemble(robot, args)

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze
 from kinetostatics.argument_checks import check_choice
-from kinetostatics.exceptions import ArgumentError, StaticsError
+from kinetostatics.exceptions import ArgumentError, AssemblyError, StaticsError
 from kinetostatics.kinematics.assembly import assemble, platform_coordinates
 from kinetostatics.kinematics.configuration import Configuration, spread
 from kinetostatics.kinematics.coordinate_choices import best_choice
@@ -207,7 +207,16 @@ class _Problem:
 
     def _complain(self, u: Array, pose: Configuration, result: Result) -> None:
         """Raise why there is no correction."""
-        self._commanded(u, self.wanted, "raise")
+        try:
+            self._commanded(u, self.wanted, "raise")
+        except AssemblyError as error:
+            raise AssemblyError(
+                f"no drive positions were found that bring the loaded platform of {self.robot.name!r} where it is wanted in "
+                f"{', '.join(self.names)}; unloaded it would have to go where it cannot: {error}",
+                error.residuals,
+                error.mobility,
+                error.reached,
+            ) from error
         analyze(pose, self.load, self.gravity, on_failure="raise", **self.analysis)
         raise StaticsError(
             f"no drive positions were found that bring the loaded platform of {self.robot.name!r} where it is wanted in "

@@ -12,7 +12,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from kinetostatics.argument_checks import check_choice
+from kinetostatics.argument_checks import check_choice, path_name
 from kinetostatics.engine.c_code import CProgram, c_program, literal
 from kinetostatics.engine.loop_record import Program, drives_record, newton_record, place_record, side_record, structure_of
 from kinetostatics.engine.outputs import output_record
@@ -81,17 +81,19 @@ def export_c(
         poses: how many reference poses the test program has.
 
     Raises:
-        ArgumentError: the robot or the orientation cannot be exported, or the scalar is none of the two.
-        OSError: the folder cannot be written.
+        ArgumentError: the robot or the orientation cannot be exported, the scalar is none of the two, or the folder is a file.
+        OSError: a file cannot be written.
     """
     check_choice("scalar", scalar, SCALARS)
+    where = Path(path_name("folder", folder))
+    if where.exists() and not where.is_dir():
+        raise ArgumentError(f"{where} is a file: the C code takes a folder")
     own = identifier(function.robot.name if name is None else name)
     try:
         parts = _Parts(function)
     except NotRecordedError as error:
         raise ArgumentError(f"{function.robot.name!r} cannot be exported: {error}") from error
     texts = c_texts.files(own, scalar, _facts(function, parts), _references(function, poses))
-    where = Path(folder)
     where.mkdir(parents=True, exist_ok=True)
     for file, text in texts.items():
         (where / file).write_text(text, encoding="utf-8")

@@ -51,7 +51,11 @@ def sensitivities_report(found: Sensitivities) -> str:
             Column("of it [%]", [f"{100 * move / size:+.3f}" if size else "" for move in moves], "r"),
         ]
         lines += section("What one per cent more stiffness of each part does: stiffen the first", column_table(columns))
-    lines += ["", *wrapped("Moves along the present displacement: negative is less sag.")]
+    if effects or found.sources:
+        said = "Moves along the present displacement: negative is less sag."
+    else:
+        said = "Nothing gives way, and the file has no numbers among its xacro arguments that could be changed."
+    lines += ["", *wrapped(said)]
     for name, why in found.skipped.items():
         lines += wrapped(f"{name} was left out: {why}", "! ")
     return "\n".join(lines)

@@ -123,3 +123,13 @@ def test_mistakes(cantilever):
         ks.sensitivities(changed.assemble())
     with pytest.raises(ks.ArgumentError, match="no parameter 'rod'"):
         cantilever["rod"]
+
+
+def test_a_rigid_robot_without_parameters_says_that_there_is_nothing(tmp_path):
+    (tmp_path / "post.urdf").write_text(
+        '<robot name="post"><link name="base"/><link name="tip"/>'
+        '<joint name="weld" type="fixed"><parent link="base"/><child link="tip"/></joint><platform link="tip"/></robot>',
+        encoding="utf-8",
+    )
+    found = ks.sensitivities(ks.load_robot(tmp_path / "post.urdf").assemble())
+    assert "Nothing gives way, and the file has no numbers" in str(found)

@@ -149,3 +149,6 @@ def test_what_cannot_be_exported_is_told(options, words, tmp_path):
         ks.compile(package_robots.robot("3rps"), **options).export_c(tmp_path)
     with pytest.raises(ks.ArgumentError, match="scalar"):
         ks.compile(package_robots.robot("3rps")).export_c(tmp_path, "half")
+    (tmp_path / "taken").write_text("", encoding="utf-8")
+    with pytest.raises(ks.ArgumentError, match="taken is a file"):
+        ks.compile(package_robots.robot("3rps")).export_c(tmp_path / "taken")
