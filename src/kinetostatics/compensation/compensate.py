@@ -116,7 +116,7 @@ def _controlled(
             raise ArgumentError(f'coordinates is {given!r}; it must be a sequence of names, such as ("z", "rx", "ry")')
         platform_coordinates(robot, dict.fromkeys(given, 0.0), convention.name)  # which complains of them
         return tuple(given)
-    if configuration.prescribed and set(configuration.prescribed) <= {"x", "y", "z", *convention.names}:
+    if configuration.prescribed and set(configuration.prescribed) <= set(convention.pose_names):
         return configuration.prescribed
     reached = np.flatnonzero(configuration.reached)
     pose = configuration.poses.take(reached[:1]) if reached.size else robot.zero_poses
@@ -125,7 +125,7 @@ def _controlled(
         raise ArgumentError(
             f"no coordinates with the orientation {convention.name!r} determine the pose of {robot.name!r}; choose another one"
         )
-    known = ("x", "y", "z", *convention.names)
+    known = convention.pose_names
     return tuple(sorted(found, key=known.index))
 
 
@@ -153,7 +153,7 @@ class _Problem:
     ) -> None:
         self.robot, self.wanted, self.names, self.orientation = robot, wanted, names, orientation
         self.load, self.gravity, self.analysis, self.tolerance = load, gravity, analysis, tolerance
-        known = ("x", "y", "z", *orientation.names)
+        known = orientation.pose_names
         self._rows = [known.index(name) if name in known else -1 for name in names]
         self._scale = np.array([1.0 if name in "xyz" else robot.length for name in names])[:, None]
         R, position = robot.mechanism.platform_pose(wanted.frames)

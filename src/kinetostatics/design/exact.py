@@ -42,7 +42,7 @@ def derivatives_at(configuration: Configuration, result: Result, analysis: Mappi
     if configuration.prescribed:
         convention = configuration.orientation
         prescribed = prescribed_platform(configuration.prescribed, convention)
-        known = ("x", "y", "z", *convention.names)
+        known = convention.pose_names
         values = [configuration.platform[name] for name in known if name in configuration.prescribed]
     else:
         prescribed = robot.actuator_coordinates

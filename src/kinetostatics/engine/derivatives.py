@@ -1,8 +1,7 @@
-"""Derivatives of records: one rule for every operation; forwards as new operations on the same tape, backwards as numbers.
+"""Derivatives of records: one rule for every operation.
 
-Forwards, a derivative is recorded like anything else and compiles with the same code. Backwards, one sweep of NumPy over the tape
-gives the derivatives of some results with respect to every input and parameter, at many poses.
-A. Griewank, A. Walther, Evaluating Derivatives, 2nd edition, 2008, chapters 2 and 3.
+One sweep of NumPy backwards over the tape gives the derivatives of some results with respect to every input and parameter, at
+many poses. A. Griewank, A. Walther, Evaluating Derivatives, 2nd edition, 2008, chapter 3.
 """
 
 from __future__ import annotations
@@ -12,39 +11,26 @@ from typing import Any
 
 import numpy as np
 
-from kinetostatics.engine import scalars
-from kinetostatics.engine.llvm import needed_by, operands
-from kinetostatics.engine.scalars import Number, Scalar, Tape
+from kinetostatics.engine.llvm import operands
+from kinetostatics.engine.scalars import Tape
 from kinetostatics.math.arrays import Array
 
 #: Operations without operands.
 _LEAVES = ("input", "parameter", "constant", "truth")
 
 
-def _sign(a: Number) -> Number:
-    return scalars.sign(a) if isinstance(a, Scalar) else np.sign(a)
-
-
-def _sine(a: Number) -> Number:
-    return scalars.sine(a) if isinstance(a, Scalar) else np.sin(a)
-
-
-def _cosine(a: Number) -> Number:
-    return scalars.cosine(a) if isinstance(a, Scalar) else np.cos(a)
-
-
-#: The partial derivatives of an operation's result with respect to its operands, from these and the result: numbers, arrays or
-#: scalars. What is not here, as a comparison, has none; see :func:`tangents` for ``choose``.
-PARTIALS: dict[str, Callable[..., tuple[Number, ...]]] = {
+#: The partial derivatives of an operation's result with respect to its operands, from these and the result: numbers or arrays.
+#: What is not here, as a comparison, has none; ``choose`` has those of what is chosen.
+PARTIALS: dict[str, Callable[..., tuple[Any, ...]]] = {
     "add": lambda a, b, result: (1.0, 1.0),
     "subtract": lambda a, b, result: (1.0, -1.0),
     "multiply": lambda a, b, result: (b, a),
     "divide": lambda a, b, result: (1.0 / b, -result / b),
     "negative": lambda a, result: (-1.0,),
     "square_root": lambda a, result: (0.5 / result,),
-    "absolute": lambda a, result: (_sign(a),),
-    "sine": lambda a, result: (_cosine(a),),
-    "cosine": lambda a, result: (-_sine(a),),
+    "absolute": lambda a, result: (np.sign(a),),
+    "sine": lambda a, result: (np.cos(a),),
+    "cosine": lambda a, result: (-np.sin(a),),
     "angle": lambda y, x, result: (x / (x * x + y * y), -y / (x * x + y * y)),
 }
 #: Operations whose partial derivatives may be infinite at a place that is not chosen.
@@ -74,43 +60,6 @@ _FUNCTIONS: Mapping[str, Callable[..., Any]] = {
     "!=": np.not_equal,
     "choose": np.where,
 }
-
-
-def tangents(tape: Tape, wanted: Sequence[int], seeds: Mapping[int, Number]) -> list[Number]:
-    """Record the derivatives of results along one direction: how fast they change when inputs and parameters do.
-
-    Args:
-        tape: which gets the new operations.
-        wanted: the operations whose results are differentiated.
-        seeds: how fast inputs and parameters change, by their operation's number; others do not.
-
-    Returns:
-        For each wanted operation a scalar of the tape, or a plain number.
-    """
-    found: dict[int, Number] = dict(seeds)
-    needed = needed_by(tape, wanted)
-
-    def scalar(number: int) -> Number:
-        operation = tape.operations[number]
-        return float.fromhex(operation[1]) if operation[0] == "constant" else Scalar(tape, number, tape.values[number])
-
-    for number in range(len(needed)):
-        name, *taken = tape.operations[number]
-        if not needed[number] or name in _LEAVES or (name not in PARTIALS and name != "choose"):
-            continue
-        moving = [k for k in taken if k in found]
-        if not moving:
-            continue
-        if name == "choose":
-            found[number] = scalars.choose(scalar(taken[0]), found.get(taken[1], 0.0), found.get(taken[2], 0.0))
-            continue
-        partials = PARTIALS[name](*map(scalar, taken), scalar(number))
-        total: Number = 0.0
-        for partial, operand in zip(partials, taken, strict=True):
-            if operand in found:
-                total = scalars.add(total, scalars.multiply(partial, found[operand]))
-        found[number] = total
-    return [found.get(number, 0.0) for number in wanted]
 
 
 def values(tape: Tape, needed: Sequence[bool], inputs: Sequence[Array], parameters: Array) -> list[Any]:

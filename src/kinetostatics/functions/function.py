@@ -89,7 +89,7 @@ class Function:
             self.names = actuator_names(robot.mechanism, robot.equations)
         else:
             self.prescribed = prescribed_platform(names, convention)
-            self.names = [name for name in ("x", "y", "z", *convention.names) if name in names]
+            self.names = [name for name in convention.pose_names if name in names]
         self._asked = tuple(outputs)
         self.inputs: Mapping[str, Quantity] = Named({item.name: item for item in self._inputs(names)})
         self.outputs: Mapping[str, Quantity] = Named({item.name: item for item in self._outputs()})

@@ -197,7 +197,7 @@ def platform_coordinates(
     """
     convention = orientation_named(orientation)
     check_mapping("platform", platform, '{"z": 0.5}')
-    known = ("x", "y", "z", *convention.names)
+    known = convention.pose_names
     for name in platform:
         if name not in known:
             raise CoordinatesError(

@@ -165,7 +165,7 @@ class Configuration(Shown):
         convention = self.orientation if orientation is None else orientation_named(orientation)
         R, position = self.robot.mechanism.platform_pose(self.frames)
         rows = [*position, *convention.coordinates(R)]
-        names = ("x", "y", "z", *convention.names)
+        names = convention.pose_names
         return {
             name: frozen(np.where(self.reached, row, np.nan).reshape(self.shape)) for name, row in zip(names, rows, strict=True)
         }

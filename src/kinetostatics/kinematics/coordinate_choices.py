@@ -33,7 +33,7 @@ def choices(robot: RobotKinematics, orientation: Orientation, given: Sequence[st
 
     Those that differ least from ``given`` come first, then those in the order z, x, y, rz, rx, ry.
     """
-    known = [name for name in PREFERRED if name in ("x", "y", "z", *orientation.names)]
+    known = [name for name in PREFERRED if name in orientation.pose_names]
     sets = [
         names
         for names in combinations(known, robot.mobility.platform)
@@ -53,7 +53,7 @@ def best_choice(robot: RobotKinematics, orientation: Orientation, pose: SolverSt
     rates = orientation.rates(orientation.coordinates(R))[:, :, 0]
     motions = robot.mobility_analysis.platform_motions(pose)
     rows = np.concatenate([motions[:3], np.linalg.pinv(rates) @ motions[3:]])
-    known = ("x", "y", "z", *orientation.names)
+    known = orientation.pose_names
     found: tuple[str, ...] = ()
     most = 0.0
     for names in choices(robot, orientation, (), pose):

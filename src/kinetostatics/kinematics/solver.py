@@ -114,10 +114,9 @@ class Solver:
         self.equations, self.length, self.reach, self.slack = equations, length, reach, slack
         self.tree = equations.tree
         self.mechanism = equations.mechanism
-        self.platform_body, self.platform_placement = self.mechanism.platform_frame
         moves = self.tree.moves.astype(float)
         base = self.mechanism.base_frame
-        self.platform_signs = moves[self.platform_body] - (moves[base[0]] if base is not None else 0.0)
+        self.platform_signs = moves[self.mechanism.platform_frame[0]] - (moves[base[0]] if base is not None else 0.0)
         self._joint_of_column = {joint.first_v: joint for joint in self.tree.joints}
         self.column_scale = np.where(self.tree.column_rotates, 1.0, length)
         self._row_scale = np.where(equations.is_length, length, 1.0)[:, None]

@@ -35,6 +35,11 @@ class Orientation:
     names: tuple[str, str, str]
     sequence: tuple[int, int, int] | None = None
 
+    @property
+    def pose_names(self) -> tuple[str, ...]:
+        """Names of all coordinates of a pose: those of o, then its own."""
+        return ("x", "y", "z", *self.names)
+
     def matrix(self, c: Array) -> Array:
         """Return rotation matrices (3, 3, N) of coordinates ``c`` (3, N) [rad]."""
         if self.sequence is None:

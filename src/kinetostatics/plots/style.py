@@ -22,8 +22,8 @@ from kinetostatics.exceptions import ArgumentError
 from kinetostatics.plots.display_units import typeset
 from kinetostatics.plots.selection import Axis
 
-#: Width of one and of two columns of a journal [inch].
-ONE_COLUMN, TWO_COLUMNS = 3.46, 7.09
+#: Width of a column of a journal [inch].
+ONE_COLUMN = 3.46
 
 #: Luminance rises along it, so that it reads in grey; made for the colour-blind.
 COLOURS = "cividis"

@@ -151,7 +151,7 @@ class Compensation(Shown):
         loaded_R, loaded_position = loaded_frame(result)
         wanted = orientation.coordinates(R)
         angles = orientation.coordinates(loaded_R, near=wanted) - wanted
-        names = ("x", "y", "z", *orientation.names)
+        names = orientation.pose_names
         rows = [*(loaded_position - position), *angles]
         return Named({name: frozen(row.reshape(self.shape)) for name, row in zip(names, rows, strict=True)})
 

@@ -123,7 +123,7 @@ def labels_of(spec: SweepSpec, robot: Robot) -> Labels:
         tuple(result.beams) if spec.beams else (),
         tuple(_q_labels(robot)),
         loose_coordinates(spec, robot),
-        ("x", "y", "z", *orientation_named(spec.orientation).names),
+        orientation_named(spec.orientation).pose_names,
         bool(spec.compensated),
     )
 
