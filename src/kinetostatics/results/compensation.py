@@ -76,7 +76,7 @@ class Compensation(Shown):
             axes: as in :meth:`to_dataset`.
 
         Raises:
-            ArgumentError: the name ends otherwise.
+            ArgumentError: the name ends otherwise, or there is no such folder.
         """
         _save(self, path, axes)
 
@@ -177,6 +177,9 @@ def deviation_from(wanted: Configuration, result: Result) -> Array:
 def _save(found: Compensation, path: str | os.PathLike[str], axes: Mapping[str, ArrayLike] | None) -> None:
     """See :meth:`Compensation.save`."""
     name = path_name("path", path)
+    folder = os.path.dirname(name)
+    if folder and not os.path.isdir(folder):
+        raise ArgumentError(f"{name} cannot be written: there is no folder {folder}")
     if name.endswith(".csv"):
         with open(name, "w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file, lineterminator="\n")

@@ -177,6 +177,8 @@ def test_mistakes(tmp_path):
         ks.compensate(two_columns().assemble())
     with pytest.raises(ks.ArgumentError, match=r"does not end in \.csv"):
         ks.compensate(pose).save(tmp_path / "table.txt")
+    with pytest.raises(ks.ArgumentError, match="there is no folder"):
+        ks.compensate(pose).save(tmp_path / "none" / "table.csv")
     with pytest.raises(ks.ArgumentError, match="axes have the sizes"):
         ks.compensate(pose).to_dataset({"z": [1, 2]})
 

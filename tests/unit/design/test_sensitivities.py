@@ -127,8 +127,8 @@ def test_mistakes(cantilever):
 
 def test_a_rigid_robot_without_parameters_says_that_there_is_nothing(tmp_path):
     (tmp_path / "post.urdf").write_text(
-        '<robot name="post"><link name="base"/><link name="tip"/>'
-        '<joint name="weld" type="fixed"><parent link="base"/><child link="tip"/></joint><platform link="tip"/></robot>',
+        '<robot name="post"><link name="base"/><link name="tip"/><joint name="turn" type="continuous"><parent link="base"/>'
+        '<child link="tip"/></joint><platform link="tip"/><transmission name="motor"><joint name="turn"/></transmission></robot>',
         encoding="utf-8",
     )
     found = ks.sensitivities(ks.load_robot(tmp_path / "post.urdf").assemble())
