@@ -140,6 +140,7 @@ class Case:
 @example(53067)  # free, and misfits that contradict one another besides
 @example(12064842)  # rigid limbs, one of which sags by rounding
 @example(1000000)  # rigid throughout: beams beside the rigid limb are bent by the rounding of its forces
+@example(1359628)  # one of them hangs on the platform by an elastic limb
 @example(369)  # a ring of rigid links between elastic limbs, whose strain is rounding alone
 @example(368176)  # misfits that a rigid ring cannot follow, in a limb that is partly rigid besides
 @example(826)  # a rigid limb with elastic links, whose compliance is nothing but rounding
