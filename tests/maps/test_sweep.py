@@ -400,7 +400,7 @@ def test_a_worker_that_dies_is_replaced(monkeypatch, robot):
     def murderous(self, tasks):
         for item in perform(self, tasks):
             if len(killed) < 2:
-                killed.append(next(iter(self._executor._processes)))
+                killed.append(next(process for process in self._executor._processes if process not in killed))
                 os.kill(killed[-1], signal.SIGKILL)
             yield item
 

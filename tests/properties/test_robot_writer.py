@@ -9,7 +9,6 @@ from pathlib import Path
 
 import hybrid_robots as hr
 import numpy as np
-import package_robots
 import pinocchio as pin
 import pytest
 import small_robots as sr
@@ -140,7 +139,7 @@ def same_results(one: ks.Robot, other: ks.Robot) -> None:
 
 @pytest.mark.parametrize("name", sorted(path.name.removesuffix(".urdf.xacro") for path in ROBOTS.glob("*.urdf.xacro")))
 def test_shipped_robots(name: str, tmp_path: Path) -> None:
-    robot = package_robots.robot(name)
+    robot = ks.load_robot(name)  # as fresh as the one that is read back
     description = saved(robot, tmp_path)
     assert description == robot.description and description.warnings == robot.description.warnings
     assert description.urdf == robot.description.urdf

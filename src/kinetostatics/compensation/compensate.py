@@ -112,7 +112,7 @@ def _controlled(
 ) -> tuple[str, ...]:
     """Return the coordinates that are to come out as wanted."""
     if given is not None:
-        if isinstance(given, str) or not all(isinstance(name, str) for name in given):
+        if isinstance(given, str) or not isinstance(given, Sequence) or not all(isinstance(name, str) for name in given):
             raise ArgumentError(f'coordinates is {given!r}; it must be a sequence of names, such as ("z", "rx", "ry")')
         platform_coordinates(robot, dict.fromkeys(given, 0.0), convention.name)  # which complains of them
         return tuple(given)

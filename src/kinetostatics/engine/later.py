@@ -70,6 +70,11 @@ class LaterSolution(Solution):
         found: Solution = vars(self)["_whole"]()
         return found
 
+    @property
+    def whole(self) -> Solution:
+        """The same with all arrays."""
+        return self.solution
+
     def group(self, number: int) -> Any:
         """Return a group of the robot's limbs."""
         return vars(self)["_robot"].groups[number]

@@ -73,6 +73,11 @@ class Solution(ShortRepr):
     applied: tuple[AppliedStatics, ...] = ()
     weights_alone: tuple[LimbStatics, ...] | None = None
 
+    @property
+    def whole(self) -> Solution:
+        """The same with all arrays computed: those of compiled code are when they are asked for."""
+        return self
+
     def statics_of_weights(self, number: int) -> LimbStatics:
         """Return a group of limbs under their own weights alone."""
         return (self.weights_alone or self.statics)[number]
@@ -270,7 +275,7 @@ def by_mechanism(robot: RobotStatics, solution: Solution) -> Solution:
         moved.append(np.concatenate([strain[:, :2], none, strain[:, first], strain[:, last:]], axis=1))
     twists, intensities = balance.solve(right, moved)
     applied = tuple(replace(item, share=np.insert(item.share, [last] * len(limbs), 0.0, axis=0)) for item in solution.applied)
-    return replace(solution, sources=sources, twists=twists, intensities=tuple(intensities), applied=applied)
+    return replace(solution.whole, sources=sources, twists=twists, intensities=tuple(intensities), applied=applied)
 
 
 def of_deformation(limb: str) -> str:

@@ -18,6 +18,7 @@ def cantilever(tmp_path_factory):
     return ks.sensitivities(ks.load_robot(path).assemble(), load=[10, 0, -300, 0, 0, 0])
 
 
+@pytest.mark.smoke
 def test_closed_forms_of_the_cantilever(cantilever):
     """w = F L³/3EI + q L⁴/8EI, with the tip's weight in F; m = ρAL + m_tip."""
     L, d, E, rho, m, g = 0.8, 0.04, 2e11, 7850, 5.0, 9.81
