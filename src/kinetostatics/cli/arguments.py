@@ -375,10 +375,18 @@ def print_report(text: str) -> None:
     print(for_stream(text, sys.stdout))
 
 
-def print_answer(found: str | dict[str, Any], warnings: Sequence[str]) -> None:
-    """Print what a command has found below the warnings of its pose, or as JSON with them and on standard error."""
+def print_answer(found: str | dict[str, Any], warnings: Sequence[str], written: str | None = None) -> None:
+    """Print what a command has found below the warnings of its pose, or as JSON with them and on standard error.
+
+    Args:
+        found: a report, or what is printed as JSON.
+        warnings: of the pose.
+        written: file that was written, which is told below a report.
+    """
     if isinstance(found, str):
         print_report("\n".join([*(f"! {warning}" for warning in warnings), found]))
+        if written is not None:
+            print(f"wrote {written}")
         return
     found["warnings"] = [*warnings, *found.get("warnings", ())]
     print_json(found)

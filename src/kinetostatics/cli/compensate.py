@@ -83,9 +83,7 @@ def run(args: argparse.Namespace) -> int:
         if args.out is not None:
             found.save(args.out, axes)
         answer = found.to_dict() if args.json else str(found)
-    arguments.print_answer(answer, warnings)
-    if args.out is not None and not args.json:
-        print(f"wrote {args.out}")
+    arguments.print_answer(answer, warnings, args.out)
     return 0
 
 
@@ -96,9 +94,7 @@ def _poses(robot: Robot, args: argparse.Namespace) -> tuple[Configuration, dict[
             raise ArgumentError("give either --table or coordinates, not both")
         option, columns = _read_table(robot, args.table)
         return poses.assembled(robot, option, columns, args), None, []
-    option = "--actuators" if args.actuators else "--platform"
-    items = arguments.parse_items(option, args.actuators or args.platform)
-    given = {name: arguments.parse_values(option, name, text, _kind(robot, option, name)) for name, text in items.items()}
+    option, given = poses.grid(robot, args)
     axes = {name: value for name, value in given.items() if isinstance(value, list)}
     if not axes:
         configuration, warnings = poses.assemble(robot, args)
@@ -110,10 +106,6 @@ def _poses(robot: Robot, args: argparse.Namespace) -> tuple[Configuration, dict[
     mesh = np.meshgrid(*axes.values(), indexing="ij")
     coordinates = {**given, **dict(zip(axes, mesh, strict=True))}
     return poses.assembled(robot, option, coordinates, args), axes, []
-
-
-def _kind(robot: Robot, option: str, name: str) -> str | None:
-    return poses.coordinate_kind(robot, option, name)
 
 
 def _read_table(robot: Robot, path: str) -> tuple[str, dict[str, list[float]]]:
@@ -149,5 +141,6 @@ def _read_table(robot: Robot, path: str) -> tuple[str, dict[str, list[float]]]:
             if not cell.strip():
                 raise ArgumentError(f"{path}:{number}: {name} is missing: a cell is empty")
             text = cell.strip() if arguments.unit_of(cell) is not None else f"{cell.strip()}{unit}"
-            columns[name] += arguments.parse_coordinates(f"{path}:{number}", name, [text], _kind(robot, option, name))
+            kind = poses.coordinate_kind(robot, option, name)
+            columns[name] += arguments.parse_coordinates(f"{path}:{number}", name, [text], kind)
     return option, columns

@@ -65,13 +65,7 @@ def run(args: argparse.Namespace) -> int:
 
         arguments.check_folder(args.out)
         options = arguments.load_options(args)
-        option = "--actuators" if args.actuators else "--platform"
-        items = arguments.parse_items(option, args.actuators or args.platform)
-        robot = arguments.load(args) if args.actuators else None
-        over = {
-            name: arguments.parse_values(option, name, text, poses.coordinate_kind(robot, option, name))
-            for name, text in items.items()
-        }
+        _, over = poses.grid(arguments.load(args) if args.actuators else None, args)
         starts = arguments.number_of("--starts", args.starts)
         if starts != int(starts) or starts < 1:
             raise ArgumentError(f"--starts: {args.starts} is not a whole number from 1 on")
@@ -91,7 +85,5 @@ def run(args: argparse.Namespace) -> int:
         if args.out is not None:
             found.save(args.out)
         answer = found.to_dict() if args.json else str(found)
-    arguments.print_answer(answer, [])
-    if args.out is not None and not args.json:
-        print(f"wrote {args.out}")
+    arguments.print_answer(answer, [], args.out)
     return 0 if found.feasible else 1

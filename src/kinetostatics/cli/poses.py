@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from kinetostatics.cli.arguments import SEVERAL, number_of, parse_coordinates, parse_items
+from kinetostatics.cli.arguments import SEVERAL, number_of, parse_coordinates, parse_items, parse_values
 from kinetostatics.exceptions import ArgumentError, AssemblyError, KinetostaticsError
 
 if TYPE_CHECKING:
@@ -83,6 +83,16 @@ def assemble(robot: Robot, args: argparse.Namespace) -> tuple[Configuration, lis
         q = robot.model_q(robot.zero_poses)[:, 0]
         pose = robot.configuration(q, tolerance=tolerance_of(args))
         return pose, ["the loops do not close with all drives at zero; this is the closed pose nearest to the file's zero"]
+
+
+def grid(robot: Robot | None, args: argparse.Namespace) -> tuple[str, dict[str, float | list[float]]]:
+    """Return ``--platform`` or ``--actuators``, and its coordinates: values, and lists of them that make a grid.
+
+    ``robot`` tells the kinds of drives' coordinates.
+    """
+    option = "--actuators" if args.actuators else "--platform"
+    items = parse_items(option, args.actuators or args.platform)
+    return option, {name: parse_values(option, name, text, coordinate_kind(robot, option, name)) for name, text in items.items()}
 
 
 def assembled(robot: Robot, option: str, coordinates: Mapping[str, object], args: argparse.Namespace) -> Configuration:

@@ -53,9 +53,7 @@ def run(args: argparse.Namespace) -> int:
         if args.out is not None:
             _draw(found, args.out)
         answer = found.to_dict() if args.json else str(found)
-    arguments.print_answer(answer, warnings)
-    if args.out is not None and not args.json:
-        print(f"wrote {args.out}")
+    arguments.print_answer(answer, warnings, args.out)
     return 0
 
 

@@ -197,7 +197,9 @@ def compiled_statics(robot: RobotStatics) -> CompiledStatics | str:
     if not is_installed():
         return _NOT_INSTALLED
     if robot.description.springs:
-        return "the robot has springs, whose forces follow the displacements"
+        from kinetostatics.engine.record import SPRINGS
+
+        return SPRINGS
     choice = _choice_of(robot)
     with choice.lock:
         if choice.compiled is None and choice.reason is None:

@@ -24,6 +24,9 @@ from kinetostatics.statics.solution import Solution, equilibrium
 _EXAMPLE_LOAD = (31.0, -17.0, -53.0, 7.0, 11.0, -3.0)
 _EXAMPLE_GRAVITY = (0.7, -1.3, -9.1)
 
+#: Why a robot with springs is not recorded.
+SPRINGS = "the robot has springs, whose forces follow the displacements"
+
 
 @dataclass(frozen=True)
 class Place:
@@ -125,7 +128,7 @@ def recorded_arrays(
         NotRecordedError: it takes something that is not an operation on scalars.
     """
     if robot.description.springs:
-        raise NotRecordedError("the robot has springs, whose forces follow the displacements")
+        raise NotRecordedError(SPRINGS)
     for group in robot.groups:
         if group.rigid_directions:
             name, count = group.limbs[0].name, group.rigid_directions

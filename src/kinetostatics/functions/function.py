@@ -26,13 +26,13 @@ from kinetostatics.kinematics.joint_coordinates import actuator_names
 from kinetostatics.kinematics.solver import PrescribedCoordinates
 from kinetostatics.math.arrays import Array, batch_first, frozen
 from kinetostatics.math.orientation import orientation_named
+from kinetostatics.math.screws import TWIST_UNITS
 from kinetostatics.printing.mappings import Named
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot
 from kinetostatics.status import WITHOUT_NUMBERS
 
 _WRENCH = ("N", "N", "N", "N·m", "N·m", "N·m")
-_TWIST = ("m", "m", "m", "rad", "rad", "rad")
 
 
 class Values(Mapping[str, Array]):
@@ -116,9 +116,13 @@ class Function:
         slides = [robot.mechanism.connections[name].type.is_slide for name in drives]
         sources = ("load", "platform_weight", *(limb.name for limb in robot.topology.limbs))
         known = (
-            Quantity("twist", (6,), _TWIST, twist, "displacement and rotation of the platform at o, world axes"),
+            Quantity("twist", (6,), TWIST_UNITS, twist, "displacement and rotation of the platform at o, world axes"),
             Quantity(
-                "contributions", (6, len(sources)), _TWIST, sources, "what load and weights contribute to the twist, one a column"
+                "contributions",
+                (6, len(sources)),
+                TWIST_UNITS,
+                sources,
+                "what load and weights contribute to the twist, one a column",
             ),
             Quantity("stiffness", (6, 6), ("N/m, N, N·m",), twist, "stiffness matrix at o, world axes"),
             Quantity("compliance", (6, 6), ("m/N, 1/N, 1/(N·m)",), twist, "compliance matrix at o, world axes"),

@@ -24,6 +24,10 @@ import numpy as np
 from kinetostatics.math.arrays import Array, empty_for
 from kinetostatics.math.linalg import cross
 
+#: Names of the components of twists and wrenches at o, and units of a twist's.
+COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
+TWIST_UNITS = ("m", "m", "m", "rad", "rad", "rad")
+
 
 def wrench_of_force(force: Array, arm: Array) -> Array:
     """Return the wrench of a force [N] that acts at ``arm`` [m] from the reference point."""

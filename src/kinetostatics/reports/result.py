@@ -9,7 +9,7 @@ import numpy as np
 from kinetostatics.analysis import free_twists
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.ordering import EQUAL, first_largest
-from kinetostatics.math.screws import describe_twist
+from kinetostatics.math.screws import COMPONENTS, describe_twist
 from kinetostatics.printing.dispatch import text_of
 from kinetostatics.printing.text import (
     CLOSED,
@@ -39,8 +39,6 @@ from kinetostatics.results.result import Result
 from kinetostatics.statics.link_loads import PAYLOAD
 from kinetostatics.statics.singularity import UNBALANCED
 from kinetostatics.status import WITHOUT_NUMBERS, Status
-
-COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
 
 
 @text_of.register(Result)

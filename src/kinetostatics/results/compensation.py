@@ -18,6 +18,7 @@ from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array, batch_first, frozen
 from kinetostatics.math.linalg import matmul
 from kinetostatics.math.rotations import exponential, logarithm
+from kinetostatics.math.screws import COMPONENTS, TWIST_UNITS
 from kinetostatics.printing.dispatch import Shown, dict_of, text_of
 from kinetostatics.printing.mappings import Named
 from kinetostatics.results.result import Result
@@ -25,9 +26,6 @@ from kinetostatics.status import WITHOUT_NUMBERS, Status
 
 if TYPE_CHECKING:
     import xarray as xr
-
-COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
-_UNITS = ("m", "m", "m", "rad", "rad", "rad")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -206,7 +204,7 @@ def _table_columns(found: Compensation) -> dict[str, list[str]]:
         corrected[f"correction of {name} [{position}]"] = found.corrections[name]
         corrected[f"force of {name} [{force}]"] = found.actuator_forces[name]
     for k, name in enumerate(COMPONENTS):
-        corrected[f"remaining {name} [{_UNITS[k]}]"] = found.remaining[..., k]
+        corrected[f"remaining {name} [{TWIST_UNITS[k]}]"] = found.remaining[..., k]
     return {
         **{title: _cells(values) for title, values in numbers.items()},
         "status": status,
@@ -245,7 +243,7 @@ def _dataset(found: Compensation, axes: Mapping[str, ArrayLike] | None) -> xr.Da
         **{name: np.asarray(values) for name, values in axes.items()},
         "actuator": names,
         "component": list(COMPONENTS),
-        "component_unit": ("component", list(_UNITS)),
+        "component_unit": ("component", list(TWIST_UNITS)),
         "platform_coordinate": platform,
         "platform_coordinate_unit": ("platform_coordinate", [_unit_of(name) for name in platform]),
         "actuator_position_unit": ("actuator", [units[name][0] for name in names]),

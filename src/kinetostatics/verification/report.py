@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from kinetostatics.math.arrays import Array
+from kinetostatics.math.screws import COMPONENTS
 from kinetostatics.printing.dispatch import dict_of, html_of, text_of
 from kinetostatics.printing.html_tables import html_table
 from kinetostatics.printing.text import (
@@ -21,7 +22,6 @@ from kinetostatics.printing.text import (
 from kinetostatics.reports.forces import sizes
 from kinetostatics.reports.json import plain
 from kinetostatics.reports.pose import pose_lines
-from kinetostatics.reports.result import COMPONENTS
 from kinetostatics.verification.compare import Verification
 
 UNITS = {

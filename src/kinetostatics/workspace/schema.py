@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from kinetostatics.analysis import analyze
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.orientation import orientation_named
+from kinetostatics.math.screws import COMPONENTS, TWIST_UNITS
 from kinetostatics.reports.json import drive_unit, wrench_units
 from kinetostatics.results.gravity_ways import WAYS
 from kinetostatics.status import FACTS, Status
@@ -23,8 +24,6 @@ if TYPE_CHECKING:
 
     from kinetostatics.robot import Robot
 
-COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
-COMPONENT_UNITS = ("m", "m", "m", "rad", "rad", "rad")
 WRENCH_UNITS = ("N", "N", "N", "N m", "N m", "N m")
 
 #: Kinds of axes along which variables vary: all, those that change the pose, or those that change the robot.
@@ -248,12 +247,10 @@ def _label_coordinates(labels: Labels) -> dict[str, tuple[list[str], str]]:
 def _unit_coordinates(labels: Labels) -> dict[str, tuple[tuple[str, ...], object]]:
     """Return names, dimensions and values of coordinates that say units, limbs and labels."""
     degrees = tuple("rad" if turning else "m" for turning in labels.turning)
-    stiffness = [[f"{force}/{move}" for move in COMPONENT_UNITS] for force in WRENCH_UNITS]
-    compliance = [
-        [f"{move}/({force})" if " " in force else f"{move}/{force}" for force in WRENCH_UNITS] for move in COMPONENT_UNITS
-    ]
+    stiffness = [[f"{force}/{move}" for move in TWIST_UNITS] for force in WRENCH_UNITS]
+    compliance = [[f"{move}/({force})" if " " in force else f"{move}/{force}" for force in WRENCH_UNITS] for move in TWIST_UNITS]
     found: dict[str, tuple[tuple[str, ...], object]] = {
-        "component_unit": (("component",), COMPONENT_UNITS),
+        "component_unit": (("component",), TWIST_UNITS),
         "stiffness_unit": (("component", "component_2"), stiffness),
         "compliance_unit": (("component", "component_2"), compliance),
         "actuator_force_unit": (("actuator",), ["N m" if turning else "N" for turning in labels.turning]),
