@@ -26,7 +26,7 @@ from kinetostatics.mechanism.tree import TreeJoint
 KEPT: Mapping[type, tuple[str, ...]] = {
     Solver: (
         *("equations", "length", "reach", "slack", "tree", "mechanism", "platform_signs", "column_scale"),
-        *("_row_scale", "_joint_of_column"),
+        *("_row_scale", "joint_of_column"),
     ),
     Mechanism: ("tree", "platform_frame", "base_frame"),
     LoopEquations: (
@@ -35,7 +35,7 @@ KEPT: Mapping[type, tuple[str, ...]] = {
     ),
     Connection: ("kind", "predecessor_body", "successor_body", "predecessor_frame", "successor_frame"),
     LoopAxes: ("axis", "side", "third", "turned_side", "middle"),
-    Couplings: ("count", "columns", "_couplings", "_gradient"),
+    Couplings: ("count", "columns", "items", "_gradient"),
     SphericalRun: ("axes", "orientation"),
     TreeJoint: ("kind", "first_q", "first_v"),
 }
@@ -146,7 +146,7 @@ def drives_record(solver: Solver, given: PrescribedCoordinates, example: SolverS
 
     def computed() -> list[Any]:
         frames = copy.equations.forward(x)
-        rows = [copy.equations.couplings.coordinate(copy._joint_of_column[column], x) for column in given.columns]
+        rows = [copy.equations.couplings.coordinate(copy.joint_of_column[column], x) for column in given.columns]
         return rows + [copy.loop_coordinate(number, frames) for number in given.loops]
 
     return Program(tape, tuple(_recorded(tape, computed)), ())

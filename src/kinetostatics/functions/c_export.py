@@ -193,8 +193,8 @@ def _imposed(function: Exported, nx: int) -> Any:
     robot = function.robot
     solver, prescribed = robot.solver, function.prescribed
     for row, column in enumerate(prescribed.columns):
-        yield from _written(solver._joint_of_column[column], f"target[{row}]")
-    for item in robot.equations.couplings._couplings:
+        yield from _written(solver.joint_of_column[column], f"target[{row}]")
+    for item in robot.equations.couplings.items:
         if item.leader.first_v in prescribed.columns:
             row = prescribed.columns.index(item.leader.first_v)
             yield from _written(item.follower, f"({literal(item.multiplier)} * target[{row}] + {literal(item.offset)})")

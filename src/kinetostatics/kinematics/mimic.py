@@ -35,6 +35,7 @@ class Couplings:
     Attributes:
         names: of the followers.
         count: how many there are.
+        items: leader, follower, multiplier and offset of each.
         columns: the followers' freedoms in the tree.
         is_length: whether each slides (else it turns).
     """
@@ -43,7 +44,7 @@ class Couplings:
         joint_of_body = {joint.body: joint for joint in tree.joints}
         followers = {name: item.mimic for name, item in mechanism.connections.items() if item.mimic is not None}
         self.names = list(followers)
-        self._couplings = [
+        self.items = [
             _Coupling(
                 joint_of_body[mechanism.body_of_joint[name]],
                 joint_of_body[mechanism.body_of_joint[mimic.joint]],
@@ -53,10 +54,10 @@ class Couplings:
             for name, mimic in followers.items()
         ]
         self.count = len(self.names)
-        self.columns = np.array([item.follower.first_v for item in self._couplings], dtype=np.intp)
-        self.is_length = np.array([item.follower.type.is_slide for item in self._couplings], dtype=bool)
+        self.columns = np.array([item.follower.first_v for item in self.items], dtype=np.intp)
+        self.is_length = np.array([item.follower.type.is_slide for item in self.items], dtype=bool)
         self._gradient = np.zeros((self.count, tree.nv))
-        for row, item in zip(self._gradient, self._couplings, strict=True):
+        for row, item in zip(self._gradient, self.items, strict=True):
             row[item.follower.first_v], row[item.leader.first_v] = 1.0, -item.multiplier
 
     def residual(self, x: Array, turns: int = 20) -> Array:
@@ -64,9 +65,9 @@ class Couplings:
 
         The angle of a continuous leader is known but for full turns; see :meth:`coordinate`.
         """
-        leaders = {item.leader.first_v: item.leader for item in self._couplings}
+        leaders = {item.leader.first_v: item.leader for item in self.items}
         values = {column: self.coordinate(leader, x, turns=turns) for column, leader in leaders.items()}
-        errors = [item.error(x, values[item.leader.first_v]) for item in self._couplings]
+        errors = [item.error(x, values[item.leader.first_v]) for item in self.items]
         return np.stack(errors) if errors else np.zeros((0, x.shape[1]))
 
     def coordinate(self, joint: TreeJoint, x: Array, near: Array | float = 0.0, turns: int = 500) -> Array:
@@ -78,7 +79,7 @@ class Couplings:
         value = joint.coordinate(x)
         if not joint.type.endless:
             return value
-        led = [item for item in self._couplings if item.leader.first_v == joint.first_v]
+        led = [item for item in self.items if item.leader.first_v == joint.first_v]
         counting = [item for item in led if not item.follower.type.endless]
         if counting:  # the one of which a turn moves the least of its way tells the number of turns best
             one = max(counting, key=lambda item: abs(item.multiplier))
@@ -113,12 +114,12 @@ class Couplings:
 
     def given_with(self, columns: tuple[int, ...]) -> NDArray[np.intp]:
         """Return the freedoms of the followers whose leaders are among the given ``columns``."""
-        given = [item.follower.first_v for item in self._couplings if item.leader.first_v in columns]
+        given = [item.follower.first_v for item in self.items if item.leader.first_v in columns]
         return np.array(given, dtype=np.intp)
 
     def following(self, column: int) -> list[tuple[int, float]]:
         """Return the freedoms of the followers of a freedom, and how fast each moves with it."""
-        return [(item.follower.first_v, item.multiplier) for item in self._couplings if item.leader.first_v == column]
+        return [(item.follower.first_v, item.multiplier) for item in self.items if item.leader.first_v == column]
 
     def impose(self, columns: tuple[int, ...], values: Array, x: Array) -> None:
         """Write the coordinates of the followers of given freedoms into ``x`` (nq', N), in place.
@@ -128,6 +129,6 @@ class Couplings:
             values: their coordinates (len(columns), N) [m, rad]; angles may be of more than one turn.
             x: coordinates.
         """
-        for item in self._couplings:
+        for item in self.items:
             if item.leader.first_v in columns:
                 item.follower.write(item.multiplier * values[columns.index(item.leader.first_v)] + item.offset, x)

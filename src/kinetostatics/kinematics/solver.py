@@ -105,7 +105,7 @@ class Solver:
 
     ``length`` [m] makes lengths and angles comparable where rank and prescribed coordinates are judged, ``reach`` [m] where steps
     are; ``slack`` is the scaled residual that the file's own rounding may leave. Where ``is_quick``, corrections cost less than
-    predictions that spare some.
+    predictions that spare some. ``joint_of_column`` has the tree's joints by their first freedoms.
     """
 
     is_quick = False
@@ -117,7 +117,7 @@ class Solver:
         moves = self.tree.moves.astype(float)
         base = self.mechanism.base_frame
         self.platform_signs = moves[self.mechanism.platform_frame[0]] - (moves[base[0]] if base is not None else 0.0)
-        self._joint_of_column = {joint.first_v: joint for joint in self.tree.joints}
+        self.joint_of_column = {joint.first_v: joint for joint in self.tree.joints}
         self.column_scale = np.where(self.tree.column_rotates, 1.0, length)
         self._row_scale = np.where(equations.is_length, length, 1.0)[:, None]
         self.forget()
@@ -149,7 +149,7 @@ class Solver:
         frames = self.equations.forward(poses.x)
         given = np.zeros((prescribed.size, 1)) if near is None else np.where(np.isfinite(near), near, 0.0)
         rows = [
-            self.equations.couplings.coordinate(self._joint_of_column[column], poses.x, given[row])
+            self.equations.couplings.coordinate(self.joint_of_column[column], poses.x, given[row])
             for row, column in enumerate(prescribed.columns)
         ]
         for row, number in enumerate(prescribed.loops, len(rows)):
@@ -275,7 +275,7 @@ class Solver:
     def impose(self, prescribed: PrescribedCoordinates, poses: SolverState, target: Array) -> None:
         """Write the given tree coordinates and angles into the poses, in place."""
         for row, column in enumerate(prescribed.columns):
-            self._joint_of_column[column].write(target[row], poses.x)
+            self.joint_of_column[column].write(target[row], poses.x)
         self.equations.couplings.impose(prescribed.columns, target, poses.x)
         for row, k in enumerate(prescribed.angles):
             poses.c[k] = target[prescribed.first_angle + row]
