@@ -56,6 +56,10 @@ def sensitivities_report(found: Sensitivities) -> str:
     else:
         said = "Nothing gives way, and the file has no numbers among its xacro arguments that could be changed."
     lines += ["", *wrapped(said)]
+    for name in (name for name in found if found[name].value == 0):
+        lines += wrapped(
+            f"{name} is zero, and so is one per cent of it: its derivatives tell what more of it does (--json)", "! "
+        )
     for name, why in found.skipped.items():
         lines += wrapped(f"{name} was left out: {why}", "! ")
     return "\n".join(lines)

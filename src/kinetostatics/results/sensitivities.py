@@ -88,8 +88,11 @@ class Sensitivities(Shown):
         return tuple(int(k) for k in np.unravel_index(int(np.argmax(size)), size.shape)) if size.shape else ()
 
     def effect(self, name: str) -> tuple[float, float]:
-        """Return by how much one per cent more of a parameter moves o along its displacement [m], and adds to the mass [kg]."""
-        item, one_per_cent = self[name], 0.01 * (abs(self[name].value) or 1.0)
+        """Return by how much one per cent more of a parameter moves o along its displacement [m], and adds to the mass [kg].
+
+        Both are zero for a parameter that is zero.
+        """
+        item, one_per_cent = self[name], 0.01 * abs(self[name].value)
         return one_per_cent * self._along(item.twist), one_per_cent * float(item.mass[self.worst])
 
     def source_effect(self, name: str) -> float:

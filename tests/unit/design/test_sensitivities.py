@@ -134,3 +134,14 @@ def test_a_rigid_robot_without_parameters_says_that_there_is_nothing(tmp_path):
     )
     found = ks.sensitivities(ks.load_robot(tmp_path / "post.urdf").assemble())
     assert "Nothing gives way, and the file has no numbers" in str(found)
+
+
+def test_one_per_cent_of_a_parameter_that_is_zero_is_nothing(tmp_path):
+    path = parametric_machines.cantilever(tmp_path)
+    text = path.read_text(encoding="utf-8").replace("<mass value", '<origin xyz="$(arg holes) 0 0"/><mass value')
+    path.write_text(text, encoding="utf-8")
+    found = ks.sensitivities(ks.load_robot(path).assemble(), ["holes", "diameter"], load=[0, 0, -500, 0, 0, 0])
+    assert list(found) == ["diameter", "holes"] and found.effect("holes") == (0.0, 0.0)
+    # the tip's weight farther out: m g L² / (2 E I) down a metre
+    assert found["holes"].twist[2] == pytest.approx(-5 * 9.81 * 0.8**2 / (2 * 2e11 * np.pi * 0.04**4 / 64), rel=1e-6)
+    assert "holes is zero, and so is one per cent of it" in str(found)
