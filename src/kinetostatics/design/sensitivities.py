@@ -66,7 +66,7 @@ def sensitivities(configuration: Configuration, by: Sequence[str] | None = None,
         raise ArgumentError(f"sensitivities wants a pose, not {configuration!r}: make one with robot.assemble(…)")
     variants = variants_of(robot_of(configuration))
     if by is not None:
-        if isinstance(by, str) or not all(isinstance(name, str) for name in by):
+        if isinstance(by, str) or not isinstance(by, Sequence) or not all(isinstance(name, str) for name in by):
             raise ArgumentError(f'by is {by!r}; it must be a sequence of names, such as ["rod_diameter"]')
         variants.check(list(by))
     result = analyze(configuration, **analysis)
