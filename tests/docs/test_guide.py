@@ -48,6 +48,8 @@ UNREACHABLE = {
     "lies within the rigid base or platform": "the table has no weld there; test_random_hybrids.py has",
     "has no drives, so that nothing can be corrected": "the table has a drive; see test_compensate.py",
     "no coordinates with the orientation": "needs a robot that no coordinates of the platform tell",
+    "no drive positions were found that bring": "the table has no pose at its rim; see test_compensate.py",
+    "cannot be written: there is no folder": "the table writes no files; see test_compensate.py",
     "the sag changes too much from pose to pose": "needs a robot so soft that no correction converges",
     "a Dataset needs xarray": "tests have it",
     "nothing is registered that writes a": "all that is printed has its report",
