@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
+import kinetostatics
 from kinetostatics.analysis import analyze
 from kinetostatics.argument_checks import path_name
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
@@ -97,19 +98,10 @@ def report_html(
         "The robot": html_report(str(robot)),
     }
     body = [f"<section>\n<h2>{name}</h2>\n{text}\n</section>" for name, text in parts.items() if text]
-    pieces = {"title": escape(heading), "version": escape(_version()), "body": "\n".join(body)}
+    pieces = {"title": escape(heading), "version": escape(kinetostatics.__version__), "body": "\n".join(body)}
     pieces |= {"style": _asset("report.css"), "script": _asset("report.js")}
     return re.sub(r"\{\{(\w+)\}\}", lambda found: pieces[found[1]], _asset("report.html"))
 
 
 def _asset(name: str) -> str:
     return (files("kinetostatics.report_page") / "assets" / name).read_text(encoding="utf-8")
-
-
-def _version() -> str:
-    from importlib.metadata import PackageNotFoundError, version
-
-    try:
-        return version("kinetostatics")
-    except PackageNotFoundError:  # a folder of source that is on the path without being installed
-        return ""
