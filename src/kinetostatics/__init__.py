@@ -38,8 +38,9 @@ if TYPE_CHECKING:
     from kinetostatics.files.reader import read_robot_file, validate
     from kinetostatics.files.writer import save_robot
     from kinetostatics.functions.c_export import CExport
-    from kinetostatics.functions.function import Function, Jacobian, Values, compile
+    from kinetostatics.functions.function import Function, Jacobian, compile
     from kinetostatics.functions.quantities import Quantity
+    from kinetostatics.functions.values import Values
     from kinetostatics.kinematics.configuration import Configuration
     from kinetostatics.report_page import save_report
     from kinetostatics.results.beam import BeamResult
@@ -160,7 +161,8 @@ _NAMES = {
     ),
     "files.writer": ("save_robot",),
     "functions.c_export": ("CExport",),
-    "functions.function": ("Function", "Jacobian", "Values", "compile"),
+    "functions.function": ("Function", "Jacobian", "compile"),
+    "functions.values": ("Values",),
     "functions.quantities": ("Quantity",),
     "kinematics.configuration": ("Configuration",),
     "report_page": ("save_report",),

@@ -33,7 +33,7 @@ class Code:
         """Make what :func:`packed` returned callable."""
         self.table = table_of(kept)
         self._machine = llvm.MachineCode(kept[8 + int.from_bytes(kept[:8], "little") :])
-        self._function = _KIND(self._machine.address)
+        self.function = _KIND(self._machine.address)
 
     def __call__(
         self, inputs: Sequence[Array], parameters: Array, numbers: Array, truths: Mask, rows: tuple[int, Index] | None = None
@@ -60,7 +60,25 @@ class Code:
         pointers = (ctypes.c_void_p * count)(*[array.ctypes.data for array in inputs])
         strides = (ctypes.c_int64 * count)(*[array.strides[0] // 8 for array in inputs])
         results = numbers.ctypes.data, truths.ctypes.data
-        self._function(ctypes.addressof(pointers), ctypes.addressof(strides), parameters.ctypes.data, *results, numbers.shape[1])
+        self.function(ctypes.addressof(pointers), ctypes.addressof(strides), parameters.ctypes.data, *results, numbers.shape[1])
+
+
+class Bound:
+    """A compiled function with arrays that stay where they are, so that a call costs little more than what is computed."""
+
+    def __init__(self, code: Code, inputs: Sequence[Array], parameters: Array, numbers: Array, truths: Mask) -> None:
+        """Take the arrays; see :meth:`Code.__call__`."""
+        pointers = (ctypes.c_void_p * len(inputs))(*[array.ctypes.data for array in inputs])
+        strides = (ctypes.c_int64 * len(inputs))(*[array.strides[0] // 8 for array in inputs])
+        self._kept = code, pointers, strides, tuple(inputs), parameters, numbers, truths
+        addresses = ctypes.addressof(pointers), ctypes.addressof(strides)
+        data = (array.ctypes.data for array in (parameters, numbers, truths))
+        self._function = code.function
+        self._arguments = (*(ctypes.c_void_p(item) for item in (*addresses, *data)), ctypes.c_int64(numbers.shape[1]))
+
+    def __call__(self) -> None:
+        """Compute."""
+        self._function(*self._arguments)
 
 
 def packed(table: Mapping[str, Any], text: str) -> bytes:

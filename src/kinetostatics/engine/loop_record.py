@@ -85,14 +85,14 @@ def newton_record(solver: Solver, prescribed: PrescribedCoordinates, example: So
     def computed() -> list[Any]:
         going, passing = more[GOING] != 0, given[-1] != 0
         found = copy.correct(prescribed, poses, given[:-1], local, more[BEFORE], more[SHRUNK], passing)
-        holds = _held(tape)
+        holds = held(tape)
         again, good = going & found.going & holds, (more[GOOD] != 0) | (going & found.done)
         now = [*found.poses.x, *found.poses.c, found.size, found.shrunk]
         moved = [np.where(going, new, old) for new, old in zip(now, state[: size + 5], strict=True)]
         flags = [np.where(flag, 1.0, 0.0) for flag in (again, good, (more[HOLDS] != 0) & (holds | ~going))]
         return [*moved, *flags, again]
 
-    *numbers, again = _recorded(tape, computed)
+    *numbers, again = recorded_rows(tape, computed)
     return Program(tape, tuple(numbers), (again,))
 
 
@@ -104,9 +104,9 @@ def side_record(solver: Solver, prescribed: PrescribedCoordinates, example: Solv
 
     def computed() -> list[Any]:
         found = copy.surely_on_one_side(prescribed, SolverState(x, c), SolverState(other_x, other_c))
-        return [found & _held(tape)]
+        return [found & held(tape)]
 
-    return Program(tape, (), tuple(_recorded(tape, computed)))
+    return Program(tape, (), tuple(recorded_rows(tape, computed)))
 
 
 def place_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState, local: int) -> Program:
@@ -121,18 +121,18 @@ def place_record(solver: Solver, prescribed: PrescribedCoordinates, example: Sol
     def computed() -> list[Any]:
         q, frames, residual = copy.equations.place(x)
         numbers = [q, frames.rotation.reshape(-1, 1), frames.position.reshape(-1, 1), residual]
-        return [*(row for array in numbers for row in array), _held(tape)]
+        return [*(row for array in numbers for row in array), held(tape)]
 
-    *numbers, holds = _recorded(tape, computed)
+    *numbers, holds = recorded_rows(tape, computed)
     return Program(tape, tuple(numbers), (holds,))
 
 
-def _held(tape: Tape) -> Any:
+def held(tape: Tape) -> Any:
     """Return whether (1,) all guards up to now are met."""
     return recorded(np.array([tape.holds()], dtype=object))
 
 
-def _recorded(tape: Tape, computed: Callable[[], list[Any]]) -> list[int]:
+def recorded_rows(tape: Tape, computed: Callable[[], list[Any]]) -> list[int]:
     """Return the numbers of the operations that give arrays (1,)."""
     with recording():
         return [tape.number_of(array[0]) for array in computed()]
@@ -149,4 +149,4 @@ def drives_record(solver: Solver, given: PrescribedCoordinates, example: SolverS
         rows = [copy.equations.couplings.coordinate(copy.joint_of_column[column], x) for column in given.columns]
         return rows + [copy.loop_coordinate(number, frames) for number in given.loops]
 
-    return Program(tape, tuple(_recorded(tape, computed)), ())
+    return Program(tape, tuple(recorded_rows(tape, computed)), ())

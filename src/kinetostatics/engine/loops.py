@@ -5,12 +5,14 @@ What is recorded is :meth:`kinetostatics.kinematics.solver.Solver.correct`: ther
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.engine import cache as disk
 from kinetostatics.engine import llvm
-from kinetostatics.engine.code import Code, code_key, packed, side_by_side
+from kinetostatics.engine.code import Bound, Code, code_key, packed, side_by_side
 from kinetostatics.engine.loop_record import GOOD, HOLDS, Program, newton_record, place_record, side_record, structure_of
 from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.kinematics.loop_constraints import Placed
@@ -145,6 +147,33 @@ class CompiledSolver(Solver):
         self._newton((state, given), self._parameters, state, np.empty((1, n), dtype=bool))
         flags = state[size + 3 :, :N]
         return SolverState(state[:size, :N], state[size : size + 3, :N]), flags[GOOD] != 0, flags[HOLDS] != 0
+
+    def single_step(self) -> tuple[SolverState, Callable[[SolverState, Array], bool]]:
+        """Return what goes from one closed pose to coordinates (n, 1) in one go, as :meth:`newton` and :meth:`on_one_side` do.
+
+        It returns whether it arrived beyond doubt. Where it did, the pose is in every column of the state that is returned here,
+        whose arrays are used again by every call.
+        """
+        size, n = self.tree.nq, llvm.LANES
+        state, given, first = np.empty((size + 8, n)), np.zeros((self._own.size + 1, n)), np.empty((size + 3, n))
+        moved, rule = SolverState(state[:size], state[size : size + 3]), np.array([[np.inf, SHRINKING, 1.0, 0.0, 1.0]]).T
+        newton = Bound(self._newton, (state, given), self._parameters, state, np.empty((1, n), dtype=bool))
+        sure = np.ones((1, n), dtype=bool)
+        pair = first[:size], first[size:], state[:size], state[size : size + 3]
+        side = None if self._side is None else Bound(self._side, pair, self._parameters, np.empty((0, n)), sure)
+
+        def step(start: SolverState, target: Array) -> bool:
+            first[:size], first[size:] = start.x, start.c
+            state[: size + 3], state[size + 3 :], given[:-1] = first, rule, target
+            self.impose(self._own, moved, target)
+            newton()
+            if not (state[size + 3 + GOOD, 0] and state[size + 3 + HOLDS, 0]):
+                return False
+            if side is not None:
+                side()
+            return bool(sure[0, 0])
+
+        return moved, step
 
     def on_one_side(
         self, prescribed: PrescribedCoordinates, first: SolverState, second: SolverState, target: Array

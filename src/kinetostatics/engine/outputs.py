@@ -11,7 +11,8 @@ import numpy as np
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.engine.record import recorded_arrays
 from kinetostatics.engine.scalars import Tape
-from kinetostatics.engine.structure import KEPT, Structure
+from kinetostatics.engine.structure import KEPT as KEPT_OF_EQUILIBRIUM
+from kinetostatics.engine.structure import Structure
 from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.mechanism.mechanism import Connection, Mechanism
 from kinetostatics.mechanism.tree import Frames
@@ -35,9 +36,9 @@ OUTPUTS: Mapping[str, Callable[[RobotStatics, Solution], Array | Mask]] = {
     "singular": lambda robot, solution: solution.singular,
 }
 #: What they take of a robot.
-_KEPT: Mapping[type, tuple[str, ...]] = {
-    **KEPT,
-    RobotStatics: (*KEPT[RobotStatics], "joint_table"),
+KEPT: Mapping[type, tuple[str, ...]] = {
+    **KEPT_OF_EQUILIBRIUM,
+    RobotStatics: (*KEPT_OF_EQUILIBRIUM[RobotStatics], "joint_table"),
     Mechanism: ("platform_frame", "connections", "description"),
     RobotDescription: ("driven",),
     Connection: ("name", "kind", "predecessor_body", "predecessor_frame", "axis", "mimic"),
@@ -63,7 +64,7 @@ class OutputRecord:
 
 def structure_of(robot: RobotStatics, tape: Tape | None = None, all_vary: bool = True) -> Structure:
     """Take a robot apart for such a record; see :class:`Structure`."""
-    return Structure(robot, tape, _KEPT, all_vary=all_vary)
+    return Structure(robot, tape, KEPT, all_vary=all_vary)
 
 
 def output_record(

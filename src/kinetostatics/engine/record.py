@@ -127,17 +127,26 @@ def recorded_arrays(
     Raises:
         NotRecordedError: it takes something that is not an operation on scalars.
     """
+    check_recordable(robot)
+    frames, *others = example
+    inputs = frames.rotation, frames.position, *others
+    rotation, position, load, gravity = (recorded_input(tape, number, array) for number, array in enumerate(inputs))
+    with recording():
+        return result(by_numpy(copy, Frames(rotation, position), load, gravity))
+
+
+def check_recordable(robot: RobotStatics) -> None:
+    """Complain of robots whose equilibrium takes more than operations on scalars.
+
+    Raises:
+        NotRecordedError: it has springs or rigid limbs.
+    """
     if robot.description.springs:
         raise NotRecordedError(SPRINGS)
     for group in robot.groups:
         if group.rigid_directions:
             name, count = group.limbs[0].name, group.rigid_directions
             raise NotRecordedError(f"{name} is rigid along {count} of its constraint wrenches, which takes singular values")
-    frames, *others = example
-    inputs = frames.rotation, frames.position, *others
-    rotation, position, load, gravity = (recorded_input(tape, number, array) for number, array in enumerate(inputs))
-    with recording():
-        return result(by_numpy(copy, Frames(rotation, position), load, gravity))
 
 
 def recorded_input(tape: Tape, number: int, array: Array) -> Any:

@@ -6,7 +6,8 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,7 +19,8 @@ from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.functions.c_export import CExport, export_c
 from kinetostatics.functions.derivatives import Derivatives
 from kinetostatics.functions.parameters import Parameter, parameter_named, parameters_of
-from kinetostatics.functions.quantities import ALWAYS, LOADS, Quantity
+from kinetostatics.functions.quantities import ALWAYS, LOADS, TOLERANCE, Quantity
+from kinetostatics.functions.values import Values
 from kinetostatics.kinematics import assembly
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.coordinate_choices import prescribed_platform
@@ -32,32 +34,10 @@ from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot
 from kinetostatics.status import WITHOUT_NUMBERS
 
+if TYPE_CHECKING:
+    from kinetostatics.functions.direct import Direct
+
 _WRENCH = ("N", "N", "N", "N·m", "N·m", "N·m")
-
-
-class Values(Mapping[str, Array]):
-    """What a function returns: arrays by name, batch axes first, and the pose.
-
-    Attributes:
-        pose: the pose or poses; ``near=`` of the next call.
-    """
-
-    def __init__(self, arrays: Mapping[str, Any], pose: Configuration) -> None:
-        self._arrays, self.pose = Named(arrays), pose
-
-    def __getitem__(self, name: str) -> Any:
-        if name not in self._arrays:
-            raise ArgumentError(f"there is no output {name!r}: {near_names(name, self._arrays)}")
-        return self._arrays[name]
-
-    def __iter__(self) -> Any:
-        return iter(self._arrays)
-
-    def __len__(self) -> int:
-        return len(self._arrays)
-
-    def __repr__(self) -> str:
-        return f"<Values: {', '.join(self._arrays)}>"
 
 
 class Function:
@@ -183,8 +163,16 @@ class Function:
         Raises:
             ArgumentError: a coordinate is missing or unknown, or shapes do not fit together.
         """
+        direct = self._direct
+        if direct is not None:
+            values = direct.at(coordinates, near, load, gravity)
+            if values is not None:
+                return values
         pose = self._pose(coordinates, near)
-        return Values(self._values(pose, load, gravity), pose)
+        found = direct and direct.together(pose, load, gravity, self._values)
+        found = found or self._values(pose, load, gravity)
+        origin = direct and direct.closed(pose, coordinates)
+        return Values({name: frozen(found[name]) for name in self.outputs}, lambda: pose, origin)
 
     def jacobian(self, of: str | Sequence[str], by: str | Sequence[str]) -> Jacobian:
         """Return the function that has the derivatives of outputs by inputs and parameters, exact, with the loops kept closed.
@@ -243,10 +231,29 @@ class Function:
             given.get("platform"),
             self.orientation,
             start,
-            1e-10,
+            TOLERANCE,
             on_failure="nan",
             chosen=compiled_loops(self._engine),
         )
+
+    @cached_property
+    def _direct(self) -> Direct | None:
+        """The compiled way to the outputs, if there is one."""
+        if self._engine != "compiled":
+            return None
+        from kinetostatics.engine.scalars import NotRecordedError
+        from kinetostatics.functions.direct import Direct
+
+        try:
+            given = [name for name in self.inputs if name not in LOADS]
+            asked = [name for name in self.outputs if name not in ALWAYS]
+            return Direct(self.robot, self.prescribed, self.orientation, self.names, given, asked, TOLERANCE)
+        except NotRecordedError:
+            return None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave out code, which another process finds on the disk."""
+        return {name: value for name, value in vars(self).items() if name != "_direct"}
 
     def _values(self, pose: Configuration, load: ArrayLike, gravity: ArrayLike) -> dict[str, Any]:
         result = analyze(pose, load, gravity, on_failure="nan", engine=self._engine)

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 #: What every function takes besides coordinates, and returns besides what was asked for.
 LOADS = ("load", "gravity")
 ALWAYS = ("status", "residual")
+#: Opening of a loop [m, rad] above which a pose of a function is not reached.
+TOLERANCE = 1e-10
 
 
 @dataclass(frozen=True)

@@ -92,14 +92,34 @@ def assemble(
             _say_unreachable(
                 robot, prescribed, names, found.take(np.array([worst])), target[:, left[[worst]]], float(gone[worst])
             )
+    given_names = () if platform is None else tuple(names)
+    return closed_pose(
+        robot, solver, prescribed, local, poses, target, shape, arrived, convention, tolerance, raising, given_names
+    )
+
+
+def closed_pose(
+    robot: RobotKinematics,
+    solver: Solver,
+    prescribed: PrescribedCoordinates,
+    local: int,
+    poses: SolverState,
+    target: Array,
+    shape: tuple[int, ...],
+    arrived: NDArray[np.bool_],
+    convention: Orientation,
+    tolerance: float,
+    raising: bool,
+    names: tuple[str, ...],
+) -> Configuration:
+    """Return where solved poses put everything, and which of them are reached."""
 
     def again(which: NDArray[np.intp]) -> SolverState:
         return solver.newton(prescribed, poses.take(which), target[:, which], local)[0]
 
-    named = orientation if platform is not None else None
     placed = solver.place(poses.x)
-    made = _configuration(robot, poses, placed, shape, arrived, named, convention, tolerance, raising, again)
-    return made if platform is None else replace(made, prescribed=tuple(names))
+    made = _configuration(robot, poses, placed, shape, arrived, convention, tolerance, raising, again)
+    return replace(made, prescribed=names) if names else made
 
 
 def configuration_at(robot: RobotKinematics, q: ArrayLike, tolerance: float, on_failure: str | None) -> Configuration:
@@ -115,7 +135,7 @@ def configuration_at(robot: RobotKinematics, q: ArrayLike, tolerance: float, on_
     good = np.all(np.isfinite(flat), axis=0)
     raising = on_failure == "raise" or (on_failure is None and shape == ())
     parts = [robot.equations.placed(flat[:, part]) for part in chunks(flat.shape[1]) or [slice(0, 0)]]
-    return _configuration(robot, poses, joined(parts), shape, good, None, orientation_named(None), tolerance, raising)
+    return _configuration(robot, poses, joined(parts), shape, good, orientation_named(None), tolerance, raising)
 
 
 def _configuration(
@@ -124,7 +144,6 @@ def _configuration(
     placed: Placed,
     shape: tuple[int, ...],
     arrived: NDArray[np.bool_],
-    orientation: str | None,
     convention: Orientation,
     tolerance: float,
     raising: bool,

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.exceptions import ArgumentError, near_names
+from kinetostatics.kinematics.joint_coordinates import widened
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.math.arrays import Array, batch_first, frozen
@@ -187,8 +188,8 @@ class Configuration(Shown):
         """The joints beyond their limits or cones in at least one pose, by name."""
         found: dict[str, LimitExceeded] = {}
         for name, value, lower, upper in self.robot.limited(self.model_q, self.frames):
-            slack = 1e-9 * max([1.0, *(abs(limit) for limit in (lower, upper) if np.isfinite(limit))])
-            where = self.reached & ((value < lower - slack) | (value > upper + slack))
+            least, most = widened(lower, upper)
+            where = self.reached & ((value < least) | (value > most))
             if np.any(where):
                 found[name] = LimitExceeded(name, frozen(value.reshape(self.shape)), lower, upper, where.reshape(self.shape))
         return Named(found)
@@ -217,7 +218,11 @@ def spread(configuration: Configuration, shape: tuple[int, ...]) -> Configuratio
     if shape == configuration.shape:
         return configuration
     numbers = np.arange(len(configuration.reached)).reshape(configuration.shape)
-    which = np.broadcast_to(numbers, shape).ravel()
+    return taken(configuration, np.broadcast_to(numbers, shape).ravel(), shape)
+
+
+def taken(configuration: Configuration, which: NDArray[np.intp], shape: tuple[int, ...]) -> Configuration:
+    """Return some poses of a configuration, by their numbers, with the batch shape that they have now."""
     return replace(
         configuration,
         shape=shape,

@@ -53,6 +53,12 @@ class JointCoordinates:
                 yield item.name, coordinates[item.name], item.lower, item.upper
 
 
+def widened(lower: float, upper: float) -> tuple[float, float]:
+    """Return the limits beyond which a coordinate is by more than rounding."""
+    slack = 1e-9 * max([1.0, *(abs(limit) for limit in (lower, upper) if np.isfinite(limit))])
+    return lower - slack, upper + slack
+
+
 def actuator_names(mechanism: Mechanism, equations: LoopEquations) -> list[str]:
     """Return the driven joints in the order in which they are prescribed: those of the tree, then loops."""
     loops = [loop.name for loop in equations.loops]

@@ -1,0 +1,206 @@
+"""What people ask of closed poses, by compiled code in one go: frames, drives, limits, equilibrium, and whether all is as usual.
+
+What is recorded are the functions that assemble and analyse poses: there is no other mathematics here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from kinetostatics.engine import cache as disk
+from kinetostatics.engine import llvm
+from kinetostatics.engine.code import Bound, Code, code_key, packed, side_by_side
+from kinetostatics.engine.loop_record import KEPT as KEPT_OF_LOOPS
+from kinetostatics.engine.loop_record import held, recorded_rows
+from kinetostatics.engine.outputs import KEPT as KEPT_OF_STATICS
+from kinetostatics.engine.outputs import OUTPUTS
+from kinetostatics.engine.record import by_numpy, check_recordable, example_of, recorded_input
+from kinetostatics.engine.scalars import NotRecordedError, Tape
+from kinetostatics.engine.structure import Structure
+from kinetostatics.kinematics.assembly import ROUGH
+from kinetostatics.kinematics.joint_coordinates import JointCoordinates, widened
+from kinetostatics.kinematics.loop_constraints import LoopEquations
+from kinetostatics.kinematics.mimic import Couplings
+from kinetostatics.kinematics.robot_kinematics import RobotKinematics
+from kinetostatics.limbs.compliance import rigid_counts
+from kinetostatics.math.arrays import Array, Mask, zeros_for
+from kinetostatics.mechanism.mechanism import Connection, Mechanism
+from kinetostatics.mechanism.tree import TreeJoint
+from kinetostatics.statics.model import RobotStatics
+
+_KEPT: Mapping[type, tuple[str, ...]] = {
+    **KEPT_OF_STATICS,
+    **KEPT_OF_LOOPS,
+    Mechanism: ("tree", "platform_frame", "base_frame", "connections", "description", "body_of_joint"),
+    LoopEquations: (*KEPT_OF_LOOPS[LoopEquations], "loop_of", "is_length"),
+    Connection: (
+        *("name", "kind", "predecessor_body", "successor_body", "predecessor_frame", "successor_frame", "axis", "mimic", "cone"),
+        *("lower", "upper"),
+    ),
+    Couplings: (*KEPT_OF_LOOPS[Couplings], "names", "is_length"),
+    TreeJoint: ("kind", "body", "first_q", "first_v"),
+}
+#: How far two ways of computing an example may differ, beside the largest number of an output.
+_ALIKE = 1e-7
+
+
+class CompiledOutputs:
+    """Compiled code for some outputs of a robot.
+
+    Attributes:
+        operations: how many operations a pose takes.
+    """
+
+    def __init__(self, robot: RobotKinematics, statics: RobotStatics, names: Sequence[str], tolerance: float) -> None:
+        """Find or make the code.
+
+        Args:
+            robot, statics: the robot.
+            names: of the outputs: those of :data:`kinetostatics.engine.outputs.OUTPUTS`, and "actuators".
+            tolerance: opening of a loop [m, rad] above which a pose is not reached.
+
+        Raises:
+            NotRecordedError: something cannot be recorded.
+        """
+        check_recordable(statics)
+        self._names = tuple(names)
+        self._example = robot.generic_poses.x[:, :1], *example_of(statics)[1:]
+        coordinates = JointCoordinates(robot.solver)
+        placed = robot.solver.place(self._example[0])
+        bounds = [widened(lower, upper) for _, _, lower, upper in coordinates.limited(placed.q, placed.frames)]
+        limits = np.array(bounds).reshape(-1, 2)
+        rough = ROUGH + 2 * robot.length * robot.closing_error
+        self._own = coordinates, statics, limits, np.array([rough, tolerance]), self._names
+        # limbs that only springs make elastic may be rigid along other directions, which takes eigenvalues
+        self._springy = [group for group in statics.groups if group.springs[0] and not group.beams[0]]
+        wanted, *truths = _computed(self._own, *self._example)
+        self._shapes = [array.shape[:-1] for array in wanted]
+        ends = np.cumsum([0, *(int(np.prod(shape)) for shape in self._shapes)]).tolist()
+        self._rows = [slice(first, last) for first, last in pairwise(ends)]
+        self._size = ends[-1]
+        structure = Structure(self._own, None, _KEPT)
+        self._parameters = structure.values
+        key = code_key(f"outputs {structure.key}")
+        kept = disk.read(key)
+        if kept is None or not self._load(kept) or not self._is_right(wanted, truths):
+            kept = self._compiled()
+            if not (self._load(kept) and self._is_right(wanted, truths)):
+                raise NotRecordedError("compiled code gives other outputs than NumPy")
+            disk.write(key, kept)
+
+    def _compiled(self) -> bytes:
+        tape = Tape()
+        copy = Structure(self._own, tape, _KEPT).copy
+        copy[0].solver.forget()
+        inputs = [recorded_input(tape, number, array) for number, array in enumerate(self._example)]
+
+        def computed() -> list[Any]:
+            found, fine, within = _computed(copy, *inputs)
+            return [*(row for array in found for row in array.reshape(-1, 1)), fine & held(tape), within]
+
+        *numbers, fine, within = recorded_rows(tape, computed)
+        sizes = [len(self._parameters), self._size, self._example[0].shape[0]]
+        operations = sum(llvm.needed_by(tape, (*numbers, fine, within)))
+        return packed({"sizes": sizes, "operations": operations}, llvm.module_of(tape, numbers, (fine, within), 3))
+
+    def _load(self, kept: bytes) -> bool:
+        self._code = Code(kept)
+        self.operations = int(self._code.table["operations"])
+        return bool(self._code.table["sizes"] == [len(self._parameters), self._size, self._example[0].shape[0]])
+
+    def _is_right(self, wanted: list[Array], said: list[Mask]) -> bool:
+        """Whether the code gives at the example what NumPy gives: whatever may be wrong with code from a disk."""
+        numbers, truths = self._run(*self._example)
+        pairs = zip(wanted[:-1], self._rows, strict=False)  # the last is the residual: rounding
+        same = (np.abs(numbers[rows, 0] - a.ravel()) <= _ALIKE * np.max(np.abs(a), initial=1e-20) for a, rows in pairs)
+        return bool(np.array_equal(truths, said)) and all(bool(np.all(item)) for item in same)
+
+    def _run(self, x: Array, load: Array, gravity: Array) -> tuple[Array, Mask]:
+        N = x.shape[1]
+        n = max(N, llvm.LANES)
+        numbers, truths = np.empty((self._size, n)), np.empty((2, n), dtype=bool)
+        self._code([side_by_side(array, n) for array in (x, load, gravity)], self._parameters, numbers, truths)
+        return numbers[:, :N], truths[:, :N]
+
+    def __call__(self, x: Array, load: Array, gravity: Array) -> tuple[dict[str, Array], Mask, Mask]:
+        """Compute outputs of poses at solved coordinates.
+
+        Args:
+            x: (nq', N) coordinates.
+            load: (6, N) [N, N·m].
+            gravity: (3, N) [m/s²].
+
+        Returns:
+            Outputs and "residual" (…, N) by name; of which poses (N,) they are to be believed, as the pose is closed, nothing is
+            singular or undetermined, and every limb is what it is elsewhere; and which are within all joints' limits.
+        """
+        numbers, (fine, within) = self._run(x, load, gravity)
+        return self._arrays(numbers, fine), fine, within
+
+    def _arrays(self, numbers: Array, fine: Mask) -> dict[str, Array]:
+        """Return the outputs (…, N), and strike from ``fine`` limbs that springs alone make elastic, but in fewer directions."""
+        N = numbers.shape[1]
+        arrays = [numbers[rows].reshape(*shape, N) for rows, shape in zip(self._rows, self._shapes, strict=True)]
+        first = len(self._names)
+        for group, C in zip(self._springy, arrays[first:-1], strict=True):
+            at = np.flatnonzero(fine)
+            fine[at] = np.all(rigid_counts(C[..., at]) == group.rigid_directions, axis=0)
+        return {**dict(zip(self._names, arrays, strict=False)), "residual": arrays[-1]}
+
+    def bound(self, x: Array) -> tuple[Array, Array, Callable[[], tuple[dict[str, Array], bool] | None]]:
+        """Return arrays (k, LANES) for load and gravity of one pose, the same in every column, and what computes its outputs
+        and whether it is within limits.
+
+        That returns None where they are not to be believed. The arrays are used again by every call.
+
+        Args:
+            x: (nq', LANES) the coordinates, which stay in this array.
+        """
+        load, gravity = (np.repeat(array, llvm.LANES, axis=1) for array in self._example[1:])
+        numbers, truths = np.empty((self._size, llvm.LANES)), np.empty((2, llvm.LANES), dtype=bool)
+        call = Bound(self._code, (x, load, gravity), self._parameters, numbers, truths)
+        last, springy = self._rows[-1], bool(self._springy)
+        places = [*zip(self._names, self._rows, self._shapes, strict=False), ("residual", last, ())]
+
+        def computed() -> tuple[dict[str, Array], bool] | None:
+            call()
+            if springy:
+                self._arrays(numbers[:, :1], truths[0, :1])
+            if not truths[0, 0]:
+                return None
+            flat = numbers[:, 0].copy()
+            flat.setflags(write=False)
+            return {name: flat[rows].reshape(shape) for name, rows, shape in places}, bool(truths[1, 0])
+
+        return load, gravity, computed
+
+
+def _computed(own: Any, x: Array, load: Array, gravity: Array) -> tuple[list[Array], Any, Any]:
+    """Return outputs (…, N), compliances of springy limbs and the residual; which poses are as usual, and which within limits."""
+    coordinates, statics, limits, (rough, tolerance), names = own
+    equations = coordinates.solver.equations
+    q, frames, residual = equations.place(x)
+    fine = np.max(np.abs(residual), axis=0, initial=0.0) <= rough
+    worst = zeros_for((x.shape[1],), x)
+    for metres, radians in equations.openings(residual, x).values():
+        worst = np.maximum(worst, np.maximum(metres, radians))
+    fine, within = fine & (worst <= tolerance), np.ones(x.shape[1], dtype=bool)
+    for (_, value, _, _), (lower, upper) in zip(coordinates.limited(q, frames), limits, strict=True):
+        within = within & (value >= lower) & (value <= upper)
+    solution = by_numpy(statics, frames, load, gravity)
+    fine = fine & ~solution.singular & ~solution.indeterminate & ~solution.basis_degenerate
+    for item in solution.statics:
+        fine = fine & ~np.any(item.doubtful, axis=0)
+    found = []
+    for name in names:
+        if name == "actuators":
+            values = coordinates.at(q, frames)
+            found.append(np.stack([values[drive] for drive in statics.description.driven]))
+        else:
+            found.append(OUTPUTS[name](statics, solution))
+    found += [item.C for item in solution.statics if item.group.springs[0] and not item.group.beams[0]]
+    return [*found, worst], fine, within

@@ -1,0 +1,206 @@
+"""The short way from coordinates to outputs: one go of Newton's method from a pose that is near, and compiled outputs there.
+
+Whatever is not beyond doubt is left to the way that all poses go: :func:`kinetostatics.kinematics.assembly.assemble` and
+:func:`kinetostatics.analyze`.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kinetostatics.argument_checks import finite_numbers
+from kinetostatics.engine.choice import compiled_loops
+from kinetostatics.engine.loops import CompiledSolver
+from kinetostatics.engine.pose_outputs import CompiledOutputs
+from kinetostatics.engine.scalars import NotRecordedError
+from kinetostatics.functions.values import Values
+from kinetostatics.kinematics import assembly
+from kinetostatics.kinematics.configuration import Configuration, spread, taken
+from kinetostatics.kinematics.lines import line_start, longest_strides
+from kinetostatics.kinematics.solver import PrescribedCoordinates, SolverState
+from kinetostatics.math.arrays import Array, frozen
+from kinetostatics.math.orientation import orientation_named
+from kinetostatics.robot import Robot
+from kinetostatics.status import Status
+
+_STATUSES = tuple(frozen(np.array(status, dtype=np.int8)) for status in (Status.LIMIT_EXCEEDED, Status.OK))
+#: Orientation coordinates [rad] below which three turns about different axes, and rotation vectors, are the only ones of a pose.
+_UNIQUE = 1.5
+
+
+@dataclass(frozen=True)
+class _Closed:
+    """A pose with closed loops, and the coordinates that were given there, by the one that found it."""
+
+    owner: Direct
+    poses: SolverState
+    target: tuple[float, ...]
+
+
+class Direct:
+    """What computes some outputs of a robot directly."""
+
+    def __init__(
+        self,
+        robot: Robot,
+        prescribed: PrescribedCoordinates,
+        orientation: str | None,
+        names: Sequence[str],
+        given: Sequence[str],
+        outputs: Sequence[str],
+        tolerance: float,
+    ) -> None:
+        """Find or make the code.
+
+        Args:
+            robot: the robot.
+            prescribed: coordinates that are given.
+            orientation: what angles of the platform mean.
+            names: of the prescribed coordinates.
+            given: names of those that people give; the others are zero.
+            outputs: names of what is asked for.
+            tolerance: opening of a loop [m, rad] above which a pose is not reached.
+
+        Raises:
+            NotRecordedError: there is no code for this robot.
+        """
+        self._robot, self._names, self._given, self._tolerance = robot, tuple(names), set(given), tolerance
+        self._convention, self._by_drives = orientation_named(orientation), not (prescribed.positions or prescribed.angles)
+        self._prescribed = prescribed = robot.mobility_analysis.without_idle_dofs(prescribed)
+        self._local = robot.mobility_analysis.local_dofs(prescribed)
+        solver = compiled_loops("compiled")(robot, prescribed, self._local, 1)
+        if not isinstance(solver, CompiledSolver):
+            raise NotRecordedError("the loops are not compiled")
+        self._solver, self._outputs = solver, CompiledOutputs(robot, robot.statics, outputs, tolerance)
+        self._strides = longest_strides(solver, prescribed).tolist()
+        target, c = robot.zero_origin(prescribed)
+        self._zero = _Closed(self, SolverState(robot.zero_poses.x, c), tuple(target[:, 0].tolist()))
+        self._moved, self._step = solver.single_step()
+        self._load, self._gravity, self._computed = self._outputs.bound(self._moved.x)
+        self._lock = threading.Lock()  # calls share their arrays
+        sequence = None if prescribed.orientation is None else prescribed.orientation.sequence
+        self._may_be_unique = sequence is None or sorted(sequence) == [0, 1, 2]
+
+    def at(
+        self, coordinates: Mapping[str, Any], near: Configuration | Values | None, load: ArrayLike, gravity: ArrayLike
+    ) -> Values | None:
+        """Return the outputs at one pose, if arguments, the way there and all that is found there are beyond doubt."""
+        start = self._zero
+        if near is not None:
+            origin = near.origin if isinstance(near, Values) else None
+            if not isinstance(origin, _Closed) or origin.owner is not self:
+                return None
+            start = origin
+        if coordinates.keys() != self._given:
+            return None
+        for value in coordinates.values():
+            if not (isinstance(value, int | float) and math.isfinite(value)):
+                return None
+        wrench, field = _column(load, 6), _column(gravity, 3)
+        if wrench is None or field is None:
+            return None
+        target = self._target(coordinates)
+        aim = np.array(target).reshape(-1, 1)
+        first, c = self._line(start, aim, shorter=near is not None)
+        for a, b, longest in zip(target, first, self._strides, strict=True):
+            if not abs(a - b) <= longest:
+                return None
+        with self._lock:
+            if not self._step(SolverState(start.poses.x, c), aim):
+                return None
+            self._load[:], self._gravity[:] = wrench, field
+            found = self._computed()
+            if found is None:
+                return None
+            poses = SolverState(self._moved.x[:, :1].copy(), self._moved.c[:, :1].copy())
+        values, within = found
+        values["status"] = _STATUSES[within]
+        there = _Closed(self, poses, target)
+        return Values(values, lambda: self._configuration(there), there)
+
+    def _target(self, coordinates: Mapping[str, Any]) -> tuple[float, ...]:
+        return tuple([float(coordinates.get(name, 0.0)) for name in self._names])
+
+    def closed(self, pose: Configuration, coordinates: Mapping[str, Any]) -> _Closed | None:
+        """Return where the next line may begin: at a single pose that is reached."""
+        return _Closed(self, pose.poses, self._target(coordinates)) if pose.shape == () and pose.reached.all() else None
+
+    def _line(self, start: _Closed, target: Array, shorter: bool) -> tuple[Sequence[float], Array]:
+        """Return the coordinates with which the line starts, and those of the orientation there, as all lines do."""
+        c, angles = start.poses.c, self._prescribed.angles
+        if not angles or (self._may_be_unique and max(map(abs, c[:, 0].tolist())) < _UNIQUE):
+            return start.target, c
+        first = np.array(start.target)[:, None]
+        if shorter and self._prescribed.orientation is not None:
+            c = self._prescribed.orientation.coordinates(self._prescribed.orientation.matrix(c))
+            first[self._prescribed.first_angle :] = c[list(angles)]
+        first, c = line_start(self._prescribed, (first, c), target, shorter)
+        return first[:, 0].tolist(), c
+
+    def _configuration(self, closed: _Closed) -> Configuration:
+        """Return a pose with all that people may ask of it."""
+        return assembly.closed_pose(
+            self._robot,
+            self._solver,
+            self._prescribed,
+            self._local,
+            closed.poses,
+            np.array(closed.target)[:, None],
+            (),
+            np.ones(1, dtype=bool),
+            self._convention,
+            self._tolerance,
+            False,
+            () if self._by_drives else self._names,
+        )
+
+    def together(
+        self,
+        pose: Configuration,
+        load: ArrayLike,
+        gravity: ArrayLike,
+        careful: Callable[[Configuration, Array, Array], Mapping[str, Array]],
+    ) -> dict[str, Array] | None:
+        """Return the outputs at poses, each (…, *shape); None where the arguments make no sense.
+
+        Args:
+            pose: the poses.
+            load, gravity: (…, 6) [N, N·m] and (…, 3) [m/s²].
+            careful: the analysis, which is asked about poses where something is doubtful.
+        """
+        wrench, field = finite_numbers("load", load), finite_numbers("gravity", gravity)
+        if wrench.shape[-1:] != (6,) or field.shape[-1:] != (3,):
+            return None
+        try:
+            shape = np.broadcast_shapes(pose.shape, wrench.shape[:-1], field.shape[:-1])
+        except ValueError:
+            return None
+        N = int(np.prod(shape))
+        wrench = np.broadcast_to(wrench, (*shape, 6)).reshape(N, 6)
+        field = np.broadcast_to(field, (*shape, 3)).reshape(N, 3)
+        poses = spread(pose, shape)
+        arrays, fine, within = self._outputs(poses.poses.x, wrench.T, field.T)
+        found = {name: np.moveaxis(array, -1, 0).copy() for name, array in arrays.items()}
+        found["status"] = np.where(within, Status.OK, Status.LIMIT_EXCEEDED).astype(np.int8)
+        doubtful = np.flatnonzero(~(fine & poses.reached))
+        if doubtful.size:
+            here = taken(poses, doubtful, doubtful.shape)
+            for name, array in careful(here, wrench[doubtful], field[doubtful]).items():
+                found[name][doubtful] = array
+        return {name: array.reshape((*shape, *array.shape[1:])) for name, array in found.items()}
+
+
+def _column(value: ArrayLike, size: int) -> Array | None:
+    """Return a vector as a column, if it is one of finite numbers."""
+    try:
+        array = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        return None
+    return array[:, None] if array.shape == (size,) and bool(np.isfinite(array).all()) else None

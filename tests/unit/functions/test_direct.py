@@ -1,0 +1,186 @@
+"""Functions by compiled code say of poses in and out of reach, one by one and in batches, what assembly and analysis say."""
+
+import copy
+import pickle
+
+import numpy as np
+import package_robots
+import pytest
+from telescopes import mast
+
+import kinetostatics as ks
+from kinetostatics.engine import loops
+from kinetostatics.functions.direct import Direct
+
+pytest.importorskip("llvmlite")
+
+OUTPUTS = ("twist", "actuator_forces", "stiffness", "actuators")
+#: Coordinates of the platform, None: the drives; orientation, and how far poses are away from the zero pose [m, rad].
+KINDS = {
+    "3rps": (("z", "rx", "ry"), None, 0.5),
+    "2pru_upr": (("z", "rx", "ry"), "xyz", 0.5),
+    "five_bar": (None, None, 0.9),
+    "ur10": (None, None, 7.0),
+}
+POSES = 24
+LOAD = (30.0, -40.0, -500.0, 3.0, 4.0, 5.0)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def folder(tmp_path_factory):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("KINETOSTATICS_CACHE", str(tmp_path_factory.mktemp("code")))
+        yield patch
+
+
+_MADE = {}
+
+
+def functions(name):
+    """Return a function by compiled code and the same by NumPy, and inputs of poses in and out of reach."""
+    if name not in _MADE:
+        platform, orientation, far = KINDS[name]
+        robot = package_robots.robot(name)
+        made = [ks.compile(robot, platform, orientation=orientation, outputs=OUTPUTS, engine=e) for e in ("compiled", "numpy")]
+        zero = robot.assemble()
+        here = zero.actuators if platform is None else zero.platform_coordinates(orientation)
+        rng = np.random.default_rng(5)
+        spans = np.where(np.arange(POSES) % 3 == 0, far, min(0.2 * far, 0.6))
+        own = [key for key in made[0].inputs if key not in ("load", "gravity")]
+        at = {key: float(here[key]) + spans * rng.uniform(-1, 1, POSES) for key in own}
+        _MADE[name] = *made, at, rng.uniform(-100, 100, (POSES, 6)), rng.uniform(-10, 10, (POSES, 3))
+    return _MADE[name]
+
+
+def assert_alike(found, wanted):
+    np.testing.assert_array_equal(found["status"], wanted["status"])
+    for name in OUTPUTS:
+        assert found[name].shape == wanted[name].shape
+        assert np.array_equal(np.isnan(found[name]), np.isnan(wanted[name]))
+        scale = np.nanmax(np.abs(wanted[name]), initial=1e-20) if np.size(wanted[name]) else 1.0
+        np.testing.assert_allclose(found[name], wanted[name], rtol=0, atol=1e-11 * scale)
+    assert np.array_equal(np.isnan(found["residual"]), np.isnan(wanted["residual"]))
+    np.testing.assert_allclose(found["residual"], wanted["residual"], rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_a_batch_is_what_the_analysis_says(name):
+    f, g, at, load, gravity = functions(name)
+    wanted = g(**at, load=load, gravity=gravity)
+    assert f._direct is not None and len(set(wanted["status"].tolist())) > 1
+    assert_alike(f(**at, load=load, gravity=gravity), wanted)
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_poses_one_by_one_are_what_the_analysis_says(name, monkeypatch):
+    f, g, at, load, gravity = functions(name)
+    wanted = g(**at, load=load, gravity=gravity)
+    at_once, whole = [], Direct.at
+
+    def counted(self, *arguments):
+        at_once.append(whole(self, *arguments))
+        return at_once[-1]
+
+    monkeypatch.setattr(Direct, "at", counted)
+    for k in range(POSES):
+        found = f(**{key: float(value[k]) for key, value in at.items()}, load=load[k], gravity=gravity[k])
+        assert_alike(found, {key: wanted[key][k] for key in wanted})
+    taken = [item for item in at_once if item is not None]
+    assert np.sum(wanted["status"] <= ks.Status.LIMIT_EXCEEDED) / 2 <= len(taken) < POSES
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_a_path_from_pose_to_pose(name):
+    """Each pose begins where the last one was, as a controller goes on."""
+    f, g, at, *_ = functions(name)
+    zero = {key: float(value[0]) for key, value in at.items()}
+    values = careful = None
+    for k in range(1, 9):
+        here = {key: zero[key] * 0.1 * k + 0.9 * float(at[key][1]) * (1 - 0.1 * k) + 0.1 * float(at[key][1]) for key in at}
+        values, careful = f(**here, near=values), g(**here, near=careful)
+        assert_alike(values, careful)
+        if careful["status"] in (ks.Status.OK, ks.Status.LIMIT_EXCEEDED):
+            np.testing.assert_allclose(values.pose.q, careful.pose.q, rtol=0, atol=1e-11 * max(1.0, f.robot.length))
+            assert values.pose.prescribed == careful.pose.prescribed
+        else:
+            values = careful = None
+
+
+def test_poses_and_functions_can_be_kept():
+    f, _, at, *_ = functions("five_bar")
+    values = f(**{key: float(value[1]) for key, value in at.items()})
+    again = pickle.loads(pickle.dumps(values))
+    assert np.array_equal(again["twist"], values["twist"]) and np.array_equal(again.pose.q, values.pose.q)
+    assert not values["twist"].flags.writeable
+    other = copy.copy(f)
+    assert np.array_equal(other(**{key: float(value[1]) for key, value in at.items()})["twist"], values["twist"])
+
+
+def test_mistakes_are_told_as_ever():
+    f, _, at, *_ = functions("five_bar")
+    one = {key: float(value[1]) for key, value in at.items()}
+    with pytest.raises(ks.ArgumentError, match="its last axis must have 6 entries"):
+        f(**one, load=[1.0])
+    with pytest.raises(ks.ArgumentError, match="not finite"):
+        f(**one, gravity=[0, 0, np.nan])
+    with pytest.raises(ks.CoordinatesError, match="is not finite"):
+        f(**{**one, next(iter(one)): np.inf})
+    with pytest.raises(ks.ArgumentError, match="are missing"):
+        f()
+    with pytest.raises(ks.ArgumentError, match="do not fit together"):
+        f(**{**one, next(iter(one)): [0.1, 0.2]}, load=np.zeros((3, 6)))
+
+
+def test_what_has_no_numbers_or_is_beyond_limits_is_told():
+    """A telescope pushed together beyond its start, one within its limits, and one beyond them, each one by one and together."""
+    robot = mast()
+    f, g = (ks.compile(robot, outputs=OUTPUTS, engine=engine) for engine in ("compiled", "numpy"))
+    statuses = []
+    for slide in (-0.6, -0.4, 0.3, 2.1):
+        found, wanted = f(slide_a=slide, slide_b=0.3, load=LOAD), g(slide_a=slide, slide_b=0.3, load=LOAD)
+        assert_alike(found, wanted)
+        statuses.append(int(found["status"]))
+    assert statuses == [ks.Status.SINGULAR, ks.Status.OK, ks.Status.OK, ks.Status.LIMIT_EXCEEDED]
+    several = [-0.6, -0.4, 0.3, 2.1]
+    assert f(slide_a=several, slide_b=0.3)["status"].tolist() == statuses
+    near = f(slide_a=1.9, slide_b=0.3)
+    beyond = f._direct.at({"slide_a": 2.1, "slide_b": 0.3}, near, LOAD, (0, 0, -9.81))
+    assert near["status"] == ks.Status.OK and beyond["status"] == ks.Status.LIMIT_EXCEEDED
+    assert f._direct.at({"slide_a": -0.6, "slide_b": 0.3}, None, LOAD, (0, 0, -9.81)) is None
+    open_loops = functions("five_bar")[0]
+    x = open_loops.robot.zero_poses.x
+    fine = [bool(open_loops._direct._outputs(x + by, np.zeros((6, 1)), np.zeros((3, 1)))[1][0]) for by in (0.0, 1e-6)]
+    assert fine == [True, False]
+
+
+def test_a_line_that_may_pass_a_singular_pose_is_followed_with_care(monkeypatch):
+    f, _, at, *_ = functions("five_bar")
+    one = {key: float(value[1]) for key, value in at.items()}
+
+    class Doubtful(loops.Bound):
+        def __init__(self, code, inputs, parameters, numbers, truths):
+            super().__init__(code, inputs, parameters, numbers, truths)
+            self.result = truths if len(numbers) == 0 else None  # whether two poses are on one side of a singular one
+
+        def __call__(self):
+            super().__call__()
+            if self.result is not None:
+                assert self.result.all()
+                self.result[:] = False
+
+    assert f._direct.at(one, None, LOAD, (0, 0, -9.81)) is not None
+    monkeypatch.setattr(loops, "Bound", Doubtful)
+    other = copy.copy(f)
+    assert other._direct.at(one, None, LOAD, (0, 0, -9.81)) is None
+    assert_alike(other(**one, load=LOAD), f(**one, load=LOAD))
+
+
+def test_after_a_far_pose_the_next_begins_there():
+    f, *_ = functions("ur10")
+    far = {key: 1.5 for key in f.inputs if key not in ("load", "gravity")}
+    assert f._direct.at(far, None, LOAD, (0, 0, -9.81)) is None
+    values = f(**far)
+    beside = {key: 1.55 for key in far}
+    assert f._direct.at(beside, values, LOAD, (0, 0, -9.81)) is not None
+    batch = f(**{**far, next(iter(far)): [1.5, 1.6]})
+    assert f._direct.at(beside, batch, LOAD, (0, 0, -9.81)) is None
