@@ -115,7 +115,10 @@ def _batch(found: Compensation) -> str:
         rows.append(_range(f"correction of {name}", values, LENGTHS if connections[name].type.is_slide else ANGLES))
     for name, values in found.actuator_forces.items():
         rows.append(_range(f"force of {name}", values, KINDS[FORCE_KINDS[drive_unit(found.result.robot, name)]]))
-    sizes = {"uncorrected": found.deviation, "corrected": found.remaining}
+    sizes = {
+        "uncorrected": np.where(np.isnan(found.remaining), np.nan, found.deviation),
+        "corrected": found.remaining,
+    }  # of the same poses
     for title, part, units in (("displacement of o", slice(3), LENGTHS), ("rotation", slice(3, 6), ANGLES)):
         for which, values in sizes.items():
             rows.append(_range(f"{title}, {which}", np.linalg.norm(values[..., part], axis=-1), units))

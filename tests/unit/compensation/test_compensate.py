@@ -208,3 +208,14 @@ def test_files(tmp_path):
     assert found.to_dataset().status.dims == ("pose_1", "pose_2")
     single = ks.compensate(tripod(), LOAD)
     assert single.to_dataset().status.dims == () and json.loads(json.dumps(single.to_dict()))["status"] == "OK"
+
+
+def test_extremes_before_and_after_are_of_the_same_poses():
+    """At 5 km the drives' rods are so long that o sags by kilometres, and nothing corrects that."""
+    with pytest.warns(UserWarning, match="times the robot's size"):
+        path = package_robots.robot("3rps").assemble(platform={"z": [0.5, 5000.0, 0.52], "rx": 0.05, "ry": 0.0})
+    found = ks.compensate(path)
+    assert list(found.status) == [ks.Status.OK, ks.Status.UNREACHABLE, ks.Status.OK]
+    assert np.linalg.norm(found.deviation[1, :3]) > 1
+    line = next(line for line in str(found).splitlines() if "displacement of o, uncorrected" in line)
+    assert line.split()[-3] == "nm"
