@@ -15,7 +15,7 @@ from hypothesis import HealthCheck, settings
 _SLOW = [HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_too_large]
 
 # few examples, new ones every time, and the same ones where CI is set; many with HYPOTHESIS_PROFILE=thorough
-settings.register_profile("default", deadline=None, max_examples=6, suppress_health_check=_SLOW)
+settings.register_profile("default", deadline=None, max_examples=4, suppress_health_check=_SLOW)
 settings.register_profile("ci", parent=settings.get_profile("default"), derandomize=True)
 settings.register_profile("thorough", parent=settings.get_profile("default"), max_examples=400)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "ci" if os.environ.get("CI") == "true" else "default"))

@@ -69,6 +69,7 @@ def test_what_the_page_says_of_requirements_follows_from_its_numbers():
         assert (row[3] == "yes") == (float(row[2]) >= least)
 
 
+@pytest.mark.slow
 def test_a_small_run_writes_the_tables_of_the_page_between_its_markers(tmp_path):
     pytest.importorskip("openseespy")
     some = ["opensees", "pinocchio", "sizes"]

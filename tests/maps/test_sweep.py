@@ -390,6 +390,7 @@ def test_other_processes_compute_the_same(monkeypatch, small):
     near(ks.sweep("3rps", GRID, load=LOAD, beams=True, workers=2), small)
 
 
+@pytest.mark.slow
 def test_a_worker_that_dies_is_replaced(monkeypatch, robot):
     """Two are killed, one after the other; nothing is lost."""
     monkeypatch.setattr("kinetostatics.workspace.run.BLOCK", 50)
@@ -410,6 +411,7 @@ def test_a_worker_that_dies_is_replaced(monkeypatch, robot):
     near(found, ks.sweep(robot, grid))
 
 
+@pytest.mark.slow
 def test_processes_that_die_again_and_again_are_given_up(monkeypatch, robot):
     monkeypatch.setattr("kinetostatics.workspace.run.BLOCK", 50)
     start = ProcessPool._start

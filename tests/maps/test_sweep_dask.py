@@ -110,6 +110,7 @@ def test_jobs_travel():
     np.testing.assert_array_equal(block["twist"], ds["twist"].isel(z=slice(4, 8)).compute(scheduler="synchronous"))
 
 
+@pytest.mark.slow
 def test_a_cluster_loses_a_worker_and_nothing_else():
     """Two processes, of which one is killed in mid-sweep."""
     distributed = pytest.importorskip("distributed")
