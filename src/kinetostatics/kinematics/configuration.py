@@ -22,8 +22,8 @@ from kinetostatics.printing.dispatch import Shown
 from kinetostatics.printing.mappings import Named
 from kinetostatics.status import Status
 
-#: Coordinates [m, rad] up to which a printed one is rounding.
-_ROUNDING = 1e-12
+#: Decimals [m or rad] of coordinates that are told in words: closed loops leave no more that is the same on every processor.
+_DECIMALS = 10
 
 
 @dataclass(frozen=True, repr=False)
@@ -70,7 +70,7 @@ class Configuration(Shown):
         if self.shape:
             return repr(self)
         found = {name: float(value) for name, value in (*self.platform.items(), *self.actuators.items())}
-        values = [f"{name} = {0.0 if abs(value) < _ROUNDING else value:.6g}" for name, value in found.items()]
+        values = [f"{name} = {round(value, _DECIMALS) + 0.0:.6g}" for name, value in found.items()]
         return f"{self.robot.name}: {', '.join(values)} (m, rad; {Status(int(self.status)).name})"
 
     @property
