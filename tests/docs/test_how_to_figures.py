@@ -34,6 +34,7 @@ def test_correction():
     assert np.abs(other.remaining_coordinates["rx"]).max() > 1e-4
 
 
+@pytest.mark.slow
 def test_sizing():
     pytest.importorskip("scipy")
     fewer = {"[0.58, 0.6, 0.62]": "0.62", '90mm"}': '90mm"}, starts=1', "np.radians([-10, 0, 10])": "np.radians([-10, 10])"}

@@ -976,6 +976,7 @@ def test_command_refuses_other_files(capsys, tmp_path):
         assert code == 2 and message in err and err.count("\n") == 1
 
 
+@pytest.mark.slow
 def test_the_examples_of_sweep_and_plot_run_as_they_are_printed(capsys, tmp_path, monkeypatch):
     for package in ("h5netcdf", "zarr"):
         pytest.importorskip(package)

@@ -339,6 +339,7 @@ ks.sweep(sys.argv[1], {"z": np.linspace(0.45, 0.65, 20), "rx": np.linspace(-0.1,
 """
 
 
+@pytest.mark.slow
 def test_a_killed_sweep_goes_on_where_it_was(tmp_path):
     name, workers = "map.nc", 2
     robot = tmp_path / "robot.urdf.xacro"
