@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
-import kinetostatics
 from kinetostatics.analysis import analyze
 from kinetostatics.argument_checks import path_name
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
@@ -19,6 +18,7 @@ from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.printing.html_reports import html_report
 from kinetostatics.report_page import chapters
 from kinetostatics.report_page.maps import check_map, workspace_html
+from kinetostatics.workspace.provenance import versions
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -98,7 +98,7 @@ def report_html(
         "The robot": html_report(str(robot)),
     }
     body = [f"<section>\n<h2>{name}</h2>\n{text}\n</section>" for name, text in parts.items() if text]
-    pieces = {"title": escape(heading), "version": escape(kinetostatics.__version__), "body": "\n".join(body)}
+    pieces = {"title": escape(heading), "version": escape(versions()["kinetostatics"]), "body": "\n".join(body)}
     pieces |= {"style": _asset("report.css"), "script": _asset("report.js")}
     return re.sub(r"\{\{(\w+)\}\}", lambda found: pieces[found[1]], _asset("report.html"))
 
