@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -24,6 +24,22 @@ def check_mapping(what: str, value: object, example: str) -> None:
     for name in value:
         if not isinstance(name, str):
             raise ArgumentError(f"{what} has the key {name!r}; keys are names, as in {example}")
+
+
+def names_in(what: str, value: Iterable[object], example: str) -> tuple[str, ...]:
+    """Return several names as a tuple.
+
+    Raises:
+        ArgumentError: they are something else, or one bare name; the message shows ``example``.
+    """
+    given: Any = value
+    try:
+        names = None if isinstance(given, str) else tuple(given)
+    except TypeError:
+        names = None
+    if names is None or not all(isinstance(name, str) for name in names):
+        raise ArgumentError(f"{what} is {value!r}; it must be a sequence of names, such as {example}")
+    return names
 
 
 def check_choice(what: str, value: object, choices: Sequence[str]) -> None:

@@ -39,6 +39,8 @@ def calls(robot, pose, folder):
         f"compensate({name}=)": lambda v, name=name: ks.compensate(**{"configuration": pose, name: v})
         for name in ("configuration", "load", "gravity", "coordinates", "orientation", "on_failure", "tolerance")
     }
+    for name in ("platform", "actuators", "outputs"):
+        found[f"compile({name}=)"] = lambda v, name=name: ks.compile(robot, **{name: v})
     found["sensitivities(by=)"] = lambda v: v is not None and ks.sensitivities(pose, v)  # None: all parameters, which takes long
     found |= {
         f"tolerances({name}=)": lambda v, name=name: ks.tolerances(**{"configuration": pose, name: v})

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze
-from kinetostatics.argument_checks import check_choice
+from kinetostatics.argument_checks import check_choice, names_in
 from kinetostatics.exceptions import ArgumentError, AssemblyError, StaticsError
 from kinetostatics.kinematics.assembly import assemble, platform_coordinates
 from kinetostatics.kinematics.configuration import Configuration, spread
@@ -112,10 +112,9 @@ def _controlled(
 ) -> tuple[str, ...]:
     """Return the coordinates that are to come out as wanted."""
     if given is not None:
-        if isinstance(given, str) or not isinstance(given, Sequence) or not all(isinstance(name, str) for name in given):
-            raise ArgumentError(f'coordinates is {given!r}; it must be a sequence of names, such as ("z", "rx", "ry")')
-        platform_coordinates(robot, dict.fromkeys(given, 0.0), convention.name)  # which complains of them
-        return tuple(given)
+        names = names_in("coordinates", given, '("z", "rx", "ry")')
+        platform_coordinates(robot, dict.fromkeys(names, 0.0), convention.name)  # which complains of them
+        return names
     if configuration.prescribed and set(configuration.prescribed) <= set(convention.pose_names):
         return configuration.prescribed
     reached = np.flatnonzero(configuration.reached)

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from kinetostatics.analysis import analyze
+from kinetostatics.argument_checks import names_in
 from kinetostatics.design.exact import by_argument, derivatives_at
 from kinetostatics.design.variants import Variants, same_pose, variants_of
 from kinetostatics.exceptions import ArgumentError, RobotFileError
@@ -66,9 +67,8 @@ def sensitivities(configuration: Configuration, by: Sequence[str] | None = None,
         raise ArgumentError(f"sensitivities wants a pose, not {configuration!r}: make one with robot.assemble(…)")
     variants = variants_of(robot_of(configuration))
     if by is not None:
-        if isinstance(by, str) or not isinstance(by, Sequence) or not all(isinstance(name, str) for name in by):
-            raise ArgumentError(f'by is {by!r}; it must be a sequence of names, such as ["rod_diameter"]')
-        variants.check(list(by))
+        by = names_in("by", by, '["rod_diameter"]')
+        variants.check(by)
     result = analyze(configuration, **analysis)
     derivatives = derivatives_at(configuration, result, analysis)
     found: dict[str, Sensitivity] = {}

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze
-from kinetostatics.argument_checks import finite_numbers
+from kinetostatics.argument_checks import finite_numbers, names_in
 from kinetostatics.engine.choice import check_engine, compiled_loops, is_installed
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.functions.c_export import CExport, export_c
@@ -184,7 +184,7 @@ class Function:
         Raises:
             ArgumentError: an output, input or parameter is unknown.
         """
-        outputs, names = _listed(of), _listed(by)
+        outputs, names = _listed("of", of, '("twist",)'), _listed("by", by, '("load",)')
         for name in outputs:
             if name in ALWAYS or name not in self.outputs:
                 known = [item for item in self.outputs if item not in ALWAYS]
@@ -342,8 +342,8 @@ class Jacobian:
         return Named({output: Named(parts) for output, parts in found.items()})
 
 
-def _listed(names: str | Sequence[str]) -> tuple[str, ...]:
-    return (names,) if isinstance(names, str) else tuple(names)
+def _listed(what: str, names: str | Sequence[str], example: str) -> tuple[str, ...]:
+    return (names,) if isinstance(names, str) else names_in(what, names, example)
 
 
 def compile(
@@ -388,12 +388,13 @@ def compile(
     if platform is not None and actuators is not None:
         raise ArgumentError("give either platform= or actuators=, not both")
     if platform is not None:
-        names = _listed(platform)
+        names = _listed("platform", platform, '("z", "rx", "ry")')
         assembly.platform_coordinates(robot, dict.fromkeys(names, 0.0), orientation)
     else:
-        names = tuple(robot.description.driven) if actuators is None else _listed(actuators)
+        names = _listed("actuators", robot.description.driven if actuators is None else actuators, '("motor_1", "motor_2")')
         assembly.all_actuators(robot, dict.fromkeys(names, 0.0))
     engine = check_engine(engine)
     if engine == "auto":
         engine = "compiled" if is_installed() else "numpy"
-    return Function(robot, names, platform is None, orientation if platform is not None else None, _listed(outputs), engine)
+    asked = _listed("outputs", outputs, '("twist", "actuator_forces")')
+    return Function(robot, names, platform is None, orientation if platform is not None else None, asked, engine)
