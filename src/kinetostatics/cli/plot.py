@@ -94,14 +94,10 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _draw(ds: xr.Dataset, args: argparse.Namespace) -> None:
-    import kinetostatics as ks
+    from kinetostatics import plots  # which says what to install where Matplotlib is missing
+    from kinetostatics.plots.style import draw_into_files, save_and_close
 
-    plot = ks.plot  # says what to install where Matplotlib is missing
-    from matplotlib import pyplot as plt
-
-    from kinetostatics.plots.style import figure_of
-
-    plt.switch_backend("agg")
+    draw_into_files()
     for name in ("x", "y", "axes", "over", "series", "limits", "whole", "rectangular"):
         if getattr(args, name) not in (None, False) and name not in _TAKES[args.kind]:
             raise ArgumentError(f"--{name} is not an option of a {args.kind}")
@@ -118,9 +114,8 @@ def _draw(ds: xr.Dataset, args: argparse.Namespace) -> None:
     if args.whole:
         options["cut"] = False
     options |= {name: getattr(args, name) for name in ("x", "y", "axes", "over", "series") if name in _TAKES[args.kind]}
-    axes = getattr(plot, args.kind)(ds, args.what if args.kind == "line" else args.what[0], **options)
-    plot.save(axes, args.out, dpi=dpi)
-    plt.close(figure_of(axes))
+    axes = getattr(plots, args.kind)(ds, args.what if args.kind == "line" else args.what[0], **options)
+    save_and_close(axes, args.out, dpi)
 
 
 #: Options of the kinds of figures that not all have.

@@ -58,14 +58,8 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _draw(found: Sensitivities, path: str) -> None:
-    import kinetostatics as ks
+    from kinetostatics import plots  # which says what to install where Matplotlib is missing
+    from kinetostatics.plots.style import draw_into_files, save_and_close
 
-    plot = ks.plot  # says what to install where Matplotlib is missing
-    from matplotlib import pyplot as plt
-
-    from kinetostatics.plots.style import figure_of
-
-    plt.switch_backend("agg")
-    axes = plot.sensitivities(found)
-    plot.save(axes, path)
-    plt.close(figure_of(axes))
+    draw_into_files()
+    save_and_close(plots.sensitivities(found), path)

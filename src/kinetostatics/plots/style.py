@@ -172,3 +172,14 @@ def save(figure: Figure | Axes, path: str | os.PathLike[str], dpi: float = 300) 
     canvas = figure_of(figure) if isinstance(figure, Axes) else figure
     with styled():  # hatches and fonts are looked up when they are drawn
         canvas.savefig(file, dpi=dpi, bbox_inches="tight", pad_inches=0.03, **options)
+
+
+def draw_into_files() -> None:
+    """Open no windows: for commands, which write their figures."""
+    plt.switch_backend("agg")
+
+
+def save_and_close(ax: Axes, path: str | os.PathLike[str], dpi: float = 300) -> None:
+    """Write the figure that nobody needs any more, as :func:`save` does."""
+    save(ax, path, dpi)
+    plt.close(figure_of(ax))

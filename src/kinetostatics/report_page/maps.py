@@ -68,10 +68,8 @@ def _figures(workspace: xr.Dataset, configuration: Configuration) -> str:
         from kinetostatics import plots
     except KinetostaticsError as error:
         return f"<p>There are no maps here: {escape(str(error))}.</p>"
-    from matplotlib import pyplot as plt
-
     from kinetostatics.plots.selection import free_names
-    from kinetostatics.plots.style import figure_of
+    from kinetostatics.plots.style import save_and_close
 
     names = free_names(workspace, ())
     if not names:
@@ -89,8 +87,7 @@ def _figures(workspace: xr.Dataset, configuration: Configuration) -> str:
             continue
         with tempfile.TemporaryDirectory(prefix="kinetostatics_") as folder:
             file = Path(folder) / "map.svg"
-            plots.save(axes, file)
-            plt.close(figure_of(axes))
+            save_and_close(axes, file)
             data = base64.b64encode(file.read_bytes()).decode()
         words = escape(f"{what} over {', '.join(names[:2])}")
         found.append(f'<img class="map" alt="{words}" src="data:image/svg+xml;base64,{data}">')
