@@ -65,15 +65,10 @@ class LaterSolution(Solution):
         vars(self).update(known, _whole=whole, _robot=robot)
 
     @cached_property
-    def solution(self) -> Solution:
-        """The solution with all arrays."""
+    def whole(self) -> Solution:  # type: ignore[override]
+        """The same with all arrays."""
         found: Solution = vars(self)["_whole"]()
         return found
-
-    @property
-    def whole(self) -> Solution:
-        """The same with all arrays."""
-        return self.solution
 
     def group(self, number: int) -> Any:
         """Return a group of the robot's limbs."""
@@ -82,11 +77,11 @@ class LaterSolution(Solution):
     def __getattr__(self, name: str) -> Any:
         if name not in _FIELDS[Solution]:
             raise AttributeError(name)
-        return getattr(self.solution, name)
+        return getattr(self.whole, name)
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Be copied and pickled as the whole solution."""
-        return _itself, (self.solution,)
+        return _itself, (self.whole,)
 
 
 class _LaterLimb(LimbStatics):
@@ -106,7 +101,7 @@ class _LaterLimb(LimbStatics):
     @property
     def whole(self) -> LimbStatics:
         """The same with all arrays."""
-        found: LimbStatics = vars(self)["_solution"].solution.statics[vars(self)["_number"]]
+        found: LimbStatics = vars(self)["_solution"].whole.statics[vars(self)["_number"]]
         return found
 
     def __reduce__(self) -> tuple[Any, ...]:
