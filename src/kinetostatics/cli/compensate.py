@@ -5,11 +5,11 @@ from __future__ import annotations
 import argparse
 import csv
 import math
-import re
 from typing import TYPE_CHECKING
 
 from kinetostatics.cli import arguments, poses
 from kinetostatics.exceptions import ArgumentError
+from kinetostatics.files.tables import numbered_rows, title_of
 from kinetostatics.printing.waiting import waiting
 
 if TYPE_CHECKING:
@@ -116,7 +116,7 @@ def _read_table(robot: Robot, path: str) -> tuple[str, dict[str, list[float]]]:
     """
     with open(path, newline="", encoding="utf-8-sig") as file:
         try:
-            rows = [(number, row) for number, row in enumerate(csv.reader(file), 1) if any(cell.strip() for cell in row)]
+            rows = numbered_rows(file)
         except (csv.Error, UnicodeDecodeError) as error:
             raise ArgumentError(f"{path}: not a table of text: {error}") from None
     if len(rows) < 2:
@@ -125,10 +125,10 @@ def _read_table(robot: Robot, path: str) -> tuple[str, dict[str, list[float]]]:
         raise ArgumentError(f"{path}:{rows[0][0]}: separate columns by commas, not by semicolons, and write 0.5, not 0,5")
     titles = []
     for cell in rows[0][1]:
-        match = re.fullmatch(r"\s*([^\[\]]+?)\s*(?:\[(.+)\])?\s*", cell)
-        if match is None:
+        title = title_of(cell)
+        if title is None:
             raise ArgumentError(f"{path}:{rows[0][0]}: {cell.strip()!r} is not a name, or a name with its unit: z [mm]")
-        titles.append((match[1], match[2] or ""))
+        titles.append(title)
     names = [name for name, _ in titles]
     if twice := next((name for name in names if names.count(name) > 1), None):
         raise ArgumentError(f"{path}:{rows[0][0]}: {twice!r} is given twice")

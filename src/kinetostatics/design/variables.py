@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import csv
 import itertools
 import math
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
@@ -16,6 +14,7 @@ import numpy as np
 from kinetostatics.description.units import find_unit
 from kinetostatics.design.requirements import parse_number, typed_unit
 from kinetostatics.exceptions import ArgumentError
+from kinetostatics.files.tables import numbered_rows, title_of
 
 #: Catalogues that come with the package.
 CATALOGUES = ("standard_bars", "standard_tubes")
@@ -124,11 +123,11 @@ def _read_catalogue(name: str, names: tuple[str, ...]) -> Choice:
                 text = file.read()
         except (OSError, UnicodeDecodeError) as error:
             raise ArgumentError(f"the catalogue {name} cannot be read: {getattr(error, 'strerror', None) or error}") from None
-    lines = [(k, row) for k, row in enumerate(csv.reader(text.splitlines()), 1) if any(cell.strip() for cell in row)]
+    lines = numbered_rows(text.splitlines())
     if len(lines) < 3:
         raise ArgumentError(f"{name}: a catalogue has a line of titles, such as outer_diameter [mm], and two rows at least")
-    titles = [re.fullmatch(r"\s*(.*?)\s*(?:\[(.+)\])?\s*", cell) for cell in lines[0][1]]
-    known = [title[1] if title else "" for title in titles]
+    titles = [title_of(cell) or ("", "") for cell in lines[0][1]]
+    known = [name for name, _ in titles]
     columns = [known.index(item) for item in names] if set(names) <= set(known) else list(range(len(names)))
     if max(columns) >= len(known):
         raise ArgumentError(f"{name} has {len(known)} columns, fewer than the parameters {', '.join(names)}")
@@ -139,8 +138,7 @@ def _read_catalogue(name: str, names: tuple[str, ...]) -> Choice:
             raise ArgumentError(f"{name}:{number}: {len(row)} cells below {len(known)} titles")
         values = []
         for units, column in zip(typed, columns, strict=True):
-            title = titles[column]
-            unit = title[2] if title and title[2] else ""
+            unit = titles[column][1]
             if unit and find_unit(unit) is None:
                 raise ArgumentError(f"{name}:{lines[0][0]}: {unit!r} is no unit")
             values.append(parse_number(f"{row[column].strip()}{unit}", "", f"{name}:{number}"))
