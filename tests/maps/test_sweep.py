@@ -340,8 +340,8 @@ ks.sweep(sys.argv[1], {"z": np.linspace(0.45, 0.65, 20), "rx": np.linspace(-0.1,
 
 
 @pytest.mark.slow
-def test_a_killed_sweep_goes_on_where_it_was(tmp_path):
-    name, workers = "map.nc", 2
+@pytest.mark.parametrize("name, workers", [("map.nc", 2), ("map.zarr", 1)])
+def test_a_killed_sweep_goes_on_where_it_was(tmp_path, name, workers):
     robot = tmp_path / "robot.urdf.xacro"
     robot.write_bytes(robot_path("3rps").read_bytes())
     path, parts = tmp_path / name, tmp_path / f"{name}.parts"
