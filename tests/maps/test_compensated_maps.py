@@ -48,3 +48,4 @@ def test_maps_over_drives_and_maps_without_corrections(tmp_path, capsys):
     assert "remaining" not in ds and "actuator_correction" not in ds
     with pytest.raises(ks.ArgumentError, match="compensate=True"):
         ks.indices.quantity(ds, "remaining_linear_sag")
+    assert "remaining_linear_sag" not in ks.indices.names(ds)

@@ -87,6 +87,8 @@ INDICES: Mapping[str, Index] = {
         singularity_distance, "N/m", "large", "1 / largest eigenvalue of C made homogeneous by the characteristic length"
     ),
     "largest_actuator_force": Index(largest_actuator_force, "N", "small", "largest magnitude of the drives' forces"),
+    "remaining_linear_sag": Index(remaining_linear_sag, "m", "small", "|d| that remains at the corrected drives"),
+    "remaining_angular_sag": Index(remaining_angular_sag, "rad", "small", "|r| that remains at the corrected drives"),
 }
 
 
@@ -96,18 +98,11 @@ ANY_DIRECTION: Mapping[str, tuple[Callable[..., xr.DataArray], str]] = {
     "rotation_any_direction": (rotation_any_direction, "N·m"),
 }
 
-#: What maps with corrections have besides.
-CORRECTED: Mapping[str, Callable[..., xr.DataArray]] = {
-    "remaining_linear_sag": remaining_linear_sag,
-    "remaining_angular_sag": remaining_angular_sag,
-}
-
 
 def names(ds: xr.Dataset) -> list[str]:
     """Return everything that :func:`quantity` knows of a Dataset, but for the 36 entries each of stiffness and compliance."""
-    corrected = CORRECTED if "remaining" in ds else ()
     indices = [name for name in INDICES if _applies(ds, name)]
-    found = [*indices, *corrected, *(f"stiffness_along:{axis}" for axis in (*LINEAR, *ANGULAR))]
+    found = [*indices, *(f"stiffness_along:{axis}" for axis in (*LINEAR, *ANGULAR))]
     for name in (str(item) for item in ds.data_vars):
         dims = label_dims(ds, name)
         if dims and "component_2" not in dims:
@@ -120,6 +115,8 @@ def names(ds: xr.Dataset) -> list[str]:
 
 def _applies(ds: xr.Dataset, index: str) -> bool:
     """Return whether an index exists for a Dataset: robots may have no drives, or drives that push and others that turn."""
+    if index.startswith("remaining_"):
+        return "remaining" in ds
     if index != "largest_actuator_force":
         return True
     return "actuator_force" in ds and len(set(units_of(ds, "actuator_force").values.ravel())) == 1
@@ -139,8 +136,6 @@ def quantity(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> xr.DataA
     Raises:
         ArgumentError: there is no such thing; the message says what there is.
     """
-    if what in CORRECTED and "remaining" in ds:
-        return CORRECTED[what](ds, beyond_limits=beyond_limits)
     if what in INDICES:
         return INDICES[what].function(ds, beyond_limits=beyond_limits)
     name, _, rest = what.partition(":")
@@ -180,7 +175,7 @@ def _hint(ds: xr.Dataset, what: str) -> str:
         return ": the map has no numbers of beams; sweep with beams=True (--beams)"
     if name in ("gravity_way", "actuator_gravity_way", "actuator_contribution"):
         return ": the map does not say how gravity acts; sweep with ways=True (--ways)"
-    if name in ("actuator_correction", "remaining", *CORRECTED):
+    if name in ("actuator_correction", "remaining"):
         return ": the map has no corrections; sweep with compensate=True (--compensate)"
     known = names(ds)
     within = [item for item in known if what.lower() in item.lower()][:3]

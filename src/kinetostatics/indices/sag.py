@@ -32,13 +32,22 @@ def remaining_linear_sag(ds: xr.Dataset, beyond_limits: bool = False) -> xr.Data
     Args:
         ds: of :func:`kinetostatics.sweep`.
         beyond_limits: as in :func:`valid`.
+
+    Raises:
+        ArgumentError: the map has no corrections.
     """
-    return _length(ds, variable(ds, "remaining"), LINEAR, beyond_limits, "m", "remaining linear sag")
+    return _length(ds, _remaining(ds), LINEAR, beyond_limits, "m", "remaining linear sag")
 
 
 def remaining_angular_sag(ds: xr.Dataset, beyond_limits: bool = False) -> xr.DataArray:
     """Return by how much the platform is turned at the corrected drives [rad]; as :func:`remaining_linear_sag`."""
-    return _length(ds, variable(ds, "remaining"), ANGULAR, beyond_limits, "rad", "remaining angular sag")
+    return _length(ds, _remaining(ds), ANGULAR, beyond_limits, "rad", "remaining angular sag")
+
+
+def _remaining(ds: xr.Dataset) -> xr.DataArray:
+    if "twist" in ds and "remaining" not in ds:
+        raise ArgumentError("the map has no corrections; sweep with compensate=True (--compensate)")
+    return variable(ds, "remaining")
 
 
 def _sag(
