@@ -7,8 +7,8 @@ import argparse
 from kinetostatics.cli import arguments, poses
 from kinetostatics.printing.waiting import waiting
 
-NAME = "analyze"
-
+HELP = "compute sag, stiffness, drive forces, joint reactions and stresses at one pose"
+DESCRIPTION = "Compute sag, stiffness, drive forces, joint reactions and beam stresses at one pose."
 EXAMPLES = f"""\
 {arguments.VALUES_HELP}
 examples:
@@ -22,16 +22,8 @@ examples:
 """
 
 
-def add_parser(subparsers: arguments.Subparsers) -> None:
-    """Add the command to the parser."""
-    parser = arguments.add_command(
-        subparsers,
-        NAME,
-        run,
-        help="compute sag, stiffness, drive forces, joint reactions and stresses at one pose",
-        description="Compute sag, stiffness, drive forces, joint reactions and beam stresses at one pose.",
-        epilog=EXAMPLES,
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
     arguments.add_robot_arguments(parser)
     poses.add_pose_arguments(parser)
     arguments.add_load_arguments(parser)

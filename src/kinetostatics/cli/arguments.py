@@ -8,8 +8,8 @@ import math
 import os
 import re
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, TypeAlias
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from kinetostatics.description.units import KINDS, KNOWN, Unit, find_unit
 from kinetostatics.exceptions import ArgumentError
@@ -25,37 +25,8 @@ values:
   Numbers are SI: m, rad, N, N·m. They may carry units, with SI prefixes: z=500mm rx=-2deg, 1.5kN, 20Nm, 70GPa, 7.8g/cm3.
 """
 
-#: What commands are added to.
-Subparsers: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
 #: How options are declared that take several values, and may be given several times.
 SEVERAL: Mapping[str, Any] = {"nargs": "+", "action": "extend", "default": []}
-
-
-def add_command(
-    subparsers: Subparsers,
-    name: str,
-    run: Callable[[argparse.Namespace], int],
-    usage: str | None = "ROBOT [options]",
-    *,
-    help: str,
-    description: str,
-    epilog: str | None = None,
-) -> argparse.ArgumentParser:
-    """Add a command to the parser.
-
-    Args:
-        subparsers: of the parser.
-        name: of the command.
-        run: does the work and returns the exit code.
-        usage: what follows the name; None: all its options.
-        help: what it does in a few words, for the list of commands.
-        description: what it does.
-        epilog: its examples.
-    """
-    whole = None if usage is None else f"kinetostatics {name} {usage}"
-    parser = subparsers.add_parser(name, usage=whole, help=help, description=description, epilog=epilog)
-    parser.set_defaults(run=run)
-    return parser
 
 
 # ---- reading values ------------------------------------------------------------------------------------------------

@@ -4,20 +4,14 @@ from __future__ import annotations
 
 import argparse
 
-from kinetostatics.cli.arguments import (
-    Subparsers,
-    add_command,
-    add_json_argument,
-    add_robot_arguments,
-    load,
-    print_json,
-    print_report,
-    print_warnings,
-)
+from kinetostatics.cli.arguments import add_json_argument, add_robot_arguments, load, print_json, print_report, print_warnings
 from kinetostatics.printing.waiting import waiting
 
-NAME = "check"
-
+HELP = "say what a robot file describes: mobility, limbs, wrenches, beams, warnings"
+DESCRIPTION = (
+    "Say what a robot file describes: what can move and what is held more than once, every limb from base to "
+    "platform with its constraint wrenches in words, beams, elastic joints, masses, and what looks like a mistake."
+)
 EXAMPLES = """\
 examples:
   kinetostatics check 3rps
@@ -28,17 +22,8 @@ The exit code is 0 if the robot can be analysed, 1 if it cannot (its loops do no
 """
 
 
-def add_parser(subparsers: Subparsers) -> None:
-    """Add the command to the parser."""
-    parser = add_command(
-        subparsers,
-        NAME,
-        run,
-        help="say what a robot file describes: mobility, limbs, wrenches, beams, warnings",
-        description="Say what a robot file describes: what can move and what is held more than once, every limb from base to "
-        "platform with its constraint wrenches in words, beams, elastic joints, masses, and what looks like a mistake.",
-        epilog=EXAMPLES,
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
     add_robot_arguments(parser)
     parser.add_argument("--engine", action="store_true", help="say too what of the robot runs as compiled code; compiles it")
     add_json_argument(parser)

@@ -16,11 +16,15 @@ if TYPE_CHECKING:
     from kinetostatics.kinematics.configuration import Configuration
     from kinetostatics.robot import Robot
 
-NAME = "compensate"
 
 #: Poses at most.
 MOST = 1_000_000
 
+HELP = "correct drive positions for gravity and loads, with the forces to feed forward"
+DESCRIPTION = (
+    "Find where to command the drives so that the loaded platform stands where it was asked to, which forces\n"
+    "they must hold there, and what no drive can correct."
+)
 EXAMPLES = f"""\
 {arguments.VALUES_HELP}
   FROM:TO:COUNT and A,B,C make a grid, whose poses are all combinations of their values.
@@ -38,17 +42,8 @@ examples:
 """
 
 
-def add_parser(subparsers: arguments.Subparsers) -> None:
-    """Add the command to the parser."""
-    parser = arguments.add_command(
-        subparsers,
-        NAME,
-        run,
-        help="correct drive positions for gravity and loads, with the forces to feed forward",
-        description="Find where to command the drives so that the loaded platform stands where it was asked to, which forces\n"
-        "they must hold there, and what no drive can correct.",
-        epilog=EXAMPLES,
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
     arguments.add_robot_arguments(parser)
     poses.add_pose_arguments(parser, "VALUES")
     parser.add_argument("--table", metavar="FILE", help="a CSV file of poses instead of --platform or --actuators")

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import argparse
 
-from kinetostatics.cli.arguments import Subparsers, add_command, add_robot_arguments, load, print_report
+from kinetostatics.cli.arguments import add_robot_arguments, load, print_report
 from kinetostatics.printing.waiting import waiting
 
-NAME = "export"
-
+HELP = "write C for a controller: pose, sag and drive forces from coordinates, load and gravity"
+DESCRIPTION = (
+    "Write C99 for a controller, with header, C++ wrapper, test program, CMakeLists.txt and README: from "
+    "coordinates of the platform or of the drives, load and gravity to what is asked of the pose. It needs no heap and no "
+    "library but libm, and closes the loops by bounded iterations from the last pose."
+)
 EXAMPLES = """\
 examples:
   kinetostatics export 3rps --platform z rx ry --outputs actuator_forces twist --out controller
@@ -16,18 +20,8 @@ examples:
 """
 
 
-def add_parser(subparsers: Subparsers) -> None:
-    """Add the command to the parser."""
-    parser = add_command(
-        subparsers,
-        NAME,
-        run,
-        help="write C for a controller: pose, sag and drive forces from coordinates, load and gravity",
-        description="Write C99 for a controller, with header, C++ wrapper, test program, CMakeLists.txt and README: from "
-        "coordinates of the platform or of the drives, load and gravity to what is asked of the pose. It needs no heap and no "
-        "library but libm, and closes the loops by bounded iterations from the last pose.",
-        epilog=EXAMPLES,
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
     add_robot_arguments(parser)
     parser.add_argument(
         "--platform",

@@ -9,15 +9,7 @@ import sys
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from kinetostatics.cli.arguments import (
-    SEVERAL,
-    Subparsers,
-    add_command,
-    check_folder,
-    parse_items,
-    parse_parameters,
-    print_warnings,
-)
+from kinetostatics.cli.arguments import SEVERAL, check_folder, parse_items, parse_parameters, print_warnings
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.printing.colour import for_stream
 from kinetostatics.printing.waiting import waiting
@@ -25,11 +17,13 @@ from kinetostatics.printing.waiting import waiting
 if TYPE_CHECKING:
     from kinetostatics.description.robot import RobotDescription
 
-NAME = "import"
 
 #: From what turn on [degrees] the platform's axes at zero are spoken of.
 LEAST_TURN = 0.1
 
+USAGE = "SOURCE [options]"
+HELP = "make a robot file from a URDF of onshape-to-robot, of Gepetto's, or of Isaac Sim"
+DESCRIPTION = "Make a robot file from a URDF whose loops another tool has described."
 EXAMPLES = """\
 loops are read from
   links closing_NAME_1 and closing_NAME_2 of onshape-to-robot,
@@ -48,17 +42,8 @@ exit code:
 """
 
 
-def add_parser(subparsers: Subparsers) -> None:
-    """Add the command to the parser."""
-    parser = add_command(
-        subparsers,
-        NAME,
-        run,
-        usage="SOURCE [options]",
-        help="make a robot file from a URDF of onshape-to-robot, of Gepetto's, or of Isaac Sim",
-        description="Make a robot file from a URDF whose loops another tool has described.",
-        epilog=EXAMPLES,
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
     parser.add_argument("source", metavar="SOURCE", help="the URDF or xacro file")
     parser.add_argument("--yaml", metavar="FILE", help="a robot.yaml with closed_loop, type and name_mot")
     parser.add_argument("--platform", metavar="LINK", help="the moving platform")

@@ -1,7 +1,8 @@
 # PYTHON_ARGCOMPLETE_OK
 """The command ``kinetostatics``: parses, runs one of the commands, and turns errors into one line and an exit code.
 
-Every command is a module of :mod:`kinetostatics.cli` with ``NAME``, ``add_parser(subparsers)`` and ``run(args) -> int``.
+Every command is a module of :mod:`kinetostatics.cli` with ``HELP``, ``DESCRIPTION``, ``EXAMPLES``, ``add_arguments(parser)`` and
+``run(args) -> int``; with ``USAGE`` too if that is not ROBOT and options (None: all its options).
 """
 
 from __future__ import annotations
@@ -169,7 +170,13 @@ def make_parser(modules: Sequence[ModuleType]) -> argparse.ArgumentParser:
     parser.add_argument("--version", action=Version)
     subparsers = parser.add_subparsers(metavar="COMMAND", required=True, title="commands")
     for module in modules:
-        module.add_parser(subparsers)
+        name, usage = module.__name__.rpartition(".")[2], getattr(module, "USAGE", "ROBOT [options]")
+        whole = None if usage is None else f"kinetostatics {name} {usage}"
+        command = subparsers.add_parser(
+            name, usage=whole, help=module.HELP, description=module.DESCRIPTION, epilog=module.EXAMPLES
+        )
+        module.add_arguments(command)
+        command.set_defaults(run=module.run)
     return parser
 
 

@@ -9,26 +9,20 @@ from typing import Any
 
 from kinetostatics.authoring.arguments_of_file import odd_lengths
 from kinetostatics.authoring.names import KNOWN_NAMES
-from kinetostatics.cli.arguments import (
-    SEVERAL,
-    Subparsers,
-    add_command,
-    check_folder,
-    number_of,
-    parse_items,
-    parse_parameters,
-    print_warnings,
-    unit_of,
-)
+from kinetostatics.cli.arguments import SEVERAL, check_folder, number_of, parse_items, parse_parameters, print_warnings, unit_of
 from kinetostatics.exceptions import ArgumentError, RobotFileError
 from kinetostatics.printing.waiting import waiting
-
-NAME = "new"
 
 #: Options that one of the two ways to a file has alone.
 OF_FILES = ("platform", "base", "driven", "elastic", "joint_stiffness")
 OF_ARCHITECTURES = ("base_radius", "platform_radius", "height", "azimuths", "placements", "guide", "axis", "section", "name")
 
+USAGE = "ARCHITECTURE [options], or new --from FILE [options]"
+HELP = "make a robot file from the field's notation, such as 3-R[P]S, or from a plain URDF"
+DESCRIPTION = (
+    "Make a robot file from the field's notation of limbs and joints, or from a plain URDF, which it includes as "
+    "it is; it is commented and ready to be edited."
+)
 EXAMPLES = f"""\
 architecture:
   Limbs are strings of joints from base to platform: R revolute, P prismatic, C cylindrical, U universal, S spherical,
@@ -49,18 +43,8 @@ exit code:
 """
 
 
-def add_parser(subparsers: Subparsers) -> None:
-    """Add the command to the parser."""
-    parser = add_command(
-        subparsers,
-        NAME,
-        run,
-        usage="ARCHITECTURE [options], or new --from FILE [options]",
-        help="make a robot file from the field's notation, such as 3-R[P]S, or from a plain URDF",
-        description="Make a robot file from the field's notation of limbs and joints, or from a plain URDF, which it includes as "
-        "it is; it is commented and ready to be edited.",
-        epilog=EXAMPLES,
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
     parser.add_argument("architecture", metavar="ARCHITECTURE", nargs="?", help="the limbs, such as 3-R[P]S; see below")
     parser.add_argument("--list", action="store_true", help="list names that are known in the field, and what they are")
     parser.add_argument("--base-radius", metavar="LENGTH", help="O to the limbs' base points (default: 0.3 m)")

@@ -8,8 +8,9 @@ from kinetostatics.cli import arguments, poses
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.printing.waiting import waiting
 
-NAME = "optimize"
-
+USAGE = "ROBOT --vary NAME=FROM:TO … --subject-to REQUIREMENT … [options]"
+HELP = "size a robot: the lightest rods that are stiff enough"
+DESCRIPTION = "Find the parameters of a robot's file that are best, under requirements that hold at every pose of a grid."
 EXAMPLES = f"""\
 {arguments.VALUES_HELP}
   FROM:TO:COUNT and A,B,C of --platform make a grid of poses: every requirement holds at all of them.
@@ -33,17 +34,8 @@ examples:
 """
 
 
-def add_parser(subparsers: arguments.Subparsers) -> None:
-    """Add the command to the parser."""
-    parser = arguments.add_command(
-        subparsers,
-        NAME,
-        run,
-        usage="ROBOT --vary NAME=FROM:TO … --subject-to REQUIREMENT … [options]",
-        help="size a robot: the lightest rods that are stiff enough",
-        description="Find the parameters of a robot's file that are best, under requirements that hold at every pose of a grid.",
-        epilog=EXAMPLES,
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
     arguments.add_robot_arguments(parser)
     poses.add_pose_arguments(parser, "VALUES", "The workspace. Default: all drives at zero.", near=False)
     arguments.add_load_arguments(parser)

@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from kinetostatics.cli.arguments import SEVERAL, VALUES_HELP, Subparsers, add_command, number_of, parse_items, parse_quantity
+from kinetostatics.cli.arguments import SEVERAL, VALUES_HELP, number_of, parse_items, parse_quantity
 from kinetostatics.description.units import find_unit
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.printing.waiting import waiting
@@ -14,10 +14,15 @@ from kinetostatics.printing.waiting import waiting
 if TYPE_CHECKING:
     import xarray as xr
 
-NAME = "plot"
-
 KINDS = ("slice", "surface", "workspace", "line")
 
+USAGE = "MAP [options]"
+HELP = "draw figures of a workspace map"
+DESCRIPTION = (
+    "Draw a figure of a workspace map that kinetostatics sweep wrote: a slice in colour, surfaces, the body\n"
+    "of the poses that are reached, or lines. Poses without valid numbers are grey and hatched. Slices over\n"
+    "azimuth and tilt are round."
+)
 EXAMPLES = f"""\
 {VALUES_HELP}
 examples:
@@ -31,19 +36,8 @@ examples:
 """
 
 
-def add_parser(subparsers: Subparsers) -> None:
-    """Add the command to the parser."""
-    parser = add_command(
-        subparsers,
-        NAME,
-        run,
-        usage="MAP [options]",
-        help="draw figures of a workspace map",
-        description="Draw a figure of a workspace map that kinetostatics sweep wrote: a slice in colour, surfaces, the body\n"
-        "of the poses that are reached, or lines. Poses without valid numbers are grey and hatched. Slices over\n"
-        "azimuth and tilt are round.",
-        epilog=EXAMPLES,
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
     parser.add_argument("map", metavar="MAP", help="netCDF file (.nc) or zarr folder")
     parser.add_argument("--list", action="store_true", help="print the coordinates and the quantities that can be drawn, and end")
     parser.add_argument("--out", metavar="FILE", help="where to write the figure: .pdf, .svg or .png")

@@ -15,8 +15,13 @@ if TYPE_CHECKING:
 
     from kinetostatics.robot import Robot
 
-NAME = "report"
-
+USAGE = "ROBOT --out FILE [options]"
+HELP = "write one page about a robot, to be read and printed"
+DESCRIPTION = (
+    "Write one HTML page that a colleague can read and print: the robot, what is assumed, the pose in tables,\n"
+    "where the sag comes from, worst cases and maps of the workspace, corrections of the drives, the verdict of finite\n"
+    "elements, and the robot to look at from all sides."
+)
 EXAMPLES = f"""\
 {arguments.VALUES_HELP}
   FROM:TO:COUNT and A,B,C of --sweep are dimensions of a grid, whose poses are all combinations of their values.
@@ -29,19 +34,8 @@ examples:
 """
 
 
-def add_parser(subparsers: arguments.Subparsers) -> None:
-    """Add the command to the parser."""
-    parser = arguments.add_command(
-        subparsers,
-        NAME,
-        run,
-        usage="ROBOT --out FILE [options]",
-        help="write one page about a robot, to be read and printed",
-        description="Write one HTML page that a colleague can read and print: the robot, what is assumed, the pose in tables,\n"
-        "where the sag comes from, worst cases and maps of the workspace, corrections of the drives, the verdict of finite\n"
-        "elements, and the robot to look at from all sides.",
-        epilog=EXAMPLES,
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
     arguments.add_robot_arguments(parser)
     poses.add_pose_arguments(parser)
     arguments.add_load_arguments(parser)

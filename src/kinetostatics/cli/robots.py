@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import argparse
 
-from kinetostatics.cli.arguments import SEVERAL, Subparsers, add_command, add_json_argument, print_json
+from kinetostatics.cli.arguments import SEVERAL, add_json_argument, print_json
 from kinetostatics.files.bundled import copy_robots, robots
 
-NAME = "robots"
-
+USAGE = "[options]"
+HELP = "list the robots that come with the package, or copy their files"
+DESCRIPTION = "List the robots that come with the package; their names do wherever a ROBOT is asked for."
 EXAMPLES = """\
 examples:
   kinetostatics robots
@@ -16,17 +17,8 @@ examples:
 """
 
 
-def add_parser(subparsers: Subparsers) -> None:
-    """Add the command to the parser."""
-    parser = add_command(
-        subparsers,
-        NAME,
-        run,
-        usage="[options]",
-        help="list the robots that come with the package, or copy their files",
-        description="List the robots that come with the package; their names do wherever a ROBOT is asked for.",
-        epilog=EXAMPLES,
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
     parser.add_argument("--copy", metavar="NAME", **SEVERAL, help="copy the files of these robots to the current folder")
     add_json_argument(parser)
 

@@ -11,8 +11,11 @@ from kinetostatics.printing.waiting import waiting
 if TYPE_CHECKING:
     from kinetostatics.results.sensitivities import Sensitivities
 
-NAME = "sensitivities"
-
+HELP = "rank what each parameter of the file does, and what to stiffen first"
+DESCRIPTION = (
+    "Differentiate sag, forces and mass at one pose with respect to the arguments of the robot's file and to\n"
+    "the stiffness of everything that gives way, and rank them by what they do to the platform."
+)
 EXAMPLES = f"""\
 {arguments.VALUES_HELP}
 examples:
@@ -22,17 +25,8 @@ examples:
 """
 
 
-def add_parser(subparsers: arguments.Subparsers) -> None:
-    """Add the command to the parser."""
-    parser = arguments.add_command(
-        subparsers,
-        NAME,
-        run,
-        help="rank what each parameter of the file does, and what to stiffen first",
-        description="Differentiate sag, forces and mass at one pose with respect to the arguments of the robot's file and to\n"
-        "the stiffness of everything that gives way, and rank them by what they do to the platform.",
-        epilog=EXAMPLES,
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
     arguments.add_robot_arguments(parser)
     poses.add_pose_arguments(parser)
     arguments.add_load_arguments(parser)

@@ -19,13 +19,15 @@ if TYPE_CHECKING:
 
     from kinetostatics.robot import Robot
 
-NAME = "sweep"
 
 #: Values along one dimension, at most.
 MOST = 1_000_000
 
 INTEGER = re.compile(r"[-+]?\d+")
 
+USAGE = "ROBOT --platform NAME=FROM:TO:COUNT … --out FILE [options]"
+HELP = "map sag, stiffness and drive forces over the workspace"
+DESCRIPTION = "Analyze all poses of a grid, and variants of the robot, and write one labelled file."
 EXAMPLES = f"""\
 {arguments.VALUES_HELP}
   FROM:TO:COUNT and A,B,C are dimensions of the grid, whose poses are all combinations of their values.
@@ -45,17 +47,8 @@ examples:
 """
 
 
-def add_parser(subparsers: arguments.Subparsers) -> None:
-    """Add the command to the parser."""
-    parser = arguments.add_command(
-        subparsers,
-        NAME,
-        run,
-        usage="ROBOT --platform NAME=FROM:TO:COUNT … --out FILE [options]",
-        help="map sag, stiffness and drive forces over the workspace",
-        description="Analyze all poses of a grid, and variants of the robot, and write one labelled file.",
-        epilog=EXAMPLES,
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
     arguments.add_robot_arguments(parser, "VALUES")
     poses.add_pose_arguments(parser, "VALUES", "The grid. Default: all drives at zero.", near=False)
     arguments.add_load_arguments(parser)

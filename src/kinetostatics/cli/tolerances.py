@@ -8,8 +8,11 @@ from kinetostatics.cli import arguments, poses
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.printing.waiting import waiting
 
-NAME = "tolerances"
-
+HELP = "rank what small errors of joints and beams do"
+DESCRIPTION = (
+    "Move every joint and lengthen and warm every beam a little, one after the other, at one pose without loads, "
+    "and rank what that does to the platform and which forces it locks into the robot."
+)
 EXAMPLES = f"""\
 {arguments.VALUES_HELP}
 examples:
@@ -19,17 +22,8 @@ examples:
 """
 
 
-def add_parser(subparsers: arguments.Subparsers) -> None:
-    """Add the command to the parser."""
-    parser = arguments.add_command(
-        subparsers,
-        NAME,
-        run,
-        help="rank what small errors of joints and beams do",
-        description="Move every joint and lengthen and warm every beam a little, one after the other, at one pose without loads, "
-        "and rank what that does to the platform and which forces it locks into the robot.",
-        epilog=EXAMPLES,
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
     arguments.add_robot_arguments(parser)
     poses.add_pose_arguments(parser)
     parser.add_argument("--length", metavar="L", default="0.1mm", help="error of lengths (default: %(default)s)")

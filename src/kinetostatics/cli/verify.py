@@ -7,8 +7,8 @@ import argparse
 from kinetostatics.cli import arguments, poses
 from kinetostatics.printing.waiting import waiting
 
-NAME = "verify"
-
+HELP = "check one pose against finite elements (OpenSeesPy)"
+DESCRIPTION = "Compute one pose twice, by screw theory and by finite elements (OpenSeesPy), and compare."
 EXAMPLES = f"""\
 {arguments.VALUES_HELP}
 exit code:
@@ -22,16 +22,8 @@ examples:
 """
 
 
-def add_parser(subparsers: arguments.Subparsers) -> None:
-    """Add the command to the parser."""
-    parser = arguments.add_command(
-        subparsers,
-        NAME,
-        run,
-        help="check one pose against finite elements (OpenSeesPy)",
-        description="Compute one pose twice, by screw theory and by finite elements (OpenSeesPy), and compare.",
-        epilog=EXAMPLES,
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
     arguments.add_robot_arguments(parser)
     poses.add_pose_arguments(parser)
     arguments.add_load_arguments(parser)

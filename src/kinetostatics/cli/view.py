@@ -17,13 +17,15 @@ if TYPE_CHECKING:
     from kinetostatics.robot import Robot
     from kinetostatics.viewer.live import LiveServer
 
-NAME = "view"
 
 #: What ``--colour`` and ``--from`` may be; a copy, as the command line starts without the viewer.
 COLOURS, VIEWS = ("deflection", "stress", "axial", "euler"), ("home", "front", "side", "top")
 #: Poses of a sweep that does not say how many.
 POSES = 21
 
+USAGE = None
+HELP = "see the deformed robot in the browser"
+DESCRIPTION = "Show the deformed robot in the browser: bent beams, forces, and what each weight and load contributes."
 EXAMPLES = f"""\
 {arguments.VALUES_HELP}
 examples:
@@ -41,17 +43,8 @@ examples:
 """
 
 
-def add_parser(subparsers: arguments.Subparsers) -> None:
-    """Add the command to the parser."""
-    parser = arguments.add_command(
-        subparsers,
-        NAME,
-        run,
-        usage=None,
-        help="see the deformed robot in the browser",
-        description="Show the deformed robot in the browser: bent beams, forces, and what each weight and load contributes.",
-        epilog=EXAMPLES,
-    )
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Add the command's arguments."""
     arguments.add_robot_arguments(parser)
     poses.add_pose_arguments(parser)
     arguments.add_load_arguments(parser)
