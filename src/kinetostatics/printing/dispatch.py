@@ -68,3 +68,14 @@ class Shown:
 
     def _repr_html_(self) -> str:
         return html_of(self)
+
+
+class Told(Shown):
+    """A base of classes that print as a whole report, and tell everything as plain values too."""
+
+    def __str__(self) -> str:
+        return text_of(self)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything as plain numbers, lists and strings: what ``--json`` prints."""
+        return dict_of(self)

@@ -19,7 +19,7 @@ from kinetostatics.math.arrays import Array, batch_first, frozen
 from kinetostatics.math.linalg import matmul
 from kinetostatics.math.rotations import exponential, logarithm
 from kinetostatics.math.screws import COMPONENTS, TWIST_UNITS
-from kinetostatics.printing.dispatch import Shown, dict_of, text_of
+from kinetostatics.printing.dispatch import Told
 from kinetostatics.printing.mappings import Named
 from kinetostatics.results.result import Result
 from kinetostatics.status import WITHOUT_NUMBERS, Status
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Compensation(Shown):
+class Compensation(Told):
     """Feedforward forces and corrected drive positions of one pose or a batch of poses; see :func:`kinetostatics.compensate`.
 
     Arrays are read-only, batch axes first; NaN where no correction was found.
@@ -45,13 +45,6 @@ class Compensation(Shown):
     coordinates: tuple[str, ...]
     uncorrected: Result
     result: Result
-
-    def __str__(self) -> str:
-        return text_of(self)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return everything as plain numbers, lists and strings: what ``--json`` prints."""
-        return dict_of(self)
 
     def to_dataset(self, axes: Mapping[str, ArrayLike] | None = None) -> xr.Dataset:
         """Return everything as an ``xarray.Dataset`` with units.

@@ -5,10 +5,9 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from kinetostatics.files.writer import save_robot
-from kinetostatics.printing.dispatch import Shown, dict_of, text_of
+from kinetostatics.printing.dispatch import Told
 from kinetostatics.printing.mappings import ShortRepr
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot
@@ -57,7 +56,7 @@ class Start:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Optimum(Shown, ShortRepr):
+class Optimum(Told, ShortRepr):
     """What :func:`kinetostatics.optimize` found.
 
     Attributes:
@@ -100,13 +99,6 @@ class Optimum(Shown, ShortRepr):
     def active(self) -> tuple[CheckedRequirement, ...]:
         """The requirements that decide."""
         return tuple(item for item in self.requirements if item.active)
-
-    def __str__(self) -> str:
-        return text_of(self)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return everything as plain numbers, lists and strings: what ``--json`` prints."""
-        return dict_of(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the robot with these parameters to a plain URDF file that loads, see :func:`kinetostatics.save_robot`."""

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from kinetostatics.description.loads import Payload
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array, frozen
-from kinetostatics.printing.dispatch import Shown, dict_of, text_of, warnings_of
+from kinetostatics.printing.dispatch import Told, text_of, warnings_of
 from kinetostatics.printing.mappings import Named
 from kinetostatics.results.base_wrench import base_wrench
 from kinetostatics.results.batch import Batch
@@ -44,7 +44,7 @@ from kinetostatics.statics.springs import placed_springs
 from kinetostatics.status import FACTS, Status, status_of
 
 
-class Result(Shown):
+class Result(Told):
     """The result of :func:`kinetostatics.analyze`. Wrenches and twists are ``[force; moment]`` and ``[d; r]``.
 
     Attributes:
@@ -70,9 +70,6 @@ class Result(Shown):
         self.payload: Payload | None = payload
         self._which, self._reached = which, reached
 
-    def __str__(self) -> str:
-        return text_of(self)
-
     def report(self, *, hinge_axes: Mapping[str, str] | None = None) -> str:
         """Return the tables that ``print(result)`` shows.
 
@@ -84,10 +81,6 @@ class Result(Shown):
             ArgumentError: there is no such limb, or the axis is neither "x" nor "y".
         """
         return text_of(self, hinge_axes=hinge_axes)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return everything as plain numbers, lists and strings: what ``--json`` prints."""
-        return dict_of(self)
 
     # ---- turning chunks into batches --------------------------------------------------------------------------------
 

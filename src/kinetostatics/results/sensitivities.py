@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.math.arrays import Array
-from kinetostatics.printing.dispatch import Shown, dict_of, text_of
+from kinetostatics.printing.dispatch import Told
 from kinetostatics.printing.mappings import ShortRepr
 from kinetostatics.results.result import Result
 
@@ -45,7 +44,7 @@ class Sensitivity(ShortRepr):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Sensitivities(Shown):
+class Sensitivities(Told):
     """Derivatives with respect to parameters of the robot's file, and to the stiffness of everything that gives way.
 
     ``s["rod_diameter"]`` is a :class:`Sensitivity`; iterating yields names, the most effective first.
@@ -73,13 +72,6 @@ class Sensitivities(Shown):
 
     def __len__(self) -> int:
         return len(self.parameters)
-
-    def __str__(self) -> str:
-        return text_of(self)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return everything as plain numbers, lists and strings: what ``--json`` prints."""
-        return dict_of(self)
 
     @cached_property
     def worst(self) -> tuple[int, ...]:

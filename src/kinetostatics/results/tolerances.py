@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.printing.dispatch import Shown, dict_of, text_of
+from kinetostatics.printing.dispatch import Told
 
 
 @dataclass(frozen=True)
@@ -42,7 +41,7 @@ class Tolerance:
 
 
 @dataclass(frozen=True, repr=False)
-class Tolerances(Shown):
+class Tolerances(Told):
     """The effects of all errors, the worst first.
 
     Attributes:
@@ -55,15 +54,8 @@ class Tolerances(Shown):
     rows: tuple[Tolerance, ...]
     ranked_by: str
 
-    def __str__(self) -> str:
-        return text_of(self)
-
     def __iter__(self) -> Iterator[Tolerance]:
         return iter(self.rows)
 
     def __len__(self) -> int:
         return len(self.rows)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return everything as plain numbers, lists and strings: what ``--json`` prints."""
-        return dict_of(self)

@@ -14,7 +14,7 @@ from kinetostatics.argument_checks import positive
 from kinetostatics.description.loads import Payload
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
-from kinetostatics.printing.dispatch import dict_of, html_of, text_of
+from kinetostatics.printing.dispatch import Told
 from kinetostatics.printing.mappings import Named, ShortRepr
 from kinetostatics.verification.frame import FrameModel
 from kinetostatics.verification.model import build
@@ -33,7 +33,7 @@ NOTHING = 1e-3
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Verification(ShortRepr):
+class Verification(ShortRepr, Told):
     """One pose computed twice: by :func:`kinetostatics.analyze`, and by OpenSees from beam and joint elements.
 
     Differences are relative and of whole twists, wrenches and matrices, since single components may vanish by symmetry. A length
@@ -82,16 +82,6 @@ class Verification(ShortRepr):
         if not self.conclusive:
             return f"not verified: {what}; the finite elements themselves are only sure to {max(self.scatter.values()):.1e} here"
         return f"NOT verified: {what}"
-
-    def __str__(self) -> str:
-        return text_of(self)
-
-    def _repr_html_(self) -> str:
-        return html_of(self)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return everything as plain numbers, lists and strings: what ``--json`` prints."""
-        return dict_of(self)
 
 
 def verify(
