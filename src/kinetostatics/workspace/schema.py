@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +16,7 @@ from kinetostatics.math.screws import COMPONENTS, TWIST_UNITS
 from kinetostatics.reports.json import drive_unit, wrench_units
 from kinetostatics.results.gravity_ways import WAYS
 from kinetostatics.status import FACTS, Status
+from kinetostatics.workspace.grid import LENGTHS
 from kinetostatics.workspace.loose_joints import loose_coordinates
 from kinetostatics.workspace.sweep_spec import SweepSpec
 
@@ -66,12 +67,29 @@ class Labels:
 
 @dataclass(frozen=True)
 class Variable:
-    """One variable: its dimensions beyond the grid's, attributes, kinds of axes along which it varies, type."""
+    """One variable.
+
+    Attributes:
+        labels: its dimensions beyond the grid's.
+        long_name: what it is.
+        unit: of its numbers, or the coordinate that tells the units, whose name ends in ``_unit``; empty: it has none.
+        kinds: of axes along which it varies.
+        dtype: of its numbers.
+        flags: attributes of variables whose numbers stand for words.
+    """
 
     labels: tuple[str, ...]
-    attributes: dict[str, Any]
+    long_name: str
+    unit: str = ""
     kinds: tuple[str, ...] = EVERYTHING
-    dtype: Any = field(default=np.float64)
+    dtype: Any = np.float64
+    flags: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def attributes(self) -> dict[str, Any]:
+        """Return its attributes in the Dataset."""
+        units = {"unit_coordinate" if self.unit.endswith("_unit") else "units": self.unit} if self.unit else {}
+        return {"long_name": self.long_name, **units, **self.flags}
 
     @property
     def nothing(self) -> object:
@@ -80,11 +98,58 @@ class Variable:
 
     def dims(self, spec: SweepSpec) -> tuple[str, ...]:
         """Return the names of all its dimensions."""
-        return (*self.grid(spec), *self.labels)
+        return (*(axis.name for axis in spec.axes if axis.kind in self.kinds), *self.labels)
 
-    def grid(self, spec: SweepSpec) -> tuple[str, ...]:
-        """Return the names of the dimensions that it shares with the grid."""
-        return tuple(axis.name for axis in spec.axes if axis.kind in self.kinds)
+
+def _flags(words: Mapping[int, str]) -> dict[str, Any]:
+    return {"flag_values": np.array(list(words), dtype=np.int8), "flag_meanings": " ".join(words.values())}
+
+
+_STATUSES = _flags({int(item): item.name.lower() for item in Status})
+_MODES = _flags({NO_MODE: "none_found", ZERO_MODE: "mode_of_the_zero_pose", OTHER_MODE: "only_another_mode"})
+_MATRIX = ("component", "component_2")
+
+#: The variables over the grid, in the Dataset's order.
+VARIABLES: Mapping[str, Variable] = {
+    "status": Variable((), "what became of the pose, the worst of it", dtype=np.int8, flags=_STATUSES),
+    **{name: Variable((), fact.words, dtype=np.bool_) for name, fact in FACTS.items()},
+    "mode": Variable((), "assembly mode that reaches the pose", kinds=POSES, dtype=np.int8, flags=_MODES),
+    "twist": Variable(("component",), "displacement of o and rotation of the platform, world axes", "component_unit"),
+    "contribution": Variable(
+        ("source", "component"), "what load, platform weight and each limb's weight add to the twist", "component_unit"
+    ),
+    "gravity_way": Variable(
+        ("way", "component"), "what gravity adds to the twist in each of its ways, all limbs together", "component_unit"
+    ),
+    "actuator_force": Variable(("actuator",), "force or torque of the drive, positive along its joint", "actuator_force_unit"),
+    "actuator_gravity_way": Variable(
+        ("actuator", "way"), "what gravity adds to the drive's force in each of its ways", "actuator_force_unit"
+    ),
+    "actuator_contribution": Variable(
+        ("actuator", "source"), "what each contribution to the twist adds to the drive's force", "actuator_force_unit"
+    ),
+    "intensity": Variable(("wrench",), "intensity of the constraint wrench", "wrench_unit"),
+    "attached_intensity": Variable(
+        ("attached_wrench",), "intensity of the gravity-attached constraint wrench", "attached_wrench_unit"
+    ),
+    "stiffness": Variable(_MATRIX, "tangent stiffness at o, drives locked, world axes", "stiffness_unit", POSES),
+    "compliance": Variable(_MATRIX, "compliance at o, drives locked, world axes", "compliance_unit", POSES),
+    "actuator_position": Variable(("actuator",), "coordinate of the driven joint", "actuator_position_unit", POSES),
+    "actuator_correction": Variable(
+        ("actuator",), "correction of the drive, which brings the loaded platform in place", "actuator_position_unit"
+    ),
+    "remaining": Variable(("component",), "how the loaded platform misses its place at the corrected drives", "component_unit"),
+    "platform_pose": Variable(
+        ("platform_coordinate",), "coordinates of the platform before it deforms", "platform_coordinate_unit", POSES
+    ),
+    "q": Variable(
+        ("joint_coordinate",), "coordinates of the model, as Robot.configuration takes them", "joint_coordinate_unit", POSES
+    ),
+    "characteristic_length": Variable((), "mean distance of the limbs' outer joints from o", "m", ROBOTS),
+    "beam_stress": Variable(("beam",), "largest von Mises stress of the beam", "Pa"),
+    "beam_euler_ratio": Variable(("beam",), "axial forces over those at which the member buckles by Euler", "1"),
+    "beam_deflection": Variable(("beam",), "largest displacement of the beam's centre line", "m"),
+}
 
 
 def numbered(labels: Iterable[str]) -> list[str]:
@@ -140,89 +205,11 @@ def _q_labels(robot: Robot) -> list[tuple[str, str]]:
 
 
 def variables(labels: Labels) -> dict[str, Variable]:
-    """Return the variables over the grid, in the Dataset's order."""
-    units = {"unit_coordinate": "component_unit"}
-    statuses = {
-        "long_name": "what became of the pose, the worst of it",
-        "flag_values": np.array([int(item) for item in Status], dtype=np.int8),
-        "flag_meanings": " ".join(item.name.lower() for item in Status),
-    }
-    modes = {
-        "long_name": "assembly mode that reaches the pose",
-        "flag_values": np.array([NO_MODE, ZERO_MODE, OTHER_MODE], dtype=np.int8),
-        "flag_meanings": "none_found mode_of_the_zero_pose only_another_mode",
-    }
-    force = "unit_coordinate"
-    found = {
-        "status": Variable((), statuses, dtype=np.int8),
-        **{name: Variable((), {"long_name": fact.words}, dtype=np.bool_) for name, fact in FACTS.items()},
-        "mode": Variable((), modes, kinds=POSES, dtype=np.int8),
-        "twist": Variable(("component",), {"long_name": "displacement of o and rotation of the platform, world axes", **units}),
-        "contribution": Variable(
-            ("source", "component"), {"long_name": "what load, platform weight and each limb's weight add to the twist", **units}
-        ),
-        "gravity_way": Variable(
-            ("way", "component"), {"long_name": "what gravity adds to the twist in each of its ways, all limbs together", **units}
-        ),
-        "actuator_force": Variable(
-            ("actuator",), {"long_name": "force or torque of the drive, positive along its joint", force: "actuator_force_unit"}
-        ),
-        "actuator_gravity_way": Variable(
-            ("actuator", "way"),
-            {"long_name": "what gravity adds to the drive's force in each of its ways", force: "actuator_force_unit"},
-        ),
-        "actuator_contribution": Variable(
-            ("actuator", "source"),
-            {"long_name": "what each contribution to the twist adds to the drive's force", force: "actuator_force_unit"},
-        ),
-        "intensity": Variable(("wrench",), {"long_name": "intensity of the constraint wrench", force: "wrench_unit"}),
-        "attached_intensity": Variable(
-            ("attached_wrench",),
-            {"long_name": "intensity of the gravity-attached constraint wrench", force: "attached_wrench_unit"},
-        ),
-        "stiffness": Variable(
-            ("component", "component_2"),
-            {"long_name": "tangent stiffness at o, drives locked, world axes", force: "stiffness_unit"},
-            kinds=POSES,
-        ),
-        "compliance": Variable(
-            ("component", "component_2"),
-            {"long_name": "compliance at o, drives locked, world axes", force: "compliance_unit"},
-            kinds=POSES,
-        ),
-        "actuator_position": Variable(
-            ("actuator",), {"long_name": "coordinate of the driven joint", force: "actuator_position_unit"}, kinds=POSES
-        ),
-        "actuator_correction": Variable(
-            ("actuator",),
-            {"long_name": "correction of the drive, which brings the loaded platform in place", force: "actuator_position_unit"},
-        ),
-        "remaining": Variable(
-            ("component",), {"long_name": "how the loaded platform misses its place at the corrected drives", **units}
-        ),
-        "platform_pose": Variable(
-            ("platform_coordinate",),
-            {"long_name": "coordinates of the platform before it deforms", force: "platform_coordinate_unit"},
-            kinds=POSES,
-        ),
-        "q": Variable(
-            ("joint_coordinate",),
-            {"long_name": "coordinates of the model, as Robot.configuration takes them", force: "joint_coordinate_unit"},
-            kinds=POSES,
-        ),
-        "characteristic_length": Variable(
-            (), {"long_name": "mean distance of the limbs' outer joints from o", "units": "m"}, kinds=ROBOTS
-        ),
-        "beam_stress": Variable(("beam",), {"long_name": "largest von Mises stress of the beam", "units": "Pa"}),
-        "beam_euler_ratio": Variable(
-            ("beam",), {"long_name": "axial forces over those at which the member buckles by Euler", "units": "1"}
-        ),
-        "beam_deflection": Variable(("beam",), {"long_name": "largest displacement of the beam's centre line", "units": "m"}),
-    }
+    """Return the variables that a Dataset with these labels has."""
     sizes = {name: len(values) for name, (values, _) in _label_coordinates(labels).items()}
     unwanted: tuple[str, ...] = () if labels.ways else ("actuator_contribution",)
     unwanted += () if labels.compensated else ("actuator_correction", "remaining")
-    return {name: item for name, item in found.items() if name not in unwanted and all(sizes[label] for label in item.labels)}
+    return {name: item for name, item in VARIABLES.items() if name not in unwanted and all(sizes[label] for label in item.labels)}
 
 
 def _label_coordinates(labels: Labels) -> dict[str, tuple[list[str], str]]:
@@ -235,7 +222,7 @@ def _label_coordinates(labels: Labels) -> dict[str, tuple[list[str], str]]:
         "actuator": (list(labels.actuators), "driven joint"),
         "wrench": ([f"{limb}: {label}" for limb, label, _ in labels.wrenches], "constraint wrench of a limb"),
         "attached_wrench": (
-            [f"{limb}: {label}" for limb, label, _ in labels.attached],
+            [f"{limb}: {name}" for limb, name, _ in labels.attached],
             "gravity-attached constraint wrench of a limb",
         ),
         "platform_coordinate": (list(labels.pose), "coordinate of the platform"),
@@ -261,10 +248,7 @@ def _unit_coordinates(labels: Labels) -> dict[str, tuple[tuple[str, ...], object
         "attached_limb": (("attached_wrench",), [limb for limb, _, _ in labels.attached]),
         "attached_label": (("attached_wrench",), [label for _, label, _ in labels.attached]),
         "attached_wrench_unit": (("attached_wrench",), [unit for _, _, unit in labels.attached]),
-        "platform_coordinate_unit": (
-            ("platform_coordinate",),
-            ["m" if name in ("x", "y", "z") else "rad" for name in labels.pose],
-        ),
+        "platform_coordinate_unit": (("platform_coordinate",), ["m" if name in LENGTHS else "rad" for name in labels.pose]),
         "joint_coordinate_unit": (("joint_coordinate",), [unit for _, unit in labels.q]),
     }
     sizes = {name: len(values) for name, (values, _) in _label_coordinates(labels).items()}
@@ -312,7 +296,7 @@ def coordinates(spec: SweepSpec, labels: Labels) -> dict[str, xr.Variable]:
 
 def _held_units(spec: SweepSpec, labels: Labels, name: str) -> str:
     if spec.kind == "platform":
-        return "m" if name in ("x", "y", "z") else "rad"
+        return "m" if name in LENGTHS else "rad"
     return "rad" if labels.turning[labels.actuators.index(name)] else "m"
 
 
@@ -333,5 +317,5 @@ def template(spec: SweepSpec, labels: Labels) -> xr.Dataset:
     for name, item in variables(labels).items():
         dims = item.dims(spec)
         nothing = np.array(item.nothing, dtype=item.dtype)
-        data[name] = xr.Variable(dims, np.broadcast_to(nothing, tuple(sizes[dim] for dim in dims)), dict(item.attributes))
+        data[name] = xr.Variable(dims, np.broadcast_to(nothing, tuple(sizes[dim] for dim in dims)), item.attributes)
     return xr.Dataset(data, coords=coords)
