@@ -50,7 +50,7 @@ kinematics/chebyshev kinematics/configuration kinematics/continuation kinematics
 kinematics/generic_poses kinematics/joint_coordinates kinematics/lines kinematics/loop_constraints kinematics/mimic
 kinematics/mobility kinematics/openings kinematics/pose_spread kinematics/robot_kinematics kinematics/sizes
 kinematics/solver kinematics/zero_pose limbs/basis limbs/basis_choice limbs/beam limbs/compliance limbs/force_method
-limbs/geometry limbs/group limbs/grouping limbs/redundant_forces limbs/statics limbs/wrench_candidates limbs/wrenches
+limbs/geometry limbs/group limbs/grouping limbs/statics limbs/wrench_candidates limbs/wrenches
 math/graphs math/linalg math/ordering math/orientation math/rotations math/screws mechanism/beam_geometry
 mechanism/beam_model mechanism/edge_directions mechanism/inertias mechanism/joint_compliance mechanism/limb_joints
 mechanism/limbs mechanism/mechanism mechanism/rigid_bodies mechanism/topology mechanism/tree mechanism/weights

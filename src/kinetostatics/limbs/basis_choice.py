@@ -128,18 +128,17 @@ def choose_basis(group: LimbGroup, geometry: LimbGeometry, generic: int) -> Basi
     n_c = 6 - rank
     independent = tuple(_independent(mine[:, :, :generic], range(mine.shape[1]), rank))
     carried = tuple(_independent(twists[:, :, :generic], np.flatnonzero(group.platform_joint), carried_rank))
-    joints = (group.compounds[0], group.compound_of, group.passive, group.rotates, [f.label for f in group.dofs[0]])
-    candidates = itertools.chain(constraint_candidates(*joints), further_candidates(*joints, group.is_serial))
+    candidates = itertools.chain(constraint_candidates(group), further_candidates(group))
     meeting = common_point(group, geometry)
     if meeting is not None:
-        candidates = itertools.chain(central_candidates(*meeting, group.dofs[0]), candidates)
+        candidates = itertools.chain(central_candidates(group, *meeting), candidates)
     if not group.is_serial:
-        candidates = itertools.chain(beam_candidates([beam.name for beam in group.beams[0]]), candidates)
+        candidates = itertools.chain(beam_candidates(group), candidates)
     choice = _Choice(group, geometry, generic)
     constraint = choice.of(candidates, n_c, mine, mine[:, list(independent)], [])
     known = _columns(group, constraint, [allowed[:, k] for k in independent], [], geometry)
     carried_twists = twists[:, group.platform_joint], twists[:, list(carried)]
-    attached = choice.of(attached_candidates(*joints), 6 - carried_rank - n_c, *carried_twists, known)
+    attached = choice.of(attached_candidates(group), 6 - carried_rank - n_c, *carried_twists, known)
     if not group.is_serial:
         constraint, attached = tuple(map(as_component, constraint)), tuple(map(as_component, attached))
     return Basis(constraint, attached, independent, carried, gap)

@@ -13,14 +13,26 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.limbs.compliance import LimbLoads, own_weights_of_beams
+from kinetostatics.limbs.compliance import (
+    RIGID,
+    LimbLoads,
+    assembly_error_strains,
+    own_weights_of_beams,
+    strains,
+    whole_compliance,
+)
 from kinetostatics.limbs.geometry import LimbGeometry
 from kinetostatics.limbs.group import LimbGroup
-from kinetostatics.limbs.redundant_forces import relaxed_limbs
 from kinetostatics.limbs.wrenches import limb_wrenches
 from kinetostatics.math.arrays import Array
+from kinetostatics.math.linalg import Cholesky, correlation
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.printing.mappings import ShortRepr
+
+#: Smallest eigenvalue of the scaled compliance along self-stresses for which a Cholesky factor is as good as eigenvectors.
+_WELL_CONDITIONED = 1e-3
+#: Part of a limb's whole compliance below which that along its forces is rounding.
+_FELT = 1e-20
 
 
 @dataclass(frozen=True, repr=False)
@@ -117,24 +129,95 @@ def with_loads(statics: LimbStatics, parts: Sequence[tuple[LimbStatics, Array]])
 def _statics(
     group: LimbGroup, geometry: LimbGeometry, outboard: Array, loads: LimbLoads, assembly_error: Array | None
 ) -> LimbStatics:
-    """Evaluate limbs under loads (6, passive freedoms, g, N) outboard of passive freedoms, and on their beams and springs."""
+    """Evaluate limbs under loads (6, passive freedoms, g, N) outboard of passive freedoms, and on their beams and springs.
+
+    The self-stress y of limbs with rings takes the value of least complementary energy, ∂U/∂y = 0, which the elasticity of beams
+    and springs gives it (the force method; the method page, section 9).
+    """
     found = limb_wrenches(group, geometry, outboard)
-    relaxed = relaxed_limbs(group, geometry, found, loads, assembly_error)
+    cut_wrenches, particular, self_stress = found.cut_wrenches, found.particular, found.self_stress
+    if not self_stress.shape[2]:
+        C, gravity_displacement = strains(group, geometry, cut_wrenches, particular, loads)
+        error = assembly_error_strains(group, cut_wrenches, assembly_error)
+        stress, loose = np.broadcast_to(0.0, particular.shape), self_stress
+    else:
+        n = cut_wrenches.shape[2]
+        columns = np.concatenate([cut_wrenches, self_stress], axis=2)
+        gram, lean = strains(group, geometry, columns, particular, loads)
+        # where no beam and no spring feels any of them all is rounding, and nothing in it tells so
+        forces = np.max(np.abs(columns) / group.twist_scale, axis=(0, 1, 2))
+        felt = np.einsum("ii...->i...", gram).max(axis=0) > _FELT * whole_compliance(group, geometry) * forces**2
+        gram = np.where(felt, gram, 0.0)
+        gain, loose = _relaxation(gram, self_stress)
+        mixed = np.einsum("ab...,bj...->aj...", gain, gram[n:, :n])
+        cut_wrenches = cut_wrenches - np.einsum("mia...,aj...->mij...", self_stress, mixed)
+        particular = particular - np.einsum("mia...,ab...,b...->mi...", self_stress, gain, lean[n:])
+        error = assembly_error_strains(group, self_stress, assembly_error)
+        stress = -np.einsum("mia...,ab...,b...->mi...", self_stress, gain, error)
+        before = np.einsum("ii...->i...", gram[:n, :n]).max(axis=0, initial=0.0)
+        C, gravity_displacement = strains(group, geometry, cut_wrenches, particular, loads)
+        rounding = np.einsum("ii...->i...", C) <= 1e-20 * before
+        C = np.where(rounding[:, None] | rounding[None], 0.0, C)
+        contradict = _rings_contradict(group, loose, assembly_error)
+        error = np.where(contradict, np.nan, assembly_error_strains(group, cut_wrenches, assembly_error))
+        stress = np.where(contradict, np.nan, stress)
     return LimbStatics(
         group=group,
         J_c=found.J_c,
         J_g=found.J_g,
         W_g=found.W_g,
-        R_g=group.platform_wrench(relaxed.particular),
-        C=relaxed.C,
-        gravity_displacement=relaxed.gravity_displacement,
-        assembly_error=relaxed.assembly_error,
-        cut_wrenches=relaxed.cut_wrenches,
-        particular=relaxed.particular,
-        assembly_error_cut_wrenches=relaxed.assembly_error_cut_wrenches,
-        loose=relaxed.loose,
+        R_g=group.platform_wrench(particular),
+        C=C,
+        gravity_displacement=gravity_displacement,
+        assembly_error=error,
+        cut_wrenches=cut_wrenches,
+        particular=particular,
+        assembly_error_cut_wrenches=stress,
+        loose=loose,
         loads=loads,
         unbalanced=found.unbalanced,
         degenerate=found.degenerate | group.at_one_pose,
         doubtful=found.doubtful,
     )
+
+
+def _relaxation(gram: Array, self_stress: Array) -> tuple[Array, Array]:
+    """Return how much self-stress answers a strain along it (s, s, g, N), and the cut-joint wrenches of rigid self-stresses.
+
+    Args:
+        gram: (n + s, n + s, g, N) compliance along n intensities and s self-stresses together.
+        self_stress: (M, 6, s, g, N) cut-joint wrenches of the self-stresses.
+    """
+    n = len(gram) - self_stress.shape[2]
+    scaled, unit = correlation(np.moveaxis(gram, (0, 1), (-2, -1)))
+    scaled, unit = scaled[..., n:, n:], unit[..., n:]
+    size = np.moveaxis(unit, -1, 0)
+    s = len(size)
+    factor = Cholesky(np.moveaxis(scaled, (-2, -1), (0, 1)))
+    half = factor.forward(np.eye(s).reshape(s, s, *(1,) * (size.ndim - 1)))
+    gain = np.einsum("ki...,kj...->ij...", half, half) * size[:, None] * size
+    loose = np.zeros_like(self_stress)
+    ill = ~(factor.smallest_eigenvalue() > _WELL_CONDITIONED)
+    if np.any(ill):
+        gain[:, :, ill], directions = _by_eigenvectors(scaled[ill], unit[ill])
+        loose[..., ill] = np.einsum("miap,pab->mibp", self_stress[..., ill], directions)
+    return gain, loose
+
+
+def _by_eigenvectors(scaled: Array, unit: Array) -> tuple[Array, Array]:
+    """Return the same gain (s, s, P), and the combinations (P, s, s) of self-stresses without compliance, by eigenvectors."""
+    values, vectors = np.linalg.eigh(scaled)
+    soft = values > RIGID
+    inverse = np.where(soft, 1 / np.where(soft, values, 1.0), 0.0)
+    gain = np.einsum("pi,pik,pk,pjk,pj->ijp", unit, vectors, inverse, vectors, unit, optimize=True)
+    return gain, np.where(soft[:, None], 0.0, vectors) * unit[:, :, None]
+
+
+def _rings_contradict(group: LimbGroup, loose: Array, assembly_error: Array | None) -> NDArray[np.bool_]:
+    """Return where (g, N) assembly errors do something along self-stresses without compliance: rigid rings cannot follow them."""
+    if assembly_error is None:
+        return np.zeros(loose.shape[3:], dtype=bool)
+    length = group.model.length
+    forces = np.max(np.maximum(np.abs(loose[:, :3]), np.abs(loose[:, 3:]) / length), axis=(0, 1))
+    shifts = np.max(np.maximum(np.abs(assembly_error[:3]), np.abs(assembly_error[3:]) * length), axis=(0, 1))
+    return np.asarray(np.any(np.abs(assembly_error_strains(group, loose, assembly_error)) > 1e-7 * forces * shifts, axis=0))

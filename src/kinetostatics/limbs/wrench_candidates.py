@@ -10,16 +10,15 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinetostatics.description.joint_types import Axes
 from kinetostatics.limbs.basis import Candidate
 from kinetostatics.limbs.geometry import LimbGeometry
 from kinetostatics.limbs.group import LimbGroup
-from kinetostatics.math.arrays import Array, Index
+from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import cross, dot
 from kinetostatics.math.screws import wrench_of_couple, wrench_of_force
-from kinetostatics.mechanism.limb_joints import CompoundJoint, JointDof
+from kinetostatics.mechanism.limb_joints import CompoundJoint
 
 #: Sine of the angle between directions to which nothing is across; the same as a part of the characteristic length.
 PARALLEL = 1e-6
@@ -102,10 +101,10 @@ def _meeting_point(f: int, h: int, geometry: LimbGeometry, least: float = PARALL
     return np.asarray(start + a * dot(cross(_foot(h, geometry) - start, b), normal) / square)
 
 
-def beam_candidates(names: Sequence[str]) -> Iterator[Candidate]:
+def beam_candidates(group: LimbGroup) -> Iterator[Candidate]:
     """Yield forces along the beams of a limb with rings, outer ones first."""
-    for b in range(len(names) - 1, -1, -1):
-        yield Candidate(("beam", b), None, f"force on the line of {names[b]}")
+    for b, beam in reversed(list(enumerate(group.beams[0]))):
+        yield Candidate(("beam", b), None, f"force on the line of {beam.name}")
 
 
 def as_component(candidate: Candidate) -> Candidate:
@@ -116,18 +115,12 @@ def as_component(candidate: Candidate) -> Candidate:
     return replace(candidate, label=" component ".join(words))
 
 
-def constraint_candidates(
-    compounds: Sequence[CompoundJoint],
-    compound_of: Index,
-    passive: NDArray[np.bool_],
-    rotates: NDArray[np.bool_],
-    labels: list[str],
-) -> Iterator[Candidate]:
+def constraint_candidates(group: LimbGroup) -> Iterator[Candidate]:
     """Yield candidates of J_ic in the order of preference of the method page, section 3."""
-    outer = len(compounds)
-    at = _platform_centre(compounds)
+    compounds, labels = group.compounds[0], [dof.label for dof in group.dofs[0]]
+    outer, at = len(compounds), _platform_centre(compounds)
     where = [compound.label for compound in compounds] + ["its outer end"]
-    axes = _candidate_axes(compounds, compound_of, passive, rotates)
+    axes = _candidate_axes(group)
     others = [k for k in range(len(compounds) - 1, -1, -1) if k != at and compounds[k].tells_point]
     centres = [at, *others, *([outer] if at != outer else [])]
     yield Candidate(("limb", 2), at, f"force along limb axis at {where[at]}")
@@ -137,8 +130,8 @@ def constraint_candidates(
     for k in (1, 0):
         yield Candidate(("limb", k), at, f"force along limb {'xyz'[k]} at {where[at]}")
     pairs = [(f, h) for i, f in enumerate(axes) for h in axes[i + 1 :]]
-    for f, h in sorted(pairs, key=lambda pair: compound_of[pair[0]] != compound_of[pair[1]]):
-        first, second = compounds[compound_of[f]], compounds[compound_of[h]]
+    for f, h in sorted(pairs, key=lambda pair: group.compound_of[pair[0]] != group.compound_of[pair[1]]):
+        first, second = (compounds[group.compound_of[dof]] for dof in (f, h))
         what = first.label if first is second else f"{labels[f]} and {labels[h]}"
         yield Candidate(("cross", f, h), None, f"couple ⟂ {what}")
     for k in (2, 0, 1):
@@ -172,34 +165,28 @@ def common_point(group: LimbGroup, geometry: LimbGeometry) -> tuple[int, int] | 
     return None
 
 
-def central_candidates(f: int, h: int, dofs: Sequence[JointDof]) -> Iterator[Candidate]:
+def central_candidates(group: LimbGroup, f: int, h: int) -> Iterator[Candidate]:
     """Yield forces through the point in which all passive axes meet, along two of them and across, and the couple across."""
-    names = [dofs[k].label for k in (f, h)]
+    names = [group.dofs[0][k].label for k in (f, h)]
     yield Candidate(("axis", f), (f, h), f"force along the axis of {names[0]}")
     yield Candidate(("axis", h), (f, h), f"force along the axis of {names[1]}")
     yield Candidate(("cross", f, h), (f, h), f"force ⟂ {names[0]} and {names[1]} where they meet")
     yield Candidate(("cross", f, h), None, f"couple ⟂ {names[0]} and {names[1]}")
 
 
-def further_candidates(
-    compounds: Sequence[CompoundJoint],
-    compound_of: Index,
-    passive: NDArray[np.bool_],
-    rotates: NDArray[np.bool_],
-    labels: list[str],
-    is_serial: bool,
-) -> Iterator[Candidate]:
+def further_candidates(group: LimbGroup) -> Iterator[Candidate]:
     """Yield candidates of J_ic for limbs with bent links and joints that lie anywhere."""
-    axes = _candidate_axes(compounds, compound_of, passive, rotates)
+    compounds, labels = group.compounds[0], [dof.label for dof in group.dofs[0]]
+    axes = _candidate_axes(group)
     for f in axes:
         for k in (0, 1):
             yield Candidate(("cross_limb", f, k), None, f"couple ⟂ {labels[f]} and limb {'xy'[k]}")
     for u, v in itertools.combinations([k for k, compound in enumerate(compounds) if compound.has_centre], 2):
         yield Candidate(("to", v), u, f"force along the line from {compounds[u].label} to {compounds[v].label}")
-    if not is_serial:  # whose joints are too many to look for more
+    if not group.is_serial:  # whose joints are too many to look for more
         return
-    turning = [f for f in axes if rotates[f]]
-    pairs = [(f, h) for f, h in itertools.combinations(turning, 2) if compound_of[f] != compound_of[h]]
+    turning = [f for f in axes if group.rotates[f]]
+    pairs = [(f, h) for f, h in itertools.combinations(turning, 2) if group.compound_of[f] != group.compound_of[h]]
     for f, h in pairs:
         for k in axes:
             if k not in (f, h):
@@ -211,21 +198,16 @@ def further_candidates(
             yield Candidate(("meets", f, h), u, f"force at {compounds[u].label} that meets {what}")
 
 
-def attached_candidates(
-    compounds: Sequence[CompoundJoint],
-    compound_of: Index,
-    passive: NDArray[np.bool_],
-    rotates: NDArray[np.bool_],
-    labels: list[str],
-) -> Iterator[Candidate]:
+def attached_candidates(group: LimbGroup) -> Iterator[Candidate]:
     """Yield candidates of J_ig: forces through the platform joint's centre, then couples."""
+    compounds, labels = group.compounds[0], [dof.label for dof in group.dofs[0]]
     at = _platform_centre(compounds)
     where = compounds[at].label if at < len(compounds) else "its outer end"
     for k in range(3):
         yield Candidate(("limb", k), at, f"force along limb {'xyz'[k]} at {where}")
     for k in range(3):
         yield Candidate(("limb", k), None, f"couple along limb {'xyz'[k]}")
-    axes = _candidate_axes(compounds, compound_of, passive, rotates)
+    axes = _candidate_axes(group)
     for i, f in enumerate(axes):
         yield Candidate(("axis", f), at, f"force ∥ {labels[f]} at {where}")
         yield Candidate(("axis", f), None, f"couple ∥ {labels[f]}")
@@ -245,10 +227,9 @@ def _platform_centre(compounds: Sequence[CompoundJoint]) -> int:
     return len(compounds)
 
 
-def _candidate_axes(
-    compounds: Sequence[CompoundJoint], compound_of: Index, passive: NDArray[np.bool_], rotates: NDArray[np.bool_]
-) -> list[int]:
+def _candidate_axes(group: LimbGroup) -> list[int]:
     """Return the freedoms whose axes mean something: single joints before universal ones, platform side first."""
-    free = [int(f) for f in np.flatnonzero(passive)[::-1] if compounds[compound_of[f]].has_axis(bool(rotates[f]))]
-    single = [f for f in free if compounds[compound_of[f]].type.turns is not Axes.BOTH]
+    rotates, joints = group.rotates, [group.compounds[0][k] for k in group.compound_of]
+    free = [int(f) for f in np.flatnonzero(group.passive)[::-1] if joints[f].has_axis(bool(rotates[f]))]
+    single = [f for f in free if joints[f].type.turns is not Axes.BOTH]
     return [f for f in single if rotates[f]] + [f for f in free if f not in single] + [f for f in single if not rotates[f]]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -52,18 +52,8 @@ class BeamSpan:
     @property
     def reversed(self) -> BeamSpan:
         """The same beam from its other end."""
-        return BeamSpan(
-            self.beam,
-            self.end_body,
-            self.end,
-            self.start_body,
-            self.start,
-            self.carrier,
-            self.end_link,
-            self.start_link,
-            self.outward,
-            self.inward,
-        )
+        span = replace(self, start_body=self.end_body, start=self.end, end_body=self.start_body, end=self.start)
+        return replace(span, start_link=self.end_link, end_link=self.start_link, inward=self.outward, outward=self.inward)
 
 
 def beam_error(beam: Beam, reason: str) -> RobotFileError:
@@ -114,22 +104,15 @@ class SpanFinder:
             self.beams_of.setdefault(beam.link, []).append(beam)
         for role, link in (("base", description.base), ("platform", description.platform)):
             if link in self.beams_of:
-                place = self.beams_of[link][0].place
-                raise RobotFileError(
+                raise self.beams_of[link][0].place.error(
                     f"the {role} link {link!r} is rigid and cannot carry a beam; give the beam a link of its own and join "
-                    "it by a fixed joint",
-                    place.file,
-                    place.line,
+                    "it by a fixed joint"
                 )
         self.base_links = self._rigid_with(description.base)
         self.platform_links = self._rigid_with(description.platform)
         if self.base_links & self.platform_links:
-            place = description.platform_place
-            raise RobotFileError(
-                f"the platform {description.platform!r} is rigidly fixed to the base {description.base!r}",
-                place.file,
-                place.line,
-            )
+            reason = f"the platform {description.platform!r} is rigidly fixed to the base {description.base!r}"
+            raise description.platform_place.error(reason)
 
     def spans(self) -> dict[str, BeamSpan]:
         """Return all beams by name.
@@ -228,24 +211,17 @@ class SpanFinder:
         return False
 
     def _default_end(self, beam: Beam, towards_base: bool) -> BeamEnd:
-        target, barred = (self.base_links, self.platform_links)
-        if not towards_base:
-            target, barred = barred, target
-        found = [
-            connection.name
-            for connection in self.mechanism.at_link[beam.link]
-            if self._reaches(beam.link, connection, target, barred)
-        ]
+        sides = (self.base_links, self.platform_links) if towards_base else (self.platform_links, self.base_links)
+        found = [item.name for item in self.mechanism.at_link[beam.link] if self._reaches(beam.link, item, *sides)]
         attribute, where = ("from", "base") if towards_base else ("to", "platform")
         if len(found) != 1:
             which = "no joint leads" if not found else f"the joints {', '.join(found)} lead"
             reason = f'{which} from link {beam.link!r} towards the {where}; say which joint is meant by {attribute}="…"'
-            for link, joint in ends_nowhere(self.mechanism):
+            for link, joint in ends_nowhere(self.mechanism)[:1]:
                 reason = (
                     f"link {link!r} ends nowhere, as {joint!r} is its only joint: is a <parent> wrong, or a <loop> missing? "
                     f"If not: {reason}"
                 )
-                break
             raise beam_error(beam, reason)
         return BeamEnd(found[0])
 
@@ -280,39 +256,28 @@ class SpanFinder:
         if path is None:
             crossing = self._link_path(beam.link, goal, lambda _: True) or []
             names = [item.name for item in crossing if not _telescopes(item)]
+            hint = "".join(
+                f". Link {link!r} has no joint but {only!r}: is a <parent> wrong, or a <loop> missing?"
+                for link, only in ends_nowhere(self.mechanism)[:1]
+            )
             raise beam_error(
                 beam,
                 f"its span to {end.joint!r} crosses the moving joint {', '.join(map(repr, names)) or '?'}; a beam may "
-                f"only cross prismatic joints, along whose axes it telescopes{self._ends_nowhere()}",
+                f"only cross prismatic joints, along whose axes it telescopes{hint}",
             )
         link = beam.link
         for item in path:
             link = item.other(link)
         return link, path
 
-    def _ends_nowhere(self) -> str:
-        """Return words about the first link that should probably be joined to something, if there is one."""
-        for link, joint in ends_nowhere(self.mechanism):
-            return f". Link {link!r} has no joint but {joint!r}: is a <parent> wrong, or a <loop> missing?"
-        return ""
-
     def _span(self, beam: Beam) -> BeamSpan:
         start, end = self._ends(beam)
         start_link, inward = self._locate(beam, start)
         end_link, outward = self._locate(beam, end)
-        connections = self.mechanism.connections
-        span = BeamSpan(
-            beam,
-            self._body(start_link),
-            connections[start.joint].centre_on(start_link),
-            self._body(end_link),
-            connections[end.joint].centre_on(end_link),
-            self._body(beam.link),
-            start_link,
-            end_link,
-            tuple(inward),
-            tuple(outward),
-        )
+        bodies = [self.mechanism.body_of[link][0] for link in (start_link, end_link, beam.link)]
+        points = [self.mechanism.connections[at.joint].centre_on(link) for at, link in ((start, start_link), (end, end_link))]
+        paths = tuple(inward), tuple(outward)
+        span = BeamSpan(beam, bodies[0], points[0], bodies[1], points[1], bodies[2], start_link, end_link, *paths)
         if not span.spanned:
             first, last = self._ends_on_carrier(span)
             if float(np.linalg.norm(last - first)) < SAME_POINT:
@@ -334,16 +299,12 @@ class SpanFinder:
         if float(np.linalg.norm(across)) < 1e-6 * float(np.linalg.norm(direction)) * float(np.linalg.norm(beam.y_axis)):
             raise beam_error(beam, "its y_axis is parallel to the beam; give a direction across it")
 
-    def _body(self, link: str) -> int:
-        return self.mechanism.body_of[link][0]
-
     def _check_masses(self, spans: dict[str, BeamSpan]) -> None:
         for link, beams in self.beams_of.items():
             given = [beam.density is not None for beam in beams]
             if any(given) and not all(given):
-                bare = beams[given.index(False)]
                 raise beam_error(
-                    bare,
+                    beams[given.index(False)],
                     f"another beam of link {link!r} has a density, which replaces the link's <inertial>; give this "
                     "one a density too (0 for a massless beam)",
                 )

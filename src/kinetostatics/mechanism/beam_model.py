@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from kinetostatics.exceptions import RobotFileError
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import dot
 from kinetostatics.math.ordering import axis_across
-from kinetostatics.mechanism.beam_geometry import SAME_POINT, BeamSpan
+from kinetostatics.mechanism.beam_geometry import SAME_POINT, BeamSpan, beam_error
 from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.printing.mappings import ShortRepr
@@ -45,16 +44,11 @@ class BeamModel(ShortRepr):
     def length(self, frames: Frames) -> Array:
         """Return the length (N,) [m] at given frames."""
         start, end = self._ends(frames)
-        along = frames.direction(self.span.carrier, self.axes[:, 0])
-        return dot(along, end - start)
+        return dot(frames.direction(self.span.carrier, self.axes[:, 0]), end - start)
 
     def _ends(self, frames: Frames) -> tuple[Array, Array]:
         """Return start and end (3, N) [m]."""
-        span = self.span
-        return (
-            frames.point(span.start_body, span.start),
-            frames.point(span.end_body, span.end),
-        )
+        return frames.point(self.span.start_body, self.span.start), frames.point(self.span.end_body, self.span.end)
 
     @property
     def telescopic(self) -> bool:
@@ -119,13 +113,11 @@ def make_beam_models(mechanism: Mechanism, spans: dict[str, BeamSpan], zero: Fra
             if float(np.linalg.norm(direction)) < SAME_POINT:
                 direction = axis
             if float(np.linalg.norm(np.cross(axis, direction))) > 1e-5 * float(np.linalg.norm(direction)):
-                place = span.beam.place
-                raise RobotFileError(
-                    f"<beam {name!r}>: the axis of the prismatic joint {joint!r} inside its span does not lie along the beam; "
+                raise beam_error(
+                    span.beam,
+                    f"the axis of the prismatic joint {joint!r} inside its span does not lie along the beam; "
                     f"it is ({', '.join(f'{value:.4g}' for value in connection.axis)}) in the joint's frame (1 0 0 where <axis> "
                     "is left out): is it, or the joint's <parent> or <origin>, wrong?",
-                    place.file,
-                    place.line,
                 )
             direction = axis if float(axis @ direction) > 0 else -axis
         R = zero.rotation[:, :, span.carrier, 0]
@@ -135,20 +127,13 @@ def make_beam_models(mechanism: Mechanism, spans: dict[str, BeamSpan], zero: Fra
         hint = placement[:3, :3] @ (np.array(given) if given is not None else axis_across(placement[:3, :3].T @ x))
         y = hint - x * float(x @ hint)
         if float(np.linalg.norm(y)) < 1e-6 * float(np.linalg.norm(hint)):
-            raise span.beam.place.error(f"<beam {name!r}>: its y_axis is parallel to the beam")
+            raise beam_error(span.beam, "its y_axis is parallel to the beam")
         y /= np.linalg.norm(y)
-        beam = span.beam
+        beam, axes = span.beam, np.column_stack([x, y, np.cross(x, y)])
         coefficients = beam_compliance_coefficients(beam.section, beam.youngs_modulus, beam.shear_modulus, beam.shear_areas)
-        density = beam.density
         fixed_length[name] = float(np.linalg.norm(end - start))
-        models[name] = BeamModel(
-            name,
-            span,
-            np.column_stack([x, y, np.cross(x, y)]),
-            coefficients,
-            None if density is None else density * beam.section.area,
-            0.0,
-        )
+        per_length = None if beam.density is None else beam.density * beam.section.area
+        models[name] = BeamModel(name, span, axes, coefficients, per_length, 0.0)
     return {name: _with_spread_mass(mechanism, model, models, fixed_length) for name, model in models.items()}
 
 
@@ -161,5 +146,4 @@ def _with_spread_mass(
     link = model.span.beam.link
     siblings = [name for name, item in models.items() if item.span.beam.link == link]
     share = lengths[model.name] / max(sum(lengths[name] for name in siblings), 1e-300) if len(siblings) > 1 else 1.0
-    mass = mechanism.description.links[link].mass * share
-    return BeamModel(model.name, model.span, model.axes, model.compliances, None, mass)
+    return replace(model, mass=mechanism.description.links[link].mass * share)

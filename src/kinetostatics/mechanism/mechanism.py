@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from kinetostatics.description.elements import Cone, Mimic, Place
+from kinetostatics.description.elements import Cone, Joint, Loop, Mimic, Place, Vector
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes, JointType
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.exceptions import RobotFileError
@@ -133,6 +133,18 @@ def meeting_points(a: Array, p: Array, b: Array, q: Array) -> tuple[float, float
     return float(np.cross(q - p, b) @ normal) / square, float(np.cross(q - p, a) @ normal) / square
 
 
+def _connection(
+    item: Joint | Loop,
+    driven: bool,
+    sides: tuple[str, str, int, int, Array, Array],
+    axis2: Vector,
+    cone: Cone | None = None,
+    mimic: Mimic | None = None,
+) -> Connection:
+    axes, limits = (np.array(item.axis), np.array(axis2)), (item.lower, item.upper)
+    return Connection(item.name, item.type, *sides, *axes, *limits, cone, driven, isinstance(item, Loop), item.place, mimic)
+
+
 class Mechanism:
     """Bodies, connections and the tree; everything about a robot that has numbers but no pose.
 
@@ -163,50 +175,16 @@ class Mechanism:
         numbers = {name: index for index, name in enumerate(model.names)}
         self.body_of_joint = {name: numbers[name] for name in description.joints if name in numbers}
         self.connections: dict[str, Connection] = {}
-        driven = set(description.driven)
         for joint in description.joints.values():
-            body, placement = self.body_of[joint.parent]
-            child_body, child_placement = self.body_of[joint.child]
-            self.connections[joint.name] = Connection(
-                joint.name,
-                joint.type,
-                joint.parent,
-                joint.child,
-                body,
-                child_body,
-                placement @ joint.origin.matrix,
-                child_placement,
-                np.array(joint.axis),
-                np.array([0.0, 1.0, 0.0]),
-                joint.lower,
-                joint.upper,
-                None,
-                joint.name in driven or joint.mimic is not None,
-                False,
-                joint.place,
-                joint.mimic,
-            )
+            (body, frame), (child_body, child_frame) = self.body_of[joint.parent], self.body_of[joint.child]
+            sides = joint.parent, joint.child, body, child_body, frame @ joint.origin.matrix, child_frame
+            driven = joint.name in description.driven or joint.mimic is not None
+            self.connections[joint.name] = _connection(joint, driven, sides, (0.0, 1.0, 0.0), mimic=joint.mimic)
         for loop in description.loops.values():
-            body, placement = self.body_of[loop.predecessor]
-            child_body, child_placement = self.body_of[loop.successor]
-            self.connections[loop.name] = Connection(
-                loop.name,
-                loop.type,
-                loop.predecessor,
-                loop.successor,
-                body,
-                child_body,
-                placement @ loop.predecessor_origin.matrix,
-                child_placement @ loop.successor_origin.matrix,
-                np.array(loop.axis),
-                np.array(loop.axis2),
-                loop.lower,
-                loop.upper,
-                loop.cone,
-                loop.name in driven,
-                True,
-                loop.place,
-            )
+            (body, frame), (other_body, other_frame) = self.body_of[loop.predecessor], self.body_of[loop.successor]
+            frames = frame @ loop.predecessor_origin.matrix, other_frame @ loop.successor_origin.matrix
+            sides = loop.predecessor, loop.successor, body, other_body, *frames
+            self.connections[loop.name] = _connection(loop, loop.name in description.driven, sides, loop.axis2, loop.cone)
         joints = []
         for name, body in self.body_of_joint.items():
             joint, number = description.joints[name], model.joints[body]

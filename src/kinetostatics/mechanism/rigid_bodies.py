@@ -10,7 +10,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from kinetostatics.description.elements import Beam
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.beam_geometry import SAME_POINT, BeamSpan, SpanFinder, beam_error
 from kinetostatics.mechanism.mechanism import Connection, Mechanism
@@ -66,23 +65,21 @@ class BodyGraph:
         base_links, platform_links: links that are rigidly part of them.
         spans: all beams, from start to end as in the file.
         edges: all edges between different bodies: beams in the order of the file, joints in that of their links.
-        misplaced: edges that are attached to a beam elsewhere than at its ends, with the joint and the beam's link.
+        misplaced: joints that are attached to a beam elsewhere than at its ends, and the beam's link.
         warnings: what is suspicious, in full sentences.
     """
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
         self.description = mechanism.description
-        self.beams_of: dict[str, list[Beam]] = {}
-        for beam in self.description.beams.values():
-            self.beams_of.setdefault(beam.link, []).append(beam)
         finder = SpanFinder(mechanism)
+        self.beams_of = finder.beams_of
         self.base_links, self.platform_links = finder.base_links, finder.platform_links
         self.spans = finder.spans()
         self.warnings = list(finder.warnings)
         self._bodies: dict[str, list[RigidBody]] = {}
         self._ends: dict[str, RigidBody] = {}
-        self.misplaced: list[tuple[BodyEdge, Connection, str]] = []
+        self.misplaced: list[tuple[Connection, str]] = []
         self._make_bodies()
         edges = self._make_edges()
         self.base, self.platform = self._merge(self.base_links), self._merge(self.platform_links)
@@ -192,9 +189,8 @@ class BodyGraph:
                 if found is None:
                     missing.append(link)
                 ends.append(found or self._nearest_body(link, connection.centre_on(link)))
-            edge = BodyEdge(ends[0], ends[1], connection=connection)
-            edges.append(edge)
-            self.misplaced.extend((edge, connection, link) for link in missing)
+            edges.append(BodyEdge(ends[0], ends[1], connection=connection))
+            self.misplaced.extend((connection, link) for link in missing)
         return edges
 
     def _in_order(self, edges: list[BodyEdge]) -> list[BodyEdge]:

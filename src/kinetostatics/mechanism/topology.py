@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from kinetostatics.exceptions import RobotFileError
 from kinetostatics.math.graphs import reachable
 from kinetostatics.mechanism.edge_directions import DirectedEdge, directed_edges, segments_between_cuts
 from kinetostatics.mechanism.limbs import AttachedBodies, Edge, Limb, LimbSegment, Topology
-from kinetostatics.mechanism.mechanism import Connection, Mechanism
+from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.rigid_bodies import BodyEdge, BodyGraph, RigidBody, place_of_end
 
 
@@ -59,26 +58,16 @@ class _Builder:
             if limb.to_platform:
                 hanging.append(replace(limb, name="platform" if limb.on_platform else "base"))
         for edge in graph.edges:
-            if set(edge.ends) == {base, platform} and not self._transmits_nothing(edge.connection):
+            joint = edge.connection
+            holds_nothing = joint and joint.type.is_free and joint.name not in graph.description.joint_stiffness
+            if set(edge.ends) == {base, platform} and not holds_nothing:
                 limbs.append((len(order), self._limb([], [edge])))
         limbs.sort(key=lambda pair: pair[0])
         numbered = tuple(replace(limb, name=f"limb_{k}") for k, (_, limb) in enumerate(limbs, 1))
         on_base, on_platform = (self._attached(root, attached[root]) for root in (base, platform))
         unsupported = self._check_misplaced((*numbered, *hanging), (*on_base.edges, *on_platform.edges))
-        return Topology(
-            numbered,
-            tuple(hanging),
-            on_base,
-            on_platform,
-            self.spans,
-            self.carried_by,
-            tuple(self.warnings),
-            self.beam_ends,
-            unsupported,
-        )
-
-    def _transmits_nothing(self, joint: Connection | None) -> bool:
-        return joint is not None and joint.type.is_free and joint.name not in self.graph.description.joint_stiffness
+        known = self.spans, self.carried_by, tuple(self.warnings), self.beam_ends
+        return Topology(numbered, tuple(hanging), on_base, on_platform, *known, unsupported)
 
     # ---- limbs ------------------------------------------------------------------------------------------------------
 
@@ -242,17 +231,14 @@ class _Builder:
         branches = [edge for limb in limbs for edge in limb.branches]
         outboard = {edge.joint: edge.outboard for edge in (*branches, *attached)}
         unsupported: dict[str, str] = {}
-        for _, connection, link in self.graph.misplaced:
+        for connection, link in self.graph.misplaced:
             places = outboard.get(connection.name, ())
             unsupported |= dict.fromkeys(places, connection.name)
             if connection.name in carrying or any(map(self._is_weight, places)):
                 beams = ", ".join(repr(beam.name) for beam in self.graph.beams_of[link])
-                place = connection.place
-                raise RobotFileError(
+                raise connection.place.error(
                     f"joint {connection.name!r} carries load at a point of link {link!r} that is not an end of its beam "
-                    f"({beams}); split the beam there with a fixed joint, or let it end there",
-                    place.file,
-                    place.line,
+                    f"({beams}); split the beam there with a fixed joint, or let it end there"
                 )
         return unsupported
 

@@ -5,7 +5,7 @@ import pytest
 
 from kinetostatics.limbs.compliance import count_rigid
 from kinetostatics.limbs.force_method import distribute, elimination_order, ranks, remainder, suits
-from kinetostatics.limbs.redundant_forces import _relaxation
+from kinetostatics.limbs.statics import _relaxation
 from kinetostatics.math.linalg import null_space
 
 pytestmark = pytest.mark.smoke
