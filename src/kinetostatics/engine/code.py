@@ -47,20 +47,13 @@ class Code:
         """
         n = numbers.shape[1]
         if n <= 2 * BLOCK or inputs[0].ctypes.data == numbers.ctypes.data:
-            self._run(inputs, parameters, numbers, truths)
+            Bound(self, inputs, parameters, numbers, truths)()
             return
         block, flags = np.empty((len(numbers) if rows is None else rows[0], BLOCK)), np.empty((len(truths), BLOCK), dtype=bool)
         for start in range(0, n, BLOCK):
             part = slice(min(start, n - BLOCK), min(start + BLOCK, n))
-            self._run([array[:, part] for array in inputs], parameters, block, flags)
+            Bound(self, [array[:, part] for array in inputs], parameters, block, flags)()
             numbers[:, part], truths[:, part] = block if rows is None else block[rows[1]], flags
-
-    def _run(self, inputs: Sequence[Array], parameters: Array, numbers: Array, truths: Mask) -> None:
-        count = len(inputs)
-        pointers = (ctypes.c_void_p * count)(*[array.ctypes.data for array in inputs])
-        strides = (ctypes.c_int64 * count)(*[array.strides[0] // 8 for array in inputs])
-        results = numbers.ctypes.data, truths.ctypes.data
-        self.function(ctypes.addressof(pointers), ctypes.addressof(strides), parameters.ctypes.data, *results, numbers.shape[1])
 
 
 class Bound:

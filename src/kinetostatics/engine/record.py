@@ -11,14 +11,14 @@ from typing import Any
 import numpy as np
 
 from kinetostatics.engine.recorder import Recorded, recording
-from kinetostatics.engine.scalars import NotRecordedError, Scalar, Tape
+from kinetostatics.engine.scalars import NotRecordedError, Scalar, Tape, value_of
 from kinetostatics.engine.structure import Structure
 from kinetostatics.limbs.compliance import LimbLoads
 from kinetostatics.limbs.statics import LimbStatics
 from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.model import RobotStatics
-from kinetostatics.statics.solution import Solution, equilibrium
+from kinetostatics.statics.solution import Solution, solve
 
 #: Load [N, N·m] and gravity [m/s²] of the example: nothing in particular, so that nothing vanishes.
 _EXAMPLE_LOAD = (31.0, -17.0, -53.0, 7.0, 11.0, -3.0)
@@ -96,7 +96,7 @@ def record_of(robot: RobotStatics) -> Record:
     places = {}
     for path, array in arrays.items():
         shape, flat = array.shape[:-1], array.ravel().tolist()
-        truth = array.dtype == bool or (bool(flat) and all(isinstance(_value_of(entry), bool) for entry in flat))
+        truth = array.dtype == bool or (bool(flat) and all(isinstance(value_of(entry), bool) for entry in flat))
         if not any(isinstance(entry, Scalar) for entry in flat):
             places[path] = Place(shape, truth, None, [bool(entry) if truth else float(entry) for entry in flat])
             continue
@@ -157,10 +157,6 @@ def recorded_input(tape: Tape, number: int, array: Array) -> Any:
     return scalars.reshape(array.shape).view(Recorded)
 
 
-def _value_of(entry: Any) -> Any:
-    return entry.value if isinstance(entry, Scalar) else entry
-
-
 def example_of(robot: RobotStatics) -> tuple[Frames, Array, Array]:
     """Return the example: frames of one generic pose, load (6, 1) and gravity (3, 1)."""
     return robot.example, np.array([_EXAMPLE_LOAD]).T, np.array([_EXAMPLE_GRAVITY]).T
@@ -169,7 +165,7 @@ def example_of(robot: RobotStatics) -> tuple[Frames, Array, Array]:
 def by_numpy(robot: RobotStatics, frames: Frames, load: Array, gravity: Array) -> Solution:
     """Solve as :func:`kinetostatics.statics.solution.solve`, also of one pose by the operations of many: what is recorded."""
     _, o = robot.mechanism.platform_pose(frames)
-    return equilibrium(robot, frames, o, robot.weights.wrenches_of_many(frames, o, gravity), load, gravity)
+    return solve(robot, frames, load, gravity, weights=robot.weights.wrenches_of_many(frames, o, gravity))
 
 
 # ---- solutions taken apart ---------------------------------------------------------------------------------------------

@@ -64,28 +64,13 @@ class EngineReport(ShortRepr):
             second = f"closing the loops is compiled: {self.loop_operations:,} operations a correction, at given drives"
         else:
             second = f"closing the loops is not compiled: {self.loops_reason}"
-        return "\n".join(
-            [
-                f"Engine of {self.robot}",
-                f"  {first}",
-                f"  {second}",
-                *(f"  by NumPy: {what}" for what in self.by_numpy),
-                f"  code is kept in {self.folder}",
-            ]
-        )
+        lines = [f"Engine of {self.robot}", f"  {first}", f"  {second}", *(f"  by NumPy: {what}" for what in self.by_numpy)]
+        return "\n".join([*lines, f"  code is kept in {self.folder}"])
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything as plain values."""
-        return {
-            "is_compiled": self.is_compiled,
-            "reason": self.reason,
-            "operations": self.operations,
-            "loops_compiled": self.loops_compiled,
-            "loops_reason": self.loops_reason,
-            "loop_operations": self.loop_operations,
-            "by_numpy": list(self.by_numpy),
-            "folder": str(self.folder),
-        }
+        own = {name: value for name, value in vars(self).items() if name != "robot"}
+        return {**own, "by_numpy": list(self.by_numpy), "folder": str(self.folder)}
 
 
 def engine_report(robot: _HasStatics) -> EngineReport:

@@ -90,30 +90,6 @@ class Scalar:
     def __float__(self) -> float:
         raise NotRecordedError("a recorded number was wanted as a plain one")
 
-    def __add__(self, other: Number) -> Number:
-        return NotImplemented if isinstance(other, np.ndarray) else add(self, other)
-
-    def __radd__(self, other: Number) -> Number:
-        return NotImplemented if isinstance(other, np.ndarray) else add(other, self)
-
-    def __sub__(self, other: Number) -> Number:
-        return NotImplemented if isinstance(other, np.ndarray) else subtract(self, other)
-
-    def __rsub__(self, other: Number) -> Number:
-        return NotImplemented if isinstance(other, np.ndarray) else subtract(other, self)
-
-    def __mul__(self, other: Number) -> Number:
-        return NotImplemented if isinstance(other, np.ndarray) else multiply(self, other)
-
-    def __rmul__(self, other: Number) -> Number:
-        return NotImplemented if isinstance(other, np.ndarray) else multiply(other, self)
-
-    def __truediv__(self, other: Number) -> Number:
-        return NotImplemented if isinstance(other, np.ndarray) else divide(self, other)
-
-    def __rtruediv__(self, other: Number) -> Number:
-        return NotImplemented if isinstance(other, np.ndarray) else divide(other, self)
-
     def __pow__(self, other: Number) -> Number:
         return power(self, other)
 
@@ -125,18 +101,6 @@ class Scalar:
 
     def __abs__(self) -> Number:
         return absolute(self)
-
-    def __or__(self, other: Number) -> Number:
-        return NotImplemented if isinstance(other, np.ndarray) else either(self, other)
-
-    def __ror__(self, other: Number) -> Number:
-        return either(self, other)
-
-    def __and__(self, other: Number) -> Number:
-        return NotImplemented if isinstance(other, np.ndarray) else both(self, other)
-
-    def __rand__(self, other: Number) -> Number:
-        return both(self, other)
 
     def __invert__(self) -> Number:
         return opposite(self)
@@ -154,7 +118,8 @@ def _joined(name: str, a: Number, b: Number, value: float, swaps: bool = False) 
     return tape.write((name, first, second), value)
 
 
-def _value(a: Number) -> Any:
+def value_of(a: Number) -> Any:
+    """Return the value of something at the example."""
     return a.value if isinstance(a, Scalar) else a
 
 
@@ -171,7 +136,7 @@ def add(a: Number, b: Number) -> Number:
         return b
     if _is_plain(b, 0.0):
         return a
-    return _joined("add", a, b, _value(a) + _value(b), swaps=True)
+    return _joined("add", a, b, value_of(a) + value_of(b), swaps=True)
 
 
 def subtract(a: Number, b: Number) -> Number:
@@ -182,7 +147,7 @@ def subtract(a: Number, b: Number) -> Number:
         return a
     if _is_plain(a, 0.0):
         return negative(b)
-    return _joined("subtract", a, b, _value(a) - _value(b))
+    return _joined("subtract", a, b, value_of(a) - value_of(b))
 
 
 def multiply(a: Number, b: Number) -> Number:
@@ -197,7 +162,7 @@ def multiply(a: Number, b: Number) -> Number:
                 return other
             if one == -1:
                 return negative(other)
-    return _joined("multiply", a, b, _value(a) * _value(b), swaps=True)
+    return _joined("multiply", a, b, value_of(a) * value_of(b), swaps=True)
 
 
 def divide(a: Number, b: Number) -> Number:
@@ -263,7 +228,7 @@ whole = _function("whole", lambda a: float(round(a)))
 
 def angle_of(y: Number, x: Number) -> Number:
     """Return the angle of the point (x, y)."""
-    value = math.atan2(_value(y), _value(x))
+    value = math.atan2(value_of(y), value_of(x))
     return _joined("angle", y, x, value) if isinstance(y, Scalar) or isinstance(x, Scalar) else value
 
 
@@ -291,7 +256,7 @@ _COMPARISONS: dict[str, Callable[[Any, Any], Any]] = {
 
 def compare(how: str, a: Number, b: Number) -> Number:
     """Return the truth value of a comparison."""
-    value = bool(_COMPARISONS[how](_value(a), _value(b)))
+    value = bool(_COMPARISONS[how](value_of(a), value_of(b)))
     if not isinstance(a, Scalar) and not isinstance(b, Scalar):
         return value
     return _joined(how, a, b, value)
@@ -299,12 +264,12 @@ def compare(how: str, a: Number, b: Number) -> Number:
 
 def both(a: Number, b: Number) -> Number:
     """Return whether both are true."""
-    return _logical("and", True, a, b, bool(_value(a)) and bool(_value(b)))
+    return _logical("and", True, a, b, bool(value_of(a)) and bool(value_of(b)))
 
 
 def either(a: Number, b: Number) -> Number:
     """Return whether one is true."""
-    return _logical("or", False, a, b, bool(_value(a)) or bool(_value(b)))
+    return _logical("or", False, a, b, bool(value_of(a)) or bool(value_of(b)))
 
 
 def _logical(name: str, neutral: bool, a: Number, b: Number, value: bool) -> Number:
@@ -337,11 +302,11 @@ def choose(condition: Number, a: Number, b: Number) -> Number:
         return a if condition else b
     if a is b:
         return a
-    if isinstance(_value(a), bool | np.bool_) and isinstance(_value(b), bool | np.bool_):
+    if isinstance(value_of(a), bool | np.bool_) and isinstance(value_of(b), bool | np.bool_):
         return either(both(condition, a), both(opposite(condition), b))
     tape = condition.tape
     numbers = condition.number, tape.number_of(a), tape.number_of(b)
-    return tape.write(("choose", *numbers), _value(a) if condition.value else _value(b))
+    return tape.write(("choose", *numbers), value_of(a) if condition.value else value_of(b))
 
 
 def larger(a: Number, b: Number) -> Number:
@@ -367,3 +332,19 @@ def is_finite(a: Number) -> Number:
 def without_nan(a: Number) -> Number:
     """Return 0 for what is not a number."""
     return choose(is_nan(a), 0.0, a)
+
+
+def _operator(function: Callable[[Number, Number], Number], swapped: bool) -> Callable[[Scalar, Number], Number]:
+    """Return an operator between a scalar and something else, which arrays apply entry by entry."""
+
+    def of(scalar: Scalar, other: Number) -> Number:
+        if isinstance(other, np.ndarray):
+            return NotImplemented
+        return function(other, scalar) if swapped else function(scalar, other)
+
+    return of
+
+
+for _name, _of in (("add", add), ("sub", subtract), ("mul", multiply), ("truediv", divide), ("or", either), ("and", both)):
+    setattr(Scalar, f"__{_name}__", _operator(_of, swapped=False))
+    setattr(Scalar, f"__r{_name}__", _operator(_of, swapped=True))

@@ -151,6 +151,7 @@ def solve(
     assembly_errors: AssemblyErrors | None = None,
     groups: tuple[LimbGroup, ...] | None = None,
     applied: tuple[AppliedLoad, ...] = (),
+    weights: Array | None = None,
 ) -> Solution:
     """Solve Eq. (12) for N poses.
 
@@ -162,24 +163,10 @@ def solve(
         assembly_errors: what joints and beams are off by.
         groups: the limbs; None: as they are at generic poses.
         applied: loads on links.
+        weights: (6, W, N) the robot's weights about o, if they are known.
     """
     _, o = robot.mechanism.platform_pose(frames)
-    weights = robot.weights.wrenches(frames, o, gravity)
-    return equilibrium(robot, frames, o, weights, load, gravity, assembly_errors, groups, applied)
-
-
-def equilibrium(
-    robot: RobotStatics,
-    frames: Frames,
-    o: Array,
-    weights: Array,
-    load: Array,
-    gravity: Array,
-    assembly_errors: AssemblyErrors | None = None,
-    groups: tuple[LimbGroup, ...] | None = None,
-    applied: tuple[AppliedLoad, ...] = (),
-) -> Solution:
-    """Solve Eq. (12) for N poses as :func:`solve`, with the weights (6, W, N) about o (3, N) known."""
+    weights = robot.weights.wrenches(frames, o, gravity) if weights is None else weights
     groups = robot.groups if groups is None else groups
     errors = tuple(None if assembly_errors is None else assembly_errors.of(group, frames, o) for group in groups)
     statics = tuple(limb_statics(group, frames, o, weights, gravity, error) for group, error in zip(groups, errors, strict=True))
