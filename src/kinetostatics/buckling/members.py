@@ -19,6 +19,7 @@ from kinetostatics.buckling.euler_loads import Ends, buckling_ratio
 from kinetostatics.buckling.sway import EdgeMotions, free_motions, sliding_axes, turning_axes
 from kinetostatics.limbs.model import StaticModel
 from kinetostatics.math.arrays import Array
+from kinetostatics.math.graphs import reachable
 from kinetostatics.math.linalg import cross
 from kinetostatics.mechanism.mechanism import Connection
 from kinetostatics.mechanism.rigid_bodies import BodyEdge, BodyGraph, RigidBody
@@ -49,7 +50,7 @@ class MemberEnd:
     slides: tuple[tuple[int, Array], ...] | None = ()
 
 
-CLAMPED, PINNED, FREE = MemberEnd("clamped"), MemberEnd("pinned", None), MemberEnd("free", None, None)
+CLAMPED, FREE = MemberEnd("clamped"), MemberEnd("free", None, None)
 
 
 @dataclass(frozen=True)
@@ -94,10 +95,8 @@ class Member:
             u = u * (s > _ACROSS)[:, None, :]
             return np.asarray(u @ np.swapaxes(u, 1, 2))
 
-        return Ends(
-            np.stack([projectors(end.slides) for end in self.ends]),
-            np.stack([projectors(end.turns) for end in self.ends]),
-        )
+        slides, turns = (np.stack([projectors(getattr(end, name)) for end in self.ends]) for name in ("slides", "turns"))
+        return Ends(slides, turns)
 
     def euler_ratio(self, model: StaticModel, frames: Frames, axial: Mapping[str, Array], least: float = 0.0) -> Array:
         """Return the axial forces over those at which it buckles (N,), at N poses.
@@ -318,10 +317,7 @@ class _Finder:
 
     @staticmethod
     def _joined_end(turns: list[tuple[int, Array]] | None, slides: list[tuple[int, Array]]) -> MemberEnd:
-        if turns is None:
-            words = "pinned"
-        else:
-            words = {0: "clamped", 1: "hinged"}.get(len(turns), "pinned")
+        words = "pinned" if turns is None else {0: "clamped", 1: "hinged"}.get(len(turns), "pinned")
         if slides:
             words = "guided" if words == "clamped" else f"{words}, sliding"
         return MemberEnd(words, None if turns is None else tuple(turns), tuple(slides))
@@ -332,17 +328,9 @@ class _Finder:
 
     def _is_held(self, body: RigidBody, without: set[int]) -> bool:
         """Whether a piece hangs together with the base when some edges are cut."""
-        seen, queue = {body}, [body]
-        while queue:
-            here = queue.pop()
-            if here is self.graph.base:
-                return True
-            for edge in self.at.get(here, []):
-                other = edge.other(here)
-                if id(edge) not in without and other not in seen:
-                    seen.add(other)
-                    queue.append(other)
-        return False
+        return self.graph.base in reachable(
+            [body], lambda here: (edge.other(here) for edge in self.at.get(here, ()) if id(edge) not in without)
+        )
 
 
 def _passes_torque(frames: Frames, end: MemberEnd, x: Array) -> bool:

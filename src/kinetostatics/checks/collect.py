@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 from kinetostatics.checks.chains import Graph
 from kinetostatics.checks.facts import AttachedBodiesFacts, MobilityFacts, RobotFacts, ZeroFacts
@@ -21,10 +21,8 @@ from kinetostatics.checks.parts import (
 from kinetostatics.checks.redundancy import redundancies
 from kinetostatics.checks.warnings import warnings_of_file, warnings_of_statics
 from kinetostatics.exceptions import AssemblyError, KinetostaticsError
-
-if TYPE_CHECKING:
-    from kinetostatics.mechanism.limbs import AttachedBodies
-    from kinetostatics.robot import Robot
+from kinetostatics.mechanism.limbs import AttachedBodies
+from kinetostatics.robot import Robot
 
 T = TypeVar("T")
 
@@ -98,7 +96,7 @@ def robot_facts(robot: Robot) -> RobotFacts:
 
 def _mobility(robot: Robot, zero: ZeroFacts) -> MobilityFacts:
     found, motions = robot.mobility, Motions(robot)
-    drives = drives_of(motions)
+    redundant_drives, unheld = drives_of(motions)
     values = robot.solver.values(robot.actuator_coordinates, robot.zero_poses)[:, 0]
     zero.drives = {name: float(value) for name, value in zip(motions.drive_names, values, strict=True)}
     return MobilityFacts(
@@ -107,8 +105,8 @@ def _mobility(robot: Robot, zero: ZeroFacts) -> MobilityFacts:
         found.redundant_constraints,
         found.gap,
         coordinates_of(motions),
-        drives.redundant,
-        drives.unheld,
+        redundant_drives,
+        unheld,
         local_freedoms(motions),
         redundancies(motions),
     )

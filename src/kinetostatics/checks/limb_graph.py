@@ -9,16 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from kinetostatics.checks.chains import Body, Chain, Graph, Hanging, Item, JointStep, Network, Stretch, Ways, bodies_of
+from kinetostatics.math.graphs import blocks, joined
 from kinetostatics.mechanism.joint_compliance import springs_of
 from kinetostatics.mechanism.limb_joints import CompoundJoint, compound_joints
+from kinetostatics.mechanism.limbs import Edge, Limb, Topology
+from kinetostatics.mechanism.mechanism import Connection, Mechanism
 from kinetostatics.mechanism.rigid_bodies import BodyEdge, BodyGraph, RigidBody
-
-if TYPE_CHECKING:
-    from kinetostatics.mechanism.limbs import Edge, Limb, Topology
-    from kinetostatics.mechanism.mechanism import Connection, Mechanism
 
 
 class GraphReader:
@@ -106,12 +104,9 @@ class _Reducer:
         keys = {edge.key for edge in edges}
         mine = [edge for edge in self.graph.edges if _key(edge) in keys]
         self.ends = (self.graph.base, self.graph.platform)
-        self._welded: dict[RigidBody, RigidBody] = {}
-        for edge in mine:
-            if self._is_weld(edge):
-                a, b = self._node(edge.inner.find()), self._node(edge.outer.find())
-                if a is not b:
-                    self._welded[b] = a
+        welds = joined(self.graph.bodies(), (edge.ends for edge in mine if self._is_weld(edge)))
+        #: the piece that stands for all that are welded to each
+        self._node = {body: next(other for other in welds if other in welds[body]) for body in welds}
         self._names = self._name_nodes(mine)
         self.lines = self._make_lines(mine, compounds)
         self._beam_at: dict[RigidBody, str] = {}
@@ -129,14 +124,7 @@ class _Reducer:
         item = edge.connection
         if item is None or not item.type.is_fixed or springs_of(self.reader.mechanism, item.name):
             return False
-        return edge.inner.find() not in self.ends and edge.outer.find() not in self.ends
-
-    def _node(self, body: RigidBody) -> RigidBody:
-        """Return the piece that stands for all that are welded to this one."""
-        body = body.find()
-        while body in self._welded:
-            body = self._welded[body]
-        return body
+        return not set(edge.ends) & set(self.ends)
 
     def _name_nodes(self, edges: list[BodyEdge]) -> dict[RigidBody, tuple[str, ...]]:
         """Return the rigid links of every node that weigh something or hold a joint, in the order of the file."""
@@ -148,9 +136,9 @@ class _Reducer:
             for link in (edge.connection.predecessor, edge.connection.successor)
         }
         members: dict[RigidBody, set[str]] = {}
-        for body in {end.find() for edge in edges for end in (edge.inner, edge.outer)}:
+        for body in {end for edge in edges for end in edge.ends}:
             links = {link for link in self.graph.rigid_links_of(body) if link in holding or description.links[link].mass > 0}
-            members.setdefault(self._node(body), set()).update(links)
+            members.setdefault(self._node[body], set()).update(links)
         named = {node: tuple(link for link in description.links if link in links) for node, links in members.items()}
         named[self.graph.base], named[self.graph.platform] = (description.base,), (description.platform,)
         return named
@@ -160,7 +148,7 @@ class _Reducer:
         runs: dict[tuple[str, ...], list[BodyEdge]] = {}
         found: list[_Line] = []
         for edge in edges:
-            start, end = self._node(edge.inner), self._node(edge.outer)
+            start, end = (self._node[body] for body in edge.ends)
             if edge.connection is not None:
                 compound = compound_of.get(edge.connection.name)
                 if compound is not None and len(compound.joints) > 1:
@@ -170,7 +158,7 @@ class _Reducer:
             elif edge.beam is not None:
                 found.append(_Line(start, end, self._along_beam(edge)))
         for joints, parts in runs.items():
-            ends = [self._node(body) for edge in parts for body in (edge.inner, edge.outer)]
+            ends = [self._node[body] for edge in parts for body in edge.ends]
             outer = [node for node in ends if ends.count(node) == 1]
             if len(outer) == 2:  # else a run whose ends are one piece: it lies within the base or a ring of its own
                 found.append(_Line(outer[0], outer[1], (self.reader.joint(compound_of[joints[0]]),)))
@@ -201,15 +189,13 @@ class _Reducer:
         """Return the chain from one piece to another."""
         self._reduce({start, end})
         chain: Chain = ()
-        here = start
-        for node, lines in self._blocks(start, end):
+        for here, node, lines in blocks(self.lines, lambda line: (line.start, line.end), start, end):
             if len(lines) == 1:
                 chain = _joined(chain, lines[0].leaving(here).chain)
             else:
                 chain = _joined(chain, (self._network(here, node, lines),))
             if node is not end:
                 chain = _joined(chain, (Body(self._names.get(node, ())),))
-            here = node
         return Graph(chain, tuple(self.hanging), self.rings)
 
     def alone(self, root: RigidBody) -> Graph:
@@ -278,32 +264,6 @@ class _Reducer:
 
     # ---- what cannot be merged ---------------------------------------------------------------------------------------
 
-    def _blocks(self, start: RigidBody, end: RigidBody) -> list[tuple[RigidBody, list[_Line]]]:
-        """Return the nodes that every way from ``start`` to ``end`` passes, with the edges before each of them."""
-        at = self._at()
-
-        def reach(without: RigidBody) -> set[RigidBody]:
-            seen, queue = {start}, [start]
-            while queue:
-                node = queue.pop()
-                for line in at.get(node, []):
-                    other = line.leaving(node).end
-                    if other is not without and other not in seen:
-                        seen.add(other)
-                        queue.append(other)
-            return seen
-
-        cuts = [(reach(node), node) for node in at if node not in (start, end)]
-        cuts = sorted((cut for cut in cuts if end not in cut[0]), key=lambda cut: len(cut[0]))
-        found: list[tuple[RigidBody, list[_Line]]] = []
-        left = list(self.lines)
-        for inside, node in [*cuts, (set(at), end)]:
-            mine = [line for line in left if line.start in inside or line.end in inside]
-            left = [line for line in left if line not in mine]
-            if mine:
-                found.append((node, mine))
-        return found
-
     def _network(self, start: RigidBody, end: RigidBody, lines: list[_Line]) -> Network:
         """Return a network, its stretches directed outwards from ``start``."""
         distance, queue = {start: 0}, [start]
@@ -316,11 +276,8 @@ class _Reducer:
                         queue.append(other)
         found = []
         for line in lines:
-            way = (
-                line
-                if distance.get(line.start, 0) <= distance.get(line.end, 0) and line.start is not end
-                else line.leaving(line.end)
-            )
+            outwards = distance.get(line.start, 0) <= distance.get(line.end, 0) and line.start is not end
+            way = line if outwards else line.leaving(line.end)
             found.append((distance.get(way.start, 0), Stretch(self.name(way.start), self.name(way.end), way.chain)))
         found.sort(key=lambda item: item[0])
         return Network(self.name(start), self.name(end), tuple(stretch for _, stretch in found))

@@ -4,20 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import combinations
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.kinematics.solver import PrescribedCoordinates
 from kinetostatics.math.arrays import Array
+from kinetostatics.math.graphs import joined
 from kinetostatics.math.linalg import canonical_basis, null_space
 from kinetostatics.math.ordering import first_largest
 from kinetostatics.math.orientation import orientation_named
-
-if TYPE_CHECKING:
-    from kinetostatics.robot import Robot
-
+from kinetostatics.robot import Robot
 
 #: What counts as zero in motions and self-stresses of unit size.
 NOTHING = 1e-6
@@ -45,21 +42,6 @@ class LocalFreedom:
     kind: str
     joint: str | None
     drives: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Drives:
-    """What the drives hold.
-
-    Attributes:
-        names: of the driven joints.
-        redundant: how many more there are than freedoms that they move.
-        unheld: freedoms of the platform that are left with the drives locked, at generic poses.
-    """
-
-    names: tuple[str, ...]
-    redundant: int
-    unheld: int
 
 
 class Motions:
@@ -117,16 +99,15 @@ class Motions:
         return canonical_basis(self.free @ rows[int(np.sum(values > self.robot.rank_tolerance)) :].T)
 
 
-def drives_of(motions: Motions) -> Drives:
-    """Say what the drives hold."""
-    robot = motions.robot
+def drives_of(motions: Motions) -> tuple[int, int]:
+    """Return how many more drives there are than freedoms that they move, and the platform's freedoms that they leave."""
     D = motions.drives
     moved = D @ motions.free
     held = motions.rank(moved)
     left = motions.free
     if left.shape[1] and moved.size:
         left = left @ np.linalg.svd(moved, full_matrices=True)[2][held:].T
-    return Drives(robot.description.driven, len(D) - held, motions.rank(motions.platform @ left) if left.shape[1] else 0)
+    return len(D) - held, motions.rank(motions.platform @ left) if left.shape[1] else 0
 
 
 def coordinates_of(motions: Motions) -> tuple[str, ...]:
@@ -142,8 +123,8 @@ def coordinates_of(motions: Motions) -> tuple[str, ...]:
     options: dict[tuple[int, ...], tuple[int, float]] = {}
     for chosen in combinations(_PREFERRED, count) if count else ():
         size = float(np.linalg.svd(moved[list(chosen)], compute_uv=False)[count - 1])
-        angles = sum(k > 2 for k in chosen)
-        natural = 2 if size < 0.1 else 0 if not angles else 1 if angles == turning else 2
+        turns = sum(k > 2 for k in chosen)
+        natural = 2 if size < 0.1 else 0 if not turns else 1 if turns == turning else 2
         if size > 1e-3:
             options[chosen] = natural, size
     while options:
@@ -153,9 +134,8 @@ def coordinates_of(motions: Motions) -> tuple[str, ...]:
         del options[best]
         chosen = tuple(sorted(best))
         positions = tuple(k for k in chosen if k < 3)
-        prescribed = PrescribedCoordinates(
-            positions=positions, angles=tuple(k - 3 for k in chosen if k > 2), orientation=orientation_named(None)
-        )
+        angles = tuple(k - 3 for k in chosen if k > 2)
+        prescribed = PrescribedCoordinates(positions=positions, angles=angles, orientation=orientation_named(None))
         if robot.mobility_analysis.fixes_platform(prescribed):
             return tuple(COORDINATES[k] for k in chosen)
     return ()
@@ -279,12 +259,6 @@ def eliminated(matrix: Array) -> Array:
 
 def groups_of(loaded: NDArray[np.bool_]) -> list[list[int]]:
     """Return the rows of a table put together that have a True in a column in common."""
-    groups: list[tuple[list[int], NDArray[np.bool_]]] = []
-    for number, row in enumerate(loaded):
-        touching = [group for group in groups if np.any(group[1] & row)]
-        merged = ([number], row.copy())
-        for group in touching:
-            merged = ([*group[0], *merged[0]], group[1] | merged[1])
-            groups.remove(group)
-        groups.append(merged)
-    return sorted((sorted(numbers) for numbers, _ in groups), key=lambda numbers: numbers[0])
+    rows = range(len(loaded))
+    groups = joined(rows, ((k, h) for k, h in combinations(rows, 2) if np.any(loaded[k] & loaded[h])))
+    return [list(group) for group in sorted({tuple(sorted(group)) for group in groups.values()})]

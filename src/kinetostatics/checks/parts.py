@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,15 +12,13 @@ from numpy.typing import NDArray
 from kinetostatics.checks.chains import bodies_of, joints_of, word_of
 from kinetostatics.checks.facts import BeamFacts, ElasticJointFacts, FollowerFacts, LimbFacts, SpringFacts
 from kinetostatics.checks.limb_graph import GraphReader
+from kinetostatics.description.elements import Beam
 from kinetostatics.math.ordering import EQUAL
 from kinetostatics.mechanism.joint_compliance import springs_of
+from kinetostatics.mechanism.limbs import Limb
 from kinetostatics.mechanism.tree import Frames
+from kinetostatics.robot import Robot
 from kinetostatics.sections.kinds import Rectangle, RectangularTube, Section, Tube
-
-if TYPE_CHECKING:
-    from kinetostatics.description.elements import Beam
-    from kinetostatics.mechanism.limbs import Limb
-    from kinetostatics.robot import Robot
 
 
 def limb_facts(robot: Robot, reader: GraphReader, limb: Limb, mass: float | None) -> LimbFacts:

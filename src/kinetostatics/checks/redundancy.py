@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,11 +16,9 @@ from kinetostatics.checks.mobility import NOTHING, Motions, eliminated, groups_o
 from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import canonical_basis, null_space
+from kinetostatics.math.rotations import skew
 from kinetostatics.printing.text import listing
-
-if TYPE_CHECKING:
-    from kinetostatics.robot import Robot
-
+from kinetostatics.robot import Robot
 
 #: Equations above which nobody could read where they are redundant, and finding it out would take minutes.
 _MANY = 400
@@ -180,7 +177,7 @@ def describe_wrenches(basis: Array, length: float) -> tuple[str, ...]:
     forces = np.linalg.svd(basis[:3])
     kinds = int(np.sum(forces[1] > 1e-6))
     if kinds == count == 3:  # forces through one point p: m = p × f for all of them
-        rows = np.concatenate([_cross_matrix(-f) for f in basis[:3].T])
+        rows = np.concatenate([skew(-f) for f in basis[:3].T])
         point, moments = np.linalg.lstsq(rows, basis[3:].T.ravel(), rcond=None)[0], basis[3:].T.ravel()
         if float(np.max(np.abs(rows @ point - moments))) < 1e-6:
             return (f"forces through o + {_vector(point * length)} m",)
@@ -210,10 +207,6 @@ def _directions(kind: str, basis: Array, how: str) -> str:
     names = [axis for axis, part in zip("xyz", one, strict=True) if part > 1 - 1e-8]
     words = names[0] if names else _vector(one)
     return f"a {kind} {how} {words}" if basis.shape[1] == 1 else f"{kind}s across {words}"
-
-
-def _cross_matrix(v: Array) -> Array:
-    return np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
 
 
 def _vector(v: Sequence[float] | Array) -> str:

@@ -4,29 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from math import isinf
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from kinetostatics.analysis import analyze
+from kinetostatics.checks.facts import BeamFacts, ElasticJointFacts, RobotFacts
 from kinetostatics.checks.warnings_of_masses import without_mass
-from kinetostatics.checks.warnings_of_poses import AT_ZERO, facts_of_poses, pose_of, poses_of
+from kinetostatics.checks.warnings_of_poses import AT_ZERO, facts_of_poses, poses_of
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes
 from kinetostatics.description.unit_hints import odd_angles
 from kinetostatics.exceptions import KinetostaticsError, StaticsError
 from kinetostatics.kinematics.unit_hints import odd_limits
 from kinetostatics.kinematics.zero_pose import corrections_hint
+from kinetostatics.math.graphs import joined
 from kinetostatics.math.ordering import EQUAL
 from kinetostatics.mechanism.beam_geometry import ends_nowhere
+from kinetostatics.mechanism.mechanism import Connection
 from kinetostatics.mechanism.rigid_bodies import BodyGraph, RigidBody
 from kinetostatics.printing.text import CLOSED, LENGTHS, listing, quantity
 from kinetostatics.results.near_singular import near_singular_words
-
-if TYPE_CHECKING:
-    from kinetostatics.checks.facts import BeamFacts, ElasticJointFacts, RobotFacts
-    from kinetostatics.mechanism.mechanism import Connection
-    from kinetostatics.results.result import Result
-    from kinetostatics.robot import Robot
+from kinetostatics.results.result import Result
+from kinetostatics.robot import Robot
 
 #: Ratio of the smallest kept to the largest dropped singular value below which a count is doubtful.
 SMALL_GAP = 1e4
@@ -185,39 +183,27 @@ def _members(robot: Robot, facts: RobotFacts) -> dict[str, tuple[float, float]]:
     known = {beam.name: beam for beam in facts.beams}
     if frames is None:
         return {name: (beam.length or 0.0, beam.depth) for name, beam in known.items()}
-    welded: dict[RigidBody, RigidBody] = {}
-
-    def node(body: RigidBody) -> RigidBody:
-        body = body.find()
-        while body in welded:
-            body = welded[body]
-        return body
-
-    for edge in graph.edges:
-        item = edge.connection
-        if item is not None and (item.type.is_fixed or (item.type.is_slide and item.driven)):
-            a, b = node(edge.inner), node(edge.outer)
-            if a is not b:
-                welded[b] = a
-    ends: dict[RigidBody, list[tuple[str, np.ndarray]]] = {}
+    locked = [edge.ends for edge in graph.edges if edge.connection and _is_locked(edge.connection)]
+    together = joined(graph.bodies(), locked)
+    ends: dict[frozenset[RigidBody], list[tuple[str, np.ndarray]]] = {}
     for edge in graph.edges:
         if edge.beam is not None:
-            name = edge.beam.beam.name
-            span = edge.beam
+            name, span = edge.beam.beam.name, edge.beam
             start = frames.point(span.start_body, span.start)[:, 0]
             end = frames.point(span.end_body, span.end)[:, 0]
             along = (end - start) / max(float(np.linalg.norm(end - start)), 1e-300)
-            ends.setdefault(node(edge.inner), []).append((name, along))
-            ends.setdefault(node(edge.outer), []).append((name, -along))
-    member = {name: {name} for name in known}
-    for here in ends.values():
-        if len(here) == 2 and here[0][0] != here[1][0] and float(here[0][1] @ here[1][1]) < -np.sqrt(0.5):
-            whole = member[here[0][0]] | member[here[1][0]]
-            for name in whole:
-                member[name] = whole
+            ends.setdefault(together[edge.inner.find()], []).append((name, along))
+            ends.setdefault(together[edge.outer.find()], []).append((name, -along))
+    pairs = [here for here in ends.values() if len(here) == 2 and float(here[0][1] @ here[1][1]) < -np.sqrt(0.5)]
+    members = joined(known, ((one, other) for (one, _), (other, _) in pairs))
     return {
-        name: (sum(known[k].length or 0.0 for k in names), max(known[k].depth for k in names)) for name, names in member.items()
+        name: (sum(known[k].length or 0.0 for k in known if k in names), max(known[k].depth for k in names))
+        for name, names in members.items()
     }
+
+
+def _is_locked(joint: Connection) -> bool:
+    return joint.type.is_fixed or (joint.type.is_slide and joint.driven)
 
 
 def _materials(facts: RobotFacts) -> Iterable[str]:
@@ -335,7 +321,7 @@ def warnings_of_statics(robot: Robot, facts: RobotFacts) -> tuple[list[str], lis
     for name in robot.drives_outside_limbs:
         found.append(f"the driven joint {name} is in no limb: it only holds what hangs on {_owner(robot, name)}")
     generic = analyze(poses_of(robot, robot.generic_poses))
-    zero = analyze(pose_of(robot, robot.zero_poses), on_failure="nan")
+    zero = analyze(poses_of(robot, robot.zero_poses, first_only=True), on_failure="nan")
     problem = _statics_problem(robot, generic, zero)
     if problem is not None:
         (found if problem.startswith(AT_ZERO) else problems).append(problem)
@@ -358,7 +344,7 @@ def _statics_problem(robot: Robot, generic: Result, zero: Result) -> str | None:
     if not robot.mechanism.tree.nq:  # nothing moves: there is one pose only
         return _complaint(zero)
     if np.all(np.isnan(generic.twist)):
-        problem = _complaint(analyze(pose_of(robot, robot.generic_poses), on_failure="nan"))
+        problem = _complaint(analyze(poses_of(robot, robot.generic_poses, first_only=True), on_failure="nan"))
         return problem or "no pose could be analysed: the loops of those that were tried do not close"
     problem = _complaint(zero)
     return None if problem is None else f"{AT_ZERO} {problem}"

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
 
+from kinetostatics.checks.facts import RobotFacts
+from kinetostatics.math.graphs import joined
 from kinetostatics.printing.text import listing
-
-if TYPE_CHECKING:
-    from kinetostatics.checks.facts import RobotFacts
-    from kinetostatics.robot import Robot
+from kinetostatics.robot import Robot
 
 
 def without_mass(robot: Robot, facts: RobotFacts) -> Iterable[str]:
@@ -44,12 +42,8 @@ def without_mass(robot: Robot, facts: RobotFacts) -> Iterable[str]:
 def _drawn_without_mass(robot: Robot, facts: RobotFacts) -> list[str]:
     """Return the moving links with <visual> or <collision> whose body, all that is welded together, has no inertia given."""
     description, connections = robot.description, robot.mechanism.connections
-    body = {link: {link} for link in description.links}
-    for connection in connections.values():
-        if connection.type.is_fixed:
-            together = body[connection.predecessor] | body[connection.successor]
-            for link in together:
-                body[link] = together
+    fixed = [joint for joint in connections.values() if joint.type.is_fixed]
+    body = joined(description.links, ((joint.predecessor, joint.successor) for joint in fixed))
     elastic = {beam.link for beam in description.beams.values()}
     inside = {
         link

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.math.arrays import Array
+from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.printing.text import listing
+from kinetostatics.results.result import Result
 from kinetostatics.results.warnings import undetermined_parts
-
-if TYPE_CHECKING:
-    from kinetostatics.kinematics.solver import SolverState
-    from kinetostatics.results.result import Result
-    from kinetostatics.robot import Robot
+from kinetostatics.robot import Robot
 
 #: How the text of a problem of the zero pose alone begins.
 AT_ZERO = "at the zero pose"
@@ -38,15 +33,7 @@ def facts_of_poses(generic: Result, zero: Result) -> list[str]:
     return found
 
 
-def poses_of(robot: Robot, poses: SolverState) -> Configuration:
-    """Return a robot at poses of the solver, which close the loops as well as its file lets them."""
-    return _configuration(robot, robot.model_q(poses).T)
-
-
-def pose_of(robot: Robot, poses: SolverState) -> Configuration:
-    """Return a robot at the first of some poses of the solver, likewise."""
-    return _configuration(robot, robot.model_q(poses)[:, 0])
-
-
-def _configuration(robot: Robot, q: Array) -> Configuration:
-    return robot.configuration(q, tolerance=1e-9 + 1e3 * robot.closing_error, on_failure="nan")
+def poses_of(robot: Robot, poses: SolverState, first_only: bool = False) -> Configuration:
+    """Return a robot at poses of the solver, or at the first of them, which close the loops as well as its file lets them."""
+    q = robot.model_q(poses).T
+    return robot.configuration(q[0] if first_only else q, tolerance=1e-9 + 1e3 * robot.closing_error, on_failure="nan")

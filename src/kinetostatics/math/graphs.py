@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Set
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence, Set
 from typing import Generic, TypeVar
 
 Node = TypeVar("Node")
+Edge = TypeVar("Edge")
 Key = TypeVar("Key", bound=Hashable)
 
 #: How many steps of paths are tried before an edge counts as passed.
@@ -21,6 +22,46 @@ def reachable(starts: Iterable[Node], neighbours: Callable[[Node], Iterable[Node
         seen.update(dict.fromkeys(found))
         queue += found
     return seen
+
+
+def joined(nodes: Iterable[Node], pairs: Iterable[tuple[Node, Node]]) -> dict[Node, frozenset[Node]]:
+    """Return for every node all that pairs join to it, directly or by way of others."""
+    at: dict[Node, list[Node]] = {node: [] for node in nodes}
+    for first, second in pairs:
+        at[first].append(second)
+        at[second].append(first)
+    found: dict[Node, frozenset[Node]] = {}
+    for node in at:
+        if node not in found:
+            together = frozenset(reachable([node], at.__getitem__))
+            found.update(dict.fromkeys(together, together))
+    return found
+
+
+def blocks(
+    edges: Sequence[Edge], ends: Callable[[Edge], tuple[Node, Node]], start: Node, goal: Node
+) -> list[tuple[Node, Node, list[Edge]]]:
+    """Return the stretches between the nodes that every way from ``start`` to ``goal`` passes: inner, outer node and edges."""
+    at: dict[Node, list[Node]] = {}
+    for edge in edges:
+        for one, other in (ends(edge), ends(edge)[::-1]):
+            at.setdefault(one, []).append(other)
+    if start not in at or goal not in at:
+        return []
+
+    def reached(without: Node) -> dict[Node, None]:
+        return reachable([start], lambda node: () if node is goal else (item for item in at[node] if item is not without))
+
+    cuts = [(reached(node), node) for node in at if node not in (start, goal)]
+    cuts = sorted((item for item in cuts if goal not in item[0]), key=lambda item: len(item[0]))
+    result: list[tuple[Node, Node, list[Edge]]] = []
+    left, inner = list(edges), start
+    for inside, outer in [*cuts, (dict.fromkeys(at), goal)]:
+        mine = [edge for edge in left if any(end in inside for end in ends(edge))]
+        left = [edge for edge in left if edge not in mine]
+        result.append((inner, outer, mine))
+        inner = outer
+    return result
 
 
 class Paths(Generic[Key, Node]):

@@ -76,9 +76,8 @@ def directed_edges(edges: list[BodyEdge], base: RigidBody, platform: RigidBody) 
             reached_by.setdefault(outer, edge)
     live = dict.fromkeys([root, *(end for edge in inner for end in edge.ends)])
     seen = set(live)
-    for body in reachable(
-        live, lambda body: [edge.other(body) for edge in at[body]]
-    ):  # what leads nowhere points away from the rest
+    # what leads nowhere points away from the rest
+    for body in reachable(live, lambda body: [edge.other(body) for edge in at[body]]):
         for edge in at[body]:
             other = edge.other(body)
             if edge not in inner:
@@ -115,32 +114,6 @@ def _depth_first(
         yield DirectedEdge(edge, inner[edge], outer, in_tree, edge in both_ways)
         if in_tree:
             stack.extend(leaving.get(outer, [])[::-1])
-
-
-def segments_between_cuts(
-    steps: list[DirectedEdge], base: RigidBody, platform: RigidBody
-) -> list[tuple[RigidBody, RigidBody, list[DirectedEdge]]]:
-    """Return the stretches between the bodies that every way from base to platform passes: inner, outer body and edges."""
-    at: dict[RigidBody, list[RigidBody]] = {}
-    for step in steps:
-        at.setdefault(step.inner, []).append(step.outer)
-        at.setdefault(step.outer, []).append(step.inner)
-    if base not in at or platform not in at:
-        return []
-
-    def reached(without: RigidBody) -> dict[RigidBody, None]:
-        return reachable([base], lambda body: () if body is platform else (item for item in at[body] if item is not without))
-
-    cuts = [(reached(body), body) for body in at if body not in (base, platform)]
-    cuts = sorted((item for item in cuts if platform not in item[0]), key=lambda item: len(item[0]))
-    result: list[tuple[RigidBody, RigidBody, list[DirectedEdge]]] = []
-    left, inner = list(steps), base
-    for inside, outer in [*cuts, (dict.fromkeys(at), platform)]:
-        mine = [step for step in left if step.inner in inside or step.outer in inside]
-        left = [step for step in left if step not in mine]
-        result.append((inner, outer, mine))
-        inner = outer
-    return result
 
 
 def _currents(edges: list[BodyEdge], at: _Edges, base: RigidBody, platform: RigidBody) -> Array:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from kinetostatics.math.graphs import reachable
-from kinetostatics.mechanism.edge_directions import DirectedEdge, directed_edges, segments_between_cuts
+from kinetostatics.math.graphs import blocks, reachable
+from kinetostatics.mechanism.edge_directions import DirectedEdge, directed_edges
 from kinetostatics.mechanism.limbs import AttachedBodies, Edge, Limb, LimbSegment, Topology
 from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.rigid_bodies import BodyEdge, BodyGraph, RigidBody, place_of_end
@@ -132,11 +132,8 @@ class _Builder:
     def _parts(self, steps: list[DirectedEdge], keys: dict[BodyEdge, tuple[str, ...]]) -> tuple[LimbSegment, ...]:
         """Split a limb at the bodies that every way from base to platform passes, serial stretches in one."""
         graph = self.graph
-        cuts = segments_between_cuts(steps, graph.base, graph.platform)
-        if not cuts:
-            return ()
         groups: list[tuple[list[DirectedEdge], RigidBody, RigidBody]] = []
-        for inner, outer, mine in cuts:
+        for inner, outer, mine in blocks(steps, lambda step: (step.inner, step.outer), graph.base, graph.platform):
             if groups and len(mine) == 1 and len(groups[-1][0]) == self._stretch(groups[-1][0]):
                 groups[-1] = (groups[-1][0] + mine, groups[-1][1], outer)
             else:

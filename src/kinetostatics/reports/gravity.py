@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from kinetostatics.math.arrays import Array
 from kinetostatics.results.gravity_ways import force_ways, twist_ways
+from kinetostatics.results.result import Result
 from kinetostatics.statics.solution import of_deformation
-
-if TYPE_CHECKING:
-    from kinetostatics.results.result import Result
-
 
 #: What the ways of the limbs' weights are called in tables.
 WORDS = {"attached": "attached wrenches"}

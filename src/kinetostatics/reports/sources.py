@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from kinetostatics.math.arrays import Array
 from kinetostatics.printing.text import ANGLES, LENGTHS, Magnitudes, Scale, table
-
-if TYPE_CHECKING:
-    from kinetostatics.results.result import Result
-
+from kinetostatics.results.result import Result
 
 #: Rows of the table; what is behind them is one row.
 MOST = 8

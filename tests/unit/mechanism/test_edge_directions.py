@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from kinetostatics.math.graphs import reachable
-from kinetostatics.mechanism.edge_directions import directed_edges, segments_between_cuts
+from kinetostatics.math.graphs import blocks, reachable
+from kinetostatics.mechanism.edge_directions import directed_edges
 from kinetostatics.mechanism.rigid_bodies import BodyEdge, RigidBody
 
 
@@ -19,6 +19,9 @@ class Network:
 
     def steps(self):
         return directed_edges(self.edges, self.base, self.platform)
+
+    def blocks(self):
+        return blocks(self.steps(), lambda step: (step.inner, step.outer), self.base, self.platform)
 
     def read(self):
         """Return the steps in words: ``ab``, ``~`` before those of both ways, ``-`` behind those not of the tree."""
@@ -76,11 +79,11 @@ def test_cuts_are_what_every_way_passes():
     network = Network("0a", "ab", "ac", "bd", "cd", "d1")
     found = [
         (inner.link, outer.link, [step.inner.link + step.outer.link for step in steps])
-        for inner, outer, steps in segments_between_cuts(network.steps(), network.base, network.platform)
+        for inner, outer, steps in network.blocks()
     ]
     assert found == [("0", "a", ["0a"]), ("a", "d", ["ab", "bd", "ac", "cd"]), ("d", "1", ["d1"])]
     hanging = Network("ab", "b1")
-    assert segments_between_cuts(hanging.steps(), hanging.base, hanging.platform) == []
+    assert hanging.blocks() == []
 
 
 def ways(edges, here, platform, met=()):
