@@ -54,7 +54,7 @@ def load_robot(
         A plain URDF, whose links are all rigid; :func:`kinetostatics.extend_robot` makes links and drives elastic.
 
         >>> import kinetostatics as ks
-        >>> from kinetostatics.files.mesh_packages import package_folder
+        >>> from kinetostatics.files.bundled import package_folder
         >>> folder = package_folder("example-robot-data") / "robots"
         >>> panda = ks.load_robot(folder / "panda_description" / "urdf" / "panda.urdf", platform="panda_hand")
         >>> round(float(ks.analyze(panda.assemble()).actuator_forces["panda_joint2"]), 3)

@@ -20,7 +20,7 @@ MASS = '<mass value="3"/>'
 INERTIA = '<inertia ixx="0.01" ixy="0" ixz="0" iyy="0.04" iyz="0" izz="0.04"/>'
 NOTHING_INSTALLED = """
 from unittest.mock import patch
-with patch("kinetostatics.files.mesh_packages._prefixes", lambda: iter(())):
+with patch("kinetostatics.files.bundled._prefixes", lambda: iter(())):
     ks.load_robot(file)
 """
 D_ORIGIN = '<origin xyz="0.4 0 0"/>\n    <axis'

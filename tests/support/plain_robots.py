@@ -14,7 +14,7 @@ import numpy as np
 from places import ROOT
 
 import kinetostatics as ks
-from kinetostatics.files.mesh_packages import package_folder
+from kinetostatics.files.bundled import package_folder
 
 PAGE = ROOT / "docs" / "how_to" / "plain_urdf.md"
 FOLDER = package_folder("example-robot-data") / "robots"

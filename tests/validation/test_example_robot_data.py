@@ -20,7 +20,7 @@ from places import ROOT
 
 import kinetostatics as ks
 from kinetostatics.cli import main as cli
-from kinetostatics.files.mesh_packages import PackageNotFound, package_folder
+from kinetostatics.files.bundled import PackageNotFound, package_folder
 from kinetostatics.files.reader import read_robot_file
 from kinetostatics.verification import OpenSeesError
 

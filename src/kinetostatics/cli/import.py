@@ -71,7 +71,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Write the robot file; return 2 if something more must be said."""
-    from kinetostatics.files.importers.questions import MissingFactsError
+    from kinetostatics.files.importers.answers import MissingFactsError
 
     if args.out is not None and os.path.exists(args.out):
         raise ArgumentError(f"--out: {args.out} exists already; delete it or choose another name")

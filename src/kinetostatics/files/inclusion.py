@@ -10,8 +10,7 @@ from xml.sax.saxutils import escape
 
 from kinetostatics.argument_checks import check_mapping
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.files.bundled import read_robot
-from kinetostatics.files.mesh_packages import INDEX, PackageNotFound, package_folder
+from kinetostatics.files.bundled import INDEX, PackageNotFound, package_folder, read_robot
 from kinetostatics.files.xacro import expand
 from kinetostatics.files.xml import Element, parse, to_elements, to_text
 

@@ -22,7 +22,7 @@ from xml.dom import minidom
 
 from kinetostatics.description.elements import Place
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
-from kinetostatics.files.mesh_packages import OWN_NAME, PackageNotFound, package_folder
+from kinetostatics.files.bundled import OWN_NAME, PackageNotFound, package_folder
 from kinetostatics.files.xacro_expressions import MAX_TEXT, evaluate
 from kinetostatics.files.xacro_functions import ELEMENT, MAX_STEPS, Steps, TooMuch, symbols
 from kinetostatics.files.xml import clones_counted, parse, place_of, read_file, shortened

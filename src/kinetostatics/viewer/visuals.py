@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.files.mesh_packages import PackageNotFound, package_folder
+from kinetostatics.files.bundled import PackageNotFound, package_folder
 from kinetostatics.viewer.decimation import decimated
 from kinetostatics.viewer.shapes import Surface, joined
 

@@ -12,7 +12,7 @@ import kinetostatics as ks
 from kinetostatics.authoring.names import KNOWN_NAMES
 from kinetostatics.authoring.notation import parse_architecture
 from kinetostatics.cli.main import main
-from kinetostatics.files.mesh_packages import package_folder
+from kinetostatics.files.bundled import package_folder
 from kinetostatics.files.reader import parse_robot_text
 
 

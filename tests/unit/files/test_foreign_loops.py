@@ -452,11 +452,11 @@ def test_all_three_sources_in_one_robot(tmp_path):
 def test_readers_return_one_kind_of_record():
     source, _ = _read_source(FIVE_BAR, {})
     (loop,) = onshape.read(source)
-    assert (loop.type, loop.axis, loop.driven, loop.predecessor, loop.successor) == (None, (0, 0, 1), None, "rod_2", "tool")
+    assert (loop.type, loop.axis, loop.predecessor, loop.successor) == (None, (0, 0, 1), "rod_2", "tool")
     (isaac_loop,) = isaac.read(_read_source(FOUR_BAR, {})[0])
-    assert (isaac_loop.type, isaac_loop.axis, isaac_loop.driven) == ("revolute", None, None)
+    assert (isaac_loop.type, isaac_loop.axis) == ("revolute", None)
     (gepetto_loop,) = gepetto.read(_read_source(GEPETTO[0], {})[0], GEPETTO[1]).loops
-    assert (gepetto_loop.type, gepetto_loop.axis, gepetto_loop.driven) == ("fixed", None, False)
+    assert (gepetto_loop.type, gepetto_loop.axis) == ("fixed", None)
     assert {type(item) for item in (loop, isaac_loop, gepetto_loop)} == {ForeignLoop}
     with pytest.raises(AttributeError):
         loop.type = "fixed"

@@ -6,8 +6,8 @@ returns records of one kind, :class:`ForeignLoop`; whatever a source leaves open
 The page on other tools' loops describes the three formats and cites where they are defined.
 """
 
+from kinetostatics.files.importers.answers import MissingFactsError, Question
 from kinetostatics.files.importers.convert import convert, import_robot
 from kinetostatics.files.importers.loop_record import ForeignLoop
-from kinetostatics.files.importers.questions import MissingFactsError, Question
 
 __all__ = ["ForeignLoop", "MissingFactsError", "Question", "convert", "import_robot"]

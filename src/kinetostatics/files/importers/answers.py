@@ -1,9 +1,13 @@
-"""Puts together what a source says of its loops and drives and what the caller adds, and asks for what is still missing."""
+"""Puts together what a source says of its loops and drives and what the caller adds, and asks for what is still missing.
+
+All that is missing is asked for in one message, which names the exact arguments to give.
+"""
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,10 +15,78 @@ import numpy as np
 
 from kinetostatics.description.elements import Loop, Vector
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes, names_of
-from kinetostatics.exceptions import ArgumentError, near_names
+from kinetostatics.exceptions import ArgumentError, KinetostaticsError, near_names
 from kinetostatics.files.importers import onshape
 from kinetostatics.files.importers.loop_record import ForeignLoop, SourceRobot
-from kinetostatics.files.importers.questions import MissingFactsError, Question, listed
+
+#: How many names a question lists.
+MAX_NAMES = 30
+
+
+@dataclass(frozen=True)
+class Question:
+    """One missing fact.
+
+    Attributes:
+        argument: of :func:`kinetostatics.import_robot` that takes the answer; the command's option has the same name.
+        loop: the loop it is about; empty if it is about the robot.
+        python, option: the form of the answer in Python and on the command line.
+        what: what is wanted, and what the choice is.
+    """
+
+    argument: str
+    loop: str
+    python: str
+    option: str
+    what: str
+
+
+class MissingFactsError(KinetostaticsError):
+    """A source does not say everything that a robot file needs; the message lists all of it.
+
+    Attributes:
+        source: path of the source.
+        questions: what is missing.
+    """
+
+    def __init__(self, source: str, questions: Sequence[Question]) -> None:
+        self.source, self.questions = source, tuple(questions)
+        super().__init__(self._message(_in_python))
+
+    @property
+    def for_command_line(self) -> str:
+        """The message with the options of ``kinetostatics import`` instead of Python's arguments."""
+        return self._message(_as_option)
+
+    def _message(self, spelled: Callable[[Sequence[Question]], str]) -> str:
+        lines = [f"{self.source} does not say everything; give also"]
+        for argument in dict.fromkeys(question.argument for question in self.questions):
+            asked = [question for question in self.questions if question.argument == argument]
+            lines.append(f"  {spelled(asked)}")
+            lines.extend(f"      {question.what}" for question in asked)
+        return "\n".join(lines)
+
+
+def _in_python(asked: Sequence[Question]) -> str:
+    names = [json.dumps(question.loop, ensure_ascii=False) for question in asked]
+    entries = ", ".join(f"{name}: {item.python}" if item.loop else item.python for name, item in zip(names, asked, strict=True))
+    return f"{asked[0].argument}=" + (f"{{{entries}}}" if asked[0].loop else entries)
+
+
+def _as_option(asked: Sequence[Question]) -> str:
+    entries = " ".join(_quoted(f"{question.loop}={question.option}") if question.loop else question.option for question in asked)
+    return f"--{asked[0].argument} {entries}"
+
+
+def _quoted(item: str) -> str:
+    """Return an item of the command line, in quotes if a shell would split or change it."""
+    return item if all(character.isalnum() or character in "_-.=,:/" for character in item) else f"'{item}'"
+
+
+def listed(names: Iterable[str]) -> str:
+    """Return names in a row, shortened if there are very many."""
+    names = list(names)
+    return ", ".join(names[:MAX_NAMES]) + (", …" if len(names) > MAX_NAMES else "")
 
 
 @dataclass(frozen=True)
@@ -43,19 +115,10 @@ class Drives:
     note: str = ""
 
 
-@dataclass(frozen=True)
-class Completed:
-    """Everything that is known in the end; platform and base are None where the source itself has these elements."""
-
-    loops: tuple[Loop, ...]
-    platform: str | None
-    base: str | None
-    driven: tuple[str, ...]
-    warnings: tuple[str, ...]
-
-
-def complete(source: SourceRobot, found: Sequence[ForeignLoop], drives: Drives, answers: Answers) -> Completed:
-    """Return what source and caller say together.
+def complete(
+    source: SourceRobot, found: Sequence[ForeignLoop], drives: Drives, answers: Answers
+) -> tuple[tuple[Loop, ...], tuple[str, ...], list[str]]:
+    """Return what source and caller say together: loops, the driven joints without a ``<transmission>``, and warnings.
 
     Raises:
         MissingFactsError: something is said by neither.
@@ -65,7 +128,7 @@ def complete(source: SourceRobot, found: Sequence[ForeignLoop], drives: Drives, 
     _check_names(source, found)
     warnings: list[str] = []
     questions: list[Question] = []
-    platform, base = _links(source, answers, questions)
+    _check_links(source, answers, questions)
     types = _types(found, answers.types, questions, warnings)
     axes = _axes(found, types, answers.axes, questions, warnings)
     movable = [joint.name for joint in source.joints.values() if JOINT_TYPES[joint.type].is_single]
@@ -75,7 +138,7 @@ def complete(source: SourceRobot, found: Sequence[ForeignLoop], drives: Drives, 
         raise MissingFactsError(source.path, questions)
     loops = tuple(_loop(item, types[item.name] or "", axes[item.name]) for item in found)
     warnings.extend(filter(None, (_turned(source, loop) for loop in loops)))
-    return Completed(loops, platform, base, driven, tuple(warnings))
+    return loops, driven, warnings
 
 
 def _check_names(source: SourceRobot, found: Sequence[ForeignLoop]) -> None:
@@ -88,8 +151,8 @@ def _check_names(source: SourceRobot, found: Sequence[ForeignLoop]) -> None:
             raise loop.place.error(f"both frames of the loop {loop.name!r} are on the link {loop.predecessor!r}")
 
 
-def _links(source: SourceRobot, answers: Answers, questions: list[Question]) -> tuple[str | None, str | None]:
-    """Return platform and base as far as they must be written."""
+def _check_links(source: SourceRobot, answers: Answers, questions: list[Question]) -> None:
+    """Check platform and base, which are given where the source itself does not have these elements."""
     for argument, link in (("platform", answers.platform), ("base", answers.base)):
         written = source.root.child(argument)
         if link is not None and written is not None:
@@ -103,7 +166,6 @@ def _links(source: SourceRobot, answers: Answers, questions: list[Question]) -> 
     root = next((link for link in source.links if link not in source.parent_joints), None)
     if answers.platform is not None and answers.platform == (answers.base or root):
         raise ArgumentError(f"the link {answers.platform!r} cannot be both base and platform")
-    return answers.platform, answers.base
 
 
 def _where(loop: ForeignLoop) -> str:
@@ -244,20 +306,9 @@ def _given_drives(given: Iterable[str], movable: Sequence[str]) -> tuple[str, ..
 
 
 def _loop(found: ForeignLoop, kind: str, axes: tuple[Vector, ...]) -> Loop:
-    return Loop(
-        name=found.name,
-        type=kind,
-        predecessor=found.predecessor,
-        predecessor_origin=found.predecessor_origin,
-        successor=found.successor,
-        successor_origin=found.successor_origin,
-        axis=axes[0] if axes else (1.0, 0.0, 0.0),
-        axis2=axes[1] if len(axes) > 1 else (0.0, 1.0, 0.0),
-        lower=-math.inf,
-        upper=math.inf,
-        cone=None,
-        place=found.place,
-    )
+    origins, default = (found.predecessor_origin, found.successor_origin), ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    axes = (*axes, *default[len(axes) :])
+    return Loop(found.name, kind, found.predecessor, found.successor, *origins, axes[0], axes[1], place=found.place)
 
 
 def _turned(source: SourceRobot, loop: Loop) -> str | None:

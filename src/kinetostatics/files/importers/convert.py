@@ -12,9 +12,8 @@ from kinetostatics.description.joint_types import JOINT_TYPES, Axes
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.exceptions import RobotFileError
 from kinetostatics.files.importers import gepetto, isaac, onshape
-from kinetostatics.files.importers.answers import Answers, Completed, Drives, complete
+from kinetostatics.files.importers.answers import Answers, Drives, complete
 from kinetostatics.files.importers.loop_record import ForeignLoop, SourceRobot
-from kinetostatics.files.importers.retyping import driven_after, retype
 from kinetostatics.files.inclusion import include_path, including_text, quoted, read_root, whole_text
 from kinetostatics.files.links_joints import read_joints, read_links, tree_root
 from kinetostatics.files.plain_urdf import drivable
@@ -116,17 +115,17 @@ def convert(
     source, uses_xacro = _read_source(path, {} if parameters is None else parameters)
     loops, drives, retyped, warnings = _find(source, yaml)
     if retyped:
-        before, source = source, _tables(source.path, retype(source, retyped))
+        before, source = source, _tables(source.path, gepetto.retype(source, retyped))
         source = replace(source, made=frozenset(source.links) - frozenset(before.links))
-    completed = complete(source, loops, drives, answers)
-    additions = _additions(completed)
+    closed, driven, more = complete(source, loops, drives, answers)
+    additions = _additions(answers, closed, driven)
     include = None if retyped else include_path(source.path, source.root, uses_xacro, additions, os.fsdecode(out))
     if include is not None:
         comment = "a URDF as it is, and what it does not say in a form that we read"
         text = including_text(source.root.attributes.get("name", ""), include, comment, additions)
     else:
         text = whole_text(source.root, additions)
-    return Conversion(text, completed.loops, include is not None, (*warnings, *completed.warnings), os.fsdecode(out))
+    return Conversion(text, closed, include is not None, (*warnings, *more), os.fsdecode(out))
 
 
 def _read_source(path: str | os.PathLike[str], parameters: Mapping[str, object]) -> tuple[SourceRobot, bool]:
@@ -150,14 +149,15 @@ def _find(
     transmissions = tuple(dict.fromkeys(entry.attributes.get("name", "") for entry in entries))
     if yaml is None:
         loops = [*onshape.read(source), *isaac.read(source)]
-        if not loops:
-            return [], _all_drives(source, transmissions), (), (_without_loops(source),)
+        if not loops:  # nothing else than a drive could hold a joint
+            driven = tuple(dict.fromkeys((*transmissions, *drivable(source.joints))))
+            return [], Drives(driven, transmissions), (), (_without_loops(source),)
         return loops, Drives(None, transmissions), (), ()
     said = gepetto.read(source, yaml)
     loops = [*said.loops, *onshape.read(source, said.frames), *isaac.read(source)]
     if not loops:
         raise RobotFileError("there is no closed_loop, and the URDF has no loops either", os.fsdecode(yaml))
-    named = None if said.driven is None else driven_after(said.driven, said.retyped)
+    named = None if said.driven is None else gepetto.driven_after(said.driven, said.retyped)
     return loops, Drives(named, transmissions, said.driven_note), said.retyped, said.warnings
 
 
@@ -179,19 +179,11 @@ def _without_loops(source: SourceRobot) -> str:
     )
 
 
-def _all_drives(source: SourceRobot, transmissions: tuple[str, ...]) -> Drives:
-    """Return the drives of a robot without loops: nothing else than a drive could hold a joint."""
-    return Drives(tuple(dict.fromkeys((*transmissions, *drivable(source.joints)))), transmissions)
-
-
-def _additions(completed: Completed) -> str:
+def _additions(answers: Answers, loops: Iterable[Loop], driven: Iterable[str]) -> str:
     """Return the elements that the source lacks."""
-    lines = []
-    if completed.platform is not None:
-        lines.append(f"  <platform link={quoted(completed.platform)}/>\n")
-    if completed.base is not None:
-        lines.append(f"  <base link={quoted(completed.base)}/>\n")
-    for loop in completed.loops:
+    links = {"platform": answers.platform, "base": answers.base}
+    lines = [f"  <{tag} link={quoted(link)}/>\n" for tag, link in links.items() if link is not None]
+    for loop in loops:
         lines.append(f"  <loop name={quoted(loop.name)} type={quoted(loop.type)}>\n")
         lines.append(_side("predecessor", loop.predecessor, loop.predecessor_origin))
         lines.append(_side("successor", loop.successor, loop.successor_origin))
@@ -200,7 +192,7 @@ def _additions(completed: Completed) -> str:
         if JOINT_TYPES[loop.type].turns is Axes.BOTH:
             lines.append(f'    <axis2 xyz="{_numbers(loop.axis2)}"/>\n')
         lines.append("  </loop>\n")
-    for name in completed.driven:
+    for name in driven:
         lines.append(f"  <transmission name={quoted(f'drive_{name}')}><joint name={quoted(name)}/></transmission>\n")
     return "".join(lines)
 

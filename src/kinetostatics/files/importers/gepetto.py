@@ -23,8 +23,8 @@ https://github.com/Gepetto/toolbox-parallel-robots do with them:
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import takewhile
 
 from kinetostatics.description.elements import Place
@@ -33,6 +33,7 @@ from kinetostatics.exceptions import near_names
 from kinetostatics.files.importers.loop_record import ForeignLoop, SourceRobot
 from kinetostatics.files.importers.yaml_source import fail, place, read_mapping, scalar, sequence
 from kinetostatics.files.loops import MAX_LOOPS
+from kinetostatics.files.xml import Element
 
 KEYS = ("closed_loop", "type", "name_mot", "joint_name", "joint_type")
 #: What ``type`` says of a loop.
@@ -105,7 +106,7 @@ def _loops(source: SourceRobot, keys: Mapping[str, object], file: str) -> tuple[
         (link1, origin1), (link2, origin2) = source.frame(first, at), source.frame(second, at)
         name = _name(first, second, names)
         names.add(name)
-        loops.append(ForeignLoop(name, kind, link1, origin1, link2, origin2, None, False if "name_mot" in keys else None, at))
+        loops.append(ForeignLoop(name, kind, link1, origin1, link2, origin2, None, at))
     return frozenset(name for pair in pairs for name in pair[:2]), loops
 
 
@@ -185,3 +186,76 @@ def _retyped(source: SourceRobot, keys: Mapping[str, object], file: str) -> tupl
             fail(type_node, file, f"{reason}. Write its revolutes into the URDF, and take it out of joint_name")
         found[name] = Retyped(name, RETYPED[kind], place(name_node, file))
     return tuple(found.values())
+
+
+# ---- joints of another type, written as runs of revolutes with massless links ----------------------------------------------
+
+
+def retype(source: SourceRobot, retyped: Sequence[Retyped]) -> Element:
+    """Return the source's ``<robot>`` with these joints replaced; each is named as before, with ``_X``, ``_Y`` and ``_Z`` added.
+
+    Raises:
+        RobotFileError: a name that a new joint or link needs is taken.
+    """
+    changes = {item.joint: item for item in retyped}
+    content: list[Element | str] = []
+    for item in source.root.content:
+        name = item.attributes.get("name") if isinstance(item, Element) and item.tag == "joint" else None
+        if isinstance(item, Element) and name in changes:
+            content.extend(_run_of(source, item, changes[name]))
+        else:
+            content.append(item)
+    return replace(source.root, content=tuple(content))
+
+
+def driven_after(driven: Sequence[str], retyped: Sequence[Retyped]) -> tuple[str, ...]:
+    """Return the driven joints by their names after retyping; a joint that is fixed now is driven no more.
+
+    Raises:
+        RobotFileError: a spherical joint is driven.
+    """
+    changes = {item.joint: item for item in retyped}
+    names: list[str] = []
+    for name in driven:
+        item = changes.get(name)
+        if item is None:
+            names.append(name)
+        elif len(item.axes) == 3:
+            reason = f"the joint {name!r} is spherical, and name_mot drives it; only joints with one freedom can be driven"
+            raise item.place.error(reason)
+        else:
+            names.extend(_new_names(item))
+    return tuple(names)
+
+
+def _new_names(item: Retyped) -> list[str]:
+    return [f"{item.joint}_{axis.upper()}" for axis in item.axes]
+
+
+def _run_of(source: SourceRobot, joint: Element, item: Retyped) -> list[Element | str]:
+    """Return the elements that stand for one joint."""
+    place = joint.place
+    parts = [part for part in joint.children if part.tag in ("origin", "parent", "child")]
+    if not item.axes:
+        return [Element("joint", {"name": item.joint, "type": "fixed"}, tuple(parts), place)]
+    names = _new_names(item)
+    result: list[Element | str] = []
+    for index, (name, axis) in enumerate(zip(names, item.axes, strict=True)):
+        link = f"{name}_link"
+        for taken, what, where in ((name, "joint", source.joints), (link, "link", source.links)):
+            if taken in where:
+                made = ", ".join(names)
+                raise item.place.error(
+                    f"the joint {item.joint!r} becomes {made}, but there is a {what} {taken!r} already; rename it"
+                )
+        content: list[Element | str] = [part for part in parts if part.tag != "child"]
+        if index:
+            content = [Element("parent", {"link": f"{names[index - 1]}_link"}, (), place)]
+        if index < len(names) - 1:
+            content.append(Element("child", {"link": link}, (), place))
+            result += [Element("link", {"name": link}, (), place), "\n  "]
+        else:
+            content += [part for part in parts if part.tag == "child"]
+        content.append(Element("axis", {"xyz": {"x": "1 0 0", "y": "0 1 0", "z": "0 0 1"}[axis]}, (), place))
+        result += [Element("joint", {"name": name, "type": "continuous"}, tuple(content), place), "\n  "]
+    return result[:-1]

@@ -48,7 +48,7 @@ def _loop(source: SourceRobot, element: Element) -> ForeignLoop:
         raise element.error(f"{element.label} joins the link {first!r} to itself")
     axis = element.child("axis")
     note = "" if axis is None else f"its <axis xyz={axis.attributes.get('xyz', '')!r}> is not an element of Isaac Sim's format"
-    return ForeignLoop(name, kind, first, first_origin, second, second_origin, None, None, element.place, note)
+    return ForeignLoop(name, kind, first, first_origin, second, second_origin, None, element.place, note)
 
 
 def _type(element: Element) -> str | None:

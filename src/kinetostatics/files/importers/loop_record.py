@@ -25,7 +25,6 @@ class ForeignLoop:
         predecessor, successor: the two links that the loop joins.
         predecessor_origin, successor_origin: the joint's frame in each of them; the two coincide at the joint's zero.
         axis: unit vector of the joint's axis in the predecessor's origin frame, or None.
-        driven: whether the joint has a drive, or None.
         place: where it is written.
         note: what a question about this loop should mention; empty if nothing.
     """
@@ -37,7 +36,6 @@ class ForeignLoop:
     successor: str
     successor_origin: Origin
     axis: Vector | None
-    driven: bool | None
     place: Place
     note: str = ""
 

@@ -54,18 +54,9 @@ def _loop(source: SourceRobot, name: str, sides: dict[str, Joint]) -> ForeignLoo
         reason = f"the loop's frame {joint.child!r} has no partner: there is no link {missing!r}; rename it if it closes no loop"
         raise joint.place.error(reason)
     first, second = sides["1"], sides["2"]
-    hinge = all(_has_z_frame(source, joint) for joint in (first, second))
-    return ForeignLoop(
-        name=name,
-        type="revolute" if hinge else None,
-        predecessor=first.parent,
-        predecessor_origin=first.origin,
-        successor=second.parent,
-        successor_origin=second.origin,
-        axis=(0.0, 0.0, 1.0),
-        driven=None,
-        place=source.links[first.child].place,
-    )
+    kind = "revolute" if all(_has_z_frame(source, joint) for joint in (first, second)) else None
+    place = source.links[first.child].place
+    return ForeignLoop(name, kind, first.parent, first.origin, second.parent, second.origin, (0.0, 0.0, 1.0), place)
 
 
 def _has_z_frame(source: SourceRobot, joint: Joint) -> bool:
