@@ -61,8 +61,8 @@ def test_poses_that_exist_all_the_same_are_warned_of(robot):
         robot.assemble(actuators=drives)
     with pytest.warns(UserWarning, match=r"motor_1 = 30 rad is 4.77 turns: .* write 0.523599 for 30°"):
         package_robots.robot("delta").assemble(actuators={"motor_1": 30, "motor_2": 30, "motor_3": 30}, on_failure="nan")
-    with pytest.warns(UserWarning, match=r"z = 90 m is 103 times"):
-        ks.sweep(robot, platform={"z": [0.5, 90], "rx": 0, "ry": 0})
+    with pytest.warns(UserWarning, match=r"z = 20 m is 22.9 times"):
+        ks.sweep(robot, platform={"z": [0.5, 20], "rx": 0, "ry": 0})
 
 
 @pytest.mark.parametrize("name", sorted(shipped_robots()))
