@@ -39,8 +39,7 @@ if TYPE_CHECKING:
     from kinetostatics.files.writer import save_robot
     from kinetostatics.functions.c_export import CExport
     from kinetostatics.functions.function import Function, Jacobian, compile
-    from kinetostatics.functions.quantities import Quantity
-    from kinetostatics.functions.values import Values
+    from kinetostatics.functions.values import Quantity, Values
     from kinetostatics.kinematics.configuration import Configuration
     from kinetostatics.report_page import save_report
     from kinetostatics.results.beam import BeamResult
@@ -162,8 +161,7 @@ _NAMES = {
     "files.writer": ("save_robot",),
     "functions.c_export": ("CExport",),
     "functions.function": ("Function", "Jacobian", "compile"),
-    "functions.values": ("Values",),
-    "functions.quantities": ("Quantity",),
+    "functions.values": ("Quantity", "Values"),
     "kinematics.configuration": ("Configuration",),
     "report_page": ("save_report",),
     "results.beam": ("BeamResult",),

@@ -25,10 +25,9 @@ from kinetostatics.mechanism.beam_model import without_length
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot, robot_of
-from kinetostatics.statics.applied_loads import AppliedLoad
 from kinetostatics.statics.assembly_errors import AssemblyErrors, parse_assembly_errors
 from kinetostatics.statics.limb_ranks import groups_of_poses
-from kinetostatics.statics.link_loads import LinkLoads, parse_link_loads
+from kinetostatics.statics.link_loads import AppliedLoad, LinkLoads, parse_link_loads
 from kinetostatics.statics.model import RobotStatics
 from kinetostatics.statics.singularity import UNBALANCED
 from kinetostatics.statics.solution import Solution

@@ -514,7 +514,7 @@ def test_a_file_that_is_wrong_with_later_parameters_is_refused_at_once(tmp_path,
 def test_maps_for_which_there_is_no_room(robot, tmp_path, monkeypatch, arguments, free, message):
     from collections import namedtuple
 
-    from kinetostatics.workspace import capacity as room
+    from kinetostatics.workspace import storage as room
 
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(room.shutil, "disk_usage", lambda path: namedtuple("usage", "total used free")(10**13, 0, free))
@@ -526,8 +526,8 @@ def test_maps_for_which_there_is_no_room(robot, tmp_path, monkeypatch, arguments
 
 def test_the_size_of_a_map_is_known_before(small, robot):
     from kinetostatics.workspace.arguments import read_sweep_spec
-    from kinetostatics.workspace.capacity import size_of
     from kinetostatics.workspace.schema import labels_of
+    from kinetostatics.workspace.storage import size_of
 
     spec, first = read_sweep_spec(robot, GRID, None, None, LOAD, (0, 0, -9.81), None, "world", None, None, True, 1e-10)
     assert size_of(spec, labels_of(spec, first)) == sum(small[name].nbytes for name in small.data_vars)

@@ -30,8 +30,8 @@ from kinetostatics.limbs import beam as beams
 from kinetostatics.mechanism.weights import Weights
 from kinetostatics.verification import OpenSeesError
 from kinetostatics.verification import opensees as runner
-from kinetostatics.verification.directions import Directions
 from kinetostatics.verification.model import build
+from kinetostatics.verification.pieces import Directions
 
 ROBOTS = sorted(path.name.removesuffix(".urdf.xacro") for path in (ROOT / "robots").glob("*.urdf.xacro"))
 LOAD, POINT, SIDEWAYS = (120.0, -40.0, -500.0, 7.0, -3.0, 11.0), (0.13, -0.07, 0.05), (3.0, -4.0, 8.0)

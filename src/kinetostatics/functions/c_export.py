@@ -21,7 +21,7 @@ from kinetostatics.engine.record import example_of
 from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.functions import c_texts
-from kinetostatics.functions.quantities import ALWAYS, LOADS, Quantity
+from kinetostatics.functions.values import ALWAYS, LOADS, Quantity
 from kinetostatics.kinematics.lines import longest_strides
 from kinetostatics.kinematics.solver import MOST_CORRECTIONS, SHRINKING, PrescribedCoordinates, SolverState
 from kinetostatics.math.arrays import Array

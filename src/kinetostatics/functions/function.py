@@ -19,8 +19,7 @@ from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.functions.c_export import CExport, export_c
 from kinetostatics.functions.derivatives import Derivatives
 from kinetostatics.functions.parameters import Parameter, parameter_named, parameters_of
-from kinetostatics.functions.quantities import ALWAYS, LOADS, TOLERANCE, Quantity
-from kinetostatics.functions.values import Values
+from kinetostatics.functions.values import ALWAYS, LOADS, TOLERANCE, Quantity, Values
 from kinetostatics.kinematics import assembly
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.coordinate_choices import prescribed_platform

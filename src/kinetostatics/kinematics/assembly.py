@@ -11,14 +11,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from kinetostatics.argument_checks import check_choice, check_mapping, numbers, positive
 from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, near_names
-from kinetostatics.kinematics.closing import close
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.continuation import reach
 from kinetostatics.kinematics.coordinate_choices import prescribed_platform, say_choices
 from kinetostatics.kinematics.joint_coordinates import actuator_names
 from kinetostatics.kinematics.lines import follow
 from kinetostatics.kinematics.loop_constraints import Placed, joined
-from kinetostatics.kinematics.openings import CLOSED, gaps_at, gaps_text, worst_gaps_text
+from kinetostatics.kinematics.openings import CLOSED, close, gaps_at, gaps_text, worst_gaps_text
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.kinematics.solver import PrescribedCoordinates, Solver, SolverState
 from kinetostatics.kinematics.unit_hints import odd_coordinates

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from kinetostatics.kinematics.closing import close
+from kinetostatics.kinematics.openings import close
 from kinetostatics.kinematics.solver import PrescribedCoordinates, Solver, SolverState
 from kinetostatics.math.linalg import null_space
 

@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 from kinetostatics.kinematics.loop_constraints import LoopEquations, Placed, joined, products
 from kinetostatics.math import rotations
 from kinetostatics.math.arrays import Array, chunks, empty_for, everywhere, zeros_for
-from kinetostatics.math.linalg import cross, dot, least_squares
+from kinetostatics.math.linalg import cross, dot, have_one_sign, least_squares, surely_have_one_sign
 from kinetostatics.math.orientation import Orientation
-from kinetostatics.math.signs import have_one_sign, surely_have_one_sign
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.printing.mappings import ShortRepr
 

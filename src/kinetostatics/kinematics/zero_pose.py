@@ -7,10 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from kinetostatics.description.elements import Joint, Loop
-from kinetostatics.kinematics.closing import close
 from kinetostatics.kinematics.frame_corrections import FrameCorrection, frame_corrections, other_links
 from kinetostatics.kinematics.loop_constraints import LoopEquations
-from kinetostatics.kinematics.openings import CLOSED, are_within, gaps_text
+from kinetostatics.kinematics.openings import CLOSED, are_within, close, gaps_text
 from kinetostatics.kinematics.solver import PrescribedCoordinates, Solver, SolverState
 from kinetostatics.mechanism.mechanism import Mechanism
 

@@ -9,8 +9,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.math.arrays import Array, copy_for, empty_for, settles
+from kinetostatics.math.arrays import Array, Mask, copy_for, empty_for, settles
 from kinetostatics.math.ordering import first_largest
+
+#: Determinants of GᵀG below this part of the product of the squared columns tell nothing.
+SINGULAR = 1e-14
+#: Pivots above this part of the columns' sizes leave no doubt.
+_SURE = 1e-8
 
 
 def matmul(a: Array, b: Array) -> Array:
@@ -202,3 +207,30 @@ def least_squares(a: Array, b: Array, nullity: int = 0) -> Array:
         for _ in range(2):
             x = x - np.einsum("ia...,ak...->ik...", free, gram.solve(np.einsum("ia...,ik...->ak...", free, x)))
     return x
+
+
+def have_one_sign(one: Array, two: Array) -> Mask:
+    """Return where (N,) the determinants of matrices G (n, n, N) have one sign, or one tells nothing.
+
+    Of matrices (m, n, N) with more rows, it is where that of G₁ᵀ G₂ is positive.
+    """
+    first, second = np.moveaxis(one, 2, 0), np.moveaxis(two, 2, 0)
+    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+        sign, _ = np.linalg.slogdet(np.swapaxes(first, 1, 2) @ second)
+        regular = [
+            np.linalg.slogdet(np.swapaxes(g, 1, 2) @ g)[1] - np.sum(np.log(np.sum(g * g, axis=1)), axis=1)
+            for g in (first, second)
+        ]
+    found: Mask = (sign > 0) | ~(np.minimum(*regular) > np.log(SINGULAR))
+    return found
+
+
+def surely_have_one_sign(one: Array, two: Array) -> Mask:
+    """Return where (N,) :func:`have_one_sign` holds beyond doubt: G₁ᵀ G₂ is eliminated without a small or negative pivot."""
+    rest = np.einsum("ia...,ib...->ab...", one, two)
+    least = _SURE * np.sqrt(np.sum(one * one, axis=0) * np.sum(two * two, axis=0))
+    sure: Mask = np.ones(one.shape[2], dtype=bool)
+    for k in range(least.shape[0]):
+        sure = sure & (rest[0, 0] > least[k])
+        rest = rest[1:, 1:] - rest[1:, :1] / rest[0, 0] * rest[:1, 1:]
+    return sure

@@ -13,7 +13,8 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import Cholesky
 from kinetostatics.printing.dispatch import Shown
 from kinetostatics.results.batch import Batch
-from kinetostatics.statics.applied_loads import of_contributions
+from kinetostatics.statics.joint_wrenches import limb_wrench
+from kinetostatics.statics.link_loads import of_contributions
 from kinetostatics.statics.solution import Solution
 
 
@@ -135,11 +136,4 @@ def _attached_intensities(solution: Solution, number: int) -> Array:
 def _limb_wrench(solution: Solution, number: int, position: int) -> Array:
     """Return what the platform puts on a limb (6, N) about o; NaN where it is not determined."""
     unknown = np.any(solution.undetermined[number][:, position], axis=0)
-    return np.where(unknown, np.nan, particular_limb_wrench(solution, number, position))
-
-
-def particular_limb_wrench(solution: Solution, number: int, position: int) -> Array:
-    """Return what the platform puts on a limb, where that is not determined one of the possible wrenches."""
-    statics = solution.statics[number]
-    intensities = solution.intensities[number][:, :, position].sum(axis=1)
-    return np.einsum("kin,in->kn", statics.J_c[:, :, position], intensities) + statics.R_g[:, position]
+    return np.where(unknown, np.nan, limb_wrench(solution, number, position))

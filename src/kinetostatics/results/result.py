@@ -17,7 +17,6 @@ from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.printing.dispatch import Told, text_of, warnings_of
 from kinetostatics.printing.mappings import Named
-from kinetostatics.results.base_wrench import base_wrench
 from kinetostatics.results.batch import Batch
 from kinetostatics.results.beam import BeamResult, beam_results, euler_ratios
 from kinetostatics.results.contributions import (
@@ -30,15 +29,16 @@ from kinetostatics.results.contributions import (
 from kinetostatics.results.limb import LimbResult
 from kinetostatics.results.payload import PayloadCoefficients, payload_coefficients
 from kinetostatics.robot import Robot, robot_of
-from kinetostatics.statics.applied_loads import sum_of
 from kinetostatics.statics.deformation import Deformation, deform
 from kinetostatics.statics.joint_wrenches import (
     actuator_forces,
+    base_wrench,
     drive_forces,
     joint_contributions,
     joint_wrenches,
     joints_in_order,
 )
+from kinetostatics.statics.link_loads import sum_of
 from kinetostatics.statics.solution import Solution, by_mechanism, of_deformation
 from kinetostatics.statics.springs import placed_springs
 from kinetostatics.status import FACTS, Status, status_of

@@ -23,7 +23,7 @@ from kinetostatics.math.linalg import least_squares
 from kinetostatics.math.screws import move_twist, move_wrench
 from kinetostatics.mechanism.joint_compliance import Spring, springs_of
 from kinetostatics.mechanism.limbs import Edge, carries
-from kinetostatics.statics.applied_loads import AppliedStatics, by_place, of_contributions
+from kinetostatics.statics.link_loads import AppliedStatics, by_place, of_contributions
 from kinetostatics.statics.loaded_beams import LoadedBeams, rotate
 from kinetostatics.statics.model import RobotStatics
 from kinetostatics.statics.solution import Solution

@@ -1,6 +1,6 @@
-"""Wrenches of all joints and forces of all drives, from the limbs' cut-joint wrenches and the weights, chunk by chunk.
+"""Wrenches of joints, limbs and base, and forces of drives, from the limbs' cut-joint wrenches and the weights, chunk by chunk.
 
-Wrenches are what a joint's base side puts on its platform side, at the joint's centre, world axes.
+Those of joints are what a joint's base side puts on its platform side, at the joint's centre, world axes.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import numpy as np
 
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.screws import move_wrench
-from kinetostatics.statics.applied_loads import by_place
+from kinetostatics.statics.link_loads import by_place, sum_of
 from kinetostatics.statics.model import RobotStatics
 from kinetostatics.statics.solution import Solution
 
@@ -146,3 +146,29 @@ def _open_wrenches(robot: RobotStatics, solution: Solution, joints: Sequence[int
     sizes = np.maximum(np.abs(moved[:3]), np.abs(moved[3:]) / robot.length).max(axis=(0, 1))
     moved = moved / np.where(sizes > 0, sizes, 1.0)
     return moved if joints is None else moved[:, list(joints)]
+
+
+def limb_wrench(solution: Solution, number: int, position: int) -> Array:
+    """Return what the platform puts on a limb (6, N) about o, where that is not determined one of the possible wrenches."""
+    statics = solution.statics[number]
+    intensities = solution.intensities[number][:, :, position].sum(axis=1)
+    return np.einsum("kin,in->kn", statics.J_c[:, :, position], intensities) + statics.R_g[:, position]
+
+
+def base_wrench(robot: RobotStatics, solution: Solution) -> Array:
+    """Return the ground's wrench (6, N) acting on the robot, about the base link's origin, world axes [N, N·m].
+
+    It is all that acts on the robot, reversed.
+    """
+    weights, topology = solution.weights, robot.topology
+    sum_at_o = weights[:, robot.weights.of("base")].sum(axis=1)
+    sum_at_o += sum_of(solution.applied, topology.base.places)
+    sum_at_o += sum_of(solution.applied, [place for limb in topology.limbs for place in limb.places])
+    for number, statics in enumerate(solution.statics):
+        if not statics.group.is_attached:  # its weight is that of base or platform
+            for position, limb in enumerate(statics.group.limbs):
+                own = robot.weights.sum(limb.weights, weights)
+                sum_at_o = sum_at_o + limb_wrench(solution, number, position) + own
+    body, placement = robot.mechanism.body_of[robot.description.base]
+    origin = solution.frames.point(body, placement[:3, 3])
+    return -move_wrench(sum_at_o, origin - solution.o)

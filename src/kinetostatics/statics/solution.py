@@ -17,8 +17,8 @@ from kinetostatics.limbs.statics import LimbStatics, limb_statics, with_loads
 from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.printing.mappings import ShortRepr
-from kinetostatics.statics.applied_loads import AppliedLoad, AppliedStatics, applied_statics, by_place
 from kinetostatics.statics.assembly_errors import AssemblyErrors
+from kinetostatics.statics.link_loads import AppliedLoad, AppliedStatics, applied_statics, by_place
 from kinetostatics.statics.model import RobotStatics
 from kinetostatics.statics.platform_equilibrium import PlatformEquilibrium
 from kinetostatics.statics.singularity import falling, of_any_limb, turned_inside_out, unbalanced_parts, where_singular

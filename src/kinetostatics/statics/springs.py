@@ -22,10 +22,9 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import cross
 from kinetostatics.math.screws import move_twist
 from kinetostatics.mechanism.tree import Frames
-from kinetostatics.statics.applied_loads import AppliedLoad
 from kinetostatics.statics.assembly_errors import AssemblyErrors
 from kinetostatics.statics.deformation import Deformation, deform
-from kinetostatics.statics.link_loads import places_at
+from kinetostatics.statics.link_loads import AppliedLoad, places_at
 from kinetostatics.statics.model import RobotStatics
 from kinetostatics.statics.solution import Solution, redistributed, solve
 

@@ -6,7 +6,7 @@ of the links; it is on purpose not taken from :mod:`kinetostatics.mechanism.limb
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -15,11 +15,42 @@ import numpy as np
 
 from kinetostatics.description.joint_types import JOINT_TYPES, JointType
 from kinetostatics.math.arrays import Array
+from kinetostatics.math.graphs import Paths
 from kinetostatics.mechanism.beam_geometry import BeamSpan, SpanFinder
-from kinetostatics.verification.directions import Directions
 
 if TYPE_CHECKING:
     from kinetostatics.kinematics.configuration import Configuration
+
+
+class Directions:
+    """Directions of the edges of a graph with a base and a platform.
+
+    Where every path from base to platform that visits no node twice passes an edge in the same direction, its inner side is the
+    one that comes first. Where paths pass it in both directions, as the bridge of a cross-brace, its own first side is; so it is
+    in a ring that no such path passes. Other edges that none passes point away from what they hang on.
+
+    Args:
+        edges: the two nodes of every edge, by key.
+        base, platform: two of the nodes.
+    """
+
+    def __init__(self, edges: Mapping[str, tuple[int, int]], base: int, platform: int) -> None:
+        self.base, self.platform = base, platform
+        self._edges = dict(edges)
+        self._paths = Paths(self._edges, base, platform)
+
+    def inner_first(self, edge: str) -> bool:
+        """Whether the first node of an edge lies towards the base, or towards what the edge hangs on."""
+        first, second = self._edges[edge]
+        forward = self._paths.pass_along(edge, first, second)
+        if forward or self._paths.pass_along(edge, second, first):
+            return forward
+        for target, barred in ((self.base, self.platform), (self.platform, self.base)):
+            if self._paths.connected(first, target, {barred}, edge):
+                return True
+            if self._paths.connected(second, target, {barred}, edge):
+                return False
+        return True
 
 
 #: Points of one beam's link that are closer than this [m] are the same end.

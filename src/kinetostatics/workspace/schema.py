@@ -16,8 +16,8 @@ from kinetostatics.math.screws import COMPONENTS, TWIST_UNITS
 from kinetostatics.reports.json import drive_unit, wrench_units
 from kinetostatics.results.gravity_ways import WAYS
 from kinetostatics.status import FACTS, Status
+from kinetostatics.workspace.assembly_modes.continuity import loose_coordinates
 from kinetostatics.workspace.grid import LENGTHS
-from kinetostatics.workspace.loose_joints import loose_coordinates
 from kinetostatics.workspace.sweep_spec import SweepSpec
 
 if TYPE_CHECKING:
