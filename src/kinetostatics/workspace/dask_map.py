@@ -16,7 +16,6 @@ from kinetostatics.workspace.grid import Block, block_sizes, chunk_sizes, cut, s
 from kinetostatics.workspace.schema import Labels, template, variables
 from kinetostatics.workspace.sweep_spec import SweepSpec
 from kinetostatics.workspace.targets import Target, in_memory
-from kinetostatics.workspace.tasks import perform
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -42,7 +41,7 @@ def lazy_block(job: Job, bounds: tuple[tuple[int, int], ...]) -> dict[str, NDArr
     target.write_block(block, compute_block(spec, labels, block))
     cases, region = spec.part(block, "case"), spec.part(block, "coordinate")
     for combination in spec.combinations(block):
-        finished = perform(spec, labels, target.to_finish(combination, cases, region))
+        finished = target.to_finish(combination, cases, region)(spec, labels)
         target.patch(combination, cases, region, finished, sizes_of(region))
     return dict(target.arrays)
 

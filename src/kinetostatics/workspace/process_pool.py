@@ -19,7 +19,7 @@ from typing import Any
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.workspace.schema import Labels
 from kinetostatics.workspace.sweep_spec import SweepSpec
-from kinetostatics.workspace.tasks import Task, perform
+from kinetostatics.workspace.tasks import Task
 
 #: How often one after the other a process may die before any has done its work.
 ATTEMPTS = 3
@@ -118,9 +118,9 @@ def _work(task: Task) -> object:
         KinetostaticsError: what went wrong; errors of the robot's file with their place in the message.
     """
     try:
-        found = perform(_spec, _labels, task)
+        found = task(_spec, _labels)
     except KinetostaticsError as error:
         raise (ArgumentError if isinstance(error, ArgumentError) else KinetostaticsError)(str(error)) from None
     except OSError as error:
         raise KinetostaticsError(f"{error.filename or 'a file'}: {error.strerror or error}") from None
-    return None if getattr(task, "path", None) is not None else found
+    return None if task.keywords.get("path") is not None else found

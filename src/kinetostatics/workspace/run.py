@@ -7,7 +7,7 @@ import os
 import warnings
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -27,7 +27,7 @@ from kinetostatics.workspace.schema import Labels, check_names, labels_of, templ
 from kinetostatics.workspace.storage import Storage, check_disk, check_memory, open_map, store_of
 from kinetostatics.workspace.sweep_spec import SweepSpec
 from kinetostatics.workspace.targets import Target, in_memory
-from kinetostatics.workspace.tasks import BlockTask, Task, perform, read_part
+from kinetostatics.workspace.tasks import Task, block_numbers, read_part
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -227,7 +227,9 @@ class _Run:
             workers = min(self.workers, len(blocks))
             pool = stack.enter_context(ProcessPool(self.spec, self.labels, workers)) if workers > 1 else None
             bar.say(COMPUTING)
-            for number, numbers in self._perform(pool, (BlockTask(block, path) for path, block in blocks)):
+            for number, numbers in self._perform(
+                pool, (partial(block_numbers, block=block, path=path) for path, block in blocks)
+            ):
                 path, block = blocks[number]
                 target.write_block(block, numbers or read_part(str(path)) or {})
                 bar.advance(math.prod(sizes_of(block)))
@@ -238,7 +240,7 @@ class _Run:
             yield from pool.perform(tasks)
             return
         for number, task in enumerate(tasks):
-            yield number, perform(self.spec, self.labels, task)
+            yield number, task(self.spec, self.labels)
 
     # ---- the second look --------------------------------------------------------------------------------------------
 

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.workspace.assembly_modes.repair import Finished
+from kinetostatics.workspace.assembly_modes.repair import Finished, finish
 from kinetostatics.workspace.grid import Block, cut, sizes_of
 from kinetostatics.workspace.schema import ZERO_MODE, Labels, variables
 from kinetostatics.workspace.sweep_spec import Combination, SweepSpec
-from kinetostatics.workspace.tasks import FinishTask
+from kinetostatics.workspace.tasks import Task
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -55,14 +56,15 @@ class Target:
 
     # ---- the second look --------------------------------------------------------------------------------------------
 
-    def to_finish(self, combination: Combination, cases: Block, region: Block) -> FinishTask:
-        """Return what is known of a region of one robot before the second look at it."""
+    def to_finish(self, combination: Combination, cases: Block, region: Block) -> Task:
+        """Return the second look at a region of one robot, with what is known of it before."""
         block, one = self._block(combination, cases, region), (0,) * len(combination)
         q = self.read("q", block)[one]
         if any(self.labels.loose):  # they tell nothing, but x, y, z of o do
             q = np.concatenate([q, self.read("platform_pose", block)[one][..., :3]], axis=-1)
         length = float(self.read("characteristic_length", block)[one])
-        return FinishTask(combination, cases, region, q, self.read("mode", block)[one] == ZERO_MODE, length)
+        known = {"q": q, "reached": self.read("mode", block)[one] == ZERO_MODE, "length": length}
+        return partial(finish, combination=combination, cases=cases, region=region, **known)
 
     def patch(self, combination: Combination, cases: Block, region: Block, finished: Finished, sizes: Sequence[int]) -> None:
         """Write what the second look has changed, in pieces of the coordinate axes of given sizes."""

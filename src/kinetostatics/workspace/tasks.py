@@ -1,52 +1,29 @@
-"""The pieces of work of a sweep: what is done for one of them, in this process or another."""
+"""The pieces of work of a sweep: blocks, which are kept in files, among them."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from functools import partial
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.workspace.assembly_modes.repair import finish
 from kinetostatics.workspace.block import compute_block
 from kinetostatics.workspace.grid import Block
 from kinetostatics.workspace.schema import Labels
-from kinetostatics.workspace.sweep_spec import Combination, SweepSpec
+from kinetostatics.workspace.sweep_spec import SweepSpec
+
+#: A piece of work, to be called with what is asked for and the labels; a partial function, which goes to other processes.
+Task: TypeAlias = "partial[Any]"
 
 
-@dataclass(frozen=True)
-class BlockTask:
-    """Compute a block; ``path``: and write it to a file."""
-
-    block: Block
-    path: str | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class FinishTask:
-    """Look at a region of the coordinate axes of one robot, see :func:`finish`."""
-
-    combination: Combination
-    cases: Block
-    region: Block
-    q: NDArray[np.float64]
-    reached: NDArray[np.bool_]
-    length: float
-
-
-Task = BlockTask | FinishTask
-
-
-def perform(spec: SweepSpec, labels: Labels, task: Task) -> Any:
-    """Do a piece of work and return what comes of it: the variables of a block, or a :class:`Finished` one."""
-    if isinstance(task, FinishTask):
-        return finish(spec, labels, **vars(task))
-    numbers = compute_block(spec, labels, task.block)
-    if task.path is not None:
-        write_part(task.path, numbers)
+def block_numbers(spec: SweepSpec, labels: Labels, block: Block, path: str | None = None) -> dict[str, NDArray[np.generic]]:
+    """Return the variables of a block, having written them to a file if a ``path`` is given."""
+    numbers = compute_block(spec, labels, block)
+    if path is not None:
+        write_part(path, numbers)
     return numbers
 
 
