@@ -10,13 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.analysis import analyze
-from kinetostatics.exceptions import ArgumentError
+from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.math.orientation import orientation_named
 from kinetostatics.math.screws import COMPONENTS, TWIST_UNITS
 from kinetostatics.reports.json import drive_unit, wrench_units
 from kinetostatics.results.gravity_ways import WAYS
 from kinetostatics.status import FACTS, Status
-from kinetostatics.workspace.assembly_modes.continuity import loose_coordinates
 from kinetostatics.workspace.grid import LENGTHS
 from kinetostatics.workspace.sweep_spec import SweepSpec
 
@@ -30,6 +29,8 @@ WRENCH_UNITS = ("N", "N", "N", "N m", "N m", "N m")
 #: Kinds of axes along which variables vary: all, those that change the pose, or those that change the robot.
 EVERYTHING, POSES, ROBOTS = ("parameter", "case", "coordinate"), ("parameter", "coordinate"), ("parameter",)
 
+#: Coordinates that change by more than the second when all are moved by the first and the loops closed again are loose.
+MOVED, CHANGED = 0.05, 1e-5
 #: ``mode``: which assembly mode reaches a pose.
 ZERO_MODE, OTHER_MODE, NO_MODE = 0, 1, -1
 
@@ -190,6 +191,33 @@ def labels_of(spec: SweepSpec, robot: Robot) -> Labels:
         orientation_named(spec.orientation).pose_names,
         bool(spec.compensated),
     )
+
+
+def loose_coordinates(spec: SweepSpec, robot: Robot) -> tuple[bool, ...]:
+    """Return which model coordinates local freedoms change: a rod that spins between two spherical joints.
+
+    They are what a pose's coordinates leave open, at a generic pose that is left a little and closed again.
+    """
+    if not robot.mobility.local:
+        return (False,) * robot.mechanism.tree.nq
+    q = robot.model_q(robot.generic_poses)[:, 0]
+    pose = robot.configuration(q, tolerance=np.inf, on_failure="nan")
+    known = pose.platform_coordinates(spec.orientation) if spec.kind == "platform" else pose.actuators
+    names = [*spec.held, *(axis.name for axis in spec.axes_of("coordinate"))]
+    random = np.random.default_rng(6)
+    starts = q + random.uniform(-MOVED, MOVED, (32, len(q)))
+    near = robot.configuration(starts, tolerance=np.inf, on_failure="nan")
+    try:
+        found = spec.assemble(robot, {name: np.full(len(starts), float(known[name])) for name in names}, near)
+    except (KinetostaticsError, KeyError):  # somebody else will complain
+        return (False,) * robot.mechanism.tree.nq
+    ends = found.q[found.status != Status.UNREACHABLE]
+    if len(ends) < 2:
+        model = robot.mechanism.model
+        return tuple(
+            n not in robot.description.driven for n, count in zip(model.names, model.nqs, strict=True) for _ in range(count)
+        )
+    return tuple((np.ptp(ends, axis=0) > CHANGED).tolist())
 
 
 def _q_labels(robot: Robot) -> list[tuple[str, str]]:

@@ -13,11 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.exceptions import KinetostaticsError
 from kinetostatics.math.arrays import Array, Index, Mask
-from kinetostatics.robot import Robot
-from kinetostatics.status import Status
-from kinetostatics.workspace.sweep_spec import SweepSpec
 
 Single = NDArray[np.float32]
 
@@ -27,8 +23,6 @@ BESIDE, USUAL = 0.5, 0.2
 LARGE = 4.0
 #: Scaled difference [rad] up to which two poses are the same.
 SAME = 1e-6
-#: Coordinates that change by more than the second when all are moved by the first and the loops closed again are loose.
-MOVED, CHANGED = 0.05, 1e-5
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,30 +106,3 @@ def _suspect(joints: Single, both: Mask, scale: JointScale) -> Mask:
     alone[1:] &= ~pair
     alone[:-1] &= ~pair
     return np.asarray(suspect & ~(alone & (step <= LARGE * usual)))
-
-
-def loose_coordinates(spec: SweepSpec, robot: Robot) -> tuple[bool, ...]:
-    """Return which model coordinates local freedoms change: a rod that spins between two spherical joints.
-
-    They are what a pose's coordinates leave open, at a generic pose that is left a little and closed again.
-    """
-    if not robot.mobility.local:
-        return (False,) * robot.mechanism.tree.nq
-    q = robot.model_q(robot.generic_poses)[:, 0]
-    pose = robot.configuration(q, tolerance=np.inf, on_failure="nan")
-    known = pose.platform_coordinates(spec.orientation) if spec.kind == "platform" else pose.actuators
-    names = [*spec.held, *(axis.name for axis in spec.axes_of("coordinate"))]
-    random = np.random.default_rng(6)
-    starts = q + random.uniform(-MOVED, MOVED, (32, len(q)))
-    near = robot.configuration(starts, tolerance=np.inf, on_failure="nan")
-    try:
-        found = spec.assemble(robot, {name: np.full(len(starts), float(known[name])) for name in names}, near)
-    except (KinetostaticsError, KeyError):  # somebody else will complain
-        return (False,) * robot.mechanism.tree.nq
-    ends = found.q[found.status != Status.UNREACHABLE]
-    if len(ends) < 2:
-        model = robot.mechanism.model
-        return tuple(
-            n not in robot.description.driven for n, count in zip(model.names, model.nqs, strict=True) for _ in range(count)
-        )
-    return tuple((np.ptp(ends, axis=0) > CHANGED).tolist())
