@@ -17,7 +17,9 @@ if TYPE_CHECKING:
     from kinetostatics.analysis import analyze
     from kinetostatics.authoring.extension import extend_robot, extension_text
     from kinetostatics.authoring.robot_by_name import new_robot, robot_text
+    from kinetostatics.calibration import calibrate, plan_measurements
     from kinetostatics.compensation import compensate
+    from kinetostatics.description.gauges import Gauge
     from kinetostatics.description.loads import LinkLoad, Payload
     from kinetostatics.design import optimize, sensitivities
     from kinetostatics.engine.report import EngineReport, engine_report
@@ -43,6 +45,7 @@ if TYPE_CHECKING:
     from kinetostatics.kinematics.configuration import Configuration
     from kinetostatics.report_page import save_report
     from kinetostatics.results.beam import BeamResult
+    from kinetostatics.results.calibration import Calibration, Estimate, MeasurementPlan, Outlier, Unidentifiable
     from kinetostatics.results.compensation import Compensation
     from kinetostatics.results.limb import LimbResult
     from kinetostatics.results.optimum import CheckedRequirement, Optimum
@@ -63,19 +66,24 @@ __all__ = [
     "AssemblyError",
     "BeamResult",
     "CExport",
+    "Calibration",
     "CheckedRequirement",
     "Compensation",
     "Configuration",
     "CoordinatesError",
     "EngineReport",
+    "Estimate",
     "Function",
+    "Gauge",
     "Jacobian",
     "KinetostaticsError",
     "LimbEquilibriumError",
     "LimbResult",
     "LinkLoad",
+    "MeasurementPlan",
     "MissingFactsError",
     "Optimum",
+    "Outlier",
     "Payload",
     "PayloadCoefficients",
     "Quantity",
@@ -89,9 +97,11 @@ __all__ = [
     "Status",
     "Tolerance",
     "Tolerances",
+    "Unidentifiable",
     "UnknownNameError",
     "Values",
     "analyze",
+    "calibrate",
     "compensate",
     "compile",
     "description",
@@ -103,6 +113,7 @@ __all__ = [
     "load_robot",
     "new_robot",
     "optimize",
+    "plan_measurements",
     "plot",
     "read_robot_file",
     "robot_text",
@@ -131,7 +142,9 @@ _NAMES = {
         "new_robot",
         "robot_text",
     ),
+    "calibration": ("calibrate", "plan_measurements"),
     "compensation": ("compensate",),
+    "description.gauges": ("Gauge",),
     "design": ("optimize", "sensitivities"),
     "engine.report": (
         "EngineReport",
@@ -165,6 +178,13 @@ _NAMES = {
     "kinematics.configuration": ("Configuration",),
     "report_page": ("save_report",),
     "results.beam": ("BeamResult",),
+    "results.calibration": (
+        "Calibration",
+        "Estimate",
+        "MeasurementPlan",
+        "Outlier",
+        "Unidentifiable",
+    ),
     "results.compensation": ("Compensation",),
     "results.limb": ("LimbResult",),
     "results.optimum": ("CheckedRequirement", "Optimum"),

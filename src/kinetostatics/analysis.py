@@ -136,7 +136,7 @@ def analyze(
     for part in chunks(N) or [slice(0, 0)]:  # one chunk even of an empty batch
         mine = part if isinstance(which, slice) else which[part]
         chunk = frames.take(mine)
-        at_o = _load_at_o(robot, chunk, wrenches[:, part], None if arms is None else arms[:, part], frame)
+        at_o = load_at_o(robot, chunk, wrenches[:, part], None if arms is None else arms[:, part], frame)
         off = None if spread is None else spread.map(lambda array: array[:, part])  # noqa: B023
         applied: tuple[AppliedLoad, ...] = ()
         if acting is not None:
@@ -190,8 +190,8 @@ def _vector(name: str, value: ArrayLike, size: int) -> Array:
     return array
 
 
-def _load_at_o(robot: Robot, frames: Frames, load: Array, point: Array | None, frame: str) -> Array:
-    """Return the external load about o in world axes (6, N)."""
+def load_at_o(robot: Robot, frames: Frames, load: Array, point: Array | None, frame: str) -> Array:
+    """Return an external load (6, N) at a point (3, N), both as ``frame`` says, about o in world axes (6, N)."""
     if frame == "world" and point is None:
         return load
     R, o = robot.mechanism.platform_pose(frames)

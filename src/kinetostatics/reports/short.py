@@ -35,10 +35,12 @@ from kinetostatics.printing.text import (
     largest,
     listing,
 )
+from kinetostatics.reports.calibration import estimate_words, interval_words
 from kinetostatics.reports.json import drive_unit, wrench_units
 from kinetostatics.reports.pose import drive_coordinates, facts_of, platform_coordinates, statuses_of
 from kinetostatics.reports.tolerances import amount_words
 from kinetostatics.results.beam import BeamResult
+from kinetostatics.results.calibration import Calibration, MeasurementPlan
 from kinetostatics.results.compensation import Compensation
 from kinetostatics.results.limb import LimbResult
 from kinetostatics.results.optimum import Optimum
@@ -89,7 +91,9 @@ for _shown in (
     Result,
     LimbResult,
     BeamResult,
+    Calibration,
     Compensation,
+    MeasurementPlan,
     Optimum,
     Sensitivities,
     Tolerances,
@@ -241,6 +245,25 @@ def _optimum(found: Optimum) -> Short:
     title = f"Optimum of {found.robot.name!r}: {'feasible' if found.feasible else 'NOT feasible'}"
     line = f"{title}, {found.minimized} {found.objective:.6g} {found.unit} at {_listed(rows[: len(found.parameters)])}"
     return Short(line, title, ("parameter or requirement", "value or worst"), rows)
+
+
+@_short.register
+def _calibration(found: Calibration) -> Short:
+    rows = [(item.name, estimate_words(item, item.value), interval_words(item)) for item in found.estimates.values()]
+    title = f"Calibration of {found.robot.name!r} from {_count(len(found.measured), 'reading')}"
+    line = f"{title}: {_listed(row[:2] for row in rows[:6])}"
+    line += f"; {len(found.unidentifiable)} not told" if found.unidentifiable else ""
+    line += f"; {_count(len(found.outliers), 'outlier')}" if found.outliers else ""
+    return Short(line, title, ("unknown", "estimate", f"{100 * found.level:.4g} % interval"), rows)
+
+
+@_short.register
+def _plan(found: MeasurementPlan) -> Short:
+    title = f"MeasurementPlan of {found.robot.name!r}: {_count(len(found.chosen), 'measurement')} out of {found.candidates}"
+    errors = found.random_standard_errors
+    rows = [(name, f"{error:.3g}", f"{errors[name]:.3g}") for name, error in found.standard_errors.items()]
+    line = f"{title}, {found.gain:.3g} times as sure as random ones"
+    return Short(line, title, ("unknown", "standard error", "of random plans"), rows)
 
 
 @_short.register

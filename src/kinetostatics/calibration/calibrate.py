@@ -1,0 +1,246 @@
+"""Stiffnesses, payload and offsets from measured deflections."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kinetostatics.calibration.fit import Fit, fit, held_out, outliers
+from kinetostatics.calibration.gauges import read_gauges
+from kinetostatics.calibration.identifiability import NOTHING, unidentifiable
+from kinetostatics.calibration.measurements import Measurements, read_measurements
+from kinetostatics.calibration.model import Model, Readings
+from kinetostatics.calibration.unknowns import Unknowns
+from kinetostatics.description.gauges import Gauge
+from kinetostatics.description.loads import Payload
+from kinetostatics.exceptions import ArgumentError, KinetostaticsError, StaticsError
+from kinetostatics.math.arrays import Array, Mask, frozen
+from kinetostatics.printing.mappings import Named
+from kinetostatics.results.calibration import Calibration, Estimate, Outlier
+from kinetostatics.robot import Robot
+
+
+def calibrate(
+    robot: Robot,
+    measurements: Any,
+    unknowns: Sequence[str],
+    *,
+    gauges: Any = None,
+    reference: str | Mapping[str, float] = "undeformed",
+    orientation: str | None = None,
+    payload: Payload | None = None,
+    point: ArrayLike | None = None,
+    frame: str = "world",
+    level: float = 0.95,
+    leave_out_outliers: bool = False,
+    **analysis: Any,
+) -> Calibration:
+    """Find stiffnesses, payload and offsets from measured deflections, with how sure they are and what cannot be told.
+
+    Args:
+        robot: as its file says; the search begins there.
+        measurements: the path of a CSV file, columns by title, rows, or an xarray Dataset. Columns: coordinates of the platform
+            or of all drives; the load on it Fx … Mz; readings: components of the twist at o in world axes, dx dy dz drx dry drz,
+            and gauges by their names. Titles may have units, "z [mm]"; else numbers are SI. Empty cells are no readings.
+        unknowns: names: of a beam, elastic joint or drive, for a factor of its stiffness ("drives:slide" if the joint is elastic
+            as well; "rod_1+rod_2" for a common factor); of an argument of the robot's file; "payload.mass", "payload.x",
+            "payload.y", "payload.z" of its centre, in the platform's frame from o; "offset.NAME", what a gauge reads where
+            nothing moves, or "offsets" for all gauges.
+        gauges: by name, a :class:`Gauge` each, or the path of a CSV file of them.
+        reference: what readings are differences to: "undeformed", the robot without any weight; "unloaded", the same pose with
+            its weight and the payload, but without the load; or coordinates of one such pose, at which all were set to zero.
+        orientation: what the orientation's coordinates mean, see :meth:`Robot.assemble`.
+        payload: on the platform; a start for what is unknown of it.
+        point, frame: of the load, as :func:`kinetostatics.analyze` takes them; one point for all rows.
+        level: of the confidence intervals.
+        leave_out_outliers: whether to fit once more without the outliers.
+        analysis: whatever else :func:`kinetostatics.analyze` takes: ``gravity``, ``loads``, ….
+
+    Returns:
+        Estimates with intervals, what is not identifiable, residuals, outliers, and the robot with the estimates. Readings are
+        weighted by the gauges' sigma. If none is given, all are taken as equally good, and sigma is found from the residuals.
+
+    Raises:
+        ArgumentError: measurements or unknowns make no sense; messages name file and line.
+        KinetostaticsError: SciPy is missing; the message says how to install it.
+        AssemblyError: a pose cannot be reached.
+        StaticsError: a pose is singular.
+
+    Example:
+        One rod is softer than its file says, by a factor of 0.8, and three poses tell:
+
+        >>> import kinetostatics as ks
+        >>> robot = ks.load_robot("3rps")
+        >>> rows = {"z": [0.5, 0.6, 0.5], "rx": [0.0, 0.1, -0.1], "ry": [0.0, 0.0, 0.2], "Fz [kN]": [-2.0, -2.0, -2.0]}
+        >>> soft = robot.description.changed("rod_1", youngs_modulus=0.8 * robot.description.beams["rod_1"].youngs_modulus)
+        >>> pose = ks.Robot(soft).assemble(platform={name: rows[name] for name in ("z", "rx", "ry")})
+        >>> rows["dz"] = ks.analyze(pose, [0, 0, -2000, 0, 0, 0]).twist[:, 2]
+        >>> found = ks.calibrate(robot, rows, ["rod_1"])
+        >>> round(found.estimates["rod_1"].value, 6)
+        0.8
+    """
+    need_scipy("calibrate")
+    check_level(level)
+    check_robot("calibrate", robot, payload)
+    known = read_gauges(gauges)
+    table = read_measurements(robot, measurements, known)
+    readings, measured = _readings(table, known)
+    used_gauges = list(readings.gauges.values())
+    sigmas = [gauge.sigma for gauge in used_gauges]
+    if None in sigmas and (len(set(sigmas)) > 1 or len({gauge.kind for gauge in used_gauges}) > 1):
+        name = next(name for name, gauge in readings.gauges.items() if gauge.sigma is None)
+        raise ArgumentError(
+            f"the gauge {name!r} has no sigma: readings of lengths and of angles, or of better and worse gauges, are "
+            "weighed by the standard deviation of each: gauges={" + repr(name) + ": ks.Gauge(…, sigma=1e-6)}"
+        )
+    sigma_known = None not in sigmas
+    sizes = {name: float(np.sqrt(np.mean(measured[readings.which == k] ** 2))) or 1.0 for k, name in enumerate(readings.gauges)}
+    looked_for = Unknowns(robot, unknowns, readings.gauges, payload, sizes)
+    model = Model(looked_for, table.coordinates, table.load, readings, reference, orientation, point, frame, analysis)
+    scale = np.array([item.scale for item in looked_for.items])
+    start = np.array([item.start for item in looked_for.items]) / scale
+    sigma = np.array([1.0 if value is None else value for value in sigmas])[readings.which]
+    check_predicted(model, start * scale)
+
+    def solved(used: Mask) -> Fit:
+        return fit(
+            lambda x: model.predict(x * scale)[used],
+            lambda x: model.jacobian(x * scale)[used] * scale,
+            start,
+            measured[used],
+            sigma[used],
+            sigma_known,
+        )
+
+    used = np.full(len(measured), True)
+    found = solved(used)
+    size = float(np.sqrt(np.mean((measured / sigma) ** 2)))
+    studentized, bad = outliers(found, size)
+    if leave_out_outliers and np.any(bad):
+        used = ~bad
+        found = solved(used)
+        studentized = np.where(bad, studentized, 0.0)
+        studentized[used] = outliers(found, size)[0]
+    values, covariance = found.x * scale, found.covariance * np.outer(scale, scale)
+    computed = model.predict(values)
+    of = [list(readings.gauges)[k] for k in readings.which]
+    flagged = tuple(
+        Outlier(int(table.rows[readings.rows[k]]), of[k], float(measured[k]), float(computed[k]), float(studentized[k]))
+        for k in np.flatnonzero(bad)
+    )
+    errors = np.full(len(measured), np.nan)
+    errors[used] = held_out(found, readings.rows[used]) * sigma[used]
+    mass, center = looked_for.payload_of(values)
+    scatter = 1.0 if sigma_known else float(np.sqrt(found.variance))
+    return Calibration(
+        Named(
+            {
+                item.name: one
+                for item, one in zip(looked_for.items, _estimates(looked_for, found, values, covariance, level), strict=True)
+            }
+        ),
+        unidentifiable(looked_for.items, found.jacobian, found.null),
+        level,
+        frozen(covariance),
+        Named(readings.gauges),
+        table.rows[readings.rows],
+        tuple(of),
+        frozen(measured),
+        frozen(computed),
+        used,
+        frozen(studentized),
+        frozen(errors),
+        flagged,
+        frozen(sigma * scatter),
+        sigma_known,
+        float(found.residuals @ found.residuals / found.freedom) if sigma_known and found.freedom else float("nan"),
+        found.freedom,
+        found.converged,
+        Payload(mass, tuple(center.tolist())) if mass else None,
+        replace_path(model.robot(values), robot),
+    )
+
+
+def need_scipy(what: str) -> None:
+    """Complain if SciPy is missing.
+
+    Raises:
+        KinetostaticsError: it is.
+    """
+    try:
+        import scipy.optimize  # noqa: F401
+    except ModuleNotFoundError:
+        raise KinetostaticsError(f"{what} needs SciPy: pip install 'kinetostatics[optimize]'") from None
+
+
+def check_level(level: object) -> None:
+    """Complain of a confidence level that is none.
+
+    Raises:
+        ArgumentError: it is none.
+    """
+    if not isinstance(level, (int, float)) or not 0 < level < 1:
+        raise ArgumentError(f"level is {level!r}; it must be between 0 and 1, such as 0.95")
+
+
+def check_robot(what: str, robot: object, payload: Payload | None) -> None:
+    """Complain unless there is a robot, and its payload is one on the platform.
+
+    Raises:
+        ArgumentError: there is none.
+    """
+    if not isinstance(robot, Robot):
+        raise ArgumentError(f"{what} wants a robot, not {robot!r}: load one with ks.load_robot(…)")
+    if payload is not None and (payload.link not in (None, robot.description.platform) or np.ndim(payload.mass)):
+        raise ArgumentError("the payload of a calibration is one on the platform; give others by loads={link: ks.LinkLoad(…)}")
+
+
+def check_predicted(model: Model, values: Array) -> None:
+    """Complain of readings that cannot be computed at the start.
+
+    Raises:
+        StaticsError: there are some.
+    """
+    computed = model.predict(values)
+    if not np.all(np.isfinite(computed)):
+        row = int(model.readings.rows[np.flatnonzero(~np.isfinite(computed))[0]])
+        raise StaticsError(f"readings cannot be computed at the pose of row {row}, counted from 0: it is singular")
+
+
+def _readings(table: Measurements, gauges: Mapping[str, Gauge]) -> tuple[Readings, Array]:
+    """Return which readings there are, row by row, and their values (n,)."""
+    names = [name for name, column in table.readings.items() if np.any(np.isfinite(column))]
+    every = np.stack([table.readings[name] for name in names], axis=-1)
+    rows, which = np.nonzero(np.isfinite(every))
+    return Readings(rows, which, {name: gauges[name] for name in names}), every[rows, which]
+
+
+def _estimates(unknowns: Unknowns, found: Fit, values: Array, covariance: Array, level: float) -> list[Estimate]:
+    from scipy import stats
+
+    tail, free = (1 - level) / 2, found.freedom
+    wide = float(stats.norm.isf(tail)) if found.sigma_known else float(stats.t.isf(tail, free)) if free > 0 else np.inf
+    estimates = []
+    told, factors = unknowns.told(values)
+    starts, _ = unknowns.told(np.array([item.start for item in unknowns.items]))
+    errors = np.sqrt(np.diag(factors @ covariance @ factors.T))
+    for k, item in enumerate(unknowns.items):
+        known = not np.any(np.abs(found.null[k]) > NOTHING * np.abs(found.null).max(initial=0.0))
+        error = float(errors[k]) if known and np.isfinite(errors[k]) else np.inf
+        ends = [float(told[k]) + sign * (wide * error if error > 0 else 0.0) for sign in (-1, 1)]
+        if item.kind == "stiffness":
+            reach = wide * error * values[k] ** 2 if error > 0 else 0.0
+            ends = [1 / (values[k] + reach), 1 / (values[k] - reach) if values[k] > reach else np.inf]
+        interval = float(ends[0]), float(ends[1])
+        estimates.append(Estimate(item.name, item.kind, float(told[k]), item.unit, float(starts[k]), interval, error, known))
+    return estimates
+
+
+def replace_path(robot: Robot, origin: Robot) -> Robot:
+    """Return a robot that knows where the first one was read."""
+    description = robot.description
+    return robot if description.path == origin.description.path else Robot(replace(description, path=origin.description.path))

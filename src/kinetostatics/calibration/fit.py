@@ -1,0 +1,172 @@
+"""Nonlinear least squares with what can be said of the estimates: covariance, null directions, outliers, errors held out.
+
+Everything is of weighted residuals and of a Jacobian whose columns are scaled. The covariance is that of Gauss and Markov,
+σ² (JᵀJ)⁻¹, in the space that the readings determine; outliers are found by externally studentized residuals with Bonferroni's
+bound, one after the other (R. D. Cook, S. Weisberg, Residuals and Influence in Regression, 1982); errors held out by
+(I − H)⁻¹ r of the rows left out, without another fit (D. M. Allen, Technometrics 16, 1974).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from kinetostatics.math.arrays import Array, Mask
+from kinetostatics.math.linalg import canonical_basis
+
+#: A column of the Jacobian below this part of the largest is none, and singular values of columns of length 1 below it are zero.
+UNSEEN = 1e-6
+#: Residuals below this part of the readings are rounding.
+ROUNDING = 1e-9
+#: Probability of calling any good reading an outlier.
+FALSE_ALARM = 0.05
+#: Searches at most, each in the directions that were seen at the end of the one before.
+SEARCHES = 3
+
+Function = Callable[[Array], Array]
+
+
+@dataclass(frozen=True)
+class Fit:
+    """A solution; n residuals, p unknowns in units of their scales.
+
+    Attributes:
+        x: (p,).
+        residuals: (n,) measured less computed, over sigma.
+        jacobian: (n, p) of the computed readings, over sigma.
+        seen: (p, r) basis of changes that the readings determine.
+        null: (p, p − r) changes that no reading sees.
+        variance: of a residual: 1 if sigma is known, else estimated; NaN where nothing is left over.
+        freedom: readings less determined unknowns.
+        sigma_known: whether sigma is, or only its ratios.
+        converged: whether the search ended by itself.
+    """
+
+    x: Array
+    residuals: Array
+    jacobian: Array
+    seen: Array
+    null: Array
+    variance: float
+    freedom: int
+    sigma_known: bool
+    converged: bool
+
+    @property
+    def hat(self) -> Array:
+        """(n, n) the matrix that makes computed readings of measured ones."""
+        Q, _ = np.linalg.qr(self.jacobian @ self.seen)
+        return np.asarray(Q @ Q.T)
+
+    @property
+    def covariance(self) -> Array:
+        """(p, p) of what is determined of the unknowns."""
+        small = self.jacobian @ self.seen
+        return np.asarray(self.variance * self.seen @ np.linalg.inv(small.T @ small) @ self.seen.T)
+
+
+def fit(predict: Function, jacobian: Function, start: Array, measured: Array, sigma: Array, sigma_known: bool) -> Fit:
+    """Find the unknowns for which computed readings come nearest to the measured ones.
+
+    Args:
+        predict: computed readings (n,) of unknowns (p,), NaN where they make no sense.
+        jacobian: its derivatives (n, p).
+        start: (p,).
+        measured, sigma: (n,).
+        sigma_known: whether ``sigma`` is, or only its ratios.
+    """
+    from scipy.optimize import least_squares
+
+    x, converged = np.array(start, dtype=float), True
+    size = float(np.sqrt(np.mean((measured / sigma) ** 2))) or 1.0
+
+    def weighted(x: Array) -> Array:
+        return np.asarray((predict(x) - measured) / sigma)
+
+    for _ in range(SEARCHES):
+        scale, seen, _ = determined(jacobian(x) / sigma[:, None])
+        if not seen.shape[1]:
+            break
+        basis, origin = size * scale[:, None] * seen, x  # residuals of 1 are as large as the readings
+        found = least_squares(
+            lambda z, origin=origin, basis=basis: weighted(origin + basis @ z) / size,
+            np.zeros(seen.shape[1]),
+            lambda z, origin=origin, basis=basis: (jacobian(origin + basis @ z) / (size * sigma[:, None])) @ basis,
+            **{"method": "trf", "xtol": 1e-10, "ftol": 1e-13, "gtol": 1e-13, "max_nfev": 60},
+        )
+        x, converged = origin + basis @ found.x, found.status > 0
+        if determined(jacobian(x) / sigma[:, None])[1].shape[1] <= seen.shape[1]:
+            break
+    return solution(x, jacobian(x) / sigma[:, None], -weighted(x), sigma_known, converged)
+
+
+def solution(x: Array, J: Array, residuals: Array, sigma_known: bool, converged: bool = True) -> Fit:
+    """Return what there is to say of a solution."""
+    scale, seen, null = determined(J)
+    basis, _ = np.linalg.qr(scale[:, None] * seen)
+    freedom = len(residuals) - basis.shape[1]
+    variance = 1.0 if sigma_known else float(residuals @ residuals / freedom) if freedom > 0 else np.nan
+    return Fit(x, residuals, J, basis, scale[:, None] * null, variance, freedom, sigma_known, converged)
+
+
+def determined(J: Array) -> tuple[Array, Array, Array]:
+    """Return scales (p,) of the columns of a Jacobian (n, p), and bases of what it sees (p, r) and does not see, so scaled."""
+    sizes = np.linalg.norm(J, axis=0)
+    blind = sizes <= UNSEEN * sizes.max(initial=0.0)
+    scale = 1 / np.where(blind, sizes.max(initial=0.0) or 1.0, sizes)
+    _, values, rows = np.linalg.svd(np.where(blind, 0.0, J * scale), full_matrices=True)
+    rank = int(np.sum(values > UNSEEN))
+    return scale, rows[:rank].T, canonical_basis(rows[rank:].T)
+
+
+def outliers(found: Fit, size: float) -> tuple[Array, Mask]:
+    """Return studentized residuals (n,) and which readings are outliers: those found first are left out where others are judged.
+
+    Args:
+        found: the solution.
+        size: of weighted readings, beside which rounding is told.
+    """
+    from scipy import stats
+
+    J, freedom_of_all = found.jacobian @ found.seen, found.freedom
+    n, r = J.shape
+    kept = np.ones(n, dtype=bool)
+    studentized = np.zeros(n)
+    first: Array | None = None
+    while freedom_of_all - int(np.sum(~kept)) > 1:
+        Q, R = np.linalg.qr(J[kept])
+        if r and abs(np.diag(R)).min() < ROUNDING * abs(np.diag(R)).max():
+            break
+        residuals = found.residuals[kept] - Q @ (Q.T @ found.residuals[kept])
+        free = 1 - np.sum(Q**2, axis=1)
+        usable = free > ROUNDING
+        freedom = len(residuals) - r
+        internal = np.where(usable, residuals, 0.0) ** 2 / np.where(usable, free, 1.0)
+        if np.sqrt(np.mean(residuals**2)) <= ROUNDING * size:
+            break
+        if found.sigma_known:
+            t, bound = np.sqrt(internal), stats.norm.isf(FALSE_ALARM / (2 * len(residuals)))
+        else:
+            without = np.maximum((residuals @ residuals - internal) / (freedom - 1), (ROUNDING * size) ** 2)
+            t, bound = np.sqrt(internal / without), stats.t.isf(FALSE_ALARM / (2 * len(residuals)), freedom - 1)
+        signed = t * np.sign(residuals)
+        first = signed if first is None else first
+        studentized[kept] = signed
+        worst = int(np.argmax(t))
+        if t[worst] <= bound:
+            break
+        kept[np.flatnonzero(kept)[worst]] = False
+    return studentized, ~kept
+
+
+def held_out(found: Fit, groups: Array) -> Array:
+    """Return the errors (n,) of readings foretold by all others but those of their group; NaN where they cannot be."""
+    H, errors = found.hat, np.full(len(groups), np.nan)
+    for group in np.unique(groups):
+        mine = np.flatnonzero(groups == group)
+        rest = np.eye(mine.size) - H[np.ix_(mine, mine)]
+        if np.linalg.svd(rest, compute_uv=False)[-1] > UNSEEN:
+            errors[mine] = np.linalg.solve(rest, found.residuals[mine])
+    return errors

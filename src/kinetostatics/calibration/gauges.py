@@ -1,0 +1,161 @@
+"""Gauges: read from a table or given in Python, checked, and what they read of twists."""
+
+from __future__ import annotations
+
+import csv
+import os
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from kinetostatics.argument_checks import check_choice, check_mapping, finite_numbers, positive
+from kinetostatics.description.gauges import COMPONENTS, Gauge
+from kinetostatics.design.requirements import parse_number
+from kinetostatics.exceptions import ArgumentError, near_names
+from kinetostatics.files.tables import numbered_rows, title_of
+from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.math.arrays import Array, Index
+from kinetostatics.math.linalg import cross
+from kinetostatics.robot import robot_of
+
+#: Columns of a table of gauges, and kinds of their numbers; None: words.
+COLUMNS = {
+    **{"name": None, "frame": None, "measures": None, "sigma": ""},
+    **dict.fromkeys(("x", "y", "z"), "length"),
+    **dict.fromkeys(("ux", "uy", "uz"), "number"),
+}
+
+
+def read_gauges(given: object) -> dict[str, Gauge]:
+    """Return gauges by name, those of components of the twist among them.
+
+    Args:
+        given: None, a mapping from names to :class:`Gauge`, or the path of a CSV file.
+
+    Raises:
+        ArgumentError: one of them makes no sense.
+    """
+    if given is None:
+        return dict(COMPONENTS)
+    if isinstance(given, (str, os.PathLike)):
+        found = _read_file(os.fspath(given))
+    else:
+        check_mapping("gauges", given, '{"tip": ks.Gauge(direction=(0, 0, 1), point=(0.1, 0, 0), frame="platform")}')
+        found = {f"gauges: {name}": (name, gauge) for name, gauge in dict(given).items()}  # type: ignore[call-overload]
+    return {**COMPONENTS, **{name: _checked(where, gauge) for where, (name, gauge) in found.items()}}
+
+
+def _checked(where: str, gauge: object) -> Gauge:
+    if not isinstance(gauge, Gauge):
+        raise ArgumentError(f"{where} is {gauge!r}; it must be a gauge, such as ks.Gauge(direction=(0, 0, 1))")
+    direction = finite_numbers(f"{where}: direction", gauge.direction)
+    point = finite_numbers(f"{where}: point", (0, 0, 0) if gauge.point is None else gauge.point)
+    if direction.shape != (3,) or point.shape != (3,) or not np.any(direction):
+        raise ArgumentError(f"{where}: direction and point have three numbers each, and direction is not zero")
+    check_choice(f"{where}: frame", gauge.frame, ("world", "platform"))
+    check_choice(f"{where}: measures", gauge.measures, ("displacement", "rotation"))
+    if gauge.sigma is not None:
+        positive(f"{where}: sigma", gauge.sigma, "a positive number [m, rad], the standard deviation of a reading")
+    return gauge
+
+
+def _read_file(path: str) -> dict[str, tuple[str, Gauge]]:
+    """Return names and gauges by the places where they are written."""
+    rows = table_rows(path, "a table of gauges has a line of titles, such as name,x [mm],y [mm],z [mm],ux,uy,uz, and one of each")
+    place, titles = rows[0][0], [title_of(cell) or (cell.strip(), "") for cell in rows[0][1]]
+    for name, _ in titles:
+        if name not in COLUMNS:
+            raise ArgumentError(f"{path}:{place}: gauges have no {name!r}: {near_names(name, COLUMNS)}")
+    if missing := [name for name in ("name", "ux", "uy", "uz") if name not in dict(titles)]:
+        raise ArgumentError(
+            f"{path}:{place}: the column {missing[0]!r} is missing: gauges have a name and a direction ux, uy, uz"
+        )
+    found: dict[str, tuple[str, Gauge]] = {}
+    for number, row in rows[1:]:
+        where = f"{path}:{number}"
+        cells: dict[str, Any] = {}
+        for (name, unit), cell in zip(titles, row, strict=True):
+            kind = COLUMNS[name]
+            if not cell.strip():
+                continue
+            if name == "sigma":
+                kind = (
+                    "angle" if dict(zip(dict(titles), row, strict=True)).get("measures", "").strip() == "rotation" else "length"
+                )
+            cells[name] = cell.strip() if kind is None else number_in(cell, unit, kind, f"{where}: {name}")
+        name = cells.pop("name", "")
+        if not name or any(name == known for known, _ in found.values()):
+            raise ArgumentError(f"{where}: a gauge has a name of its own, not {name!r}")
+        direction = tuple(cells.pop(axis, 0.0) for axis in ("ux", "uy", "uz"))
+        point = tuple(cells.pop(axis, None) for axis in "xyz")
+        if any(value is not None for value in point):
+            if None in point:
+                raise ArgumentError(f"{where}: of the point x, y, z a number is missing; leave all three out for o")
+            cells["point"] = point
+        found[where] = (name, Gauge(direction, **cells))
+    return found
+
+
+def table_rows(path: str, what: str) -> list[tuple[int, list[str]]]:
+    """Return line numbers and cells of a CSV file: titles, and rows of as many cells.
+
+    Raises:
+        ArgumentError: there are none; the message says ``what`` the table is like.
+    """
+    try:
+        with open(path, newline="", encoding="utf-8-sig") as file:
+            rows = numbered_rows(file)
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise ArgumentError(f"{path} cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    if len(rows) < 2:
+        raise ArgumentError(f"{path}: {what}")
+    titles = rows[0][1]
+    if len(titles) == 1 and ";" in titles[0]:
+        raise ArgumentError(f"{path}:{rows[0][0]}: separate columns by commas, not by semicolons, and write 0.5, not 0,5")
+    for number, row in rows[1:]:
+        if len(row) != len(titles):
+            raise ArgumentError(f"{path}:{number}: {len(row)} cells below {len(titles)} titles")
+    return rows
+
+
+def number_in(cell: object, unit: str, kind: str, what: str) -> float:
+    """Return the number of a cell in SI; ``unit`` is the title's, which a unit in the cell replaces.
+
+    Raises:
+        ArgumentError: it is none, or of another kind.
+    """
+    text = repr(float(cell)) if isinstance(cell, (int, float, np.number)) else str(cell).strip()
+    try:
+        plain = not unit or float(text) is None
+    except ValueError:
+        plain = True
+    return parse_number(text if plain else f"{text}{unit}", kind, what)
+
+
+def readings_by_twist(gauges: Sequence[Gauge], which: Index, pose: Configuration, rows: Index) -> Array:
+    """Return the rows (n, 6) that give readings from twists at o, world axes [1, m].
+
+    Args:
+        gauges: all of them.
+        which: (n,) the gauge of each reading.
+        pose: a batch of poses.
+        rows: (n,) the pose of each reading.
+    """
+    R, o = robot_of(pose).mechanism.platform_pose(pose.frames)
+    found = np.zeros((len(which), 6))
+    for k, gauge in enumerate(gauges):
+        mine = which == k
+        turn, origin = R[..., rows[mine]], o[:, rows[mine]]
+        u = np.array(gauge.direction, dtype=float)[:, None] / np.linalg.norm(gauge.direction)
+        arm = np.zeros((3, 1)) if gauge.point is None else np.array(gauge.point, dtype=float)[:, None]
+        if gauge.frame == "platform":
+            u, arm = (np.einsum("ijn,j->in", turn, vector[:, 0]) for vector in (u, arm))
+        elif gauge.point is not None:
+            arm = arm - origin
+        u, arm = np.broadcast_to(u, origin.shape), np.broadcast_to(arm, origin.shape)
+        part = slice(0, 3) if gauge.measures == "displacement" else slice(3, 6)
+        found[mine, part] = u.T
+        if gauge.measures == "displacement":
+            found[mine, 3:] = cross(arm, u).T  # u·(d + r × arm) = u·d + (arm × u)·r
+    return found

@@ -1,0 +1,67 @@
+"""What readings cannot tell, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from kinetostatics.calibration.unknowns import Unknown
+from kinetostatics.math.arrays import Array
+from kinetostatics.printing.mappings import Named
+from kinetostatics.results.calibration import Unidentifiable
+
+#: Part of the largest change of a direction below which an unknown takes no part in it.
+NOTHING = 1e-5
+
+
+def unidentifiable(unknowns: Sequence[Unknown], J: Array, null: Array) -> tuple[Unidentifiable, ...]:
+    """Return the directions that no reading sees.
+
+    Args:
+        unknowns: all p.
+        J: (n, p) Jacobian by them in units of their scales.
+        null: (p, k) basis of what it does not see.
+    """
+    return tuple(_one(unknowns, J, direction) for direction in _sparse(null).T)
+
+
+def _sparse(null: Array) -> Array:
+    """Return a basis of the same space with as many zeros as elimination leaves, largest entries 1."""
+    rest = np.array(null)
+    pivots: list[int] = []
+    for k in range(rest.shape[1]):
+        free = np.abs(rest[:, k])
+        free[pivots] = 0.0
+        pivot = int(np.argmax(free))
+        pivots.append(pivot)
+        rest[:, k] /= rest[pivot, k]
+        for other in range(rest.shape[1]):
+            if other != k:
+                rest[:, other] -= rest[pivot, other] * rest[:, k]
+    rest = rest / np.abs(rest).max(axis=0, initial=0.0)
+    return np.where(np.abs(rest) < NOTHING, 0.0, rest)
+
+
+def _one(unknowns: Sequence[Unknown], J: Array, direction: Array) -> Unidentifiable:
+    mine = np.flatnonzero(direction).tolist()
+    changes = Named({unknowns[k].name: float(direction[k]) for k in mine})
+    names = [_called(unknowns[k]) for k in mine]
+    if len(mine) == 1:
+        return Unidentifiable(changes, f"no reading sees {names[0]}: whatever its value, the computed readings stay the same")
+    together = f"{', '.join(names[:-1])} and {names[-1]} cannot be told apart"
+    if len(mine) == 2:
+        a, b = direction[mine]
+        weight = float(-a / b)
+        sign = "difference" if weight < 0 else "sum"
+        size = abs(weight)
+        what = f"their {sign}" if abs(size - 1) < 1e-4 else f"{names[0]} {'−' if weight < 0 else '+'} {size:.4g} times {names[1]}"
+        return Unidentifiable(changes, f"{together}: the readings see only {what}, relative to the values in the file")
+    parts = ", ".join(f"{100 * direction[k]:+.3g} % of {name}" for k, name in zip(mine, names, strict=True))
+    return Unidentifiable(changes, f"{together}: {parts} change no reading together")
+
+
+def _called(unknown: Unknown) -> str:
+    if unknown.kind == "stiffness":
+        return f"the compliance of {' and '.join(name for _, name in unknown.parts)}"
+    return unknown.name

@@ -1,0 +1,143 @@
+"""Tables of measurements: poses, loads and readings, from CSV files, columns, rows or an xarray Dataset."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from kinetostatics.calibration.gauges import number_in, table_rows
+from kinetostatics.description.gauges import Gauge
+from kinetostatics.exceptions import ArgumentError, near_names
+from kinetostatics.files.tables import title_of
+from kinetostatics.math.arrays import Array, Index
+from kinetostatics.robot import Robot
+
+#: Components of the load, and a column of words that nothing reads.
+LOADS, NOTE = ("Fx", "Fy", "Fz", "Mx", "My", "Mz"), "note"
+#: Coordinates of the platform and their kinds.
+PLATFORM = {
+    **dict.fromkeys(("x", "y", "z"), "length"),
+    **dict.fromkeys(("rx", "ry", "rz", "azimuth", "tilt", "torsion"), "angle"),
+}
+
+
+@dataclass(frozen=True)
+class Measurements:
+    """What was measured, row by row; all SI.
+
+    Attributes:
+        coordinates: (N,) of the platform or of the drives, by name; none: the zero pose.
+        load: (N, 6).
+        readings: (N,) by gauge; NaN where there is none.
+        rows: (N,) line of the file, or number of the row from 0.
+    """
+
+    coordinates: Mapping[str, Array]
+    load: Array
+    readings: Mapping[str, Array]
+    rows: Index
+
+
+def read_measurements(robot: Robot, given: Any, gauges: Mapping[str, Gauge]) -> Measurements:
+    """Return measurements.
+
+    Args:
+        robot: whose drives coordinates may name.
+        given: the path of a CSV file; a mapping from titles to columns; a sequence of mappings, one a row; or an xarray Dataset,
+            whose variables and coordinates are the columns. Titles may have units in brackets; without them numbers are SI.
+        gauges: that readings may be of.
+
+    Raises:
+        ArgumentError: a title or a cell makes no sense; the message names file and line.
+    """
+    where, titles, rows = _table(given)
+    kinds = {**PLATFORM, **_drives(robot), **{name: "force" if name[0] == "F" else "moment" for name in LOADS}}
+    kinds |= {name: gauge.kind for name, gauge in gauges.items()}
+    named = [title_of(title) or (title.strip(), "") for title in titles]
+    names = [name for name, _ in named]
+    for name in names:
+        if name not in kinds and name != NOTE:
+            raise ArgumentError(
+                f"{where(None)}{name!r} is no coordinate, load (Fx … Mz), component of the twist (dx … drz) or gauge: "
+                f"{near_names(name, kinds)}"
+            )
+        if names.count(name) > 1:
+            raise ArgumentError(f"{where(None)}{name!r} is given twice")
+    columns: dict[str, list[float]] = {name: [] for name in names if name != NOTE}
+    numbers = []
+    for number, row in rows:
+        numbers.append(number)
+        for (name, unit), cell in zip(named, row, strict=True):
+            if name == NOTE:
+                continue
+            empty = cell is None or (isinstance(cell, str) and not cell.strip())
+            empty = empty or (isinstance(cell, (float, np.floating)) and math.isnan(cell))
+            if empty and name not in gauges and name not in LOADS:
+                raise ArgumentError(f"{where(number)}{name} is missing: the cell is empty")
+            nothing = math.nan if name in gauges else 0.0
+            value = nothing if empty else number_in(cell, unit, kinds[name], f"{where(number)}{name}")
+            columns[name].append(value)
+    arrays = {name: np.array(column) for name, column in columns.items()}
+    readings = {name: array for name, array in arrays.items() if name in gauges}
+    if not any(np.any(np.isfinite(array)) for array in readings.values()):
+        raise ArgumentError(
+            f"{where(None)}there are no readings: a column of a component of the twist, such as dz [um], or of a gauge"
+        )
+    coordinates = {name: arrays[name] for name in names if name in arrays and name not in readings and name not in LOADS}
+    load = np.stack([arrays.get(name, np.zeros(len(rows))) for name in LOADS], axis=-1)
+    return Measurements(coordinates, load, readings, np.array(numbers))
+
+
+def _drives(robot: Robot) -> dict[str, str]:
+    connections = robot.mechanism.connections
+    return {name: "length" if connections[name].type.is_slide else "angle" for name in robot.description.driven}
+
+
+def _table(given: Any) -> tuple[Any, list[str], list[tuple[int, Sequence[object]]]]:
+    """Return what places are called, titles, and rows with their numbers."""
+    if isinstance(given, (str, os.PathLike)):
+        path = os.fspath(given)
+        what = "a table of measurements has a line of titles, such as z [mm],rx [deg],Fz [N],dz [um], and one of each row"
+        lines = table_rows(path, what)
+        first = lines[0][0]
+        return (lambda n: f"{path}:{first if n is None else n}: "), lines[0][1], list(lines[1:])
+    if hasattr(given, "data_vars"):
+        given = _columns_of(given)
+    elif hasattr(given, "columns") and hasattr(given, "to_dict"):  # a pandas DataFrame
+        given = given.to_dict("list")
+    if isinstance(given, Mapping) and given:
+        try:
+            columns = np.broadcast_arrays(*(np.atleast_1d(np.asarray(column, dtype=object)) for column in given.values()))
+        except ValueError:
+            sizes = {str(name): np.size(column) for name, column in given.items()}
+            raise ArgumentError(f"measurements: the columns are not equally long: {sizes}") from None
+        return _place, [str(name) for name in given], list(enumerate(zip(*(column.ravel() for column in columns), strict=True)))
+    if isinstance(given, Sequence) and given and all(isinstance(row, Mapping) for row in given):
+        titles = list(dict.fromkeys(str(name) for row in given for name in row))
+        return _place, titles, [(k, [row.get(name) for name in titles]) for k, row in enumerate(given)]
+    raise ArgumentError(
+        f'measurements are {given!r}; they must be a CSV file, columns such as {{"z": [0.5, 0.6], "dz": [-1e-6, -2e-6]}}, or rows'
+    )
+
+
+def _place(number: int | None) -> str:
+    return "measurements: " if number is None else f"measurements, row {number}: "
+
+
+def _columns_of(dataset: Any) -> dict[str, Any]:
+    """Return the columns of an xarray Dataset, broadcast against one another; units of attributes go to the titles."""
+    import xarray as xr
+
+    arrays = [array for array in dataset.variables.values() if array.dtype.kind in "iuf"]
+    names = [str(name) for name, array in dataset.variables.items() if array.dtype.kind in "iuf"]
+    spread = xr.broadcast(*(xr.DataArray(array) for array in arrays))
+    units = [array.attrs.get("units", "") for array in arrays]
+    titles = [
+        f"{name} [{unit}]" if unit and title_of(name) == (name, "") else name for name, unit in zip(names, units, strict=True)
+    ]
+    return {title: array.values.ravel() for title, array in zip(titles, spread, strict=True)}

@@ -1,0 +1,229 @@
+"""Readings as functions of the unknowns, with their Jacobian.
+
+By the compliance of a part the derivative of the twist is the part of the twist that it makes, exactly
+(:attr:`kinetostatics.Result.source_contributions`); by the payload it is the platform's compliance times the change of its
+weight; by an argument of the file see :mod:`kinetostatics.design.exact`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from kinetostatics.analysis import analyze, load_at_o
+from kinetostatics.argument_checks import check_choice, finite_numbers
+from kinetostatics.calibration.gauges import readings_by_twist
+from kinetostatics.calibration.unknowns import Unknowns
+from kinetostatics.description.gauges import Gauge
+from kinetostatics.design.exact import STEP as STEP_OF_CONSTANTS
+from kinetostatics.design.exact import derivatives_at
+from kinetostatics.design.sensitivities import STEP
+from kinetostatics.exceptions import ArgumentError, RobotFileError, StaticsError
+from kinetostatics.functions.parameters import Parameter
+from kinetostatics.kinematics.assembly import assemble
+from kinetostatics.kinematics.configuration import Configuration, spread
+from kinetostatics.math.arrays import Array, Index
+from kinetostatics.results.result import Result
+from kinetostatics.robot import Robot, robot_of
+
+#: What the reading is a difference to: the robot without any weight, or the same pose without the load.
+REFERENCES = ("undeformed", "unloaded")
+
+
+@dataclass(frozen=True)
+class Readings:
+    """Which readings there are.
+
+    Attributes:
+        rows: (n,) row of each in the table.
+        which: (n,) number of its gauge.
+        gauges: by name.
+    """
+
+    rows: Index
+    which: Index
+    gauges: Mapping[str, Gauge]
+
+
+class Model:
+    """Readings of a robot as functions of the unknowns.
+
+    Args:
+        unknowns: what they depend on.
+        coordinates: (N,) of the poses, by name.
+        load: (N, 6) on the platform.
+        readings: which are asked for.
+        reference: "undeformed", "unloaded", or coordinates of a pose without load, at which all readings are zero.
+        orientation: what the orientation's coordinates mean.
+        point, frame: of the load, as :func:`kinetostatics.analyze` takes them.
+        analysis: other arguments of an analysis.
+    """
+
+    def __init__(
+        self,
+        unknowns: Unknowns,
+        coordinates: Mapping[str, Array],
+        load: Array,
+        readings: Readings,
+        reference: object,
+        orientation: str | None,
+        point: object = None,
+        frame: str = "world",
+        analysis: Mapping[str, Any] | None = None,
+    ) -> None:
+        self.unknowns, self.readings, self.orientation = unknowns, readings, orientation
+        self.analysis = dict(analysis or {})
+        count = len(load)
+        driven = unknowns.robot.description.driven
+        given = dict(coordinates) or {name: np.zeros(count) for name in driven}
+        self._of_drives = set(given) <= set(driven)
+        extra, self._referred = 0, np.full(count, -1)
+        if isinstance(reference, Mapping):
+            extra, self._referred = 1, np.full(count, count)
+            if set(reference) != set(given):
+                raise ArgumentError(
+                    f"reference has the coordinates {', '.join(map(str, reference))}; measurements have {', '.join(given)}"
+                )
+            end = {name: finite_numbers(f"reference: {name}", reference[name]).reshape(1) for name in given}
+            given = {name: np.concatenate([given[name], end[name]]) for name in given}
+        else:
+            check_choice("reference", reference, REFERENCES)
+            if reference == "unloaded":
+                extra, self._referred = count, np.arange(count) + count
+                given = {name: np.tile(value, 2) for name, value in given.items()}
+        self._given, self._size = given, count + extra
+        self.pose = self._assembled(unknowns.robot, None)
+        if not np.all(self.pose.reached):
+            bad = np.flatnonzero(~self.pose.reached)
+            self._assembled(unknowns.robot, None, int(bad[0]))
+        wrench = np.concatenate([np.asarray(load, dtype=float), np.zeros((extra, 6))])
+        arm = None if point is None else np.broadcast_to(finite_numbers("point", point), (len(wrench), 3)).T
+        self._load = load_at_o(unknowns.robot, self.pose.frames, wrench.T, arm, frame).T
+        self.gravity = finite_numbers("gravity", self.analysis.pop("gravity", (0.0, 0.0, -9.81)))
+        if self.gravity.shape != (3,):
+            raise ArgumentError(f"gravity has the shape {self.gravity.shape}; a calibration takes one for all rows, (3,)")
+        self._known: tuple[tuple[float, ...], Result] | None = None
+        self._derived: tuple[tuple[float, ...], Array] | None = None
+
+    def _assembled(self, robot: Robot, near: Configuration | None, only: int | None = None) -> Configuration:
+        given = self._given if only is None else {name: value[only] for name, value in self._given.items()}
+        how = "nan" if only is None else "raise"
+        if not given:
+            return spread(assemble(robot, given, None, None, None, 1e-10, how), (self._size,))
+        if self._of_drives:
+            return assemble(robot, given, None, None, near, 1e-10, how)
+        return assemble(robot, None, given, self.orientation, near, 1e-10, how)
+
+    def robot(self, values: Array) -> Robot:
+        """Return the robot with values of the unknowns."""
+        return Robot(self.unknowns.described(values))
+
+    def result(self, values: Array) -> Result:
+        """Return the analysis of all rows, then of what they refer to; that of the last values is kept."""
+        key = tuple(map(float, values))
+        if self._known is None or self._known[0] != key:
+            robot = self.robot(values)
+            pose = (
+                self._assembled(robot, replace(self.pose, robot=robot))
+                if self.unknowns.moves
+                else replace(self.pose, robot=robot)
+            )
+            load = self._load + self._weight(pose, values)
+            self._known = key, analyze(pose, load, self.gravity, on_failure="nan", **self.analysis)
+        return self._known[1]
+
+    def _weight(self, pose: Configuration, values: Array) -> Array:
+        """Return the weight of the payload (M, 6) at o."""
+        mass, center = self.unknowns.payload_of(values)
+        return mass * self._of_mass(pose, center)
+
+    def _of_mass(self, pose: Configuration, center: Array, moment_only: bool = False) -> Array:
+        R, _ = robot_of(pose).mechanism.platform_pose(pose.frames)
+        arm = np.einsum("ijn,j->ni", R, center)
+        force = np.broadcast_to(self.gravity, arm.shape)
+        return np.concatenate([np.zeros_like(force) if moment_only else force, np.cross(arm, force)], axis=-1)
+
+    def read(self, pose: Configuration, twists: Array) -> Array:
+        """Return the readings (n, …) of twists (M, 6, …)."""
+        gauges, rows, which = list(self.readings.gauges.values()), self.readings.rows, self.readings.which
+        found = np.einsum("ni,ni...->n...", readings_by_twist(gauges, which, pose, rows), twists[rows])
+        before = self._referred[rows]
+        if np.any(before >= 0):
+            found = found - np.einsum("ni,ni...->n...", readings_by_twist(gauges, which, pose, before), twists[before])
+        return np.asarray(found)
+
+    def predict(self, values: Array) -> Array:
+        """Return the readings (n,); NaN where there is no such robot."""
+        if any(item.kind == "stiffness" and not v > 0 for item, v in zip(self.unknowns.items, values, strict=True)):
+            return np.full(len(self.readings.rows), np.nan)
+        try:
+            result = self.result(values)
+        except (RobotFileError, StaticsError):
+            return np.full(len(self.readings.rows), np.nan)
+        found = self.read(result.configuration, result.twist)
+        for item, value in zip(self.unknowns.items, values, strict=True):
+            if item.kind == "offset":
+                found = found + value * self._has_offset(item.parts[0][1])
+        return found
+
+    def _has_offset(self, gauge: str) -> Array:
+        return np.asarray(self.readings.which == list(self.readings.gauges).index(gauge), dtype=float)
+
+    def jacobian(self, values: Array) -> Array:
+        """Return the derivatives (n, unknowns) of readings by unknowns, per unit; of a stiffness by its compliance factor."""
+        key = tuple(map(float, values))
+        if self._derived is None or self._derived[0] != key:
+            self._derived = key, self._jacobian(values)
+        return self._derived[1]
+
+    def _jacobian(self, values: Array) -> Array:
+        result = self.result(values)
+        pose, sources = result.configuration, result.source_contributions
+        mass, center = self.unknowns.payload_of(values)
+        columns = []
+        for k, (item, value) in enumerate(zip(self.unknowns.items, values, strict=True)):
+            if item.kind == "stiffness":
+                nothing = np.zeros_like(result.twist)
+                twist = sum((sources.get(kind, {}).get(name, nothing) for kind, name in item.parts), nothing) / value
+                columns.append(self.read(pose, twist))
+            elif item.kind == "payload":
+                axis, moments = item.parts[0][1], self.unknowns.by_moments
+                known = center * [not (moments and f"payload.{other}" in self.unknowns.names) for other in "xyz"]
+                if axis == "mass":
+                    wrench = self._of_mass(pose, known)
+                else:
+                    wrench = (1.0 if moments else mass) * self._of_mass(pose, np.eye(3)["xyz".index(axis)], moment_only=True)
+                columns.append(self.read(pose, np.einsum("nij,nj->ni", result.compliance, wrench)))
+            elif item.kind == "offset":
+                columns.append(self._has_offset(item.parts[0][1]))
+            else:
+                columns.append(self._by_argument(values, k, result))
+        return np.stack(columns, axis=-1)
+
+    def _by_argument(self, values: Array, k: int, result: Result) -> Array:
+        """Return the derivative by an argument of the file: exact where it moves nothing, else by central differences."""
+        item = self.unknowns.items[k]
+
+        def changed(_: int, by: float) -> Any:
+            return self.unknowns.described(values + by * np.eye(len(values))[k])
+
+        step = STEP_OF_CONSTANTS * item.scale
+        here, there = result.robot.description, changed(0, step)
+        if here.joints == there.joints and here.loops == there.loops:
+            try:
+                derivatives = derivatives_at(result.configuration, result, self.analysis)
+                if derivatives is not None:
+                    twist = derivatives.by_parameter(Parameter(item.name, ("",), (), (step,), changed))["twist"]
+                    found = self.read(result.configuration, np.moveaxis(twist, -1, 0))
+                    if np.all(np.isfinite(found)):
+                        return found
+            except ArgumentError:
+                pass
+        known, ends = self._known, []
+        for sign in (1, -1):
+            ends.append(self.predict(values + sign * STEP * item.scale * np.eye(len(values))[k]))
+        self._known = known
+        return np.asarray((ends[0] - ends[1]) / (2 * STEP * item.scale))

@@ -1,0 +1,203 @@
+"""Which measurements tell most: D-optimal subsets of a grid of poses and loads.
+
+The determinant of the information matrix Σ JᵀJ is made largest by exchanging measurements one for another, from several starts
+(V. V. Fedorov, Theory of Optimal Experiments, 1972).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kinetostatics.argument_checks import check_mapping, finite_numbers, names_in
+from kinetostatics.calibration.calibrate import check_predicted, check_robot
+from kinetostatics.calibration.fit import determined
+from kinetostatics.calibration.gauges import read_gauges
+from kinetostatics.calibration.identifiability import NOTHING, unidentifiable
+from kinetostatics.calibration.model import Model, Readings
+from kinetostatics.calibration.unknowns import Unknowns
+from kinetostatics.description.loads import Payload
+from kinetostatics.exceptions import ArgumentError, near_names
+from kinetostatics.math.arrays import Array, Index, frozen
+from kinetostatics.printing.mappings import Named
+from kinetostatics.results.calibration import MeasurementPlan
+from kinetostatics.robot import Robot
+
+#: Starts of the exchange besides the greedy one, and random plans that the best is compared with.
+STARTS, RANDOM = 5, 200
+#: Candidates at most, and sigma of gauges that tell none [m, rad].
+MOST, SIGMA = 20_000, 1e-6
+#: Eigenvalues of the information below this part of the largest are rounding.
+ROUNDING = 1e-12
+#: An exchange gains at least this much of the logarithm of the determinant.
+GAIN = 1e-9
+
+
+def plan_measurements(
+    robot: Robot,
+    unknowns: Sequence[str],
+    n: int,
+    over: Mapping[str, ArrayLike] | None = None,
+    loads: ArrayLike = (0, 0, 0, 0, 0, 0),
+    *,
+    read: Sequence[str] = ("dx", "dy", "dz"),
+    gauges: Any = None,
+    reference: str | Mapping[str, float] = "undeformed",
+    orientation: str | None = None,
+    payload: Payload | None = None,
+    point: ArrayLike | None = None,
+    frame: str = "world",
+    seed: int = 0,
+    **analysis: Any,
+) -> MeasurementPlan:
+    """Choose the poses and loads at which measurements tell most of the unknowns.
+
+    Args:
+        robot: as its file says.
+        unknowns: as in :func:`calibrate`.
+        n: how many measurements, each a pose and a load.
+        over: coordinates of the platform, or of all drives; arrays span the grid of poses; default: the zero pose.
+        loads: (…, 6) the loads that may be put on [N, N·m]; every one at every pose of the grid is a candidate.
+        read: components of the twist and gauges that are read at each of them.
+        gauges, reference, orientation, payload, point, frame, analysis: as in :func:`calibrate`.
+        seed: of the random plans, and of the starts of the search.
+
+    Returns:
+        Poses and loads, no two of them the same, with the standard errors to be expected of the unknowns, and how much smaller
+        they are than of random plans. It is the best that exchanging one measurement for another leads to, from six starts.
+
+    Raises:
+        ArgumentError: an argument makes no sense.
+        AssemblyError: a pose of the grid cannot be reached.
+        StaticsError: one is singular.
+
+    Example:
+        >>> import kinetostatics as ks
+        >>> robot = ks.load_robot("3rps")
+        >>> plan = ks.plan_measurements(robot, ["rod_1", "rod_2", "rod_3"], 3,
+        ...     {"z": 0.5, "rx": [-0.2, 0, 0.2], "ry": [-0.2, 0, 0.2]}, [0, 0, -2000, 0, 0, 0], read=["dz"])
+        >>> len(plan.chosen), plan.gain > 1
+        (3, True)
+    """
+    check_robot("plan_measurements", robot, payload)
+    known = read_gauges(gauges)
+    names = names_in("read", read, '["dz"]')
+    for name in names:
+        if name not in known:
+            raise ArgumentError(f"read: there is no gauge {name!r}: {near_names(name, known)}")
+    if not names:
+        raise ArgumentError('read is empty; name what is read: ["dz"]')
+    coordinates, wrenches = _candidates(over, loads)
+    count, each = len(wrenches), len(names)
+    if isinstance(n, bool) or not isinstance(n, int) or not 0 < n <= count:
+        raise ArgumentError(f"n is {n!r}; it must be a number of measurements from 1 to {count}, which is poses times loads")
+    readings = Readings(np.repeat(np.arange(count), each), np.tile(np.arange(each), count), {name: known[name] for name in names})
+    sigmas = [gauge.sigma or SIGMA for gauge in readings.gauges.values()]
+    looked_for = Unknowns(robot, unknowns, readings.gauges, payload, dict(zip(names, sigmas, strict=True)))
+    model = Model(looked_for, coordinates, wrenches, readings, reference, orientation, point, frame, analysis)
+    scale = np.array([item.scale for item in looked_for.items])
+    start = np.array([item.start for item in looked_for.items])
+    check_predicted(model, start)
+    J = model.jacobian(start) * scale / np.tile(sigmas, count)[:, None]
+    columns, seen, null = determined(J)
+    basis = columns[:, None] * seen
+    if n * each < seen.shape[1]:
+        raise ArgumentError(
+            f"n is {n}; {seen.shape[1]} unknowns need at least {-(-seen.shape[1] // each)} measurements of {each}"
+        )
+    blocks = (J @ basis).reshape(count, each, -1)
+    rng = np.random.default_rng(seed)
+    chosen = best_subset(blocks, n, rng)
+    drawn = [rng.choice(count, n, replace=False) for _ in range(RANDOM)]
+    usual = [value for plan in drawn if np.isfinite(value := log_det(blocks[plan]))]
+    free = seen.shape[1]
+    gain = float(np.exp((log_det(blocks[chosen]) - np.mean(usual)) / (2 * free))) if usual and free else float("nan")
+    null = columns[:, None] * null
+    told = [k for k in range(len(scale)) if not np.any(np.abs(null[k]) > NOTHING * np.abs(null).max(initial=0.0))]
+
+    def errors(plan: Index) -> Array:
+        information = np.einsum("nki,nkj->ij", blocks[plan], blocks[plan])
+        factors = looked_for.told(start)[1] * scale
+        covariance = factors @ basis @ np.linalg.pinv(information) @ basis.T @ factors.T
+        return np.asarray(np.sqrt(np.diag(covariance))[told])
+
+    ours = errors(chosen)
+    others = np.exp(
+        np.mean(np.log([errors(plan) for plan in drawn if np.isfinite(log_det(blocks[plan]))] or [ours * np.nan]), axis=0)
+    )
+    return MeasurementPlan(
+        Named({name: frozen(array[chosen]) for name, array in coordinates.items()}),
+        frozen(wrenches[chosen]),
+        names,
+        Named({looked_for.items[k].name: float(error) for k, error in zip(told, ours, strict=True)}),
+        Named({looked_for.items[k].name: float(error) for k, error in zip(told, others, strict=True)}),
+        gain,
+        unidentifiable(looked_for.items, J, null),
+        count,
+        chosen,
+        robot,
+    )
+
+
+def _candidates(over: Mapping[str, ArrayLike] | None, loads: ArrayLike) -> tuple[dict[str, Array], Array]:
+    """Return coordinates (P·L,) and loads (P·L, 6) of all candidates."""
+    axes: dict[str, Array] = {}
+    if over is not None:
+        check_mapping("over", over, '{"z": [0.4, 0.5]}')
+        axes = {name: np.atleast_1d(finite_numbers(f"over: {name}", value)).ravel() for name, value in over.items()}
+    wrenches = finite_numbers("loads", loads)
+    if wrenches.ndim == 0 or wrenches.shape[-1] != 6 or not wrenches.size:
+        raise ArgumentError(f"loads have the shape {wrenches.shape}; the last axis must have 6 entries, force and moment")
+    wrenches = wrenches.reshape(-1, 6)
+    poses = int(np.prod([array.size for array in axes.values()]))
+    if not 0 < poses * len(wrenches) <= MOST:
+        raise ArgumentError(f"poses times loads are {poses * len(wrenches):,}; they must be from 1 to {MOST:,}")
+    mesh = np.meshgrid(*axes.values(), indexing="ij") if axes else []
+    coordinates = {name: np.repeat(array.ravel(), len(wrenches)) for name, array in zip(axes, mesh, strict=True)}
+    return coordinates, np.tile(wrenches, (poses, 1))
+
+
+def log_det(blocks: Array) -> float:
+    """Return the logarithm of the determinant of the information of measurements (n, k, r); −inf if it is singular."""
+    values = np.linalg.eigvalsh(np.einsum("nki,nkj->ij", blocks, blocks))
+    if values.size and values[0] <= ROUNDING * values[-1]:
+        return -np.inf
+    return float(np.sum(np.log(values)))
+
+
+def best_subset(blocks: Array, n: int, rng: np.random.Generator) -> Index:
+    """Return the numbers (n,) of the measurements out of (N, k, r) whose information has the largest determinant."""
+    r, every = blocks.shape[2], np.einsum("nki,nkj->nij", blocks, blocks)
+    starts: list[Index] = [_greedy(every, n)] + [rng.choice(len(every), n, replace=False) for _ in range(STARTS)]
+    ridge = 1e-12 * np.trace(every.sum(axis=0)) * np.eye(r)  # until everything is determined
+    found = [_exchanged(every, start, ridge) for start in starts]
+    return np.sort(max(found, key=lambda plan: float(np.linalg.slogdet(every[plan].sum(axis=0) + ridge)[1])))
+
+
+def _greedy(every: Array, n: int) -> Index:
+    ridge = 1e-9 * np.trace(every.sum(axis=0)) * np.eye(every.shape[1])
+    chosen: list[int] = []
+    for _ in range(n):
+        gains = np.linalg.slogdet(ridge + every[chosen].sum(axis=0) + every)[1]
+        gains[chosen] = -np.inf
+        chosen.append(int(np.argmax(gains)))
+    return np.array(chosen)
+
+
+def _exchanged(every: Array, start: Index, ridge: Array) -> Index:
+    """Return a plan in which no exchange of one measurement gains anything."""
+    chosen = np.array(start)
+    value, going = float(np.linalg.slogdet(every[chosen].sum(axis=0) + ridge)[1]), True
+    while going:
+        going = False
+        for k in range(len(chosen)):
+            rest = every[np.delete(chosen, k)].sum(axis=0) + ridge
+            gains = np.linalg.slogdet(rest + every)[1]
+            gains[np.delete(chosen, k)] = -np.inf
+            best = int(np.argmax(gains))
+            if gains[best] > value + GAIN:
+                chosen[k], value, going = best, float(gains[best]), True
+    return chosen

@@ -1,0 +1,196 @@
+"""What a calibration looks for: stiffnesses of parts, arguments of the robot's file, a payload, offsets of gauges.
+
+What is varied is what readings are linear in, wherever forces do not depend on stiffness: of a stiffness the compliance factor
+c = 1 / factor, and of a centre of mass the first moment, if the mass is unknown as well.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from kinetostatics.argument_checks import names_in
+from kinetostatics.description.gauges import Gauge
+from kinetostatics.description.loads import Payload
+from kinetostatics.description.robot import RobotDescription
+from kinetostatics.design.variants import Variants, variants_of
+from kinetostatics.exceptions import ArgumentError, near_names
+from kinetostatics.files.reader import read_robot_file
+from kinetostatics.math.arrays import Array
+from kinetostatics.robot import Robot
+
+#: Unknowns of the payload, and their units.
+PAYLOAD = {"payload.mass": "kg", "payload.x": "m", "payload.y": "m", "payload.z": "m"}
+#: Kinds of what gives way, as :attr:`kinetostatics.Result.source_contributions` has them.
+KINDS = ("beams", "joints", "drives")
+EXAMPLE = '["rod_1", "payload.mass", "offset.dz"]'
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """One number that is looked for.
+
+    Attributes:
+        name: as it was asked for.
+        kind: "stiffness", "argument", "payload" or "offset".
+        unit: of its value, SI.
+        start: what is varied, where the search begins.
+        scale: what is a change of the order of its value.
+        parts: kinds and names of what has the stiffness; or the gauge, or the component of the payload.
+    """
+
+    name: str
+    kind: str
+    unit: str
+    start: float
+    scale: float
+    parts: tuple[tuple[str, str], ...] = ()
+
+
+class Unknowns:
+    """All of them, with the robots that they make.
+
+    Args:
+        robot: at which the search begins.
+        names: of the unknowns.
+        gauges: that are read; only these have offsets.
+        payload: what the robot carries at the start; None: 1 kg at o, if it is unknown.
+        sizes: what is large of each gauge's readings.
+    """
+
+    def __init__(
+        self, robot: Robot, names: object, gauges: Mapping[str, Gauge], payload: Payload | None, sizes: Mapping[str, float]
+    ) -> None:
+        self.robot, self.payload = robot, payload or Payload(0.0)
+        given = names_in("unknowns", names, EXAMPLE)  # type: ignore[arg-type]
+        names = [name.strip() for name in given]
+        if "offsets" in names:
+            at = names.index("offsets")
+            names[at : at + 1] = [f"offset.{gauge}" for gauge in gauges]
+        if not names:
+            raise ArgumentError(f"unknowns are empty; name what is looked for: {EXAMPLE}")
+        self._gauges, self._sizes = gauges, sizes
+        self._carried = any(name in PAYLOAD for name in names)
+        self.by_moments = "payload.mass" in names
+        self.items = tuple(map(self._unknown, names))
+        every = [part for item in self.items for part in item.parts or ((item.kind, item.name),)]
+        if twice := next((part for part in every if every.count(part) > 1), None):
+            raise ArgumentError(f"unknowns: {twice[1]!r} is named twice")
+
+    @cached_property
+    def variants(self) -> Variants:
+        """Of the robot's file."""
+        return variants_of(self.robot)
+
+    @property
+    def names(self) -> list[str]:
+        """Of all unknowns."""
+        return [item.name for item in self.items]
+
+    @property
+    def moves(self) -> bool:
+        """Whether arguments of the file are looked for, which may change the robot's pose."""
+        return any(item.kind == "argument" for item in self.items)
+
+    @cached_property
+    def _sources(self) -> dict[str, tuple[str, str]]:
+        description = self.robot.description
+        found = [("beams", name) for name in description.beams]
+        for name, item in description.joint_stiffness.items():
+            if any(0 < value < math.inf for vector in (item.linear, item.angular) for value in vector or ()):
+                found.append(("joints", name))
+            if item.drive is not None and math.isfinite(item.drive):
+                found.append(("drives", name))
+        names = [name for _, name in found]
+        named = {f"{kind}:{name}": (kind, name) for kind, name in found}
+        return {**named, **{name: (kind, name) for kind, name in found if names.count(name) == 1}}
+
+    def _unknown(self, name: str) -> Unknown:
+        parts = tuple(part.strip() for part in name.split("+"))
+        if name in PAYLOAD:
+            masses = float(np.asarray(self.payload.mass)) or 1.0
+            start = masses if name == "payload.mass" else float(np.asarray(self.payload.center)["xyz".index(name[-1])])
+            scale = masses if name == "payload.mass" else self.robot.length
+            if name != "payload.mass" and self.by_moments:
+                start, scale = start * masses, scale * masses
+            return Unknown(name, "payload", PAYLOAD[name], start, scale, (("payload", name[8:]),))
+        if name.startswith("offset.") and name[7:] in self._gauges:
+            unit = "m" if self._gauges[name[7:]].kind == "length" else "rad"
+            return Unknown(name, "offset", unit, 0.0, self._sizes[name[7:]], (("offset", name[7:]),))
+        if all(part in self._sources for part in parts):
+            return Unknown(name, "stiffness", "", 1.0, 1.0, tuple(self._sources[part] for part in parts))
+        numbers: Mapping[str, float] = {}
+        if not any(name.startswith(before) for before in ("offset.", "payload.")) and len(parts) == 1:
+            try:
+                numbers = self.variants.numbers
+            except ArgumentError:
+                if not self._sources:
+                    raise
+        if name not in numbers:
+            known = [*self._sources, *numbers, *PAYLOAD, *(f"offset.{gauge}" for gauge in self._gauges), "offsets"]
+            wrong = next((part for part in parts if part not in self._sources), name)
+            raise ArgumentError(
+                f"unknowns: {self.robot.name!r} has no {wrong!r}: a beam, elastic joint or drive, an argument of its file, "
+                f"payload.mass, payload.x, offset.GAUGE: {near_names(wrong, known)}"
+            )
+        value = numbers[name]
+        return Unknown(name, "argument", self.variants.unit(name), value, abs(value) or 1.0)
+
+    # ---- what they make -----------------------------------------------------------------------------------------------
+
+    def described(self, values: Array) -> RobotDescription:
+        """Return the robot with values of the unknowns, a compliance factor for each stiffness.
+
+        Raises:
+            RobotFileError: the file is wrong with them.
+        """
+        changes = {item.name: float(v) for item, v in zip(self.items, values, strict=True) if item.kind == "argument"}
+        found = self.robot.description
+        if changes:
+            variants = self.variants
+            found = read_robot_file(variants.path, {**variants.given, **changes}, **variants.links)
+        for item, value in zip(self.items, values, strict=True):
+            for kind, name in item.parts if item.kind == "stiffness" else ():
+                found = _stiffened(found, kind, name, 1 / float(value))
+        return found
+
+    def payload_of(self, values: Array) -> tuple[float, Array]:
+        """Return mass and centre (3,) of the payload."""
+        known = {item.parts[0][1]: float(v) for item, v in zip(self.items, values, strict=True) if item.kind == "payload"}
+        mass = float(np.asarray(self.payload.mass)) or (1.0 if self._carried else 0.0)
+        center = np.array(self.payload.center, dtype=float)
+        mass = known.get("mass", mass)
+        moved = mass if self.by_moments else 1.0
+        return mass, np.array([known[axis] / moved if axis in known else center[k] for k, axis in enumerate("xyz")])
+
+    def told(self, values: Array) -> tuple[Array, Array]:
+        """Return the unknowns as they were asked for (p,), and their derivatives (p, p) by what is varied."""
+        mass, center = self.payload_of(values)
+        factors, found = np.eye(len(values)), np.array(values, dtype=float)
+        for k, item in enumerate(self.items):
+            if item.kind == "stiffness":
+                found[k], factors[k, k] = 1 / values[k], -1 / values[k] ** 2
+            elif item.kind == "payload" and self.by_moments and item.name != "payload.mass":
+                axis = "xyz".index(item.name[-1])
+                found[k], factors[k, k] = center[axis], 1 / mass
+                factors[k, self.names.index("payload.mass")] = -center[axis] / mass
+        return found, factors
+
+
+def _stiffened(description: RobotDescription, kind: str, name: str, factor: float) -> RobotDescription:
+    """Return a robot in which one part is stiffer by a factor; its mass stays."""
+    if kind == "beams":
+        beam = description.beams[name]
+        material = beam.material
+        shear = None if material.shear_modulus is None else factor * material.shear_modulus
+        changed = replace(material, youngs_modulus=factor * material.youngs_modulus, shear_modulus=shear)
+        return description.with_beam(replace(beam, material=changed))
+    item = description.joint_stiffness[name]
+    if kind == "drives":
+        return description.with_joint_stiffness(replace(item, drive=factor * (item.drive or 0.0)))
+    linear, angular = (None if v is None else tuple(factor * value for value in v) for v in (item.linear, item.angular))
+    return description.with_joint_stiffness(replace(item, linear=linear, angular=angular))  # type: ignore[arg-type]

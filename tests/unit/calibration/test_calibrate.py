@@ -1,0 +1,402 @@
+"""Calibration of robots whose deviations from their files are known, and what it says where readings do not tell."""
+
+import json
+
+import numpy as np
+import package_robots
+import parametric_machines
+import pytest
+import small_robots
+
+import kinetostatics as ks
+from kinetostatics.calibration.fit import determined, held_out, outliers, solution
+
+pytest.importorskip("scipy")
+
+NAMES = ("z", "rx", "ry")
+PAYLOAD = ks.Payload(5.0, (0.1, -0.02, 0.05))
+TRUE = {"rod_1": 0.8, "rod_2": 1.1, "rod_3": 0.95}
+#: A dial gauge that stands beside the platform, one that goes with it, and an inclinometer.
+GAUGES = {
+    "front": ks.Gauge((0, 0, 2), (0.3, 0.1, 0.5), sigma=1e-7),
+    "tool": ks.Gauge((1, 0, 1), (0.1, 0.05, 0.1), "platform", sigma=2e-7),
+    "level": ks.Gauge((0, 1, 0), None, "platform", "rotation", 1e-6),
+}
+
+
+def stiffened(description, factors):
+    for name, factor in factors.items():
+        modulus = description.beams[name].youngs_modulus
+        description = description.changed(name, youngs_modulus=factor * modulus)
+    return ks.Robot(description)
+
+
+def read(gauge, pose, twist):
+    """What a gauge reads: by two points of the platform, before and after it moves."""
+    u = np.array(gauge.direction, dtype=float) / np.linalg.norm(gauge.direction)
+    R = pose.frame("platform")[..., :3, :3]
+    o = np.stack([pose.platform[name] for name in "xyz"], axis=-1)
+    if gauge.frame == "platform":
+        u = R @ u
+    if gauge.measures == "rotation":
+        return np.sum(u * twist[..., 3:], axis=-1)
+    point = o if gauge.point is None else o + R @ np.array(gauge.point) if gauge.frame == "platform" else np.array(gauge.point)
+    return np.sum(u * (twist[..., :3] + np.cross(twist[..., 3:], point - o)), axis=-1)
+
+
+@pytest.fixture(scope="module")
+def table():
+    """Poses and loads of a tripod, and what its gauges read when its rods are not what the file says."""
+    rng = np.random.default_rng(5)
+    count = 14
+    rows = {"z": 0.45 + 0.2 * rng.random(count), "rx": 0.25 * rng.standard_normal(count), "ry": 0.25 * rng.standard_normal(count)}
+    load = np.zeros((count, 6))
+    load[:, :3] = rng.uniform(-2000, 2000, (count, 3))
+    pose = stiffened(package_robots.robot("3rps").description, TRUE).assemble(platform=rows)
+    loaded = ks.analyze(pose, load, payload=PAYLOAD)
+    unloaded = ks.analyze(pose, payload=PAYLOAD)
+    loads = {f"F{axis}": load[:, k] for k, axis in enumerate("xyz")}
+    return {"poses": rows, "loads": loads, "pose": pose, "loaded": loaded.twist, "unloaded": unloaded.twist}
+
+
+def columns(table, twist, gauges=GAUGES, **offsets):
+    readings = {name: read(gauge, table["pose"], twist) + offsets.get(name, 0.0) for name, gauge in gauges.items()}
+    return {**table["poses"], **table["loads"], **readings}
+
+
+def values(found):
+    return {name: estimate.value for name, estimate in found.estimates.items()}
+
+
+@pytest.mark.smoke
+def test_everything_is_found_again(table):
+    unknowns = ["rod_1", "rod_2", "rod_3", "payload.mass", "payload.x", "payload.y", "payload.z", "offset.front", "offset.level"]
+    given = columns(table, table["loaded"], front=3e-6, level=-2e-5)
+    found = ks.calibrate(package_robots.robot("3rps"), given, unknowns, gauges=GAUGES)
+    expected = dict(zip(unknowns, [*TRUE.values(), 5.0, *PAYLOAD.center, 3e-6, -2e-5], strict=True))
+    assert values(found) == pytest.approx(expected, rel=1e-8, abs=1e-13)
+    assert found.converged and not found.unidentifiable and not found.outliers and found.misfit < 1e-12
+    np.testing.assert_allclose(found.computed, found.measured, rtol=0, atol=1e-14)
+    assert found.payload.mass == pytest.approx(5.0, rel=1e-8)
+    again = ks.analyze(found.robot.assemble(platform=table["poses"]), table["loaded"] * 0, payload=found.payload).twist
+    np.testing.assert_allclose(again, table["unloaded"], atol=1e-13)
+    assert found.freedom == 3 * 14 - 9 and len(found.measured) == 42
+
+
+def test_differences_to_the_unloaded_state_and_to_a_pose(table):
+    robot = package_robots.robot("3rps")
+    found = ks.calibrate(
+        robot, columns(table, table["loaded"] - table["unloaded"]), list(TRUE), gauges=GAUGES, reference="unloaded"
+    )
+    assert values(found) == pytest.approx(TRUE, rel=1e-8)
+    # the gauges that go with the platform were set to zero at one pose
+    zero = {"z": 0.5, "rx": 0.0, "ry": 0.0}
+    pose = stiffened(robot.description, TRUE).assemble(platform=zero)
+    start = ks.analyze(pose, payload=PAYLOAD).twist
+    moving = {name: gauge for name, gauge in GAUGES.items() if name != "front"}
+    given = columns(table, table["loaded"], moving)
+    for name, gauge in moving.items():
+        given[name] = given[name] - read(gauge, pose, start)
+    found = ks.calibrate(robot, given, list(TRUE), gauges=moving, reference=zero, payload=PAYLOAD)
+    assert values(found) == pytest.approx(TRUE, rel=1e-8)
+
+
+def test_a_common_factor_and_intervals_of_a_stiffness(table):
+    """E of all rods by one factor; its interval is that of the compliance."""
+    pose = package_robots.robot("3rps").assemble(platform=table["poses"])
+    load = np.stack([*table["loads"].values(), *([np.zeros(14)] * 3)], axis=-1)
+    twist = ks.analyze(pose, load).twist
+    noise = 1e-6 * np.random.default_rng(1).standard_normal(14)
+    rows = {**table["poses"], **table["loads"], "dz": twist[:, 2] / 0.9 + noise}
+    found = ks.calibrate(package_robots.robot("3rps"), rows, ["rod_1 + rod_2+rod_3"])
+    estimate = found.estimates["rod_1 + rod_2+rod_3"]
+    # readings are linear in the compliance: c = Σ y a / Σ a²
+    a, y = twist[:, 2], rows["dz"]
+    c = y @ a / (a @ a)
+    error = np.sqrt(np.sum((y - c * a) ** 2) / 13 / (a @ a))
+    assert estimate.value == pytest.approx(1 / c, rel=1e-7) and estimate.standard_error == pytest.approx(error / c**2, rel=1e-6)
+    from scipy import stats
+
+    reach = stats.t.ppf(0.975, 13) * error
+    assert estimate.interval == pytest.approx((1 / (c + reach), 1 / (c - reach)), rel=1e-6)
+    assert found.sigma[0] == pytest.approx(np.sqrt(np.sum((y - c * a) ** 2) / 13), rel=1e-6)
+
+
+def test_arguments_of_the_file(tmp_path):
+    """Of a cantilever: the diameter, whose sag is −4 in the power, and its length, which moves the tip."""
+    path = parametric_machines.cantilever(tmp_path)
+    true = ks.load_robot(path, {"diameter": 0.042, "length": 0.81})
+    loads = [[0, 0, -300, 0, 0, 0], [0, 200, 0, 0, 0, 0], [0, 0, 0, 0, 30, 0], [4e5, 0, 0, 0, 0, 0]]
+    twists = ks.analyze(true.assemble(), loads).twist
+    rows = [
+        {"Fx": w[0], "Fy": w[1], "Fz": w[2], "My": w[4], "dx": t[0], "dy": t[1], "dz": t[2]}
+        for w, t in zip(loads, twists, strict=True)
+    ]
+    found = ks.calibrate(ks.load_robot(path), rows, ["diameter", "length"])
+    assert values(found) == pytest.approx({"diameter": 0.042, "length": 0.81}, rel=1e-8)
+    assert found.estimates["diameter"].unit == "m" and found.estimates["diameter"].start == 0.04
+    found.save(tmp_path / "mine.urdf")
+    again = ks.analyze(ks.load_robot(tmp_path / "mine.urdf").assemble(), loads).twist
+    np.testing.assert_allclose(again, twists, rtol=1e-8, atol=1e-15)
+
+
+def test_two_rods_in_series(tmp_path):
+    """Pulled along both, their compliances add up as their lengths; bending tells them apart."""
+    spec = small_robots.locked_chain([(0, 0, 0), (0, 0, 1.0), (0, 0, 1.5)], [(1, 0, 0), (0, 1, 0)])
+    robot = small_robots.robot_of(spec)
+    factors = {"arm_1": 0.5, "arm_2": 2.0}
+    pose = stiffened(robot.description, factors).assemble()
+    loads = np.zeros((3, 6))
+    loads[:, 2] = [1e4, 2e4, -1e4]
+    dz = ks.analyze(pose, loads, (0, 0, 0)).twist[:, 2]
+    found = ks.calibrate(robot, {"Fz [kN]": loads[:, 2] / 1e3, "dz [um]": 1e6 * dz}, [*factors], reference="unloaded")
+    (told,) = found.unidentifiable
+    assert "the compliance of arm_1 and the compliance of arm_2 cannot be told apart" in told.words
+    assert "the compliance of arm_1 + 0.5 times the compliance of arm_2" in told.words
+    assert told.direction["arm_1"] / told.direction["arm_2"] == pytest.approx(-0.5, rel=1e-6)
+    for estimate in found.estimates.values():
+        assert not estimate.identified and estimate.interval == (0, np.inf)
+    seen = [1 / found.estimates[name].value for name in factors]
+    assert seen[0] + 0.5 * seen[1] == pytest.approx(1 / 0.5 + 0.5 / 2.0, rel=1e-9)  # what is seen is found
+    assert "cannot be told apart" in str(found) and "1 not told" in repr(found)
+    # a payload does not change what differs with the load alone
+    found = ks.calibrate(robot, {"Fz": loads[:, 2], "dz": dz}, ["arm_1", "payload.mass"], reference="unloaded")
+    assert found.unidentifiable[0].words.startswith("no reading sees payload.mass")
+    assert found.estimates["arm_1"].identified
+    bent = np.concatenate([loads, [[100, 0, 0, 0, 0, 0]]])
+    twist = ks.analyze(pose, bent, (0, 0, 0)).twist
+    found = ks.calibrate(
+        robot, {"Fz": bent[:, 2], "Fx": bent[:, 0], "dz": twist[:, 2], "dx": twist[:, 0]}, [*factors], gravity=(0, 0, 0)
+    )
+    assert not found.unidentifiable and values(found) == pytest.approx(factors, rel=1e-8)
+
+
+def test_elastic_drives_and_joints():
+    """Of an arm on an elastic drive: both give way, and the drive turns by moment over stiffness."""
+    spec = small_robots.locked_chain([(0, 0, 0), (0.8, 0, 0)], [(0, 1, 0)])
+    description = small_robots.robot_of(spec).description
+    description = description.with_joint_stiffness(ks.description.JointStiffness("turn_1", drive=4e4))
+    robot = ks.Robot(description)
+    rows = {"Fz": [-200, -100, 0.0], "Fx": [0, 0, 1e5]}
+    load = np.zeros((3, 6))
+    load[:, 2], load[:, 0] = rows["Fz"], rows["Fx"]
+    true = description.with_joint_stiffness(ks.description.JointStiffness("turn_1", drive=3e4))
+    twist = ks.analyze(stiffened(true, {"arm_1": 1.2}).assemble(), load).twist
+    rows |= {"dx": twist[:, 0], "dz": twist[:, 2]}
+    for name in ("turn_1", "drives:turn_1"):
+        found = ks.calibrate(robot, rows, ["arm_1", name])
+        assert values(found) == pytest.approx({"arm_1": 1.2, name: 0.75}, rel=1e-8)
+
+
+@pytest.mark.parametrize("trials", [40, pytest.param(2000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("sigma_known", [True, False])
+def test_intervals_cover_at_their_rate(table, trials, sigma_known):
+    """Of linear readings with noise; three binomial standard deviations about 90 %, of every unknown."""
+    from scipy import stats
+
+    rng = np.random.default_rng(11)
+    J = np.stack(
+        [read(GAUGES["front"], table["pose"], table["loaded"] * np.cos(k * np.arange(14))[:, None]) for k in range(3)], -1
+    )
+    J, true, sigma = J / 1e-6, np.array([1.2, 0.8, 1.0]), 0.7
+    inside = np.zeros(3)
+    for _ in range(trials):
+        noisy = J @ true + sigma * rng.standard_normal(14)
+        x = np.linalg.lstsq(J, noisy, rcond=None)[0]
+        scale = sigma if sigma_known else 1.0
+        found = solution(x, J / scale, (noisy - J @ x) / scale, sigma_known)
+        wide = stats.norm.ppf(0.95) if sigma_known else stats.t.ppf(0.95, found.freedom)
+        inside += np.abs(x - true) <= wide * np.sqrt(np.diag(found.covariance))
+    assert np.all(np.abs(inside / trials - 0.9) <= 3 * np.sqrt(0.9 * 0.1 / trials)), inside
+
+
+@pytest.mark.slow
+def test_intervals_of_calibrations_cover_at_their_rate():
+    """The whole way, 200 times: nonlinear, with sigma from the residuals."""
+    robot = small_robots.robot_of(small_robots.locked_chain([(0, 0, 0), (0.5, 0, 0), (1.1, 0, 0)], [(0, 1, 0), (0, 0, 1)]))
+    true = {"arm_1": 0.7, "arm_2": 1.4}
+    load = np.zeros((12, 6))
+    load[:, 1:3] = np.random.default_rng(2).uniform(-300, 300, (12, 2))
+    load[:, 4] = np.linspace(-200, 200, 12)
+    twist = ks.analyze(stiffened(robot.description, true).assemble(), load).twist
+    rng, inside = np.random.default_rng(3), dict.fromkeys(true, 0)
+    for _ in range(200):
+        noisy = twist[:, 1:3] + 5e-6 * rng.standard_normal((12, 2))
+        rows = {"Fy": load[:, 1], "Fz": load[:, 2], "My": load[:, 4], "dy": noisy[:, 0], "dz": noisy[:, 1]}
+        found = ks.calibrate(robot, rows, list(true), level=0.9)
+        for name, value in true.items():
+            low, high = found.estimates[name].interval
+            inside[name] += low <= value <= high
+    assert all(abs(count / 200 - 0.9) <= 3 * np.sqrt(0.09 / 200) for count in inside.values()), inside
+
+
+def test_an_outlier_is_found_and_left_out(table):
+    given = columns(table, table["loaded"])
+    rng = np.random.default_rng(4)
+    for name, gauge in GAUGES.items():
+        given[name] = given[name] + 0.5 * gauge.sigma * rng.standard_normal(14)
+    given["tool"][6] += 8e-6
+    given["front"][9] -= 3e-6
+    robot = package_robots.robot("3rps")
+    unknowns = [*TRUE, "payload.mass"]
+    start = ks.Payload(5.0, PAYLOAD.center)
+    kept = ks.calibrate(robot, given, unknowns, gauges=GAUGES, payload=start)
+    assert {(item.row, item.gauge) for item in kept.outliers} == {(6, "tool"), (9, "front")}
+    assert kept.misfit > 10 and "outlier: row 6, tool" in str(kept) and kept.used.all()
+    without = ks.calibrate(robot, given, unknowns, gauges=GAUGES, payload=start, leave_out_outliers=True)
+    assert int(np.sum(~without.used)) == 2 and without.misfit < 2 and "2 outliers were left out" in str(without)
+    for name, value in TRUE.items():
+        low, high = without.estimates[name].interval
+        assert low < value < high, name
+    assert abs(without.estimates["rod_1"].value - 0.8) < abs(kept.estimates["rod_1"].value - 0.8)
+
+
+def test_what_is_foretold_from_the_others_is_what_another_fit_foretells():
+    rng = np.random.default_rng(8)
+    J, groups = rng.standard_normal((12, 3)), np.repeat(np.arange(6), 2)
+    y = J @ [1.0, 2.0, 3.0] + 0.1 * rng.standard_normal(12)
+    x = np.linalg.lstsq(J, y, rcond=None)[0]
+    errors = held_out(solution(x, J, y - J @ x, False), groups)
+    for group in range(6):
+        rest = groups != group
+        other = np.linalg.lstsq(J[rest], y[rest], rcond=None)[0]
+        np.testing.assert_allclose(errors[~rest], y[~rest] - J[~rest] @ other, rtol=1e-10)
+    # a reading that alone determines something is foretold by nothing
+    J = np.array([[1.0, 0], [1, 0], [0, 1]])
+    errors = held_out(solution(np.zeros(2), J, np.zeros(3), False), np.arange(3))
+    assert np.isnan(errors[2]) and np.isfinite(errors[:2]).all()
+
+
+def test_studentized_residuals_are_those_of_the_reading_left_out():
+    rng = np.random.default_rng(9)
+    J = rng.standard_normal((10, 2))
+    y = J @ [1.0, -2.0] + 0.1 * rng.standard_normal(10)
+    x = np.linalg.lstsq(J, y, rcond=None)[0]
+    found, bad = outliers(solution(x, J, y - J @ x, False), 1.0)
+    assert not bad.any()
+    for k in range(10):
+        rest = np.arange(10) != k
+        other, (square,), *_ = np.linalg.lstsq(J[rest], y[rest], rcond=None)
+        spread = np.sqrt(square / 7 * (1 + J[k] @ np.linalg.inv(J[rest].T @ J[rest]) @ J[k]))
+        assert found[k] == pytest.approx((y[k] - J[k] @ other) / spread, rel=1e-9)
+
+
+def test_what_is_determined_does_not_depend_on_scales():
+    J = np.array([[1.0, 2, 0, 1e-9], [2, 4, 0, 0], [0, 0, 0, 1e-9]])
+    for scale in (np.ones(4), np.array([1e3, 1e-2, 1, 1e4])):
+        _, seen, null = determined(J[:, :3] * scale[:3])
+        assert seen.shape == (3, 1) and null.shape == (3, 2)
+    assert determined(np.zeros((2, 2)))[1].shape == (2, 0)
+
+
+def test_files_datasets_and_words(table, tmp_path):
+    """The same readings from a CSV in millimetres, an xarray Dataset and columns."""
+    xr = pytest.importorskip("xarray")
+    robot, given = package_robots.robot("3rps"), columns(table, table["loaded"])
+    path, sensors = tmp_path / "mine.csv", tmp_path / "gauges.csv"
+    lines = ["z [mm],rx [deg],ry,Fx,Fy [kN],Fz,note,front [um],tool [mm],level [mrad]", ""]
+    factors = {"z": 1e3, "rx": 180 / np.pi, "Fy": 1e-3, "front": 1e6, "tool": 1e3, "level": 1e3}
+    for k in range(14):
+        cells = {name: f"{factors.get(name, 1) * column[k]:.17g}" for name, column in given.items()}
+        cells["tool"] = cells["tool"] if k else ""
+        order = ("z", "rx", "ry", "Fx", "Fy", "Fz", "note", "front", "tool", "level")
+        lines.append(",".join(cells.get(name, "cold") for name in order))
+    path.write_text("\n".join(lines), encoding="utf-8")
+    sensors.write_text(
+        "name,x [mm],y [mm],z [mm],ux,uy,uz,frame,measures,sigma [um]\n"
+        "front,300,100,500,0,0,2,world,displacement,0.1\ntool,100,50,100,1,0,1,platform,,0.2\n"
+        "level,,,,,1,,platform,rotation,1urad\n",
+        encoding="utf-8",
+    )
+    from_file = ks.calibrate(robot, path, list(TRUE), gauges=sensors, payload=PAYLOAD)
+    assert values(from_file) == pytest.approx(TRUE, rel=1e-8)
+    assert from_file.rows[0] == 3 and len(from_file.measured) == 41 and from_file.gauges["level"].sigma == 1e-6
+    dataset = xr.Dataset({name: ("row", column) for name, column in given.items() if name != "z"}, {"z": ("row", given["z"])})
+    dataset["z"] = ("row", 1e3 * given["z"], {"units": "mm"})
+    assert values(ks.calibrate(robot, dataset, list(TRUE), gauges=GAUGES, payload=PAYLOAD)) == pytest.approx(TRUE, rel=1e-8)
+    read_back = json.loads(json.dumps(from_file.to_dict()))
+    assert read_back["estimates"]["rod_1"]["value"] == pytest.approx(0.8)
+    text = str(from_file)
+    assert "× 0.8" in text and "foretold from the other rows" in text and "41 readings of 14 rows" in text
+    assert "Calibration of '3rps'" in repr(from_file) and "<table" in from_file._repr_html_()
+
+
+WRONG = [
+    ({"measurements": 3}, "measurements are 3; they must be a CSV file"),
+    ({"measurements": {"dz": [1.0, 2.0], "Fz": [1.0, 2.0, 3.0]}}, "the columns are not equally long"),
+    ({"measurements": {"Fz": [1.0]}}, "there are no readings"),
+    ({"measurements": {"Fz": [1.0], "dz": [np.nan]}}, "there are no readings"),
+    ({"measurements": {"Fz [kg]": [1.0], "dz": [0.0]}}, "'1.0kg' is not a force"),
+    ({"measurements": {"Fz": ["a lot"], "dz": [0.0]}}, "row 0: Fz: 'a lot' is not a force"),
+    ({"measurements": {"dzz": [0.0]}}, "'dzz' is no coordinate, load"),
+    ({"measurements": [{"dz": 0.0, "z": 1.0}, {"dz": 0.1}]}, "row 1: z is missing"),
+    ({"measurements": {"dz": [np.inf]}}, "row 0: dz: 'inf' is not a length"),
+    ({"measurements": {"dz": [0.0], "dz [mm]": [0.0]}}, "'dz' is given twice"),
+    ({"unknowns": []}, "unknowns are empty"),
+    ({"unknowns": "diameter"}, "it must be a sequence of names"),
+    ({"unknowns": ["diametre"]}, "has no 'diametre'.*did you mean 'diameter'"),
+    ({"unknowns": ["offset.dx"]}, "has no 'offset.dx'"),
+    ({"unknowns": ["rod", "beams:rod"]}, "'rod' is named twice"),
+    ({"level": 95}, "it must be between 0 and 1"),
+    ({"reference": "zero"}, "must be one of 'undeformed', 'unloaded'"),
+    ({"reference": {"z": 0.1}}, "reference has the coordinates z"),
+    ({"gravity": np.zeros((2, 3))}, "a calibration takes one for all rows"),
+    ({"gauges": {"tip": 3}}, "it must be a gauge"),
+    ({"gauges": {"tip": ks.Gauge((0, 0, 0))}}, "direction is not zero"),
+    ({"gauges": {"tip": ks.Gauge((0, 0, 1), frame="tool")}}, "'world', 'platform'"),
+    ({"gauges": {"tip": ks.Gauge((0, 0, 1), measures="force")}}, "'displacement', 'rotation'"),
+    ({"gauges": {"dz": ks.Gauge((0, 0, 1), sigma=0)}}, "the standard deviation of a reading"),
+    ({"measurements": {"dz": [0.1], "dry": [0.1]}}, "has no sigma"),
+    ({"payload": ks.Payload(1.0, link="rod")}, "is one on the platform"),
+    ({"robot": "cantilever"}, "calibrate wants a robot"),
+]
+
+
+@pytest.fixture(scope="module")
+def cantilever(tmp_path_factory):
+    return ks.load_robot(parametric_machines.cantilever(tmp_path_factory.mktemp("files")))
+
+
+@pytest.mark.parametrize(("changes", "said"), WRONG)
+def test_mistakes_in_python(cantilever, changes, said):
+    options = {"robot": cantilever, "measurements": {"Fz": [-10.0, -20.0], "dz": [-1e-6, -2e-6]}, "unknowns": ["diameter"]}
+    with pytest.raises(ks.KinetostaticsError, match=said):
+        ks.calibrate(**{**options, **changes})
+
+
+WRONG_FILES = [
+    ("Fz,dz\n", "a table of measurements has a line of titles"),
+    ("Fz;dz\n1;2\n", r"mine.csv:1: separate columns by commas"),
+    ("Fz,dz\n1,2\n\n1,2,3\n", r"mine.csv:4: 3 cells below 2 titles"),
+    ("Fz [N],dz [um]\n1,2\n1,2 kN\n", r"mine.csv:3: dz: '2 kN' is not a length"),
+    ("Fz [N],dz [um]\n1,two\n", r"mine.csv:2: dz: 'two' is not a length"),
+    ("rx,dz\n,1\n", r"mine.csv:2: rx is missing: the cell is empty"),
+    ("Fz,dz,speed\n1,1,1\n", r"mine.csv:1: 'speed' is no coordinate"),
+]
+
+
+@pytest.mark.parametrize(("text", "said"), WRONG_FILES)
+def test_mistakes_in_a_file(cantilever, tmp_path, text, said):
+    (tmp_path / "mine.csv").write_text(text, encoding="utf-8")
+    with pytest.raises(ks.ArgumentError, match=said):
+        ks.calibrate(cantilever, tmp_path / "mine.csv", ["diameter"])
+    with pytest.raises(ks.ArgumentError, match=r"none\.csv cannot be read"):
+        ks.calibrate(cantilever, tmp_path / "none.csv", ["diameter"])
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("name\n", "a table of gauges has a line of titles"),
+        ("name,ux,uy,uz,colour\na,0,0,1,red\n", r":1: gauges have no 'colour'"),
+        ("name,ux,uy\na,0,1\n", r":1: the column 'uz' is missing"),
+        ("name,ux,uy,uz\na,0,0,1\na,0,1,0\n", r":3: a gauge has a name of its own, not 'a'"),
+        ("name,ux,uy,uz,x,y,z\na,0,0,1,1,,2\n", r":2: of the point x, y, z a number is missing"),
+        ("name,ux,uy,uz\na,0,0,0\n", r":2: direction and point have three numbers"),
+        ("name,ux,uy,uz,sigma [kg]\na,0,0,1,1\n", r":2: sigma: '1kg' is not a length"),
+    ],
+)
+def test_mistakes_in_a_file_of_gauges(cantilever, tmp_path, text, said):
+    (tmp_path / "gauges.csv").write_text(text, encoding="utf-8")
+    with pytest.raises(ks.ArgumentError, match=said):
+        ks.calibrate(cantilever, {"dz": [0.0]}, ["diameter"], gauges=tmp_path / "gauges.csv")

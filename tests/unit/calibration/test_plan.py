@@ -1,0 +1,80 @@
+"""Plans of measurements: against every subset of a few, against random ones, and what calibrations make of them."""
+
+import itertools
+import json
+
+import numpy as np
+import package_robots
+import pytest
+
+import kinetostatics as ks
+from kinetostatics.calibration.plan import best_subset, log_det
+
+pytest.importorskip("scipy")
+
+RODS = ["rod_1", "rod_2", "rod_3"]
+SOME = {"z": 0.5, "rx": [-0.1, 0.1], "ry": 0.1}
+LOADS = [[0, 0, -2000, 0, 0, 0], [1000, 0, 0, 0, 0, 0]]
+
+
+def test_the_best_of_all_subsets():
+    rng = np.random.default_rng(6)
+    for size, each in ((3, 1), (4, 2)):
+        blocks = rng.standard_normal((9, each, 3)) * rng.uniform(0.1, 3, (9, 1, 1))
+        best = max(itertools.combinations(range(9), size), key=lambda plan: log_det(blocks[list(plan)]))
+        assert best_subset(blocks, size, rng).tolist() == list(best)
+
+
+def test_a_plan_beats_random_ones():
+    robot = package_robots.robot("3rps")
+    over = {"z": 0.5, "rx": [-0.2, 0.0, 0.2], "ry": [-0.2, 0.0, 0.2]}
+    plan = ks.plan_measurements(robot, [*RODS, "offset.dz"], 5, over, LOADS, read=["dz"])
+    assert plan.candidates == 18 and len(set(plan.chosen.tolist())) == 5 and plan.gain > 1.3
+    assert all(plan.standard_errors[name] < error for name, error in plan.random_standard_errors.items())
+    # the same by calibrations: what their intervals are
+    pose = robot.assemble(platform=dict(plan.coordinates))
+    dz = ks.analyze(pose, plan.load).twist[:, 2]
+    rows = {**plan.coordinates, "Fx": plan.load[:, 0], "Fz": plan.load[:, 2], "dz": dz}
+    gauges = {"dz": ks.Gauge((0, 0, 1), sigma=1e-6)}
+    found = ks.calibrate(robot, rows, [*RODS, "offset.dz"], gauges=gauges)
+    for name, error in plan.standard_errors.items():
+        assert found.estimates[name].standard_error == pytest.approx(error, rel=1e-6), name
+
+
+def test_a_plan_is_saved_and_filled_in(tmp_path):
+    robot = package_robots.robot("3rps")
+    plan = ks.plan_measurements(robot, RODS, 3, SOME, LOADS, reference="unloaded")
+    plan.save(tmp_path / "plan.csv")
+    lines = (tmp_path / "plan.csv").read_text(encoding="utf-8").splitlines()
+    assert lines[0] == "z,rx,ry,Fx,Fy,Fz,Mx,My,Mz,dx,dy,dz" and len(lines) == 4 and lines[1].endswith(",,,")
+    twist = ks.analyze(robot.assemble(platform=dict(plan.coordinates)), plan.load, (0, 0, 0)).twist
+    filled = [line[:-3] + "," + ",".join(map(str, row)) for line, row in zip(lines[1:], twist[:, :3], strict=True)]
+    (tmp_path / "plan.csv").write_text("\n".join([lines[0], *filled]), encoding="utf-8")
+    found = ks.calibrate(robot, tmp_path / "plan.csv", RODS, reference="unloaded")
+    assert [found.estimates[name].value for name in RODS] == pytest.approx([1.0] * 3, rel=1e-8)
+    assert "times as sure as random plans" in str(plan) and "MeasurementPlan of '3rps'" in repr(plan)
+    assert "<table" in plan._repr_html_() and json.loads(json.dumps(plan.to_dict()))["candidates"] == 4
+
+
+def test_what_no_candidate_tells():
+    plan = ks.plan_measurements(package_robots.robot("3rps"), ["rod_1", "payload.mass"], 2, None, LOADS, reference="unloaded")
+    assert plan.unidentifiable[0].words.startswith("no reading sees payload.mass") and list(plan.standard_errors) == ["rod_1"]
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"n": 3}, "from 1 to 2"),
+        ({"n": 1, "unknowns": RODS, "read": ["dz"], "over": SOME}, "3 unknowns need at least 3 measurements of 1"),
+        ({"read": ["dzz"]}, "there is no gauge 'dzz'"),
+        ({"read": []}, "read is empty"),
+        ({"loads": [1, 2]}, "the last axis must have 6 entries"),
+        ({"over": 3}, "it must be a mapping"),
+        ({"over": {"z": np.linspace(0.4, 0.5, 20001), "rx": 0, "ry": 0}}, "they must be from 1 to 20,000"),
+        ({"over": {"z": 0.5, "rx": 0}}, "mobility"),
+    ],
+)
+def test_mistakes(changes, said):
+    options = {"unknowns": ["rod_1"], "n": 1, "loads": LOADS}
+    with pytest.raises(ks.KinetostaticsError, match=said):
+        ks.plan_measurements(package_robots.robot("3rps"), **{**options, **changes})
