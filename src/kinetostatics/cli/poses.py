@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from kinetostatics.cli.arguments import SEVERAL, number_of, parse_coordinates, parse_items, parse_values
@@ -70,10 +70,7 @@ def add_pose_arguments(
 def assemble(robot: Robot, args: argparse.Namespace) -> tuple[Configuration, list[str]]:
     """Return the pose that the arguments ask for, and warnings."""
     option = "--actuators" if args.actuators else "--platform"
-    given: dict[str, object] = {
-        name: parse_coordinates(option, name, [value], coordinate_kind(robot, option, name))[0]
-        for name, value in parse_items(option, args.actuators or args.platform).items()
-    }
+    given = single_values(robot, option, args.actuators or args.platform)
     try:
         return assembled(robot, option, given, args), []
     except AssemblyError:
@@ -103,16 +100,19 @@ def assembled(robot: Robot, option: str, coordinates: Mapping[str, object], args
     if args.near:
         items = parse_items("--near", args.near)
         of = "platform" if all(name in PLATFORM_KINDS for name in items) else "actuators"
-        kinds = {name: coordinate_kind(robot, f"--{of}", name) for name in items}
-        begin: dict[str, Any] = {
-            of: {name: parse_coordinates("--near", name, [text], kinds[name])[0] for name, text in items.items()}
-        }
+        begin: Any = single_values(robot, f"--{of}", args.near, "--near")
         try:
-            start = robot.assemble(**begin, **options)
+            start = robot.assemble(**{of: begin}, **options)
         except KinetostaticsError as error:
             raise ArgumentError(f"--near: {error}") from error
     poses: dict[str, Any] = {option[2:]: coordinates or None}
     return robot.assemble(**poses, near=start, **options)
+
+
+def single_values(robot: Robot, option: str, items: Iterable[str], said: str | None = None) -> dict[str, float]:
+    """Return one value of each coordinate of ``--platform`` or ``--actuators``; ``said`` is another option that gives them."""
+    texts, said = parse_items(said or option, items), said or option
+    return {name: parse_coordinates(said, name, [text], coordinate_kind(robot, option, name))[0] for name, text in texts.items()}
 
 
 def coordinate_kind(robot: Robot | None, option: str, name: str) -> str | None:

@@ -89,8 +89,7 @@ def _map(robot: Robot, args: argparse.Namespace, options: dict[str, Any]) -> xr.
     if getattr(args, other[2:]):
         raise ArgumentError(f"--sweep: the coordinates that do not vary are given by {option}")
     kind = functools.partial(poses.coordinate_kind, robot, option)
-    fixed = arguments.parse_items(option, getattr(args, option[2:]))
-    values = {name: arguments.parse_coordinates(option, name, [text], kind(name))[0] for name, text in fixed.items()}
+    values = poses.single_values(robot, option, getattr(args, option[2:]))
     if drives:
         values = {**dict.fromkeys(robot.description.driven, 0.0), **values}
     grid = {name: arguments.parse_values("--sweep", name, text, kind(name)) for name, text in swept.items()}

@@ -231,10 +231,10 @@ def _swept(robot: Robot, args: argparse.Namespace) -> Configuration:
     values: dict[str, object] = {name: np.linspace(first, last, count) for name, (first, last, _) in ranges.items()}
     if getattr(args, other[2:]):
         raise ArgumentError(f"--sweep: the coordinates that stand still are given by {option}")
-    for name, text in arguments.parse_items(option, getattr(args, option[2:])).items():
+    for name, value in poses.single_values(robot, option, getattr(args, option[2:])).items():
         if name in values:
             raise ArgumentError(f"--sweep: {name} is given by {option} too")
-        (values[name],) = arguments.parse_coordinates(option, name, [text], kind(name))
+        values[name] = value
     if drives:
         values.update({name: 0.0 for name in robot.description.driven if name not in values})
     return poses.assembled(robot, option, values, args)

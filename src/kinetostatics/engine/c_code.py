@@ -17,9 +17,8 @@ from kinetostatics.math.arrays import Array
 #: Operations in a function at most.
 _PIECE = 400
 
-_INFIX = {"add": "+", "subtract": "-", "multiply": "*", "divide": "/"}
-_COMPARISONS = {">": ">", ">=": ">=", "<": "<", "<=": "<=", "==": "==", "!=": "!="}
-_LOGICAL = {"and": "&&", "or": "||"}
+_INFIX = {"add": "+", "subtract": "-", "multiply": "*", "divide": "/", "and": "&&", "or": "||"}
+_INFIX |= {how: how for how in (">", ">=", "<", "<=", "==", "!=")}
 _CALLS = {"square_root": "sqrt", "absolute": "fabs", "sine": "sin", "cosine": "cos", "angle": "atan2", "whole": "rint"}
 
 
@@ -128,14 +127,8 @@ def _unused(inputs: Sequence[str]) -> list[str]:
 def _expression(kind: str, taken: Sequence[str]) -> str:
     if kind in _INFIX:
         return f"{taken[0]} {_INFIX[kind]} {taken[1]}"
-    if kind in _COMPARISONS:
-        return f"{taken[0]} {_COMPARISONS[kind]} {taken[1]}"
-    if kind in _LOGICAL:
-        return f"{taken[0]} {_LOGICAL[kind]} {taken[1]}"
-    if kind == "not":
-        return f"!{taken[0]}"
-    if kind == "negative":
-        return f"-{taken[0]}"
+    if kind in ("not", "negative"):
+        return f"{'!' if kind == 'not' else '-'}{taken[0]}"
     if kind == "choose":
         return f"{taken[0]} ? {taken[1]} : {taken[2]}"
     return f"{_CALLS[kind]}({', '.join(taken)})"

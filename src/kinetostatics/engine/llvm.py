@@ -20,9 +20,8 @@ LANES = 8
 NAME = "poses"
 
 #: A product and a sum may become one instruction, which rounds once.
-_ARITHMETIC = {"add": "fadd contract", "subtract": "fsub contract", "multiply": "fmul contract", "divide": "fdiv"}
-_COMPARISONS = {">": "ogt", ">=": "oge", "<": "olt", "<=": "ole", "==": "oeq", "!=": "une"}
-_LOGICAL = {"and": "and", "or": "or"}
+_INFIX = {"add": "fadd contract", "subtract": "fsub contract", "multiply": "fmul contract", "divide": "fdiv"}
+_INFIX |= {">": "fcmp ogt", ">=": "fcmp oge", "<": "fcmp olt", "<=": "fcmp ole", "==": "fcmp oeq", "!=": "fcmp une"}
 _INTRINSICS = {"square_root": "sqrt", "absolute": "fabs", "whole": "nearbyint"}
 _DECLARED = {**dict.fromkeys(_INTRINSICS.values(), 1), "copysign": 2, "fmuladd": 3}
 
@@ -153,12 +152,10 @@ class _Writer:
         if name in ("constant", "truth"):
             return []
         a = [self._operand(k, letter) for k in taken]
-        if name in _ARITHMETIC:
-            return [f"{result} = {_ARITHMETIC[name]} {real} {a[0]}, {a[1]}"]
-        if name in _COMPARISONS:
-            return [f"{result} = fcmp {_COMPARISONS[name]} {real} {a[0]}, {a[1]}"]
-        if name in _LOGICAL:
-            return [f"{result} = {_LOGICAL[name]} {truth} {a[0]}, {a[1]}"]
+        if name in _INFIX:
+            return [f"{result} = {_INFIX[name]} {real} {a[0]}, {a[1]}"]
+        if name in ("and", "or"):
+            return [f"{result} = {name} {truth} {a[0]}, {a[1]}"]
         if name == "not":
             return [f"{result} = xor {truth} {a[0]}, {_constant(True, letter)}"]
         if name == "negative":

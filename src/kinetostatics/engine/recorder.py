@@ -8,72 +8,48 @@ from typing import Any
 
 import numpy as np
 
-from kinetostatics.engine.scalars import (
-    NotRecordedError,
-    absolute,
-    add,
-    angle_of,
-    both,
-    choose,
-    compare,
-    cosine,
-    divide,
-    either,
-    is_finite,
-    is_nan,
-    larger,
-    multiply,
-    negative,
-    opposite,
-    power,
-    sign,
-    sine,
-    smaller,
-    square_root,
-    subtract,
-    whole,
-    without_nan,
-)
+from kinetostatics.engine import scalars
+from kinetostatics.engine.scalars import NotRecordedError
 
 _ELEMENTWISE: dict[Any, Any] = {
     ufunc: np.frompyfunc(function, ufunc.nin, 1)
     for ufunc, function in (
-        (np.add, add),
-        (np.subtract, subtract),
-        (np.multiply, multiply),
-        (np.divide, divide),
-        (np.negative, negative),
-        (np.power, power),
-        (np.square, lambda a: multiply(a, a)),
-        (np.sqrt, square_root),
-        (np.absolute, absolute),
-        (np.sign, sign),
-        (np.sin, sine),
-        (np.cos, cosine),
-        (np.arctan2, angle_of),
-        (np.rint, whole),
-        (np.maximum, larger),
-        (np.minimum, smaller),
-        (np.isnan, is_nan),
-        (np.isfinite, is_finite),
-        (np.logical_and, both),
-        (np.logical_or, either),
-        (np.logical_not, opposite),
-        (np.bitwise_and, both),
-        (np.bitwise_or, either),
-        (np.invert, opposite),
-        (np.greater, lambda a, b: compare(">", a, b)),
-        (np.greater_equal, lambda a, b: compare(">=", a, b)),
-        (np.less, lambda a, b: compare("<", a, b)),
-        (np.less_equal, lambda a, b: compare("<=", a, b)),
-        (np.equal, lambda a, b: compare("==", a, b)),
-        (np.not_equal, lambda a, b: compare("!=", a, b)),
+        (np.add, scalars.add),
+        (np.subtract, scalars.subtract),
+        (np.multiply, scalars.multiply),
+        (np.divide, scalars.divide),
+        (np.negative, scalars.negative),
+        (np.power, scalars.power),
+        (np.square, lambda a: scalars.multiply(a, a)),
+        (np.sqrt, scalars.square_root),
+        (np.absolute, scalars.absolute),
+        (np.sign, scalars.sign),
+        (np.sin, scalars.sine),
+        (np.cos, scalars.cosine),
+        (np.arctan2, scalars.angle_of),
+        (np.rint, scalars.whole),
+        (np.maximum, scalars.larger),
+        (np.minimum, scalars.smaller),
+        (np.isnan, scalars.is_nan),
+        (np.isfinite, scalars.is_finite),
+        (np.logical_and, scalars.both),
+        (np.logical_or, scalars.either),
+        (np.logical_not, scalars.opposite),
+        (np.bitwise_and, scalars.both),
+        (np.bitwise_or, scalars.either),
+        (np.invert, scalars.opposite),
+        (np.greater, lambda a, b: scalars.compare(">", a, b)),
+        (np.greater_equal, lambda a, b: scalars.compare(">=", a, b)),
+        (np.less, lambda a, b: scalars.compare("<", a, b)),
+        (np.less_equal, lambda a, b: scalars.compare("<=", a, b)),
+        (np.equal, lambda a, b: scalars.compare("==", a, b)),
+        (np.not_equal, lambda a, b: scalars.compare("!=", a, b)),
     )
 }
 #: Their loops over Python objects call the operators, which is faster.
 _NATIVE = {np.add, np.subtract, np.multiply, np.matmul}
-_CHOOSE = np.frompyfunc(choose, 3, 1)
-_WITHOUT_NAN = np.frompyfunc(without_nan, 1, 1)
+_CHOOSE = np.frompyfunc(scalars.choose, 3, 1)
+_WITHOUT_NAN = np.frompyfunc(scalars.without_nan, 1, 1)
 
 
 class Recorded(np.ndarray[Any, np.dtype[np.object_]]):

@@ -13,25 +13,8 @@ import xarray as xr
 from kinetostatics.description.units import find_unit
 from kinetostatics.description.units import unit as known_unit
 from kinetostatics.exceptions import ArgumentError, near_names
+from kinetostatics.indices import sag, stiffness
 from kinetostatics.indices.poses import ANGULAR, LINEAR, finished, label_dims, labelled, units_of
-from kinetostatics.indices.sag import (
-    angular_sag,
-    largest_actuator_force,
-    linear_sag,
-    remaining_angular_sag,
-    remaining_linear_sag,
-)
-from kinetostatics.indices.stiffness import (
-    conditioning,
-    deflection_any_direction,
-    rotation_any_direction,
-    rotational_conditioning,
-    rotational_stiffness,
-    singularity_distance,
-    stiffness_along,
-    translational_conditioning,
-    translational_stiffness,
-)
 from kinetostatics.math.ordering import EQUAL
 from kinetostatics.printing.html_tables import html_table
 from kinetostatics.status import FACTS, Status, in_map
@@ -57,8 +40,8 @@ class Index:
 def _stiffness_indices() -> dict[str, Index]:
     found = {}
     for kind, function, units, block, other in (
-        ("translational", translational_stiffness, "N/m", "dd", "rotations"),
-        ("rotational", rotational_stiffness, "N m/rad", "rr", "translations"),
+        ("translational", stiffness.translational_stiffness, "N/m", "dd", "rotations"),
+        ("rotational", stiffness.rotational_stiffness, "N m/rad", "rr", "translations"),
     ):
         for extreme in ("least", "greatest"):
             for held in (False, True):
@@ -73,29 +56,37 @@ def _stiffness_indices() -> dict[str, Index]:
 
 #: Every index that needs no argument, by name.
 INDICES: Mapping[str, Index] = {
-    "linear_sag": Index(linear_sag, "m", "small", "|d|, displacement of o"),
-    "angular_sag": Index(angular_sag, "rad", "small", "|r|, rotation of the platform"),
+    "linear_sag": Index(sag.linear_sag, "m", "small", "|d|, displacement of o"),
+    "angular_sag": Index(sag.angular_sag, "rad", "small", "|r|, rotation of the platform"),
     **_stiffness_indices(),
     "translational_conditioning": Index(
-        translational_conditioning, "1", "large", "smallest / largest eigenvalue of C_dd, 0 to 1"
+        stiffness.translational_conditioning, "1", "large", "smallest / largest eigenvalue of C_dd, 0 to 1"
     ),
-    "rotational_conditioning": Index(rotational_conditioning, "1", "large", "smallest / largest eigenvalue of C_rr, 0 to 1"),
+    "rotational_conditioning": Index(
+        stiffness.rotational_conditioning, "1", "large", "smallest / largest eigenvalue of C_rr, 0 to 1"
+    ),
     "conditioning": Index(
-        conditioning, "1", "large", "smallest / largest eigenvalue of C made homogeneous by the characteristic length, 0 to 1"
+        stiffness.conditioning,
+        "1",
+        "large",
+        "smallest / largest eigenvalue of C made homogeneous by the characteristic length, 0 to 1",
     ),
     "singularity_distance": Index(
-        singularity_distance, "N/m", "large", "1 / largest eigenvalue of C made homogeneous by the characteristic length"
+        stiffness.singularity_distance,
+        "N/m",
+        "large",
+        "1 / largest eigenvalue of C made homogeneous by the characteristic length",
     ),
-    "largest_actuator_force": Index(largest_actuator_force, "N", "small", "largest magnitude of the drives' forces"),
-    "remaining_linear_sag": Index(remaining_linear_sag, "m", "small", "|d| that remains at the corrected drives"),
-    "remaining_angular_sag": Index(remaining_angular_sag, "rad", "small", "|r| that remains at the corrected drives"),
+    "largest_actuator_force": Index(sag.largest_actuator_force, "N", "small", "largest magnitude of the drives' forces"),
+    "remaining_linear_sag": Index(sag.remaining_linear_sag, "m", "small", "|d| that remains at the corrected drives"),
+    "remaining_angular_sag": Index(sag.remaining_angular_sag, "rad", "small", "|r| that remains at the corrected drives"),
 }
 
 
 #: What takes the size of a force or moment, and its unit.
 ANY_DIRECTION: Mapping[str, tuple[Callable[..., xr.DataArray], str]] = {
-    "deflection_any_direction": (deflection_any_direction, "N"),
-    "rotation_any_direction": (rotation_any_direction, "N·m"),
+    "deflection_any_direction": (stiffness.deflection_any_direction, "N"),
+    "rotation_any_direction": (stiffness.rotation_any_direction, "N·m"),
 }
 
 
@@ -140,7 +131,7 @@ def quantity(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> xr.DataA
         return INDICES[what].function(ds, beyond_limits=beyond_limits)
     name, _, rest = what.partition(":")
     if name == "stiffness_along" and rest:
-        return stiffness_along(ds, rest, beyond_limits=beyond_limits)
+        return stiffness.stiffness_along(ds, rest, beyond_limits=beyond_limits)
     if name in ANY_DIRECTION and rest:
         function, unit = ANY_DIRECTION[name]
         return function(ds, _amount(what, rest, unit), beyond_limits=beyond_limits)

@@ -8,8 +8,8 @@ the product of that wrench with the tree's twists. Overconstrained loops are clo
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -24,29 +24,8 @@ from kinetostatics.mechanism.tree import Frames, Tree, TreeJoint
 
 _FULL = np.eye(3)
 
-
-@dataclass
-class _Rows:
-    """A table of equations under construction; each entry belongs to the loop of the same position."""
-
-    loop: list[int] = field(default_factory=list)
-    predecessor: list[int] = field(default_factory=list)
-    successor: list[int] = field(default_factory=list)
-    vectors: list[list[Array]] = field(default_factory=list)
-
-    def add(self, loop: int, connection: Connection, *vectors: Array) -> None:
-        self.loop.append(loop)
-        self.predecessor.append(connection.predecessor_body)
-        self.successor.append(connection.successor_body)
-        self.vectors.append(list(vectors))
-
-    def table(self) -> _Table:
-        return _Table(
-            len(self.loop),
-            np.array(self.predecessor, dtype=np.intp),
-            np.array(self.successor, dtype=np.intp),
-            np.array(self.vectors).transpose(1, 2, 0) if self.loop else np.zeros((6, 3, 0)),
-        )
+#: An equation: number of its loop, the loop, and vectors.
+_Row: TypeAlias = tuple[int, Connection, tuple[Array, ...]]
 
 
 @dataclass(frozen=True)
@@ -57,6 +36,13 @@ class _Table:
     predecessor: Index
     successor: Index
     vectors: Array
+
+    @classmethod
+    def of(cls, rows: Sequence[_Row]) -> _Table:
+        """Return the table of some equations."""
+        before, behind = ([getattr(loop, f"{side}_body") for _, loop, _ in rows] for side in ("predecessor", "successor"))
+        vectors = np.array([vectors for *_, vectors in rows]).transpose(1, 2, 0) if rows else np.zeros((6, 3, 0))
+        return cls(len(rows), np.array(before, dtype=np.intp), np.array(behind, dtype=np.intp), vectors)
 
 
 @dataclass(frozen=True)
@@ -96,30 +82,26 @@ class Closures:
 
     def __init__(self, loops: Sequence[Connection]) -> None:
         self.loops = loops
-        distance, alignment, right_angle, turn = _Rows(), _Rows(), _Rows(), _Rows()
+        distance: list[_Row] = []
+        alignment: list[_Row] = []
+        right_angle: list[_Row] = []
+        turn: list[_Row] = []
         for number, loop in enumerate(self.loops):
-            frame, other = loop.predecessor_frame, loop.successor_frame
-            axis = loop.axis
-            for direction in _blocked_translations(loop.type.slides, axis):
-                distance.add(number, loop, frame[:3, :3] @ direction, frame[:3, 3], other[:3, 3])
+            axis, R, other_R = loop.axis, loop.predecessor_frame[:3, :3], loop.successor_frame[:3, :3]
+            points = loop.predecessor_frame[:3, 3], loop.successor_frame[:3, 3]
+            distance += [(number, loop, (R @ blocked, *points)) for blocked in _blocked_translations(loop.type.slides, axis)]
             if loop.type.turns is Axes.AXIS:
-                for direction in across(axis):
-                    alignment.add(number, loop, frame[:3, :3] @ direction, frame[:3, :3] @ axis, other[:3, :3] @ axis)
+                alignment += [(number, loop, (R @ direction, R @ axis, other_R @ axis)) for direction in across(axis)]
             elif loop.type.turns is Axes.BOTH:
-                right_angle.add(
-                    number,
-                    loop,
-                    frame[:3, :3] @ axis,
-                    other[:3, :3] @ loop.axis2,
-                    np.full(3, np.arccos(float(axis @ loop.axis2))),
-                )
+                angle = np.full(3, np.arccos(float(axis @ loop.axis2)))
+                right_angle.append((number, loop, (R @ axis, other_R @ loop.axis2, angle)))
             elif loop.type.turns is Axes.NONE:
-                turn.add(number, loop, *frame[:3, :3].T, *other[:3, :3].T)
+                turn.append((number, loop, (*R.T, *other_R.T)))
         rows = [distance, alignment, right_angle, turn, turn, turn]
-        self.loop_of = np.array([loop for part in rows for loop in part.loop], dtype=np.intp)
+        self.loop_of = np.array([number for part in rows for number, *_ in part], dtype=np.intp)
         self.closures = len(self.loop_of)
-        self.is_length = np.arange(self.closures) < len(distance.loop)
-        self._tables = [part.table() for part in rows]
+        self.is_length = np.arange(self.closures) < len(distance)
+        self._tables = [_Table.of(part) for part in rows]
         self._distance, self._alignment, self._right_angle, self._turn = self._tables[:4]
 
     def evaluate(self, frames: Frames) -> tuple[Array, Array]:

@@ -56,7 +56,45 @@ class Compensation(Told):
             KinetostaticsError: xarray is not installed.
             ArgumentError: the axes have other sizes than the batch.
         """
-        return _dataset(self, axes)
+        try:
+            import xarray as xr
+        except ModuleNotFoundError:
+            raise KinetostaticsError("a Dataset needs xarray: pip install 'kinetostatics[sweep]'") from None
+        if axes is None:
+            sizes = self.shape
+            axes = {("pose" if len(sizes) == 1 else f"pose_{k + 1}"): np.arange(size) for k, size in enumerate(sizes)}
+        if tuple(np.size(values) for values in axes.values()) != self.shape:
+            raise ArgumentError(
+                f"axes have the sizes {[np.size(v) for v in axes.values()]}; the batch has the shape {self.shape}"
+            )
+        grid, units = tuple(axes), _drive_units(self)
+        names, platform = list(self.actuators), list(self.wanted.platform)
+
+        def stacked(values: Mapping[str, Array], dim: str, long_name: str) -> tuple[tuple[str, ...], Array, dict[str, str]]:
+            return (*grid, dim), np.stack(list(values.values()), axis=-1), {"long_name": long_name}
+
+        attributes = {"long_name": "what became of the pose", "flag_meanings": " ".join(item.name.lower() for item in Status)}
+        data: dict[str, Any] = {
+            "status": (grid, self.status, attributes),
+            "wanted": stacked(self.wanted.platform, "platform_coordinate", "wanted coordinates of the loaded platform"),
+            "actuator_position": stacked(self.actuators, "actuator", "corrected coordinate of the drive"),
+            "actuator_correction": stacked(self.corrections, "actuator", "correction of the drive"),
+            "actuator_force": stacked(self.actuator_forces, "actuator", "force or torque of the drive, positive along its joint"),
+            "deviation": ((*grid, "component"), self.deviation, {"long_name": "how the loaded platform misses, uncorrected"}),
+            "remaining": ((*grid, "component"), self.remaining, {"long_name": "how the loaded platform misses, corrected"}),
+        }
+        coords: dict[str, Any] = {
+            **{name: np.asarray(values) for name, values in axes.items()},
+            "actuator": names,
+            "component": list(COMPONENTS),
+            "component_unit": ("component", list(TWIST_UNITS)),
+            "platform_coordinate": platform,
+            "platform_coordinate_unit": ("platform_coordinate", [_unit_of(name) for name in platform]),
+            "actuator_position_unit": ("actuator", [units[name][0] for name in names]),
+            "actuator_force_unit": ("actuator", [units[name][1].replace("·", " ") for name in names]),
+        }
+        about = {"robot": self.wanted.robot.name, "controlled": " ".join(self.coordinates)}
+        return xr.Dataset(data, coords, {**about, "orientation": self.wanted.orientation.name})
 
     def save(self, path: str | os.PathLike[str], axes: Mapping[str, ArrayLike] | None = None) -> None:
         """Write everything to a file.
@@ -69,7 +107,20 @@ class Compensation(Told):
         Raises:
             ArgumentError: the name ends otherwise, or there is no such folder.
         """
-        _save(self, path, axes)
+        name = path_name("path", path)
+        folder = os.path.dirname(name)
+        if folder and not os.path.isdir(folder):
+            raise ArgumentError(f"{name} cannot be written: there is no folder {folder}")
+        if name.endswith(".csv"):
+            with open(name, "w", newline="", encoding="utf-8") as file:
+                writer = csv.writer(file, lineterminator="\n")
+                columns = _table_columns(self)
+                writer.writerow(columns)
+                writer.writerows(zip(*columns.values(), strict=True))
+        elif name.endswith(".nc"):
+            self.to_dataset(axes).to_netcdf(name, engine="h5netcdf")
+        else:
+            raise ArgumentError(f"{name!r} does not end in .csv (a table) or .nc (netCDF)")
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -165,85 +216,17 @@ def deviation_from(wanted: Configuration, result: Result) -> Array:
 # ---- files --------------------------------------------------------------------------------------------------------
 
 
-def _save(found: Compensation, path: str | os.PathLike[str], axes: Mapping[str, ArrayLike] | None) -> None:
-    """See :meth:`Compensation.save`."""
-    name = path_name("path", path)
-    folder = os.path.dirname(name)
-    if folder and not os.path.isdir(folder):
-        raise ArgumentError(f"{name} cannot be written: there is no folder {folder}")
-    if name.endswith(".csv"):
-        with open(name, "w", newline="", encoding="utf-8") as file:
-            writer = csv.writer(file, lineterminator="\n")
-            columns = _table_columns(found)
-            writer.writerow(columns)
-            writer.writerows(zip(*columns.values(), strict=True))
-    elif name.endswith(".nc"):
-        _dataset(found, axes).to_netcdf(name, engine="h5netcdf")
-    else:
-        raise ArgumentError(f"{name!r} does not end in .csv (a table) or .nc (netCDF)")
-
-
 def _table_columns(found: Compensation) -> dict[str, list[str]]:
     """Return the columns of the table by their titles, a row for each pose; cells are empty where there is no correction."""
-    numbers: dict[str, Array] = {}
-    for name, value in found.wanted.platform.items():
-        numbers[f"{name} [{_unit_of(name)}]"] = value
-    status = [Status(int(item)).name for item in found.status.ravel()]
-    corrected: dict[str, Array] = {}
-    units = _drive_units(found)
-    for name in found.actuators:
-        position, force = units[name]
-        corrected[f"{name} [{position}]"] = found.actuators[name]
-        corrected[f"correction of {name} [{position}]"] = found.corrections[name]
-        corrected[f"force of {name} [{force}]"] = found.actuator_forces[name]
+    columns = {f"{name} [{_unit_of(name)}]": _cells(value) for name, value in found.wanted.platform.items()}
+    columns["status"] = [Status(int(item)).name for item in found.status.ravel()]
+    for name, (position, force) in _drive_units(found).items():
+        columns[f"{name} [{position}]"] = _cells(found.actuators[name])
+        columns[f"correction of {name} [{position}]"] = _cells(found.corrections[name])
+        columns[f"force of {name} [{force}]"] = _cells(found.actuator_forces[name])
     for k, name in enumerate(COMPONENTS):
-        corrected[f"remaining {name} [{TWIST_UNITS[k]}]"] = found.remaining[..., k]
-    return {
-        **{title: _cells(values) for title, values in numbers.items()},
-        "status": status,
-        **{title: _cells(values) for title, values in corrected.items()},
-    }
-
-
-def _dataset(found: Compensation, axes: Mapping[str, ArrayLike] | None) -> xr.Dataset:
-    """See :meth:`Compensation.to_dataset`."""
-    try:
-        import xarray as xr
-    except ModuleNotFoundError:
-        raise KinetostaticsError("a Dataset needs xarray: pip install 'kinetostatics[sweep]'") from None
-    if axes is None:
-        sizes = found.shape
-        axes = {("pose" if len(sizes) == 1 else f"pose_{k + 1}"): np.arange(size) for k, size in enumerate(sizes)}
-    if tuple(np.size(values) for values in axes.values()) != found.shape:
-        raise ArgumentError(f"axes have the sizes {[np.size(v) for v in axes.values()]}; the batch has the shape {found.shape}")
-    grid, units = tuple(axes), _drive_units(found)
-    names, platform = list(found.actuators), list(found.wanted.platform)
-
-    def stacked(values: Mapping[str, Array], dim: str, long_name: str) -> tuple[tuple[str, ...], Array, dict[str, str]]:
-        return (*grid, dim), np.stack(list(values.values()), axis=-1), {"long_name": long_name}
-
-    attributes = {"long_name": "what became of the pose", "flag_meanings": " ".join(item.name.lower() for item in Status)}
-    data: dict[str, Any] = {
-        "status": (grid, found.status, attributes),
-        "wanted": stacked(found.wanted.platform, "platform_coordinate", "wanted coordinates of the loaded platform"),
-        "actuator_position": stacked(found.actuators, "actuator", "corrected coordinate of the drive"),
-        "actuator_correction": stacked(found.corrections, "actuator", "correction of the drive"),
-        "actuator_force": stacked(found.actuator_forces, "actuator", "force or torque of the drive, positive along its joint"),
-        "deviation": ((*grid, "component"), found.deviation, {"long_name": "how the loaded platform misses, uncorrected"}),
-        "remaining": ((*grid, "component"), found.remaining, {"long_name": "how the loaded platform misses, corrected"}),
-    }
-    coords: dict[str, Any] = {
-        **{name: np.asarray(values) for name, values in axes.items()},
-        "actuator": names,
-        "component": list(COMPONENTS),
-        "component_unit": ("component", list(TWIST_UNITS)),
-        "platform_coordinate": platform,
-        "platform_coordinate_unit": ("platform_coordinate", [_unit_of(name) for name in platform]),
-        "actuator_position_unit": ("actuator", [units[name][0] for name in names]),
-        "actuator_force_unit": ("actuator", [units[name][1].replace("·", " ") for name in names]),
-    }
-    about = {"robot": found.wanted.robot.name, "controlled": " ".join(found.coordinates)}
-    return xr.Dataset(data, coords, {**about, "orientation": found.wanted.orientation.name})
+        columns[f"remaining {name} [{TWIST_UNITS[k]}]"] = _cells(found.remaining[..., k])
+    return columns
 
 
 def _drive_units(found: Compensation) -> dict[str, tuple[str, str]]:

@@ -17,27 +17,14 @@ from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.printing.dispatch import Told, text_of, warnings_of
 from kinetostatics.printing.mappings import Named
+from kinetostatics.results import contributions
 from kinetostatics.results.batch import Batch
 from kinetostatics.results.beam import BeamResult, beam_results, euler_ratios
-from kinetostatics.results.contributions import (
-    axial_contributions,
-    beam_contributions,
-    link_contributions,
-    part_contributions,
-    source_contributions,
-)
 from kinetostatics.results.limb import LimbResult
 from kinetostatics.results.payload import PayloadCoefficients, payload_coefficients
 from kinetostatics.robot import Robot, robot_of
+from kinetostatics.statics import joint_wrenches as joints
 from kinetostatics.statics.deformation import Deformation, deform
-from kinetostatics.statics.joint_wrenches import (
-    actuator_forces,
-    base_wrench,
-    drive_forces,
-    joint_contributions,
-    joint_wrenches,
-    joints_in_order,
-)
 from kinetostatics.statics.link_loads import sum_of
 from kinetostatics.statics.solution import Solution, by_mechanism, of_deformation
 from kinetostatics.statics.springs import placed_springs
@@ -267,11 +254,11 @@ class Result(Told):
 
     @cached_property
     def _joint_wrenches(self) -> list[Array]:
-        return [joint_wrenches(self.robot.statics, solution) for solution in self.solutions]
+        return [joints.joint_wrenches(self.robot.statics, solution) for solution in self.solutions]
 
     @cached_property
     def _joint_contributions(self) -> list[Array]:
-        return [joint_contributions(self.robot.statics, solution) for solution in self.solutions]
+        return [joints.joint_contributions(self.robot.statics, solution) for solution in self.solutions]
 
     @cached_property
     def joint_wrenches(self) -> Mapping[str, Array]:
@@ -280,14 +267,16 @@ class Result(Told):
         In a ring, where base and platform give a joint no direction, it is what its predecessor puts on its successor.
         """
         chunks = self._joint_wrenches
-        return Named({name: self._batch.public([w[:, k] for w in chunks]) for name, k in joints_in_order(self.robot.statics)})
+        return Named(
+            {name: self._batch.public([w[:, k] for w in chunks]) for name, k in joints.joints_in_order(self.robot.statics)}
+        )
 
     @cached_property
     def joint_contributions(self) -> Mapping[str, Mapping[str, Array]]:
         """(…, 6) what each contribution to the twist adds to each joint's wrench, by joint and contribution."""
-        chunks, joints = self._joint_contributions, joints_in_order(self.robot.statics)
+        chunks, order = self._joint_contributions, joints.joints_in_order(self.robot.statics)
         sources = self.solutions[0].sources
-        return Named({name: self._batch.by_source(sources, [w[:, k] for w in chunks]) for name, k in joints})
+        return Named({name: self._batch.by_source(sources, [w[:, k] for w in chunks]) for name, k in order})
 
     @cached_property
     def actuator_forces(self) -> Mapping[str, Array]:
@@ -295,14 +284,14 @@ class Result(Told):
 
         A drive that other joints mimic moves them too: their forces count with their multipliers.
         """
-        chunks = [actuator_forces(self.robot.statics, solution) for solution in self.solutions]
+        chunks = [joints.actuator_forces(self.robot.statics, solution) for solution in self.solutions]
         return Named({name: self._batch.public([chunk[name] for chunk in chunks]) for name in chunks[0]})
 
     @cached_property
     def actuator_contributions(self) -> Mapping[str, Mapping[str, Array]]:
         """(…) what each contribution to the twist adds to each drive's force, by drive and contribution [N or N·m]."""
         pairs = zip(self.solutions, self._joint_contributions, strict=True)
-        chunks = [drive_forces(self.robot.statics, solution, wrenches) for solution, wrenches in pairs]
+        chunks = [joints.drive_forces(self.robot.statics, solution, wrenches) for solution, wrenches in pairs]
         sources = self.solutions[0].sources
         return Named({name: self._batch.by_source(sources, [chunk[name] for chunk in chunks]) for name in chunks[0]})
 
@@ -313,7 +302,10 @@ class Result(Told):
         Together they are what the limb's weight adds to the force (:attr:`actuator_contributions`). Where a robot is not
         overconstrained deformation adds nothing.
         """
-        chunks = [drive_forces(self.robot.statics, s, joint_contributions(self.robot.statics, s)) for s in self._by_mechanism]
+        chunks = [
+            joints.drive_forces(self.robot.statics, s, joints.joint_contributions(self.robot.statics, s))
+            for s in self._by_mechanism
+        ]
         sources = self._by_mechanism[0].sources
         forces = {name: self._batch.by_source(sources, [chunk[name] for chunk in chunks]) for name in chunks[0]}
         limbs = [limb.name for limb in self.robot.topology.limbs]
@@ -322,7 +314,7 @@ class Result(Told):
     @cached_property
     def base_wrench(self) -> Array:
         """(…, 6) base reaction: the ground's wrench acting on the robot, about the base link's origin, world axes [N, N·m]."""
-        return self._batch.public([base_wrench(self.robot.statics, solution) for solution in self.solutions])
+        return self._batch.public([joints.base_wrench(self.robot.statics, solution) for solution in self.solutions])
 
     # ---- deformation ------------------------------------------------------------------------------------------------
 
@@ -345,17 +337,17 @@ class Result(Told):
 
         They sum to the deflections of :attr:`beams`, but for beams that hang on the base alone: no contribution is theirs.
         """
-        return beam_contributions(*self._motions)
+        return contributions.beam_contributions(*self._motions)
 
     @cached_property
     def axial_contributions(self) -> Mapping[str, Mapping[str, Array]]:
         """What each contribution adds to the axial force at each beam's platform end (…) [N], tension positive."""
-        return axial_contributions(*self._motions)
+        return contributions.axial_contributions(*self._motions)
 
     @cached_property
     def link_contributions(self) -> Mapping[str, Mapping[str, Array]]:
         """What each contribution does to each rigid link: (…, 6) twist of the link about its own origin, world axes."""
-        return link_contributions(*self._motions)
+        return contributions.link_contributions(*self._motions)
 
     @cached_property
     def source_contributions(self) -> Mapping[str, Mapping[str, Array]]:
@@ -365,12 +357,12 @@ class Result(Told):
         with P_s its wrenches under unit loads of the platform; together they are the twist (the method page, section 6).
         Making one of them rigid does not remove exactly that amount, because the forces redistribute.
         """
-        return source_contributions(*self._motions)
+        return contributions.source_contributions(*self._motions)
 
     @cached_property
     def part_contributions(self) -> Mapping[str, tuple[Array, ...]]:
         """What gives way in the parts of each limb that is split by pieces through which everything passes (…, 6)."""
-        return part_contributions(self.robot, self._batch, self.source_contributions)
+        return contributions.part_contributions(self.robot, self._batch, self.source_contributions)
 
     # ---- energies and warnings --------------------------------------------------------------------------------------
 

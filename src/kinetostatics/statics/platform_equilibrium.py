@@ -68,7 +68,7 @@ class PlatformEquilibrium:
                 half = factor.forward(np.swapaxes(item.J_c, 0, 1))
                 K += np.einsum("kign,kjgn->ijn", half, half)
             self._halves.append(half)
-        splits = [factor for factor in self._factors if isinstance(factor, _Split)]
+        self._splits = splits = [factor for factor in self._factors if isinstance(factor, _Split)]
         self._rigid = _RigidPart(K, splits, self.scale) if splits else None
         self.undetermined = [np.zeros((*item.J_c.shape[1:],), dtype=bool) for item in statics]
         self.open = [np.zeros((item.J_c.shape[1], 0, *item.J_c.shape[2:])) for item in statics]
@@ -96,21 +96,19 @@ class PlatformEquilibrium:
             strains: for each group (n_c, S, g, N) what the limbs' ends move along their wrenches without any intensity.
         """
         total = np.array(right, subok=True)
-        for item, factor, half, strain in zip(self._statics, self._factors, self._halves, strains, strict=True):
+        for factor, half, strain in zip(self._factors, self._halves, strains, strict=True):
             if isinstance(factor, _Split):
                 soft = factor.J @ factor.soft
                 total += np.einsum("gnia,gna,gnka,ksgn->isn", soft, factor.stiffness, factor.soft, strain, optimize=True)
             elif half is not None and isinstance(factor, Cholesky):
                 for s in np.flatnonzero(np.any(is_filled(strain), axis=(0, 2, 3))):
                     total[:, s] += np.einsum("kign,kgn->in", half, factor.forward(strain[:, s, None])[:, 0])
-            del item
-        splits = [factor for factor in self._factors if isinstance(factor, _Split)]
         if self._rigid is None:
             twists = np.einsum("ijn,jsn->isn", self.compliance, total)
             multipliers: list[Array] = []
         else:
             given = [strain for strain, factor in zip(strains, self._factors, strict=True) if isinstance(factor, _Split)]
-            twists, multipliers = self._rigid.solve(total, splits, given)
+            twists, multipliers = self._rigid.solve(total, self._splits, given)
         intensities = self._intensities(twists, strains, multipliers)
         if self._rigid is None:
             self._refine(right, twists, intensities)

@@ -114,9 +114,7 @@ def verify(
         OpenSeesError: OpenSeesPy is missing, cannot be loaded, or failed.
         StaticsError: the pose has no equilibrium, as in :func:`kinetostatics.analyze`.
     """
-    given = {"misfits": misfits, "loads": loads, "payload": payload}
-    more: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
-    result = analyze(configuration, load, gravity, point=point, frame=frame, **more)
+    result = analyze(configuration, load, gravity, point=point, frame=frame, misfits=misfits, loads=loads, payload=payload)
     if result.shape != ():
         raise ArgumentError(f"one pose and one load can be verified at a time; here they are a batch of the shape {result.shape}")
     if not positive("tolerance", tolerance) < 1:

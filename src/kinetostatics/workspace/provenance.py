@@ -35,15 +35,8 @@ def versions() -> dict[str, str]:
 
 def files_of(description: RobotDescription) -> dict[str, str]:
     """Return sha256 of a robot's file and of those that its elements stand in, by path."""
-    tables = (
-        description.links,
-        description.joints,
-        description.loops,
-        description.beams,
-        description.joint_stiffness,
-        description.springs,
-    )
-    places = [item.place.file for table in tables for item in table.values()]
+    tables = ("links", "joints", "loops", "beams", "joint_stiffness", "springs")
+    places = [item.place.file for table in tables for item in getattr(description, table).values()]
     names = dict.fromkeys([description.path, description.platform_place.file, *places])
     return {name: digest for name in names if os.path.isfile(name) and (digest := sha256_of(name))}
 

@@ -146,7 +146,10 @@ class Storage:
 
     def create(self, template: xr.Dataset) -> tuple[dict[str, object], Callable[[Mapping[str, object]], None]]:
         """Return the arrays of an empty store for the whole map, which :meth:`publish` moves to its place, and what closes it."""
-        _remove(self._unfinished)
+        if os.path.isdir(self._unfinished):
+            shutil.rmtree(self._unfinished)
+        elif os.path.exists(self._unfinished):
+            os.remove(self._unfinished)
         sizes = {axis.name: size for axis, size in zip(self.spec.axes, self.sizes, strict=True)}
         return self.store.create(self._unfinished, template, sizes)
 
@@ -160,13 +163,6 @@ class Storage:
             shutil.rmtree(self.path)
         os.replace(self._unfinished, self.path)
         shutil.rmtree(self.folder, ignore_errors=True)
-
-
-def _remove(path: str) -> None:
-    if os.path.isdir(path):
-        shutil.rmtree(path)
-    elif os.path.exists(path):
-        os.remove(path)
 
 
 def size_of(spec: SweepSpec, labels: Labels) -> int:
