@@ -103,9 +103,15 @@ def draw_sizes(path: Path) -> None:
     plt.close(figure)
 
 
+def draw_calibration(path: Path) -> None:
+    """Draw the residuals of the readings, and the one that does not fit."""
+    ks.plot.save(ks.plot.calibration(page_names("calibrate")["found"]), path, dpi=200)
+
+
 if __name__ == "__main__":
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "docs" / "pictures"
     draw_feedforward(folder / "feedforward_3rps.png")
     draw_correction(folder / "corrected_2pru_upr.png")
     draw_sensitivities(folder / "stiffen_2pru_upr.png")
     draw_sizes(folder / "size_2pru_upr.png")
+    draw_calibration(folder / "calibrate_2pru_upr.png")

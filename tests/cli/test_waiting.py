@@ -28,6 +28,11 @@ SLOW = {
     "analyze": (["five_bar"], "kinetostatics.analysis.analyze", "analyzing"),
     "compensate": (["five_bar"], "kinetostatics.compensation.compensate", "compensating"),
     "optimize": (["five_bar", "--vary", "tool_mass=1,2"], "kinetostatics.design.optimize", "optimizing"),
+    "calibrate": (
+        ["five_bar", "--plan", "1", "--unknowns", "payload.mass"],
+        "kinetostatics.calibration.plan_measurements",
+        "calibrating",
+    ),
     "sensitivities": (["five_bar", "--by", "tool_mass"], "kinetostatics.design.sensitivities", "changing parameters one by one"),
     "sweep": (["five_bar", "--platform", "x=0,0.01", "y=0.3", "--out", "new.nc"], "PLAN", "planning the sweep"),
     "view": (["five_bar", "--html", "page.html"], "kinetostatics.viewer.page_html", "making the page"),

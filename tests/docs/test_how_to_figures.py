@@ -43,6 +43,22 @@ def test_sizing():
     assert best.active[0].text.startswith("deflection") and best.active[0].saving > 0
 
 
+def test_calibration():
+    pytest.importorskip("scipy")
+    fewer = {"[0.55, 0.6, 0.65]": "0.55"}
+    names = how_to_figures.page_names("calibrate", **fewer)
+    found = names["found"]
+    for name, true in {"rod_1": 0.85, "rod_2": 0.85, "rod_3": 1.1}.items():
+        low, high = found.estimates[name].interval
+        assert low < true < high, name
+    (outlier,) = found.outliers
+    assert (outlier.row, outlier.gauge) == (8, "back") and not found.unidentifiable and found.misfit < 1.5
+    robot, path, gauges = names["robot"], "examples/calibration/measurements.csv", names["gauges"]
+    kept = how_to_figures.ks.calibrate(robot, path, names["unknowns"], gauges=gauges, reference="unloaded")
+    assert kept.estimates["rod_3"].value == pytest.approx(1.4, abs=0.005)
+    assert names["plan"].gain > 1 and len(names["plan"].chosen) == 10
+
+
 def test_stiffening():
     fewer = {"(pose, load": '(pose, ["rod_diameter", "rod_length"], load'}
     s = how_to_figures.page_names("find_what_to_stiffen", **fewer)["s"]

@@ -19,6 +19,7 @@ from pathlib import Path
 
 import guide_mistakes_of_architectures as of_architectures
 import guide_mistakes_of_files as of_files
+import guide_mistakes_of_measurements as of_measurements
 import guide_mistakes_of_robots as of_robots
 from guide_mistakes import ROOT, Mistake, provoke
 
@@ -32,6 +33,7 @@ TABLES: dict[str, tuple[Mistake, ...]] = {
         (of_files, ("FILES", "XACROS", "VALUES", "TREES", "ROLES", "LOOPS", "DRIVES", "BEAMS")),
         (of_robots, ("SPANS", "POSES", "STATICS", "PYTHON", "WARNINGS")),
         (of_architectures, ("ARCHITECTURES",)),
+        (of_measurements, ("MEASUREMENTS",)),
     )
     for name in names
 }

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kinetostatics.analysis import analyze
 from kinetostatics.calibration.fit import Fit, fit, held_out, outliers
 from kinetostatics.calibration.gauges import read_gauges
 from kinetostatics.calibration.identifiability import NOTHING, unidentifiable
@@ -203,12 +204,18 @@ def check_predicted(model: Model, values: Array) -> None:
     """Complain of readings that cannot be computed at the start.
 
     Raises:
-        StaticsError: there are some.
+        StaticsError: there are some; the message says why.
     """
-    computed = model.predict(values)
-    if not np.all(np.isfinite(computed)):
-        row = int(model.readings.rows[np.flatnonzero(~np.isfinite(computed))[0]])
-        raise StaticsError(f"readings cannot be computed at the pose of row {row}, counted from 0: it is singular")
+    bad = np.flatnonzero(~np.isfinite(model.predict(values)))
+    if bad.size:
+        row = int(model.readings.rows[bad[0]])
+        result = model.result(values)
+        only = result.robot.configuration(result.configuration.q[row])
+        try:
+            analyze(only, on_failure="raise", **model.analysis)
+        except StaticsError as error:
+            raise StaticsError(f"readings cannot be computed at row {row}, counted from 0: {error}") from error
+        raise StaticsError(f"readings cannot be computed at row {row}, counted from 0")
 
 
 def _readings(table: Measurements, gauges: Mapping[str, Gauge]) -> tuple[Readings, Array]:

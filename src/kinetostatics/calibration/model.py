@@ -60,6 +60,7 @@ class Model:
         orientation: what the orientation's coordinates mean.
         point, frame: of the load, as :func:`kinetostatics.analyze` takes them.
         analysis: other arguments of an analysis.
+        reachable: whether to complain of poses that cannot be reached, which else have no readings.
     """
 
     def __init__(
@@ -73,6 +74,7 @@ class Model:
         point: object = None,
         frame: str = "world",
         analysis: Mapping[str, Any] | None = None,
+        reachable: bool = True,
     ) -> None:
         self.unknowns, self.readings, self.orientation = unknowns, readings, orientation
         self.analysis = dict(analysis or {})
@@ -96,7 +98,7 @@ class Model:
                 given = {name: np.tile(value, 2) for name, value in given.items()}
         self._given, self._size = given, count + extra
         self.pose = self._assembled(unknowns.robot, None)
-        if not np.all(self.pose.reached):
+        if reachable and not np.all(self.pose.reached):
             bad = np.flatnonzero(~self.pose.reached)
             self._assembled(unknowns.robot, None, int(bad[0]))
         wrench = np.concatenate([np.asarray(load, dtype=float), np.zeros((extra, 6))])

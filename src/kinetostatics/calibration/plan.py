@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.argument_checks import check_mapping, finite_numbers, names_in
-from kinetostatics.calibration.calibrate import check_predicted, check_robot
+from kinetostatics.calibration.calibrate import check_robot
 from kinetostatics.calibration.fit import determined
 from kinetostatics.calibration.gauges import read_gauges
 from kinetostatics.calibration.identifiability import NOTHING, unidentifiable
@@ -66,13 +66,13 @@ def plan_measurements(
         seed: of the random plans, and of the starts of the search.
 
     Returns:
-        Poses and loads, no two of them the same, with the standard errors to be expected of the unknowns, and how much smaller
-        they are than of random plans. It is the best that exchanging one measurement for another leads to, from six starts.
+        Poses and loads that are in reach, not singular and within the joints' limits, no two of them the same, with the standard
+        errors to be expected of the unknowns, and how much smaller they are than of random plans. It is the best that exchanging
+        one measurement for another leads to, from six starts.
 
     Raises:
         ArgumentError: an argument makes no sense.
-        AssemblyError: a pose of the grid cannot be reached.
-        StaticsError: one is singular.
+        KinetostaticsError: as :func:`calibrate`.
 
     Example:
         >>> import kinetostatics as ks
@@ -91,17 +91,25 @@ def plan_measurements(
     if not names:
         raise ArgumentError('read is empty; name what is read: ["dz"]')
     coordinates, wrenches = _candidates(over, loads)
-    count, each = len(wrenches), len(names)
-    if isinstance(n, bool) or not isinstance(n, int) or not 0 < n <= count:
-        raise ArgumentError(f"n is {n!r}; it must be a number of measurements from 1 to {count}, which is poses times loads")
-    readings = Readings(np.repeat(np.arange(count), each), np.tile(np.arange(each), count), {name: known[name] for name in names})
-    sigmas = [gauge.sigma or SIGMA for gauge in readings.gauges.values()]
-    looked_for = Unknowns(robot, unknowns, readings.gauges, payload, dict(zip(names, sigmas, strict=True)))
-    model = Model(looked_for, coordinates, wrenches, readings, reference, orientation, point, frame, analysis)
+    every, each = len(wrenches), len(names)
+    readings = Readings(np.repeat(np.arange(every), each), np.tile(np.arange(each), every), {name: known[name] for name in names})
+    sigmas = np.array([gauge.sigma or SIGMA for gauge in readings.gauges.values()])
+    looked_for = Unknowns(robot, unknowns, readings.gauges, payload, dict(zip(names, sigmas.tolist(), strict=True)))
+    model = Model(looked_for, coordinates, wrenches, readings, reference, orientation, point, frame, analysis, False)
     scale = np.array([item.scale for item in looked_for.items])
     start = np.array([item.start for item in looked_for.items])
-    check_predicted(model, start)
-    J = model.jacobian(start) * scale / np.tile(sigmas, count)[:, None]
+    blocks = model.jacobian(start).reshape(every, each, -1) * scale / sigmas[:, None]
+    result = model.result(start)
+    usable = np.all(np.isfinite(blocks), axis=(1, 2)) & ~result.limit_exceeded[:every]
+    numbers = np.flatnonzero(usable)
+    count = len(numbers)
+    if not count:
+        raise ArgumentError(
+            f"none of the {every} poses with loads can be measured: they are out of reach, singular or beyond a joint's limit"
+        )
+    if isinstance(n, bool) or not isinstance(n, int) or not 0 < n <= count:
+        raise ArgumentError(f"n is {n!r}; it must be a number of measurements from 1 to {count}, which is poses times loads")
+    J = blocks[usable].reshape(count * each, -1)
     columns, seen, null = determined(J)
     basis = columns[:, None] * seen
     if n * each < seen.shape[1]:
@@ -129,15 +137,16 @@ def plan_measurements(
         np.mean(np.log([errors(plan) for plan in drawn if np.isfinite(log_det(blocks[plan]))] or [ours * np.nan]), axis=0)
     )
     return MeasurementPlan(
-        Named({name: frozen(array[chosen]) for name, array in coordinates.items()}),
-        frozen(wrenches[chosen]),
+        Named({name: frozen(array[numbers[chosen]]) for name, array in coordinates.items()}),
+        frozen(wrenches[numbers[chosen]]),
         names,
         Named({looked_for.items[k].name: float(error) for k, error in zip(told, ours, strict=True)}),
         Named({looked_for.items[k].name: float(error) for k, error in zip(told, others, strict=True)}),
         gain,
         unidentifiable(looked_for.items, J, null),
         count,
-        chosen,
+        every - count,
+        numbers[chosen],
         robot,
     )
 

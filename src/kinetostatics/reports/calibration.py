@@ -107,6 +107,8 @@ def plan_report(found: MeasurementPlan) -> str:
     """Return where to measure, and how sure the unknowns will be."""
     count = len(found.chosen)
     lines = [f"Plan of {count} measurements of {found.robot.name!r} out of {found.candidates} poses with loads"]
+    if found.left_out:
+        lines.append(f"({found.left_out} more are out of reach, singular or beyond a joint's limit)")
     loads = [name for k, name in enumerate(("Fx", "Fy", "Fz", "Mx", "My", "Mz")) if np.any(found.load[:, k])]
     numbers = ["Fx Fy Fz Mx My Mz".split().index(name) for name in loads]
     rows = [
@@ -150,7 +152,17 @@ def calibration_to_dict(found: Calibration) -> dict[str, object]:
 @dict_of.register(MeasurementPlan)
 def plan_to_dict(found: MeasurementPlan) -> dict[str, object]:
     """Return a plan as plain values: what ``calibrate --plan --json`` prints."""
-    names = ("coordinates", "load", "gauges", "standard_errors", "random_standard_errors", "gain", "candidates", "chosen")
+    names = (
+        "coordinates",
+        "load",
+        "gauges",
+        "standard_errors",
+        "random_standard_errors",
+        "gain",
+        "candidates",
+        "left_out",
+        "chosen",
+    )
     return {
         "robot": found.robot.name,
         **{name: plain(getattr(found, name)) for name in names},

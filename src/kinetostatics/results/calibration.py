@@ -168,6 +168,7 @@ class MeasurementPlan(Shown, ShortRepr):
         gain: by which factor standard errors are smaller than of random plans, geometric mean of all directions.
         unidentifiable: what no pose and load of the candidates tells.
         candidates: poses times loads out of which they were chosen.
+        left_out: poses times loads that are out of reach, singular or beyond a joint's limit.
         chosen: (n,) their numbers.
         robot: that is to be measured.
     """
@@ -180,6 +181,7 @@ class MeasurementPlan(Shown, ShortRepr):
     gain: float
     unidentifiable: tuple[Unidentifiable, ...]
     candidates: int
+    left_out: int
     chosen: Index
     robot: Robot
 
