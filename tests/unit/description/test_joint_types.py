@@ -2,6 +2,7 @@
 
 import ast
 import re
+from functools import cache
 
 import numpy as np
 import pytest
@@ -39,21 +40,25 @@ def strings(node: ast.AST) -> set[str]:
     return {item.value for item in ast.walk(node) if isinstance(item, ast.Constant) and isinstance(item.value, str)}
 
 
+@cache
+def modules() -> dict[str, ast.AST]:
+    return {path.relative_to(SOURCE).as_posix(): ast.parse(path.read_text(encoding="utf-8")) for path in SOURCE.rglob("*.py")}
+
+
 def test_no_module_but_the_table_knows_the_types():
     found = {}
-    for path in SOURCE.rglob("*.py"):
-        name = path.relative_to(SOURCE).as_posix()
-        used = strings(ast.parse(path.read_text(encoding="utf-8"))) & set(JOINT_TYPES)
+    for name, module in modules().items():
+        used = strings(module) & set(JOINT_TYPES)
         if used and name != "description/joint_types.py":
             found[name] = used
     assert found == NAMED
 
 
 def test_no_module_compares_with_a_type():
-    for path in SOURCE.rglob("*.py"):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for name, module in modules().items():
+        for node in ast.walk(module):
             if isinstance(node, ast.Compare | ast.Match):
-                assert not strings(node) & set(JOINT_TYPES), f"{path}:{node.lineno}"
+                assert not strings(node) & set(JOINT_TYPES), f"{name}:{node.lineno}"
 
 
 def test_what_follows_from_the_table():

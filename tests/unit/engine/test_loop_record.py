@@ -33,8 +33,16 @@ def beside(robot, prescribed, poses):
     return state, target
 
 
-@pytest.mark.parametrize("name", package_robots.NAMES)
-@pytest.mark.parametrize("convention", [None, "rotation_vector", "XYZ"])
+#: By the drives and one convention every robot; by both conventions one of three coordinates, one of six, one of rotations only.
+CASES = [
+    (name, convention)
+    for k, name in enumerate(package_robots.NAMES)
+    for convention in (None, "rotation_vector", "XYZ")
+    if convention != ("rotation_vector", "XYZ")[k % 2] or name in ("3rps", "gough_stewart", "spherical_3rrr")
+]
+
+
+@pytest.mark.parametrize(("name", "convention"), CASES)
 def test_all_robots_loops_are_recorded_as_numpy_computes_them(name, convention):
     robot = package_robots.robot(name)
     prescribed, local = prescribed_of(robot, convention)

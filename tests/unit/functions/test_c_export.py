@@ -13,7 +13,7 @@ from kinetostatics.functions.c_texts import STATUSES
 
 STRICT = ("-std=c99", "-O0", "-Wall", "-Wextra", "-Wconversion", "-Werror")
 SANITIZED = ("-fsanitize=undefined,address", "-fno-sanitize-recover=all")
-POSES = 3000
+POSES = 600
 
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
 
@@ -55,10 +55,10 @@ def exported(five_bar, tmp_path_factory):
     return five_bar.export_c(folder)
 
 
-@pytest.fixture(scope="module")
-def driver(exported):
+@pytest.fixture(scope="module", params=[(), pytest.param(SANITIZED, marks=pytest.mark.slow)], ids=["strict", "sanitized"])
+def driver(exported, request):
     (exported.folder / "driver.c").write_text(DRIVER)
-    return compiled(exported.folder, "driver.c", "five_bar.c", flags=SANITIZED)
+    return compiled(exported.folder, "driver.c", "five_bar.c", flags=request.param)
 
 
 def run(driver, inputs, *arguments):

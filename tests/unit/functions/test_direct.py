@@ -22,6 +22,8 @@ KINDS = {
     "five_bar": (None, None, 0.9),
     "ur10": (None, None, 7.0),
 }
+#: The quick ones, and one that takes long to compile.
+NAMES = [pytest.param(name, marks=pytest.mark.slow) if name == "3rps" else name for name in KINDS]
 POSES = 24
 LOAD = (30.0, -40.0, -500.0, 3.0, 4.0, 5.0)
 
@@ -63,7 +65,7 @@ def assert_alike(found, wanted):
     np.testing.assert_allclose(found["residual"], wanted["residual"], rtol=0, atol=1e-12)
 
 
-@pytest.mark.parametrize("name", KINDS)
+@pytest.mark.parametrize("name", NAMES)
 def test_a_batch_is_what_the_analysis_says(name):
     f, g, at, load, gravity = functions(name)
     wanted = g(**at, load=load, gravity=gravity)
@@ -71,7 +73,7 @@ def test_a_batch_is_what_the_analysis_says(name):
     assert_alike(f(**at, load=load, gravity=gravity), wanted)
 
 
-@pytest.mark.parametrize("name", KINDS)
+@pytest.mark.parametrize("name", NAMES)
 def test_poses_one_by_one_are_what_the_analysis_says(name, monkeypatch):
     f, g, at, load, gravity = functions(name)
     wanted = g(**at, load=load, gravity=gravity)
@@ -89,7 +91,7 @@ def test_poses_one_by_one_are_what_the_analysis_says(name, monkeypatch):
     assert np.sum(wanted["status"] <= ks.Status.LIMIT_EXCEEDED) / 2 <= len(taken) < POSES
 
 
-@pytest.mark.parametrize("name", KINDS)
+@pytest.mark.parametrize("name", NAMES)
 def test_a_path_from_pose_to_pose(name):
     """Each pose begins where the last one was, as a controller goes on."""
     f, g, at, *_ = functions(name)
