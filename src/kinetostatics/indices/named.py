@@ -16,7 +16,7 @@ from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.indices import sag, stiffness
 from kinetostatics.indices.poses import ANGULAR, LINEAR, finished, label_dims, labelled, units_of
 from kinetostatics.math.ordering import EQUAL
-from kinetostatics.printing.html_tables import html_table
+from kinetostatics.printing.html import html_table
 from kinetostatics.status import FACTS, Status, in_map
 
 

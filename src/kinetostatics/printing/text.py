@@ -63,15 +63,14 @@ class Scale:
             noise: what counts as zero in any case, SI; :data:`NOISE` of the largest value always does.
             digits: of the largest value.
         """
-        array = np.abs(np.asarray(values, dtype=float))
-        largest = float(np.max(array, initial=0.0, where=np.isfinite(array)))
-        noise = max(noise, NOISE * largest)
-        if largest <= noise:  # nothing but zeros: any unit will do
+        most = largest([values])
+        noise = max(noise, NOISE * most)
+        if most <= noise:  # nothing but zeros: any unit will do
             name, factor = units[min(1, len(units) - 1)]
             return cls(name, factor, 0, noise)
-        fitting = [unit for unit in units if largest >= 0.9999995 * unit[1]]
+        fitting = [unit for unit in units if most >= 0.9999995 * unit[1]]
         name, factor = fitting[-1] if fitting else units[0]
-        before_point = math.floor(math.log10(largest / factor * (1 + EQUAL**2))) + 1
+        before_point = math.floor(math.log10(most / factor * (1 + EQUAL**2))) + 1
         return cls(name, factor, min(max(digits - before_point, 0), 9), noise)
 
     def __call__(self, value: ArrayLike) -> str:
@@ -94,11 +93,8 @@ class Scale:
 
 def largest(values: Iterable[ArrayLike]) -> float:
     """Return the largest magnitude among arrays, whose numbers that are not finite play no part."""
-    found = 0.0
-    for value in values:
-        array = np.abs(np.asarray(value, dtype=float))
-        found = max(found, float(np.max(array, initial=0.0, where=np.isfinite(array))))
-    return found
+    arrays = (np.abs(np.asarray(value, dtype=float)) for value in values)
+    return max((float(np.max(array, initial=0.0, where=np.isfinite(array))) for array in arrays), default=0.0)
 
 
 #: Units of what is never told without its noise.
@@ -154,13 +150,9 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]], align: str = "")
     cells = [list(header), *(list(row) for row in rows)]
     align = align or "l" + "r" * (len(header) - 1)
     widths = [max(len(row[k]) for row in cells) for k in range(len(header))]
-    lines = []
-    for row in cells:
-        padded = [
-            cell.ljust(width) if side == "l" else cell.rjust(width) for cell, width, side in zip(row, widths, align, strict=True)
-        ]
-        lines.append("  ".join(padded).rstrip())
-    return lines
+    sides = ["<" if side == "l" else ">" for side in align]
+    lines = ([f"{cell:{side}{width}}" for cell, side, width in zip(row, sides, widths, strict=True)] for row in cells)
+    return ["  ".join(line).rstrip() for line in lines]
 
 
 @dataclass(frozen=True)
@@ -172,8 +164,15 @@ class Column:
     side: str = "l"
 
     @classmethod
-    def of(cls, title: str, values: Iterable[ArrayLike | None], scale: Scale, with_unit: bool = True) -> Column:
-        """Make a column of numbers in one unit, which its title tells; empty cells for None."""
+    def of(
+        cls, title: str, values: Sequence[ArrayLike | None], scale: Scale | Units, with_unit: bool = True, digits: int = 4
+    ) -> Column:
+        """Make a column of numbers in one unit, which its title tells; empty cells for None.
+
+        ``scale`` may be units to choose from, so that the largest of the values has ``digits`` digits.
+        """
+        if not isinstance(scale, Scale):
+            scale = Scale.of(largest(value for value in values if value is not None), scale, digits=digits)
         cells = ["" if value is None else scale(value) for value in values]
         return cls(f"{title} [{scale.unit}]" if with_unit else title, cells, "r")
 
@@ -213,14 +212,8 @@ def section(title: str, lines: Iterable[str]) -> list[str]:
 
 def wrapped(text: str, first: str = "", width: int = WIDTH) -> list[str]:
     """Return a text in lines; those after the first are indented by the length of ``first``."""
-    return textwrap.wrap(
-        text,
-        width,
-        initial_indent=first,
-        subsequent_indent=" " * len(first),
-        break_long_words=False,
-        break_on_hyphens=False,
-    ) or [first.rstrip()]
+    wrapper = textwrap.TextWrapper(width, first, " " * len(first), break_long_words=False, break_on_hyphens=False)
+    return wrapper.wrap(text) or [first.rstrip()]
 
 
 def warning_lines(warnings: Iterable[str]) -> list[str]:

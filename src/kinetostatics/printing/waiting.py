@@ -10,7 +10,7 @@ import threading
 import time
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import Any, Protocol
 
 #: Seconds until the first sign, and from one to the next.
@@ -39,36 +39,24 @@ def in_notebook() -> bool:
     return shell is not None and "IPKernelApp" in getattr(shell, "config", {})
 
 
-@contextmanager
-def waiting(what: str, wanted: bool = True) -> Iterator[None]:
+def waiting(what: str, wanted: bool = True) -> AbstractContextManager[None]:
     """Say on the terminal what is being done, if it takes longer than a second, and for how long already.
 
     Args:
         what: in words, such as "verifying".
         wanted: False: say nothing.
     """
-    if not (wanted and on_terminal()):
-        yield
-        return
-    with _life.with_sign(_Words(what)):
-        yield
+    return _life.with_sign(_Words(what)) if wanted and on_terminal() else nullcontext()
 
 
-@contextmanager
-def showing(sign: Sign) -> Iterator[None]:
+def showing(sign: Sign) -> AbstractContextManager[None]:
     """Show a sign anew every second while something is done; it stands in front of all that are shown already."""
-    with _life.with_sign(sign):
-        yield
+    return _life.with_sign(sign)
 
 
-@contextmanager
-def pausing() -> Iterator[None]:
+def pausing() -> AbstractContextManager[None]:
     """Leave the terminal to somebody else: for questions, or messages that stay."""
-    if _life.shows():
-        with _life.with_sign(_Nothing()):
-            yield
-    else:
-        yield
+    return _life.with_sign(_Nothing()) if _life.signs else nullcontext()
 
 
 class _Nothing:
@@ -105,62 +93,48 @@ class _Life:
     """The signs that wait for their turn, the last of which is shown, and the thread that shows it."""
 
     def __init__(self) -> None:
-        self._signs: list[Sign] = []
+        self.signs: list[Sign] = []
         self._lock = threading.RLock()
-        self._end = threading.Event()
-
-    def shows(self) -> bool:
-        return bool(self._signs)
 
     @contextmanager
     def with_sign(self, sign: Sign) -> Iterator[None]:
         with self._lock:
-            if self._signs:
-                self._signs[-1].hide()
-            self._signs.append(sign)
-            first = len(self._signs) == 1
-        if not first:
-            try:
-                yield
-            finally:
-                self._remove(sign)
-            return
-        self._end = threading.Event()
-        thread = threading.Thread(target=self._renew, args=(self._end,), daemon=True)
-        thread.start()
+            if self.signs:
+                self.signs[-1].hide()
+            self.signs.append(sign)
+            first = len(self.signs) == 1
         try:
-            with self._keep_line_for_warnings():
+            with self._alive() if first else nullcontext():
                 yield
         finally:
-            self._end.set()
-            self._remove(sign)
-
-    def _remove(self, sign: Sign) -> None:
-        with self._lock:
-            sign.hide()
-            self._signs.remove(sign)
+            with self._lock:
+                sign.hide()
+                self.signs.remove(sign)
 
     def _renew(self, end: threading.Event) -> None:
         while not end.wait(EVERY):
             with self._lock:
-                if self._signs and not end.is_set():
-                    self._signs[-1].show()
+                if self.signs and not end.is_set():
+                    self.signs[-1].show()
 
     @contextmanager
-    def _keep_line_for_warnings(self) -> Iterator[None]:
-        """Let warnings begin on an empty line."""
+    def _alive(self) -> Iterator[None]:
+        """Show the last sign anew every second, and let warnings begin on an empty line."""
+        end = threading.Event()
+        threading.Thread(target=self._renew, args=(end,), daemon=True).start()
         before = warnings.showwarning
 
         def show(*args: Any, **options: Any) -> None:
             with self._lock:
-                if self._signs:
-                    self._signs[-1].hide()
+                if self.signs:
+                    self.signs[-1].hide()
                 before(*args, **options)
 
         warnings.showwarning = show
         try:
             yield
         finally:
+            end.set()
             if warnings.showwarning is show:
                 warnings.showwarning = before
 

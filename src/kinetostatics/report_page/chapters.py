@@ -9,7 +9,7 @@ import numpy as np
 
 from kinetostatics.compensation import compensate
 from kinetostatics.exceptions import ArgumentError, CoordinatesError, KinetostaticsError
-from kinetostatics.printing.html_reports import html_report
+from kinetostatics.printing.html import html_report
 from kinetostatics.printing.text import Magnitudes, listing
 from kinetostatics.report_page.bars import contribution_bars, source_bars
 from kinetostatics.reports.batch import magnitudes

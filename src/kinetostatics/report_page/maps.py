@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.printing.html_reports import html_report
+from kinetostatics.printing.html import html_report
 from kinetostatics.printing.text import STIFFNESSES, quantity
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from kinetostatics.analysis import analyze
 from kinetostatics.argument_checks import path_name
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.printing.html_reports import html_report
+from kinetostatics.printing.html import html_report
 from kinetostatics.report_page import chapters
 from kinetostatics.report_page.maps import check_map, workspace_html
 from kinetostatics.workspace.provenance import versions

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from kinetostatics.math.arrays import Array
+from kinetostatics.math.screws import COMPONENTS
 from kinetostatics.printing.dispatch import dict_of, text_of
 from kinetostatics.printing.text import (
     ANGLES,
@@ -28,8 +29,6 @@ from kinetostatics.reports.json import drive_unit, plain, status_names
 from kinetostatics.reports.pose import pose_lines
 from kinetostatics.results.compensation import Compensation
 from kinetostatics.status import FACTS, STATUS_WORDS, WITHOUT_NUMBERS, Status
-
-COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
 
 #: What is no deviation [m, rad] but rounding.
 ROUNDING = 1e-12
@@ -75,13 +74,11 @@ def _status_words(status: Status) -> str:
 
 
 def _drives(found: Compensation) -> list[str]:
-    names = list(found.actuators)
     connections = found.wanted.robot.mechanism.connections
     rows = []
-    for name in names:
+    for name in found.actuators:
         slides = connections[name].type.is_slide
-        (unit, factor), decimals = (MILLIMETRES if slides else DEGREES)[0], 6
-        scale = Scale(unit, factor, decimals, 0.0)
+        scale = Scale(*(MILLIMETRES if slides else DEGREES)[0], 6, 0.0)
         force = FORCE_KINDS[drive_unit(found.result.robot, name)]
         rows.append(
             (
@@ -115,10 +112,8 @@ def _batch(found: Compensation) -> str:
         rows.append(_range(f"correction of {name}", values, LENGTHS if connections[name].type.is_slide else ANGLES))
     for name, values in found.actuator_forces.items():
         rows.append(_range(f"force of {name}", values, KINDS[FORCE_KINDS[drive_unit(found.result.robot, name)]]))
-    sizes = {
-        "uncorrected": np.where(np.isnan(found.remaining), np.nan, found.deviation),
-        "corrected": found.remaining,
-    }  # of the same poses
+    same = np.where(np.isnan(found.remaining), np.nan, found.deviation)  # at the same poses
+    sizes = {"uncorrected": same, "corrected": found.remaining}
     for title, part, units in (("displacement of o", slice(3), LENGTHS), ("rotation", slice(3, 6), ANGLES)):
         for which, values in sizes.items():
             rows.append(_range(f"{title}, {which}", np.linalg.norm(values[..., part], axis=-1), units))
@@ -137,8 +132,8 @@ def _range(name: str, values: Array, units: Units) -> tuple[str, str, str, str]:
 @dict_of.register(Compensation)
 def compensation_to_dict(found: Compensation) -> dict[str, object]:
     """Return a compensation as plain values: what ``compensate --json`` prints."""
-    coordinates = {name: plain(getattr(found, name)) for name in ("deviation_coordinates", "remaining_coordinates")}
-    names = ("actuators", "corrections", "actuator_forces", "deviation", "remaining")
+    names = ["actuators", "corrections", "actuator_forces", "deviation", "remaining"]
+    names += ["deviation_coordinates", "remaining_coordinates"]
     return {
         "robot": found.wanted.robot.name,
         "units": dict(UNITS),
@@ -150,5 +145,4 @@ def compensation_to_dict(found: Compensation) -> dict[str, object]:
         "wanted": plain(found.wanted.platform),
         "commanded": plain(found.configuration.platform),
         **{name: plain(getattr(found, name)) for name in names},
-        **coordinates,
     }

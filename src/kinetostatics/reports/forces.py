@@ -18,7 +18,6 @@ from kinetostatics.printing.text import (
     Column,
     Magnitudes,
     Scale,
-    Units,
     column_table,
     listing,
     once,
@@ -26,9 +25,9 @@ from kinetostatics.printing.text import (
     vector,
     wrapped,
 )
-from kinetostatics.reports.gravity import drive_parts
 from kinetostatics.reports.json import drive_unit, wrench_units
 from kinetostatics.reports.pose import drive_coordinates, written
+from kinetostatics.reports.sources import drive_parts
 from kinetostatics.results.result import Result
 from kinetostatics.sections.kinds import Section
 
@@ -174,18 +173,14 @@ def _beams(result: Result, noise: Magnitudes) -> list[str]:
     ends = [np.linalg.norm(beam.deflections[-1]) for beam in beams]
     most = [np.linalg.norm(beam.deflections, axis=-1).max() for beam in beams]
     force, shift = noise.scale("force", axial), noise.scale("displacement", [ends, most])
-
-    def column(title: str, values: list[Array], units: Units, digits: int = 5) -> Column:
-        return Column.of(title, values, Scale.of(values, units, digits=digits))
-
     ratios = [f"{100 * float(beam.euler_ratio):.3g}" if np.isfinite(beam.euler_ratio) else MISSING for beam in beams]
     columns = [
         Column("beam", list(result.beams)),
-        column("length", [beam.length for beam in beams], MILLIMETRES),
-        column("mass", [beam.mass for beam in beams], MASSES),
+        Column.of("length", [beam.length for beam in beams], MILLIMETRES, digits=5),
+        Column.of("mass", [beam.mass for beam in beams], MASSES, digits=5),
         Column.of("N base end", [forces[0] for forces in axial], force),
         Column.of("N platform end", [forces[-1] for forces in axial], force),
-        column("stress", [beam.stress for beam in beams], STRESSES, 4),
+        Column.of("stress", [beam.stress for beam in beams], STRESSES),
         Column("N/N_Euler [%]", ratios, "r"),
         Column.of("end displacement", ends, shift),
         Column.of("largest", most, shift),

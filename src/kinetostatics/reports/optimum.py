@@ -25,7 +25,7 @@ from kinetostatics.printing.text import (
     wrapped,
 )
 from kinetostatics.reports.json import plain
-from kinetostatics.results.optimum import CheckedRequirement, Optimum
+from kinetostatics.results.optimum import Optimum
 
 _UNITS: Mapping[str, Units] = {
     "m": LENGTHS,
@@ -84,11 +84,10 @@ def _sentences(found: Optimum) -> list[str]:
         said.append("No requirement decides: this is the least of all, or the best of the listed values.")
     if found.beyond_limits:
         said.append(f"{found.beyond_limits} of the {found.poses} poses are beyond a joint's limit.")
-    alike = sum(
-        start.feasible and abs(start.objective - found.objective) <= 1e-6 * abs(found.objective) for start in found.starts
-    )
     said.append(f"How: {found.searched}; {found.evaluations} robots were analysed.")
     if found.searched.startswith("SLSQP from") and len(found.starts) > 1 and found.feasible:
+        near = 1e-6 * abs(found.objective)
+        alike = sum(start.feasible and abs(start.objective - found.objective) <= near for start in found.starts)
         said.append(f"{alike} of {len(found.starts)} searches end here.")
     return said
 
@@ -109,11 +108,6 @@ def _where(pose: Mapping[str, float]) -> str:
     return ", ".join(f"{name} = {value:.4g}" for name, value in pose.items())
 
 
-def _requirement(item: CheckedRequirement) -> dict[str, object]:
-    names = ("text", "name", "worst", "limit", "unit", "margin", "pose", "active", "saving")
-    return {name: plain(getattr(item, name)) for name in names}
-
-
 @dict_of.register(Optimum)
 def optimum_to_dict(found: Optimum) -> dict[str, object]:
     """Return an optimum as plain values: what ``optimize --json`` prints."""
@@ -121,13 +115,14 @@ def optimum_to_dict(found: Optimum) -> dict[str, object]:
         {"parameters": dict(item.parameters), "objective": plain(item.objective), "feasible": item.feasible}
         for item in found.starts
     ]
+    of_each = ("text", "name", "worst", "limit", "unit", "margin", "pose", "active", "saving")
     names = ("feasible", "objective", "minimized", "unit", "before", "searched", "evaluations", "poses", "beyond_limits")
     return {
         "robot": found.robot.name,
         **{name: plain(getattr(found, name)) for name in names},
         "parameters": dict(found.parameters),
         "units": dict(found.units),
-        "requirements": [_requirement(item) for item in found.requirements],
+        "requirements": [{name: plain(getattr(item, name)) for name in of_each} for item in found.requirements],
         "at_bounds": list(found.at_bounds),
         "starts": starts,
     }

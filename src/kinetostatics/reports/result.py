@@ -32,9 +32,8 @@ from kinetostatics.printing.text import (
 )
 from kinetostatics.reports.batch import batch_report, magnitudes
 from kinetostatics.reports.forces import checked_axes, force_sections
-from kinetostatics.reports.gravity import gravity_twists
 from kinetostatics.reports.pose import facts_of, pose_lines, statuses_of
-from kinetostatics.reports.sources import source_lines
+from kinetostatics.reports.sources import gravity_twists, source_lines
 from kinetostatics.results.result import Result
 from kinetostatics.statics.link_loads import PAYLOAD
 from kinetostatics.statics.singularity import UNBALANCED

@@ -71,7 +71,7 @@ def _summary(facts: RobotFacts) -> list[str]:
         if mobility.local_freedoms:
             rows.append(("local freedoms", _local_freedoms(mobility.local_freedoms)))
         rows.append(("redundant constraints", _redundancy(facts, mobility)))
-    rows.append(("drives", [_drives(facts)]))
+    rows.append(("drives", [f"{len(facts.drives)}: {', '.join(facts.drives)}" if facts.drives else "none"]))
     rows.append(("mass", [_mass(facts)]))
     if facts.massless:
         rows.append(("without mass", [listing(facts.massless, 8)]))
@@ -157,10 +157,6 @@ def _places(limbs: list[LimbFacts], redundancies: list[Redundancy]) -> list[str]
     return lines
 
 
-def _drives(facts: RobotFacts) -> str:
-    return f"{len(facts.drives)}: {', '.join(facts.drives)}" if facts.drives else "none"
-
-
 def _mass(facts: RobotFacts) -> str:
     if facts.mass is None:
         return UNKNOWN
@@ -194,12 +190,10 @@ def _limbs(facts: RobotFacts) -> list[str]:
         lines += _hanging(limb.graph, "  ")
         if limb.like:
             continue
-        mass = UNKNOWN if limb.mass is None else quantity(limb.mass, MASSES)
-        spans = _spans(facts, limb)
-        rows = [("beams", "; ".join(spans) or ("none: rigid" if limb.rigid else "none"))]
+        rows = [("beams", "; ".join(_spans(facts, limb)) or ("none: rigid" if limb.rigid else "none"))]
         if limb.parts:
             rows.append(("parts", ", ".join(f"{start} to {end}" for start, end in limb.parts)))
-        rows.append(("mass", mass))
+        rows.append(("mass", UNKNOWN if limb.mass is None else quantity(limb.mass, MASSES)))
         rows += _wrenches("constraint", limb.constraint_wrenches)
         rows += _wrenches("attached", limb.attached_wrenches)
         lines += [line for name, text in rows for line in wrapped(text, f"  {name:11}")]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from kinetostatics.printing.dispatch import dict_of, text_of
-from kinetostatics.printing.text import LENGTHS, Column, Scale, column_table, quantity, section, wrapped
+from kinetostatics.printing.text import LENGTHS, Column, column_table, quantity, section, wrapped
 from kinetostatics.reports.json import plain
 from kinetostatics.results.sensitivities import Sensitivities
 
@@ -36,10 +36,10 @@ def sensitivities_report(found: Sensitivities) -> str:
         columns = [
             Column("parameter", list(effects)),
             Column("value", [f"{found[name].value:.6g} {found[name].unit.replace(' ', '·')}".rstrip() for name in effects], "r"),
-            Column.of("moves o by", moves, Scale.of(moves, LENGTHS, digits=4)),
+            Column.of("moves o by", moves, LENGTHS),
             Column("of it [%]", [f"{100 * move / size:+.3f}" if size else "" for move in moves], "r"),
-            Column.of("adds", masses, Scale.of(masses, _MASSES, digits=4)),
-            Column.of("o per kg", per_mass, Scale.of([value or 0.0 for value in per_mass], LENGTHS, digits=4)),
+            Column.of("adds", masses, _MASSES),
+            Column.of("o per kg", per_mass, LENGTHS),
         ]
         lines += section("What one per cent more of each parameter of the file does", column_table(columns))
     if found.sources:
@@ -47,7 +47,7 @@ def sensitivities_report(found: Sensitivities) -> str:
         moves = [found.source_effect(name) for name in names]
         columns = [
             Column("what", names),
-            Column.of("moves o by", moves, Scale.of(moves, LENGTHS, digits=4)),
+            Column.of("moves o by", moves, LENGTHS),
             Column("of it [%]", [f"{100 * move / size:+.3f}" if size else "" for move in moves], "r"),
         ]
         lines += section("What one per cent more stiffness of each part does: stiffen the first", column_table(columns))

@@ -16,7 +16,7 @@ from kinetostatics.description.robot import RobotDescription
 from kinetostatics.files.bundled import shown_path
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.printing.dispatch import html_of, line_of
-from kinetostatics.printing.html_tables import html_table
+from kinetostatics.printing.html import html_table
 from kinetostatics.printing.text import (
     ANGLES,
     FORCE_KINDS,
@@ -82,24 +82,6 @@ def _line(item: object) -> str:
 def _html(item: object) -> str:
     found = _short(item)
     return html_table(found.title, found.header, found.rows)
-
-
-for _shown in (
-    Robot,
-    RobotDescription,
-    Configuration,
-    Result,
-    LimbResult,
-    BeamResult,
-    Calibration,
-    Compensation,
-    MeasurementPlan,
-    Optimum,
-    Sensitivities,
-    Tolerances,
-):
-    line_of.register(_shown, _line)
-    html_of.register(_shown, _html)
 
 
 # ---- words -----------------------------------------------------------------------------------------------------------
@@ -297,3 +279,8 @@ def _tolerances(found: Tolerances) -> Short:
         line += f"; the worst is {error} of {what} by {amount}: it moves o by {shift}"
         line += f" and locks in {force}" if found.rows[0].force > 0 else ""
     return Short(line, title, ("what", "error", "by", "moves o", "turns", "force", "at"), rows)
+
+
+for _shown in {*_short.registry} - {object}:
+    line_of.register(_shown, _line)
+    html_of.register(_shown, _html)

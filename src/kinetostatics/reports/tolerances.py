@@ -10,8 +10,6 @@ from kinetostatics.printing.text import (
     MISSING,
     MOMENTS,
     Column,
-    Scale,
-    Units,
     column_table,
     quantity,
     section,
@@ -30,18 +28,15 @@ def tolerances_report(found: Tolerances) -> str:
     if not found.rows:
         return "\n".join([*lines, "", "No error has an effect."])
 
-    def column(title: str, values: list[float], units: Units) -> Column:
-        return Column.of(title, values, Scale.of(values, units, digits=4))
-
     columns = [
         Column("what", [row.name for row in found.rows]),
         Column("error", [row.error for row in found.rows]),
         Column("by", [amount_words(row) for row in found.rows]),
-        column("moves o", [row.displacement for row in found.rows], LENGTHS),
-        column("turns", [row.rotation for row in found.rows], ANGLES),
-        column("force", [row.force for row in found.rows], FORCES),
+        Column.of("moves o", [row.displacement for row in found.rows], LENGTHS),
+        Column.of("turns", [row.rotation for row in found.rows], ANGLES),
+        Column.of("force", [row.force for row in found.rows], FORCES),
         Column("at", [row.at or MISSING for row in found.rows]),
-        column("moment", [row.moment for row in found.rows], MOMENTS),
+        Column.of("moment", [row.moment for row in found.rows], MOMENTS),
     ]
     title = "Errors of joints along (x y z) and about (rx ry rz) the axes of their frames, and of beams"
     lines += section(title, column_table(columns))

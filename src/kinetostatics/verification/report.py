@@ -7,7 +7,7 @@ import numpy as np
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import COMPONENTS
 from kinetostatics.printing.dispatch import dict_of, html_of, text_of
-from kinetostatics.printing.html_tables import html_table
+from kinetostatics.printing.html import html_table
 from kinetostatics.printing.text import (
     STIFFNESSES,
     TURNING_STIFFNESSES,

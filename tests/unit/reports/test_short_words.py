@@ -13,7 +13,7 @@ import pytest
 
 import kinetostatics as ks
 from kinetostatics.description import Beam, Link, Material, Origin, RobotDescription
-from kinetostatics.printing.html_tables import html_table
+from kinetostatics.printing.html import html_table
 from kinetostatics.printing.mappings import FEW, MOST_ITEMS, Named, in_short, mapping_words
 from kinetostatics.printing.text import FORCES, LENGTHS
 from kinetostatics.reports.short import values_words

@@ -2,7 +2,7 @@
 
 import re
 
-from kinetostatics.printing.html_reports import html_report
+from kinetostatics.printing.html import html_report
 from kinetostatics.printing.text import section, table
 
 

@@ -1,18 +1,44 @@
-"""Reports as HTML: what ``print`` shows in columns becomes headings, tables and sentences of a page."""
+"""Tables and reports as plain HTML without colours of its own, which suits light and dark pages.
+
+What ``print`` shows in columns becomes headings, tables and sentences of a page.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from html import escape
 from itertools import groupby
-
-from kinetostatics.printing.html_tables import html_table
 
 #: What a cell of a column of numbers begins with, or is.
 _NUMBER = re.compile(r"[-−+]?\d|[–∞]$|-∞$|rigid$")
 #: What only drawings of chains have in a line.
 _DRAWN = "—"
+
+
+def html_table(title: str, header: Sequence[str], rows: Iterable[Sequence[str]], align: str = "") -> str:
+    """Return a table. All texts are escaped.
+
+    Args:
+        title: stands above it; empty for none.
+        header: titles of the columns; all empty for none.
+        rows: cells.
+        align: a letter for each column, ``l`` or ``r``; default: the first to the left, the others to the right.
+    """
+    align = align or "l" + "r" * (len(header) - 1)
+    parts = ["<table>"]
+    if title:
+        parts.append(f'<caption style="caption-side: top; text-align: left; white-space: nowrap">{escape(title)}</caption>')
+    if any(header):
+        parts.append(f"<thead><tr>{_cells('th', header, align)}</tr></thead>")
+    parts.append("<tbody>")
+    parts += [f"<tr>{_cells('td', row, align)}</tr>" for row in rows]
+    return "\n".join([*parts, "</tbody>", "</table>"])
+
+
+def _cells(tag: str, texts: Sequence[str], align: str) -> str:
+    sides = {"l": "left", "r": "right"}
+    return "".join(f'<{tag} style="text-align: {sides[k]}">{escape(text)}</{tag}>' for k, text in zip(align, texts, strict=False))
 
 
 def html_report(text: str, level: int = 3) -> str:
