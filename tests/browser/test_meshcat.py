@@ -17,7 +17,6 @@ from scipy.spatial.transform import Rotation
 
 import kinetostatics as ks
 from kinetostatics.cli import main as cli
-from kinetostatics.cli.view import NAME
 from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.viewer.description import HIDDEN
 from kinetostatics.viewer.scene import describe_scene
@@ -271,7 +270,7 @@ def test_a_real_server_holds_it_and_a_notebook_shows_it(server, result):
 
 def test_command_draws_into_a_running_server(server, capsys):
     url = server.window.zmq_url
-    assert cli.main([NAME, "robots/3rps.urdf.xacro", "--meshcat", url, "--exaggeration", "50"]) == 0
+    assert cli.main(["view", "robots/3rps.urdf.xacro", "--meshcat", url, "--exaggeration", "50"]) == 0
     assert capsys.readouterr().out == f"drawn at /meshcat/kinetostatics/3rps of {server.url()}\n"
     assert b"/meshcat/kinetostatics/3rps/deformed/" in decoded(server.static_html())
 
@@ -302,5 +301,5 @@ def test_command_starts_a_server_and_ends_it(tmp_path):
 )
 def test_command_complains(arguments, words, capsys, monkeypatch):
     monkeypatch.setattr("kinetostatics.viewer.running.PATIENCE", 300)
-    assert cli.main([NAME, "robots/3rps.urdf.xacro", *arguments]) == 2
+    assert cli.main(["view", "robots/3rps.urdf.xacro", *arguments]) == 2
     assert words in capsys.readouterr().err

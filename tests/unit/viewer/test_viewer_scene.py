@@ -15,7 +15,6 @@ import trimesh
 import kinetostatics as ks
 from kinetostatics import sections
 from kinetostatics.cli import main as cli
-from kinetostatics.cli.view import NAME
 from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.viewer.cards import quantities_of
 from kinetostatics.viewer.decimation import decimated
@@ -454,15 +453,15 @@ def test_importing_the_package_does_not_import_the_viewer():
 def test_command_writes_pages(tmp_path, capsys):
     file = tmp_path / "sag.html"
     robot = "robots/3rps.urdf.xacro"
-    assert cli.main([NAME, robot, "--platform", "z=500mm", "rx=2deg", "ry=0", "--html", str(file)]) == 0
+    assert cli.main(["view", robot, "--platform", "z=500mm", "rx=2deg", "ry=0", "--html", str(file)]) == 0
     assert file.read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
     sweep = ["--platform", "z=500mm", "--sweep", "rx=-10deg:10deg:7", "ry=0:5deg"]
-    assert cli.main([NAME, robot, *sweep, "--html", str(file)]) == 0
+    assert cli.main(["view", robot, *sweep, "--html", str(file)]) == 0
     assert '"frames":7' in file.read_text(encoding="utf-8")
     drives = ["--sweep", "prismatic_1=-20mm:20mm:5"]
-    assert cli.main([NAME, robot, *drives, "--html", str(file)]) == 0
+    assert cli.main(["view", robot, *drives, "--html", str(file)]) == 0
     assert '"frames":5' in file.read_text(encoding="utf-8")
-    assert cli.main([NAME, robot, "--ways", "--html", str(file)]) == 0
+    assert cli.main(["view", robot, "--ways", "--html", str(file)]) == 0
     assert '"platform_weight","limb_1: attached","limb_2: attached",' in file.read_text(encoding="utf-8")
     capsys.readouterr()
 
@@ -487,7 +486,7 @@ def test_command_writes_pages(tmp_path, capsys):
     ],
 )
 def test_command_complains(arguments, words, capsys):
-    assert cli.main([NAME, "robots/3rps.urdf.xacro", *arguments]) == 2
+    assert cli.main(["view", "robots/3rps.urdf.xacro", *arguments]) == 2
     assert words in capsys.readouterr().err
 
 
