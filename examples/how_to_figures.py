@@ -76,6 +76,11 @@ def draw_sensitivities(path: Path) -> None:
     ks.plot.save(ks.plot.sensitivities(page_names("find_what_to_stiffen")["s"]), path, dpi=200)
 
 
+def draw_spread(path: Path) -> None:
+    """Draw how far robots made at random differ."""
+    ks.plot.save(ks.plot.spread(page_names("tolerances")["s"]), path, dpi=200)
+
+
 def draw_sizes(path: Path) -> None:
     """Draw mass and largest deflection over the diameter, and the optimum."""
     from matplotlib import pyplot as plt
@@ -113,5 +118,6 @@ if __name__ == "__main__":
     draw_feedforward(folder / "feedforward_3rps.png")
     draw_correction(folder / "corrected_2pru_upr.png")
     draw_sensitivities(folder / "stiffen_2pru_upr.png")
+    draw_spread(folder / "spread_2pru_upr.png")
     draw_sizes(folder / "size_2pru_upr.png")
     draw_calibration(folder / "calibrate_2pru_upr.png")

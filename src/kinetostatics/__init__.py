@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from kinetostatics.compensation import compensate
     from kinetostatics.description.gauges import Gauge
     from kinetostatics.description.loads import LinkLoad, Payload
-    from kinetostatics.design import optimize, sensitivities
+    from kinetostatics.design import optimize, sensitivities, spread
     from kinetostatics.engine.report import EngineReport, engine_report
     from kinetostatics.error_ranking import tolerances
     from kinetostatics.exceptions import (
@@ -52,6 +52,7 @@ if TYPE_CHECKING:
     from kinetostatics.results.payload import PayloadCoefficients
     from kinetostatics.results.result import Result
     from kinetostatics.results.sensitivities import Sensitivities, Sensitivity
+    from kinetostatics.results.spread import Spread, SpreadQuantities, Toleranced
     from kinetostatics.results.tolerances import Tolerance, Tolerances
     from kinetostatics.robot import Robot, load_robot
     from kinetostatics.status import Status
@@ -93,9 +94,12 @@ __all__ = [
     "Sensitivities",
     "Sensitivity",
     "SingularPoseError",
+    "Spread",
+    "SpreadQuantities",
     "StaticsError",
     "Status",
     "Tolerance",
+    "Toleranced",
     "Tolerances",
     "Unidentifiable",
     "UnknownNameError",
@@ -125,6 +129,7 @@ __all__ = [
     "sections",
     "sensitivities",
     "show",
+    "spread",
     "sweep",
     "tolerances",
     "validate",
@@ -145,7 +150,7 @@ _NAMES = {
     "calibration": ("calibrate", "plan_measurements"),
     "compensation": ("compensate",),
     "description.gauges": ("Gauge",),
-    "design": ("optimize", "sensitivities"),
+    "design": ("optimize", "sensitivities", "spread"),
     "engine.report": (
         "EngineReport",
         "engine_report",
@@ -193,6 +198,11 @@ _NAMES = {
     "results.sensitivities": (
         "Sensitivities",
         "Sensitivity",
+    ),
+    "results.spread": (
+        "Spread",
+        "SpreadQuantities",
+        "Toleranced",
     ),
     "results.tolerances": (
         "Tolerance",

@@ -43,6 +43,12 @@ def calls(robot, pose, folder):
         found[f"compile({name}=)"] = lambda v, name=name: ks.compile(robot, **{name: v})
     found["sensitivities(by=)"] = lambda v: v is not None and ks.sensitivities(pose, v)  # None: all parameters, which takes long
     found |= {
+        f"spread({name}=)": lambda v, name=name: ks.spread(
+            **{"configuration": pose, "tolerances": {"rod_1.density": "1%"}, "robots": 10, name: v}
+        )
+        for name in ("configuration", "tolerances", "robots", "distribution", "seed")
+    }
+    found |= {
         f"tolerances({name}=)": lambda v, name=name: ks.tolerances(**{"configuration": pose, name: v})
         for name in ("configuration", "length", "angle", "temperature", "by")
     }
@@ -164,7 +170,14 @@ def test_a_command_that_is_not_there(capsys):
 
 
 @pytest.mark.parametrize(
-    "command", [["compensate"], ["sensitivities"], ["optimize", "--vary", "rod_diameter=4cm:8cm"], ["report"]]
+    "command",
+    [
+        ["compensate"],
+        ["sensitivities"],
+        ["spread", "--off", "rod_diameter=1%"],
+        ["optimize", "--vary", "rod_diameter=4cm:8cm"],
+        ["report"],
+    ],
 )
 def test_a_folder_that_is_not_there_is_told_before_anything_long(capsys, command):
     assert main([command[0], "3rps", *command[1:], "--out", "no/such/file.csv"]) == 2

@@ -34,6 +34,7 @@ SLOW = {
         "calibrating",
     ),
     "sensitivities": (["five_bar", "--by", "tool_mass"], "kinetostatics.design.sensitivities", "changing parameters one by one"),
+    "spread": (["five_bar", "--off", "tool_mass=1%", "--robots", "10"], "kinetostatics.design.spread", "making robots"),
     "sweep": (["five_bar", "--platform", "x=0,0.01", "y=0.3", "--out", "new.nc"], "PLAN", "planning the sweep"),
     "view": (["five_bar", "--html", "page.html"], "kinetostatics.viewer.page_html", "making the page"),
     "verify": (["five_bar"], "kinetostatics.verification.verify", "verifying"),

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import guide_mistakes_of_architectures as of_architectures
+import guide_mistakes_of_designs as of_designs
 import guide_mistakes_of_files as of_files
 import guide_mistakes_of_measurements as of_measurements
 import guide_mistakes_of_robots as of_robots
@@ -32,6 +33,7 @@ TABLES: dict[str, tuple[Mistake, ...]] = {
     for module, names in (
         (of_files, ("FILES", "XACROS", "VALUES", "TREES", "ROLES", "LOOPS", "DRIVES", "BEAMS")),
         (of_robots, ("SPANS", "POSES", "STATICS", "PYTHON", "WARNINGS")),
+        (of_designs, ("DESIGN",)),
         (of_architectures, ("ARCHITECTURES",)),
         (of_measurements, ("MEASUREMENTS",)),
     )

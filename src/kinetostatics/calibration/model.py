@@ -209,16 +209,17 @@ class Model:
         """Return the derivative by an argument of the file: exact where it moves nothing, else by central differences."""
         item = self.unknowns.items[k]
 
-        def changed(_: int, by: float) -> Any:
+        def changed(_: Any, component: int, by: float) -> Any:
             return self.unknowns.described(values + by * np.eye(len(values))[k])
 
         step = STEP_OF_CONSTANTS * item.scale
-        here, there = result.robot.description, changed(0, step)
+        here, there = result.robot.description, changed(None, 0, step)
         if here.joints == there.joints and here.loops == there.loops:
             try:
                 derivatives = derivatives_at(result.configuration, result, self.analysis)
                 if derivatives is not None:
-                    twist = derivatives.by_parameter(Parameter(item.name, ("",), (), (step,), changed))["twist"]
+                    parameter = Parameter(item.name, ("",), (), (step,), (float(values[k]),), changed, here)
+                    twist = derivatives.by_parameter(parameter)["twist"]
                     found = self.read(result.configuration, np.moveaxis(twist, -1, 0))
                     if np.all(np.isfinite(found)):
                         return found

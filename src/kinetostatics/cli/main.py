@@ -23,8 +23,8 @@ from kinetostatics.printing.colour import for_stream
 
 #: Modules of ``kinetostatics.cli``, in the order of the help.
 COMMANDS = (
-    *("check", "analyze", "compensate", "sweep", "view", "verify", "report", "tolerances", "sensitivities", "optimize"),
-    *("calibrate", "import", "new", "plot", "export", "robots"),
+    *("check", "analyze", "compensate", "sweep", "view", "verify", "report", "tolerances", "spread", "sensitivities"),
+    *("optimize", "calibrate", "import", "new", "plot", "export", "robots"),
 )
 
 #: Exit code of any error; 0 is success and 1 a command's own bad news.

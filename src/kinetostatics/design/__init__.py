@@ -1,6 +1,7 @@
-"""What parameters of a robot's file do: sensitivities, and sizes that are best."""
+"""What parameters of a robot's file do: sensitivities, what their tolerances do, and sizes that are best."""
 
 from kinetostatics.design.optimize import optimize
 from kinetostatics.design.sensitivities import sensitivities
+from kinetostatics.design.spread import spread
 
-__all__ = ["optimize", "sensitivities"]
+__all__ = ["optimize", "sensitivities", "spread"]

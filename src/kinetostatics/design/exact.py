@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from kinetostatics.description.robot import RobotDescription
 from kinetostatics.design.variants import Variants
 from kinetostatics.files.reader import read_robot_file
 from kinetostatics.functions.derivatives import Derivatives
@@ -55,6 +56,16 @@ def derivatives_at(configuration: Configuration, result: Result, analysis: Mappi
     return Derivatives(replace(configuration, shape=(N,)), prescribed, target, load, gravity, outputs)
 
 
+def argument(variants: Variants, name: str, description: RobotDescription) -> Parameter:
+    """Return one argument of a robot's file as a parameter, by which the file is read again."""
+    value = variants.numbers[name]
+
+    def change(_: RobotDescription, k: int, by: float) -> RobotDescription:
+        return read_robot_file(variants.path, {**variants.given, name: value + by}, **variants.links)
+
+    return Parameter(name, ("",), (), (STEP * (abs(value) or 1.0),), (value,), change, description)
+
+
 def by_argument(derivatives: Derivatives, variants: Variants, name: str, shape: tuple[int, ...]) -> dict[str, Array]:
     """Return the derivatives of all outputs by one argument of the file, batch axes first.
 
@@ -62,10 +73,5 @@ def by_argument(derivatives: Derivatives, variants: Variants, name: str, shape: 
         ArgumentError: the robot has none, or becomes another mechanism.
         RobotFileError: the file is wrong with the argument a little changed.
     """
-    value = variants.numbers[name]
-
-    def changed(_: int, by: float) -> Any:
-        return read_robot_file(variants.path, {**variants.given, name: value + by}, **variants.links)
-
-    found = derivatives.by_parameter(Parameter(name, ("",), (), (STEP * (abs(value) or 1.0),), changed))
+    found = derivatives.by_parameter(argument(variants, name, derivatives.robot.description))
     return {output: np.moveaxis(array, -1, 0).reshape(*shape, *array.shape[:-1]) for output, array in found.items()}

@@ -62,14 +62,14 @@ _FUNCTIONS: Mapping[str, Callable[..., Any]] = {
 }
 
 
-def values(tape: Tape, needed: Sequence[bool], inputs: Sequence[Array], parameters: Array) -> list[Any]:
+def values(tape: Tape, needed: Sequence[bool], inputs: Sequence[Array], parameters: Sequence[Any] | Array) -> list[Any]:
     """Return the results of all needed operations at N poses, numbers or arrays (N,); None of the others.
 
     Args:
         tape: the record.
         needed: which operations are.
         inputs: the arrays (components, N) of the inputs.
-        parameters: (P,) the robot's numbers.
+        parameters: (P,) the robot's numbers; or a sequence of numbers and, where every pose has another robot, of arrays (N,).
     """
     found: list[Any] = [None] * len(needed)
     with np.errstate(all="ignore"):

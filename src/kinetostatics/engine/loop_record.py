@@ -41,9 +41,11 @@ KEPT: Mapping[type, tuple[str, ...]] = {
 }
 
 
-def structure_of(solver: Solver, prescribed: PrescribedCoordinates, local: int, tape: Tape | None = None) -> Structure:
-    """Return what a record depends on."""
-    return Structure((solver, prescribed, local), tape, KEPT)
+def structure_of(
+    solver: Solver, prescribed: PrescribedCoordinates, local: int, tape: Tape | None = None, *, all_vary: bool = False
+) -> Structure:
+    """Return what a record depends on; see :class:`Structure`."""
+    return Structure((solver, prescribed, local), tape, KEPT, all_vary=all_vary)
 
 
 def _copy_of(solver: Solver, prescribed: PrescribedCoordinates, local: int, tape: Tape) -> Solver:

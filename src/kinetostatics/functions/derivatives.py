@@ -85,6 +85,11 @@ class Derivatives:
 
     # ---- the statics ------------------------------------------------------------------------------------------------
 
+    @property
+    def record(self) -> tuple[OutputRecord, Array]:
+        """What is recorded of the first pose that has one, and the robot's numbers (P,) that it takes."""
+        return self._statics.records[0][0], self._statics.numbers
+
     @cached_property
     def _statics(self) -> Gradients:
         return self._gradients(self.robot.statics)

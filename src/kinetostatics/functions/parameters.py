@@ -34,14 +34,22 @@ class Parameter:
         units: of each component.
         shape: () for one number.
         steps: by how much each is changed where it is differenced; None where it cannot be changed.
-        changed: the description in which component ``k`` is larger by an amount.
+        values: of each component; of a placement, which is told by how it is displaced, zeros.
+        change: returns a description in which component ``k`` is larger by an amount than in the one that it is given.
+        description: of the robot.
     """
 
     name: str
     units: tuple[str, ...]
     shape: tuple[int, ...]
     steps: tuple[float | None, ...]
-    changed: Callable[[int, float], RobotDescription]
+    values: tuple[float, ...]
+    change: Callable[[RobotDescription, int, float], RobotDescription]
+    description: RobotDescription
+
+    def changed(self, k: int, by: float) -> RobotDescription:
+        """Return the robot's description in which component ``k`` is larger by an amount."""
+        return self.change(self.description, k, by)
 
 
 def parameters_of(robot: Robot) -> dict[str, Parameter]:
@@ -68,102 +76,126 @@ def parameter_named(robot: Robot, name: str) -> Parameter:
     return known[name]
 
 
-def _single(name: str, unit: str, value: float, changed: Callable[[float], RobotDescription]) -> Parameter:
+def _single(
+    robot: Robot, name: str, unit: str, value: float, change: Callable[[RobotDescription, float], RobotDescription]
+) -> Parameter:
     step = _STEP * abs(value)
-    return Parameter(name, (unit,), (), (step or None,), lambda k, by: changed(value + by))
+    return Parameter(name, (unit,), (), (step or None,), (value,), lambda there, k, by: change(there, by), robot.description)
 
 
 def _of_link(robot: Robot, link: Link) -> Iterator[Parameter]:
-    description = robot.description
     if link.mass <= 0:
         return
 
-    def with_mass(mass: float) -> RobotDescription:
-        return description.with_link(replace(link, mass=mass))
+    def with_mass(there: RobotDescription, by: float) -> RobotDescription:
+        own = there.links[link.name]
+        return there.with_link(replace(own, mass=own.mass + by))
 
-    def with_centre(k: int, by: float) -> RobotDescription:
-        return description.with_link(replace(link, center_of_mass=_moved(link.center_of_mass, k, by)))
+    def with_centre(there: RobotDescription, k: int, by: float) -> RobotDescription:
+        own = there.links[link.name]
+        return there.with_link(replace(own, center_of_mass=_moved(own.center_of_mass, k, by)))
 
-    yield _single(f"{link.name}.mass", "kg", link.mass, with_mass)
-    yield Parameter(f"{link.name}.center_of_mass", ("m",) * 3, (3,), (_STEP * robot.length,) * 3, with_centre)
+    yield _single(robot, f"{link.name}.mass", "kg", link.mass, with_mass)
+    steps, values = (_STEP * robot.length,) * 3, tuple(link.center_of_mass)
+    yield Parameter(f"{link.name}.center_of_mass", ("m",) * 3, (3,), steps, values, with_centre, robot.description)
 
 
 def _of_beam(robot: Robot, beam: Beam) -> Iterator[Parameter]:
-    description, material, section = robot.description, beam.material, beam.section
+    material, section = beam.material, beam.section
 
-    def with_material(name: str, value: float) -> RobotDescription:
-        return description.with_beam(replace(beam, material=replace(material, **{name: value})))
+    def with_material(name: str, there: RobotDescription, by: float) -> RobotDescription:
+        own = there.beams[beam.name]
+        return there.with_beam(replace(own, material=replace(own.material, **{name: getattr(own.material, name) + by})))
 
-    def with_coefficient(value: float) -> RobotDescription:
-        return description.with_beam(replace(beam, shear_coefficient=value))
+    def with_coefficient(there: RobotDescription, by: float) -> RobotDescription:
+        own = there.beams[beam.name]
+        return there.with_beam(replace(own, shear_coefficient=(own.shear_coefficient or 0.0) + by))
 
-    def with_section(made: Callable[..., Section], sizes: dict[str, float], name: str, value: float) -> RobotDescription:
-        return description.with_beam(replace(beam, section=made(**{**sizes, name: value})))
+    def with_section(name: str, there: RobotDescription, by: float) -> RobotDescription:
+        own = there.beams[beam.name]
+        return there.with_beam(replace(own, section=_section_with(own.section, name, by)))
 
     for name, unit in _MATERIAL.items():
         value = getattr(material, name)
         if value:
-            yield _single(f"{beam.name}.{name}", unit, value, partial(with_material, name))
+            yield _single(robot, f"{beam.name}.{name}", unit, value, partial(with_material, name))
     if beam.shear_coefficient is not None and np.isfinite(beam.shear_coefficient):
-        yield _single(f"{beam.name}.shear_coefficient", "1", beam.shear_coefficient, with_coefficient)
-    plain = {item.name for item in fields(Section)}
-    made = getattr(type(section), "of", Section)
-    sizes = {item.name: getattr(section, item.name) for item in fields(section) if item.name not in plain}
-    sizes.pop("torsion_modulus", None)  # which follows from the others
-    for name, value in sizes.items():
+        yield _single(robot, f"{beam.name}.shear_coefficient", "1", beam.shear_coefficient, with_coefficient)
+    for name, value in _sizes(section).items():
         if value:
-            yield _single(f"{beam.name}.{name}", "m", value, partial(with_section, made, sizes, name))
+            yield _single(robot, f"{beam.name}.{name}", "m", value, partial(with_section, name))
     for name, unit in _AREAS.items() if type(section) is Section else ():
         value = getattr(section, name)
         if value is not None and np.isfinite(value):
-            yield _single(f"{beam.name}.{name}", unit, value, partial(with_section, partial(replace, section), {}, name))
+            yield _single(robot, f"{beam.name}.{name}", unit, value, partial(with_section, name))
+
+
+def _sizes(section: Section) -> dict[str, float]:
+    """Return the sizes of a section of some shape, from which all else follows."""
+    plain = {item.name for item in fields(Section)}
+    sizes = {item.name: getattr(section, item.name) for item in fields(section) if item.name not in plain}
+    sizes.pop("torsion_modulus", None)  # which follows from the others
+    return sizes
+
+
+def _section_with(section: Section, name: str, by: float) -> Section:
+    """Return a section one of whose numbers is larger."""
+    made: Callable[..., Section] | None = getattr(type(section), "of", None)
+    if made is None or type(section) is Section:
+        return replace(section, **{name: getattr(section, name) + by})
+    sizes = _sizes(section)
+    return made(**{**sizes, name: sizes[name] + by})
 
 
 def _of_joint(robot: Robot, joint: Joint) -> Iterator[Parameter]:
-    def changed(k: int, by: float) -> RobotDescription:
-        return robot.description.with_joint(replace(joint, origin=_displaced(joint.origin, k, by)))
+    def change(there: RobotDescription, k: int, by: float) -> RobotDescription:
+        own = there.joints[joint.name]
+        return there.with_joint(replace(own, origin=_displaced(own.origin, k, by)))
 
-    yield Parameter(f"{joint.name}.placement", _PLACEMENT, (6,), _displacements(robot), changed)
+    yield _placement(robot, f"{joint.name}.placement", change)
 
 
 def _of_loop(robot: Robot, loop: Loop) -> Iterator[Parameter]:
     for side in ("predecessor", "successor"):
         origin = f"{side}_origin"
 
-        def changed(k: int, by: float, origin: str = origin) -> RobotDescription:
-            return robot.description.changed(loop.name, **{origin: _displaced(getattr(loop, origin), k, by)})
+        def change(there: RobotDescription, k: int, by: float, origin: str = origin) -> RobotDescription:
+            return there.changed(loop.name, **{origin: _displaced(getattr(there.loops[loop.name], origin), k, by)})
 
-        yield Parameter(f"{loop.name}.{side}_placement", _PLACEMENT, (6,), _displacements(robot), changed)
+        yield _placement(robot, f"{loop.name}.{side}_placement", change)
+
+
+def _placement(robot: Robot, name: str, change: Callable[[RobotDescription, int, float], RobotDescription]) -> Parameter:
+    steps = (_STEP * robot.length,) * 3 + (_STEP,) * 3
+    return Parameter(name, _PLACEMENT, (6,), steps, (0.0,) * 6, change, robot.description)
 
 
 def _of_stiffnesses(robot: Robot) -> Iterator[Parameter]:
-    description = robot.description
-    for item in description.joint_stiffness.values():
+    for item in robot.description.joint_stiffness.values():
         for name, unit in (("linear", "N/m"), ("angular", "N·m/rad")):
             values = getattr(item, name)
             if values is None:
                 continue
 
-            def changed(k: int, by: float, item: Any = item, name: str = name) -> RobotDescription:
-                return description.with_joint_stiffness(replace(item, **{name: _moved(getattr(item, name), k, by)}))
+            def change(there: RobotDescription, k: int, by: float, joint: str = item.joint, name: str = name) -> RobotDescription:
+                own = there.joint_stiffness[joint]
+                return there.with_joint_stiffness(replace(own, **{name: _moved(getattr(own, name), k, by)}))
 
             steps = tuple(_STEP * value if 0 < value < np.inf else None for value in values)
-            yield Parameter(f"{item.joint}.{name}_stiffness", (unit,) * 3, (3,), steps, changed)
+            title = f"{item.joint}.{name}_stiffness"
+            yield Parameter(title, (unit,) * 3, (3,), steps, tuple(values), change, robot.description)
         if item.drive is not None and np.isfinite(item.drive):
             unit = "N/m" if robot.mechanism.connections[item.joint].type.is_slide else "N·m/rad"
 
-            def with_drive(value: float, item: Any = item) -> RobotDescription:
-                return description.with_joint_stiffness(replace(item, drive=value))
+            def with_drive(there: RobotDescription, by: float, joint: str = item.joint) -> RobotDescription:
+                own = there.joint_stiffness[joint]
+                return there.with_joint_stiffness(replace(own, drive=(own.drive or 0.0) + by))
 
-            yield _single(f"{item.joint}.drive_stiffness", unit, item.drive, with_drive)
+            yield _single(robot, f"{item.joint}.drive_stiffness", unit, item.drive, with_drive)
 
 
 def _moved(vector: Any, k: int, by: float) -> Any:
     return tuple(value + by * (j == k) for j, value in enumerate(vector))
-
-
-def _displacements(robot: Robot) -> tuple[float, ...]:
-    return (_STEP * robot.length,) * 3 + (_STEP,) * 3
 
 
 def _displaced(origin: Origin, k: int, by: float) -> Origin:

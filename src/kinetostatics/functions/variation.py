@@ -104,14 +104,11 @@ def _parts(
     target: Array,
 ) -> list[Array] | None:
     """Return what :class:`Rates` are the rates of; None if the structure is another one."""
-    other = Robot(_with_beam_axes(robot, description))
-    if (other.equations.tree.nq, other.equations.count) != (robot.equations.tree.nq, robot.equations.count):
+    varied = varied_robot(robot, description, decided)
+    if varied is None:
         return None
-    zero = other.frames_at(robot.model_q(robot.zero_poses))
-    beams = make_beam_models(other.mechanism, other.topology.beams, zero)
-    weights = Weights(other.mechanism, other.topology, beams)
-    own = robot.length, robot.rank_tolerance, robot.closing_error
-    structure = structure_of(statics_on(decided, StaticModel(other.mechanism, other.topology, beams, weights, zero, *own)))
+    other, statics = varied
+    structure = structure_of(statics)
     if structure.key != key:
         return None
     solver = Solver(other.equations, robot.length, robot.length)
@@ -121,6 +118,21 @@ def _parts(
     drives = [solver.loop_coordinate(number, frames) for number in loops]
     drives_of_loops = np.array(drives).reshape(len(loops), poses.x.shape[1])
     return [structure.values, *_known(robot, frames), residual, drives_of_loops]
+
+
+def varied_robot(robot: Robot, description: RobotDescription, decided: RobotStatics) -> tuple[Robot, RobotStatics] | None:
+    """Return a robot that differs a little, and its statics with what is decided about the limbs of another.
+
+    None if it has other coordinates or loops.
+    """
+    other = Robot(_with_beam_axes(robot, description))
+    if (other.equations.tree.nq, other.equations.count) != (robot.equations.tree.nq, robot.equations.count):
+        return None
+    zero = other.frames_at(robot.model_q(robot.zero_poses))
+    beams = make_beam_models(other.mechanism, other.topology.beams, zero)
+    weights = Weights(other.mechanism, other.topology, beams)
+    own = robot.length, robot.rank_tolerance, robot.closing_error
+    return other, statics_on(decided, StaticModel(other.mechanism, other.topology, beams, weights, zero, *own))
 
 
 def _with_beam_axes(robot: Robot, description: RobotDescription) -> RobotDescription:

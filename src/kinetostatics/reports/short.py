@@ -46,6 +46,7 @@ from kinetostatics.results.limb import LimbResult
 from kinetostatics.results.optimum import Optimum
 from kinetostatics.results.result import Result
 from kinetostatics.results.sensitivities import Sensitivities
+from kinetostatics.results.spread import Spread
 from kinetostatics.results.tolerances import Tolerances
 from kinetostatics.robot import Robot
 
@@ -260,6 +261,19 @@ def _sensitivities(found: Sensitivities) -> Short:
     if rows:
         line += f"; one per cent more of {rows[0][0]} moves o by {rows[0][2]}"
     return Short(line, title, ("parameter", "value", "1 % more moves o by", "adds"), rows)
+
+
+@_short.register
+def _spread(found: Spread) -> Short:
+    rows = []
+    for name in ("displacement", "rotation"):
+        units = LENGTHS if name == "displacement" else ANGLES
+        several = [float(item.named(name)) for item in (found.nominal, found.worst_case, found.standard_deviation)]
+        rows.append((name, *(values_words(value, units) for value in (*several, found.sampled(name)[1]))))
+    title = f"Spread of {found.result.robot.name!r}"
+    line = f"{title} by {_count(len(found.parameters), 'parameter')}: o moves by {rows[0][1]} ± {rows[0][2]} at worst, "
+    line += f"standard deviation {rows[0][3]}; {rows[0][4]} of {len(found):,} robots"
+    return Short(line, title, ("quantity", "nominal", "worst case ±", "standard deviation", "of robots made at random"), rows)
 
 
 @_short.register

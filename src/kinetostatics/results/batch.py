@@ -36,5 +36,4 @@ class Batch:
 
     def by_source(self, sources: Sequence[str], chunks: Sequence[Array]) -> Mapping[str, Array]:
         """Join chunks (…, S, n) of what S contributions to the twist do, by contribution; see :meth:`public`."""
-        whole = self.public(chunks)
-        return Named({name: whole[..., k] for k, name in enumerate(sources)})
+        return Named({name: self.public([chunk[..., k, :] for chunk in chunks]) for k, name in enumerate(sources)})

@@ -1,0 +1,144 @@
+"""Numbers of a robot that may be off: arguments of its file, and numbers of single parts."""
+
+from __future__ import annotations
+
+import fnmatch
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from kinetostatics.argument_checks import check_mapping
+from kinetostatics.description.robot import RobotDescription
+from kinetostatics.description.units import unit
+from kinetostatics.design.exact import argument
+from kinetostatics.design.requirements import parse_number, typed_unit
+from kinetostatics.design.variants import Variants, variants_of
+from kinetostatics.exceptions import ArgumentError, near_names
+from kinetostatics.functions.parameters import Parameter, parameters_of
+from kinetostatics.math.arrays import Array
+from kinetostatics.robot import Robot
+
+_COMPONENTS = {3: ("x", "y", "z"), 6: ("x", "y", "z", "rx", "ry", "rz")}
+
+
+@dataclass(frozen=True)
+class Change:
+    """A number of the robot's description that may be off.
+
+    Attributes:
+        parameter: the number, of one component.
+        unit: of it; empty where it is not known.
+        variants: the file, if it is one of its arguments.
+    """
+
+    parameter: Parameter
+    unit: str
+    variants: Variants | None
+
+    @property
+    def name(self) -> str:
+        """Name of the number."""
+        return self.parameter.name
+
+    @property
+    def value(self) -> float:
+        """Its nominal value, SI."""
+        return self.parameter.values[0]
+
+
+def changed_description(changes: Sequence[Change], amounts: Sequence[float] | Array) -> RobotDescription:
+    """Return the robot's description with all numbers off, each by its amount.
+
+    Raises:
+        RobotFileError: the file is wrong with them.
+    """
+    pairs = list(zip(changes, map(float, amounts), strict=True))
+    arguments = {item.name: item.value + by for item, by in pairs if item.variants is not None}
+    description = changes[0].parameter.description
+    if arguments:
+        variants = next(item.variants for item in changes if item.variants is not None)
+        description = variants.robot(arguments).description
+    for item, by in pairs:
+        if item.variants is None:
+            description = item.parameter.change(description, 0, by)
+    return description
+
+
+def read_changes(robot: Robot, tolerances: Mapping[str, object]) -> tuple[list[Change], Array]:
+    """Return what may be off, the file's arguments first, and by how much.
+
+    Args:
+        robot: the nominal robot.
+        tolerances: see :func:`kinetostatics.spread`.
+
+    Raises:
+        ArgumentError: they make no sense.
+    """
+    check_mapping("tolerances", tolerances, '{"rod_*.outer_diameter": "0.1mm"}')
+    if not tolerances:
+        raise ArgumentError('tolerances has nothing in it; it must be such as {"rod_*.outer_diameter": "0.1mm"}')
+    parts = _components(robot)
+    variants: Variants | None = None
+    if any("." not in name for name in tolerances):
+        variants = variants_of(robot)
+    known = [*parts, *(variants.numbers if variants is not None else ())]
+    found: dict[str, tuple[Change, float]] = {}
+    for pattern, given in tolerances.items():
+        names = fnmatch.filter(known, pattern)
+        if not names:
+            raise ArgumentError(f"{robot.name!r} has no parameter {pattern!r}: {near_names(pattern, known)}")
+        for name in names:
+            if name in found:
+                raise ArgumentError(f"tolerances: {name!r} is named twice, the second time by {pattern!r}")
+            if variants is not None and name in variants.numbers:
+                change = Change(argument(variants, name, robot.description), variants.unit(name), variants)
+            else:
+                change = Change(parts[name], parts[name].units[0], None)
+            found[name] = change, _amount(name, given, change)
+    every = sorted(found.values(), key=lambda item: item[0].variants is None)
+    return [item[0] for item in every], np.array([item[1] for item in every])
+
+
+def _components(robot: Robot) -> dict[str, Parameter]:
+    """Return all numbers of a robot's parts by name, one by one."""
+    found = {}
+    for name, item in parameters_of(robot).items():
+        for k, step in enumerate(item.steps):
+            if step is None:
+                continue
+            title = name if item.shape == () else f"{name}.{_COMPONENTS[item.shape[0]][k]}"
+            change = partial(_component, item, k)
+            found[title] = Parameter(title, (item.units[k],), (), (step,), (item.values[k],), change, item.description)
+    return found
+
+
+def _component(parameter: Parameter, component: int, there: RobotDescription, _: int, by: float) -> RobotDescription:
+    return parameter.change(there, component, by)
+
+
+def _amount(name: str, given: object, change: Change) -> float:
+    """Return a tolerance in SI.
+
+    Raises:
+        ArgumentError: it is no positive number, or of another kind than the parameter.
+    """
+    what = f"tolerances: {name}"
+    if isinstance(given, str) and given.rstrip().endswith("%"):
+        number = 0.01 * abs(change.value) * parse_number(given.rstrip()[:-1], "number", what)
+        if change.value == 0:
+            raise ArgumentError(f"{what} is {given!r}, and a part of a number that is zero is nothing: give it with a unit")
+    elif isinstance(given, str):
+        number = parse_number(given, "", what)
+        typed, own = typed_unit(given), "" if change.unit == "1" else change.unit
+        if typed and own and unit(typed).dimension != unit(own).dimension:
+            raise ArgumentError(f"{what} is {given!r}; the parameter is in {own.replace(' ', '·')}")
+        if typed and change.unit == "1":
+            raise ArgumentError(f"{what} is {given!r}; the parameter has no unit")
+    else:
+        number = float(given) if isinstance(given, (int, float, np.number)) and not isinstance(given, bool) else math.nan
+    if not 0 < number < math.inf:
+        raise ArgumentError(f"{what} is {given!r}; it must be a positive number such as '0.1mm' or '2%'")
+    return number

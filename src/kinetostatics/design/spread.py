@@ -1,0 +1,274 @@
+"""How much robots of one design differ: tolerances of their parameters, to first order and by robots made at random.
+
+First order: the derivatives of :mod:`kinetostatics.functions.derivatives`, their sizes added for the worst case and their squares
+for the standard deviation. At random: each robot is computed in full, all of them as one batch
+(:mod:`kinetostatics.design.many_robots`), or one after the other where that cannot be recorded.
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from kinetostatics.analysis import analyze
+from kinetostatics.argument_checks import check_choice
+from kinetostatics.design.changes import Change, changed_description, read_changes
+from kinetostatics.design.exact import derivatives_at
+from kinetostatics.design.many_robots import ManyRobots
+from kinetostatics.design.variants import same_pose
+from kinetostatics.engine.scalars import NotRecordedError
+from kinetostatics.exceptions import ArgumentError, KinetostaticsError
+from kinetostatics.functions.derivatives import Derivatives
+from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.math.arrays import Array, frozen
+from kinetostatics.printing.mappings import Named
+from kinetostatics.printing.waiting import waiting
+from kinetostatics.results.result import Result
+from kinetostatics.results.spread import Spread, SpreadQuantities, Toleranced, quantities
+from kinetostatics.robot import Robot, robot_of
+
+#: Standard deviation of a parameter, as part of its tolerance, by its distribution.
+DEVIATIONS = {"normal": 1 / 3, "uniform": 1 / math.sqrt(3)}
+#: Robots where they are made one by one, unless more are asked for, and those that are made so where they are not.
+ONE_BY_ONE, CHECKED = 300, 3
+#: Part of a tolerance by which a parameter is changed where analyses are differenced.
+_STEP = 0.1
+
+
+def spread(
+    configuration: Configuration,
+    tolerances: Mapping[str, object],
+    *,
+    robots: int | None = None,
+    distribution: str = "normal",
+    seed: int = 0,
+    **analysis: Any,
+) -> Spread:
+    """Find how much robots of one design differ: worst case and standard deviation to first order, and robots made at random.
+
+    Args:
+        configuration: one pose. While parameters change, the coordinates stay that it was assembled with: the platform's, or the
+            drives'.
+        tolerances: by how much parameters may be off to either side, by name: a number (SI), a text with a unit ``"0.1mm"``, or
+            a part of the value, ``"2%"``. A name is that of a xacro argument of the robot's file, which changes all that the
+            file computes from it, or of a number of one part, as :attr:`Function.parameters` has them:
+            ``"rod_1.outer_diameter"``, ``"platform.mass"``, ``"revolute_1.placement.x"``, ``"prismatic_1.drive_stiffness"``.
+            ``*`` in it stands for anything: ``"rod_*.outer_diameter"`` are several parameters, each off by itself.
+        robots: how many are made at random; default: 10,000, or 300 where they have to be made one by one, as with springs,
+            rigid limbs, a payload or loads on links.
+        distribution: "normal", with a standard deviation of a third of the tolerance, or "uniform" within it.
+        seed: of the random numbers: the same robots for the same seed.
+        analysis: whatever :func:`kinetostatics.analyze` takes: ``load``, ``gravity``, ``payload``, ….
+
+    Returns:
+        Effects of the parameters, worst case, standard deviation, and the quantities of every robot made at random.
+
+    Raises:
+        ArgumentError: not a single pose; there is no such parameter, or it cannot be off by so much; or a placement opens the
+            loops of an overconstrained robot: :func:`kinetostatics.tolerances` tells which forces that locks in.
+        StaticsError: as :func:`kinetostatics.analyze`.
+
+    Example:
+        Rods whose diameters are within 0.1 mm, each by itself, and steel whose modulus is within 3 %, the same for all:
+
+        >>> import kinetostatics as ks
+        >>> pose = ks.load_robot("3rps").assemble(platform={"z": 0.5, "rx": 0.05, "ry": 0.0})
+        >>> s = ks.spread(pose, {"rod_*.outer_diameter": "0.1mm", "youngs_modulus": "3%"}, load=[0, 0, -500, 0, 0, 0])
+        >>> len(s.parameters), len(s)
+        (4, 10000)
+        >>> mean, deviation, low, high = s.sampled("displacement")
+        >>> bool(abs(deviation / s.standard_deviation.displacement - 1) < 0.03)
+        True
+        >>> max(s.parameters, key=s.share)
+        'youngs_modulus'
+    """
+    if not isinstance(configuration, Configuration) or configuration.shape != ():
+        raise ArgumentError("spread wants a single pose: make one with robot.assemble(…)")
+    check_choice("distribution", distribution, tuple(DEVIATIONS))
+    count = _count("robots", robots, 2)
+    seed = _count("seed", seed, 0) or 0
+    robot = robot_of(configuration)
+    changes, amounts = read_changes(robot, tolerances)
+    result = analyze(configuration, **analysis)
+    if result.shape != ():
+        raise ArgumentError("spread wants a single pose and a single load")
+    given = {name: value for name, value in analysis.items() if name != "on_failure"}
+    derivatives = derivatives_at(configuration, result, analysis)
+    try:
+        effects = _first_order(configuration, derivatives, changes, amounts, given)
+    except NotRecordedError:
+        derivatives = None
+        effects = _first_order(configuration, None, changes, amounts, given)
+    sigma = DEVIATIONS[distribution] * amounts
+    parameters = {
+        item.name: Toleranced(item.name, item.value, item.unit, float(amount), float(one))
+        for item, amount, one in zip(changes, amounts, sigma, strict=True)
+    }
+    count = count or (10_000 if derivatives is not None else ONE_BY_ONE)
+    units = np.random.default_rng(seed).standard_normal if distribution == "normal" else _uniform(seed)
+    values = sigma[:, None] * units((len(changes), count))
+    samples, difference = _samples(
+        configuration,
+        derivatives,
+        changes,
+        values,
+        given,
+        float(
+            np.hypot.reduce(
+                [
+                    float(item.displacement) * one / amount
+                    for item, one, amount in zip(effects.values(), sigma, amounts, strict=True)
+                ]
+            )
+        ),
+    )
+    nominal = np.array([item.value for item in changes])
+    return Spread(
+        result,
+        Named(parameters),
+        Named(effects),
+        _summed(list(effects.values()), amounts, amounts, 1),
+        _summed(list(effects.values()), sigma, amounts, 2),
+        samples,
+        Named({item.name: frozen(row) for item, row in zip(changes, values + nominal[:, None], strict=True)}),
+        distribution,
+        seed,
+        derivatives is not None,
+        difference,
+    )
+
+
+def _uniform(seed: int) -> Any:
+    return partial(np.random.default_rng(seed).uniform, -math.sqrt(3), math.sqrt(3))
+
+
+def _count(what: str, value: object, least: int) -> int | None:
+    if value is None:
+        return None
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
+        raise ArgumentError(f"{what} is {value!r}; it must be a whole number from {least} on")
+    return int(value)
+
+
+# ---- first order -----------------------------------------------------------------------------------------------------------
+
+
+def _first_order(
+    configuration: Configuration,
+    derivatives: Derivatives | None,
+    changes: Sequence[Change],
+    amounts: Array,
+    analysis: Mapping[str, Any],
+) -> dict[str, SpreadQuantities]:
+    """Return what each parameter does alone when it is off by its tolerance, to first order."""
+    nominal = analyze(configuration, **analysis)
+    found = {}
+    for change, amount in zip(changes, amounts.tolist(), strict=True):
+        if derivatives is None:
+            after, before = (_of(_made_pose(configuration, [change], [sign * _STEP * amount]), analysis) for sign in (1, -1))
+            slopes = [(a - b) / (2 * _STEP) for a, b in zip(after, before, strict=True)]
+        else:
+            try:
+                own = derivatives.by_parameter(change.parameter)
+            except ArgumentError as error:
+                if "placement" not in change.name:
+                    raise
+                raise ArgumentError(f"{error}; tolerances tells what small errors of joints do") from error
+            forces = own.get("actuator_forces", np.zeros((0, 1)))
+            slopes = [amount * own[name][..., 0] for name in ("twist", "stiffness")] + [amount * forces[..., 0]]
+        if not np.all(np.isfinite(slopes[0])):
+            raise ArgumentError(
+                f"{change.name}: with it a little off the loops do not close, or the pose is lost; of an overconstrained robot, "
+                "tolerances tells what such errors do, and which forces they lock in"
+            )
+        found[change.name] = _effect(nominal, *slopes)
+    return found
+
+
+def _effect(nominal: Result, twist: Array, stiffness: Array, forces: Array) -> SpreadQuantities:
+    drives = dict(zip(nominal.robot.description.driven, forces, strict=True))
+    lengths = []
+    for part in (slice(3), slice(3, 6)):
+        whole, own = nominal.twist[part], twist[part]
+        size = np.linalg.norm(whole)
+        lengths.append(np.asarray(own @ whole / size if size > 0 else np.linalg.norm(own)))
+    return SpreadQuantities(frozen(twist), lengths[0], lengths[1], frozen(stiffness), Named(drives))
+
+
+def _summed(effects: Sequence[SpreadQuantities], amounts: Array, tolerances: Array, power: int) -> SpreadQuantities:
+    """Return Σ |effect| (power 1) or √Σ effect² (power 2), of effects scaled from tolerances to amounts."""
+
+    def total(parts: Sequence[Array]) -> Array:
+        scaled = [np.abs(part) * (amount / t) for part, amount, t in zip(parts, amounts, tolerances, strict=True)]
+        return frozen(np.asarray(np.sum(np.power(scaled, power), axis=0) ** (1 / power)))
+
+    drives = effects[0].actuator_forces
+    return SpreadQuantities(
+        total([item.twist for item in effects]),
+        total([item.displacement for item in effects]),
+        total([item.rotation for item in effects]),
+        total([item.stiffness for item in effects]),
+        Named({name: total([item.actuator_forces[name] for item in effects]) for name in drives}),
+    )
+
+
+# ---- robots made at random -------------------------------------------------------------------------------------------------
+
+
+def _samples(
+    configuration: Configuration,
+    derivatives: Derivatives | None,
+    changes: Sequence[Change],
+    values: Array,
+    analysis: Mapping[str, Any],
+    deviation: float,
+) -> tuple[SpreadQuantities, float]:
+    """Return the quantities of all robots, and by how many standard deviations those that were made one by one differ."""
+    driven, N = robot_of(configuration).description.driven, values.shape[1]
+    if derivatives is not None:
+        with waiting(f"computing {N:,} robots"):
+            found = ManyRobots(derivatives, changes, np.max(np.abs(values), axis=1)).at(values)
+            twist, stiffness = (np.moveaxis(found[name], -1, 0) for name in ("twist", "stiffness"))
+            forces = found.get("actuator_forces", np.zeros((0, N)))
+            lost = np.flatnonzero(np.isnan(twist[:, 0]))
+            checked = [k for k in range(N) if k not in set(lost.tolist())][:CHECKED]
+    else:
+        twist, stiffness, forces = np.full((N, 6), np.nan), np.full((N, 6, 6), np.nan), np.full((len(driven), N), np.nan)
+        lost, checked = np.arange(N), []
+    worst = math.nan
+    for done, k in enumerate([*checked, *lost.tolist()]):
+        with waiting(f"making robots one by one: {done} of {len(checked) + lost.size}"):
+            own = _of(_made_pose(configuration, changes, values[:, k]), analysis)
+        if done < len(checked):
+            apart = float(np.linalg.norm(own[0][:3] - twist[k, :3]))
+            worst = max(apart / deviation if deviation > 0 else 0.0, 0.0 if math.isnan(worst) else worst)
+        else:
+            twist[k], stiffness[k], forces[:, k] = own
+    every = quantities(
+        frozen(twist), frozen(stiffness), Named({name: frozen(row) for name, row in zip(driven, forces, strict=True)})
+    )
+    return every, worst
+
+
+def _made_pose(configuration: Configuration, changes: Sequence[Change], amounts: Sequence[float] | Array) -> Configuration | None:
+    """Return the pose of a robot made with its parameters off; None if there is no such robot."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return same_pose(configuration, Robot(changed_description(changes, amounts)))
+    except KinetostaticsError:
+        return None
+
+
+def _of(pose: Configuration | None, analysis: Mapping[str, Any]) -> tuple[Array, Array, Array]:
+    """Return twist, stiffness and drive forces, NaN where there is no pose."""
+    if pose is None:
+        return np.full(6, np.nan), np.full((6, 6), np.nan), np.full(0, np.nan)
+    result = analyze(replace(pose), on_failure="nan", **analysis)
+    return result.twist, result.stiffness, np.array([float(force) for force in result.actuator_forces.values()])

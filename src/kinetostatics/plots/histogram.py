@@ -1,0 +1,61 @@
+"""How far robots of one design differ, as a histogram."""
+
+from __future__ import annotations
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.plots.display_units import display_unit
+from kinetostatics.plots.style import COLOURS, ONE_COLUMN, new_axes, styled
+from kinetostatics.results.spread import COMPONENTS, Spread
+
+#: Bars of a histogram.
+BARS = 60
+
+
+def spread(found: Spread, what: str = "displacement", *, ax: Axes | None = None) -> Axes:
+    """Draw how many robots made at random have how much of a quantity, and the normal distribution and worst case of first order.
+
+    Args:
+        found: of :func:`kinetostatics.spread`.
+        what: "displacement" or "rotation", a component "x" … "rz" of the twist, or a drive.
+        ax: to draw on; default: a new figure one column wide.
+
+    Returns:
+        The axes: bars are robots, the line is what first order expects of them, the dashed lines are its worst case.
+
+    Raises:
+        ArgumentError: this is no spread, there is no such quantity, or it is the same for all robots.
+    """
+    if not isinstance(found, Spread):
+        raise ArgumentError(f"{found!r} is no spread: ks.spread(pose, …) finds it")
+    values = found.samples.named(what)
+    nominal, worst, deviation = (float(item.named(what)) for item in (found.nominal, found.worst_case, found.standard_deviation))
+    if not deviation > 0:
+        raise ArgumentError(f"{what} is the same for all robots, to first order: there is nothing to draw")
+    if what in found.nominal.actuator_forces:
+        slides = found.result.robot.mechanism.connections[what].type.is_slide
+        unit, title = ("N" if slides else "N·m"), f"{'force' if slides else 'torque'} of {what}"
+    else:
+        unit = "m" if what == "displacement" or what in COMPONENTS[:3] else "rad"
+        titles = {"displacement": "displacement of o", "rotation": "rotation of the platform"}
+        title = titles.get(what, f"{what} of the twist")
+    values = values[np.isfinite(values)]
+    size, name = display_unit(unit, [nominal, values.min(), values.max()])
+    dark, light = mpl.colormaps[COLOURS]([0.1, 0.75])
+    with styled():
+        ax = new_axes(1.4 * ONE_COLUMN, 2.3) if ax is None else ax
+        _, edges, _ = ax.hist(values / size, BARS, color=light, edgecolor="white", linewidth=0.3, label=f"{len(values):,} robots")
+        width = (edges[1] - edges[0]) * size
+        at = np.linspace(nominal - 4 * deviation, nominal + 4 * deviation, 200)
+        bell = np.exp(-0.5 * ((at - nominal) / deviation) ** 2) / (deviation * np.sqrt(2 * np.pi))
+        ax.plot(at / size, len(values) * width * bell, color=dark, label="first order")
+        for sign in (-1, 1):
+            label = "worst case" if sign < 0 else None
+            ax.axvline((nominal + sign * worst) / size, color="0.3", linestyle="--", linewidth=0.8, label=label)
+        ax.set_xlabel(f"{title} [{name}]")
+        ax.set_ylabel("robots")
+        ax.legend(loc="upper left", bbox_to_anchor=(0.0, 1.16), ncols=3)
+    return ax

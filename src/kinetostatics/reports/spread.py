@@ -1,0 +1,145 @@
+"""What a person reads of a spread: ``print(ks.spread(…))`` and ``kinetostatics spread``."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from kinetostatics.printing.dispatch import dict_of, text_of
+from kinetostatics.printing.text import (
+    ANGLES,
+    FORCES,
+    LENGTHS,
+    MOMENTS,
+    STIFFNESSES,
+    TURNING_STIFFNESSES,
+    Column,
+    Units,
+    column_table,
+    quantity,
+    section,
+    table,
+    wrapped,
+)
+from kinetostatics.reports.json import plain
+from kinetostatics.results.spread import COMPONENTS, Spread, SpreadQuantities
+
+#: What the numbers of a spread mean.
+UNITS = {
+    "general": "SI; null: not a number",
+    "twist": "at o [m, rad]; displacement and rotation are the lengths of its parts",
+    "stiffness": "at o, drives locked [N/m, N, N·m]",
+    "actuator_forces": "[N, N·m]",
+    "effects": "what each parameter does alone when it is off by its tolerance, to first order",
+    "random": "[mean, standard deviation, 2.5 %, 97.5 %] of the robots made at random",
+}
+
+
+@text_of.register(Spread)
+def spread_report(found: Spread) -> str:
+    """Return two tables: what does how much, and by how much robots differ."""
+    size = float(found.nominal.displacement)
+    lines = [f"Spread of {found.result.robot.name!r}: o moves by {quantity(size, LENGTHS)}, nominally"]
+    names = sorted(found.parameters, key=lambda name: -abs(float(found.effects[name].displacement)))
+    moves = [float(found.effects[name].displacement) for name in names]
+    columns = [
+        Column("parameter", names),
+        Column("value", [_number(found.parameters[name].value, found.parameters[name].unit) for name in names], "r"),
+        Column("off by ±", [_number(found.parameters[name].tolerance, found.parameters[name].unit, 4) for name in names], "r"),
+        Column.of("moves o by", moves, LENGTHS),
+        Column("of variance [%]", [f"{100 * found.share(name):.1f}" for name in names], "r"),
+    ]
+    lines += section("What each does alone, to first order", column_table(columns))
+    rows = [_row(found, title, name, units) for title, name, units in _quantities(found)]
+    rows += [_stiffness_row(found, k) for k in range(6)]
+    header = ("quantity", "nominal", "worst ±", "std. dev.", "random", "2.5 %", "97.5 %")
+    title = f"How far robots differ: first order (worst case, standard deviation), and {len(found):,} robots made at random"
+    lines += section(title, table(header, rows, "lrrrrrr"))
+    lines += ["", *(line for text in _sentences(found) for line in wrapped(text))]
+    return "\n".join(lines)
+
+
+def _quantities(found: Spread) -> list[tuple[str, str, Units]]:
+    connections = found.result.robot.mechanism.connections
+    rows: list[tuple[str, str, Units]] = [("displacement of o", "displacement", LENGTHS), ("rotation", "rotation", ANGLES)]
+    rows += [(f"twist {name}", name, LENGTHS if k < 3 else ANGLES) for k, name in enumerate(COMPONENTS)]
+    drives = found.nominal.actuator_forces
+    return rows + [(name, name, FORCES if connections[name].type.is_slide else MOMENTS) for name in drives]
+
+
+def _row(found: Spread, title: str, name: str, units: Units) -> tuple[str, ...]:
+    nominal, worst, deviation = (float(item.named(name)) for item in (found.nominal, found.worst_case, found.standard_deviation))
+    return _written(title, nominal, worst, deviation, found.sampled(name), units)
+
+
+def _stiffness_row(found: Spread, k: int) -> tuple[str, ...]:
+    nominal, worst, deviation = (
+        float(item.stiffness[k, k]) for item in (found.nominal, found.worst_case, found.standard_deviation)
+    )
+    values = found.samples.stiffness[:, k, k]
+    low, high = np.nanpercentile(values, [2.5, 97.5])
+    sampled = float(np.nanmean(values)), float(np.nanstd(values, ddof=1)), float(low), float(high)
+    units = STIFFNESSES if k < 3 else TURNING_STIFFNESSES
+    return _written(f"stiffness {COMPONENTS[k]}", nominal, worst, deviation, sampled, units)
+
+
+def _written(
+    title: str, nominal: float, worst: float, deviation: float, sampled: tuple[float, float, float, float], units: Units
+) -> tuple[str, ...]:
+    size = max(abs(nominal), abs(sampled[2]), abs(sampled[3]))
+    noise = 1e-9 * size
+    _, random, low, high = sampled
+    numbers = [quantity(value, units, noise, digits=4) for value in (nominal, worst, deviation, random, low, high)]
+    return (title, *numbers)
+
+
+def _sentences(found: Spread) -> list[str]:
+    by = "normal distribution, whose standard deviation is a third" if found.distribution == "normal" else "uniform distribution"
+    by += " of its tolerance" if found.distribution == "normal" else " within its tolerance"
+    said = [
+        f"Each parameter scatters by itself, by a {by}; seed {found.seed}. The column random is the standard deviation of the "
+        "robots made at random, of which 95 % lie between the last two."
+    ]
+    lost = int(np.sum(np.isnan(found.samples.displacement)))
+    if lost:
+        said.append(f"{lost:,} robots made at random have no such pose and do not count.")
+    if not found.at_once:
+        said.append("Every robot was made by itself, as this analysis cannot be recorded.")
+    elif not math.isnan(found.difference):
+        said.append(f"The first ones, made by themselves, differ by {found.difference:.1g} standard deviations at most.")
+    return said
+
+
+def _number(value: float, unit: str, digits: int = 6) -> str:
+    unit = "" if unit == "1" else unit
+    return f"{value:.{digits}g} {unit.replace(' ', '·')}".rstrip()
+
+
+def _plain(item: SpreadQuantities) -> dict[str, object]:
+    names = ("twist", "displacement", "rotation", "stiffness")
+    forces = {name: plain(force) for name, force in item.actuator_forces.items()}
+    return {**{name: plain(getattr(item, name)) for name in names}, "actuator_forces": forces}
+
+
+@dict_of.register(Spread)
+def spread_to_dict(found: Spread) -> dict[str, object]:
+    """Return a spread as plain values: what ``spread --json`` prints."""
+    parameters = {
+        name: {"value": item.value, "unit": item.unit, "tolerance": item.tolerance, "standard_deviation": item.standard_deviation}
+        for name, item in found.parameters.items()
+    }
+    names = [name for _, name, _ in _quantities(found)]
+    return {
+        "robot": found.result.robot.name,
+        "units": dict(UNITS),
+        "parameters": parameters,
+        "nominal": _plain(found.nominal),
+        "effects": {name: _plain(item) for name, item in found.effects.items()},
+        "worst_case": _plain(found.worst_case),
+        "standard_deviation": _plain(found.standard_deviation),
+        "random": {name: [plain(value) for value in found.sampled(name)] for name in names},
+        "robots": len(found),
+        "distribution": found.distribution,
+        "seed": found.seed,
+    }

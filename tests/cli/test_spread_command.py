@@ -1,0 +1,26 @@
+"""``kinetostatics spread``: the tables, JSON and the histogram."""
+
+import json
+
+import parametric_machines
+import pytest
+
+from kinetostatics.cli.main import main
+
+
+def test_tables_json_and_histogram(capsys, tmp_path):
+    pytest.importorskip("matplotlib")
+    robot = str(parametric_machines.cantilever(tmp_path))
+    arguments = ["spread", robot, "--load", "0", "0", "-500", "0", "0", "0", "--off", "E=3%", "--robots", "500"]
+    picture = tmp_path / "spread.svg"
+    assert main([*arguments, "--out", str(picture), "--what", "z"]) == 0
+    out = capsys.readouterr().out
+    assert "500 robots made at random" in out and "100.0" in out and f"wrote {picture}" in out
+    assert picture.stat().st_size > 5000
+    assert main([*arguments, "--robots", "20", "--json", "--seed", "4", "--distribution", "uniform"]) == 0
+    read = json.loads(capsys.readouterr().out)
+    assert read["robots"] == 20 and read["seed"] == 4 and read["distribution"] == "uniform"
+    # the whole twist is by E⁻¹
+    assert read["worst_case"]["displacement"] == pytest.approx(0.03 * read["nominal"]["displacement"], rel=1e-6)
+    assert main([*arguments, "--robots", "1.5"]) == 2
+    assert "--robots: 1.5 is not a whole number" in capsys.readouterr().err

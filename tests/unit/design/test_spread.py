@@ -1,0 +1,187 @@
+"""Tolerances of parameters, against closed forms, robots made one by one, and first order against robots made at random."""
+
+import json
+
+import numpy as np
+import package_robots
+import parametric_machines
+import pytest
+
+import kinetostatics as ks
+from kinetostatics.design.many_robots import NODES, Constants
+
+LOAD = [0, 0, -300, 0, 20, 0]
+F, L, D, E_MODULUS = 300.0, 0.8, 0.04, 2e11
+
+
+@pytest.fixture(scope="module")
+def cantilever(tmp_path_factory):
+    return ks.load_robot(parametric_machines.cantilever(tmp_path_factory.mktemp("files"))).assemble()
+
+
+@pytest.fixture(scope="module")
+def legs():
+    """A spread of the tripod by tolerances of single parts and of the file."""
+    pose = package_robots.robot("3rps").assemble(platform={"z": 0.5, "rx": 0.1, "ry": -0.05})
+    off = {"rod_[12].outer_diameter": "0.2mm", "youngs_modulus": "2%", "revolute_1.placement.[xz]": 1e-4}
+    return ks.spread(pose, off, load=LOAD, robots=2000, seed=3)
+
+
+def sag(d=D, e=E_MODULUS):
+    """w = F L³/3EI, I = π d⁴/64."""
+    return F * L**3 / (3 * e * np.pi * d**4 / 64)
+
+
+@pytest.mark.smoke
+def test_closed_forms_of_the_cantilever(cantilever):
+    """The sag is that of d⁻⁴ E⁻¹: 4 % more for each per cent less of the diameter."""
+    no_weight = {"load": [0, 0, -F, 0, 0, 0], "gravity": (0, 0, 0)}
+    found = ks.spread(cantilever, {"diameter": "0.2mm", "E": "3%"}, **no_weight)
+    w, by_d, by_e = sag(), 4 * 0.2e-3 / D, 0.03
+    assert found.worst_case.displacement == pytest.approx(w * (by_d + by_e), rel=1e-7)
+    assert found.standard_deviation.displacement == pytest.approx(w * np.hypot(by_d, by_e) / 3, rel=1e-7)
+    assert found.worst_case.twist[2] == pytest.approx(w * (by_d + by_e), rel=1e-7)
+    assert found.effects["diameter"].twist[2] == pytest.approx(w * by_d, rel=1e-7)  # thicker: less far down
+    assert found.effects["E"].displacement == pytest.approx(-w * by_e, rel=1e-7)
+    # along the rod K = E A / L
+    axial = E_MODULUS * np.pi * D**2 / 4 / L
+    assert found.worst_case.stiffness[0, 0] == pytest.approx(axial * (by_d / 2 + by_e), rel=1e-6)
+    assert found.share("diameter") == pytest.approx(by_d**2 / (by_d**2 + by_e**2), rel=1e-6)
+    # every robot made at random is the closed form at its own parameters
+    assert len(found) == 10_000 and found.at_once and found.difference < 1e-6
+    np.testing.assert_allclose(found.samples.displacement, sag(found.values["diameter"], found.values["E"]), rtol=1e-8)
+
+
+def test_seeds_and_distributions(cantilever):
+    def errors(seed, distribution):
+        found = ks.spread(cantilever, {"rod.youngs_modulus": "10%"}, robots=1000, seed=seed, distribution=distribution)
+        return found.values["rod.youngs_modulus"] / E_MODULUS - 1
+
+    normal, uniform = errors(1, "normal"), errors(1, "uniform")
+    assert np.array_equal(normal, errors(1, "normal")) and not np.array_equal(normal, errors(2, "normal"))
+    assert np.std(normal) == pytest.approx(0.1 / 3, rel=0.1) and np.max(np.abs(normal)) > 0.1
+    assert np.std(uniform) == pytest.approx(0.1 / np.sqrt(3), rel=0.1) and np.max(np.abs(uniform)) <= 0.1
+
+
+def agrees(found):
+    """Robots made at random scatter as first order says, within five of the sampling's own standard deviations: σ/√(2N)."""
+    error = 5 / np.sqrt(2 * len(found))
+    size = np.abs(found.nominal.twist).max()
+    for name in ("displacement", "rotation", "x", "y", "z", "rx", "ry", "rz", *found.nominal.actuator_forces):
+        mean, random, low, high = found.sampled(name)
+        first = float(found.standard_deviation.named(name))
+        if first < 1e-9 * max(size, abs(found.nominal.named(name))):
+            continue  # rounding: the force of a drive on which no parameter acts
+        assert random == pytest.approx(first, rel=error), name
+        assert abs(mean - found.nominal.named(name)) < 5 * random / np.sqrt(len(found)) + 1e-2 * random, name
+        assert high - low == pytest.approx(2 * 1.96 * first, rel=2 * error), name
+    diagonal = [found.samples.stiffness[:, k, k].std(ddof=1) for k in range(6)]
+    np.testing.assert_allclose(diagonal, np.diagonal(found.standard_deviation.stiffness), rtol=error)
+    assert found.at_once and found.difference < 1e-3 and not np.any(np.isnan(found.samples.displacement))
+
+
+def test_first_order_and_random_robots_agree(legs):
+    agrees(legs)
+    assert len(legs.parameters) == 5
+    pose = package_robots.robot("2pru_upr").assemble(platform={"z": 0.6, "rx": -0.1, "ry": 0.2})
+    # the file's lengths keep the loops of an overconstrained robot closed
+    agrees(ks.spread(pose, {"rod_length": "0.1mm"}, robots=1500, load=LOAD))
+
+
+def test_random_robots_are_those_of_their_parameters(legs):
+    """Robots built by hand from a sample's parameters, placements by turning back to the file's frames."""
+    for k in (5, 77):
+        robot = package_robots.robot("3rps", youngs_modulus=float(legs.values["youngs_modulus"][k]))
+        description = robot.description
+        for name, values in legs.values.items():
+            link, _, what = name.partition(".")
+            if what == "outer_diameter":
+                description = description.changed(link, section=ks.sections.Tube.of(float(values[k])))
+            elif what.startswith("placement"):
+                origin = description.joints[link].origin
+                axis = origin.matrix[:3, "xyz".index(what[-1])]
+                moved = np.array(origin.xyz) + values[k] * axis
+                description = description.changed(link, origin=ks.description.Origin(tuple(moved.tolist()), origin.rpy))
+        pose = ks.Robot(description).assemble(platform={"z": 0.5, "rx": 0.1, "ry": -0.05})
+        result = ks.analyze(pose, LOAD)
+        # to a small part of what the tolerances do
+        np.testing.assert_allclose(legs.samples.twist[k], result.twist, atol=1e-3 * legs.standard_deviation.displacement)
+        for drive, force in result.actuator_forces.items():
+            scatter = float(legs.standard_deviation.actuator_forces[drive])
+            assert legs.samples.actuator_forces[drive][k] == pytest.approx(float(force), abs=1e-3 * scatter)
+        np.testing.assert_allclose(legs.samples.stiffness[k], result.stiffness, rtol=1e-6, atol=1e-6 * result.stiffness.max())
+
+
+def test_constants_that_are_products_of_powers_and_sums_are_interpolated():
+    """Of 1/(E d⁴) and of a + b with two changes: both come out at other places than the nodes."""
+
+    def made(a, b):
+        return np.array([3.0, 1 / ((1 + a) * (1 + b) ** 4), a + b, 0.0 + a])
+
+    nodes = [np.stack([made(0.1 * u, 0) for u in NODES]), np.stack([made(0, 0.1 * u) for u in NODES])]
+    constants = Constants(made(0, 0), nodes)
+    found = constants.at(np.array([[0.3, -0.8], [-0.7, 0.9]]), range(4))
+    assert set(found) == {1, 2, 3}
+    for k, (a, b) in enumerate([(0.03, -0.07), (-0.08, 0.09)]):
+        np.testing.assert_allclose([found[1][k], found[2][k], found[3][k]], made(a, b)[1:], rtol=1e-6)
+
+
+def test_a_payload_is_analysed_robot_by_robot(cantilever):
+    """m g L³/3EI of a payload; first order by differences then."""
+    tool = ks.Payload(10.0)
+    found = ks.spread(cantilever, {"E": "1%"}, payload=tool, robots=12, gravity=(0, 0, -9.81))
+    assert not found.at_once and np.isnan(found.difference) and len(found) == 12
+    whole = found.nominal.displacement
+    assert found.worst_case.displacement == pytest.approx(0.01 * whole, rel=1e-5)
+    np.testing.assert_allclose(found.samples.displacement * found.values["E"], whole * E_MODULUS, rtol=1e-9)
+    assert "made by itself" in str(found)
+
+
+def test_tables_and_json(legs):
+    text = str(legs)
+    rows = {line.split()[0]: line for line in text.splitlines() if line.startswith("  ")}
+    assert "0.0002 m" in rows["rod_1.outer_diameter"] and "4e+09 Pa" in rows["youngs_modulus"]
+    assert "2,000 robots" in text and "a third of" in text and "prismatic_1" in rows
+    assert "robots" in repr(legs) and "rotation" in legs._repr_html_()
+    shares = [legs.share(name) for name in legs.parameters]
+    assert sum(shares) == pytest.approx(1)
+    read = json.loads(json.dumps(legs.to_dict()))
+    assert read["random"]["displacement"][1] == pytest.approx(legs.sampled("displacement")[1])
+    assert read["parameters"]["rod_2.outer_diameter"]["unit"] == "m" and read["seed"] == 3
+    with pytest.raises(ks.ArgumentError, match="no quantity 'sag'"):
+        legs.sampled("sag")
+
+
+def test_histogram(legs):
+    pytest.importorskip("matplotlib").use("Agg")
+    ax = ks.plot.spread(legs, "prismatic_2")
+    assert ax.get_xlabel() == "force of prismatic_2 [N]" and sum(bar.get_height() for bar in ax.patches) == 2000
+    (bell,) = [line for line in ax.lines if len(line.get_xdata()) > 2]
+    x, y = bell.get_data()
+    assert np.trapezoid(y, x) == pytest.approx(2000 * ax.patches[0].get_width(), rel=1e-3)
+    assert ks.plot.spread(legs).get_xlabel() == "displacement of o [nm]"
+    with pytest.raises(ks.ArgumentError, match="is no spread"):
+        ks.plot.spread(1)
+
+
+def test_mistakes(cantilever):
+    mistakes = {
+        "nothing in it": {},
+        "did you mean 'diameter'": {"diametre": "1mm"},
+        "the parameter is in m": {"diameter": "1kg"},
+        "must be a positive number": {"diameter": -1.0},
+        "nothing: give it with a unit": {"tip.center_of_mass.x": "1%"},
+        "named twice": {"rod.*": "1%", "rod.outer_diameter": "1mm"},
+        "is not a number": {"diameter": "thick"},
+        "the parameter has no unit": {"rod.poisson_ratio": "1mm"},
+    }
+    for message, off in mistakes.items():
+        with pytest.raises(ks.ArgumentError, match=message):
+            ks.spread(cantilever, off)
+    with pytest.raises(ks.ArgumentError, match="robots is 1; it must be a whole number from 2 on"):
+        ks.spread(cantilever, {"E": "1%"}, robots=1)
+    with pytest.raises(ks.ArgumentError, match="single pose"):
+        ks.spread(package_robots.robot("3rps").assemble(platform={"z": [0.5, 0.6], "rx": 0.0, "ry": 0.0}), {"rod_diameter": 1e-4})
+    pose = package_robots.robot("2pru_upr").assemble()
+    with pytest.raises(ks.ArgumentError, match="of an overconstrained robot, tolerances tells"):
+        ks.spread(pose, {"revolute_1.placement.x": "0.1mm"})
