@@ -153,10 +153,8 @@ def parse_items(option: str, items: Iterable[str]) -> dict[str, str]:
 
 def parse_parameters(items: Iterable[str]) -> dict[str, object]:
     """Return the values of ``--set``; numbers with a unit are turned to SI, everything else is passed on as it stands."""
-    found: dict[str, object] = {}
-    for name, value in parse_items("--set", items).items():
-        found[name] = value if unit_of(value) is None else parse_quantity(value)
-    return found
+    values = parse_items("--set", items)
+    return {name: value if unit_of(value) is None else parse_quantity(value) for name, value in values.items()}
 
 
 def typed_units(items: Iterable[str]) -> dict[str, str]:

@@ -15,7 +15,8 @@ from kinetostatics.printing.waiting import waiting
 
 #: Options that one of the two ways to a file has alone.
 OF_FILES = ("platform", "base", "driven", "elastic", "joint_stiffness")
-OF_ARCHITECTURES = ("base_radius", "platform_radius", "height", "azimuths", "placements", "guide", "axis", "section", "name")
+LENGTHS = ("base_radius", "platform_radius", "height")
+OF_ARCHITECTURES = (*LENGTHS, "azimuths", "placements", "guide", "axis", "section", "name")
 
 USAGE = "ARCHITECTURE [options], or new --from FILE [options]"
 HELP = "make a robot file from the field's notation, such as 3-R[P]S, or from a plain URDF"
@@ -122,7 +123,7 @@ def run(args: argparse.Namespace) -> int:
 def _by_name(args: argparse.Namespace) -> int:
     for name in OF_FILES:
         if getattr(args, name):
-            raise ArgumentError(f"--{name.replace('_', '-')} goes with --from FILE")
+            raise ArgumentError(f"{_option(name)} goes with --from FILE")
     if args.architecture is None:
         raise ArgumentError("an architecture, such as 3-R[P]S, or --from FILE is missing (see kinetostatics new --help)")
     with waiting("building the robot"):
@@ -153,7 +154,7 @@ def _from_file(args: argparse.Namespace) -> int:
         raise ArgumentError("give an architecture or --from, not both")
     for name in OF_ARCHITECTURES:
         if getattr(args, name):
-            raise ArgumentError(f"--{name.replace('_', '-')} is for an architecture, and not for --from")
+            raise ArgumentError(f"{_option(name)} is for an architecture, and not for --from")
     options = {
         "platform": args.platform,
         "base": args.base,
@@ -180,6 +181,10 @@ def _from_file(args: argparse.Namespace) -> int:
     return 0
 
 
+def _option(name: str) -> str:
+    return f"--{name.replace('_', '-')}"
+
+
 def _suggested(items: list[str]) -> str | None:
     return items[0].strip() if len(items) == 1 and "=" not in items[0] else None
 
@@ -198,7 +203,7 @@ def _stiffnesses(items: list[str]) -> dict[str, float]:
 
 def _refuse_odd_lengths(args: argparse.Namespace) -> None:
     """Refuse lengths without a unit that would make a robot larger than any: those in mm."""
-    typed = {name: getattr(args, name) for name in ("base_radius", "platform_radius", "height")}
+    typed = {name: getattr(args, name) for name in LENGTHS}
     typed |= {name: text for name, text in parse_items("--set", args.parameters).items() if unit_of(text) is None}
     for words in odd_lengths({name: text for name, text in typed.items() if text is not None}):
         raise ArgumentError(f"{words} (or {words.split()[2]}m if that is meant)")
@@ -206,12 +211,8 @@ def _refuse_odd_lengths(args: argparse.Namespace) -> None:
 
 def _options(args: argparse.Namespace) -> dict[str, Any]:
     _refuse_odd_lengths(args)
-    lengths = {
-        name: None
-        if getattr(args, name) is None
-        else number_of(f"--{name.replace('_', '-')}", getattr(args, name).strip(), "length")
-        for name in ("base_radius", "platform_radius", "height")
-    }
+    typed = {name: getattr(args, name) for name in LENGTHS}
+    lengths = {name: None if text is None else number_of(_option(name), text.strip(), "length") for name, text in typed.items()}
     azimuths = None if args.azimuths is None else [number_of("--azimuths", text.strip(), "angle") for text in args.azimuths]
     return {
         **lengths,

@@ -55,6 +55,17 @@ class Code:
             Bound(self, [array[:, part] for array in inputs], parameters, block, flags)()
             numbers[:, part], truths[:, part] = block if rows is None else block[rows[1]], flags
 
+    def results(
+        self, inputs: Sequence[Array], parameters: Array, numbers: int, truths: int, rows: Index | None = None
+    ) -> tuple[Array, Mask]:
+        """Return the numbers (R, N), or some ``rows`` of them, and the truth values (T, N) of N poses, few or many."""
+        N = inputs[0].shape[1]
+        n = max(N, llvm.LANES)
+        found, flags = np.empty((numbers if rows is None else len(rows), n)), np.empty((truths, n), dtype=bool)
+        wanted = None if rows is None else (numbers, rows)
+        self([side_by_side(array, n) for array in inputs], parameters, found, flags, wanted)
+        return found[:, :N], flags[:, :N]
+
 
 class Bound:
     """A compiled function with arrays that stay where they are, so that a call costs little more than what is computed."""

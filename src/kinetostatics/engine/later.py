@@ -10,6 +10,7 @@ from dataclasses import fields
 from functools import cached_property
 from typing import Any
 
+from kinetostatics.engine.record import given_and_unbalanced
 from kinetostatics.limbs.statics import LimbStatics
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.tree import Frames
@@ -50,17 +51,8 @@ class LaterSolution(Solution):
         """
         groups = range(len(robot.groups))
         known: dict[str, Any] = {name: arrays[f".{name}"] for name in _AT_ONCE if f".{name}" in arrays}
-        known |= {
-            "frames": frames,
-            "load": load,
-            "gravity": gravity,
-            "assembly_errors": None,
-            "errors": tuple(None for _ in groups),
-        }
-        known["sources"] = ("load", "platform_weight", *(limb.name for limb in robot.topology.limbs))
+        known |= given_and_unbalanced(robot, frames, load, gravity, arrays)
         known["undetermined"] = tuple(arrays[f".undetermined.{k}"] for k in groups)
-        first = ".unbalanced."
-        known["unbalanced"] = {path.removeprefix(first): array for path, array in arrays.items() if path.startswith(first)}
         known["statics"] = tuple(_LaterLimb(self, k, arrays) for k in groups)
         vars(self).update(known, _whole=whole, _robot=robot)
 

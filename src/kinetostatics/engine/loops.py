@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from kinetostatics.engine import cache as disk
 from kinetostatics.engine import llvm
-from kinetostatics.engine.code import Bound, Code, code_key, packed, side_by_side
+from kinetostatics.engine.code import Bound, Code, code_key, packed
 from kinetostatics.engine.loop_record import GOOD, HOLDS, Program, newton_record, place_record, side_record, structure_of
 from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.kinematics.loop_constraints import Placed
@@ -196,22 +196,13 @@ class CompiledSolver(Solver):
     def _placed(self, x: Array) -> tuple[Placed, NDArray[np.bool_]]:
         """Return where coordinates put everything, and where the record holds."""
         N, bodies, nq = x.shape[1], self.mechanism.tree.bodies, self.mechanism.tree.nq
-        n = max(N, llvm.LANES)
-        numbers, truths = np.empty((nq + 12 * bodies + self.equations.closures, n)), np.empty((1, n), dtype=bool)
-        self._place([side_by_side(x, n)], self._parameters, numbers, truths)
-        if n > N:
-            numbers = numbers[:, :N]
         turned, placed = nq + 9 * bodies, nq + 12 * bodies
+        numbers, truths = self._place.results([x], self._parameters, placed + self.equations.closures, 1)
         frames = Frames(numbers[nq:turned].reshape(3, 3, bodies, N), numbers[turned:placed].reshape(3, bodies, N))
-        return Placed(numbers[:nq], frames, numbers[placed:]), truths[0, :N]
+        return Placed(numbers[:nq], frames, numbers[placed:]), truths[0]
 
     def _surely(self, code: Code, first: SolverState, second: SolverState) -> NDArray[np.bool_]:
-        N = first.x.shape[1]
-        n = max(N, llvm.LANES)
-        truths = np.empty((1, n), dtype=bool)
-        inputs = [side_by_side(array, n) for array in (first.x, first.c, second.x, second.c)]
-        code(inputs, self._parameters, np.empty((0, n)), truths)
-        return truths[0, :N]
+        return code.results((first.x, first.c, second.x, second.c), self._parameters, 0, 1)[1][0]
 
 
 def _compiled(program: Program, sizes: dict[str, int], inputs: int, repeats: int) -> bytes:

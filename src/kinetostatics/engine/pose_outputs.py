@@ -13,7 +13,7 @@ import numpy as np
 
 from kinetostatics.engine import cache as disk
 from kinetostatics.engine import llvm
-from kinetostatics.engine.code import Bound, Code, code_key, packed, side_by_side
+from kinetostatics.engine.code import Bound, Code, code_key, packed
 from kinetostatics.engine.loop_record import KEPT as KEPT_OF_LOOPS
 from kinetostatics.engine.loop_record import held, recorded_rows
 from kinetostatics.engine.outputs import KEPT as KEPT_OF_STATICS
@@ -114,17 +114,10 @@ class CompiledOutputs:
 
     def _is_right(self, wanted: list[Array], said: list[Mask]) -> bool:
         """Whether the code gives at the example what NumPy gives: whatever may be wrong with code from a disk."""
-        numbers, truths = self._run(*self._example)
+        numbers, truths = self._code.results(self._example, self._parameters, self._size, 2)
         pairs = zip(wanted[:-1], self._rows, strict=False)  # the last is the residual: rounding
         same = (np.abs(numbers[rows, 0] - a.ravel()) <= _ALIKE * np.max(np.abs(a), initial=1e-20) for a, rows in pairs)
         return bool(np.array_equal(truths, said)) and all(bool(np.all(item)) for item in same)
-
-    def _run(self, x: Array, load: Array, gravity: Array) -> tuple[Array, Mask]:
-        N = x.shape[1]
-        n = max(N, llvm.LANES)
-        numbers, truths = np.empty((self._size, n)), np.empty((2, n), dtype=bool)
-        self._code([side_by_side(array, n) for array in (x, load, gravity)], self._parameters, numbers, truths)
-        return numbers[:, :N], truths[:, :N]
 
     def __call__(self, x: Array, load: Array, gravity: Array) -> tuple[dict[str, Array], Mask, Mask]:
         """Compute outputs of poses at solved coordinates.
@@ -138,7 +131,7 @@ class CompiledOutputs:
             Outputs and "residual" (…, N) by name; of which poses (N,) they are to be believed, as the pose is closed, nothing is
             singular or undetermined, and every limb is what it is elsewhere; and which are within all joints' limits.
         """
-        numbers, (fine, within) = self._run(x, load, gravity)
+        numbers, (fine, within) = self._code.results((x, load, gravity), self._parameters, self._size, 2)
         return self._arrays(numbers, fine), fine, within
 
     def _arrays(self, numbers: Array, fine: Mask) -> dict[str, Array]:

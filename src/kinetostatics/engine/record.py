@@ -204,18 +204,23 @@ def solution_of(robot: RobotStatics, frames: Frames, load: Array, gravity: Array
         statics.append(LimbStatics(group=group, loads=loads, **own))
     found = {name: arrays[f".{name}"] for name in _FIELDS}
     found |= {name: tuple(arrays[f".{name}.{k}"] for k in groups) for name in ("intensities", "undetermined", "open")}
+    return Solution(statics=tuple(statics), **given_and_unbalanced(robot, frames, load, gravity, arrays), **found)
+
+
+def given_and_unbalanced(
+    robot: RobotStatics, frames: Frames, load: Array, gravity: Array, arrays: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Return of a solution what is given without assembly errors, and what is unbalanced."""
     first = ".unbalanced."
-    return Solution(
-        frames=frames,
-        gravity=gravity,
-        load=load,
-        statics=tuple(statics),
-        assembly_errors=None,
-        errors=tuple(None for _ in groups),
-        sources=("load", "platform_weight", *(limb.name for limb in robot.topology.limbs)),
-        unbalanced={path.removeprefix(first): array for path, array in arrays.items() if path.startswith(first)},
-        **found,
-    )
+    return {
+        "frames": frames,
+        "load": load,
+        "gravity": gravity,
+        "assembly_errors": None,
+        "errors": tuple(None for _ in robot.groups),
+        "sources": ("load", "platform_weight", *(limb.name for limb in robot.topology.limbs)),
+        "unbalanced": {path.removeprefix(first): array for path, array in arrays.items() if path.startswith(first)},
+    }
 
 
 _LIMB_FIELDS = tuple(field.name for field in fields(LimbStatics) if field.name not in ("group", "loads"))

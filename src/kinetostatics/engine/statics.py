@@ -13,7 +13,7 @@ import numpy as np
 
 from kinetostatics.engine import cache as disk
 from kinetostatics.engine import llvm
-from kinetostatics.engine.code import BLOCK, Code, code_key, packed, side_by_side, table_of
+from kinetostatics.engine.code import BLOCK, Code, code_key, packed, table_of
 from kinetostatics.engine.later import LaterSolution, is_at_once
 from kinetostatics.engine.record import Place, Record, arrays_of, by_numpy, example_of, record_of, solution_of
 from kinetostatics.engine.scalars import NotRecordedError
@@ -117,12 +117,7 @@ class CompiledStatics:
         """Return all numbers (R, N), or some, and truth values (T, N), the first of which says where the record holds."""
         N = load.shape[1]
         inputs = [frames.rotation.reshape(-1, N), frames.position.reshape(-1, N), load, gravity]
-        n = max(N, llvm.LANES)
-        rows = (self._rows, self._soon_rows) if some else None
-        numbers = np.empty((len(self._soon_rows) if some else self._rows, n))
-        truths = np.empty((self._truths, n), dtype=bool)
-        self._code([side_by_side(array, n) for array in inputs], self._parameters, numbers, truths, rows)
-        return numbers[:, :N], truths[:, :N]
+        return self._code.results(inputs, self._parameters, self._rows, self._truths, self._soon_rows if some else None)
 
     def _later(self, frames: Frames, load: Array, gravity: Array) -> tuple[Mask, Solution]:
         """Return the truth values, and a solution most of which is computed when it is asked for."""

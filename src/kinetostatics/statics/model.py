@@ -48,24 +48,17 @@ def make_statics(model: StaticModel, generic: Frames, ordinary: Frames) -> Robot
         generic: frames of its generic poses, at which ranks are decided.
         ordinary: frames of poses that people ask for, at which bases must not degenerate.
     """
-    groups = make_limb_groups(model, generic, ordinary)
-    return RobotStatics(
-        **vars(model),
-        groups=groups,
-        open_branches=open_branches_of(model),
-        joint_table=JointTable(model),
-        example=generic.take(slice(0, 1)),
-    )
+    return _with_groups(model, make_limb_groups(model, generic, ordinary), generic.take(slice(0, 1)))
 
 
 def statics_on(statics: RobotStatics, model: StaticModel) -> RobotStatics:
     """Return the statics of a robot that differs a little from another, with what is decided about the limbs of that."""
-    own = {item.name: getattr(model, item.name) for item in fields(StaticModel)}
-    model = StaticModel(**own)  # and nothing more, if there was
-    return RobotStatics(
-        **own,
-        groups=tuple(group.on(model) for group in statics.groups),
-        open_branches=open_branches_of(model),
-        joint_table=JointTable(model),
-        example=statics.example,
-    )
+    model = StaticModel(
+        **{item.name: getattr(model, item.name) for item in fields(StaticModel)}
+    )  # and nothing more, if there was
+    return _with_groups(model, tuple(group.on(model) for group in statics.groups), statics.example)
+
+
+def _with_groups(model: StaticModel, groups: tuple[LimbGroup, ...], example: Frames) -> RobotStatics:
+    branches, table = open_branches_of(model), JointTable(model)
+    return RobotStatics(**vars(model), groups=groups, open_branches=branches, joint_table=table, example=example)

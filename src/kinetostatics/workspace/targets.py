@@ -116,10 +116,8 @@ class Store:
     create: Callable[[str, xr.Dataset, Mapping[str, int]], tuple[dict[str, object], Callable[[Mapping[str, object]], None]]]
 
 
-def _options(variable: xr.DataArray, sizes: Mapping[str, int]) -> dict[str, object]:
-    """Return chunks, if there are dimensions, and what stands where nothing is written."""
-    chunks = tuple(min(sizes.get(str(dim), n), n) for dim, n in variable.sizes.items())
-    return {"chunks": chunks} if chunks else {}
+def _chunks(variable: xr.DataArray, sizes: Mapping[str, int]) -> tuple[int, ...]:
+    return tuple(min(sizes.get(str(dim), n), n) for dim, n in variable.sizes.items())
 
 
 def _create_netcdf(path: str, template: xr.Dataset, sizes: Mapping[str, int]) -> Any:
@@ -133,7 +131,8 @@ def _create_netcdf(path: str, template: xr.Dataset, sizes: Mapping[str, int]) ->
         # netCDF has no truth values: xarray's way to store them
         dtype, more = (np.dtype(np.int8), {"dtype": "bool"}) if item.dtype == bool else (item.dtype, {})
         fill = np.nan if dtype.kind == "f" else None
-        arrays[str(name)] = created = file.create_variable(name, item.dims, dtype, fillvalue=fill, **_options(item, sizes))
+        chunks = _chunks(item, sizes) or None
+        arrays[str(name)] = created = file.create_variable(name, item.dims, dtype, fillvalue=fill, chunks=chunks)
         created.attrs.update({**item.attrs, **more})
 
     def close(attributes: Mapping[str, object]) -> None:
@@ -158,7 +157,7 @@ def _create_zarr(path: str, template: xr.Dataset, sizes: Mapping[str, int]) -> A
             dtype=item.dtype,
             fill_value=np.nan if item.dtype.kind == "f" else None,
             attributes={"_ARRAY_DIMENSIONS": list(item.dims), **attributes},
-            **{"chunks": item.shape, **_options(item, sizes)},
+            chunks=_chunks(item, sizes),
         )
 
     def close(attributes: Mapping[str, object]) -> None:
