@@ -28,7 +28,7 @@ from kinetostatics.viewer.live import serve
 from kinetostatics.viewer.page import iframe_html
 
 
-@pytest.fixture(scope="module", params=POSES)
+@pytest.fixture(scope="module", params=["2pru_upr", pytest.param("3rps", marks=pytest.mark.slow)])
 def shown(request, root, tmp_path_factory):
     """A result and the address of its exported file."""
     robot = ks.load_robot(root / "robots" / f"{request.param}.urdf.xacro")

@@ -287,6 +287,7 @@ def within_reach(x, y, arm=0.46):
     return np.maximum(np.hypot(X + 0.1375, Y), np.hypot(X - 0.1375, Y)) < arm
 
 
+@pytest.mark.slow
 def test_robots_are_looked_at_one_by_one_in_other_processes_too(monkeypatch):
     monkeypatch.setattr("kinetostatics.workspace.run.BLOCK", 300)
     x, y = np.linspace(-0.6, 0.6, 25), np.linspace(-0.3, 0.6, 19)

@@ -23,7 +23,7 @@ from mechanisms import Beam, Edge, Joint, Link, Mechanism, Stiffness, across, ci
 import kinetostatics as ks
 from kinetostatics.files.reader import parse_robot_text
 
-COUNT = int(os.environ.get("KINETOSTATICS_RANDOM_ROBOTS", "3"))
+COUNT = int(os.environ.get("KINETOSTATICS_RANDOM_ROBOTS", "2"))
 needs_opensees = pytest.mark.skipif(
     find_spec("openseespy") is None and not os.environ.get("KINETOSTATICS_REQUIRE_OPENSEES"),
     reason="needs OpenSeesPy: pip install 'kinetostatics[verify]'",

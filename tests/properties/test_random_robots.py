@@ -26,7 +26,7 @@ pytestmark = pytest.mark.skipif(
     reason="needs OpenSeesPy: pip install 'kinetostatics[verify]'",
 )
 
-COUNT = int(os.environ.get("KINETOSTATICS_RANDOM_ROBOTS", "5"))
+COUNT = int(os.environ.get("KINETOSTATICS_RANDOM_ROBOTS", "3"))
 
 #: Relative: how far we and finite elements may differ, and how far these may scatter to be believed.
 CLOSE, SURE = 1e-6, 2e-7

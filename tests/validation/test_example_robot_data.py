@@ -466,6 +466,7 @@ def test_example_elastic_arm():
     assert sum(causes) == pytest.approx(float(re.search(r"at 1150 mm: (\d+) µm", text)[1]), abs=1)
 
 
+@pytest.mark.slow
 def test_example_standing_quadruped():
     text = printed_by("standing_quadruped")
     feet = [float(line.split()[1]) for line in text.splitlines() if re.match(r"   (LF|RF|LH|RH) ", line)]

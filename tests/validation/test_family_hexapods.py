@@ -157,6 +157,7 @@ def missing():
     return None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", KINDS)
 def test_finite_elements_agree(name):
     if missing():

@@ -20,7 +20,6 @@ SOME = (
     "iris_description/robots/iris.urdf",
     "panda_description/urdf/panda.urdf",
     "so_arm_description/urdf/so101.urdf",
-    "ur_description/urdf/ur3_joint_limited_robot.urdf",
 )
 CHOSEN = files() if os.environ.get("KINETOSTATICS_ALL_URDFS") else SOME
 TEXT = PAGE.read_text(encoding="utf-8")

@@ -242,7 +242,7 @@ def test_without_calculix_there_is_one_clear_message(monkeypatch, capsys):
 
 
 @needs_ccx
-@pytest.mark.parametrize(("robot", "number"), [("3rps", 2), ("2pru_upr", 2)])
+@pytest.mark.parametrize(("robot", "number"), [("3rps", 2), pytest.param("2pru_upr", 2, marks=pytest.mark.slow)])
 def test_solids_agree_with_beams(robot, number):
     configuration, gravity = pose(robot, number), GRAVITY[robot]
     result = ks.analyze(configuration, gravity=gravity)
@@ -277,6 +277,7 @@ def test_load_on_the_platform():
     assert solid.scaled_difference(found.twist, result.twist, float(configuration.robot.length)) < 0.02
 
 
+@pytest.mark.slow
 @needs_ccx
 def test_command_prints_a_table(capsys):
     assert solid.main(["--configuration", "2", "--grip", "distributing"]) == 0
