@@ -65,7 +65,9 @@ class _Choice(Generic[Made]):
             look: returns the structure's key, and the code if it is on disk.
             make: compiles.
         """
-        with self.lock:
+        if not self.lock.acquire(blocking=engine == "compiled"):
+            return self.compiled  # NumPy while another thread compiles
+        try:
             self.work += work
             if self.compiled is None and self.reason is None:
                 if engine == "compiled":
@@ -79,6 +81,8 @@ class _Choice(Generic[Made]):
                         _WORK[self.key] = 0.0
                         self.make(make)
             return self.compiled
+        finally:
+            self.lock.release()
 
     def make(self, make: Callable[[], Made]) -> None:
         """Compile, or remember why that cannot be done."""

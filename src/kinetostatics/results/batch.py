@@ -36,4 +36,5 @@ class Batch:
 
     def by_source(self, sources: Sequence[str], chunks: Sequence[Array]) -> Mapping[str, Array]:
         """Join chunks (…, S, n) of what S contributions to the twist do, by contribution; see :meth:`public`."""
-        return Named({name: self.public([chunk[..., k, :] for chunk in chunks]) for k, name in enumerate(sources)})
+        whole = self.public(chunks)
+        return Named({name: whole[..., k] for k, name in enumerate(sources)})

@@ -85,6 +85,26 @@ def beam_results(
     return Named(found)
 
 
+def _points(beams: LoadedBeams, solution: Solution) -> Array:
+    """Return the undeformed centre lines (n, 3, g, N)."""
+    start = solution.o[:, None] + beams.end - beams.axes[:, 0] * beams.length
+    return np.swapaxes(start[:, None] + beams.axes[:, :1] * (FRACTIONS[:, None, None] * beams.length), 0, 1)
+
+
+def centre_lines(
+    robot: Robot, batch: Batch, solutions: Sequence[Solution], deformations: Sequence[Deformation]
+) -> Mapping[str, tuple[Array, Array]]:
+    """Return axes and points of :class:`BeamResult` of all beams by name."""
+    stacks = [[(stack.axes, _points(stack, s)) for stack in d.beams] for d, s in zip(deformations, solutions, strict=True)]
+    found = {}
+    for name in robot.description.beams:
+        places = [d.places[name] for d in deformations]
+        mine = [[array[..., g, :] for array in stack[k]] for stack, (k, g) in zip(stacks, places, strict=True)]
+        axes, points = (batch.public(chunks) for chunks in zip(*mine, strict=True))
+        found[name] = axes, points
+    return Named(found)
+
+
 def euler_ratios(robot: Robot, solution: Solution, least: float = 0.0) -> dict[str, Array]:
     """Return of every beam the ratio (N,) of its member; see :meth:`Member.euler_ratio`."""
     axial = axial_forces(robot.statics, solution)
@@ -102,13 +122,11 @@ def _numbers(beams: LoadedBeams, solution: Solution) -> dict[str, Array]:
     sums = {"inner": beams.inner.sum(axis=1, keepdims=True), "stretch": beams.stretch.sum(axis=0, keepdims=True)}
     total = replace(beams, wrench=wrench[:, None], load=load[:, None], **sums)
     lines = total.lines(FRACTIONS)[:, :, 0]
-    start = solution.o[:, None] + beams.end - beams.axes[:, 0] * beams.length
-    points = start[:, None] + beams.axes[:, :1] * s
     return {
         "length": beams.length,
         "mass": beams.mass,
         "axes": beams.axes,
-        "points": np.swapaxes(points, 0, 1),
+        "points": _points(beams, solution),
         "section_wrenches": np.swapaxes(sections, 0, 1),
         "deflections": np.swapaxes(lines[:3], 0, 1),
         "rotations": np.swapaxes(lines[3:], 0, 1),

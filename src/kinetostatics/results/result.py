@@ -19,7 +19,7 @@ from kinetostatics.printing.dispatch import Told, text_of, warnings_of
 from kinetostatics.printing.mappings import Named
 from kinetostatics.results import contributions
 from kinetostatics.results.batch import Batch
-from kinetostatics.results.beam import BeamResult, beam_results, euler_ratios
+from kinetostatics.results.beam import BeamResult, beam_results, centre_lines, euler_ratios
 from kinetostatics.results.limb import LimbResult
 from kinetostatics.results.payload import PayloadCoefficients, payload_coefficients
 from kinetostatics.robot import Robot, robot_of
@@ -330,6 +330,11 @@ class Result(Told):
     def beams(self) -> Mapping[str, BeamResult]:
         """The beams by name: section wrenches, bent lines, stresses."""
         return beam_results(*self._motions)
+
+    @cached_property
+    def centre_lines(self) -> Mapping[str, tuple[Array, Array]]:
+        """Axes (…, 3, 3) and points (…, n, 3) [m] of every beam at rest, those of :attr:`beams` in a fraction of their time."""
+        return centre_lines(*self._motions)
 
     @cached_property
     def beam_contributions(self) -> Mapping[str, Mapping[str, Array]]:

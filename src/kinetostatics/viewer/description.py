@@ -30,6 +30,7 @@ class Stations:
         self.frames, self.sources = frames, sources
         self.rest: list[Array] = []
         self.twists: list[Array] = []
+        self._all: Array | None = None
 
     def add(self, rest: Array, twist: Array | None = None) -> int:
         """Add a station and return its number; without a twist it stands still.
@@ -55,7 +56,9 @@ class Stations:
     @property
     def all_twists(self) -> Array:
         """(F, n, K, 6)."""
-        return np.stack(self.twists, axis=1)
+        if self._all is None or self._all.shape[1] < len(self.twists):
+            self._all = np.stack(self.twists, axis=1)
+        return self._all
 
     def moved(self, frame: int, exaggeration: float) -> Array:
         """Return the deformed stations (n, 4, 4) of one frame, all contributions together, as motion.js does it."""
@@ -178,36 +181,21 @@ class Scene:
     compare: Scene | None = None
     live: dict[str, Any] | None = None
 
-    def plain(self, meshes: bool = True) -> dict[str, Any]:
-        """Return it as numbers, strings, lists and dictionaries; arrays as base64 of little-endian numbers.
-
-        Args:
-            meshes: whether surfaces are in it; a page that has them already needs only what moves.
-        """
-        stations = self.stations
+    def plain(self) -> dict[str, Any]:
+        """Return it as numbers, strings, lists and dictionaries; arrays as base64 of little-endian numbers."""
         e = self.exaggeration
         return {
+            **self.moving(),
+            **self.told(),
             "title": self.title,
-            "contributions": stations.sources,
             "exaggeration": {"value": e, "min": min(1.0, e / 100), "max": max(100.0, e * 100)},
-            "stations": {
-                "count": len(stations.rest), "frames": stations.frames,
-                "pose": packed(stations.poses, "<f4"), "twist": packed(stations.all_twists, "<f4"),
-            },
-            "meshes": [mesh.plain() for mesh in self.meshes] if meshes else None,
-            "arrows": [arrow.plain(scale, radius, colour) for arrow, scale, radius, colour in self.scaled_arrows()],
+            "meshes": [mesh.plain() for mesh in self.meshes],
             "frames": [
                 {"path": f"Frames/{name}", "station": station, "label": label, "size": AXES * self.size}
                 for name, station, label in self.frames
             ],
             "labels": [{"path": f"Labels/{path}", "station": at, "text": text} for path, at, text in self.labels],
-            "readout": self.readout,
-            "facts": self.facts.plain(),
-            "units": self.facts.units(),
-            "seconds": float(np.clip(0.12 * stations.frames, 2, 8)),
-            "notes": self.notes,
-            "cards": {path: card.plain() for path, card in self.cards.items()},
-            "quantities": [quantity.plain() for quantity in quantities_of(self.cards.values())],
+            "seconds": float(np.clip(0.12 * self.stations.frames, 2, 8)),
             "groups": GROUPS,
             "compare": None if self.compare is None else self.compare.plain(),
             "size": self.size,
@@ -216,8 +204,31 @@ class Scene:
             "signed_ramp": SIGNED_RAMP,
             "resting": {"colour": RESTING[0], "opacity": RESTING[1]},
             "hidden": [f"Arrows/{group}" for group in HIDDEN],
+        }  # fmt: skip
+
+    def moving(self) -> dict[str, Any]:
+        """Return what another pose or load changes of :meth:`plain`, but for notes and cards."""
+        stations = self.stations
+        return {
+            "contributions": stations.sources,
+            "readout": self.readout,
+            "stations": {
+                "count": len(stations.rest), "frames": stations.frames,
+                "pose": packed(stations.poses, "<f4"), "twist": packed(stations.all_twists, "<f4"),
+            },
+            "arrows": [arrow.plain(scale, radius, colour) for arrow, scale, radius, colour in self.scaled_arrows()],
+            "facts": self.facts.plain(),
+            "units": self.facts.units(),
             "live": self.live,
         }  # fmt: skip
+
+    def told(self) -> dict[str, Any]:
+        """Return notes and cards of :meth:`plain`."""
+        return {
+            "notes": self.notes,
+            "cards": {path: card.plain() for path, card in self.cards.items()},
+            "quantities": [quantity.plain() for quantity in quantities_of(self.cards.values())],
+        }
 
     def scaled_arrows(self) -> list[tuple[Arrow, float, float, str]]:
         """Return every arrow with metres per N or N·m, radius [m] and colour.

@@ -74,11 +74,12 @@ def _centre_and_axis(poses: ShownPoses, connection: Connection) -> tuple[Array, 
     description = poses.result.robot.description
     if connection.is_loop:
         loop = description.loops[connection.name]
-        inner, outer = loop.predecessor_origin.matrix, loop.successor_origin.matrix
+        inner, outer = loop.predecessor_origin.matrix, loop.successor_origin.matrix[:3, 3]
     else:
-        inner, outer = description.joints[connection.name].origin.matrix, np.eye(4)
-    centre = (poses.frame(connection.successor) @ outer)[:, :3, 3]
-    axis = (poses.frame(connection.predecessor) @ inner)[:, :3, :3] @ connection.axis
+        inner, outer = description.joints[connection.name].origin.matrix, np.zeros(3)
+    successor = poses.frame(connection.successor)
+    centre = successor[:, :3, :3] @ outer + successor[:, :3, 3]
+    axis = poses.frame(connection.predecessor)[:, :3, :3] @ (inner[:3, :3] @ connection.axis)
     return centre, axis
 
 

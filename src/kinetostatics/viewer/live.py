@@ -20,10 +20,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kinetostatics.engine.choice import check_engine, compiled_statics, is_installed
 from kinetostatics.exceptions import ArgumentError, AssemblyError, KinetostaticsError
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.results.result import Result
 from kinetostatics.robot import robot_of
+from kinetostatics.viewer.description import Scene
 from kinetostatics.viewer.page import page_html
 from kinetostatics.viewer.scene import describe_scene
 from kinetostatics.viewer.visuals import link_visuals
@@ -68,49 +70,78 @@ class LiveRobot:
         self.robot, self.orientation, self.tolerance = robot_of(configuration), orientation, tolerance
         self.visuals = link_visuals(self.robot.description)
         self.load = None if load is None else np.array(load, dtype=float)
-        result = self._analyzed(configuration)
-        self.size = describe_scene(result, visuals=self.visuals).size
+        self.result = self._analyzed(configuration)
+        self.scene = describe_scene(self.result, visuals=self.visuals)
+        self.size = self.scene.size
         self.coordinates = tuple(coordinates) or self._determining()
         self.controls = [self._drive(name) for name in self.robot.description.driven]
         self.controls += [self._platform(name) for name in self.coordinates]
-        self.controls += [] if self.load is None else [self._load(k, name, result) for k, name in enumerate(LOAD)]
+        self.controls += [] if self.load is None else [self._load(k, name, self.result) for k, name in enumerate(LOAD)]
         self.factors = {(item["kind"], item["coordinate"]): item.pop("factor") for item in self.controls}
-        self.first = self._scene(result, meshes=True)
+        self._control(self.scene, self.result)
+        self.first = self.scene.plain()
 
     def answer(self, question: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the scene without meshes at ``{"kind": "actuators", "platform" or "load", "values": {name: shown value}}``.
+        """Return what of the scene changes at ``{"kind": "actuators", "platform" or "load", "values": {name: shown value}}``.
 
+        Notes and cards take as long as all the rest: they come along with ``"told": true``. ``"groups": [...]`` says which arrows
+        are wanted, if not all. ``"kind": "told"`` asks for everything again, of the last pose.
         A pose that cannot be reached is answered with the last one on the straight way to it, and ``rim`` says why.
 
         Raises:
             KinetostaticsError: the pose cannot be analysed; the last one stays.
         """
-        kind, shown = question["kind"], question["values"]
+        kind = question["kind"]
+        if kind == "told":
+            return {**self._scene(self.result), **self._told()}
+        groups = question.get("groups")
+        answer = self._moved(kind, question["values"], None if groups is None else set(groups))
+        return {**answer, **self._told()} if question.get("told") else answer
+
+    def compile(self, go_on: Callable[[], bool]) -> None:
+        """Have compiled code made of what answers take, as long as one may go on: until it is there NumPy answers."""
+        if check_engine("auto") == "numpy" or not is_installed():
+            return
+        asked: list[dict[str, Any]] = [{"actuators": self.configuration.actuators}] if self.robot.description.driven else []
+        if self.coordinates:
+            present = self.configuration.platform_coordinates(self.orientation)
+            asked.insert(0, {"platform": {name: present[name] for name in self.coordinates}})
+        if go_on():
+            compiled_statics(self.robot.statics)
+        for coordinates in asked:
+            if go_on():
+                with contextlib.suppress(KinetostaticsError):
+                    self._assembled(coordinates, engine="compiled")
+
+    def _told(self) -> dict[str, Any]:
+        return describe_scene(self.result, visuals=self.visuals).told()
+
+    def _moved(self, kind: str, shown: Mapping[str, Any], groups: set[str] | None) -> dict[str, Any]:
         values = {name: float(value) * self.factors[kind, name] for name, value in shown.items()}
         if kind == "load" and self.load is not None:
             before = self.load
             self.load = np.array([values[name] for name in LOAD])
             try:
-                return self._scene(self._analyzed(self.configuration))
+                return self._scene(self._analyzed(self.configuration), groups)
             except KinetostaticsError:
                 self.load = before
                 raise
         configuration, rim = self.configuration, ""
         try:
-            configuration = self._assembled(kind, values)
+            configuration = self._assembled({kind: values})
         except AssemblyError as error:
             rim = str(error)
             configuration = self._rim(kind, values, error)
-        scene = self._scene(self._analyzed(configuration))
+        scene = self._scene(self._analyzed(configuration), groups)
         self.configuration = configuration
         return {**scene, "rim": rim}
 
     def _analyzed(self, configuration: Configuration) -> Result:
         return self.analyze(configuration) if self.load is None else self.analyze(configuration, load=self.load)
 
-    def _assembled(self, kind: str, values: Mapping[str, float]) -> Configuration:
-        asked: dict[str, Any] = {kind: values}
-        return self.robot.assemble(**asked, orientation=self.orientation, near=self.configuration, tolerance=self.tolerance)
+    def _assembled(self, asked: Mapping[str, Any], engine: str = "auto") -> Configuration:
+        rules: dict[str, Any] = {"orientation": self.orientation, "near": self.configuration, "tolerance": self.tolerance}
+        return self.robot.assemble(**asked, **rules, engine=engine)
 
     def _rim(self, kind: str, values: Mapping[str, float], error: AssemblyError) -> Configuration:
         """Return the last pose that is reached on the straight way to coordinates that are not; the present one if none is."""
@@ -121,11 +152,17 @@ class LiveRobot:
             if part > 0:
                 way = {name: float(present[name]) + part * (value - float(present[name])) for name, value in values.items()}
                 with contextlib.suppress(KinetostaticsError):
-                    return self._assembled(kind, way)
+                    return self._assembled({kind: way})
         return self.configuration
 
-    def _scene(self, result: Result, meshes: bool = False) -> dict[str, Any]:
-        scene = describe_scene(result, visuals=self.visuals)
+    def _scene(self, result: Result, groups: set[str] | None = None) -> dict[str, Any]:
+        scene = describe_scene(result, visuals=self.visuals, like=self.scene, groups=groups)
+        self._control(scene, result)
+        self.result = result
+        return scene.moving()
+
+    def _control(self, scene: Scene, result: Result) -> None:
+        """Let the sliders of a scene stand where its pose is."""
         platform = result.configuration.platform_coordinates(self.orientation)
         for control in self.controls:
             kind, name = control["kind"], control["coordinate"]
@@ -135,7 +172,6 @@ class LiveRobot:
                 value = result.configuration.actuators[name] if kind == "actuators" else platform[name]
             control["value"] = float(value) / self.factors[kind, name]
         scene.live = {"url": "analyze", "controls": [dict(control) for control in self.controls]}
-        return scene.plain(meshes)
 
     # ---- sliders ----------------------------------------------------------------------------------------------------
 
@@ -224,6 +260,9 @@ class LiveServer:
         self._server.daemon_threads = True
         self._thread = threading.Thread(target=self._server.serve_forever, daemon=True)
         self._thread.start()
+        self._closed = threading.Event()
+        self._compiling = threading.Thread(target=robot.compile, args=[lambda: not self._closed.is_set()], daemon=True)
+        self._compiling.start()
         self.url = f"http://127.0.0.1:{self._server.server_port}/{key}/"
 
     def __enter__(self) -> LiveServer:
@@ -244,8 +283,10 @@ class LiveServer:
 
     def close(self) -> None:
         """Stop serving."""
+        self._closed.set()
         self._server.shutdown()
         self._server.server_close()
+        self._compiling.join()  # the program would crash if it ended in the middle of that
 
 
 def _handler(robot: LiveRobot, key: str) -> type[BaseHTTPRequestHandler]:

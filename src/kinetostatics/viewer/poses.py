@@ -15,6 +15,7 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.results.result import Result
 from kinetostatics.statics.solution import of_deformation
 from kinetostatics.status import Status
+from kinetostatics.viewer.shapes import crossed
 
 #: A page holds every pose of a path; more than this makes it too large to open quickly.
 MOST_POSES = 1000
@@ -45,6 +46,11 @@ class ShownPoses:
                 stacklevel=4,
             )
         self.indices = order[good]
+        self._one = result.shape == ()
+        self._frames: dict[str, Array] = {}
+        self._links: dict[str, Array] = {}
+        self._lines: dict[str, tuple[Array, Array]] = {}
+        self._beams: dict[str, Array] = {}
         if len(self.indices) > MOST_POSES:
             raise ArgumentError(
                 f"the result has {len(self.indices)} poses; a page shows at most {MOST_POSES}: take a coarser path or grid"
@@ -68,6 +74,8 @@ class ShownPoses:
 
     def take(self, array: Array) -> Array:
         """Return the shown poses (F, …) of an array (*batch, …) of the result."""
+        if self._one:
+            return np.asarray(array)[None]
         shape = self.result.shape
         flat = np.reshape(array, (math.prod(shape), *np.shape(array)[len(shape) :]))
         return np.asarray(flat[self.indices])
@@ -75,12 +83,15 @@ class ShownPoses:
     def by_source(self, contributions: Mapping[str, Array]) -> Array:
         """Return the shown poses (F, K, …) of all contributions; zero for one that is not there."""
         none = np.zeros_like(next(iter(contributions.values())))
-        return np.stack([self.take(contributions.get(name, none)) for name in self.sources], axis=1)
+        arrays = [contributions.get(name, none) for name in self.sources]
+        return np.array([arrays]) if self._one else np.stack([self.take(array) for array in arrays], axis=1)
 
     def parts(self, contributions: Mapping[str, Array]) -> Array:
         """Return the same (F, K + 1, …) with zero for what cannot be determined, and for what belongs to no contribution."""
-        found = np.nan_to_num(self.by_source(contributions))
-        return np.concatenate([found, np.zeros_like(found[:, :1])], axis=1)
+        found = self.by_source(contributions)
+        parts = np.zeros((found.shape[0], found.shape[1] + 1, *found.shape[2:]))
+        parts[:, :-1] = np.where(np.isnan(found), 0.0, found)
+        return parts
 
     def of_configuration(self, array: Array, components: int) -> Array:
         """Return the shown poses (F, …) of an array of the configuration, whose batch may be smaller than the result's."""
@@ -89,7 +100,9 @@ class ShownPoses:
 
     def frame(self, link: str) -> Array:
         """Return a link's frames (F, 4, 4) at rest."""
-        return self.of_configuration(self.result.configuration.frame(link), 2)
+        if link not in self._frames:
+            self._frames[link] = self.of_configuration(self.result.configuration.frame(link), 2)
+        return self._frames[link]
 
     @cached_property
     def platform_frame(self) -> Array:
@@ -113,11 +126,13 @@ class ShownPoses:
         """
         own = self.result.link_contributions.get(link)
         if own is not None:
-            return moved(self.by_source(own), point - self.frame(link)[:, :3, 3])
+            if link not in self._links:
+                self._links[link] = self.by_source(own)
+            return moved(self._links[link], point - self.frame(link)[:, :3, 3])
         ends = []
-        for name, beam in self.result.beams.items():
-            if beam.description.link == link:
-                points = self.take(beam.points)
+        for name, beam in self.result.robot.description.beams.items():
+            if beam.link == link:
+                _, points = self.beam_line(name)
                 for end in (0, -1):
                     ends.append((float(np.linalg.norm(points[0, end] - point[0])), name, end, points[:, end]))
         if not ends:
@@ -127,12 +142,21 @@ class ShownPoses:
 
     def beam_twists(self, name: str) -> Array:
         """Return what each contribution does (F, K, n, 6) to the stations of a beam."""
-        return self.by_source(self.result.beam_contributions[name])
+        if name not in self._beams:
+            self._beams[name] = self.by_source(self.result.beam_contributions[name])
+        return self._beams[name]
+
+    def beam_line(self, name: str) -> tuple[Array, Array]:
+        """Return axes (F, 3, 3) and points (F, n, 3) of a beam at rest."""
+        if name not in self._lines:
+            axes, points = self.result.centre_lines[name]
+            self._lines[name] = self.take(axes), self.take(points)
+        return self._lines[name]
 
 
 def moved(twist: Array, arm: Array) -> Array:
     """Return twists (F, K, 6) of a body at a point that lies ``arm`` (F, 3) from where they were given."""
-    linear = twist[..., :3] + np.cross(twist[..., 3:], arm[:, None])
+    linear = twist[..., :3] + crossed(twist[..., 3:], arm[:, None])
     return np.concatenate([linear, twist[..., 3:]], axis=-1)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from numbers import Real
 
@@ -36,6 +36,8 @@ def describe_scene(
     *,
     pose: int | tuple[int, ...] | None = None,
     exaggeration: float | None = None,
+    like: Scene | None = None,
+    groups: Collection[str] | None = None,
 ) -> Scene:
     """Return the scene of a result: one pose, or a batch of poses as a path.
 
@@ -47,6 +49,8 @@ def describe_scene(
         visuals: of the links, if they have been read already.
         pose: index of the one pose of a batch that is shown; default all.
         exaggeration: of displacements at first; default the largest motion is about a tenth of the robot.
+        like: an earlier scene of the robot, whose surfaces are taken again; notes and cards are left out then.
+        groups: of arrows that are wanted at least; default all.
 
     Raises:
         ArgumentError: no pose could be analysed, there are too many, or ``pose`` or ``exaggeration`` makes no sense.
@@ -54,39 +58,42 @@ def describe_scene(
     if exaggeration is not None and not (isinstance(exaggeration, Real) and 0 < exaggeration < math.inf):
         raise ArgumentError(f"exaggeration is {exaggeration!r}; it must be a positive number")
     poses = ShownPoses(result, pose)
-    scene = _Builder(poses, link_visuals(result.robot.description) if visuals is None else visuals).build(title)
+    scene = _Builder(poses, link_visuals(result.robot.description) if visuals is None else visuals, like).build(title, groups)
     return scene if exaggeration is None else replace(scene, exaggeration=float(exaggeration))
 
 
 class _Builder:
-    def __init__(self, poses: ShownPoses, visuals: Mapping[str, LinkVisual]) -> None:
+    def __init__(self, poses: ShownPoses, visuals: Mapping[str, LinkVisual], like: Scene | None) -> None:
         self.poses, self.result, self.robot, self.visuals = poses, poses.result, poses.result.robot, visuals
         self.stations = Stations(self.poses.count, self.poses.labels)
         self.joints = find_joints(self.poses)
         self.size = self._size()
         self.meshes: list[Mesh] = []
+        self.like = like
+        self.known = None if like is None else {(mesh.path, mesh.roots): mesh for mesh in like.meshes}
         self.at: dict[str, int] = {}
 
-    def build(self, title: str | None) -> Scene:
-        poses, stations = self.poses, self.stations
+    def build(self, title: str | None, groups: Collection[str] | None = None) -> Scene:
+        poses, stations, like = self.poses, self.stations, self.like
         description = self.robot.description
         self.at["o"] = stations.add(poses.platform_frame, poses.platform_twist)
         self.at["base"] = stations.add(poses.frame(description.base))
         self._links()
         self._beams()
         self._joint_markers()
-        arrows = list(Wrenches(poses, stations, self.joints, self.at, self.size).arrows())
+        arrows = list(Wrenches(poses, stations, self.joints, self.at, self.size).arrows(groups))
+        exaggeration = self._exaggeration() if like is None else like.exaggeration
         facts = find_facts(poses, stations.all_twists.sum(axis=2)[..., :3])
         return Scene(
-            title or self.robot.name, stations, self.size, self._exaggeration(), self.at["o"], facts, self.meshes, arrows,
+            title or self.robot.name, stations, self.size, exaggeration, self.at["o"], facts, self.meshes, arrows,
             [("base", self.at["base"], "base"), ("platform", self.at["o"], "o")],
-            self._limb_labels(), [*self.result.warnings, *self._coarse()], self._cards(),
+            self._limb_labels(), [] if like else [*self.result.warnings, *self._coarse()], {} if like else self._cards(),
         )  # fmt: skip
 
     def _size(self) -> float:
         points = [self.poses.o, self.poses.frame(self.robot.description.base)[:, :3, 3]]
         points += [joint.centre for joint in self.joints]
-        points += [self.poses.take(beam.points).reshape(-1, 3) for beam in self.result.beams.values()]
+        points += [self.poses.beam_line(name)[1].reshape(-1, 3) for name in self.robot.description.beams]
         cloud = np.concatenate(points)
         return float(np.linalg.norm(cloud.max(axis=0) - cloud.min(axis=0))) or 1.0
 
@@ -144,6 +151,11 @@ class _Builder:
 
     def _skeleton(self, link: str, links: set[str], path: str, roots: tuple[str, ...]) -> None:
         """Draw a link that has no look of its own as sticks from its middle to its joints."""
+        if self.known is not None:
+            if (path, roots) in self.known:
+                self._link_station(link, roots)
+                self.meshes.append(self.known[path, roots])
+            return
         inverse = np.linalg.inv(self.poses.frame(link)[0])
         near = [joint for joint in self.joints if joint.links & links]
         points = [joint.centre[0] for joint in near]
@@ -164,20 +176,24 @@ class _Builder:
     # ---- beams and joints -------------------------------------------------------------------------------------------
 
     def _beams(self) -> None:
-        for name, beam in self.result.beams.items():
+        for name, beam in self.robot.description.beams.items():
             step = self.poses.step
-            axes, points = self.poses.take(beam.axes), self.poses.take(beam.points)[:, ::step]
+            axes, points = self.poses.beam_line(name)
+            points = points[:, ::step]
             twists = self.poses.beam_twists(name)[:, :, ::step]
             count = points.shape[1]
+            rest = np.zeros((self.poses.count, count, 4, 4))
+            rest[..., :3, :3], rest[..., :3, 3], rest[..., 3, 3] = axes[:, None], points, 1
             first = len(self.stations.rest)
             for n in range(count):
-                rest = np.zeros((self.poses.count, 4, 4))
-                rest[:, :3, :3], rest[:, :3, 3], rest[:, 3, 3] = axes, points[:, n], 1
-                self.stations.add(rest, twists[:, :, n])
+                self.stations.add(rest[:, n], twists[:, :, n])
             self.at[f"middle of {name}"] = first + count // 2
             self.at[f"label of {name}"] = first + count // 3  # off the middle, where a drive's arrow may stand
-            surface, at = swept(beam.description.section, count)
-            roots = ("Deformed",) if beam.description.link in self.visuals else ("Rest", "Deformed")
+            roots = ("Deformed",) if beam.link in self.visuals else ("Rest", "Deformed")
+            if self.known is not None:
+                self.meshes.append(self.known[f"beams/{name}", roots])
+                continue
+            surface, at = swept(beam.section, count)
             self.meshes.append(Mesh(f"beams/{name}", surface, first + at, roots))
 
     def _joint_markers(self) -> None:
@@ -186,6 +202,9 @@ class _Builder:
                 continue
             rest = joint.centre if joint.axis is None else frames_along(joint.axis, joint.centre)
             self.at[joint.name] = self.stations.add(rest, joint.twist)
+            if self.known is not None:
+                self.meshes.append(self.known[f"joints/{joint.name}", ("Deformed",)])
+                continue
             r = marker_radius(self.poses, joint, self.size)
             shape = ball(1.3 * r) if joint.axis is None else pin(0.6 * r, 3.2 * r)
             colour = DRIVE_COLOUR if joint.driven else JOINT_COLOUR

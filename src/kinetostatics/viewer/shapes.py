@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.math.arrays import Array
+from kinetostatics.math.linalg import cross
 from kinetostatics.math.ordering import axis_across
 from kinetostatics.sections.kinds import Rectangle, RectangularTube, Section, Tube
 
@@ -128,14 +129,19 @@ def arrow(length: float, radius: float, heads: int) -> Surface:
     return _turned(np.array([*profile, (r, 0.0), (0.0, 0.0)]), False)
 
 
+def crossed(a: Array, b: Array) -> Array:
+    """Return the cross products of vectors (…, 3)."""
+    return np.asarray(cross(a.T, b.T).T)
+
+
 def frames_along(axes: Array, origins: Array | None = None) -> Array:
     """Return frames (F, 4, 4) whose z axes point along ``axes`` (F, 3)."""
     z = axes / np.linalg.norm(axes, axis=-1, keepdims=True)
     helper = axis_across(z[0])  # the same for all, or neighbours would be turned against each other
-    x = np.cross(helper, z)
+    x = crossed(helper[None], z)
     x = x / np.linalg.norm(x, axis=-1, keepdims=True)
     result = np.zeros((len(axes), 4, 4))
-    result[:, :3, 0], result[:, :3, 1], result[:, :3, 2] = x, np.cross(z, x), z
+    result[:, :3, 0], result[:, :3, 1], result[:, :3, 2] = x, crossed(z, x), z
     result[:, 3, 3] = 1
     if origins is not None:
         result[:, :3, 3] = origins

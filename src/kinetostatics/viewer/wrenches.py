@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
+from functools import cached_property
 
 import numpy as np
 
@@ -12,7 +13,10 @@ from kinetostatics.results.limb import LimbResult
 from kinetostatics.viewer.description import Arrow, Stations
 from kinetostatics.viewer.joints import Joint, marker_radius
 from kinetostatics.viewer.poses import ShownPoses, moved
-from kinetostatics.viewer.shapes import frames_along
+from kinetostatics.viewer.shapes import crossed, frames_along
+
+#: Groups of arrows that are the limbs'.
+OF_LIMBS = ("constraint forces", "constraint couples", "attached wrenches", "joints of networks", "axial forces in networks")
 
 
 class Wrenches:
@@ -27,21 +31,32 @@ class Wrenches:
         self.result, self.robot = poses.result, poses.result.robot
         self.gravity, self.load = poses.take(self.result.gravity), poses.take(self.result.load)
 
-    def arrows(self) -> Iterator[Arrow]:
-        """Yield all arrows."""
+    def arrows(self, groups: Collection[str] | None = None) -> Iterator[Arrow]:
+        """Yield all arrows, or at least those of some groups."""
+
+        def wanted(*found: str) -> bool:
+            return groups is None or any(group in groups for group in found)
+
+        if wanted("external load"):
+            yield from self._external()
+        for limb in self.robot.topology.limbs if wanted(*OF_LIMBS) else ():
+            yield from self._limb(limb)
+        if wanted("weights"):
+            yield from self._weights()
+        if wanted("base reaction"):
+            yield from self._base_reaction()
+        if wanted("actuator forces"):
+            yield from self._actuators()
+
+    def _external(self) -> Iterator[Arrow]:
         yield from self._pair("external load", "load", self.at["o"], self._only("load", self.load), "tip")
         for name, place, point, wrench in self._loads_on_links():
             link = self.robot.topology.link_of(place)
             at = self.stations.add(point, self.poses.twist_at(link, point))
-            moment = wrench[:, 3:] - np.cross(point - self.poses.o, wrench[:, :3])
+            moment = wrench[:, 3:] - crossed(point - self.poses.o, wrench[:, :3])
             moment = np.where(np.abs(moment) > 1e-9 * self.size * np.abs(wrench[:, :3]).max(initial=0.0), moment, 0.0)
             acting = np.concatenate([wrench[:, :3], moment], axis=-1)
             yield from self._pair("external load", name, at, self._only(name, acting), "tip")
-        for limb in self.robot.topology.limbs:
-            yield from self._limb(limb)
-        yield from self._weights()
-        yield from self._base_reaction()
-        yield from self._actuators()
 
     # ---- parts ------------------------------------------------------------------------------------------------------
 
@@ -85,10 +100,10 @@ class Wrenches:
             parts = -poses.parts(result.joint_contributions[name])
             yield from self._pair("joints of networks", f"{limb.name}: {name}", at, parts, "tail")
         for name in limb.beams:
-            beam = result.beams[name]
+            axes, points = poses.beam_line(name)
             forces = poses.parts(result.axial_contributions[name])
-            axis = poses.take(beam.axes)[:, :, 0]
-            at = self.stations.add(poses.take(beam.points)[:, -1], poses.beam_twists(name)[:, :, -1])
+            axis = axes[:, :, 0]
+            at = self.stations.add(points[:, -1], poses.beam_twists(name)[:, :, -1])
             yield Arrow(
                 "axial forces in networks", f"{limb.name}: {name}", name, "force", at, forces[..., None] * axis[:, None],
                 positive=axis, anchor=axis,
@@ -113,8 +128,9 @@ class Wrenches:
         square = np.sum(force**2, axis=-1)
         at = self.at[joints[0].name] if joints else self.at["o"]
         if square.max() > 1e-12:
-            foot = self.poses.o + np.cross(force, moment) / np.maximum(square, 1e-12)[:, None]
-            gaps = [self._distance(joint.centre, foot, force) for joint in joints]
+            foot = self.poses.o + crossed(force, moment) / np.maximum(square, 1e-12)[:, None]
+            arms = crossed(np.array([joint.centre - foot for joint in joints]).reshape(-1, *foot.shape), force[None])
+            gaps = np.max(np.sqrt(np.sum(arms**2, axis=-1) / np.maximum(square, 1e-24)), axis=-1)
             close = [joint for joint, gap in zip(joints, gaps, strict=True) if gap < 1e-4 * self.size]
             if close:
                 at = self.at[close[0].name]
@@ -127,11 +143,6 @@ class Wrenches:
         if np.abs(moment).max() > 1e-6 * self.size:
             yield Arrow(couples, name, short, "moment", at, parts[..., None] * moment[:, None], positive=moment)
 
-    @staticmethod
-    def _distance(point: Array, foot: Array, force: Array) -> float:
-        arm = np.cross(point - foot, force)
-        return float((np.linalg.norm(arm, axis=-1) / np.maximum(np.linalg.norm(force, axis=-1), 1e-12)).max())
-
     # ---- the rest ---------------------------------------------------------------------------------------------------
 
     def _pair(self, group: str, name: str, at: int, wrench: Array, anchor: str) -> Iterator[Arrow]:
@@ -141,16 +152,18 @@ class Wrenches:
                 title = f"{name} {'force' if kind == 'force' else 'couple'}"
                 yield Arrow(group, title, title.replace("_", " "), kind, at, part, anchor=anchor)
 
-    def _weights_by_source(self) -> Iterator[tuple[str, str, Array, Array]]:
-        """Yield name, contribution, centre (F, 3) and force (F, 3) of everything that weighs something."""
+    @cached_property
+    def _weights_by_source(self) -> list[tuple[str, str, Array, Array]]:
+        """Name, contribution, centre (F, 3) and force (F, 3) of everything that weighs something."""
         weights, solutions, take = self.robot.weights, self.result.solutions, self.poses.take
         masses = np.concatenate([weights.masses(s.frames) for s in solutions], axis=-1)
         centres = np.concatenate([weights.centres(s.frames) for s in solutions], axis=-1)
-        shape = self.result.shape
+        shape, found = self.result.shape, []
         for k, (name, owner) in enumerate(zip(weights.names, weights.owner, strict=True)):
             force = take(masses[k].reshape(shape))[:, None] * self.gravity
             source = "platform_weight" if owner == "platform" else owner
-            yield name, source, take(centres[:, k].T.reshape(*shape, 3)), force
+            found.append((name, source, take(centres[:, k].T.reshape(*shape, 3)), force))
+        return found
 
     def _loads_on_links(self) -> Iterator[tuple[str, str, Array, Array]]:
         """Yield contribution, place, point (F, 3) and wrench (F, 6) about o of everything that acts on links."""
@@ -165,7 +178,7 @@ class Wrenches:
                 yield item.load.name, place, take(point), take(wrench)
 
     def _weights(self) -> Iterator[Arrow]:
-        for name, source, centre, force in self._weights_by_source():
+        for name, source, centre, force in self._weights_by_source:
             label = name.removeprefix("beam:")
             if name.startswith("beam:"):
                 at = self.at[f"middle of {label}"]
@@ -178,12 +191,12 @@ class Wrenches:
         """Yield what the ground puts on the robot: minus everything that acts on it from outside, about the base's origin."""
         base = self.poses.frame(self.robot.description.base)[:, :3, 3]
         total = np.nan_to_num(self.poses.take(self.result.base_wrench))
-        load = np.concatenate([self.load[:, :3], self.load[:, 3:] + np.cross(self.poses.o - base, self.load[:, :3])], axis=-1)
+        load = np.concatenate([self.load[:, :3], self.load[:, 3:] + crossed(self.poses.o - base, self.load[:, :3])], axis=-1)
         parts = -self._only("load", load)
-        for _, source, centre, force in self._weights_by_source():
-            parts -= self._only(source, np.concatenate([force, np.cross(centre - base, force)], axis=-1))
+        for _, source, centre, force in self._weights_by_source:
+            parts -= self._only(source, np.concatenate([force, crossed(centre - base, force)], axis=-1))
         for name, _, _, wrench in self._loads_on_links():
-            moment = wrench[:, 3:] + np.cross(self.poses.o - base, wrench[:, :3])
+            moment = wrench[:, 3:] + crossed(self.poses.o - base, wrench[:, :3])
             parts -= self._only(name, np.concatenate([wrench[:, :3], moment], axis=-1))
         parts[:, -1] = total - parts[:, :-1].sum(axis=1)
         tiny = 1e-9 * np.abs(total).max(initial=0.0)
@@ -207,8 +220,8 @@ class Wrenches:
         """Return station and offset for a drive's arrow: beside a telescopic beam, which would hide it, else at the joint."""
         if joint.beam is None:
             return self.at[joint.name], (0.0, 0.0, 0.0)
-        beam = self.result.beams[joint.beam]
-        points, twists = self.poses.take(beam.points), self.poses.beam_twists(joint.beam)
+        _, points = self.poses.beam_line(joint.beam)
+        twists = self.poses.beam_twists(joint.beam)
         middle = points.shape[1] // 2
         assert joint.axis is not None
         frame = frames_along(joint.axis, points[:, middle])

@@ -48,6 +48,15 @@ def test_auto_looks_and_compiles_when_it_has_paid(made):
     assert made == ["looked", robot]
 
 
+def test_nobody_waits_while_code_is_made_elsewhere(made):
+    """As behind a live page: what is to be done now is done by NumPy, unless compiled code was asked for."""
+    robot = robot_of(cantilever()).statics
+    with choice._choice_of(robot).lock:
+        assert choice.compiled_solver(robot, "auto", 10**6) is None and made == []
+    choice.compiled_solver(robot, "auto", 10**6)
+    assert made == ["looked", robot]
+
+
 def test_robots_of_one_structure_count_together(made):
     """As those of a sweep over diameters, of which each has few poses; each looks for what the one before has left."""
     robots = [robot_of(cantilever(section=circle(d))).statics for d in (0.03, 0.04, 0.05)]

@@ -525,12 +525,51 @@ def test_live_answers_with_the_analysis_of_the_pose():
     assert again["z"] == pytest.approx(520) and again["rx"] == pytest.approx(1)
 
 
+def test_live_tells_notes_and_cards_when_they_are_asked_for():
+    """What moves alone, what is told alone, and both: together they are the scene of the pose, as if it were made anew."""
+    robot = package_robots.robot("3rps")
+    live = LiveRobot(robot.assemble(platform=POSES["3rps"]), lambda pose: ks.analyze(pose, load=LOAD))
+    question = {"kind": "platform", "values": {"z": 520.0, "rx": 1.0, "ry": -5.0}}
+    live.answer(question)
+    few, result = live.answer({**question, "groups": ["actuator forces"]}), live.result
+    moving = live.answer(question)
+    told = live.answer({"kind": "told"})
+    wanted = describe_scene(live.result).plain()
+    assert {*moving} == {"contributions", "readout", "stations", "arrows", "facts", "units", "live", "rim"}
+    assert {*told} == {*moving, "notes", "cards", "quantities"} - {"rim"} and told["cards"].keys() == live.first["cards"].keys()
+    assert told["cards"] != live.first["cards"] and live.answer({**question, "told": True}).keys() == {*told, "rim"}
+    for answer in (moving, told):
+        assert all(answer[key] == wanted[key] for key in answer if key not in ("rim", "live"))
+    names = [arrow["path"].split("/")[1:] for arrow in few["arrows"]]
+    assert names == [["actuator forces", f"prismatic_{k}"] for k in (1, 2, 3)]
+    drives = [arrow for arrow in moving["arrows"] if "/actuator forces/" in arrow["path"]]
+    few_drives = [arrow for arrow in describe_scene(result).moving()["arrows"] if "/actuator forces/" in arrow["path"]]
+    assert [arrow["vector"] for arrow in few["arrows"]] == [arrow["vector"] for arrow in few_drives] and len(drives) == 3
+
+
+def test_live_pages_have_code_compiled_behind_them(monkeypatch):
+    """Of the statics and of the loops at what the sliders give, before anybody has waited for it; not where NumPy is wanted."""
+    robot = package_robots.robot("3rps")
+    live = LiveRobot(robot.assemble(), ks.analyze)
+    made = []
+    monkeypatch.setattr("kinetostatics.viewer.live.is_installed", lambda: True)
+    monkeypatch.setattr("kinetostatics.viewer.live.compiled_statics", lambda statics: made.append(statics))
+    monkeypatch.setattr(live, "_assembled", lambda asked, engine: made.append((*asked, engine)))
+    live.compile(lambda: True)
+    assert made == []
+    monkeypatch.setenv("KINETOSTATICS_ENGINE", "auto")
+    live.compile(lambda: len(made) < 2)
+    assert made == [robot.statics, ("platform", "compiled")]
+    live.compile(lambda: True)
+    assert made[2:] == [robot.statics, ("platform", "compiled"), ("actuators", "compiled")]
+
+
 def test_live_stops_at_the_rim_of_reach_and_keeps_the_last_pose_after_what_makes_no_sense():
     robot = ks.load_robot("2pru_upr")
     live = LiveRobot(robot.assemble(), ks.analyze)
     values = {item["coordinate"]: item["value"] for item in live.first["live"]["controls"] if item["kind"] == "platform"}
     answer = live.answer({"kind": "platform", "values": {**values, "z": 5000.0}})
-    assert "cannot reach" in answer["rim"] and answer["meshes"] is None
+    assert "cannot reach" in answer["rim"] and "meshes" not in answer
     rim = float(live.configuration.platform["z"])
     assert rim > 0.65  # drives may go on from there, the platform not
     with pytest.raises(ks.AssemblyError):

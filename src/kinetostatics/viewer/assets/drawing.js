@@ -17,13 +17,14 @@ class Robot {
     this.load(description);
   }
 
-  /** Take a description. Objects that are there already are updated in place, so camera and check boxes stay. */
+  /** Take a description, or what of it has changed. Objects that are there are updated in place, so camera and check boxes stay. */
   load(description) {
-    this.scene = read(description);
-    this.scene.meshes.forEach((spec) => spec.roots.forEach((root) => this.addSolid(`${root}/${spec.path}`, spec, root)));
-    this.scene.frames.forEach((spec) => this.addFrame(spec));
-    this.scene.arrows.forEach((spec) => this.addArrow(spec));
-    this.scene.labels.forEach((spec) => this.addMark(spec));
+    const { meshes = [], frames = [], arrows = [], labels: marks = [] } = read(description);
+    this.scene = { ...this.scene, ...description };
+    meshes.forEach((spec) => spec.roots.forEach((root) => this.addSolid(`${root}/${spec.path}`, spec, root)));
+    frames.forEach((spec) => this.addFrame(spec));
+    arrows.forEach((spec) => this.addArrow(spec));
+    marks.forEach((spec) => this.addMark(spec));
     const present = new Set(this.scene.arrows.map((spec) => spec.path));
     for (const [path, entry] of this.arrows) entry.gone = !present.has(path);
   }

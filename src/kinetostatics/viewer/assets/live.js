@@ -1,7 +1,9 @@
 /* Live pages: sliders and a gizmo on the platform ask the program for an analysis. */
 
-let asking = false;
+let asking = false, stale = false, wake = () => {}; // stale: notes, cards and hidden arrows are older than the pose
 const waiting = new Map(); // kind -> the newest question of it
+const REST = 100; // ms without a question after which they are asked for, if nobody looks at them meanwhile
+const pause = () => new Promise((done) => { wake = done; setTimeout(done, REST); });
 
 const AXES = { x: [1, 0, 0], y: [0, 1, 0], z: [0, 0, 1] };
 const HANDLE_COLOURS = { x: "#d62728", y: "#2ca02c", z: "#1f77b4" };
@@ -24,16 +26,21 @@ async function moveLive(name, value) {
   const { live } = page.robots[0].scene, moved = live.controls.find((c) => c.name === name), values = {};
   moved.value = value;
   for (const c of live.controls) if (c.kind === moved.kind) values[c.coordinate] = c.value;
-  waiting.set(moved.kind, { kind: moved.kind, values });
+  const told = selection.path !== null || state.quantity !== "deflection";
+  const seen = [...page.robots[0].arrows].filter(([, { object }]) => visible(object)).map(([path]) => path.split("/")[1]);
+  waiting.set(moved.kind, { kind: moved.kind, values, told, groups: told ? null : [...new Set(seen)] });
+  wake();
   if (asking) return;
   asking = true;
   try {
-    while (waiting.size) {
-      const [[kind, asked]] = waiting, question = JSON.stringify(asked), start = performance.now();
-      waiting.delete(kind);
+    while (waiting.size || stale) {
+      if (!waiting.size) await pause();
+      const [asked] = waiting.size ? waiting.values() : [{ kind: "told" }], question = JSON.stringify(asked), start = performance.now();
+      waiting.delete(asked.kind);
+      stale = asked.kind !== "told" && !asked.told;
       const answer = await fetch(live.url, { method: "POST", headers: { "Content-Type": "application/json" }, body: question });
       const body = await answer.json();
-      page.error = body.error || (body.rim ? `the rim of reach: ${body.rim}` : null);
+      if (asked.kind !== "told") page.error = body.error || (body.rim ? `the rim of reach: ${body.rim}` : null);
       if (body.error) refresh(); else showAnswer(body);
       page.answerTime = performance.now() - start;
     }

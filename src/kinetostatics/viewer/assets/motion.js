@@ -18,25 +18,24 @@ function decode(text, Type) {
   return new Type(Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer);
 }
 
-/** Decode the arrays of a description. */
+/** Decode the arrays of a description, or of the part of it that an answer has. */
 function read(s) {
-  s.meshes = s.meshes || [];
-  for (const key of ["pose", "twist"]) s.stations[key] = decode(s.stations[key], Float32Array);
-  for (const m of s.meshes) {
+  if (s.stations) for (const key of ["pose", "twist"]) s.stations[key] = decode(s.stations[key], Float32Array);
+  for (const m of s.meshes || []) {
     m.vertices = decode(m.vertices, Float32Array);
     m.faces = decode(m.faces, m.vertices.length < 3 * 65536 ? Uint16Array : Uint32Array);
     if (typeof m.station === "string") m.station = decode(m.station, Uint32Array);
     if (m.per_vertex) m.colour = Float32Array.from(decode(m.colour, Uint8Array), (c) => c / 255);
   }
-  for (const a of s.arrows) {
+  for (const a of s.arrows || []) {
     a.vector = decode(a.vector, Float32Array);
     for (const key of ["positive", "outward"]) if (a[key]) a[key] = decode(a[key], Float32Array);
   }
-  for (const card of Object.values(s.cards)) {
+  for (const card of Object.values(s.cards || {})) {
     for (const row of card.rows) row.values = decode(row.values, Float32Array);
     for (const name of Object.keys(card.lines)) card.lines[name] = decode(card.lines[name], Float32Array);
   }
-  for (const key of ["gravity", "load"]) s.facts[key] = decode(s.facts[key], Float32Array);
+  if (s.facts) for (const key of ["gravity", "load"]) s.facts[key] = decode(s.facts[key], Float32Array);
   return s;
 }
 
