@@ -154,7 +154,7 @@ def test_nothing_is_said_where_nobody_looks_on(command, place, monkeypatch, caps
 def test_a_sweep_says_what_it_does_and_its_clock_goes_on(place, monkeypatch):
     with terminal() as read:
         with monkeypatch.context() as patch:
-            make_slow(patch, "kinetostatics.workspace.run.perform", 2.2)
+            make_slow(patch, "kinetostatics.workspace.run.block_numbers", 2.2)
             ks.sweep("five_bar", {"x": [0.0, 0.01], "y": [0.3, 0.31]})
         text = read()
         assert re.search(r"computing:   0%.* 0\.00/4\.00 \[00:0[123]<", text), text
@@ -174,7 +174,7 @@ def test_terminals_that_do_not_know_their_width_are_taken_for_usual_ones():
 
 def test_without_tqdm_a_sweep_still_says_what_it_does(monkeypatch):
     monkeypatch.setitem(sys.modules, "tqdm.auto", None)
-    make_slow(monkeypatch, "kinetostatics.workspace.run.perform")
+    make_slow(monkeypatch, "kinetostatics.workspace.run.block_numbers")
     with terminal() as read:
         ks.sweep("five_bar", {"x": [0.0, 0.01], "y": 0.3})
         assert "sweeping 2 poses … 1 s" in read()

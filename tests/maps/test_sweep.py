@@ -633,14 +633,14 @@ def test_the_command_says_when_it_is_interrupted_and_when_there_is_nothing_to_do
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(run, "BLOCK", 2)
     line = "3rps --platform z=0.45:0.65:5 rx=0 ry=0 --out m.nc".split()
-    perform = run.perform
+    block_numbers = run.block_numbers
 
-    def interrupted(spec, labels, task):
-        if getattr(task, "block", (slice(0, 0),))[0].start >= 2:
+    def interrupted(spec, labels, block, path):
+        if block[0].start >= 2:
             raise KeyboardInterrupt
-        return perform(spec, labels, task)
+        return block_numbers(spec, labels, block, path)
 
-    monkeypatch.setattr(run, "perform", interrupted)
+    monkeypatch.setattr(run, "block_numbers", interrupted)
     command(*line, code=130)
     said = capsys.readouterr()
     assert (
@@ -648,7 +648,7 @@ def test_the_command_says_when_it_is_interrupted_and_when_there_is_nothing_to_do
         and said.err == "kinetostatics: interrupted; the same command goes on with what is finished, in m.nc.parts\n"
     )
     assert len(list(Path("m.nc.parts").glob("*.block"))) == 1
-    monkeypatch.setattr(run, "perform", perform)
+    monkeypatch.setattr(run, "block_numbers", block_numbers)
     command(*line)
     assert re.fullmatch(r"\d+\.\d s", capsys.readouterr().out.splitlines()[-2])
     command(*line)
