@@ -74,8 +74,8 @@ def numbers(what: str, value: Any) -> NDArray[np.float64]:
         ArgumentError: it is none.
     """
     array = None
-    if not np.iscomplexobj(value):  # whose imaginary part NumPy would drop
-        with contextlib.suppress(TypeError, ValueError):
+    with contextlib.suppress(TypeError, ValueError):
+        if not np.iscomplexobj(value):  # whose imaginary part NumPy would drop
             array = np.array(value, dtype=float)
     if array is None:
         raise ArgumentError(f"{what} is not an array of numbers: {value!r}")

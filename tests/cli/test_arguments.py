@@ -42,6 +42,16 @@ def calls(robot, pose, folder):
     for name in ("platform", "actuators", "outputs"):
         found[f"compile({name}=)"] = lambda v, name=name: ks.compile(robot, **{name: v})
     found["sensitivities(by=)"] = lambda v: v is not None and ks.sensitivities(pose, v)  # None: all parameters, which takes long
+    rows = {"robot": robot, "measurements": {"Fz": [-100.0], "dz": [-1e-6]}, "unknowns": ["rod_1"]}
+    found |= {
+        f"calibrate({name}=)": lambda v, name=name: ks.calibrate(**{**rows, name: v})
+        for name in ("measurements", "unknowns", "reference", "payload", "point")
+    }
+    wanted = {"robot": robot, "unknowns": ["rod_1"], "n": 1}
+    found |= {
+        f"plan_measurements({name}=)": lambda v, name=name: ks.plan_measurements(**{**wanted, name: v})
+        for name in ("n", "over", "loads")
+    }
     found |= {
         f"spread({name}=)": lambda v, name=name: ks.spread(
             **{"configuration": pose, "tolerances": {"rod_1.density": "1%"}, "robots": 10, name: v}
@@ -182,6 +192,7 @@ def test_a_command_that_is_not_there(capsys):
         ["spread", "--off", "rod_diameter=1%"],
         ["optimize", "--vary", "rod_diameter=4cm:8cm"],
         ["report"],
+        ["calibrate", "--plan", "1", "--unknowns", "rod_1"],
     ],
 )
 def test_a_folder_that_is_not_there_is_told_before_anything_long(capsys, command):

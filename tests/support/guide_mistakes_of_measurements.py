@@ -47,6 +47,9 @@ MEASUREMENTS = (
     call("0.95.", more="level=95"),
     call("`\"undeformed\"`, `\"unloaded\"`, or the coordinates of a pose.", more='reference="zero"'),
     call("The same coordinates as in the table.", more='reference={"a": 0.1, "x": 0.2}'),
+    call("One pose.", rows='{"a": [0.1], "dx": [1e-6]}', more='reference={"a": [0.1, 0.2]}'),
+    call("A payload.", more="payload=2.0"),
+    call("One point.", more="point=[[0, 0, 0.1], [0, 0, 0.2]]"),
     call("Three numbers.", more="gravity=[[0, 0, -9.81], [0, 0, 0]]"),
     call("On the platform; on links, `loads=`.", more='payload=ks.Payload(2.0, link="left")'),
     call("A sigma for each.", rows='{"dx": [-1e-6], "dry": [1e-6]}'),
@@ -63,6 +66,8 @@ MEASUREMENTS = (
     plan("Fewer, or more poses and loads.", "2"),
     Mistake("two unknowns, one reading each, and `n=1`", "More measurements.",
             code='ks.plan_measurements(robot, ["left", "offset.dx"], 1, {"a": [0.1, 0.2]}, [10, 0, 0, 0, 0, 0], read=["dx"])'),
+    plan("Poses in reach.", '1, {"a": [1.5]}'),
+    plan("A whole number.", '1, seed="random"'),
     plan("Forces and moments.", "1, loads=[0, 0, -10]"),
     plan("A coarser grid.", '1, {"a": np.linspace(-1, 1, 20001)}'),
 )  # fmt: skip

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze
+from kinetostatics.argument_checks import check_choice, finite_numbers
 from kinetostatics.calibration.fit import Fit, fit, held_out, outliers
 from kinetostatics.calibration.gauges import read_gauges
 from kinetostatics.calibration.identifiability import NOTHING, unidentifiable
@@ -87,6 +88,7 @@ def calibrate(
     need_scipy("calibrate")
     check_level(level)
     check_robot("calibrate", robot, payload)
+    arm = check_point(point, frame)
     known = read_gauges(gauges)
     table = read_measurements(robot, measurements, known)
     readings, measured = _readings(table, known)
@@ -101,7 +103,7 @@ def calibrate(
     sigma_known = None not in sigmas
     sizes = {name: float(np.sqrt(np.mean(measured[readings.which == k] ** 2))) or 1.0 for k, name in enumerate(readings.gauges)}
     looked_for = Unknowns(robot, unknowns, readings.gauges, payload, sizes)
-    model = Model(looked_for, table.coordinates, table.load, readings, reference, orientation, point, frame, analysis)
+    model = Model(looked_for, table.coordinates, table.load, readings, reference, orientation, arm, frame, analysis)
     scale = np.array([item.scale for item in looked_for.items])
     start = np.array([item.start for item in looked_for.items]) / scale
     sigma = np.array([1.0 if value is None else value for value in sigmas])[readings.which]
@@ -188,7 +190,7 @@ def check_level(level: object) -> None:
         raise ArgumentError(f"level is {level!r}; it must be between 0 and 1, such as 0.95")
 
 
-def check_robot(what: str, robot: object, payload: Payload | None) -> None:
+def check_robot(what: str, robot: object, payload: object) -> None:
     """Complain unless there is a robot, and its payload is one on the platform.
 
     Raises:
@@ -196,8 +198,27 @@ def check_robot(what: str, robot: object, payload: Payload | None) -> None:
     """
     if not isinstance(robot, Robot):
         raise ArgumentError(f"{what} wants a robot, not {robot!r}: load one with ks.load_robot(…)")
-    if payload is not None and (payload.link not in (None, robot.description.platform) or np.ndim(payload.mass)):
+    if payload is not None and not isinstance(payload, Payload):
+        raise ArgumentError(f"payload is {payload!r}; it must be a ks.Payload(mass, center=(x, y, z))")
+    if payload is not None and (
+        payload.link not in (None, robot.description.platform)
+        or finite_numbers("payload: mass", payload.mass).shape
+        or finite_numbers("payload: center", payload.center).shape != (3,)
+    ):
         raise ArgumentError("the payload of a calibration is one on the platform; give others by loads={link: ks.LinkLoad(…)}")
+
+
+def check_point(point: ArrayLike | None, frame: object) -> Array | None:
+    """Return where the load acts, a point (3,) for all rows.
+
+    Raises:
+        ArgumentError: it is none.
+    """
+    check_choice("frame", frame, ("world", "platform"))
+    array = None if point is None else finite_numbers("point", point)
+    if array is not None and array.shape != (3,):
+        raise ArgumentError(f"point has the shape {array.shape}; a calibration takes one for all rows, (3,)")
+    return array
 
 
 def check_predicted(model: Model, values: Array) -> None:

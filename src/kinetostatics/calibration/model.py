@@ -71,7 +71,7 @@ class Model:
         readings: Readings,
         reference: object,
         orientation: str | None,
-        point: object = None,
+        point: Array | None = None,
         frame: str = "world",
         analysis: Mapping[str, Any] | None = None,
         reachable: bool = True,
@@ -89,7 +89,10 @@ class Model:
                 raise ArgumentError(
                     f"reference has the coordinates {', '.join(map(str, reference))}; measurements have {', '.join(given)}"
                 )
-            end = {name: finite_numbers(f"reference: {name}", reference[name]).reshape(1) for name in given}
+            end = {name: finite_numbers(f"reference: {name}", reference[name]) for name in given}
+            if any(value.size != 1 for value in end.values()):
+                raise ArgumentError(f"reference is {reference!r}; it is one pose, with a number for each coordinate")
+            end = {name: value.reshape(1) for name, value in end.items()}
             given = {name: np.concatenate([given[name], end[name]]) for name in given}
         else:
             check_choice("reference", reference, REFERENCES)
@@ -102,7 +105,7 @@ class Model:
             bad = np.flatnonzero(~self.pose.reached)
             self._assembled(unknowns.robot, None, int(bad[0]))
         wrench = np.concatenate([np.asarray(load, dtype=float), np.zeros((extra, 6))])
-        arm = None if point is None else np.broadcast_to(finite_numbers("point", point), (len(wrench), 3)).T
+        arm = None if point is None else np.broadcast_to(point, (len(wrench), 3)).T
         self._load = load_at_o(unknowns.robot, self.pose.frames, wrench.T, arm, frame).T
         self.gravity = finite_numbers("gravity", self.analysis.pop("gravity", (0.0, 0.0, -9.81)))
         if self.gravity.shape != (3,):

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.argument_checks import check_mapping, finite_numbers, names_in
-from kinetostatics.calibration.calibrate import check_robot
+from kinetostatics.calibration.calibrate import check_point, check_robot
 from kinetostatics.calibration.fit import determined
 from kinetostatics.calibration.gauges import read_gauges
 from kinetostatics.calibration.identifiability import NOTHING, unidentifiable
@@ -83,6 +83,9 @@ def plan_measurements(
         (3, True)
     """
     check_robot("plan_measurements", robot, payload)
+    arm = check_point(point, frame)
+    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
+        raise ArgumentError(f"seed is {seed!r}; it must be a whole number from 0 on")
     known = read_gauges(gauges)
     names = names_in("read", read, '["dz"]')
     for name in names:
@@ -95,7 +98,7 @@ def plan_measurements(
     readings = Readings(np.repeat(np.arange(every), each), np.tile(np.arange(each), every), {name: known[name] for name in names})
     sigmas = np.array([gauge.sigma or SIGMA for gauge in readings.gauges.values()])
     looked_for = Unknowns(robot, unknowns, readings.gauges, payload, dict(zip(names, sigmas.tolist(), strict=True)))
-    model = Model(looked_for, coordinates, wrenches, readings, reference, orientation, point, frame, analysis, False)
+    model = Model(looked_for, coordinates, wrenches, readings, reference, orientation, arm, frame, analysis, False)
     scale = np.array([item.scale for item in looked_for.items])
     start = np.array([item.start for item in looked_for.items])
     blocks = model.jacobian(start).reshape(every, each, -1) * scale / sigmas[:, None]
@@ -105,7 +108,7 @@ def plan_measurements(
     count = len(numbers)
     if not count:
         raise ArgumentError(
-            f"none of the {every} poses with loads can be measured: they are out of reach, singular or beyond a joint's limit"
+            f"no candidate of {every}, poses times loads, can be measured: out of reach, singular or beyond a joint's limit"
         )
     if isinstance(n, bool) or not isinstance(n, int) or not 0 < n <= count:
         raise ArgumentError(f"n is {n!r}; it must be a number of measurements from 1 to {count}, which is poses times loads")
