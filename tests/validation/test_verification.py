@@ -25,6 +25,7 @@ from places import ROOT
 import kinetostatics as ks
 from kinetostatics import verification
 from kinetostatics.cli import main as cli
+from kinetostatics.engine.choice import compiled_solver
 from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.limbs import beam as beams
 from kinetostatics.mechanism.weights import Weights
@@ -93,6 +94,19 @@ def test_every_robot(name):
     ]
     which, options = others[ROBOTS.index(name) % len(others)]
     assert_agrees(pose(name, which), **options)
+
+
+def test_compiled_code_agrees_with_finite_elements(tmp_path_factory, monkeypatch):
+    """The overconstrained 2PRU-UPR, its loops closed and its statics solved by compiled code, as the report says."""
+    pytest.importorskip("llvmlite")
+    monkeypatch.setenv("KINETOSTATICS_CACHE", str(tmp_path_factory.getbasetemp() / "code"))
+    monkeypatch.setenv("KINETOSTATICS_ENGINE", "compiled")
+    one = ks.load_robot(ROOT / "robots" / "2pru_upr.urdf.xacro")
+    found = assert_agrees(one.assemble(platform={"z": 0.6, "rx": -0.09, "ry": -0.1}), load=LOAD)
+    assert compiled_solver(one.statics, "auto", 1) is not None
+    by_numpy = ks.analyze(found.configuration, LOAD, engine="numpy")
+    np.testing.assert_allclose(found.result.twist, by_numpy.twist, rtol=1e-9)
+    assert not np.array_equal(found.result.twist, by_numpy.twist)
 
 
 def forces_on_all_links(at):

@@ -2,16 +2,18 @@
 
 import copy
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import package_robots
 import pytest
-from small_robots import cantilever, circle, robot_of, stepped_beam
+from small_robots import Beam, Joint, Limb, Link, Spec, cantilever, circle, robot_of, stepped_beam
 from tapes import differences
 
 import kinetostatics as ks
-from kinetostatics.engine import statics
-from kinetostatics.engine.record import Record, arrays_of
+from kinetostatics.engine import cache as disk
+from kinetostatics.engine import record, statics
+from kinetostatics.engine.record import Record, arrays_of, record_of
 from kinetostatics.engine.statics import CompiledStatics
 from kinetostatics.statics.solution import solve
 
@@ -123,18 +125,53 @@ def test_code_of_another_robot_is_not_taken(cache, monkeypatch):
     assert max(differences(CompiledStatics(more).solve(*pose), solve(more, *pose)).values()) < 1e-11
 
 
+def wrong_record(model):
+    """Return a record one of whose products is a sum."""
+    record = record_of(model)
+    k = max(k for k in record.numbers if record.tape.operations[k][0] == "multiply")
+    record.tape.operations[k] = ("add", *record.tape.operations[k][1:])
+    return Record(record.tape, record.numbers, record.truths, record.places)
+
+
+def test_code_of_another_version_or_processor_is_not_taken(cache, monkeypatch):
+    """It has another name; and whatever stands under the right one is tried: wrong code is made anew."""
+    robot = robot_of(cantilever()).statics
+    sound = CompiledStatics(robot)
+    for name in ("kinetostatics.engine.code._versions", "kinetostatics.engine.llvm.processor"):
+        with monkeypatch.context() as other:
+            other.setattr(name, lambda: "another")
+            assert CompiledStatics.kept(robot) is None
+    path = cache / f"{sound._key}.code"
+    right = path.read_bytes()
+    bodies = robot.example.position.shape[1]
+    disk.write(sound._key, statics._compiled(wrong_record(robot), len(sound._parameters), bodies))
+    assert path.read_bytes() != right and CompiledStatics.kept(robot) is None
+    CompiledStatics(robot)
+    assert path.read_bytes() == right
+
+
+def test_an_o_that_is_nothing_but_rounding_is_no_difference(cache, monkeypatch):
+    """A platform that turns about the world's origin alone: its o is 1e-16 m beside it, and code is not refused for that."""
+    turns = [
+        Joint(f"turn_{k}", "R", (0.0, 0.0, 0.0), axis, driven=True) for k, axis in ((1, (0.6, 0.0, 0.8)), (2, (0.0, 1.0, 0.0)))
+    ]
+    limb = Limb((*turns, Joint("tip", "F", (0.48, 0.1, 0.36))), (Link("inner"), Link("arm")))
+    beam = Beam("arm", "arm", "turn_2", "tip", circle(0.05))
+    origin = (0.0, 0.0, 0.0)
+    robot = robot_of(Spec((limb,), (beam,), o=origin, com=origin), twirl=1).statics
+    example = record.example_of(robot)
+    assert 0 < np.max(np.abs(solve(robot, *example).o)) < 1e-15
+    CompiledStatics(robot)
+    for shift, right in ((3e-16, True), (1e-6, False)):
+        moved = lambda *given, by=shift: replace(record.by_numpy(*given), o=record.by_numpy(*given).o + by)  # noqa: E731
+        monkeypatch.setattr(statics, "by_numpy", moved)
+        assert (CompiledStatics.kept(robot) is not None) == right
+
+
 def test_code_that_is_wrong_is_not_used(monkeypatch):
     """A wrong operation is noticed when the code is made: NumPy computes then."""
     robot = robot_of(cantilever())
-    right = statics.record_of
-
-    def wrong(model):
-        record = right(model)
-        k = max(k for k in record.numbers if record.tape.operations[k][0] == "multiply")
-        record.tape.operations[k] = ("add", *record.tape.operations[k][1:])
-        return Record(record.tape, record.numbers, record.truths, record.places)
-
-    monkeypatch.setattr(statics, "record_of", wrong)
+    monkeypatch.setattr(statics, "record_of", wrong_record)
     monkeypatch.setattr(statics, "key_of", lambda structure: "1" * 64)
     report = ks.engine_report(robot)
     assert not report.is_compiled and "other numbers than NumPy" in str(report)
