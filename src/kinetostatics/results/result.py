@@ -333,7 +333,7 @@ class Result(Told):
 
     @cached_property
     def centre_lines(self) -> Mapping[str, tuple[Array, Array]]:
-        """Axes (…, 3, 3) and points (…, n, 3) [m] of every beam at rest, those of :attr:`beams` in a fraction of their time."""
+        """Axes (…, 3, 3) and points (…, n, 3) [m] of every beam at rest: those of :attr:`beams`, in a fraction of their time."""
         return centre_lines(*self._motions)
 
     @cached_property
