@@ -19,8 +19,8 @@ from places import ROOT
 import kinetostatics as ks
 from kinetostatics.files.bundled import robot_path
 from kinetostatics.workspace.arguments import TRIED
+from kinetostatics.workspace.block import read_part, write_part
 from kinetostatics.workspace.process_pool import ProcessPool
-from kinetostatics.workspace.tasks import read_part, write_part
 
 GRID = {"z": np.linspace(0.45, 0.65, 5), "rx": np.linspace(-0.15, 0.15, 4), "ry": np.array([-0.1, 0.0, 0.12])}
 LOAD = (10.0, -20.0, -500.0, 3.0, 0.0, 5.0)

@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 from kinetostatics.cli.poses import PLATFORM_KINDS
-from kinetostatics.description.robot import RobotDescription
 from kinetostatics.exceptions import KinetostaticsError
 from kinetostatics.files.bundled import shipped_robots
 
@@ -85,12 +84,6 @@ def _path(args: argparse.Namespace) -> str:
     return str(getattr(args, "robot", None) or getattr(args, "source", None) or "")
 
 
-def _description(args: argparse.Namespace) -> RobotDescription:
-    from kinetostatics.files.reader import read_robot_file
-
-    return read_robot_file(_path(args))
-
-
 def _elements(args: argparse.Namespace, tag: str) -> list[str]:
     """Return the names of the elements of one kind that stand in the file itself, which need not be a robot yet."""
     from kinetostatics.files.bundled import read_robot
@@ -111,7 +104,9 @@ def _coordinates(args: argparse.Namespace) -> list[str]:
 
 
 def _drives(args: argparse.Namespace) -> list[str]:
-    return _assignments(_description(args).driven)
+    from kinetostatics.files.reader import read_robot_file
+
+    return _assignments(read_robot_file(_path(args)).driven)
 
 
 def _limbs(args: argparse.Namespace) -> list[str]:

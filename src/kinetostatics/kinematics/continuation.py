@@ -183,7 +183,7 @@ class BatchContinuation:
         return _Nodes(cells, boxes, poses, reached)
 
     def _continue_by_seeds(self, target: Array) -> tuple[SolverState, NDArray[np.bool_]]:
-        """Reach poses by way of one seed in each cell."""
+        """Reach poses by way of one seed in each cell, from which linear predictors lead to its neighbours."""
         N = target.shape[1]
         seed_numbers, seed_of = _seeds(target)
         if N < _FEW or seed_numbers.size > N / 4:
@@ -193,23 +193,10 @@ class BatchContinuation:
         arrived = np.zeros(N, dtype=bool)
         seed_number = np.where(led, np.cumsum(led) - 1, -1)[seed_of]
         # neighbours are solved together; those without a seed are not reached
-        order = np.argsort(seed_number, kind="stable")
-        order = order[np.searchsorted(seed_number[order], 0) :]
-        self.predict_from_seeds(seeds.take(led), target[:, seed_numbers[led]], seed_number[order], poses, arrived, target, order)
-        return poses, arrived
-
-    def predict_from_seeds(
-        self,
-        seeds: SolverState,
-        places: Array,
-        seed_of: NDArray[np.intp],
-        poses: SolverState,
-        arrived: NDArray[np.bool_],
-        target: Array,
-        which: NDArray[np.intp],
-    ) -> None:
-        """Reach some of the targets, in place, from the seeds (len(which),) at places (n, M) with linear predictors."""
-        solver, prescribed = self.solver, self.prescribed
+        which = np.argsort(seed_number, kind="stable")
+        which = which[np.searchsorted(seed_number[which], 0) :]
+        seed_of = seed_number[which]
+        solver, prescribed, seeds, places = self.solver, self.prescribed, seeds.take(led), target[:, seed_numbers[led]]
         per_target = _predictors(solver, prescribed, seeds, places, self.local)
         shifts = np.abs(target[:, which] - places[:, seed_of]) / longest_strides(solver, prescribed)[:, None]
         near = np.max(shifts, axis=0, initial=0.0) < 1
@@ -221,6 +208,7 @@ class BatchContinuation:
             size = solver.size(prescribed, step)
             found, arrived[some] = solver.newton(prescribed, guess, target[:, some], self.local, np.maximum(size, 1e-3))
             poses.x[:, some], poses.c[:, some] = found.x, found.c
+        return poses, arrived
 
     def _interpolate(self, nodes: _Nodes, target: Array) -> tuple[SolverState, NDArray[np.bool_]]:
         """Reach poses from polynomials through nodes of their cells; where one of a cell is not reached, none is.

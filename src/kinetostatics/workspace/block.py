@@ -1,8 +1,9 @@
-"""The numbers of one block of the grid."""
+"""The numbers of one block of the grid, and the file in which they are kept until the map is whole."""
 
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +22,7 @@ from kinetostatics.workspace.sweep_spec import Combination, SweepSpec
 if TYPE_CHECKING:
     from kinetostatics.kinematics.configuration import Configuration
     from kinetostatics.results.result import Result
+
 
 Array = NDArray[np.generic]
 
@@ -173,3 +175,42 @@ def _full(array: Array, kinds: Sequence[str], shape: tuple[int, ...]) -> Array:
 
 def _say(parameters: Mapping[str, object]) -> str:
     return ", ".join(f"{name} = {value}" for name, value in parameters.items()) or "these values"
+
+
+def block_numbers(spec: SweepSpec, labels: Labels, block: Block, path: str | None = None) -> dict[str, Array]:
+    """Return the variables of a block, having written them to a file if a ``path`` is given."""
+    numbers = compute_block(spec, labels, block)
+    if path is not None:
+        write_part(path, numbers)
+    return numbers
+
+
+def write_part(path: str, numbers: Mapping[str, Array]) -> None:
+    """Write a block to a file that is there as a whole or not at all, whatever happens to this process."""
+    unfinished = f"{path}.{os.getpid()}.tmp"
+    arrays = [np.asarray(array, order="C") for array in numbers.values()]
+    with open(unfinished, "wb") as file:
+        for array in (np.array(list(numbers)), *arrays, _checksum(arrays)):
+            np.save(file, array, allow_pickle=False)
+    os.replace(unfinished, path)
+
+
+def read_part(path: str) -> dict[str, Array] | None:
+    """Return the block of a file, None if it is not whole: after a power failure, say."""
+    try:
+        with open(path, "rb") as file:
+            names = np.load(file, allow_pickle=False)
+            arrays = [np.load(file, allow_pickle=False) for _ in names]
+            if np.load(file, allow_pickle=False) != _checksum(arrays):
+                return None
+    except (OSError, ValueError, EOFError):
+        return None
+    return dict(zip(names.tolist(), arrays, strict=True))
+
+
+def _checksum(arrays: Sequence[Array]) -> NDArray[np.uint64]:
+    """Return the sum of all numbers, taken as integers."""
+    total = np.zeros((), dtype=np.uint64)
+    for array in arrays:
+        total += array.reshape(-1).view(f"u{array.itemsize}").sum(dtype=np.uint64)
+    return total

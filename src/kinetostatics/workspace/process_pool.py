@@ -14,13 +14,15 @@ import threading
 import time
 from collections.abc import Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
-from typing import Any
+from functools import partial
+from typing import Any, TypeAlias
 
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.workspace.schema import Labels
 from kinetostatics.workspace.sweep_spec import SweepSpec
-from kinetostatics.workspace.tasks import Task
 
+#: A piece of work, to be called with what is asked for and the labels; a partial function, which goes to other processes.
+Task: TypeAlias = "partial[Any]"
 #: How often one after the other a process may die before any has done its work.
 ATTEMPTS = 3
 #: One thread each: the processes share the cores among themselves.

@@ -20,14 +20,14 @@ from kinetostatics.printing.waiting import waiting
 from kinetostatics.robot import Robot
 from kinetostatics.workspace import provenance
 from kinetostatics.workspace.arguments import need, read_sweep_spec, try_robots, try_sweep_spec
+from kinetostatics.workspace.block import block_numbers, read_part
 from kinetostatics.workspace.grid import Block, block_sizes, cut, shape_of, sizes_of
-from kinetostatics.workspace.process_pool import ProcessPool
+from kinetostatics.workspace.process_pool import ProcessPool, Task
 from kinetostatics.workspace.progress import Bar, wants_bar
 from kinetostatics.workspace.schema import Labels, check_names, labels_of, template
 from kinetostatics.workspace.storage import Storage, check_disk, check_memory, open_map, store_of
 from kinetostatics.workspace.sweep_spec import SweepSpec
 from kinetostatics.workspace.targets import Target, in_memory
-from kinetostatics.workspace.tasks import Task, block_numbers, read_part
 
 if TYPE_CHECKING:
     import xarray as xr

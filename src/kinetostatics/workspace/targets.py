@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from kinetostatics.workspace.assembly_modes.repair import Finished, finish
 from kinetostatics.workspace.grid import Block, cut, sizes_of
+from kinetostatics.workspace.process_pool import Task
 from kinetostatics.workspace.schema import ZERO_MODE, Labels, variables
 from kinetostatics.workspace.sweep_spec import Combination, SweepSpec
-from kinetostatics.workspace.tasks import Task
 
 if TYPE_CHECKING:
     import xarray as xr
