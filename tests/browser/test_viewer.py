@@ -285,6 +285,41 @@ def test_path_plays_and_pauses(visit, path_page):
     assert value_of(page, "path") == pytest.approx(paused, abs=0.01)
 
 
+def test_a_late_pose_of_a_long_path_is_right(visit, root, tmp_path, monkeypatch):
+    """A thousand poses, rounded to twenty bits: figures and numbers are those of the result wherever the slider stands."""
+    monkeypatch.setattr(ks.viewer.page, "ROUNDINGS", ((20, ""),))
+    robot = ks.load_robot(root / "robots" / "3rps.urdf.xacro")
+    turn = np.linspace(0, 6 * np.pi, 1000)
+    path = robot.assemble(platform={"z": 0.5 + 0.05 * np.sin(turn / 2), "rx": 0.15 * np.cos(turn), "ry": 0.15 * np.sin(turn)})
+    result = ks.analyze(path, load=LOAD)
+    file = tmp_path / "long.html"
+    ks.save_html(result, file)
+    assert file.stat().st_size < 2e6
+    page = visit(file.as_uri(), (1400, 850))
+    page.evaluate("robot_page.selectPath('beams/rod_3')")
+    e = page.evaluate("robot_page.state.exaggeration")
+    for k in (997, 3):
+        move(page, "path", k)
+        frame, twist, beam = result.configuration.platform_frame[k], result.twist[k], result.beams["rod_3"]
+        np.testing.assert_allclose(page.evaluate("robot_page.readout(null)"), twist, rtol=0, atol=2e-6 * np.abs(twist).max())
+        for name, share in result.contributions.items():
+            found = page.evaluate("k => robot_page.readout(k)", list(result.contributions).index(name))
+            np.testing.assert_allclose(found, share[k], rtol=0, atol=2e-6 * np.abs(twist).max(), err_msg=name)
+        rest = vertices(page, "Rest/platform")
+        at = np.concatenate([frame[:3, 3] + e * twist[:3], e * twist[3:]])
+        expected = at[:3] + (rest - frame[:3, 3]) @ rotation(at[3:]).T
+        np.testing.assert_allclose(vertices(page, "Deformed/platform"), expected, atol=1e-5)
+        bent = (beam.points + e * beam.deflections)[k, ::5]
+        np.testing.assert_allclose(rings(vertices(page, "Deformed/beams/rod_3"), stations=5), bent, atol=1e-5)
+        for name, force in result.actuator_forces.items():
+            value = page.evaluate("(path) => robot_page.arrows.get(path).value", f"Arrows/actuator forces/{name}")
+            assert value == pytest.approx(force[k], rel=1e-5)
+        card = page.inner_text("#robot-card").replace("\u2212", "-")
+        assert f"largest von Mises stress\t{float(beam.stress[k]) / 1e6:.4g}"[:29] in card
+        z = float(path.platform_coordinates()["z"][k])
+        assert f"z {1e3 * z:.1f}"[:6] in page.inner_text("#robot-facts")
+
+
 # ---- notebooks and live pages --------------------------------------------------------------------------------------
 
 

@@ -1,5 +1,8 @@
 """Pages of the viewer in headless Chromium: opened, operated and looked at."""
 
+import base64
+import gzip
+import json
 from contextlib import contextmanager
 
 import numpy as np
@@ -52,6 +55,12 @@ def visits(browser):
         assert problems == []
         assert [url for url in requests if not url.startswith(("file:", "data:", "blob:"))] == []
         context.close()
+
+
+def packed_in(html):
+    """The scene that the text of a page holds, compressed."""
+    data = html.partition('<script id="robot-packed" type="text/plain">')[2].partition("</script>")[0]
+    return json.loads(gzip.decompress(base64.b64decode(data)))["scene"]
 
 
 def vertices(page, path):

@@ -15,10 +15,10 @@ from pathlib import Path
 from typing import Any, overload
 
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
-from kinetostatics.printing.waiting import in_notebook, pausing
+from kinetostatics.printing.waiting import in_notebook, pausing, waiting
 from kinetostatics.results.result import Result
 from kinetostatics.viewer.description import Scene
-from kinetostatics.viewer.page import iframe_html, page_html
+from kinetostatics.viewer.page import fitting_page, iframe_html
 from kinetostatics.viewer.scene import describe_scene
 from kinetostatics.viewer.screenshot import save_screenshot
 
@@ -186,11 +186,15 @@ def _page(
     ways: bool,
     compare: Result | None,
 ) -> str:
-    def scene(one: Result, title: str | None) -> Scene:
-        return describe_scene(one.by_mechanism if ways else one, title, pose=pose, exaggeration=exaggeration)
+    def scene(one: Result, title: str | None, every: int) -> Scene:
+        return describe_scene(one.by_mechanism if ways else one, title, pose=pose, exaggeration=exaggeration, every=every)
 
-    shown = scene(result, title)
-    return page_html((shown if compare is None else replace(shown, compare=scene(compare, None))).plain())
+    def both(every: int) -> Scene:
+        shown = scene(result, title, every)
+        return shown if compare is None else replace(shown, compare=scene(compare, None, every))
+
+    with waiting("making the page"):
+        return fitting_page(both)
 
 
 def _into(

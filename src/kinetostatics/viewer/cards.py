@@ -16,7 +16,7 @@ from kinetostatics.reports.json import drive_unit
 from kinetostatics.reports.pose import drive_coordinates
 from kinetostatics.results.beam import BeamResult
 from kinetostatics.viewer.joints import Joint
-from kinetostatics.viewer.packing import packed, plain_scale
+from kinetostatics.viewer.packing import Packing, plain_scale
 from kinetostatics.viewer.poses import ShownPoses
 
 
@@ -28,10 +28,11 @@ class Row:
     scale: Scale
     values: Array
 
-    def plain(self) -> dict[str, Any]:
+    def plain(self, packing: Packing) -> dict[str, Any]:
         """Return it as JSON wants it."""
+        width = self.values[0].size
         return {
-            "words": self.words, **plain_scale(self.scale), "width": self.values[0].size, "values": packed(self.values, "<f4")
+            "words": self.words, **plain_scale(self.scale), "width": width, "values": packing.path(self.values, width)
         }  # fmt: skip
 
 
@@ -53,11 +54,12 @@ class Card:
     first: int = 0
     lines: dict[str, Array] = field(default_factory=dict)
 
-    def plain(self) -> dict[str, Any]:
+    def plain(self, packing: Packing) -> dict[str, Any]:
         """Return it as JSON wants it."""
-        lines = {name: packed(values, "<f4") for name, values in self.lines.items()}
+        lines = {name: packing.path(values) for name, values in self.lines.items()}
         return {
-            "kind": self.kind, "rows": [row.plain() for row in self.rows], "note": self.note, "first": self.first, "lines": lines
+            "kind": self.kind, "rows": [row.plain(packing) for row in self.rows], "note": self.note, "first": self.first,
+            "lines": lines,
         }  # fmt: skip
 
 

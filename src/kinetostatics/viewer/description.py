@@ -12,7 +12,7 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.math.rotations import exponential, quaternion_of_matrix
 from kinetostatics.viewer.cards import Card, quantities_of
 from kinetostatics.viewer.facts import Facts
-from kinetostatics.viewer.packing import packed
+from kinetostatics.viewer.packing import EXACT, Packing, packed
 from kinetostatics.viewer.shapes import Surface
 
 
@@ -45,6 +45,11 @@ class Stations:
         self.rest.append(rest)
         self.twists.append(np.zeros((self.frames, len(self.sources), 6)) if twist is None else twist)
         return len(self.rest) - 1
+
+    @property
+    def size(self) -> int:
+        """How many numbers poses and twists are."""
+        return self.frames * len(self.rest) * (7 + 6 * len(self.sources))
 
     @property
     def poses(self) -> Array:
@@ -134,14 +139,14 @@ class Arrow:
         """The longest it gets with all shares at one [N, N·m]."""
         return float(np.linalg.norm(self.vector.sum(axis=1), axis=-1).max())
 
-    def plain(self, metres_per_unit: float, radius: float, colour: str) -> dict[str, Any]:
+    def plain(self, metres_per_unit: float, radius: float, colour: str, packing: Packing) -> dict[str, Any]:
         """Return it as JSON wants it."""
         return {
             "path": f"Arrows/{self.group}/{self.name}", "label": self.label, "kind": self.kind, "station": self.station,
-            "offset": self.offset, "vector": packed(self.vector, "<f4"), "unit": self.unit,
-            "positive": None if self.positive is None else packed(self.positive, "<f4"),
+            "offset": self.offset, "vector": packing.path(self.vector, 3), "unit": self.unit,
+            "positive": None if self.positive is None else packing.path(self.positive, 3),
             "anchor": self.anchor if isinstance(self.anchor, str) else None,
-            "outward": None if isinstance(self.anchor, str) else packed(self.anchor, "<f4"),
+            "outward": None if isinstance(self.anchor, str) else packing.path(self.anchor, 3),
             "metres_per_unit": metres_per_unit, "radius": radius, "colour": colour,
         }  # fmt: skip
 
@@ -181,12 +186,16 @@ class Scene:
     compare: Scene | None = None
     live: dict[str, Any] | None = None
 
-    def plain(self) -> dict[str, Any]:
-        """Return it as numbers, strings, lists and dictionaries; arrays as base64 of little-endian numbers."""
+    def plain(self, packing: Packing = EXACT) -> dict[str, Any]:
+        """Return it as numbers, strings, lists and dictionaries; arrays as base64 of little-endian numbers.
+
+        Args:
+            packing: how numbers are written that change along a path.
+        """
         e = self.exaggeration
         return {
-            **self.moving(),
-            **self.told(),
+            **self.moving(packing),
+            **self.told(packing),
             "title": self.title,
             "exaggeration": {"value": e, "min": min(1.0, e / 100), "max": max(100.0, e * 100)},
             "meshes": [mesh.plain() for mesh in self.meshes],
@@ -197,7 +206,7 @@ class Scene:
             "labels": [{"path": f"Labels/{path}", "station": at, "text": text} for path, at, text in self.labels],
             "seconds": float(np.clip(0.12 * self.stations.frames, 2, 8)),
             "groups": GROUPS,
-            "compare": None if self.compare is None else self.compare.plain(),
+            "compare": None if self.compare is None else self.compare.plain(packing=packing),
             "size": self.size,
             "view": VIEW,
             "ramp": RAMP,
@@ -206,7 +215,7 @@ class Scene:
             "hidden": [f"Arrows/{group}" for group in HIDDEN],
         }  # fmt: skip
 
-    def moving(self) -> dict[str, Any]:
+    def moving(self, packing: Packing = EXACT) -> dict[str, Any]:
         """Return what another pose or load changes of :meth:`plain`, but for notes and cards."""
         stations = self.stations
         return {
@@ -214,19 +223,19 @@ class Scene:
             "readout": self.readout,
             "stations": {
                 "count": len(stations.rest), "frames": stations.frames,
-                "pose": packed(stations.poses, "<f4"), "twist": packed(stations.all_twists, "<f4"),
+                "pose": packing.path(stations.poses, 7), "twist": packing.path(stations.all_twists, 6 * len(stations.sources)),
             },
-            "arrows": [arrow.plain(scale, radius, colour) for arrow, scale, radius, colour in self.scaled_arrows()],
-            "facts": self.facts.plain(),
+            "arrows": [arrow.plain(*how, packing) for arrow, *how in self.scaled_arrows()],
+            "facts": self.facts.plain(packing),
             "units": self.facts.units(),
             "live": self.live,
         }  # fmt: skip
 
-    def told(self) -> dict[str, Any]:
+    def told(self, packing: Packing = EXACT) -> dict[str, Any]:
         """Return notes and cards of :meth:`plain`."""
         return {
             "notes": self.notes,
-            "cards": {path: card.plain() for path, card in self.cards.items()},
+            "cards": {path: card.plain(packing) for path, card in self.cards.items()},
             "quantities": [quantity.plain() for quantity in quantities_of(self.cards.values())],
         }
 

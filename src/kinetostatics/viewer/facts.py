@@ -10,7 +10,7 @@ import numpy as np
 from kinetostatics.math.arrays import Array
 from kinetostatics.printing.text import ANGLES, LENGTHS, Scale, largest
 from kinetostatics.reports.pose import facts_of, platform_coordinates
-from kinetostatics.viewer.packing import packed, plain_scale
+from kinetostatics.viewer.packing import Packing, plain_scale
 from kinetostatics.viewer.poses import ShownPoses
 
 
@@ -33,11 +33,11 @@ class Facts:
     displacement: Scale
     rotation: Scale
 
-    def plain(self) -> dict[str, Any]:
+    def plain(self, packing: Packing) -> dict[str, Any]:
         """Return it as JSON wants it."""
         return {
             "pose": [{"name": name, "unit": unit, "values": np.round(values, 6).tolist()} for name, unit, values in self.pose],
-            "gravity": packed(self.gravity, "<f4"), "load": packed(self.load, "<f4"), "status": self.status,
+            "gravity": packing.path(self.gravity, 3), "load": packing.path(self.load, 6), "status": self.status,
         }  # fmt: skip
 
     def units(self) -> dict[str, Any]:

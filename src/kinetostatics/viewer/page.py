@@ -5,6 +5,9 @@ from __future__ import annotations
 import html
 import json
 import re
+import warnings
+from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 from importlib.resources import files
 from importlib.util import find_spec
@@ -12,6 +15,8 @@ from pathlib import Path
 from typing import Any
 
 from kinetostatics.exceptions import KinetostaticsError
+from kinetostatics.viewer.description import Scene
+from kinetostatics.viewer.packing import Packing, zipped
 
 _SCRIPTS = (
     "motion.js", "drawing.js", "colouring.js", "compare.js", "views.js", "panel.js", "cards.js", "picture.js", "live.js",
@@ -19,13 +24,44 @@ _SCRIPTS = (
 )  # fmt: skip
 
 
+#: A page is smaller than this [characters].
+MOST = 5_000_000
+#: Bits to which numbers of a path are rounded, in turn until the page is small enough (None: single precision), and what that
+#: makes of them. Twenty bits are more digits than the page shows.
+ROUNDINGS = ((None, ""), (20, ""), (16, "0.001 %"), (12, "0.02 %"))
+
+
+def fitting_page(describe: Callable[[int], Scene], every: int = 1) -> str:
+    """Return the page of a path with as many digits and poses as fit into :data:`MOST`; a note and a warning tell what does not.
+
+    Args:
+        describe: gives the scene with every n-th pose of its path.
+        every: n, at first.
+    """
+    scene = describe(every)
+    one_pose = max(shown.stations.frames for shown in (scene, scene.compare) if shown is not None) == 1
+    hopeless = scene.stations.size > MOST  # in single precision, to be tried
+    for bits, part in ROUNDINGS[hopeless:]:
+        losses = [f"numbers are rounded to {part} of the largest"] if part else []
+        losses += [f"of {every} poses that follow one another one is shown"] if every > 1 else []
+        note = f"{' and '.join(losses)}, to keep the page below {MOST / 1e6:.0f} MB"
+        shown = replace(scene, notes=[*scene.notes, note]) if losses else scene
+        page = page_html(shown.plain(packing=Packing(bits)))
+        if len(page) < MOST or one_pose:
+            if losses:
+                warnings.warn(note, stacklevel=3 + every.bit_length())
+            return page
+    return fitting_page(describe, 2 * every)
+
+
 def page_html(scene: dict[str, Any]) -> str:
     """Return the page of a scene (:meth:`Scene.plain`)."""
+    held = {"meshcat": _meshcat(), "scene": scene}
     parts = {
         "title": html.escape(scene["title"]),
         "style": _asset("page.css"),
-        "meshcat": _meshcat(),
-        "scene": json.dumps(scene, allow_nan=False, separators=(",", ":")).replace("</", "<\\/"),
+        "packed": zipped(json.dumps(held, allow_nan=False, separators=(",", ":"))),
+        "unpacking": _asset("unpacking.js"),
         "script": "".join(_asset(name) for name in _SCRIPTS),
     }
     return re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], _asset("page.html"))

@@ -33,7 +33,7 @@ class ShownPoses:
         labels: what the page calls them.
     """
 
-    def __init__(self, result: Result, pose: int | tuple[int, ...] | None = None) -> None:
+    def __init__(self, result: Result, pose: int | tuple[int, ...] | None = None, every: int = 1) -> None:
         self.result = result
         order = serpentine(result.shape) if pose is None else np.array([_place(result.shape, pose)])
         twist = result.twist.reshape(-1, 6)[order]
@@ -55,6 +55,7 @@ class ShownPoses:
             raise ArgumentError(
                 f"the result has {len(self.indices)} poses; a page shows at most {MOST_POSES}: take a coarser path or grid"
             )
+        self.indices = self.indices[::every]
         self.sources = tuple(result.contributions)
         labels: dict[str, str] = {}
         for limb in result.limbs:

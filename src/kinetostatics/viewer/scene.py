@@ -38,6 +38,7 @@ def describe_scene(
     exaggeration: float | None = None,
     like: Scene | None = None,
     groups: Collection[str] | None = None,
+    every: int = 1,
 ) -> Scene:
     """Return the scene of a result: one pose, or a batch of poses as a path.
 
@@ -51,13 +52,14 @@ def describe_scene(
         exaggeration: of displacements at first; default the largest motion is about a tenth of the robot.
         like: an earlier scene of the robot, whose surfaces are taken again; notes and cards are left out then.
         groups: of arrows that are wanted at least; default all.
+        every: of the poses of a path only every n-th is shown.
 
     Raises:
         ArgumentError: no pose could be analysed, there are too many, or ``pose`` or ``exaggeration`` makes no sense.
     """
     if exaggeration is not None and not (isinstance(exaggeration, Real) and 0 < exaggeration < math.inf):
         raise ArgumentError(f"exaggeration is {exaggeration!r}; it must be a positive number")
-    poses = ShownPoses(result, pose)
+    poses = ShownPoses(result, pose, every)
     scene = _Builder(poses, link_visuals(result.robot.description) if visuals is None else visuals, like).build(title, groups)
     return scene if exaggeration is None else replace(scene, exaggeration=float(exaggeration))
 

@@ -1,7 +1,6 @@
 """The viewer's scene: everything that can be checked without a browser."""
 
 import base64
-import json
 import subprocess
 import sys
 import warnings
@@ -11,8 +10,10 @@ import numpy as np
 import package_robots
 import pytest
 import trimesh
+from browser_pages import packed_in
 
 import kinetostatics as ks
+import kinetostatics.viewer.page
 from kinetostatics import sections
 from kinetostatics.cli import main as cli
 from kinetostatics.files.reader import parse_robot_text
@@ -20,8 +21,9 @@ from kinetostatics.viewer.cards import quantities_of
 from kinetostatics.viewer.decimation import decimated
 from kinetostatics.viewer.joints import find_joints
 from kinetostatics.viewer.live import LiveRobot
-from kinetostatics.viewer.page import page_html
-from kinetostatics.viewer.poses import ShownPoses, serpentine
+from kinetostatics.viewer.packing import Packing
+from kinetostatics.viewer.page import fitting_page, page_html
+from kinetostatics.viewer.poses import MOST_POSES, ShownPoses, serpentine
 from kinetostatics.viewer.scene import describe_scene
 from kinetostatics.viewer.shapes import Surface, ball, pin, swept
 from kinetostatics.viewer.visuals import link_visuals
@@ -282,6 +284,44 @@ def test_long_paths_have_fewer_stations_and_fit_into_a_page():
         np.testing.assert_array_equal(card.lines["M_y"][:, n], beam.section_wrenches[:, 2 * n, 4])
 
 
+def test_the_longest_path_fits_into_a_page_with_all_digits(tmp_path):
+    robot = package_robots.robot("2pru_upr")
+    turn = np.linspace(0, 6 * np.pi, MOST_POSES)
+    path = robot.assemble(platform={"z": 0.6 + 0.02 * np.sin(turn / 3), "rx": 0.1 * np.cos(turn), "ry": 0.1 * np.sin(turn)})
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        ks.save_html(ks.analyze(path, load=LOAD), tmp_path / "path.html")
+    page = (tmp_path / "path.html").read_text(encoding="utf-8")
+    assert len(page) < 5e6
+    stations = packed_in(page)["stations"]
+    assert stations["frames"] == MOST_POSES and stations["twist"]["step"] is None
+
+
+def test_what_does_not_fit_is_rounded_and_then_left_out_with_a_note(monkeypatch, recwarn):
+    robot = package_robots.robot("3rps")
+    z = np.random.default_rng(1).uniform(0.45, 0.6, 60)
+    result = ks.analyze(robot.assemble(platform={"z": z, "rx": 0.0, "ry": 0.1}), load=LOAD)
+
+    def notes(most):
+        monkeypatch.setattr(kinetostatics.viewer.page, "MOST", most)
+        scene = packed_in(fitting_page(lambda every: describe_scene(result, every=every)))
+        assert [str(item.message) for item in recwarn] == scene["notes"]
+        recwarn.clear()
+        return scene["stations"]["frames"], scene["notes"]
+
+    monkeypatch.setattr(kinetostatics.viewer.page, "_meshcat", lambda: "")
+    whole = len(page_html(describe_scene(result).plain()))
+    kept = len(page_html(describe_scene(result).plain(packing=Packing(20))))
+    assert kept < whole
+    assert notes(whole + 1) == (60, []) and notes(kept + 1) == (60, [])
+    frames, (note,) = notes(kept)
+    assert frames == 60 and note.startswith("numbers are rounded to 0.001 % of the largest, to keep")
+    frames, (note,) = notes(len(page_html(describe_scene(result).plain(packing=Packing(12)))))
+    assert frames == 30 and "of 2 poses that follow one another one is shown" in note
+    frames, (note,) = notes(1000)  # less than meshcat's own script
+    assert frames == 1 and note.startswith("of 64 poses that follow one another one is shown, ")
+
+
 def test_failed_poses_are_left_out_with_a_warning():
     robot = package_robots.robot("2pru_upr")
     result = ks.analyze(robot.assemble(platform={"z": np.array([0.6, 5.0, 0.62]), "rx": 0.0, "ry": 0.0}))
@@ -429,12 +469,11 @@ def test_fewer_triangles_keep_the_shape():
 def test_page_holds_the_scene_and_no_address(scene):
     plain = scene.plain()
     page = page_html(plain)
-    data = page.partition('<script id="robot-scene" type="application/json">')[2].partition("</script>")[0]
-    read = json.loads(data)
+    read = packed_in(page)
     poses = np.frombuffer(base64.b64decode(read["stations"]["pose"]), "<f4").reshape(1, -1, 7)
     np.testing.assert_allclose(poses, scene.stations.poses, atol=1e-6)
     assert 'src="http' not in page and 'href="http' not in page
-    assert len(page) < 3e6
+    assert len(page) < 6e5
     nasty = page_html({**plain, "title": "</script><b>&"})
     assert nasty.count("</script>") == page.count("</script>")
 
@@ -457,12 +496,13 @@ def test_command_writes_pages(tmp_path, capsys):
     assert file.read_text(encoding="utf-8").startswith("<!DOCTYPE html>")
     sweep = ["--platform", "z=500mm", "--sweep", "rx=-10deg:10deg:7", "ry=0:5deg"]
     assert cli.main(["view", robot, *sweep, "--html", str(file)]) == 0
-    assert '"frames":7' in file.read_text(encoding="utf-8")
+    assert packed_in(file.read_text(encoding="utf-8"))["stations"]["frames"] == 7
     drives = ["--sweep", "prismatic_1=-20mm:20mm:5"]
     assert cli.main(["view", robot, *drives, "--html", str(file)]) == 0
-    assert '"frames":5' in file.read_text(encoding="utf-8")
+    assert packed_in(file.read_text(encoding="utf-8"))["stations"]["frames"] == 5
     assert cli.main(["view", robot, "--ways", "--html", str(file)]) == 0
-    assert '"platform_weight","limb_1: attached","limb_2: attached",' in file.read_text(encoding="utf-8")
+    ways = packed_in(file.read_text(encoding="utf-8"))["contributions"]
+    assert ways[:4] == ["load", "platform_weight", "limb_1: attached", "limb_2: attached"]
     capsys.readouterr()
 
 

@@ -6,7 +6,7 @@
     const scene = frame.contentWindow && frame.contentWindow.robot_page;
     if (scene && scene.ready) still.src = scene.picture();
   };
-  frame.addEventListener("load", take);
+  addEventListener("message", take); // the scene tells when it is drawn
   addEventListener("beforeprint", take);
   take();
 })();

@@ -13,9 +13,9 @@ const state = { exaggeration: 1, shares: new Map(), time: 0, playing: false, qua
 
 const qa = new THREE.Quaternion(), qb = new THREE.Quaternion(), axis = new THREE.Vector3(), point = new THREE.Vector3();
 
-/** Decode a base64 string of little-endian numbers. */
-function decode(text, Type) {
-  return new Type(Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer);
+/** Decode a base64 string of little-endian numbers, or the differences along a path. */
+function decode(packed, Type) {
+  return typeof packed === "string" ? new Type(bytesOf(packed).buffer) : unpackPath(packed);
 }
 
 /** Decode the arrays of a description, or of the part of it that an answer has. */

@@ -1,4 +1,4 @@
-/* Start: needs meshcat's `viewer`, and the description in <script id="robot-scene">. */
+/* Start: needs meshcat's `viewer` and the `description` of the scene. */
 
 /** Draw everything anew after a slider moved. */
 function refresh() {
@@ -28,7 +28,6 @@ const page = window.robot_page = {
   get stations() { return page.robots[0].now; }, get scene() { return page.robots[0].scene; },
 };
 {
-  const description = JSON.parse(document.getElementById("robot-scene").textContent);
   state.exaggeration = description.exaggeration.value;
   page.robots.push(new Robot(description));
   if (description.compare) {
@@ -51,4 +50,5 @@ const page = window.robot_page = {
   viewer.render = () => { renderPanes(); placeLabels(); updateSwitches(); };
   viewer.set_dirty();
   page.ready = true;
+  if (parent !== window) parent.postMessage("robot-page ready", "*"); // a page that has this one in a frame may wait for it
 }
