@@ -225,7 +225,7 @@ class Scene:
                 "count": len(stations.rest), "frames": stations.frames,
                 "pose": packing.path(stations.poses, 7), "twist": packing.path(stations.all_twists, 6 * len(stations.sources)),
             },
-            "arrows": [arrow.plain(*how, packing) for arrow, *how in self.scaled_arrows()],
+            "arrows": [arrow.plain(scale, r, colour, packing) for arrow, scale, r, colour in self.scaled_arrows()],
             "facts": self.facts.plain(packing),
             "units": self.facts.units(),
             "live": self.live,
