@@ -55,7 +55,7 @@ def test_a_grid_and_a_table_of_poses(capsys, tmp_path):
     [
         ("z,rx,ry\n", "a line of names"),
         ("z,z,ry\n1,2,3\n", "'z' is given twice"),
-        ("z,rx,ry\n0.5,0\n", ":2: 2 cells below 3 names"),
+        ("z,rx,ry\n0.5,0\n", ":2: 2 cells below 3 titles"),
         ("z,rx,ry\n0.5,0,1mm\n", ":2: ry: '1mm' is a length, but an angle is needed"),
         ("z [,rx,ry\n0.5,0,1\n", "is not a name"),
         ("z [mm],rx [deg],ry\n500,,1\n", ":2: rx is missing"),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import os
 from collections.abc import Sequence
 from typing import Any
@@ -13,7 +12,7 @@ from kinetostatics.argument_checks import check_choice, check_mapping, finite_nu
 from kinetostatics.description.gauges import COMPONENTS, Gauge
 from kinetostatics.design.requirements import parse_number
 from kinetostatics.exceptions import ArgumentError, near_names
-from kinetostatics.files.tables import numbered_rows, title_of
+from kinetostatics.files.tables import table_rows, title_of
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array, Index
 from kinetostatics.math.linalg import cross
@@ -95,28 +94,6 @@ def _read_file(path: str) -> dict[str, tuple[str, Gauge]]:
             cells["point"] = point
         found[where] = (name, Gauge(direction, **cells))
     return found
-
-
-def table_rows(path: str, what: str) -> list[tuple[int, list[str]]]:
-    """Return line numbers and cells of a CSV file: titles, and rows of as many cells.
-
-    Raises:
-        ArgumentError: there are none; the message says ``what`` the table is like.
-    """
-    try:
-        with open(path, newline="", encoding="utf-8-sig") as file:
-            rows = numbered_rows(file)
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise ArgumentError(f"{path} cannot be read: {getattr(error, 'strerror', None) or error}") from None
-    if len(rows) < 2:
-        raise ArgumentError(f"{path}: {what}")
-    titles = rows[0][1]
-    if len(titles) == 1 and ";" in titles[0]:
-        raise ArgumentError(f"{path}:{rows[0][0]}: separate columns by commas, not by semicolons, and write 0.5, not 0,5")
-    for number, row in rows[1:]:
-        if len(row) != len(titles):
-            raise ArgumentError(f"{path}:{number}: {len(row)} cells below {len(titles)} titles")
-    return rows
 
 
 def number_in(cell: object, unit: str, kind: str, what: str) -> float:

@@ -57,8 +57,7 @@ def _one(unknowns: Sequence[Unknown], J: Array, direction: Array) -> Unidentifia
         size = abs(weight)
         what = f"their {sign}" if abs(size - 1) < 1e-4 else f"{names[0]} {'−' if weight < 0 else '+'} {size:.4g} times {names[1]}"
         return Unidentifiable(changes, f"{together}: the readings see only {what}, relative to the values in the file")
-    parts = ", ".join(f"{100 * direction[k]:+.3g} % of {name}" for k, name in zip(mine, names, strict=True))
-    return Unidentifiable(changes, f"{together}: {parts} change no reading together")
+    return Unidentifiable(changes, f"{together}: changed together in one ratio, they change no reading")
 
 
 def _called(unknown: Unknown) -> str:

@@ -10,20 +10,16 @@ from typing import Any
 
 import numpy as np
 
-from kinetostatics.calibration.gauges import number_in, table_rows
+from kinetostatics.calibration.gauges import number_in
 from kinetostatics.description.gauges import Gauge
+from kinetostatics.description.units import PLATFORM_KINDS
 from kinetostatics.exceptions import ArgumentError, near_names
-from kinetostatics.files.tables import title_of
+from kinetostatics.files.tables import table_rows, title_of
 from kinetostatics.math.arrays import Array, Index
 from kinetostatics.robot import Robot
 
 #: Components of the load, and a column of words that nothing reads.
 LOADS, NOTE = ("Fx", "Fy", "Fz", "Mx", "My", "Mz"), "note"
-#: Coordinates of the platform and their kinds.
-PLATFORM = {
-    **dict.fromkeys(("x", "y", "z"), "length"),
-    **dict.fromkeys(("rx", "ry", "rz", "azimuth", "tilt", "torsion"), "angle"),
-}
 
 
 @dataclass(frozen=True)
@@ -56,7 +52,7 @@ def read_measurements(robot: Robot, given: Any, gauges: Mapping[str, Gauge]) -> 
         ArgumentError: a title or a cell makes no sense; the message names file and line.
     """
     where, titles, rows = _table(given)
-    kinds = {**PLATFORM, **_drives(robot), **{name: "force" if name[0] == "F" else "moment" for name in LOADS}}
+    kinds = {**PLATFORM_KINDS, **_drives(robot), **{name: "force" if name[0] == "F" else "moment" for name in LOADS}}
     kinds |= {name: gauge.kind for name, gauge in gauges.items()}
     named = [title_of(title) or (title.strip(), "") for title in titles]
     names = [name for name, _ in named]

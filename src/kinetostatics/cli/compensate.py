@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import csv
 import math
 from typing import TYPE_CHECKING
 
 from kinetostatics.cli import arguments, poses
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.files.tables import numbered_rows, title_of
+from kinetostatics.files.tables import table_rows, title_of
 from kinetostatics.printing.waiting import waiting
 
 if TYPE_CHECKING:
@@ -109,15 +108,7 @@ def _read_table(robot: Robot, path: str) -> tuple[str, dict[str, list[float]]]:
     Raises:
         ArgumentError: a title or a cell makes no sense; the message names file and line.
     """
-    with open(path, newline="", encoding="utf-8-sig") as file:
-        try:
-            rows = numbered_rows(file)
-        except (csv.Error, UnicodeDecodeError) as error:
-            raise ArgumentError(f"{path}: not a table of text: {error}") from None
-    if len(rows) < 2:
-        raise ArgumentError(f"{path}: a table has a line of names, such as z [mm],rx [deg], and below it a line for each pose")
-    if len(rows[0][1]) == 1 and ";" in rows[0][1][0]:
-        raise ArgumentError(f"{path}:{rows[0][0]}: separate columns by commas, not by semicolons, and write 0.5, not 0,5")
+    rows = table_rows(path, "a table has a line of names, such as z [mm],rx [deg], and below it a line for each pose")
     titles = []
     for cell in rows[0][1]:
         title = title_of(cell)
@@ -130,8 +121,6 @@ def _read_table(robot: Robot, path: str) -> tuple[str, dict[str, list[float]]]:
     option = "--actuators" if any(name in robot.description.driven for name in names) else "--platform"
     columns: dict[str, list[float]] = {name: [] for name in names}
     for number, row in rows[1:]:
-        if len(row) != len(titles):
-            raise ArgumentError(f"{path}:{number}: {len(row)} cells below {len(titles)} names")
         for (name, unit), cell in zip(titles, row, strict=True):
             if not cell.strip():
                 raise ArgumentError(f"{path}:{number}: {name} is missing: a cell is empty")

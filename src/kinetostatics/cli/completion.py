@@ -9,7 +9,7 @@ import argparse
 from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
-from kinetostatics.cli.poses import PLATFORM_KINDS
+from kinetostatics.description.units import PLATFORM_KINDS
 from kinetostatics.exceptions import KinetostaticsError
 from kinetostatics.files.bundled import shipped_robots
 

@@ -7,17 +7,12 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from kinetostatics.cli.arguments import SEVERAL, number_of, parse_coordinates, parse_items, parse_values
+from kinetostatics.description.units import PLATFORM_KINDS
 from kinetostatics.exceptions import ArgumentError, AssemblyError, KinetostaticsError
 
 if TYPE_CHECKING:
     from kinetostatics.kinematics.configuration import Configuration
     from kinetostatics.robot import Robot
-
-#: Kinds of the platform's coordinates; of other names the robot complains.
-PLATFORM_KINDS = {
-    **dict.fromkeys(("x", "y", "z"), "length"),
-    **dict.fromkeys(("rx", "ry", "rz", "azimuth", "tilt", "torsion"), "angle"),
-}
 
 
 def add_pose_arguments(

@@ -66,6 +66,11 @@ KINDS = {
     "stiffness": "N/m",
     "turning stiffness": "N·m/rad",
 }
+#: Kinds of the platform's coordinates.
+PLATFORM_KINDS = {
+    **dict.fromkeys(("x", "y", "z"), "length"),
+    **dict.fromkeys(("rx", "ry", "rz", "azimuth", "tilt", "torsion"), "angle"),
+}
 #: What messages say of the units there are.
 KNOWN = (
     "m, g, s, K, rad, deg, N, J, Pa and bar, with SI prefixes (mm, cm, µm, kN, MPa, mrad), and what is made of them: "

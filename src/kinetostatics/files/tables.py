@@ -6,6 +6,8 @@ import csv
 import re
 from collections.abc import Iterable
 
+from kinetostatics.exceptions import ArgumentError
+
 
 def numbered_rows(lines: Iterable[str]) -> list[tuple[int, list[str]]]:
     """Return all rows that are not empty, each with the number of its line.
@@ -14,6 +16,28 @@ def numbered_rows(lines: Iterable[str]) -> list[tuple[int, list[str]]]:
         csv.Error: it is no CSV.
     """
     return [(number, row) for number, row in enumerate(csv.reader(lines), 1) if any(cell.strip() for cell in row)]
+
+
+def table_rows(path: str, what: str) -> list[tuple[int, list[str]]]:
+    """Return line numbers and cells of a CSV file: titles, and rows of as many cells.
+
+    Raises:
+        ArgumentError: there are none; the message says ``what`` the table is like.
+    """
+    try:
+        with open(path, newline="", encoding="utf-8-sig") as file:
+            rows = numbered_rows(file)
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise ArgumentError(f"{path} cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    if len(rows) < 2:
+        raise ArgumentError(f"{path}: {what}")
+    titles = rows[0][1]
+    if len(titles) == 1 and ";" in titles[0]:
+        raise ArgumentError(f"{path}:{rows[0][0]}: separate columns by commas, not by semicolons, and write 0.5, not 0,5")
+    for number, row in rows[1:]:
+        if len(row) != len(titles):
+            raise ArgumentError(f"{path}:{number}: {len(row)} cells below {len(titles)} titles")
+    return rows
 
 
 def title_of(cell: str) -> tuple[str, str] | None:

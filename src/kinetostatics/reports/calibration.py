@@ -13,6 +13,8 @@ from kinetostatics.reports.json import plain
 from kinetostatics.results.calibration import Calibration, Estimate, MeasurementPlan, Unidentifiable
 
 _SMALL: Mapping[str, Units] = {"m": LENGTHS, "rad": ANGLES}
+#: Factor of a stiffness from which on a part is called rigid.
+RIGID = 1e5
 #: Outliers and measurements that are listed, at most.
 MOST = 12
 
@@ -22,7 +24,7 @@ def estimate_words(item: Estimate, value: float) -> str:
     if math.isinf(value):
         return "∞" if value > 0 else "−∞"
     if item.kind == "stiffness":
-        return f"× {value:.5g}"
+        return f"× {value:.5g}" if value < RIGID else "rigid"
     if item.kind != "argument" and item.unit in _SMALL:
         return quantity(value, _SMALL[item.unit], digits=4)
     return f"{value:.6g} {item.unit.replace(' ', '·')}".rstrip()
@@ -92,13 +94,15 @@ def _sentences(found: Calibration) -> list[str]:
         said.append(f"{left} outlier{'s were' if left > 1 else ' was'} left out.")
     if not found.converged:
         said.append("The search did not come to an end: the estimates are where it stopped.")
-    said += [f"{item.name}: the readings fit a part that does not give way at all." for item in _rigid(found)]
+    said += [f"{item.name}: at this level the readings do not tell it from a rigid part." for item in _rigid(found)]
     return said
 
 
 def _rigid(found: Calibration) -> list[Estimate]:
     return [
-        item for item in found.estimates.values() if item.kind == "stiffness" and item.identified and math.isinf(item.interval[1])
+        item
+        for item in found.estimates.values()
+        if item.kind == "stiffness" and math.isfinite(item.standard_error) and math.isinf(item.interval[1])
     ]
 
 
@@ -125,7 +129,7 @@ def plan_report(found: MeasurementPlan) -> str:
     lines += section(
         "Standard errors to be expected (SI; of a stiffness relative)", table(("unknown", "this plan", "random plans"), cells)
     )
-    lines += _not_told(found.unidentifiable, "of no pose and load among the candidates")
+    lines += _not_told(found.unidentifiable, "no pose and load among the candidates tells it")
     gain = (
         f"{found.gain:.3g} times as sure as random plans in the mean."
         if math.isfinite(found.gain)

@@ -49,7 +49,8 @@ class Unidentifiable:
     """A change of unknowns together that no reading sees.
 
     Attributes:
-        direction: change of each unknown that takes part, in parts of its value (of a stiffness: of its compliance).
+        direction: change of each unknown that takes part: of a stiffness in parts of its compliance, of an argument or a mass in
+            parts of its value, of a centre in parts of the robot's length, of an offset in parts of its gauge's readings.
         words: what cannot be told, and what is seen instead.
     """
 
