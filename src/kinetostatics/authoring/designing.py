@@ -6,13 +6,13 @@ import math
 import re
 import warnings
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from kinetostatics.argument_checks import check_choice
 from kinetostatics.authoring.arguments_of_file import FileArguments, odd_lengths, rounded
-from kinetostatics.authoring.design import Design
 from kinetostatics.authoring.limb_text import LimbOptions
 from kinetostatics.authoring.materials import SHAPES, SectionText
 from kinetostatics.authoring.notation import Architecture, parse_architecture
@@ -21,6 +21,31 @@ from kinetostatics.authoring.section_arguments import add_mass_arguments, add_se
 from kinetostatics.authoring.skeleton import Skeleton, skeleton_of
 from kinetostatics.authoring.spherical import add_spherical_arguments, check_spherical
 from kinetostatics.exceptions import ArgumentError
+
+
+@dataclass(frozen=True)
+class Design:
+    """All that a generated file is written from.
+
+    Attributes:
+        name: of the robot.
+        architecture: its limbs.
+        skeletons, places: of each limb.
+        options: of each limb's macro.
+        sections: of each role, by what its arguments begin with.
+        shared_material: whether all beams have the same material.
+        arguments: of the file.
+    """
+
+    name: str
+    architecture: Architecture
+    skeletons: tuple[Skeleton, ...]
+    places: tuple[Place, ...]
+    options: tuple[LimbOptions, ...]
+    sections: dict[str, SectionText]
+    shared_material: bool
+    arguments: FileArguments
+
 
 #: Sizes where none are given [m].
 BASE_RADIUS, PLATFORM_RADIUS, HEIGHT = 0.3, 0.2, 0.5
@@ -82,19 +107,10 @@ def design_robot(
     shared = add_section_arguments(arguments, chosen)
     add_mass_arguments(arguments, skeletons, sizes)
     arguments.check_all_used(_reasons(skeletons))
-    options = tuple(
-        _limb_options(parsed, k, skeletons, places, spans, prefixes, chosen, arguments) for k in range(len(skeletons))
-    )
-    return Design(
-        name if name is not None else re.sub(r"\W+", "_", parsed.text.lower()).strip("_"),
-        parsed,
-        skeletons,
-        tuple(places),
-        options,
-        chosen,
-        shared,
-        arguments,
-    )
+    everything = parsed, skeletons, places, spans, prefixes, chosen, arguments
+    options = tuple(_limb_options(k, *everything) for k in range(len(skeletons)))
+    name = name if name is not None else re.sub(r"\W+", "_", parsed.text.lower()).strip("_")
+    return Design(name, parsed, skeletons, tuple(places), options, chosen, shared, arguments)
 
 
 def _wants_turn(skeletons: Sequence[Skeleton], *, planar: bool) -> bool:
@@ -202,8 +218,8 @@ def _reasons(skeletons: Sequence[Skeleton]) -> dict[str, str]:
 
 
 def _limb_options(
-    architecture: Architecture,
     k: int,
+    architecture: Architecture,
     skeletons: Sequence[Skeleton],
     places: Sequence[Place],
     spans: Sequence[np.ndarray],
@@ -239,11 +255,8 @@ def _limb_options(
 
 def _check_oblique(architecture: Architecture, k: int, skeleton: Skeleton, span: np.ndarray) -> None:
     """Refuse limbs whose parallel axes would have to reach a point beside their plane."""
-    inner, outer = skeleton.points[-2:] if len(skeleton.points) > 1 else (None, None)
-    fits = (
-        inner is not None and outer is not None and inner.kind in ("U", "S") and outer.kind in ("U", "S") and outer.axes != "nx"
-    )
-    if not fits or inner is None or inner.axes == "xn":
+    ends = skeleton.points[-2:]
+    if len(ends) < 2 or any(point.kind not in ("U", "S") for point in ends) or (ends[0].axes == "xn" or ends[1].axes == "nx"):
         raise ArgumentError(
             f"{architecture.text}, limb {k + 1}: its platform point lies {abs(span[1]):.4g} m beside the plane through its base "
             "point that its revolute axes are perpendicular to; move it into that plane, or give the axes another direction"
@@ -257,8 +270,7 @@ def _head(skeleton: Skeleton, place: Place, *, polar: bool, axes: bool) -> tuple
         "radial": "[cos(at_base), sin(at_base), 0]",
         "tangential": "[-sin(at_base), cos(at_base), 0]",
     }
-    words = polar and all(isinstance(item, str) for item in (place.axis or "", place.guide))
-    if words:
+    if polar and all(isinstance(item, str) for item in (place.axis or "", place.guide)):
         axis = "" if place.axis is None else f' axis="${{{vectors[str(place.axis)]}}}"'
         lines = (
             f'<xacro:limb_frame i="${{i}}" height="${{height}}"{axis}',

@@ -191,12 +191,10 @@ def _beams_text(description: RobotDescription, candidates: Mapping[str, Span], e
             f"\n  <!-- Links that could be beams, as tubes of {MATERIAL} with the link's mass and a wall of {WALL:g} of their\n"
             "       diameter: measure your own, and take the beam out of its comment. -->\n"
         )
-        result += "".join(f"  <!-- {_remark(candidates[link])}\n{_safe(suggested[link])}  -->\n" for link in rest)
+        for span in (candidates[link] for link in rest):
+            remark = f"{span.link}: {span.length:.3g} m between its joints, {span.mass:.3g} kg"
+            result += f"  <!-- {_safe(remark)}\n{_safe(suggested[span.link])}  -->\n"
     return result
-
-
-def _remark(span: Span) -> str:
-    return _safe(f"{span.link}: {span.length:.3g} m between its joints, {span.mass:.3g} kg")
 
 
 def _safe(text: str) -> str:
@@ -210,13 +208,7 @@ def _suggestion(description: RobotDescription, span: Span) -> str:
     if tube is None or span.link in description.beams:
         return ""
     modulus, ratio, _ = MATERIALS[MATERIAL]
-    beam = Beam(
-        span.link,
-        Tube.of(*tube),
-        Material(modulus, ratio),
-        BeamEnd(span.start),
-        BeamEnd(span.end),
-    )
+    beam = Beam(span.link, Tube.of(*tube), Material(modulus, ratio), BeamEnd(span.start), BeamEnd(span.end))
     try:
         _ = Robot(description.with_beam(beam)).beams
     except KinetostaticsError:

@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 
-from kinetostatics.authoring.design import Design
+from kinetostatics.authoring.designing import Design
 from kinetostatics.authoring.limb_text import limb_macro
 from kinetostatics.authoring.materials import SectionText
 from kinetostatics.authoring.notation import JOINTS

@@ -302,11 +302,8 @@ def _telescope(skeleton: Skeleton, options: LimbOptions, number: int, walk: _Wal
             f"  {_drawn(outer, f'cylinder_part * {length}', f'cylinder_part * {length} / 2')}",
             "</link>",
         )
-        where, rest, middle = (
-            f"cylinder_part * {length}",
-            f"(1 - cylinder_part) * {length}",
-            f"(1 - cylinder_part) * {length} / 2",
-        )
+        where, rest = f"cylinder_part * {length}", f"(1 - cylinder_part) * {length}"
+        middle = f"{rest} / 2"
         walk.end = f"0 0 ${{{rest}}}"
     else:
         walk.say(

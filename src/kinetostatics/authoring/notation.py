@@ -27,7 +27,6 @@ Robots, 2nd ed., Springer 2006, and of X. Kong, C. Gosselin, Type Synthesis of P
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from kinetostatics.authoring.names import answer_to_name
@@ -286,25 +285,17 @@ def _with_usual_drives(found: Architecture) -> Architecture:
     """Return an architecture whose notation marks no drive with the usual ones."""
     full = sum(group.count for group in found.groups if group.freedoms >= 6)
     only_full = 0 < full == found.formula_freedoms
-    groups = tuple(group if only_full and group.freedoms < 6 else _with_usual_drive(group) for group in found.groups)
+
+    def driven(group: LimbGroup) -> LimbGroup:
+        """Return limbs whose first prismatic joint is driven, else the first that can be."""
+        number = next((k for kinds in ("P", DRIVABLE) for k, kind in enumerate(group.kinds) if kind in kinds), -1)
+        joints = tuple(replace(joint, driven=k == number) for k, joint in enumerate(group.joints))
+        return group if only_full and group.freedoms < 6 else replace(group, joints=joints)
+
+    groups = tuple(map(driven, found.groups))
     chosen = replace(found, groups=groups, drives_chosen=True)
     if not chosen.drives:
         raise ArgumentError(
             f"architecture {found.source!r}: no limb has a joint that can be driven, R, P or C; add one: '3-[P]US'"
         )
     return chosen
-
-
-def _with_usual_drive(group: LimbGroup) -> LimbGroup:
-    number = usual_drive(group.kinds)
-    if number is None:
-        return group
-    joints = tuple(replace(joint, driven=True) if k == number else joint for k, joint in enumerate(group.joints))
-    return replace(group, joints=joints)
-
-
-def usual_drive(kinds: Sequence[str]) -> int | None:
-    """Return the number of the joint that is usually driven: the first prismatic one, else the first that can be."""
-    if "P" in kinds:
-        return kinds.index("P")
-    return next((number for number, kind in enumerate(kinds) if kind in DRIVABLE), None)

@@ -160,20 +160,11 @@ def arranged(
             base, platform = _pair(k, values)
         if "platform_turn" in values:
             platform = Angle(f"{platform.text} + platform_turn", platform.value + values["platform_turn"])
-        places.append(
-            Place(
-                (
-                    values["base_radius"] * math.cos(base.value),
-                    values["base_radius"] * math.sin(base.value),
-                    values["base_height"],
-                ),
-                (values["platform_radius"] * math.cos(platform.value), values["platform_radius"] * math.sin(platform.value), 0.0),
-                base,
-                platform,
-                axis=axis,
-                guide=guide,
-            )
+        (x, y), (u, v) = (
+            (values[radius] * math.cos(at.value), values[radius] * math.sin(at.value))
+            for radius, at in (("base_radius", base), ("platform_radius", platform))
         )
+        places.append(Place((x, y, values["base_height"]), (u, v, 0.0), base, platform, axis=axis, guide=guide))
     return places
 
 

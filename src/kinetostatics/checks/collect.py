@@ -5,19 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeVar
 
+from kinetostatics.checks import parts
 from kinetostatics.checks.chains import Graph
 from kinetostatics.checks.facts import AttachedBodiesFacts, MobilityFacts, RobotFacts, ZeroFacts
 from kinetostatics.checks.limb_graph import GraphReader
 from kinetostatics.checks.mobility import Motions, coordinates_of, drives_of, local_freedoms
-from kinetostatics.checks.parts import (
-    beam_facts,
-    elastic_joints,
-    first_like,
-    followers,
-    limb_facts,
-    massless_links,
-    springs_between_links,
-)
 from kinetostatics.checks.redundancy import redundancies
 from kinetostatics.checks.warnings import warnings_of_file, warnings_of_statics
 from kinetostatics.exceptions import AssemblyError, KinetostaticsError
@@ -63,9 +55,9 @@ def robot_facts(robot: Robot) -> RobotFacts:
         return None if masses is None else float(masses[robot.weights.of(owner)].sum())
 
     reader = GraphReader(robot.mechanism)
-    facts.limbs = [limb_facts(robot, reader, limb, mass_of(limb.name)) for limb in robot.topology.limbs]
+    facts.limbs = [parts.limb_facts(robot, reader, limb, mass_of(limb.name)) for limb in robot.topology.limbs]
     labels = {joint: step.name for limb in facts.limbs for step in limb.joints for joint in step.joints}
-    facts.beams = beam_facts(robot, labels, attempt)
+    facts.beams = parts.beam_facts(robot, labels, attempt)
     facts.mass_follows_pose = any(beam.telescopic and beam.density for beam in facts.beams)
     alike: dict[tuple[object, ...], str] = {}
     for group in groups or ():
@@ -74,15 +66,14 @@ def robot_facts(robot: Robot) -> RobotFacts:
                 facts.limbs[which].constraint_wrenches = group.labels[position]
                 facts.limbs[which].attached_wrenches = group.attached_labels[position]
     for limb in facts.limbs if groups is not None else ():
-        limb.like = first_like(limb, facts.beams, alike)
-    facts.massless = massless_links(robot, facts.limbs)
-    facts.elastic_joints = elastic_joints(robot)
-    facts.springs = springs_between_links(robot)
-    facts.followers = followers(robot)
+        limb.like = parts.first_like(limb, facts.beams, alike)
+    facts.massless = parts.massless_links(robot, facts.limbs)
+    facts.elastic_joints = parts.elastic_joints(robot)
+    facts.springs = parts.springs_between_links(robot)
+    facts.followers = parts.followers(robot)
     facts.on_base = _attached_bodies(robot.topology.base, mass_of("base"), reader.dead_weight(robot.topology, "base"))
-    facts.on_platform = _attached_bodies(
-        robot.topology.platform, mass_of("platform"), reader.dead_weight(robot.topology, "platform")
-    )
+    held = reader.dead_weight(robot.topology, "platform")
+    facts.on_platform = _attached_bodies(robot.topology.platform, mass_of("platform"), held)
     facts.warnings += warnings_of_file(robot, facts)
     if groups is not None and facts.mobility is not None:
         warnings, problems = warnings_of_statics(robot, facts)
@@ -96,20 +87,11 @@ def robot_facts(robot: Robot) -> RobotFacts:
 
 def _mobility(robot: Robot, zero: ZeroFacts) -> MobilityFacts:
     found, motions = robot.mobility, Motions(robot)
-    redundant_drives, unheld = drives_of(motions)
     values = robot.solver.values(robot.actuator_coordinates, robot.zero_poses)[:, 0]
     zero.drives = {name: float(value) for name, value in zip(motions.drive_names, values, strict=True)}
-    return MobilityFacts(
-        found.platform,
-        found.local,
-        found.redundant_constraints,
-        found.gap,
-        coordinates_of(motions),
-        redundant_drives,
-        unheld,
-        local_freedoms(motions),
-        redundancies(motions),
-    )
+    counts = found.platform, found.local, found.redundant_constraints, found.gap
+    held = coordinates_of(motions), *drives_of(motions)
+    return MobilityFacts(*counts, *held, local_freedoms(motions), redundancies(motions))
 
 
 def _attached_bodies(weight: AttachedBodies, mass: float | None, graph: Graph) -> AttachedBodiesFacts:

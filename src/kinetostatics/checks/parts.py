@@ -65,12 +65,9 @@ def massless_links(robot: Robot, limbs: list[LimbFacts]) -> tuple[str, ...]:
     """Return the rigid links between joints that weigh nothing: those inside universal and spherical joints left out."""
     description = robot.description
     elastic = {beam.link for beam in description.beams.values()}
-    shown = {name for limb in limbs for name in _bodies(limb)}
+    chains = [chain for limb in limbs for chain in (limb.graph.chain, *(item.chain for item in limb.graph.hanging))]
+    shown = {name for chain in chains for name in bodies_of(chain)}
     return tuple(name for name in description.links if name in shown - elastic and description.links[name].mass == 0)
-
-
-def _bodies(limb: LimbFacts) -> list[str]:
-    return [name for chain in (limb.graph.chain, *(item.chain for item in limb.graph.hanging)) for name in bodies_of(chain)]
 
 
 def elastic_joints(robot: Robot) -> list[ElasticJointFacts]:

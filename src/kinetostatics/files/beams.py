@@ -7,28 +7,19 @@ from collections.abc import Callable, Collection, Mapping
 
 from kinetostatics.description.elements import Beam, BeamEnd, Material
 from kinetostatics.exceptions import ArgumentError, near_names
+from kinetostatics.files import xml_values
 from kinetostatics.files.xml import Element
-from kinetostatics.files.xml_values import (
-    allow,
-    direction,
-    new_name,
-    not_negative,
-    number,
-    positive,
-    positive_or_inf,
-    reference,
-    text,
-)
+from kinetostatics.files.xml_values import allow, direction, new_name, reference, text
 from kinetostatics.sections.kinds import Rectangle, RectangularTube, Section, Tube
 
 #: Numbers of a ``<beam>``, by attribute, and how each is read; ``from``, ``to`` and ``y_axis`` are no numbers.
 NUMBERS: dict[str, Callable[[Element, str], float]] = {
-    "youngs_modulus": positive,
-    "poisson_ratio": number,
-    "shear_modulus": positive,
-    "shear_coefficient": positive_or_inf,
-    "density": not_negative,
-    "thermal_expansion": number,
+    "youngs_modulus": xml_values.positive,
+    "poisson_ratio": xml_values.number,
+    "shear_modulus": xml_values.positive,
+    "shear_coefficient": xml_values.positive_or_inf,
+    "density": xml_values.not_negative,
+    "thermal_expansion": xml_values.number,
 }
 #: Elements of sections: the class and the attributes that it takes in turn; the last two of a ``<section>`` may be left out.
 SECTIONS: dict[str, tuple[type[Section], tuple[str, ...]]] = {
@@ -72,17 +63,9 @@ def _beam(element: Element, links: Collection[str], connections: Collection[str]
     coefficient = numbers.pop("shear_coefficient", None)
     if coefficient is not None and section.shear_area_y is not None:
         raise element.error(f"{element.label} has a shear_coefficient and shear areas; leave one of them")
-    beam = Beam(
-        link,
-        section,
-        Material(**numbers),
-        start,
-        end,
-        coefficient,
-        direction(element, "y_axis") if "y_axis" in element.attributes else None,
-        new_name(element) if "name" in element.attributes else link,
-        place=element.place,
-    )
+    y_axis = direction(element, "y_axis") if "y_axis" in element.attributes else None
+    name = new_name(element) if "name" in element.attributes else link
+    beam = Beam(link, section, Material(**numbers), start, end, coefficient, y_axis, name, place=element.place)
     try:
         shear_areas = beam.shear_areas
     except ArgumentError as error:
@@ -161,7 +144,7 @@ def _section(beam: Element) -> Section:
     given = [name for name in names[4:] if name in element.attributes]
     if len(given) == 1:
         raise element.error(f"<section> has {given[0]} alone; give both shear_area_y and shear_area_z, or neither")
-    values = [positive(element, name) for name in (*names[:4], *given)]
+    values = [xml_values.positive(element, name) for name in (*names[:4], *given)]
     try:
         return kind(*values) if kind is Section else kind.of(*values)  # type: ignore[attr-defined]
     except ArgumentError as error:

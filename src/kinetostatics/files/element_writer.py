@@ -41,11 +41,8 @@ def robot_element(description: RobotDescription) -> Element:
     writer = _Writer(Place(description.path))
     extra = writer.fragment(description.extra, "the description")
     transmissions = [item for item in extra if item.tag == "transmission"]
-    content: list[Element] = []
-    for link in _values(description.links):
-        content.append(_link(link))
-    for joint in _values(description.joints):
-        content.append(_joint(joint))
+    content = [_link(link) for link in _values(description.links)]
+    content += [_joint(joint) for joint in _values(description.joints)]
     if description.base:
         content.append(writer.element("base", {"link": description.base}))
     platform = _Writer(description.platform_place)
@@ -98,8 +95,7 @@ def _values(table: Mapping[str, Any], key: str = "name") -> list[Any]:
     for name, item in table.items():
         own = getattr(item, key, None)
         if own != name:
-            place = getattr(item, "place", Place())
-            raise place.error(f"what is kept as {name!r} has the {key} {own!r}; the two must agree")
+            raise getattr(item, "place", Place()).error(f"what is kept as {name!r} has the {key} {own!r}; the two must agree")
     return list(table.values())
 
 

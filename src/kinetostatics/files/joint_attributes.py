@@ -16,9 +16,8 @@ from kinetostatics.files.xml_values import LONGEST, allow, number, positive_or_i
 _ALIGNED = 1e-9
 
 
-def _single() -> str:
-    """Return the names of the types with one freedom."""
-    return ", ".join(names_of("is_single"))
+#: The names of the types with one freedom.
+_SINGLE = ", ".join(names_of("is_single"))
 
 
 def read_driven(root: Element, joints: Mapping[str, Joint], loops: Mapping[str, Loop], warnings: list[str]) -> tuple[str, ...]:
@@ -54,7 +53,7 @@ def _drivable(entry: Element, name: str, kind: str, joints: Mapping[str, Joint],
         RobotFileError: the joint cannot be driven, or is so already.
     """
     if not JOINT_TYPES[kind].is_single:
-        raise entry.error(f"{name!r} is {kind} and cannot be driven; only joints with one freedom can: {_single()}")
+        raise entry.error(f"{name!r} is {kind} and cannot be driven; only joints with one freedom can: {_SINGLE}")
     if name in driven:
         raise entry.error(f"{name!r} is driven by two <transmission>; name it once")
     mimic = joints[name].mimic if name in joints else None
@@ -95,7 +94,7 @@ def read_mimic(joint: Element, warnings: list[str]) -> Mimic | None:
         warnings.append(f"{element.place}: <mimic> of {joint.label} is ignored, because this joint is fixed.")
         return None
     if not JOINT_TYPES[kind].is_single:
-        raise element.error(f"{joint.label} is {kind} and cannot mimic; only joints with one freedom can: {_single()}")
+        raise element.error(f"{joint.label} is {kind} and cannot mimic; only joints with one freedom can: {_SINGLE}")
     multiplier, offset = number(element, "multiplier", 1.0), number(element, "offset", 0.0)
     if not 1 / LONGEST <= abs(multiplier) <= LONGEST:
         raise element.error(

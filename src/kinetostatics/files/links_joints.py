@@ -120,15 +120,8 @@ def _link(element: Element, warnings: list[str]) -> Link:
         return Link(name, extra=extra, place=element.place)
     mass = not_negative(inertial.required_child("mass"), "value")
     frame = origin(inertial)
-    return Link(
-        name,
-        mass,
-        frame.xyz,
-        Inertia(_moments(element, inertial, warnings), frame.rpy),
-        has_inertial=True,
-        extra=extra,
-        place=element.place,
-    )
+    inertia = Inertia(_moments(element, inertial, warnings), frame.rpy)
+    return Link(name, mass, frame.xyz, inertia, has_inertial=True, extra=extra, place=element.place)
 
 
 def _moments(link: Element, inertial: Element, warnings: list[str]) -> tuple[float, float, float, float, float, float]:
@@ -166,21 +159,10 @@ def _joint(element: Element, links: Mapping[str, Link], warnings: list[str]) -> 
         raise element.error(f"{element.label} joins the link {parent!r} to itself")
     lower, upper, effort, velocity = _tree_limits(element, kind, warnings)
     _check_rest(element)
-    return Joint(
-        name,
-        kind,
-        parent,
-        child,
-        origin(element),
-        _axis(element, kind, warnings),
-        lower,
-        upper,
-        read_mimic(element, warnings),
-        effort,
-        velocity,
-        extra=other_children(element, "parent", "child", "origin", "axis", "limit", "mimic"),
-        place=element.place,
-    )
+    frame, axis, mimic = origin(element), _axis(element, kind, warnings), read_mimic(element, warnings)
+    extra = other_children(element, "parent", "child", "origin", "axis", "limit", "mimic")
+    what = name, kind, parent, child, frame, axis, lower, upper, mimic, effort, velocity
+    return Joint(*what, extra=extra, place=element.place)
 
 
 def _axis(element: Element, kind: str, warnings: list[str]) -> Vector:

@@ -36,28 +36,14 @@ def _loop(element: Element, links: Mapping[str, Link], warnings: list[str]) -> L
     kind = text(element, "type")
     if kind not in (known := names_of("in_loop")):
         raise element.error(f"{element.label} has the type {kind!r}; {near_names(kind, known)}")
-    predecessor, predecessor_origin = _side(element, "predecessor", links)
-    successor, successor_origin = _side(element, "successor", links)
+    predecessor, first = _side(element, "predecessor", links)
+    successor, second = _side(element, "successor", links)
     if predecessor == successor:
         raise element.error(f"{element.label} joins the link {predecessor!r} to itself")
-    axis, axis2 = _axes(element, kind, warnings)
-    lower, upper, effort, velocity = _limits(element, kind)
-    return Loop(
-        name,
-        kind,
-        predecessor,
-        successor,
-        predecessor_origin,
-        successor_origin,
-        axis,
-        axis2,
-        lower,
-        upper,
-        _cone(element, kind),
-        effort,
-        velocity,
-        place=element.place,
-    )
+    axes = _axes(element, kind, warnings)
+    lower, upper, *drive = _limits(element, kind)
+    cone = _cone(element, kind)
+    return Loop(name, kind, predecessor, successor, first, second, *axes, lower, upper, cone, *drive, place=element.place)
 
 
 def _side(element: Element, tag: str, links: Mapping[str, Link]) -> tuple[str, Origin]:

@@ -56,7 +56,10 @@ def parameter_unit(path: str, parameters: Mapping[str, object], name: str, **lin
         found = {
             item[1]
             for key, item in before.items()
-            if all(_one_for_one(item, numbers.get(key), step) for numbers, step in zip(after, steps, strict=True))
+            if all(
+                key in numbers and abs(abs((numbers[key][0] - item[0]) / step) - 1) < SLOPE
+                for numbers, step in zip(after, steps, strict=True)
+            )
         }
         return found.pop() if len(found) == 1 else ""
     return ""
@@ -86,10 +89,6 @@ def check_parameter_units(
 def _said(name: str) -> str:
     kind = unit(name).kind or "quantity"
     return f"{'an' if kind[0] in 'aeiou' else 'a'} {kind} [{name.replace(' ', '·')}]"
-
-
-def _one_for_one(before: tuple[float, str], after: tuple[float, str] | None, step: float) -> bool:
-    return after is not None and abs(abs((after[0] - before[0]) / step) - 1) < SLOPE
 
 
 def _numbers(

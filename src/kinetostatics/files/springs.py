@@ -22,17 +22,9 @@ def _spring(element: Element, links: Mapping[str, Link]) -> Spring:
     successor, second = _end(element, "successor", links)
     if predecessor == successor:
         raise element.error(f"{element.label} joins the link {predecessor!r} to itself")
-    return Spring(
-        name,
-        not_negative(element, "stiffness"),
-        predecessor,
-        successor,
-        first,
-        second,
-        not_negative(element, "free_length"),
-        number(element, "preload", 0.0),
-        place=element.place,
-    )
+    stiffness, free_length = (not_negative(element, name) for name in ("stiffness", "free_length"))
+    preload = number(element, "preload", 0.0)
+    return Spring(name, stiffness, predecessor, successor, first, second, free_length, preload, place=element.place)
 
 
 def _end(element: Element, tag: str, links: Mapping[str, Link]) -> tuple[str, Vector]:

@@ -96,8 +96,8 @@ def expand(
 def _as_text(name: str, value: object) -> str:
     if isinstance(value, str):
         return value
-    if isinstance(value, (bool, numbers.Integral)):
-        return str(int(value)) if not isinstance(value, bool) else str(value)
+    if isinstance(value, numbers.Integral):
+        return str(value if isinstance(value, bool) else int(value))
     if isinstance(value, numbers.Real):
         return repr(float(value))
     raise ArgumentError(f"the parameter {name!r} must be a number or a string, not {type(value).__name__}")
@@ -123,7 +123,8 @@ def _own_state(xacro: Any, arguments: _Arguments) -> Iterator[None]:
         except (OSError, ValueError) as error:
             xacro.filestack.pop()  # the file itself is not to blame; and xacro looks for .exc if it is optional
             reason = getattr(error, "strerror", None) or error
-            raise xacro.XacroException(f"cannot read {filename}: {reason}", exc=_as_os_error(error)) from error
+            cause = error if isinstance(error, OSError) else OSError(str(error))
+            raise xacro.XacroException(f"cannot read {filename}: {reason}", exc=cause) from error
         steps.take(len(data) // 10)
         document, _ = parse(data, filename)
         _note_arguments(document, arguments)
@@ -141,10 +142,6 @@ def _own_state(xacro: Any, arguments: _Arguments) -> Iterator[None]:
         xacro.substitution_args_context.clear()
         xacro.substitution_args_context.update(saved_context)
         del xacro.all_includes[includes:]
-
-
-def _as_os_error(error: Exception) -> OSError:
-    return error if isinstance(error, OSError) else OSError(str(error))
 
 
 def _count(xacro: Any, steps: Steps) -> None:

@@ -198,7 +198,8 @@ def parse(data: bytes | str, file: str, plain: bool = False) -> tuple[minidom.Do
     if not data.strip():
         raise RobotFileError("the file is empty", file)
     # Plain URDF of old simulators may use prefixes that nobody declared, which URDF tools accept.
-    builder = _NamespaceBuilder() if _mentions_xacro(data) and not plain else _Builder()
+    mentions_xacro = "xacro" in data if isinstance(data, str) else b"xacro" in data
+    builder = _NamespaceBuilder() if mentions_xacro and not plain else _Builder()
     builder.file = file
     try:
         document = builder.parseString(data)
@@ -207,10 +208,6 @@ def parse(data: bytes | str, file: str, plain: bool = False) -> tuple[minidom.Do
     except (ValueError, LookupError) as error:  # an encoding that does not exist, or does not fit
         raise RobotFileError(f"the text cannot be decoded: {error}", file, 1) from None
     return document, builder.uses_xacro
-
-
-def _mentions_xacro(data: str | bytes) -> bool:
-    return "xacro" in data if isinstance(data, str) else b"xacro" in data
 
 
 def _parse_failure(error: expat.ExpatError, builder: _Builder) -> str:

@@ -188,17 +188,9 @@ class Mechanism:
         joints = []
         for name, body in self.body_of_joint.items():
             joint, number = description.joints[name], model.joints[body]
-            joints.append(
-                TreeJoint(
-                    joint.type,
-                    int(model.parents[body]),
-                    body,
-                    np.array(model.jointPlacements[body].homogeneous),
-                    (0.0, 0.0, 1.0) if JOINT_TYPES[joint.type].slides is Axes.ACROSS else joint.axis,  # as Pinocchio moves it
-                    int(number.idx_q),
-                    int(number.idx_v),
-                )
-            )
+            axis = (0.0, 0.0, 1.0) if JOINT_TYPES[joint.type].slides is Axes.ACROSS else joint.axis  # as Pinocchio moves it
+            placement, first = np.array(model.jointPlacements[body].homogeneous), (int(number.idx_q), int(number.idx_v))
+            joints.append(TreeJoint(joint.type, int(model.parents[body]), body, placement, axis, *first))
         joints.sort(key=lambda joint: joint.body)
         self.tree = Tree(joints, int(model.njoints), int(model.nq), int(model.nv))
         self._place_followers()
@@ -307,14 +299,8 @@ class Mechanism:
         centre = points[0] + first[0] * axes[0]
         if float(np.abs(centre - points[2]).max()) > 1e-12 * size:
             return None
-        return SphericalRun(
-            (three[0].name, three[1].name, three[2].name),
-            (bodies[0], bodies[1], bodies[2]),
-            int(self.model.parents[bodies[0]]),
-            centre,
-            np.column_stack(axes),
-            frame[:3, :3],
-        )
+        names, parent = (three[0].name, three[1].name, three[2].name), int(self.model.parents[bodies[0]])
+        return SphericalRun(names, (bodies[0], bodies[1], bodies[2]), parent, centre, np.column_stack(axes), frame[:3, :3])
 
 
 def _turns_freely(connection: Connection) -> bool:

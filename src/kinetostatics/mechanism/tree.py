@@ -16,7 +16,7 @@ import numpy as np
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes, JointType
 from kinetostatics.math import rotations
 from kinetostatics.math.arrays import Array, Index, is_filled, zeros_for
-from kinetostatics.math.linalg import apply, matmul
+from kinetostatics.math.linalg import apply, cross, matmul
 from kinetostatics.printing.mappings import ShortRepr
 
 
@@ -258,15 +258,7 @@ class Tree:
         axis = frames.directions(self.column_body, self.column_axis)
         centre = frames.position[:, self.column_body]
         rotates = self.column_rotates[:, None]
-        arm = centre * rotates
-        linear = np.stack(
-            [
-                arm[1] * axis[2] - arm[2] * axis[1],
-                arm[2] * axis[0] - arm[0] * axis[2],
-                arm[0] * axis[1] - arm[1] * axis[0],
-            ]
-        )
-        return np.concatenate([linear + axis * ~rotates, axis * rotates])
+        return np.concatenate([cross(centre * rotates, axis) + axis * ~rotates, axis * rotates])
 
 
 def _columns(joint: TreeJoint) -> tuple[Array, Array]:

@@ -47,11 +47,8 @@ class Weights:
         self._beams = list(self._beam_of.values())
         spans = [beam.span for beam in self._beams]
         self._ends = [
-            (
-                np.array([s.start_body for s in spans], dtype=np.intp),
-                np.array([s.start for s in spans]).reshape(-1, 3).T,
-            ),
-            (np.array([s.end_body for s in spans], dtype=np.intp), np.array([s.end for s in spans]).reshape(-1, 3).T),
+            (np.array([body for body, _ in row], dtype=np.intp), np.array([point for _, point in row]).reshape(-1, 3).T)
+            for row in ([(s.start_body, s.start) for s in spans], [(s.end_body, s.end) for s in spans])
         ]
 
     def masses(self, frames: Frames) -> Array:
