@@ -17,7 +17,6 @@ import numpy as np
 
 from kinetostatics.engine.recorder import Recorded
 from kinetostatics.engine.scalars import Tape
-from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.model import StaticModel
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.beam_geometry import BeamSpan
@@ -38,10 +37,11 @@ KEPT: Mapping[type, tuple[str, ...]] = {
     Spring: (),
 }
 #: What is left out of others.
-_LEFT_OUT: Mapping[type, tuple[str, ...]] = {
-    LimbGroup: ("compounds", "elements", "dofs", "labels", "attached_labels"),
+_LEFT_OUT: Mapping[str, tuple[str, ...]] = {
+    "LimbGroup": ("compounds", "elements", "dofs", "labels", "attached_labels"),
+    "LimbSkeleton": ("dofs", "_compounds"),
+    "Candidate": ("label",),
 }
-_LEFT_OUT_BY_NAME = {"LimbSkeleton": ("dofs", "_compounds"), "Candidate": ("label",)}
 
 
 class Structure:
@@ -117,8 +117,7 @@ class Structure:
         self._keep(item, copy)
         names = self._kept.get(kind)
         if names is None:
-            left_out = (*_LEFT_OUT.get(kind, ()), *_LEFT_OUT_BY_NAME.get(kind.__name__, ()))
-            names = tuple(name for name in vars(item) if name not in left_out)
+            names = tuple(name for name in vars(item) if name not in _LEFT_OUT.get(kind.__name__, ()))
         self._say(kind.__qualname__, names)
         for name in names:
             object.__setattr__(copy, name, self._taken(getattr(item, name)))

@@ -121,13 +121,7 @@ class Derivatives:
                     start += len(record.rows[name])
             if not left.size:
                 break
-            inputs = [
-                frames.rotation[..., left].reshape(-1, left.size),
-                frames.position[..., left].reshape(-1, left.size),
-                self.load[:, left],
-                self.gravity[:, left],
-            ]
-            found, holds = _swept(record, rows, inputs, constants)
+            found, holds = _swept(record, rows, self._inputs(frames.rotation, frames.position, left), constants)
             holds[0] = True  # it was made there
             total[..., left[holds]] = found[..., holds]
             records.append((record, left[holds]))
@@ -137,6 +131,11 @@ class Derivatives:
         m = total.shape[0]
         R, p = R.reshape(m, 3, 3, bodies, self.N), p.reshape(m, 3, bodies, self.N)
         return Gradients(R, p, load, gravity, rest, places, shapes, constants, tuple(records))
+
+    def _inputs(self, rotation: Array, position: Array, which: Index) -> list[Array]:
+        """Return what a record takes of some poses, the frames' rotations and positions of all given."""
+        arrays = rotation.reshape(-1, self.N), position.reshape(-1, self.N), self.load, self.gravity
+        return [array[:, which] for array in arrays]
 
     @cached_property
     def _by_freedoms(self) -> Array:
@@ -298,12 +297,8 @@ class Derivatives:
             position = position + twist[:3] + cross(twist[3:], self.pose.frames.position)
         for record, where in own.records:
             for by in (step, -step):
-                inputs = [
-                    (self.pose.frames.rotation + by * rotation)[..., where].reshape(-1, where.size),
-                    (self.pose.frames.position + by * position)[..., where].reshape(-1, where.size),
-                    self.load[:, where],
-                    self.gravity[:, where],
-                ]
+                moved = self.pose.frames.rotation + by * rotation, self.pose.frames.position + by * position
+                inputs = self._inputs(*moved, where)
                 results = values(record.tape, needed_by(record.tape, [record.holds]), inputs, own.numbers + by * rates.constants)
                 if not np.all(results[record.holds]):
                     return None

@@ -147,10 +147,6 @@ class Result(Told):
         return self._batch.by_source(self.solutions[0].sources, [s.twists for s in self.solutions])
 
     @cached_property
-    def _by_mechanism(self) -> tuple[Solution, ...]:
-        return tuple(by_mechanism(self.robot.statics, solution) for solution in self.solutions)
-
-    @cached_property
     def mechanism_contributions(self) -> Mapping[str, Mapping[str, Array]]:
         """How each limb's own weight moves the platform (…, 6): ``{"limb_1": {"attached": …, "deformation": …}, …}``.
 
@@ -158,7 +154,7 @@ class Result(Told):
         constraint wrenches, C J_ic K_ic Δ_igc: the second decoupling of Eq. (12). Together they are the limb's contribution. Each
         of them depends on the choice of J_ig (the method page, section 4); their sum does not.
         """
-        twists = self._batch.by_source(self._by_mechanism[0].sources, [s.twists for s in self._by_mechanism])
+        twists = self.by_mechanism.contributions
         return Named({limb.name: _two_ways(twists, limb.name) for limb in self.robot.topology.limbs})
 
     @cached_property
@@ -169,7 +165,8 @@ class Result(Told):
         :attr:`mechanism_contributions`. The forces that hold the limb's own weight belong to the first, the strains that they
         cause in the limb to the second.
         """
-        return Result(self.configuration, self.shape, self._which, self._by_mechanism, self._reached, self.payload)
+        solutions = tuple(by_mechanism(self.robot.statics, solution) for solution in self.solutions)
+        return Result(self.configuration, self.shape, self._which, solutions, self._reached, self.payload)
 
     @cached_property
     def stiffness(self) -> Array:
@@ -302,12 +299,7 @@ class Result(Told):
         Together they are what the limb's weight adds to the force (:attr:`actuator_contributions`). Where a robot is not
         overconstrained deformation adds nothing.
         """
-        chunks = [
-            joints.drive_forces(self.robot.statics, s, joints.joint_contributions(self.robot.statics, s))
-            for s in self._by_mechanism
-        ]
-        sources = self._by_mechanism[0].sources
-        forces = {name: self._batch.by_source(sources, [chunk[name] for chunk in chunks]) for name in chunks[0]}
+        forces = self.by_mechanism.actuator_contributions
         limbs = [limb.name for limb in self.robot.topology.limbs]
         return Named({name: Named({limb: _two_ways(force, limb) for limb in limbs}) for name, force in forces.items()})
 

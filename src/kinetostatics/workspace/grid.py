@@ -85,11 +85,6 @@ class Field:
         return self.values.tolist() if not self.dims else {"dims": list(self.dims), "values": self.values.tolist()}
 
 
-def shape_of(axes: Sequence[Axis]) -> tuple[int, ...]:
-    """Return the sizes of axes."""
-    return tuple(axis.size for axis in axes)
-
-
 def sizes_of(block: Block) -> tuple[int, ...]:
     """Return the sizes of a block."""
     return tuple(piece.stop - piece.start for piece in block)

@@ -21,7 +21,7 @@ from kinetostatics.robot import Robot
 from kinetostatics.workspace import provenance
 from kinetostatics.workspace.arguments import need, read_sweep_spec, try_robots, try_sweep_spec
 from kinetostatics.workspace.block import block_numbers, read_part
-from kinetostatics.workspace.grid import Block, block_sizes, cut, shape_of, sizes_of
+from kinetostatics.workspace.grid import Block, block_sizes, cut, sizes_of
 from kinetostatics.workspace.process_pool import ProcessPool, Task
 from kinetostatics.workspace.progress import Bar, wants_bar
 from kinetostatics.workspace.schema import Labels, check_names, labels_of, template
@@ -269,7 +269,7 @@ class _Run:
     def _regions(self) -> list[Block]:
         """Return regions of the coordinate axes; each begins with the last layer of the one before."""
         axes = self.spec.axes_of("coordinate")
-        shape = shape_of(axes)
+        shape = tuple(axis.size for axis in axes)
         if not axes:
             return [()]
         layer = math.prod(shape[1:])

@@ -98,9 +98,12 @@ def _look_at(found: dict[str, Found], part: xr.Dataset, where: NDArray[np.bool_]
         forces = np.moveaxis(np.abs(part["actuator_force"].values), -1, 0)
         numbers += [(str(unit), str(name), force) for (name, unit), force in zip(drives, forces, strict=True)]
     for kind, drive, values in numbers:
-        largest = _larger(found.get(kind), part, np.where(where, values, np.nan), drive)
-        if largest is not None:
-            found[kind] = largest
+        known = np.where(where & np.isfinite(values), values, -np.inf)
+        place = np.unravel_index(first_largest(known.ravel()), known.shape)
+        value = float(known[place])
+        if np.isfinite(value) and (kind not in found or found[kind][0] * (1 + EQUAL) < value):
+            words = [said(part[name], part[name].values[k]) for name, k in zip(part["status"].dims, place, strict=True)]
+            found[kind] = value, ", ".join(words) or "the only pose", drive
 
 
 def _said_of(found: dict[str, Found], ds: xr.Dataset) -> list[str]:
@@ -123,7 +126,8 @@ def _said_of(found: dict[str, Found], ds: xr.Dataset) -> list[str]:
 
 def _by_value(ds: xr.Dataset, name: str, rows: list[dict[str, Found]]) -> list[str]:
     """Return a table of the largest values, by the values of a parameter; kinds that are nothing everywhere are left out."""
-    kinds = [kind for kind in dict.fromkeys(kind for row in rows for kind in row) if _largest(rows, kind) > NOTHING]
+    named = dict.fromkeys(kind for row in rows for kind in row)
+    kinds = [kind for kind in named if any(row[kind][0] > NOTHING for row in rows if kind in row)]
     if not kinds:
         return []
     header = [name, *(f"worst {kind}" if kind in ("sag", "turn") else f"largest drive {_drive_word(kind)}" for kind in kinds)]
@@ -137,10 +141,6 @@ def _by_value(ds: xr.Dataset, name: str, rows: list[dict[str, Found]]) -> list[s
     return [f"by {name}, each over all other axes:", *(f"  {line}" for line in table(header, cells))]
 
 
-def _largest(rows: list[dict[str, Found]], kind: str) -> float:
-    return max(row[kind][0] for row in rows if kind in row)
-
-
 def _drive_word(unit: str) -> str:
     return "force" if unit == "N" else "torque"
 
@@ -151,18 +151,6 @@ def _written(kind: str, value: float) -> str:
         return f"{value:.4g} {kind.replace(' ', '·')}"
     name, size = next((unit for unit in UNITS[kind] if value >= unit[1] / 10), UNITS[kind][-1])
     return f"{value / size:.4g} {name}"
-
-
-def _larger(known: Found | None, part: xr.Dataset, values: NDArray[np.generic], what: str = "") -> Found | None:
-    """Return the largest of some values and of what is known, and at which coordinates it is."""
-    if not np.any(np.isfinite(values)):
-        return known
-    place = np.unravel_index(first_largest(np.where(np.isfinite(values), values, -np.inf).ravel()), values.shape)
-    value = float(values[place])
-    if known is not None and known[0] * (1 + EQUAL) >= value:
-        return known
-    words = [said(part[name], part[name].values[k]) for name, k in zip(part["status"].dims, place, strict=True)]
-    return value, ", ".join(words) or "the only pose", what
 
 
 def said(coordinate: xr.DataArray, value: object) -> str:

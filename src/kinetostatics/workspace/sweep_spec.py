@@ -25,7 +25,7 @@ from kinetostatics.kinematics.assembly import assemble
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array
 from kinetostatics.robot import Robot, load_robot
-from kinetostatics.workspace.grid import Axis, Block, Field, shape_of, sizes_of
+from kinetostatics.workspace.grid import Axis, Block, Field, sizes_of
 
 #: Which value each parameter has: an index along each parameter axis.
 Combination = tuple[int, ...]
@@ -124,7 +124,7 @@ class SweepSpec:
     @property
     def shape(self) -> tuple[int, ...]:
         """Sizes of all axes."""
-        return shape_of(self.axes)
+        return tuple(axis.size for axis in self.axes)
 
     @property
     def size(self) -> int:
