@@ -22,7 +22,10 @@ def page_names(page: str, **swaps: str) -> dict[str, Any]:
         assert old in code
         code = code.replace(old, new)
     names: dict[str, Any] = {}
-    exec("\n".join(line for line in code.splitlines() if not line.startswith(("print", "found.save", "best.save"))), names)
+    exec(
+        "\n".join(line for line in code.splitlines() if not line.startswith(("print", "found.save", "best.save", "front.save"))),
+        names,
+    )
     return names
 
 
@@ -81,6 +84,11 @@ def draw_spread(path: Path) -> None:
     ks.plot.save(ks.plot.spread(page_names("tolerances")["s"]), path, dpi=200)
 
 
+def draw_front(path: Path) -> None:
+    """Draw mass against the largest deflection."""
+    ks.plot.save(ks.plot.pareto(page_names("size_a_rod")["front"]), path, dpi=200)
+
+
 def draw_sizes(path: Path) -> None:
     """Draw mass and largest deflection over the diameter, and the optimum."""
     from matplotlib import pyplot as plt
@@ -119,5 +127,6 @@ if __name__ == "__main__":
     draw_correction(folder / "corrected_2pru_upr.png")
     draw_sensitivities(folder / "stiffen_2pru_upr.png")
     draw_spread(folder / "spread_2pru_upr.png")
+    draw_front(folder / "pareto_2pru_upr.png")
     draw_sizes(folder / "size_2pru_upr.png")
     draw_calibration(folder / "calibrate_2pru_upr.png")

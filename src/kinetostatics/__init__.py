@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from kinetostatics.compensation import compensate
     from kinetostatics.description.gauges import Gauge
     from kinetostatics.description.loads import LinkLoad, Payload
-    from kinetostatics.design import optimize, sensitivities, spread
+    from kinetostatics.design import optimize, pareto, sensitivities, spread
     from kinetostatics.engine.report import EngineReport, engine_report
     from kinetostatics.error_ranking import tolerances
     from kinetostatics.exceptions import (
@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from kinetostatics.results.compensation import Compensation
     from kinetostatics.results.limb import LimbResult
     from kinetostatics.results.optimum import CheckedRequirement, Optimum
+    from kinetostatics.results.pareto import ParetoFront
     from kinetostatics.results.payload import PayloadCoefficients
     from kinetostatics.results.result import Result
     from kinetostatics.results.sensitivities import Sensitivities, Sensitivity
@@ -85,6 +86,7 @@ __all__ = [
     "MissingFactsError",
     "Optimum",
     "Outlier",
+    "ParetoFront",
     "Payload",
     "PayloadCoefficients",
     "Quantity",
@@ -117,6 +119,7 @@ __all__ = [
     "load_robot",
     "new_robot",
     "optimize",
+    "pareto",
     "plan_measurements",
     "plot",
     "read_robot_file",
@@ -150,7 +153,7 @@ _NAMES = {
     "calibration": ("calibrate", "plan_measurements"),
     "compensation": ("compensate",),
     "description.gauges": ("Gauge",),
-    "design": ("optimize", "sensitivities", "spread"),
+    "design": ("optimize", "pareto", "sensitivities", "spread"),
     "engine.report": (
         "EngineReport",
         "engine_report",
@@ -193,6 +196,7 @@ _NAMES = {
     "results.compensation": ("Compensation",),
     "results.limb": ("LimbResult",),
     "results.optimum": ("CheckedRequirement", "Optimum"),
+    "results.pareto": ("ParetoFront",),
     "results.payload": ("PayloadCoefficients",),
     "results.result": ("Result",),
     "results.sensitivities": (

@@ -27,3 +27,27 @@ def test_a_size_a_file_and_exit_codes(capsys, tmp_path):
     assert "no quantity 'sagging'" in capsys.readouterr().err
     assert main([*common[:-1], "0.5", *vary]) == 2
     assert "--starts" in capsys.readouterr().err
+
+
+def test_a_front_and_its_file(capsys, tmp_path):
+    robot, table = str(parametric_machines.cantilever(tmp_path)), tmp_path / "front.csv"
+    common = [
+        "optimize",
+        robot,
+        "--load",
+        "0",
+        "0",
+        "-500",
+        "0",
+        "0",
+        "0",
+        "--vary",
+        "diameter=20mm,30mm,50mm",
+        "--pareto",
+        "sag",
+    ]
+    assert main([*common, "--out", str(table)]) == 0
+    assert "3 designs" in capsys.readouterr().out and len(table.read_text(encoding="utf-8").splitlines()) == 4
+    pytest.importorskip("matplotlib")
+    assert main([*common, "--out", str(tmp_path / "front.svg"), "--json"]) == 0
+    assert len(json.loads(capsys.readouterr().out)["objectives"]) == 3 and (tmp_path / "front.svg").stat().st_size > 5000

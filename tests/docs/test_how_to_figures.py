@@ -43,6 +43,16 @@ def test_sizing():
     assert best.active[0].text.startswith("deflection") and best.active[0].saving > 0
 
 
+@pytest.mark.slow
+def test_spread():
+    s = how_to_figures.page_names("tolerances")["s"]
+    assert len(s) == 10_000 and len(s.parameters) == 8 and s.difference < 1e-3
+    _, random, low, high = s.sampled("displacement")
+    assert random == pytest.approx(float(s.standard_deviation.displacement), rel=0.04)
+    assert s.nominal.displacement - s.worst_case.displacement < low < high < s.nominal.displacement + s.worst_case.displacement
+    assert max(s.parameters, key=s.share) == "platform.center_of_mass.x"
+
+
 def test_calibration():
     pytest.importorskip("scipy")
     fewer = {"[0.55, 0.6, 0.65]": "0.55"}

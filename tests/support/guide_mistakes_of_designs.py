@@ -3,6 +3,8 @@
 from guide_mistakes import code
 
 DESIGN = (
+    code('ks.pareto(file, {"rod": "1mm:2mm"}, "mass")', 'Such as `("mass", "sag")`.'),
+    code('ks.pareto(file, {"rod": "1mm:2mm"}, points=1)', "As it says."),
     code("ks.sensitivities(robot)", "Assemble it first."),
     code('ks.sensitivities(pose, by=["rod"])', "A file that is a plain URDF has no parameters."),
     code('ks.sensitivities(pose, by="rod")', 'Such as `["rod"]`.'),

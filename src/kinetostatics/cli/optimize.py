@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from typing import Any
 
 from kinetostatics.cli import arguments, poses
 from kinetostatics.exceptions import ArgumentError
@@ -31,6 +32,7 @@ examples:
   kinetostatics optimize 3rps --vary rod_diameter=40mm:120mm --subject-to "deflection_any_direction(500 N) < 20um" --platform \\
       z=450mm,650mm rx=-15deg,0,15deg ry=-15deg,0,15deg --out sized.urdf
   kinetostatics optimize 3rps --vary rod_diameter=standard_bars --subject-to "sag < 0.2um" "actuator_force < 1kN" --json
+  kinetostatics optimize 3rps --vary rod_diameter=60mm:120mm --pareto "deflection_any_direction(500 N)" --out front.svg
 """
 
 
@@ -45,37 +47,58 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--subject-to", metavar="REQUIREMENT", **arguments.SEVERAL, help="a quantity and its limit, such as 'sag < 20um'"
     )
+    group.add_argument("--pareto", metavar="QUANTITY", help="minimize this one too: designs of which none is better in both")
+    group.add_argument("--points", metavar="N", default="10", help="designs of --pareto (default: %(default)s)")
     group.add_argument("--starts", metavar="N", default="3", help="searches from different parameters (default: %(default)s)")
-    parser.add_argument("--out", metavar="FILE", help="write the robot with these parameters, plain URDF that loads")
+    parser.add_argument("--out", metavar="FILE", help="write the robot, plain URDF; --pareto: .csv, .svg, .pdf, .png")
     arguments.add_json_argument(parser)
 
 
 def run(args: argparse.Namespace) -> int:
     """Print the optimum."""
     with waiting("optimizing"):
-        from kinetostatics.design import optimize
+        from kinetostatics.design import optimize, pareto
 
         arguments.check_folder(args.out)
         options = arguments.load_options(args)
         _, over = poses.grid(arguments.load(args) if args.actuators else None, args)
-        starts = arguments.number_of("--starts", args.starts)
-        if starts != int(starts) or starts < 1:
-            raise ArgumentError(f"--starts: {args.starts} is not a whole number from 1 on")
-        found = optimize(
-            args.robot,
-            arguments.parse_items("--vary", args.vary),
-            args.minimize,
-            args.subject_to,
-            over or None,
-            orientation=args.orientation,
-            parameters=arguments.parse_parameters(args.parameters),
-            platform_link=args.platform_link,
-            base_link=args.base_link,
-            starts=int(starts),
-            **options,
-        )
+        starts, points = (_whole(option, text) for option, text in (("--starts", args.starts), ("--points", args.points)))
+        vary = arguments.parse_items("--vary", args.vary)
+        options |= {
+            "orientation": args.orientation,
+            "parameters": arguments.parse_parameters(args.parameters),
+            "platform_link": args.platform_link,
+            "base_link": args.base_link,
+            "starts": starts,
+        }
+        found: Any
+        feasible = True
+        if args.pareto is None:
+            found = optimize(args.robot, vary, args.minimize, args.subject_to, over or None, **options)
+            feasible = found.feasible
+        else:
+            both = args.minimize, args.pareto
+            found = pareto(args.robot, vary, both, args.subject_to, over or None, points=points, **options)
         if args.out is not None:
-            found.save(args.out)
+            _save(found, args.out, is_file=args.pareto is None or args.out.endswith(".csv"))
         answer = found.to_dict() if args.json else str(found)
     arguments.print_answer(answer, [], args.out)
-    return 0 if found.feasible else 1
+    return 0 if feasible else 1
+
+
+def _whole(option: str, text: str) -> int:
+    number = arguments.number_of(option, text)
+    if number != int(number) or number < 1:
+        raise ArgumentError(f"{option}: {text} is not a whole number from 1 on")
+    return int(number)
+
+
+def _save(found: Any, path: str, is_file: bool) -> None:
+    if is_file:
+        found.save(path)
+        return
+    from kinetostatics import plots  # which says what to install where Matplotlib is missing
+    from kinetostatics.plots.style import draw_into_files, save_and_close
+
+    draw_into_files()
+    save_and_close(plots.pareto(found), path)

@@ -1,7 +1,8 @@
 """What parameters of a robot's file do: sensitivities, what their tolerances do, and sizes that are best."""
 
 from kinetostatics.design.optimize import optimize
+from kinetostatics.design.pareto import pareto
 from kinetostatics.design.sensitivities import sensitivities
 from kinetostatics.design.spread import spread
 
-__all__ = ["optimize", "sensitivities", "spread"]
+__all__ = ["optimize", "pareto", "sensitivities", "spread"]

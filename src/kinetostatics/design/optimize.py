@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from kinetostatics.description.units import KINDS
 from kinetostatics.design.problem import Point, Problem, rank
 from kinetostatics.design.requirements import MEASURES, parse_measure, parse_requirement
 from kinetostatics.design.search import STEP, search
-from kinetostatics.design.variables import Range, read_variables, typed_units
+from kinetostatics.design.variables import Choice, Range, read_variables, typed_units
 from kinetostatics.design.variants import Variants
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError, StaticsError
 from kinetostatics.files.bundled import robot_path
@@ -80,6 +81,52 @@ def optimize(
         >>> best.feasible, round(1e3 * best.parameters["rod_diameter"], 2), round(best.objective, 1)  # [mm], [kg]
         (True, 100.1, 122.9)
     """
+    links: dict[str, str | None] = {"platform": platform_link, "base": base_link}
+    search_for = prepare(robot, vary, minimize, subject_to, over, orientation, parameters, links, starts, analysis)
+    return search_for.optimum(search_for.problem, search_for.own, starts)
+
+
+@dataclass(frozen=True)
+class Search:
+    """What is to be optimized, checked.
+
+    Attributes:
+        problem: objective and requirements.
+        ranges, choices: what is varied.
+        own: the file's own parameters.
+        minimize: the objective as it was written.
+    """
+
+    problem: Problem
+    ranges: Sequence[Range]
+    choices: Sequence[Choice]
+    own: Mapping[str, float]
+    minimize: str
+
+    def optimum(self, problem: Problem, begin: Mapping[str, float], starts: int) -> Optimum:
+        """Return the optimum of a problem with these parameters, searched from some of them first."""
+        ends, searched = search(problem, self.ranges, self.choices, begin, starts)
+        best = min(ends, key=lambda found: rank(problem.at(found)))
+        return _optimum(problem, self.ranges, best, ends, searched, self.own, self.minimize)
+
+    def described(self, problem: Problem, parameters: dict[str, float]) -> Optimum:
+        """Return listed values that were found otherwise as an optimum."""
+        return _optimum(problem, self.ranges, parameters, [parameters], "listed values", self.own, self.minimize)
+
+
+def prepare(
+    robot: str | os.PathLike[str],
+    vary: Mapping[Any, object],
+    minimize: str,
+    subject_to: Sequence[str],
+    over: Mapping[str, ArrayLike] | None,
+    orientation: str | None,
+    parameters: Mapping[str, object] | None,
+    links: Mapping[str, str | None],
+    starts: int,
+    analysis: Mapping[str, Any],
+) -> Search:
+    """Check the arguments of :func:`optimize`; ``links`` are platform and base."""
     try:
         import scipy.optimize  # noqa: F401
     except ModuleNotFoundError:
@@ -90,15 +137,13 @@ def optimize(
     if isinstance(starts, bool) or not isinstance(starts, int) or starts < 1:
         raise ArgumentError(f"starts is {starts!r}; it must be a number of searches, at least 1")
     requirements = [parse_requirement(text) for text in subject_to]
-    objective = parse_measure(minimize)
-    if objective[0].startswith("least"):
-        raise ArgumentError(f"{minimize!r} is not to be minimized; require it: {objective[0]} > …")
+    objective = parse_objective(minimize)
     if not isinstance(robot, (str, bytes, os.PathLike)):
         raise ArgumentError(
             f"optimize wants the path of a robot's file or the name of a robot, not {robot!r}: it reads the file again and again"
         )
     path = os.fspath(robot_path(robot))
-    variants = Variants(path, parameters or {}, {"platform": platform_link, "base": base_link})
+    variants = Variants(path, parameters or {}, links)
     names = [item.name for item in ranges] + [name for item in choices for name in item.names]
     variants.check(names)
     variants.check_units(typed_units(ranges, choices))
@@ -107,10 +152,19 @@ def optimize(
     problem = Problem(variants, grid, is_platform, orientation, analysis, objective, requirements)
     # complaints about coordinates and arguments come before the search
     problem.analyzed(first)
-    own = {name: variants.numbers[name] for name in names}
-    ends, searched = search(problem, ranges, choices, own, starts)
-    best = min(ends, key=lambda found: rank(problem.at(found)))
-    return _optimum(problem, ranges, best, ends, searched, own, minimize)
+    return Search(problem, ranges, choices, {name: variants.numbers[name] for name in names}, minimize)
+
+
+def parse_objective(text: str) -> tuple[str, float]:
+    """Return name and argument of a quantity that may be minimized.
+
+    Raises:
+        ArgumentError: there is none, or it is one of which much is good.
+    """
+    objective = parse_measure(text)
+    if objective[0].startswith("least"):
+        raise ArgumentError(f"{text!r} is not to be minimized; require it: {objective[0]} > …")
+    return objective
 
 
 def _grid(over: Mapping[str, ArrayLike] | None, driven: Sequence[str]) -> tuple[dict[str, Array], bool]:

@@ -26,6 +26,7 @@ from kinetostatics.printing.text import (
 )
 from kinetostatics.reports.json import plain
 from kinetostatics.results.optimum import Optimum
+from kinetostatics.results.pareto import ParetoFront
 
 _UNITS: Mapping[str, Units] = {
     "m": LENGTHS,
@@ -125,4 +126,35 @@ def optimum_to_dict(found: Optimum) -> dict[str, object]:
         "requirements": [{name: plain(getattr(item, name)) for name in of_each} for item in found.requirements],
         "at_bounds": list(found.at_bounds),
         "starts": starts,
+    }
+
+
+@text_of.register(ParetoFront)
+def pareto_report(found: ParetoFront) -> str:
+    """Return a table of designs, from the least of the first quantity to the least of the second."""
+    first, second = found.minimized
+    title = f"Pareto front of {found[0].robot.name!r}: {first} against {second}, {len(found)} designs"
+    rows = []
+    for optimum, row in zip(found, found.objectives.tolist(), strict=True):
+        values = [_value(value, optimum.units.get(name, "")) for name, value in optimum.parameters.items()]
+        decides = [item.text for item in optimum.active if item is not optimum.requirements[-1]]
+        cells = (_written(value, unit) for value, unit in zip(row, found.units, strict=True))
+        rows.append((*cells, *values, "; ".join([*decides, *optimum.at_bounds])))
+    header = (first, second, *found.parameters, "what decides besides")
+    lines = section("Designs of which none is better in both", table(header, rows, "r" * (len(header) - 1) + "l"))
+    said = f"How: {found.searched}; {found.evaluations} robots were analysed."
+    return "\n".join([title, *lines, "", *wrapped(said)])
+
+
+@dict_of.register(ParetoFront)
+def pareto_to_dict(found: ParetoFront) -> dict[str, object]:
+    """Return a front as plain values: what ``optimize --pareto … --json`` prints."""
+    return {
+        "minimized": list(found.minimized),
+        "units": list(found.units),
+        "objectives": plain(found.objectives),
+        "parameters": {name: plain(values) for name, values in found.parameters.items()},
+        "searched": found.searched,
+        "evaluations": found.evaluations,
+        "points": [optimum_to_dict(item) for item in found],
     }

@@ -44,6 +44,7 @@ from kinetostatics.results.calibration import Calibration, MeasurementPlan
 from kinetostatics.results.compensation import Compensation
 from kinetostatics.results.limb import LimbResult
 from kinetostatics.results.optimum import Optimum
+from kinetostatics.results.pareto import ParetoFront
 from kinetostatics.results.result import Result
 from kinetostatics.results.sensitivities import Sensitivities
 from kinetostatics.results.spread import Spread
@@ -247,6 +248,20 @@ def _plan(found: MeasurementPlan) -> Short:
     rows = [(name, f"{error:.3g}", f"{errors[name]:.3g}") for name, error in found.standard_errors.items()]
     line = f"{title}, {found.gain:.3g} times as sure as random ones"
     return Short(line, title, ("unknown", "standard error", "of random plans"), rows)
+
+
+@_short.register
+def _pareto(found: ParetoFront) -> Short:
+    names, units = list(found.parameters), found.points[0].units
+    rows = []
+    for optimum, both in zip(found, found.objectives.tolist(), strict=True):
+        cells = [f"{value:.6g} {unit}".rstrip() for value, unit in zip(both, found.units, strict=True)]
+        cells += [f"{optimum.parameters[name]:.6g} {units.get(name, '')}".rstrip() for name in names]
+        rows.append(tuple(cells))
+    title = f"Pareto front of {found[0].robot.name!r}"
+    line = f"{title}: {_count(len(found), 'design')}, {found.minimized[0]} {rows[0][0]} to {rows[-1][0]}, "
+    line += f"{found.minimized[1]} {rows[0][1]} to {rows[-1][1]}"
+    return Short(line, title, (*found.minimized, *names), rows)
 
 
 @_short.register

@@ -1,0 +1,148 @@
+"""Designs of which none is better than another in both of two quantities.
+
+The method of ε-constraints (Y. Y. Haimes, L. S. Lasdon, D. A. Wismer, 1971): the first quantity is minimized under ever lower
+limits of the second, each search beginning where the one before ended.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kinetostatics.description.units import KINDS
+from kinetostatics.design.optimize import parse_objective, prepare
+from kinetostatics.design.problem import Problem
+from kinetostatics.design.requirements import MEASURES, Requirement
+from kinetostatics.design.variables import combinations
+from kinetostatics.exceptions import ArgumentError, StaticsError
+from kinetostatics.math.arrays import Array, frozen
+from kinetostatics.results.optimum import Optimum
+from kinetostatics.results.pareto import ParetoFront
+
+#: Points that differ by less than this part of a quantity are one.
+SAME = 1e-7
+#: Most points of a front.
+MOST = 200
+
+
+def pareto(
+    robot: str | os.PathLike[str],
+    vary: Mapping[Any, object],
+    minimize: Sequence[str] = ("mass", "sag"),
+    subject_to: Sequence[str] = (),
+    over: Mapping[str, ArrayLike] | None = None,
+    *,
+    points: int = 10,
+    orientation: str | None = None,
+    parameters: Mapping[str, object] | None = None,
+    platform_link: str | None = None,
+    base_link: str | None = None,
+    starts: int = 2,
+    **analysis: Any,
+) -> ParetoFront:
+    """Find what of one quantity has to be paid for less of another: designs of which none is better in both.
+
+    Args:
+        robot, vary, subject_to, over, orientation, parameters, platform_link, base_link, analysis: as of
+            :func:`kinetostatics.optimize`.
+        minimize: two quantities whose worst poses are minimized, see there.
+        points: how many designs; between the two ends, limits of the second quantity are evenly spaced, by ratios. Lists and
+            catalogues alone are tried completely, and all designs that are best are returned.
+        starts: how many searches for each end of the front.
+
+    Returns:
+        The designs, from the least of the first quantity to the least of the second.
+
+    Raises:
+        ArgumentError: an argument makes no sense.
+        StaticsError: no parameters meet all requirements.
+        KinetostaticsError: SciPy is missing; the message says how to install it.
+
+    Example:
+        What a tripod has to weigh to sag less:
+
+        >>> import kinetostatics as ks
+        >>> over = {"z": 0.55, "rx": 0.0, "ry": 0.0}
+        >>> front = ks.pareto("3rps", {"rod_diameter": "60mm:120mm"}, ("mass", "deflection_any_direction(500 N)"),
+        ...     over=over, points=4)
+        >>> [round(float(mass)) for mass, _ in front.objectives]  # [kg]
+        [57, 81, 115, 168]
+    """
+    if isinstance(minimize, str) or not isinstance(minimize, Sequence) or len(minimize) != 2:
+        raise ArgumentError(f'minimize is {minimize!r}; a front has two quantities, such as ("mass", "sag")')
+    if isinstance(points, bool) or not isinstance(points, int) or not 2 <= points <= MOST:
+        raise ArgumentError(f"points is {points!r}; it must be a number of designs from 2 to {MOST}")
+    links: dict[str, str | None] = {"platform": platform_link, "base": base_link}
+    given = subject_to, over, orientation, parameters, links, starts, analysis
+    first, second = (prepare(robot, vary, text, *given) for text in minimize)
+    measured = parse_objective(minimize[1])
+    unit = KINDS.get(MEASURES[measured[0]].kind, "")
+    name = " ".join(minimize[1].split())
+
+    def limited(limit: float) -> Problem:
+        text = f"{name} < {limit:.6g} {unit}".rstrip()
+        requirement = Requirement(text, *measured, True, limit)
+        return replace(first.problem, requirements=[*first.problem.requirements, requirement], known={}, count=0)
+
+    if not first.ranges:
+        problem = limited(1e300)
+        found = [first.described(problem, item) for item in _best_of(problem, combinations(first.choices))]
+        searched = f"all {problem.count} combinations of the listed values were tried"
+        evaluations = problem.count
+    else:
+        ends = [item.optimum(item.problem, item.own, starts) for item in (first, second)]
+        if not all(end.feasible for end in ends):
+            raise StaticsError(
+                "no parameters within the bounds were found that meet all requirements: optimize tells which are broken"
+            )
+        most, least = _second(limited(1e300), ends[0]), ends[1].objective
+        problems = [limited(float(limit)) for limit in _limits(most, least, points)]
+        found, begin = [], ends[0].parameters
+        for problem in problems:
+            begin = found[-1].parameters if found else begin
+            found.append(first.optimum(problem, begin, 1))
+        # the end of the second quantity, where a limit leaves the search no room
+        found[-1] = first.optimum(problems[-1], ends[1].parameters, 1) if not found[-1].feasible else found[-1]
+        searched = f"SLSQP under {points} limits of {name}, from {starts} start{'s' * (starts > 1)} at each end"
+        evaluations = sum(item.evaluations for item in (*ends, *found))
+    found = [item for item in found if item.feasible]
+    both = np.array([[item.objective, item.requirements[-1].worst] for item in found]).reshape(-1, 2)
+    kept = _undominated(both)
+    units = KINDS.get(MEASURES[first.problem.objective[0]].kind, ""), unit
+    names = " ".join(minimize[0].split()), name
+    return ParetoFront(tuple(found[k] for k in kept), frozen(both[kept]), names, units, searched, evaluations)
+
+
+def _second(problem: Problem, found: Optimum) -> float:
+    """Return the second quantity of a design, which is the problem's last requirement."""
+    return float(np.nanmax(problem.at(found.parameters).values[-1]))
+
+
+def _limits(most: float, least: float, points: int) -> Array:
+    """Return limits from the largest to the smallest, evenly spaced by ratios."""
+    if not (0 < least < most):
+        return np.full(2, max(least, most)) * (1 + SAME)
+    return np.geomspace(most, least, points) * (1 + SAME / 10)
+
+
+def _best_of(problem: Problem, every: Sequence[dict[str, float]]) -> list[dict[str, float]]:
+    """Return the designs that are feasible and not worse than another in both quantities."""
+    held = [item for item in every if problem.at(item).feasible]
+    if not held:
+        raise StaticsError("none of the listed values meet all requirements: optimize tells which are broken")
+    both = np.array([[problem.at(item).objective, float(np.nanmax(problem.at(item).values[-1]))] for item in held])
+    return [held[k] for k in _undominated(both)]
+
+
+def _undominated(both: Array) -> list[int]:
+    """Return which rows (n, 2) are not worse than another one in both columns, by rising first column."""
+    kept: list[int] = []
+    for k in np.lexsort((both[:, 1], both[:, 0])).tolist():
+        if not kept or both[k, 1] < both[kept[-1], 1] * (1 - SAME):
+            kept.append(k)
+    return kept

@@ -1,0 +1,87 @@
+"""Pareto fronts against closed forms and all combinations of lists."""
+
+import json
+
+import numpy as np
+import parametric_machines
+import pytest
+
+import kinetostatics as ks
+
+pytest.importorskip("scipy")
+
+E, RHO, L, F = parametric_machines.E, parametric_machines.RHO, 0.8, 500.0
+LOADED = {"load": [0, 0, -F, 0, 0, 0], "gravity": (0, 0, 0)}
+
+
+@pytest.fixture(scope="module")
+def cantilever(tmp_path_factory):
+    return parametric_machines.cantilever(tmp_path_factory.mktemp("files"))
+
+
+@pytest.fixture(scope="module")
+def front(cantilever):
+    return ks.pareto(cantilever, {"diameter": "20mm:120mm"}, ("mass", "sag"), points=5, starts=1, **LOADED)
+
+
+def mass(sag):
+    """m = ρ π d² L / 4 + m_tip, with d⁴ = 64 F L³ / (3 π E w)."""
+    return RHO * L * np.pi / 4 * np.sqrt(64 * F * L**3 / (3 * np.pi * E * sag)) + 5
+
+
+def test_the_front_of_the_cantilever(front):
+    masses, sags = front.objectives.T
+    np.testing.assert_allclose(masses, mass(sags), rtol=1e-6)
+    diameters = front.parameters["diameter"]
+    assert diameters[0] == pytest.approx(0.02, rel=1e-6) and diameters[-1] == pytest.approx(0.12, rel=1e-6)
+    # limits of the sag are spaced by ratios, and so are diameters: w goes as d⁻⁴
+    np.testing.assert_allclose(diameters[1:] / diameters[:-1], 6**0.25, rtol=1e-6)
+    assert len(front) == 5 and all(point.feasible for point in front)
+    assert front[2].requirements[-1].worst == pytest.approx(sags[2]) and front.units == ("kg", "m")
+
+
+def test_other_requirements_hold_on_the_front(cantilever):
+    """A stress of 32 F L / (π d³) < 100 MPa keeps the thin rods out."""
+    thin = (32 * F * L / (np.pi * 100e6)) ** (1 / 3)
+    front = ks.pareto(cantilever, {"diameter": "20mm:60mm"}, ("mass", "sag"), ["stress < 100 MPa"], points=2, starts=1, **LOADED)
+    # a load at the tip's end bends the clamped section most; shear is next to nothing there
+    assert front.parameters["diameter"] == pytest.approx([thin, 0.06], rel=1e-3)
+    assert front[0].active[0].text == "stress < 100 MPa"
+    with pytest.raises(ks.StaticsError, match="meet all requirements"):
+        ks.pareto(cantilever, {"diameter": "20mm:22mm"}, subject_to=["stress < 1 MPa"], starts=1, **LOADED)
+
+
+def test_lists_are_tried_completely(cantilever):
+    front = ks.pareto(cantilever, {"diameter": "30mm,20mm,50mm", "E": "70GPa,200GPa"}, **LOADED)
+    assert front.parameters["diameter"].tolist() == [0.02, 0.03, 0.05] and set(front.parameters["E"]) == {2e11}
+    np.testing.assert_allclose(front.objectives[:, 0], mass(front.objectives[:, 1]), rtol=1e-9)
+    with pytest.raises(ks.StaticsError, match="none of the listed values"):
+        ks.pareto(cantilever, {"diameter": "20mm,30mm"}, subject_to=["sag < 1um"], **LOADED)
+
+
+def test_table_json_file_and_picture(front, tmp_path):
+    text = str(front)
+    assert "diameter at its lower bound" in text and "120" in text and "5 designs" in repr(front)
+    assert "sag" in front._repr_html_()
+    read = json.loads(json.dumps(front.to_dict()))
+    assert read["minimized"] == ["mass", "sag"] and len(read["points"]) == 5
+    front.save(tmp_path / "front.csv")
+    lines = (tmp_path / "front.csv").read_text(encoding="utf-8").splitlines()
+    assert lines[0] == "mass [kg],sag [m],diameter [m]"
+    np.testing.assert_array_equal(np.array([line.split(",") for line in lines[1:]], float)[:, :2], front.objectives)
+    pytest.importorskip("matplotlib").use("Agg")
+    ax = ks.plot.pareto(front)
+    assert ax.get_xlabel() == "mass [kg]" and ax.get_ylabel().startswith("sag [") and ax.get_yscale() == "log"
+    np.testing.assert_allclose(ax.lines[0].get_xdata(), front.objectives[:, 0])
+    with pytest.raises(ks.ArgumentError, match="is no front"):
+        ks.plot.pareto(1)
+
+
+def test_mistakes(cantilever):
+    for given, message in [
+        ({"minimize": "mass"}, "a front has two quantities"),
+        ({"points": 1}, "designs from 2 to"),
+        ({"minimize": ("mass", "least_translational_stiffness")}, "is not to be minimized"),
+    ]:
+        with pytest.raises(ks.ArgumentError, match=message):
+            ks.pareto(cantilever, {"diameter": "20mm:30mm"}, **given)
