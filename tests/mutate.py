@@ -49,7 +49,7 @@ CORE = """analysis robot status error_ranking description/joint_types indices/sa
 kinematics/chebyshev kinematics/configuration kinematics/continuation kinematics/frame_corrections
 kinematics/generic_poses kinematics/joint_coordinates kinematics/lines kinematics/loop_constraints kinematics/mimic
 kinematics/mobility kinematics/openings kinematics/pose_spread kinematics/robot_kinematics kinematics/sizes
-kinematics/solver kinematics/zero_pose limbs/basis limbs/basis_choice limbs/beam limbs/compliance limbs/force_method
+kinematics/solver kinematics/zero_pose limbs/basis_choice limbs/beam limbs/compliance limbs/force_method
 limbs/geometry limbs/group limbs/grouping limbs/statics limbs/wrench_candidates limbs/wrenches
 math/graphs math/linalg math/ordering math/orientation math/rotations math/screws mechanism/beam_geometry
 mechanism/beam_model mechanism/edge_directions mechanism/inertias mechanism/joint_compliance mechanism/limb_joints

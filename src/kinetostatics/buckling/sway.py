@@ -47,12 +47,7 @@ class EdgeMotions:
 
 
 def free_motions(
-    graph: BodyGraph,
-    motions: EdgeMotions,
-    without: Collection[int],
-    ends: tuple[RigidBody, RigidBody],
-    rod: Array,
-    twists: bool,
+    graph: BodyGraph, motions: EdgeMotions, without: Collection[int], ends: tuple[RigidBody, RigidBody], rod: Array, twists: bool
 ) -> Array:
     """Return how the second end can still move against the first (6, k): rotation, and shift of the member's platform end.
 

@@ -102,7 +102,7 @@ class _Reducer:
         self.reader, self.graph = reader, reader.graph
         self.hanging: list[Hanging] = []
         keys = {edge.key for edge in edges}
-        mine = [edge for edge in self.graph.edges if _key(edge) in keys]
+        mine = [edge for edge in self.graph.edges if edge.key in keys]
         self.ends = (self.graph.base, self.graph.platform)
         welds = joined(self.graph.bodies(), (edge.ends for edge in mine if self._is_weld(edge)))
         #: the piece that stands for all that are welded to each
@@ -281,7 +281,3 @@ class _Reducer:
             found.append((distance.get(way.start, 0), Stretch(self.name(way.start), self.name(way.end), way.chain)))
         found.sort(key=lambda item: item[0])
         return Network(self.name(start), self.name(end), tuple(stretch for _, stretch in found))
-
-
-def _key(edge: BodyEdge) -> str:
-    return edge.connection.name if edge.connection is not None else f"beam:{edge.beam.beam.name}" if edge.beam is not None else ""

@@ -240,7 +240,5 @@ def _group(element: Element, group: str, joint: Joint | Loop, locked: bool) -> V
 
 def _along(axis: Vector) -> int | None:
     """Return the number of the frame's axis along which a unit vector lies, or None."""
-    for index in range(3):
-        if math.hypot(*(value for k, value in enumerate(axis) if k != index)) <= _ALIGNED:
-            return index
-    return None
+    beside = [math.hypot(*(value for k, value in enumerate(axis) if k != index)) for index in range(3)]
+    return next((index for index in range(3) if beside[index] <= _ALIGNED), None)

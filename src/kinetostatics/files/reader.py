@@ -14,13 +14,7 @@ from kinetostatics.exceptions import ArgumentError, RobotFileError
 from kinetostatics.files.beams import read_beams
 from kinetostatics.files.bundled import read_robot
 from kinetostatics.files.element_writer import extra_of_robot, robot_element
-from kinetostatics.files.joint_attributes import (
-    check_masters,
-    lacks_axis,
-    read_driven,
-    read_joint_stiffness,
-    with_right_mimics,
-)
+from kinetostatics.files.joint_attributes import check_masters, lacks_axis, read_driven, read_joint_stiffness, with_right_mimics
 from kinetostatics.files.links_joints import ROBOT_LEVEL, read_joints, read_links, tree_root
 from kinetostatics.files.loops import read_loops
 from kinetostatics.files.plain_urdf import all_driven, file_name, first_base, known_link, missing_platform

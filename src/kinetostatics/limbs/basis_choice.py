@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 
 from kinetostatics.exceptions import StaticsError
 from kinetostatics.limbs import force_method
-from kinetostatics.limbs.basis import Basis, Candidate
 from kinetostatics.limbs.geometry import LimbGeometry
-from kinetostatics.limbs.group import LimbGroup
+from kinetostatics.limbs.group import Basis, Candidate, LimbGroup
 from kinetostatics.limbs.wrench_candidates import (
     PARALLEL,
     CandidateWrenches,
@@ -85,13 +84,7 @@ def _degenerate(group: LimbGroup, J: Array, count: int, scale: Array, allowed: A
 
 
 def _replace(
-    group: LimbGroup,
-    J: Array,
-    count: int,
-    scale: Array,
-    geometry: LimbGeometry,
-    allowed: Array,
-    bad: NDArray[np.bool_],
+    group: LimbGroup, J: Array, count: int, scale: Array, geometry: LimbGeometry, allowed: Array, bad: NDArray[np.bool_]
 ) -> None:
     """Put orthonormal bases, found by singular values, where the canonical ones degenerate."""
     s = scale[:, 0, 0]
@@ -270,11 +263,8 @@ def _complement(spanned: list[Array], seeds: Array, count: int, judged: Index) -
     chosen: list[int] = []
     for number in range(count):
         completed = [*(normalize(column) for column in spanned), *_complete(spanned, seeds, chosen)]
-        sizes = {
-            seed: _least_singular_value([*completed, normalize(seeds[:, seed])], judged)
-            for seed in range(seeds.shape[1])
-            if seed not in chosen
-        }
+        rest = [seed for seed in range(seeds.shape[1]) if seed not in chosen]
+        sizes = {seed: _least_singular_value([*completed, normalize(seeds[:, seed])], judged) for seed in rest}
         if not sizes:
             raise StaticsError(f"no complementary wrench number {number + 1} can be found")
         chosen.append(list(sizes)[first_largest(list(sizes.values()))])

@@ -55,21 +55,16 @@ def weighed(model: Any, bodies: Iterable[tuple[int, Any]]) -> Any:
     return copy
 
 
-class Falling:
-    """A body under gravity, as seen from a reference point.
+def weight_wrench(inertia: Any, rotation: Array, arm: Array, gravity: Array) -> Array:
+    """Return the wrench (6,) [N, N·m] of a body's weight about a reference point, world axes.
 
     Args:
+        inertia: ``pin.Inertia`` in the body's frame.
         rotation: (3, 3) of the body.
         arm: (3,) from the reference point to the body's origin, world axes [m].
         gravity: (3,) in world axes [m/s²].
     """
+    import pinocchio as pin
 
-    def __init__(self, rotation: Array, arm: Array, gravity: Array) -> None:
-        import pinocchio as pin
-
-        self._placement = pin.SE3(rotation, arm)
-        self._acceleration = self._placement.actInv(pin.Motion(gravity, np.zeros(3)))
-
-    def wrench(self, inertia: Any) -> Array:
-        """Return the weight's wrench (6,) [N, N·m] of a ``pin.Inertia`` in the body's frame, about the point, world axes."""
-        return np.asarray(self._placement.act(inertia * self._acceleration).vector)
+    placement = pin.SE3(rotation, arm)
+    return np.asarray(placement.act(inertia * placement.actInv(pin.Motion(gravity, np.zeros(3)))).vector)

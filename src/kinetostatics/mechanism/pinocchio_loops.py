@@ -15,7 +15,7 @@ import numpy as np
 from kinetostatics.description.joint_types import Axes
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
-from kinetostatics.math.rotations import three_angles
+from kinetostatics.math.rotations import exponential, three_angles
 from kinetostatics.mechanism.mechanism import Connection, Mechanism
 
 
@@ -126,7 +126,7 @@ def _run(loop: Connection, placements: Any) -> tuple[int, Array, int, Array, lis
         steps.append((False, axis, _turn(axis, R)))
     elif loop.type.turns is Axes.BOTH:
         turned = _angle(axis, loop.axis2, R @ loop.axis2)
-        rest = _rotation(axis, -turned) @ R
+        rest = exponential(-turned * axis[:, None])[..., 0] @ R
         steps += [(False, axis, turned), (False, loop.axis2, _turn(loop.axis2, rest))]
     elif loop.type.turns is Axes.ALL:
         angles = three_angles(np.eye(3), R[..., None], np.zeros((3, 1)))[:, 0]
@@ -147,9 +147,3 @@ def _angle(axis: Array, start: Array, end: Array) -> float:
     """Return the angle [rad] about an axis from one direction to another."""
     a, b = start - axis * (axis @ start), end - axis * (axis @ end)
     return float(np.arctan2(axis @ np.cross(a, b), a @ b))
-
-
-def _rotation(axis: Array, angle: float) -> Array:
-    import pinocchio as pin
-
-    return np.asarray(pin.exp3(axis * angle))

@@ -46,6 +46,11 @@ class BodyEdge:
         """The bodies on both sides, inner and outer."""
         return self.inner.find(), self.outer.find()
 
+    @property
+    def key(self) -> str:
+        """The joint's name, or ``beam:`` and the beam's, as of an :class:`~kinetostatics.mechanism.limbs.Edge`."""
+        return self.connection.name if self.connection is not None else f"beam:{self.beam.beam.name}" if self.beam else ""
+
     def other(self, body: RigidBody) -> RigidBody:
         """Return the body on the other side."""
         inner, outer = self.ends

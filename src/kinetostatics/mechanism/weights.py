@@ -16,7 +16,7 @@ from kinetostatics.exceptions import StaticsError
 from kinetostatics.math.arrays import Array, empty_for
 from kinetostatics.math.linalg import cross
 from kinetostatics.mechanism.beam_model import BeamModel, without_length
-from kinetostatics.mechanism.inertias import Falling, weighed
+from kinetostatics.mechanism.inertias import weighed, weight_wrench
 from kinetostatics.mechanism.limbs import Topology
 from kinetostatics.mechanism.mechanism import Mechanism
 from kinetostatics.mechanism.tree import Frames
@@ -80,9 +80,10 @@ class Weights:
         return np.concatenate([force, cross(self.centres(frames) - o[:, None], force)])
 
     def _wrenches_of_one(self, frames: Frames, o: Array, gravity: Array) -> Array:
-        bodies = self._bodies_at(frames)
-        at = {body: Falling(frames.rotation[:, :, body, 0], frames.position[:, body, 0] - o, gravity) for body, _ in bodies}
-        wrenches = [at[body].wrench(inertia) for body, inertia in bodies]
+        wrenches = [
+            weight_wrench(inertia, frames.rotation[:, :, body, 0], frames.position[:, body, 0] - o, gravity)
+            for body, inertia in self._bodies_at(frames)
+        ]
         return np.array(wrenches).reshape(-1, 6).T[..., None]
 
     def _bodies_at(self, frames: Frames) -> list[tuple[int, Any]]:

@@ -55,19 +55,13 @@ def _softest(workspace: xr.Dataset) -> str:
     return f"<p>least translational stiffness {quantity(found.value, STIFFNESSES)} at {escape(where or 'the only pose')}</p>"
 
 
-def _known(workspace: xr.Dataset) -> list[str]:
-    from kinetostatics.indices import names
-
-    known = set(names(workspace))
-    return [name for name in SHOWN if name in known]
-
-
 def _figures(workspace: xr.Dataset, configuration: Configuration) -> str:
     """Return figures over the first two coordinates that vary, the others nearest to the pose; a sentence without Matplotlib."""
     try:
         from kinetostatics import plots
     except KinetostaticsError as error:
         return f"<p>There are no maps here: {escape(str(error))}.</p>"
+    from kinetostatics import indices
     from kinetostatics.plots.selection import free_names
     from kinetostatics.plots.style import save_and_close
 
@@ -77,7 +71,7 @@ def _figures(workspace: xr.Dataset, configuration: Configuration) -> str:
     here = {**configuration.platform, **configuration.actuators}
     at = {name: float(here[name]) for name in names[2:] if name in here}
     found = []
-    for what in _known(workspace):
+    for what in sorted(set(SHOWN) & set(indices.names(workspace)), key=SHOWN.index):
         try:
             if len(names) > 1:
                 axes = plots.slice(workspace, what, *names[:2], at=at)

@@ -221,28 +221,22 @@ def _wrenches(kind: str, labels: tuple[str, ...] | None) -> list[tuple[str, str]
     return [(kind if k == 0 else "", label) for k, label in enumerate(labels or ("none",))]
 
 
+#: What the words of wrenches mean, by what is in them.
+_LEGEND = {
+    "": "between limb and platform: constraint wrenches hold the platform, attached ones carry the limb's own weight",
+    "limb ": "limb axes: z along the last beam (else from the first joint to the last), y the first passive axis that turns "
+    "(else a world axis) made square to z, x = y × z",
+    "component": "components: coordinates, in a basis, of what the platform puts on a limb that is a network; its beams "
+    "and joints carry other forces",
+    "complementary": "complementary wrenches: what is left where nothing plainer fits",
+}
+
+
 def _legend(limbs: list[LimbFacts]) -> list[str]:
     """Say what the words mean that are used."""
     labels = " ".join(label for limb in limbs for label in (*(limb.constraint_wrenches or ()), *(limb.attached_wrenches or ())))
-    if not labels:
-        return []
-    lines = [""]
-    lines += wrapped(
-        "between limb and platform: constraint wrenches hold the platform, attached ones carry the limb's own weight"
-    )
-    if "limb " in labels:
-        lines += wrapped(
-            "limb axes: z along the last beam (else from the first joint to the last), y the first passive axis that turns "
-            "(else a world axis) made square to z, x = y × z"
-        )
-    if "component" in labels:
-        lines += wrapped(
-            "components: coordinates, in a basis, of what the platform puts on a limb that is a network; its beams and joints "
-            "carry other forces"
-        )
-    if "complementary" in labels:
-        lines += wrapped("complementary wrenches: what is left where nothing plainer fits")
-    return lines
+    known = [text for word, text in _LEGEND.items() if labels and word in labels]
+    return [""] * bool(known) + [line for text in known for line in wrapped(text)]
 
 
 def _hanging(graph: Graph, indent: str) -> list[str]:

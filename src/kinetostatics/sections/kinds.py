@@ -138,11 +138,8 @@ class Tube(Section):
     def largest_stress(self, wrenches: Array, poisson_ratio: float = 0.3) -> Array:  # noqa: D102
         # axes of its own for each section, so that it bends about z alone
         size = np.hypot(wrenches[4], wrenches[5])
-        cos, sin = np.where(
-            size > 0,
-            np.array([wrenches[5], wrenches[4]]) / np.where(size > 0, size, 1),
-            np.reshape([1.0, 0.0], (2, *[1] * size.ndim)),
-        )
+        along_z = np.reshape([1.0, 0.0], (2, *[1] * size.ndim))
+        cos, sin = np.where(size > 0, np.array([wrenches[5], wrenches[4]]) / np.where(size > 0, size, 1), along_z)
         turned = np.array(wrenches, dtype=float)
         turned[1], turned[2] = cos * wrenches[1] - sin * wrenches[2], sin * wrenches[1] + cos * wrenches[2]
         turned[4], turned[5] = 0, size
@@ -205,15 +202,8 @@ class Rectangle(Section):
         if min(width, height) < THINNEST * max(width, height):
             raise ArgumentError(f"the sides {width:g} and {height:g} are too different to be those of a beam; they are in metres")
         J, modulus = _rectangle_torsion(width, height)
-        return cls(
-            width * height,
-            width * height**3 / 12,
-            height * width**3 / 12,
-            J,
-            width=width,
-            height=height,
-            torsion_modulus=modulus,
-        )
+        numbers = width * height, width * height**3 / 12, height * width**3 / 12, J
+        return cls(*numbers, width=width, height=height, torsion_modulus=modulus)
 
     @property
     def extent(self) -> tuple[float, float]:  # noqa: D102
@@ -281,16 +271,9 @@ class RectangularTube(Rectangle):
         b, h, t = width, height, thickness
         shear = shear_functions(b / size, h / size, t / size)
         outer = shear.stresses(np.array([b, 0]) / size / 2, np.array([0, h]) / size / 2, 0.0)[:, 2]
-        return cls(
-            shear.area * size**2,
-            shear.second_moments[1] * size**4,
-            shear.second_moments[0] * size**4,
-            shear.J * size**4,
-            width=b,
-            height=h,
-            torsion_modulus=size**3 / float(np.abs(outer).max()),
-            thickness=t,
-        )
+        I_z, I_y = (moment * size**4 for moment in shear.second_moments)
+        modulus = size**3 / float(np.abs(outer).max())
+        return cls(shear.area * size**2, I_y, I_z, shear.J * size**4, width=b, height=h, torsion_modulus=modulus, thickness=t)
 
     @property
     def _wall(self) -> float:
@@ -317,13 +300,5 @@ def beam_compliance_coefficients(
         (6,) array in the order of a wrench in beam axes, x along the beam.
     """
     E, G = youngs_modulus, shear_modulus
-    return np.array(
-        [
-            1 / (E * section.area),
-            1 / (G * shear_areas[0]),
-            1 / (G * shear_areas[1]),
-            1 / (G * section.J),
-            1 / (E * section.I_y),
-            1 / (E * section.I_z),
-        ]
-    )
+    sheared = [G * area for area in (*shear_areas, section.J)]
+    return 1 / np.array([E * section.area, *sheared, E * section.I_y, E * section.I_z])

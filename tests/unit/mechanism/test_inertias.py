@@ -5,7 +5,7 @@ import pinocchio as pin
 import pytest
 from simple_machines import BEAM, RHO, joint, link, robot
 
-from kinetostatics.mechanism.inertias import Falling, link_inertias, weighed
+from kinetostatics.mechanism.inertias import link_inertias, weighed, weight_wrench
 
 
 def stick(mass, at=(0.0, 0.0, 0.0)):
@@ -51,7 +51,7 @@ def test_a_model_weighs_what_it_is_given():
 def test_a_weight_is_a_force_at_the_centre_of_mass():
     turn = pin.exp3(np.array([0.3, -0.4, 0.5]))
     arm, lever, gravity = np.array([1.0, 2.0, 3.0]), np.array([0.1, 0.2, -0.3]), np.array([0.5, -1.0, -9.0])
-    found = Falling(turn, arm, gravity).wrench(stick(4.0, lever))
+    found = weight_wrench(stick(4.0, lever), turn, arm, gravity)
     np.testing.assert_allclose(found, np.r_[4 * gravity, np.cross(arm + turn @ lever, 4 * gravity)], rtol=1e-12)
 
 
