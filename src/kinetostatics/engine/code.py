@@ -5,6 +5,9 @@ from __future__ import annotations
 import ctypes
 import hashlib
 import json
+import sys
+import threading
+import zlib
 from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
@@ -12,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from kinetostatics.engine import cache as disk
 from kinetostatics.engine import llvm
 from kinetostatics.math.arrays import Array, Index, Mask
 
@@ -19,6 +23,10 @@ from kinetostatics.math.arrays import Array, Index, Mask
 _SOURCES = ("engine", "kinematics", "limbs", "math", "mechanism", "statics")
 #: Poses whose results are written at a time, so few that they stay in the processor's cache before they go where they belong.
 BLOCK = 256
+#: How many poses in batches code made in a hurry computes before it is optimized: then what that takes is no matter any more.
+MANY = 10_000
+#: Whether code is made in a hurry at first: it takes up to a megabyte of the stack, which not all systems have.
+HURRIES = sys.platform == "linux"
 _KIND = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 5, ctypes.c_int64)
 
 
@@ -27,13 +35,32 @@ class Code:
 
     Attributes:
         table: what was packed with it.
+        is_optimized: whether the code takes as little time as it can.
     """
 
-    def __init__(self, kept: bytes) -> None:
-        """Make what :func:`packed` returned callable."""
-        self.table = table_of(kept)
-        self._machine = llvm.MachineCode(kept[8 + int.from_bytes(kept[:8], "little") :])
-        self.function = _KIND(self._machine.address)
+    def __init__(self, kept: bytes, key: str) -> None:
+        """Make what :func:`packed` returned callable; ``key`` is the name under which it is kept."""
+        self.table, self._key, self._poses = table_of(kept), key, 0
+        start = 8 + int.from_bytes(kept[:8], "little")
+        end = start + int(self.table["object"])
+        self._text, self._lock = kept[end:], threading.Lock()
+        self.is_optimized = not self._text
+        self._machines: list[llvm.MachineCode] = []  # an earlier one may still be running
+        self._take(kept[start:end])
+
+    def _take(self, content: bytes) -> None:
+        self._machines.append(llvm.MachineCode(content))
+        self.function = _KIND(self._machines[-1].address)
+
+    def optimize(self) -> None:
+        """Make the code anew, and better, if it was made in a hurry."""
+        with self._lock:
+            if self.is_optimized:
+                return
+            content = llvm.compiled(zlib.decompress(self._text).decode())
+            self._take(content)
+            self.is_optimized = True
+            disk.write(self._key, _joined(self.table, content))
 
     def __call__(
         self, inputs: Sequence[Array], parameters: Array, numbers: Array, truths: Mask, rows: tuple[int, Index] | None = None
@@ -46,6 +73,10 @@ class Code:
             rows: how many numbers there are, and which of them are wanted, of more than ``2 * BLOCK`` poses; None: all.
         """
         n = numbers.shape[1]
+        if n > llvm.LANES and not self.is_optimized:
+            self._poses += n
+            if self._poses > MANY:
+                self.optimize()
         if n <= 2 * BLOCK or inputs[0].ctypes.data == numbers.ctypes.data:
             Bound(self, inputs, parameters, numbers, truths)()
             return
@@ -86,9 +117,17 @@ class Bound:
 
 
 def packed(table: Mapping[str, Any], text: str) -> bytes:
-    """Return what is kept on disk: a table as JSON, its size before it, and behind it the object code of a module."""
-    head = json.dumps(table).encode()
-    return len(head).to_bytes(8, "little") + head + llvm.compiled(text)
+    """Return what is kept on disk: a table as JSON, its size before it, and behind it the object code of a module.
+
+    The code is made in a hurry, and behind it stands the text from which :meth:`Code.optimize` makes it anew.
+    """
+    content = llvm.compiled(text, optimized=not HURRIES)
+    return _joined(table, content, zlib.compress(text.encode(), 1) if HURRIES else b"")
+
+
+def _joined(table: Mapping[str, Any], content: bytes, text: bytes = b"") -> bytes:
+    head = json.dumps({**table, "object": len(content)}).encode()
+    return len(head).to_bytes(8, "little") + head + content + text
 
 
 def table_of(kept: bytes) -> dict[str, Any]:

@@ -81,7 +81,7 @@ class CompiledSolver(Solver):
     def _load(self, kept: list[bytes]) -> bool:
         if len(kept) < len(self._keys):
             return False
-        codes = [Code(content) for content in kept]
+        codes = [Code(content, key) for content, key in zip(kept, self._keys, strict=True)]
         self._newton, self._place = codes[:2]
         self._side = None if self._local else codes[2]
         self.operations = int(self._newton.table["operations"])
@@ -148,6 +148,9 @@ class CompiledSolver(Solver):
         It returns whether it arrived beyond doubt. Where it did, the pose is in every column of the state that is returned here,
         whose arrays are used again by every call.
         """
+        for code in (self._newton, self._side):
+            if code is not None:
+                code.optimize()
         size, n = self.tree.nq, llvm.LANES
         state, given, first = np.empty((size + 8, n)), np.zeros((self._own.size + 1, n)), np.empty((size + 3, n))
         moved, rule = SolverState(state[:size], state[size : size + 3]), np.array([[np.inf, SHRINKING, 1.0, 0.0, 1.0]]).T

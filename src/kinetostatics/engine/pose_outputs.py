@@ -86,9 +86,9 @@ class CompiledOutputs:
         self._parameters = structure.values
         key = code_key(f"outputs {structure.key}")
         kept = disk.read(key)
-        if kept is None or not self._load(kept) or not self._is_right(wanted, truths):
+        if kept is None or not self._load(kept, key) or not self._is_right(wanted, truths):
             kept = self._compiled()
-            if not (self._load(kept) and self._is_right(wanted, truths)):
+            if not (self._load(kept, key) and self._is_right(wanted, truths)):
                 raise NotRecordedError("compiled code gives other outputs than NumPy")
             disk.write(key, kept)
 
@@ -107,8 +107,8 @@ class CompiledOutputs:
         operations = sum(llvm.needed_by(tape, (*numbers, fine, within)))
         return packed({"sizes": sizes, "operations": operations}, llvm.module_of(tape, numbers, (fine, within), 3))
 
-    def _load(self, kept: bytes) -> bool:
-        self._code = Code(kept)
+    def _load(self, kept: bytes, key: str) -> bool:
+        self._code = Code(kept, key)
         self.operations = int(self._code.table["operations"])
         return bool(self._code.table["sizes"] == [len(self._parameters), self._size, self._example[0].shape[0]])
 
@@ -153,6 +153,7 @@ class CompiledOutputs:
         Args:
             x: (nq', LANES) the coordinates, which stay in this array.
         """
+        self._code.optimize()
         load, gravity = (np.repeat(array, llvm.LANES, axis=1) for array in self._example[1:])
         numbers, truths = np.empty((self._size, llvm.LANES)), np.empty((2, llvm.LANES), dtype=bool)
         call = Bound(self._code, (x, load, gravity), self._parameters, numbers, truths)

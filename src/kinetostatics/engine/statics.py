@@ -71,7 +71,7 @@ class CompiledStatics:
         table = table_of(kept)
         if table["parameters"] != len(self._parameters) or table["bodies"] != self.robot.example.position.shape[1]:
             return False
-        self._code = Code(kept)
+        self._code = Code(kept, self._key)
         self._places = [(path, Place(tuple(shape), *rest)) for path, shape, *rest in table["places"]]
         self._rows, self._truths = int(table["numbers"]), int(table["truths"])
         self._soon: list[tuple[str, Place]] = []

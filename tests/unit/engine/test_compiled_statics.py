@@ -29,8 +29,11 @@ def compiled(tmp_path_factory):
         return CompiledStatics(package_robots.robot(NAME).statics)
 
 
-def test_any_number_of_poses_reached_or_not_special_or_not(compiled):
+@pytest.mark.parametrize("optimized", [False, True])
+def test_any_number_of_poses_reached_or_not_special_or_not(compiled, optimized):
     """Generic poses, one whose canonical wrenches degenerate, one whose passive joints become dependent, one not reached."""
+    if optimized:
+        compiled._code.optimize()
     robot = package_robots.robot(NAME)
     q = np.repeat(robot.assemble().model_q, 21, axis=1)
     q += 0.05 * np.random.default_rng(2).standard_normal(q.shape) * ~np.isin(np.arange(21), (3, 6))
