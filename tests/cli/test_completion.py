@@ -65,6 +65,18 @@ def test_names_that_stand_in_the_file(complete):
     assert complete(f"import {source} --base gr") == ["ground"]
 
 
+def test_unknowns_of_a_calibration(complete):
+    assert complete("calibrate 3rps mine.csv --unknowns rod_") == [
+        "rod_1",
+        "rod_2",
+        "rod_3",
+        "rod_length_min",
+        "rod_length_max",
+        "rod_diameter",
+    ]
+    assert complete("calibrate 3rps mine.csv --unknowns payload.m") == ["payload.mass"]
+
+
 @pytest.mark.parametrize("robot", ["nowhere.urdf", "../README.md", "3rpss"])
 def test_a_file_that_is_wrong_has_no_names(complete, robot):
     assert complete(f"analyze {robot} --actuators ") == []

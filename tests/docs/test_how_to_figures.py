@@ -55,16 +55,14 @@ def test_spread():
 
 def test_calibration():
     pytest.importorskip("scipy")
-    fewer = {"[0.55, 0.6, 0.65]": "0.55"}
-    names = how_to_figures.page_names("calibrate", **fewer)
-    found = names["found"]
+    swaps = {"[0.55, 0.6, 0.65]": "0.55", "found = ks.calibrate(robot": "kept = ks.calibrate(robot"}
+    names = how_to_figures.page_names("calibrate", **swaps)
+    found, kept = names["found"], names["kept"]
     for name, true in {"rod_1": 0.85, "rod_2": 0.85, "rod_3": 1.1}.items():
         low, high = found.estimates[name].interval
         assert low < true < high, name
     (outlier,) = found.outliers
     assert (outlier.row, outlier.gauge) == (8, "back") and not found.unidentifiable and found.misfit < 1.5
-    robot, path, gauges = names["robot"], "examples/calibration/measurements.csv", names["gauges"]
-    kept = how_to_figures.ks.calibrate(robot, path, names["unknowns"], gauges=gauges, reference="unloaded")
     assert kept.estimates["rod_3"].value == pytest.approx(1.4, abs=0.005)
     assert names["plan"].gain > 1 and len(names["plan"].chosen) == 10
 

@@ -109,7 +109,7 @@ def calibrate(
     sigma = np.array([1.0 if value is None else value for value in sigmas])[readings.which]
     check_predicted(model, start * scale)
 
-    def solved(used: Mask) -> Fit:
+    def solved(used: Mask, start: Array) -> Fit:
         return fit(
             lambda x: model.predict(x * scale)[used],
             lambda x: model.jacobian(x * scale)[used] * scale,
@@ -120,12 +120,12 @@ def calibrate(
         )
 
     used = np.full(len(measured), True)
-    found = solved(used)
+    found = solved(used, start)
     size = float(np.sqrt(np.mean((measured / sigma) ** 2)))
     studentized, bad = outliers(found, size)
     if leave_out_outliers and np.any(bad):
         used = ~bad
-        found = solved(used)
+        found = solved(used, found.x)
         studentized = np.where(bad, studentized, 0.0)
         studentized[used] = outliers(found, size)[0]
     values, covariance = found.x * scale, found.covariance * np.outer(scale, scale)

@@ -94,7 +94,7 @@ def fit(predict: Function, jacobian: Function, start: Array, measured: Array, si
             lambda z, origin=origin, basis=basis: weighted(origin + basis @ z) / size,
             np.zeros(seen.shape[1]),
             lambda z, origin=origin, basis=basis: (jacobian(origin + basis @ z) / (size * sigma[:, None])) @ basis,
-            **{"method": "trf", "xtol": 1e-10, "ftol": 1e-13, "gtol": 1e-13, "max_nfev": 60},
+            **{"method": "trf", "xtol": 1e-9, "ftol": 1e-12, "gtol": 1e-13, "max_nfev": 60},
         )
         x, converged = origin + basis @ found.x, found.status > 0
         if determined(jacobian(x) / sigma[:, None])[1].shape[1] <= seen.shape[1]:

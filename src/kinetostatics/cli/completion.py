@@ -109,6 +109,14 @@ def _drives(args: argparse.Namespace) -> list[str]:
     return _assignments(read_robot_file(_path(args)).driven)
 
 
+def _unknowns(args: argparse.Namespace) -> list[str]:
+    from kinetostatics.files.reader import read_robot_file
+
+    description = read_robot_file(_path(args))
+    payload = [f"payload.{what}" for what in ("mass", *"xyz")]
+    return [*description.beams, *description.joint_stiffness, *_elements(args, "xacro:arg"), *payload, "offsets"]
+
+
 def _limbs(args: argparse.Namespace) -> list[str]:
     from kinetostatics.robot import load_robot
 
@@ -126,6 +134,7 @@ _NAMES_OF: dict[str, Names] = {
     "sweep": lambda args: [*_coordinates(args), *_drives(args)],
     "near": lambda args: [*_coordinates(args), *_drives(args)],
     "parameters": lambda args: _assignments(_elements(args, "xacro:arg")),
+    "unknowns": _unknowns,
     "hinge_axis": _limbs,
     "orientation": lambda _: ORIENTATIONS,
     "copy": lambda _: shipped_robots(),

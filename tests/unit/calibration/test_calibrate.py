@@ -10,6 +10,8 @@ import small_robots
 
 import kinetostatics as ks
 from kinetostatics.calibration.fit import determined, held_out, outliers, solution
+from kinetostatics.calibration.model import Model, Readings
+from kinetostatics.calibration.unknowns import Unknowns
 
 pytest.importorskip("scipy")
 
@@ -400,3 +402,32 @@ def test_mistakes_in_a_file_of_gauges(cantilever, tmp_path, text, said):
     (tmp_path / "gauges.csv").write_text(text, encoding="utf-8")
     with pytest.raises(ks.ArgumentError, match=said):
         ks.calibrate(cantilever, {"dz": [0.0]}, ["diameter"], gauges=tmp_path / "gauges.csv")
+
+
+def test_the_jacobian_is_what_readings_change_by():
+    """Of an overconstrained robot, whose forces depend on stiffness, by central differences of the readings."""
+    robot = package_robots.robot("2pru_upr")
+    load = np.array([[200.0, 0, -500, 0, 0, 30], [0, 300, 100, 20, 0, 0]])
+    gauges = {"dx": ks.Gauge((1, 0, 0)), **GAUGES}
+    readings = Readings(np.repeat([0, 1], 4), np.tile(np.arange(4), 2), gauges)
+    names = ["rod_1", "rod_2+rod_3", "payload.mass", "payload.x", "payload.z", "offset.tool"]
+    unknowns = Unknowns(robot, names, gauges, PAYLOAD, dict.fromkeys(gauges, 1e-5))
+    model = Model(unknowns, {"z": np.array([0.6, 0.58]), "rx": np.array([0.1, -0.1]), "ry": np.array([0.0, 0.2])}, load, readings,
+                  "undeformed", None)  # fmt: skip
+    scales = np.array([item.scale for item in unknowns.items])
+    at = np.array([item.start for item in unknowns.items]) * np.array([0.8, 1.3, 1.1, 0.9, 1, 1])
+    J = model.jacobian(at) * scales
+    for k, step in enumerate(1e-4 * np.eye(len(names)) * scales):
+        expected = (model.predict(at + step) - model.predict(at - step)) / 2e-4
+        np.testing.assert_allclose(J[:, k], expected, rtol=2e-6, atol=1e-6 * np.abs(expected).max(), err_msg=names[k])
+    before = model.predict(at)
+    assert np.abs(before - model.predict(at * np.array([1, 0.5, 1, 1, 1, 1]))).max() > 1e-6
+
+
+def test_drives_tell_poses_too(table):
+    """The same robot by its drives' coordinates, in a pandas DataFrame."""
+    pandas = pytest.importorskip("pandas")
+    pose = table["pose"]
+    rows = pandas.DataFrame({**pose.actuators, **table["loads"], "dz [mm]": 1e3 * table["loaded"][:, 2]})
+    found = ks.calibrate(package_robots.robot("3rps"), rows, list(TRUE), payload=PAYLOAD)
+    assert values(found) == pytest.approx(TRUE, rel=1e-6)
