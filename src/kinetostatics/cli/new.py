@@ -201,17 +201,12 @@ def _stiffnesses(items: list[str]) -> dict[str, float]:
     return found
 
 
-def _refuse_odd_lengths(args: argparse.Namespace) -> None:
-    """Refuse lengths without a unit that would make a robot larger than any: those in mm."""
-    typed = {name: getattr(args, name) for name in LENGTHS}
-    typed |= {name: text for name, text in parse_items("--set", args.parameters).items() if unit_of(text) is None}
-    for words in odd_lengths({name: text for name, text in typed.items() if text is not None}):
-        raise ArgumentError(f"{words} (or {words.split()[2]}m if that is meant)")
-
-
 def _options(args: argparse.Namespace) -> dict[str, Any]:
-    _refuse_odd_lengths(args)
     typed = {name: getattr(args, name) for name in LENGTHS}
+    # lengths without a unit that would make a robot larger than any are in mm
+    plain = {name: text for name, text in parse_items("--set", args.parameters).items() if unit_of(text) is None}
+    for words in odd_lengths({name: text for name, text in (typed | plain).items() if text is not None}):
+        raise ArgumentError(f"{words} (or {words.split()[2]}m if that is meant)")
     lengths = {name: None if text is None else number_of(_option(name), text.strip(), "length") for name, text in typed.items()}
     azimuths = None if args.azimuths is None else [number_of("--azimuths", text.strip(), "angle") for text in args.azimuths]
     return {

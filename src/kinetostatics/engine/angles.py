@@ -55,10 +55,9 @@ class Lines:
         taken = ", ".join(f"{self.real} {self.text(item)}" for item in operands)
         return self.add(f"call {self.real} @llvm.{what}.{self._short}({taken})", last)
 
-    def choose(self, condition: str, a: str | float, b: str | float, last: bool = False) -> str:
+    def choose(self, condition: str, a: str | float, b: str | float) -> str:
         """Add a choice."""
-        chosen = f"{self.real} {self.text(a)}, {self.real} {self.text(b)}"
-        return self.add(f"select {self.truth} {condition}, {chosen}", last)
+        return self.add(f"select {self.truth} {condition}, {self.real} {self.text(a)}, {self.real} {self.text(b)}")
 
     def polynomial(self, z: str, coefficients: Sequence[float]) -> str:
         """Add a polynomial, by Horner's rule."""

@@ -30,6 +30,8 @@ from kinetostatics.status import WITHOUT_NUMBERS
 
 #: Types of arguments and results.
 SCALARS = ("double", "float")
+#: Reference poses that the test program has.
+REFERENCES = 40
 #: What Python returns that the C code does not.
 _NOT_IN_C = ("contributions",)
 
@@ -68,9 +70,7 @@ class CExport:
     work: int
 
 
-def export_c(
-    function: Exported, folder: str | os.PathLike[str], scalar: str = "double", name: str | None = None, poses: int = 40
-) -> CExport:
+def export_c(function: Exported, folder: str | os.PathLike[str], scalar: str = "double", name: str | None = None) -> CExport:
     """Write a function of a robot as C99: no heap, nothing but libm, bounded iterations, all state passed in.
 
     Args:
@@ -78,7 +78,6 @@ def export_c(
         folder: where the files go; it is made if there is none.
         scalar: "double" or "float", the type of arguments and results; inside everything is computed in double.
         name: what all names in C begin with; default: the robot's.
-        poses: how many reference poses the test program has.
 
     Raises:
         ArgumentError: the robot or the orientation cannot be exported, the scalar is none of the two, or the folder is a file.
@@ -93,7 +92,7 @@ def export_c(
         parts = _Parts(function)
     except NotRecordedError as error:
         raise ArgumentError(f"{function.robot.name!r} cannot be exported: {error}") from error
-    texts = c_texts.files(own, scalar, _facts(function, parts), _references(function, poses))
+    texts = c_texts.files(own, scalar, _facts(function, parts), _references(function, REFERENCES))
     where.mkdir(parents=True, exist_ok=True)
     for file, text in texts.items():
         (where / file).write_text(text, encoding="utf-8")

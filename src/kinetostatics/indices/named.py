@@ -268,7 +268,8 @@ def _extreme(ds: xr.Dataset, what: str, beyond_limits: bool, best: bool) -> Extr
     values = quantity(ds, what, beyond_limits)
     dims = [str(dim) for dim in values.dims]
     size = abs(values)
-    smallest = (_better(what) == "small") == best
+    large = INDICES[what].better == "large" if what in INDICES else what.partition(":")[0] in ("stiffness_along", "stiffness")
+    smallest = large != best
     # a NaN must lose; all-NaN chunks of dask would raise in nanargmin
     size = size.fillna(np.inf) if smallest else size.fillna(-1.0)
     # of poses that are equal but for rounding, as those of a symmetric robot, the first
@@ -288,9 +289,3 @@ def _extreme(ds: xr.Dataset, what: str, beyond_limits: bool, best: bool) -> Extr
         coordinate_units={dim: str(ds[dim].attrs.get("units", "")) for dim in index},
         facts=tuple(name for name in FACTS if bool(in_map(ds, name).isel(index))),
     )
-
-
-def _better(what: str) -> str:
-    if what in INDICES:
-        return INDICES[what].better
-    return "large" if what.partition(":")[0] in ("stiffness_along", "stiffness") else "small"

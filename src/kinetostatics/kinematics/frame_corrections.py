@@ -109,7 +109,8 @@ def frame_corrections(mechanism: Mechanism, size: float) -> tuple[FrameCorrectio
                 moved[np.abs(moved) < 1e-9 * size], turned[np.abs(turned) < 1e-9] = 0.0, 0.0
                 found[int(n)] = FrameCorrection(*candidates.names[n], moved, turned)
     corrections = [found[n] for n in sorted(found)]
-    return tuple(sorted(corrections, key=lambda item: round(_extent(item, size), 6)))
+    extents = [float(np.linalg.norm(item.shift)) / size + float(np.linalg.norm(item.turn)) for item in corrections]
+    return tuple(corrections[k] for k in np.argsort(np.round(extents, 6), kind="stable"))
 
 
 @dataclass(frozen=True)
@@ -217,10 +218,6 @@ def _hangs_on(above: dict[str, str], link: str, root: str) -> bool:
     while link != root and link in above:
         link = above[link]
     return link == root
-
-
-def _extent(correction: FrameCorrection, size: float) -> float:
-    return float(np.linalg.norm(correction.shift)) / size + float(np.linalg.norm(correction.turn))
 
 
 def _candidates(mechanism: Mechanism, links: dict[str, Array], sides: list[Array]) -> _Candidates:

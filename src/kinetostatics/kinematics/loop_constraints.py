@@ -89,7 +89,8 @@ class Closures:
         for number, loop in enumerate(self.loops):
             axis, R, other_R = loop.axis, loop.predecessor_frame[:3, :3], loop.successor_frame[:3, :3]
             points = loop.predecessor_frame[:3, 3], loop.successor_frame[:3, 3]
-            distance += [(number, loop, (R @ blocked, *points)) for blocked in _blocked_translations(loop.type.slides, axis)]
+            blocked = {Axes.NONE: list(_FULL), Axes.AXIS: list(across(axis)), Axes.ACROSS: [axis], Axes.ALL: []}[loop.type.slides]
+            distance += [(number, loop, (R @ direction, *points)) for direction in blocked]
             if loop.type.turns is Axes.AXIS:
                 alignment += [(number, loop, (R @ direction, R @ axis, other_R @ axis)) for direction in across(axis)]
             elif loop.type.turns is Axes.BOTH:
@@ -272,10 +273,6 @@ class LoopEquations(Closures):
         ):
             result[name] = (error, none) if slides else (none, error)
         return result
-
-
-def _blocked_translations(slides: Axes, axis: Array) -> list[Array]:
-    return {Axes.NONE: list(_FULL), Axes.AXIS: list(across(axis)), Axes.ACROSS: [axis], Axes.ALL: []}[slides]
 
 
 def world_frames(mechanism: Mechanism, frames: Frames) -> Frames:

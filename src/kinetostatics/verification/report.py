@@ -88,7 +88,7 @@ def verification_report(found: Verification) -> str:
     lines += section(
         "Joints: wrench of the base side acting on the platform side, magnitudes about the joint's centre", _joints(found, noise)
     )
-    lines += section("Differences, relative", _differences(found))
+    lines += section("Differences, relative", table(DIFFERENCES, _difference_rows(found), "lrrl"))
     for name, why in found.not_compared.items():
         lines += [f"  {line}" for line in wrapped(f"{name}: not compared: {why}")]
     lines += ["", *wrapped(found.verdict[0].upper() + found.verdict[1:])]
@@ -162,7 +162,3 @@ def _difference_rows(found: Verification) -> list[tuple[str, str, str, str]]:
         (WORDS[name], f"{value:.1e}", f"{found.scatter.get(name, np.nan):.1e}", "ok" if value <= found.tolerance else "DIFFERS")
         for name, value in found.differences.items()
     ]
-
-
-def _differences(found: Verification) -> list[str]:
-    return table(DIFFERENCES, _difference_rows(found), "lrrl")

@@ -167,14 +167,11 @@ def sweep(
 
 def _workers(workers: int | None, size: int) -> int:
     if workers is None:
-        return _cores() if size >= ALONE else 1
+        cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+        return cores if size >= ALONE else 1
     if isinstance(workers, bool) or not isinstance(workers, (int, np.integer)) or workers < 1:
         raise ArgumentError(f"workers is {workers!r}; it must be a number of processes, at least 1, or None")
     return int(workers)
-
-
-def _cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 # ---- computing -------------------------------------------------------------------------------------------------------

@@ -309,7 +309,8 @@ def coordinates(spec: SweepSpec, labels: Labels) -> dict[str, xr.Variable]:
         units = {"units": axis.units} if axis.units else {}
         found[axis.name] = xr.Variable((axis.name,), _stored(axis.values), {"long_name": axis.long_name, **units})
     for name, value in spec.held.items():
-        units = {"units": _held_units(spec, labels, name)}
+        slides = name in LENGTHS if spec.kind == "platform" else not labels.turning[labels.actuators.index(name)]
+        units = {"units": "m" if slides else "rad"}
         found[name] = xr.Variable((), value, {"long_name": f"{name}, the same at all poses", **units})
     for name, constant in spec.constants.items():
         attributes = {"long_name": f"parameter {name} of the robot file, the same at all poses"}
@@ -320,12 +321,6 @@ def coordinates(spec: SweepSpec, labels: Labels) -> dict[str, xr.Variable]:
     for name, (dims, items) in _unit_coordinates(labels).items():
         found[name] = xr.Variable(dims, np.array(items, dtype=object))
     return found
-
-
-def _held_units(spec: SweepSpec, labels: Labels, name: str) -> str:
-    if spec.kind == "platform":
-        return "m" if name in LENGTHS else "rad"
-    return "rad" if labels.turning[labels.actuators.index(name)] else "m"
 
 
 def _stored(values: NDArray[np.generic]) -> NDArray[np.generic]:
