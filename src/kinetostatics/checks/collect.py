@@ -69,7 +69,7 @@ def robot_facts(robot: Robot) -> RobotFacts:
         limb.like = parts.first_like(limb, facts.beams, alike)
     facts.massless = parts.massless_links(robot, facts.limbs)
     facts.elastic_joints = parts.elastic_joints(robot)
-    facts.springs = parts.springs_between_links(robot)
+    facts.springs = list(description.springs.values())
     facts.followers = parts.followers(robot)
     facts.on_base = _attached_bodies(robot.topology.base, mass_of("base"), reader.dead_weight(robot.topology, "base"))
     held = reader.dead_weight(robot.topology, "platform")

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from kinetostatics.checks.chains import Graph, JointStep
 from kinetostatics.checks.mobility import LocalFreedom
 from kinetostatics.checks.redundancy import Redundancy
+from kinetostatics.description.elements import Spring
 
 
 @dataclass
@@ -76,18 +77,6 @@ class ElasticJointFacts:
     linear: tuple[float, float, float]
     angular: tuple[float, float, float]
     drive: float | None
-
-
-@dataclass
-class SpringFacts:
-    """A spring between two links: stiffness [N/m], free length [m], tension there (preload) [N]."""
-
-    name: str
-    predecessor: str
-    successor: str
-    stiffness: float
-    free_length: float
-    preload: float
 
 
 @dataclass
@@ -181,7 +170,7 @@ class RobotFacts:
     limbs: list[LimbFacts] = field(default_factory=list)
     beams: list[BeamFacts] = field(default_factory=list)
     elastic_joints: list[ElasticJointFacts] = field(default_factory=list)
-    springs: list[SpringFacts] = field(default_factory=list)
+    springs: list[Spring] = field(default_factory=list)
     followers: list[FollowerFacts] = field(default_factory=list)
     on_base: AttachedBodiesFacts | None = None
     on_platform: AttachedBodiesFacts | None = None

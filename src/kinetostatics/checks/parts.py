@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.checks.chains import bodies_of, joints_of, word_of
-from kinetostatics.checks.facts import BeamFacts, ElasticJointFacts, FollowerFacts, LimbFacts, SpringFacts
+from kinetostatics.checks.facts import BeamFacts, ElasticJointFacts, FollowerFacts, LimbFacts
 from kinetostatics.checks.limb_graph import GraphReader
 from kinetostatics.description.elements import Beam
 from kinetostatics.math.ordering import EQUAL
@@ -90,14 +90,6 @@ def elastic_joints(robot: Robot) -> list[ElasticJointFacts]:
 def _stiffnesses(compliances: NDArray[np.float64]) -> tuple[float, float, float]:
     x, y, z = (1 / float(c) if c > 0 else np.inf for c in compliances)
     return x, y, z
-
-
-def springs_between_links(robot: Robot) -> list[SpringFacts]:
-    """Return the springs between links."""
-    return [
-        SpringFacts(item.name, item.predecessor, item.successor, item.stiffness, item.free_length, item.preload)
-        for item in robot.description.springs.values()
-    ]
 
 
 def followers(robot: Robot) -> list[FollowerFacts]:

@@ -79,7 +79,9 @@ def expand(
         except RobotFileError:
             raise
         except Exception as error:
-            raise _translated(error, path, arguments) from None
+            place, calls = _where(error.__traceback__)
+            called = f" (in the macro called at {calls[-1]})" if calls else ""
+            raise (place or Place(path)).error(shortened(_reason(error, arguments)) + called) from None
     for name in parameters:
         if name not in arguments.known:
             reason = f"the file has no <xacro:arg> for the parameter {name!r}; {near_names(name, arguments.known)}"
@@ -236,14 +238,6 @@ def _replace_evaluation(xacro: Any, steps: Steps) -> None:
     xacro.safe_eval = lambda text, names, _local=None: evaluate(text, names, steps)
     xacro.eval_extension, xacro.get_include_files, xacro.load_yaml = extension, include_files, load_yaml
     xacro._global_symbols = symbols(steps, xacro.NameSpace, load_yaml, own)
-
-
-def _translated(error: Exception, path: str, arguments: _Arguments) -> RobotFileError:
-    """Return the error to raise for one that came out of xacro."""
-    place, calls = _where(error.__traceback__)
-    place = place or Place(path)
-    called = f" (in the macro called at {calls[-1]})" if calls else ""
-    return place.error(shortened(_reason(error, arguments)) + called)
 
 
 def _reason(error: Exception, arguments: _Arguments) -> str:

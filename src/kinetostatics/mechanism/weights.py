@@ -38,7 +38,7 @@ class Weights:
         self._number = {name: k for k, name in enumerate(self.names)}
         rigid = [name for name in self.names if not name.startswith("beam:")]
         self._beam_of = {k: beams[name.removeprefix("beam:")] for k, name in enumerate(self.names) if name.startswith("beam:")}
-        self._known: list[tuple[int, Any] | None] | None = None
+        self._known: dict[int, tuple[int, Any]] | None = None
         self._is_rigid = np.array([not name.startswith("beam:") for name in self.names], dtype=bool)
         self._inertias = [mechanism.link_inertias[name] for name in rigid]
         self._mass = np.array([inertia.mass for inertia in self._inertias])
@@ -87,22 +87,13 @@ class Weights:
         return np.array(wrenches).reshape(-1, 6).T[..., None]
 
     def _bodies_at(self, frames: Frames) -> list[tuple[int, Any]]:
-        """Return body and ``pin.Inertia`` of every weight at one pose."""
-        constant = enumerate(self._constant(frames))
-        return [known if known is not None else self._beam_of[number].rod(frames) for number, known in constant]
-
-    def _constant(self, frames: Frames) -> list[tuple[int, Any] | None]:
-        """Return the same, without telescopes; any pose serves."""
+        """Return body and ``pin.Inertia`` of every weight at one pose; those that no pose changes are worked out once."""
         if self._known is None:
-            rigid = iter(zip(self._body.tolist(), self._inertias, strict=True))
-            self._known = []
-            for number, is_rigid in enumerate(self._is_rigid):
-                beam = None if is_rigid else self._beam_of[number]
-                if beam is None:
-                    self._known.append(next(rigid))
-                else:
-                    self._known.append(None if beam.telescopic else beam.rod(frames))
-        return self._known
+            fixed = {number: beam.rod(frames) for number, beam in self._beam_of.items() if not beam.telescopic}
+            rigid = zip(self._body.tolist(), self._inertias, strict=True)
+            self._known = {**dict(zip(np.flatnonzero(self._is_rigid).tolist(), rigid, strict=True)), **fixed}
+        known = self._known
+        return [known[k] if k in known else self._beam_of[k].rod(frames) for k in range(len(self.names))]
 
     def on_model(self, model: Any, frames: Frames) -> Any:
         """Return a copy of Pinocchio's model of the tree that weighs what the robot weighs at one pose.

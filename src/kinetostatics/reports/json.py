@@ -78,6 +78,8 @@ RESULT_NAMES = """
 LIMB_NAMES = """
     constraint_wrenches intensities attached_wrenches attached_intensities compliance stiffness sag wrench
 """.split()
+#: What is told of springs between links: not where their ends are.
+SPRING_NAMES = ("name", "predecessor", "successor", "stiffness", "free_length", "preload")
 #: What a result tells of its beams: not again what the file says.
 BEAM_NAMES = [item.name for item in dataclasses.fields(BeamResult) if item.name not in ("name", "description")]
 
@@ -108,6 +110,7 @@ def robot_to_dict(robot: Robot) -> dict[str, object]:
 def facts_to_dict(facts: RobotFacts) -> dict[str, object]:
     """Return the facts about a robot as plain values."""
     found: dict[str, Any] = plain(facts)
+    found["springs"] = [_named(item, SPRING_NAMES) for item in facts.springs]
     for entry, limb in zip(found["limbs"], facts.limbs, strict=True):
         entry["graph"] = _graph(limb.graph)
     for role, weight in (("on_base", facts.on_base), ("on_platform", facts.on_platform)):

@@ -7,18 +7,11 @@ from math import degrees, isinf
 
 from kinetostatics.checks.chains import Graph, chain_lines
 from kinetostatics.checks.collect import robot_facts
-from kinetostatics.checks.facts import (
-    AttachedBodiesFacts,
-    ElasticJointFacts,
-    FollowerFacts,
-    LimbFacts,
-    MobilityFacts,
-    RobotFacts,
-    SpringFacts,
-)
+from kinetostatics.checks.facts import AttachedBodiesFacts, ElasticJointFacts, FollowerFacts, LimbFacts, MobilityFacts, RobotFacts
 from kinetostatics.checks.mobility import LocalFreedom
 from kinetostatics.checks.redundancy import Redundancy
 from kinetostatics.checks.warnings import SMALL_GAP, zero_openings
+from kinetostatics.description.elements import Spring
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.files.bundled import shown_path
 from kinetostatics.printing.dispatch import text_of
@@ -277,16 +270,11 @@ def _beams(facts: RobotFacts) -> list[str]:
     )
 
 
-def _springs(springs: Sequence[SpringFacts]) -> list[str]:
-    rows = [
-        (
-            item.name,
-            item.predecessor,
-            item.successor,
-            *(f"{v:.6g}" for v in (item.stiffness, 1e3 * item.free_length, item.preload)),
-        )
-        for item in springs
-    ]
+def _springs(springs: Sequence[Spring]) -> list[str]:
+    rows = []
+    for item in springs:
+        numbers = (f"{value:.6g}" for value in (item.stiffness, 1e3 * item.free_length, item.preload))
+        rows.append((item.name, item.predecessor, item.successor, *numbers))
     return table(("spring", "from", "to", "stiffness [N/m]", "free length [mm]", "preload [N]"), rows, "lllrrr")
 
 
