@@ -3,6 +3,7 @@
 import gc
 import os
 import signal
+import sys
 
 # before NumPy is imported: the processes of the tests would only wait for each other's threads
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -22,6 +23,10 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "ci" if os.environ.ge
 
 
 os.environ.pop("FORCE_COLOR", None)  # texts are compared to the letter
+
+# or each of the hundreds of processes that are started compiles all modules anew
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
 
 # a shell that starts the tests in the background lets their programs ignore Ctrl-C, which some tests send
 signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -12,6 +12,7 @@ the random tests, a third of it for the slowest; 5000 take about five minutes).
 import copy
 import os
 from collections.abc import Callable, Iterator, Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -28,7 +29,7 @@ from kinetostatics.cli.main import main
 from kinetostatics.files.reader import read_robot_file
 
 #: Random files of each kind.
-NUMBER = int(os.environ.get("KINETOSTATICS_FUZZ", "18"))
+NUMBER = int(os.environ.get("KINETOSTATICS_FUZZ", "9"))
 #: Time [s] in which an answer must come, on a busy machine too.
 SECONDS = 20.0
 
@@ -543,6 +544,7 @@ ELASTIC = with_body(
 )
 
 
+@cache
 def sources() -> list[str]:
     """Return the robots that are changed: the shipped ones, expanded, the documentation's and small ones."""
     specs = (small_robots.gough(), small_robots.planar_3rrr(), small_robots.four_bar(), small_robots.stepped_beam())
@@ -557,12 +559,9 @@ def sources() -> list[str]:
     return [*plain, EXAMPLE, ELASTIC, *small]
 
 
-SOURCES = sources()
-
-
 def changed(pick: Pick) -> tuple[str, list[str]]:
     """Return a robot file with one to three things changed, and what they are."""
-    root = ElementTree.fromstring(pick(SOURCES))
+    root = ElementTree.fromstring(pick(sources()))
     done = [change(root, pick) for _ in range(pick((1, 1, 2, 3)))]
     return ElementTree.tostring(root, encoding="unicode"), done
 
@@ -582,7 +581,7 @@ def thrashed(pick: Pick) -> bytes:
 
 def scaled(pick: Pick) -> tuple[str, list[str]]:
     """Return a robot file with one to six numbers of another order of magnitude, here and there or all of a kind."""
-    root = ElementTree.fromstring(pick(SOURCES))
+    root = ElementTree.fromstring(pick(sources()))
     done = []
     for _ in range(pick((1, 1, 2, 3, 6))):
         places = [
