@@ -39,6 +39,7 @@ def calibrate(
     frame: str = "world",
     level: float = 0.95,
     leave_out_outliers: bool = False,
+    tolerance: float = 1e-10,
     **analysis: Any,
 ) -> Calibration:
     """Find stiffnesses, payload and offsets from measured deflections, with how sure they are and what cannot be told.
@@ -60,6 +61,7 @@ def calibrate(
         point, frame: of the load, as :func:`kinetostatics.analyze` takes them; one point for all rows.
         level: of the confidence intervals.
         leave_out_outliers: whether to fit once more without the outliers.
+        tolerance: how far loops may stay open [m, rad], see :meth:`Robot.assemble`.
         analysis: whatever else :func:`kinetostatics.analyze` takes: ``gravity``, ``loads``, ….
 
     Returns:
@@ -103,7 +105,9 @@ def calibrate(
     sigma_known = None not in sigmas
     sizes = {name: float(np.sqrt(np.mean(measured[readings.which == k] ** 2))) or 1.0 for k, name in enumerate(readings.gauges)}
     looked_for = Unknowns(robot, unknowns, readings.gauges, payload, sizes)
-    model = Model(looked_for, table.coordinates, table.load, readings, reference, orientation, arm, frame, analysis)
+    model = Model(
+        looked_for, table.coordinates, table.load, readings, reference, orientation, arm, frame, analysis, True, tolerance
+    )
     scale = np.array([item.scale for item in looked_for.items])
     start = np.array([item.start for item in looked_for.items]) / scale
     sigma = np.array([1.0 if value is None else value for value in sigmas])[readings.which]

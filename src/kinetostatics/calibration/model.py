@@ -61,6 +61,7 @@ class Model:
         point, frame: of the load, as :func:`kinetostatics.analyze` takes them.
         analysis: other arguments of an analysis.
         reachable: whether to complain of poses that cannot be reached, which else have no readings.
+        tolerance: how far loops may stay open [m, rad].
     """
 
     def __init__(
@@ -75,8 +76,10 @@ class Model:
         frame: str = "world",
         analysis: Mapping[str, Any] | None = None,
         reachable: bool = True,
+        tolerance: float = 1e-10,
     ) -> None:
         self.unknowns, self.readings, self.orientation = unknowns, readings, orientation
+        self._tolerance = tolerance
         self.analysis = dict(analysis or {})
         count = len(load)
         driven = unknowns.robot.description.driven
@@ -117,10 +120,10 @@ class Model:
         given = self._given if only is None else {name: value[only] for name, value in self._given.items()}
         how = "nan" if only is None else "raise"
         if not given:
-            return spread(assemble(robot, given, None, None, None, 1e-10, how), (self._size,))
+            return spread(assemble(robot, given, None, None, None, self._tolerance, how), (self._size,))
         if self._of_drives:
-            return assemble(robot, given, None, None, near, 1e-10, how)
-        return assemble(robot, None, given, self.orientation, near, 1e-10, how)
+            return assemble(robot, given, None, None, near, self._tolerance, how)
+        return assemble(robot, None, given, self.orientation, near, self._tolerance, how)
 
     def robot(self, values: Array) -> Robot:
         """Return the robot with values of the unknowns."""

@@ -86,6 +86,7 @@ def run(args: argparse.Namespace) -> int:
             )
         robot = arguments.load(args)
         options |= {"gauges": args.gauges, "orientation": args.orientation, "reference": _reference(robot, args.reference)}
+        options["tolerance"] = poses.tolerance_of(args)
         found = _calibrated(robot, args, options) if args.plan is None else _planned(robot, args, options)
         if args.out is not None:
             found.save(args.out)
