@@ -40,6 +40,15 @@ def pose():
     return robot("3rps").assemble(platform={"z": 0.5, "rx": np.radians(3), "ry": 0})
 
 
+def test_figures_open_no_windows(monkeypatch, tmp_path):
+    plt = pytest.importorskip("matplotlib.pyplot")
+    monkeypatch.setattr("kinetostatics.cli.report._map", lambda *_: None)
+    monkeypatch.setattr("kinetostatics.report_page.write.report_html", lambda *_: plt.get_backend())
+    monkeypatch.setattr(plt, "switch_backend", lambda name: monkeypatch.setattr(plt, "get_backend", lambda: name))
+    assert main([*COMMAND, "--out", str(tmp_path / "x.html")]) == 0
+    assert (tmp_path / "x.html").read_text(encoding="utf-8") == "agg"
+
+
 def test_tables_hold_the_numbers_of_the_results(html, pose):
     result = ks.analyze(pose, LOAD)
     assert "<h1>Tripod &lt;1&gt;</h1>" in html
@@ -117,6 +126,7 @@ def test_finite_elements_have_their_say(html):
         (["--sweep", "z=0:1"], "does not say how many values"),
         (["--title"], "expected one argument"),
         (["--out", "nowhere/x.html"], "--out: there is no folder"),
+        (["--out", "x.pdf"], "x.pdf: a report is an HTML page, which a browser prints as PDF; name it 'x.html'"),
     ],
 )
 def test_bad_input_is_one_message(more, message, capsys, tmp_path):

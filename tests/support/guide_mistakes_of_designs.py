@@ -1,4 +1,4 @@
-"""The mistakes that are answered when parameters of a design are changed: sensitivities, tolerances."""
+"""The mistakes that are answered when parameters of a design are changed: sensitivities, tolerances, optima."""
 
 from guide_mistakes import code
 
@@ -23,4 +23,34 @@ DESIGN = (
     code('ks.spread(pose, {"b.placement.y": "0.1mm"})', "`ks.tolerances(pose)`."),
     code('ks.spread(pose, {"left.density": "300%"})', "Less."),
     code('ks.spread(pose, {"left.density": "1%"}).sampled("displacment")', "One of them."),
+)
+
+OPTIMA = (
+    code('ks.optimize(robot, {"d": "1cm:2cm"})', '`"robot.urdf"`.'),
+    code('ks.optimize("3rps", {})', "One parameter at least."),
+    code('ks.optimize("3rps", "rod_diameter")', "A mapping."),
+    code('ks.optimize(file, {"d": "1cm:2cm"})', "A file that is a plain URDF has no parameters."),
+    code('ks.optimize("3rps", {"rod_diameter": "12cm:4cm"})', "The smaller one first."),
+    code('ks.optimize("3rps", {"rod_diameter": ["4cm"]})', "As it says."),
+    code('ks.optimize("3rps", {"rod_diameter": "4kg:12kg"})', "A unit of the same kind."),
+    code('ks.optimize("3rps", {"rod_diameter": "rods.csv"})', "A file that is there."),
+    code(
+        'ks.optimize("3rps", {("rod_diameter", "base_radius"): "4cm:12cm"})',
+        "Several parameters are chosen together from a catalogue.",
+    ),
+    code('ks.optimize("3rps", {"rod_diameter": "4cm:12cm", ("rod_diameter",): "standard_bars"})', "Each once."),
+    code('ks.optimize("3rps", {"rod_diameter": "4cm:12cm"}, subject_to="sag < 20um")', '`["sag < 20um"]`.'),
+    code('ks.optimize("3rps", {"rod_diameter": "4cm:12cm"}, subject_to=["sga < 20um"])', "One of the quantities."),
+    code('ks.optimize("3rps", {"rod_diameter": "4cm:12cm"}, subject_to=["sag = 20um"])', "As it says."),
+    code('ks.optimize("3rps", {"rod_diameter": "4cm:12cm"}, subject_to=["sag < 20N"])', "A length."),
+    code('ks.optimize("3rps", {"rod_diameter": "4cm:12cm"}, subject_to=["sag < 0um"])', "A limit above zero."),
+    code(
+        'ks.optimize("3rps", {"rod_diameter": "4cm:12cm"}, subject_to=["deflection_any_direction < 20um"])',
+        "The force in brackets.",
+    ),
+    code('ks.optimize("3rps", {"rod_diameter": "4cm:12cm"}, subject_to=["sag(500 N) < 20um"])', "Without brackets."),
+    code('ks.optimize("3rps", {"rod_diameter": "4cm:12cm"}, minimize="least_rotational_stiffness")', "As a requirement."),
+    code('ks.optimize("3rps", {"rod_diameter": "4cm:12cm"}, ["sag < 20um"])', "Requirements are `subject_to=`."),
+    code('ks.optimize("3rps", {"rod_diameter": "4cm:12cm"}, starts=0)', "A whole number from 1 on."),
+    code('ks.optimize("3rps", {"rod_diameter": "4cm:12cm"}, over={"z": "0.5"})', '`{"z": 0.5}`.'),
 )

@@ -241,6 +241,7 @@ PYTHON = (
     python('ks.Robot(description.changed("right", section=replace(description.beams["right"].section, outer_diameter=0.05)))',
            "Sections are made anew."),
     python('ks.save_image(ks.analyze(robot.assemble()), "sag.jpg")', "`\"sag.png\"`."),
+    python('ks.save_report(robot.assemble(), "sag.pdf")', "`\"sag.html\"`, printed from a browser."),
     python('ks.sweep("3rps", parameters={"joint_angle_max": 1}, parameter_units={"joint_angle_max": "m"})', "An angle, in rad."),
     python('robot.assemble(actuators={"a": [0, 0.1]}).model', "`robot.assemble(actuators={\"a\": 0.1}).model`."),
     replace(swap('<loop name="c" type="continuous">', '<loop name="c" type="cylindrical">', "As it says."),

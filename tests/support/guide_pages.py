@@ -33,7 +33,7 @@ TABLES: dict[str, tuple[Mistake, ...]] = {
     for module, names in (
         (of_files, ("FILES", "XACROS", "VALUES", "TREES", "ROLES", "LOOPS", "DRIVES", "BEAMS")),
         (of_robots, ("SPANS", "POSES", "STATICS", "PYTHON", "WARNINGS")),
-        (of_designs, ("DESIGN",)),
+        (of_designs, ("DESIGN", "OPTIMA")),
         (of_architectures, ("ARCHITECTURES",)),
         (of_measurements, ("MEASUREMENTS",)),
     )

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import functools
 from typing import TYPE_CHECKING, Any
 
 from kinetostatics.cli import arguments, poses
-from kinetostatics.exceptions import ArgumentError
+from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.printing.waiting import pausing, waiting
 
 if TYPE_CHECKING:
@@ -61,15 +62,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Write the page."""
     with waiting("writing the report"):
-        from kinetostatics.report_page import save_report
+        from kinetostatics.report_page.write import check_page, save_report
 
-        arguments.check_folder(args.out)  # a map of the workspace may take long
+        arguments.check_folder(check_page(args.out))  # a map of the workspace may take long
         options = {**arguments.load_options(args), "engine": args.engine}
         robot = arguments.load(args)
         configuration, warnings = poses.assemble(robot, args)
         with pausing():
             arguments.print_warnings(warnings)
-        workspace = _map(robot, args, options) if args.sweep else None
+        workspace = None
+        if args.sweep:
+            with contextlib.suppress(KinetostaticsError):  # the page has a sentence in place of figures without Matplotlib
+                from kinetostatics.plots.style import draw_into_files
+
+                draw_into_files()
+            workspace = _map(robot, args, options)
         save_report(configuration, args.out, **options, workspace=workspace, title=args.title, coordinates=args.coordinates)
     print(f"wrote {args.out}")
     return 0

@@ -147,12 +147,16 @@ def typed_unit(text: str) -> str:
     return match[2] if match else ""
 
 
-def parse_measure(text: str) -> tuple[str, float]:
+def parse_measure(text: object) -> tuple[str, float]:
     """Return name and argument of a quantity such as ``deflection_any_direction(500 N)``.
 
     Raises:
         ArgumentError: there is no such quantity.
     """
+    if not isinstance(text, str):
+        raise ArgumentError(
+            f"minimize is {text!r}; it must be one quantity, such as 'mass'; requirements are given by subject_to"
+        )
     match = re.fullmatch(r"\s*([A-Za-z_]\w*)\s*(?:\(([^()]*)\))?\s*", text)
     name, argument = (match[1], match[2]) if match else (text.strip(), None)
     if name not in MEASURES:

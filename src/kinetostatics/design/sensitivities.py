@@ -81,6 +81,9 @@ def sensitivities(configuration: Configuration, by: Sequence[str] | None = None,
                     exact = by_argument(derivatives, variants, name, configuration.shape)
                 except ArgumentError:
                     derivatives = None
+                except RobotFileError:
+                    if variants.numbers[name] != 0:
+                        raise  # else less than nothing is wrong, as of a mass: it is differenced to one side
             found[name] = _sensitivity(variants, configuration, analysis, name, exact)
         except RobotFileError as error:
             if by is not None:
@@ -113,8 +116,15 @@ def _sensitivity(
         pose = same_pose(configuration, robot)
         return {"mass": _mass(pose)} if known else _numbers(analyze(pose, on_failure="nan", **given))
 
-    below, above = numbers(value - step), numbers(value + step)
-    slope = {key: np.asarray((above[key] - below[key]) / (2 * step)) for key in above}
+    above = numbers(value + step)
+    try:
+        below = numbers(value - step)
+        slope = {key: np.asarray((above[key] - below[key]) / (2 * step)) for key in above}
+    except RobotFileError:
+        if value != 0:
+            raise
+        here, further = numbers(0.0), numbers(2 * step)
+        slope = {key: np.asarray((4 * above[key] - 3 * here[key] - further[key]) / (2 * step)) for key in above}
     if known and exact is not None:
         slope |= {key: exact[key] for key in ("twist", "stiffness", "compliance")}
         for k, drive in enumerate(driven):

@@ -56,17 +56,31 @@ def save_report(
         analysis: whatever else :func:`kinetostatics.analyze` takes: ``point``, ``frame``, ``loads``, ``payload``, ….
 
     Raises:
-        ArgumentError: an argument makes no sense, there are several poses, or the map is of another robot.
+        ArgumentError: an argument makes no sense, the file's name does not end in .html, there are several poses, or the map is
+            of another robot.
         CoordinatesError: ``coordinates`` do not determine the pose.
         StaticsError: the pose cannot be analysed.
         KinetostaticsError: the file cannot be written.
     """
-    file = path_name("path", path)
+    file = check_page(path)
     html = report_html(configuration, {"load": load, "gravity": gravity, **analysis}, workspace, title, coordinates)
     try:
         Path(file).write_text(html, encoding="utf-8")
     except OSError as error:
         raise KinetostaticsError(f"{file}: cannot write the report: {error.strerror or error}") from None
+
+
+def check_page(path: str | os.PathLike[str]) -> str:
+    """Return the name of the file that a report is written to.
+
+    Raises:
+        ArgumentError: its ending promises something else than a page.
+    """
+    file = path_name("path", path)
+    if Path(file).suffix.lower() not in (".html", ".htm"):
+        right = Path(file).with_suffix(".html").name
+        raise ArgumentError(f"{file}: a report is an HTML page, which a browser prints as PDF; name it {right!r}")
+    return file
 
 
 def report_html(

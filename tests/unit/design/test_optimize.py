@@ -156,6 +156,7 @@ def test_lists_and_catalogues(cantilever, tmp_path):
         ({"subject_to": ["actuator_force < 1kN"]}, "has no drive that slides"),
         ({"over": {"z": "high"}}, "a number or a list"),
         ({"starts": 0}, "at least 1"),
+        ({"minimize": ["sag < 1mm"]}, "requirements are given by subject_to"),
     ],
 )
 def test_mistakes(cantilever, changes, said):

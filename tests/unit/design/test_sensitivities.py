@@ -41,6 +41,14 @@ def test_closed_forms_of_the_cantilever(cantilever):
     assert [cantilever[name].unit for name in ("diameter", "E", "tip_mass")] == ["m", "Pa", "kg"]
 
 
+def test_a_mass_that_is_zero_has_a_derivative(cantilever, tmp_path):
+    """Less than nothing is wrong with the file: the difference is to one side. A kilogram does the same beside any other."""
+    robot = ks.load_robot(parametric_machines.cantilever(tmp_path), {"tip_mass": 0})
+    found = ks.sensitivities(robot.assemble(), ["tip_mass"], load=[10, 0, -300, 0, 0, 0])["tip_mass"]
+    assert found.value == 0 and not found.exact and found.mass == pytest.approx(1, rel=1e-9)
+    np.testing.assert_allclose(found.twist, cantilever["tip_mass"].twist, rtol=1e-6, atol=1e-6 * np.abs(found.twist).max())
+
+
 def test_the_part_of_the_twist_is_the_derivative_by_stiffness(cantilever):
     np.testing.assert_allclose(cantilever.sources["rod"], -cantilever["E"].twist * cantilever["E"].value, rtol=1e-6, atol=1e-16)
     pose = package_robots.robot("3rps").assemble(platform={"z": 0.5, "rx": 0.1, "ry": -0.05})

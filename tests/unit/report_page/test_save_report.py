@@ -48,6 +48,9 @@ def test_arguments_that_make_no_sense(tmp_path):
         ks.save_report(pose, tmp_path / "x.html", workspace=ks.sweep(found).assign_attrs(robot_name="3rps"))
     with pytest.raises(ks.ArgumentError, match=r"not a Dataset of ks\.sweep"):
         ks.save_report(pose, tmp_path / "x.html", workspace={})
+    for name in ("x.pdf", "x.txt", "x"):
+        with pytest.raises(ks.ArgumentError, match=f"{name}: a report is an HTML page, .*; name it 'x.html'"):
+            ks.save_report(pose, tmp_path / name)
     with pytest.raises(ks.KinetostaticsError, match="cannot write the report"):
         ks.save_report(pose, tmp_path / "none" / "x.html")
     assert not list(tmp_path.iterdir())
