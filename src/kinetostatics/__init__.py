@@ -55,6 +55,7 @@ if TYPE_CHECKING:
     from kinetostatics.results.sensitivities import Sensitivities, Sensitivity
     from kinetostatics.results.spread import Spread, SpreadQuantities, Toleranced
     from kinetostatics.results.tolerances import Tolerance, Tolerances
+    from kinetostatics.results.tool_point import PointResult
     from kinetostatics.robot import Robot, load_robot
     from kinetostatics.status import Status
     from kinetostatics.verification import verify
@@ -89,6 +90,7 @@ __all__ = [
     "ParetoFront",
     "Payload",
     "PayloadCoefficients",
+    "PointResult",
     "Quantity",
     "Result",
     "Robot",
@@ -212,6 +214,7 @@ _NAMES = {
         "Tolerance",
         "Tolerances",
     ),
+    "results.tool_point": ("PointResult",),
     "robot": (
         "Robot",
         "load_robot",

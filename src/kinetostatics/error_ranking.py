@@ -33,6 +33,10 @@ def tolerances(
 ) -> Tolerances:
     """Rank what errors of joints and beams do: pose errors, and forces locked into an overconstrained robot.
 
+    Loads and a payload are no arguments, because they would change no number: what errors do is added to what loads do. Both
+    together are ``analyze(pose, load, misfits=…, payload=…)``. Tolerances of sizes and materials, whose effect does depend on the
+    load, are :func:`kinetostatics.spread`.
+
     Args:
         configuration: one pose.
         length: error of a joint along the axes of its frame, and of a beam's length [m].

@@ -46,6 +46,7 @@ def test_a_front_and_its_file(capsys, tmp_path):
         "--pareto",
         "sag",
     ]
+    common += ["--tool", "200mm", "0", "0"]
     assert main([*common, "--out", str(table)]) == 0
     assert "3 designs" in capsys.readouterr().out and len(table.read_text(encoding="utf-8").splitlines()) == 4
     pytest.importorskip("matplotlib")

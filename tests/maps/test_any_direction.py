@@ -5,6 +5,7 @@ import package_robots
 import pytest
 
 import kinetostatics as ks
+from kinetostatics.cli.main import main
 
 pytest.importorskip("xarray")
 
@@ -37,6 +38,53 @@ def test_no_direction_does_more_and_one_does_as_much(orientation):
     np.testing.assert_allclose(named, at_o, rtol=1e-14)
     assert named.attrs["units"] == "m" and "500 N" in named.attrs["long_name"]
     assert ks.indices.worst(ds, "rotation_any_direction:20").value == pytest.approx(float(turned.max()))
+
+
+def test_a_map_and_a_result_at_a_tools_tip_are_those_of_forces_there(tmp_path, capsys):
+    robot, tip = package_robots.robot("3rps"), np.array([0.05, -0.02, 0.2])
+    over = {"z": [0.5, 0.6], "rx": 0.2, "ry": [0.1, -0.3, 0.0]}
+    ds = ks.sweep(robot, platform=over, orientation="XYZ", load=[10, 20, -300, 4, 5, 6])
+    z, ry = np.meshgrid(over["z"], over["ry"], indexing="ij")
+    pose = robot.assemble(platform={"z": z, "rx": 0.2, "ry": ry}, orientation="XYZ")
+    result = ks.analyze(pose, [10, 20, -300, 4, 5, 6])
+    seen, there = result.at_point(tip), ks.indices.at_point(ds, tip)
+    arm = pose.platform_frame[..., :3, :3] @ tip
+    np.testing.assert_allclose(seen.arm, arm, atol=1e-14)
+    displacement = result.twist[..., :3] + np.cross(result.twist[..., 3:], arm)
+    np.testing.assert_allclose(seen.twist, np.concatenate([displacement, result.twist[..., 3:]], axis=-1), atol=1e-18)
+    np.testing.assert_allclose(sum(seen.contributions.values()), seen.twist, atol=1e-16)
+    # a wrench about the tip, in the world's axes, moves it by its compliance; the stiffness there is its inverse
+    wrench = np.array([100.0, -50.0, 70.0, 3.0, -2.0, 1.0])
+    at_o = np.concatenate([np.broadcast_to(wrench[:3], arm.shape), wrench[3:] + np.cross(arm, wrench[:3])], axis=-1)
+    moved = ks.analyze(pose, at_o, gravity=(0, 0, 0)).at_point(tip).twist
+    np.testing.assert_allclose(seen.compliance @ wrench, moved, rtol=1e-9, atol=1e-18)
+    np.testing.assert_allclose(seen.stiffness @ seen.compliance, np.broadcast_to(np.eye(6), (2, 3, 6, 6)), atol=1e-9)
+    for name in ("twist", "stiffness", "compliance"):
+        found, wanted = there[name].values, getattr(seen, name)
+        np.testing.assert_allclose(found, wanted, rtol=1e-9, atol=1e-12 * np.abs(wanted).max(), err_msg=name)
+    sags = ks.indices.linear_sag(there)
+    np.testing.assert_allclose(sags, np.linalg.norm(displacement, axis=-1), rtol=1e-12)
+    np.testing.assert_allclose(
+        ks.indices.deflection_any_direction(there, 500), ks.indices.deflection_any_direction(ds, 500, tip), rtol=1e-14
+    )
+    with pytest.raises(ks.ArgumentError, match="about another point than o already"):
+        ks.indices.at_point(there, tip)
+    pytest.importorskip("matplotlib")
+    ds.to_netcdf(tmp_path / "map.nc")
+    command = [
+        "plot",
+        str(tmp_path / "map.nc"),
+        "--kind",
+        "line",
+        "--x",
+        "ry",
+        "--at",
+        "z=0.5",
+        "--out",
+        str(tmp_path / "tip.svg"),
+    ]
+    assert main([*command, "--point", "5cm", "-2cm", "200mm"]) == 0 and "wrote" in capsys.readouterr().out
+    assert main([*command, "--point", "5kg", "0", "0"]) == 2 and "--point" in capsys.readouterr().err
 
 
 def test_mistakes():

@@ -63,6 +63,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="values of all other coordinates, loads and parameters that vary, such as ry=0deg z=0.5; the nearest pose of the "
         "map is shown",
     )
+    parser.add_argument(
+        "--point",
+        metavar=("X", "Y", "Z"),
+        nargs=3,
+        help="a point of the platform, such as a tool's tip, from o in its axes: the quantity is told of it instead of o",
+    )
     parser.add_argument("--unit", help="of the quantity, such as µm, deg, kN, N/µm (default: what suits)")
     parser.add_argument(
         "--limits", metavar=("LOW", "HIGH"), nargs=2, help="of colours, or of a surface's heights, in the figure's unit"
@@ -81,6 +87,10 @@ def run(args: argparse.Namespace) -> int:
         if args.list:
             said = _list(ds)
         else:
+            if args.point is not None:
+                from kinetostatics.indices import at_point
+
+                ds = at_point(ds, [number_of("--point", text, "length") for text in args.point])
             _draw(ds, args)
             said = f"wrote {args.out}"
     print(said)

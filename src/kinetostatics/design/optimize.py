@@ -25,6 +25,7 @@ from kinetostatics.files.bundled import robot_path
 from kinetostatics.math.arrays import Array
 from kinetostatics.printing.mappings import Named
 from kinetostatics.results.optimum import CheckedRequirement, Optimum, Start
+from kinetostatics.results.tool_point import point_of_platform
 
 #: Margins up to this part of the limit count as none.
 ACTIVE = 1e-5
@@ -42,6 +43,7 @@ def optimize(
     platform_link: str | None = None,
     base_link: str | None = None,
     starts: int = 3,
+    tool: ArrayLike | None = None,
     **analysis: Any,
 ) -> Optimum:
     """Find the parameters of a robot's file that are best, under requirements that hold at every pose of a workspace.
@@ -61,6 +63,8 @@ def optimize(
         parameters: values of other arguments of the file.
         platform_link, base_link: as ``platform`` and ``base`` of :func:`kinetostatics.load_robot`.
         starts: how many searches, from different parameters: the file's own first.
+        tool: (3,) a point of the platform, from o in its axes [m], that "sag", "deflection_any_direction" and
+            "least_translational_stiffness" are told of, such as a tool's tip; default: o. Where ``load`` acts is ``point``.
         analysis: whatever :func:`kinetostatics.analyze` takes: ``load``, ``gravity``, ….
 
     Returns:
@@ -82,7 +86,7 @@ def optimize(
         (True, 100.1, 122.9)
     """
     links: dict[str, str | None] = {"platform": platform_link, "base": base_link}
-    search_for = prepare(robot, vary, minimize, subject_to, over, orientation, parameters, links, starts, analysis)
+    search_for = prepare(robot, vary, minimize, subject_to, over, orientation, parameters, links, starts, tool, analysis)
     return search_for.optimum(search_for.problem, search_for.own, starts)
 
 
@@ -124,6 +128,7 @@ def prepare(
     parameters: Mapping[str, object] | None,
     links: Mapping[str, str | None],
     starts: int,
+    tool: ArrayLike | None,
     analysis: Mapping[str, Any],
 ) -> Search:
     """Check the arguments of :func:`optimize`; ``links`` are platform and base."""
@@ -149,7 +154,8 @@ def prepare(
     variants.check_units(typed_units(ranges, choices))
     first = variants.robot({})
     grid, is_platform = _grid(over, first.description.driven)
-    problem = Problem(variants, grid, is_platform, orientation, analysis, objective, requirements)
+    place = None if tool is None else point_of_platform("tool", tool)
+    problem = Problem(variants, grid, is_platform, orientation, analysis, objective, requirements, place)
     # complaints about coordinates and arguments come before the search
     problem.analyzed(first)
     return Search(problem, ranges, choices, {name: variants.numbers[name] for name in names}, minimize)

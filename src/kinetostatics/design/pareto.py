@@ -43,12 +43,13 @@ def pareto(
     platform_link: str | None = None,
     base_link: str | None = None,
     starts: int = 2,
+    tool: ArrayLike | None = None,
     **analysis: Any,
 ) -> ParetoFront:
     """Find what of one quantity has to be paid for less of another: designs of which none is better in both.
 
     Args:
-        robot, vary, subject_to, over, orientation, parameters, platform_link, base_link, analysis: as of
+        robot, vary, subject_to, over, orientation, parameters, platform_link, base_link, tool, analysis: as of
             :func:`kinetostatics.optimize`.
         minimize: two quantities whose worst poses are minimized, see there.
         points: how many designs; between the two ends, limits of the second quantity are evenly spaced, by ratios. Lists and
@@ -78,7 +79,7 @@ def pareto(
     if isinstance(points, bool) or not isinstance(points, int) or not 2 <= points <= MOST:
         raise ArgumentError(f"points is {points!r}; it must be a number of designs from 2 to {MOST}")
     links: dict[str, str | None] = {"platform": platform_link, "base": base_link}
-    given = subject_to, over, orientation, parameters, links, starts, analysis
+    given = subject_to, over, orientation, parameters, links, starts, tool, analysis
     first, second = (prepare(robot, vary, text, *given) for text in minimize)
     measured = parse_objective(minimize[1])
     unit = KINDS.get(MEASURES[measured[0]].kind, "")

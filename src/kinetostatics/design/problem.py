@@ -60,6 +60,7 @@ class Problem:
         analysis: arguments of :func:`kinetostatics.analyze`.
         objective: name and argument of what is minimized.
         requirements: which hold at every pose.
+        tool: a point of the platform that sag, deflections and stiffness against forces are told of; None: o.
         known: what was computed, by parameters.
         count: how many robots were analysed.
     """
@@ -71,6 +72,7 @@ class Problem:
     analysis: Mapping[str, Any]
     objective: tuple[str, float]
     requirements: Sequence[Requirement]
+    tool: Array | None = None
     known: dict[tuple[tuple[str, float], ...], Point] = field(default_factory=dict)
     count: int = 0
 
@@ -93,9 +95,14 @@ class Problem:
     def _evaluate(self, parameters: Mapping[str, float]) -> Point:
         try:
             result = self.analyzed(self.variants.robot(parameters))
-            name, argument = self.objective
-            found = MEASURES[name].function(result, argument)
-            values = [_rows(MEASURES[item.name].function(result, item.argument)) for item in self.requirements]
+            seen = result if self.tool is None else result.at_point(self.tool)
+
+            def measured(name: str, argument: float) -> Array:
+                measure = MEASURES[name]
+                return measure.function(seen if measure.is_motion else result, argument)
+
+            found = measured(*self.objective)
+            values = [_rows(measured(item.name, item.argument)) for item in self.requirements]
         except (RobotFileError, StaticsError):
             return Point(np.inf, np.array([-1.0]), None, [])
         margins = [item.margins(value).ravel() for item, value in zip(self.requirements, values, strict=True)]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from kinetostatics.description.units import KINDS, find_unit, unit
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.math.arrays import Array
 from kinetostatics.results.result import Result
+from kinetostatics.results.tool_point import PointResult
 
 _NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
 _REQUIREMENT = re.compile(r"\s*([A-Za-z_]\w*)\s*(?:\(([^()]*)\))?\s*(<=|>=|<|>|≤|≥)\s*(.+)")
@@ -26,20 +28,22 @@ class Measure:
         function: returns its numbers (P, k) from an analysis of P poses and the argument; NaN where a pose has none.
         argument: kind of the argument in brackets, if it has one.
         words: what it is.
+        is_motion: whether it is another one at another point of the platform.
     """
 
     kind: str
-    function: Callable[[Result, float], Array]
+    function: Callable[[Any, float], Array]
     argument: str | None
     words: str
+    is_motion: bool = False
 
 
-def _lengths(part: slice) -> Callable[[Result, float], Array]:
+def _lengths(part: slice) -> Callable[[Result | PointResult, float], Array]:
     return lambda result, _: np.linalg.norm(result.twist[..., part], axis=-1)[..., None]
 
 
-def _largest_compliance(part: slice) -> Callable[[Result, float], Array]:
-    def found(result: Result, size: float) -> Array:
+def _largest_compliance(part: slice) -> Callable[[Result | PointResult, float], Array]:
+    def found(result: Result | PointResult, size: float) -> Array:
         block = result.compliance[..., part, part]
         finite = np.asarray(np.all(np.isfinite(block), axis=(-2, -1)))
         values = np.linalg.eigvalsh(np.where(finite[..., None, None], block, 0.0))[..., -1:]
@@ -48,8 +52,8 @@ def _largest_compliance(part: slice) -> Callable[[Result, float], Array]:
     return found
 
 
-def _least_stiffness(part: slice) -> Callable[[Result, float], Array]:
-    def found(result: Result, _: float) -> Array:
+def _least_stiffness(part: slice) -> Callable[[Result | PointResult, float], Array]:
+    def found(result: Result | PointResult, _: float) -> Array:
         with np.errstate(divide="ignore"):
             return np.asarray(1 / _largest_compliance(part)(result, 1.0))
 
@@ -86,11 +90,15 @@ def mass_of(result: Result) -> Array:
 _D, _R = slice(3), slice(3, 6)
 MEASURES: Mapping[str, Measure] = {
     "mass": Measure("mass", lambda result, _: mass_of(result)[..., None], None, "mass of the robot"),
-    "sag": Measure("length", _lengths(_D), None, "displacement of o"),
+    "sag": Measure("length", _lengths(_D), None, "displacement of o", True),
     "rotation": Measure("angle", _lengths(_R), None, "rotation of the platform"),
-    "deflection_any_direction": Measure("length", _largest_compliance(_D), "force", "largest displacement of o under a force"),
+    "deflection_any_direction": Measure(
+        "length", _largest_compliance(_D), "force", "largest displacement of o under a force", True
+    ),
     "rotation_any_direction": Measure("angle", _largest_compliance(_R), "moment", "largest rotation under a moment"),
-    "least_translational_stiffness": Measure("stiffness", _least_stiffness(_D), None, "least stiffness against forces at o"),
+    "least_translational_stiffness": Measure(
+        "stiffness", _least_stiffness(_D), None, "least stiffness against forces at o", True
+    ),
     "least_rotational_stiffness": Measure("turning stiffness", _least_stiffness(_R), None, "least stiffness against moments"),
     "actuator_force": Measure("force", _drives(True), None, "force of a sliding drive"),
     "actuator_torque": Measure("moment", _drives(False), None, "torque of a turning drive"),

@@ -44,6 +44,7 @@ from kinetostatics.indices.stiffness import (
     translational_conditioning,
     translational_stiffness,
 )
+from kinetostatics.indices.tool_point import at_point
 
 __all__ = [
     "INDICES",
@@ -51,6 +52,7 @@ __all__ = [
     "Index",
     "actuator_force_maxima",
     "angular_sag",
+    "at_point",
     "best",
     "conditioning",
     "deflection_any_direction",

@@ -47,7 +47,8 @@ def finished(ds: xr.Dataset, values: xr.DataArray, beyond_limits: bool, units: s
     found = values.where(valid(ds, beyond_limits)).transpose(*swept(ds))
     kept = {*swept(ds), *(name for name in ds.coords if ds[name].dims == ())}
     found = found.drop_vars([name for name in found.coords if name not in kept])
-    found.attrs = {"units": units, "long_name": long_name}
+    where = " at a point of the platform" if "point" in ds.attrs and "the point" not in long_name else ""
+    found.attrs = {"units": units, "long_name": long_name + where}
     return found
 
 

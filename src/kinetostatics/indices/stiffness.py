@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -11,9 +10,8 @@ import xarray as xr
 from kinetostatics.argument_checks import positive
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.indices.poses import ANGULAR, LINEAR, finished, variable
+from kinetostatics.indices.tool_point import at_point
 from kinetostatics.math.arrays import Array
-from kinetostatics.math.orientation import orientation_named
-from kinetostatics.math.rotations import skew
 
 
 def translational_stiffness(
@@ -101,14 +99,10 @@ def deflection_any_direction(
         ArgumentError: the force is not positive, or the point is none.
     """
     size = positive("force", force, "a force [N] greater than zero")
-    C, where = variable(ds, "compliance"), "o"
-    if point is None:
-        block = _block(C, LINEAR)
-    else:
-        arm = np.asarray(point, dtype=float)
-        if arm.shape != (3,) or not np.all(np.isfinite(arm)):
-            raise ArgumentError(f"point is {point!r}; it must be three numbers [m], from o in the platform's axes")
-        block, where = _compliance_at(ds, C, arm), "the point"
+    if point is not None:
+        ds = at_point(ds.drop_vars(["twist", "contribution", "gravity_way", "remaining", "stiffness"], errors="ignore"), point)
+    block = _block(variable(ds, "compliance"), LINEAR)
+    where = "the point" if "point" in ds.attrs else "o"
     found = size * _per_pose(_largest, block)
     return finished(ds, found, beyond_limits, "m", f"largest displacement of {where} under {size:g} N from any direction")
 
@@ -129,37 +123,6 @@ def rotation_any_direction(ds: xr.Dataset, moment: float = 1.0, beyond_limits: b
     size = positive("moment", moment, "a moment [N·m] greater than zero")
     found = size * _per_pose(_largest, _block(variable(ds, "compliance"), ANGULAR))
     return finished(ds, found, beyond_limits, "rad", f"largest rotation under {size:g} N·m about any axis")
-
-
-def _compliance_at(ds: xr.Dataset, C: xr.DataArray, arm: Array) -> xr.DataArray:
-    """Return the displacements of a point of the platform under forces there (…, component, component_2)."""
-    pose = variable(ds, "platform_pose")
-    names = [str(name) for name in pose["platform_coordinate"].values[3:]]
-    known = json.loads(str(ds.attrs.get("arguments", "{}"))).get("orientation")
-    convention = orientation_named("tilt_torsion" if "tilt" in names else known)
-
-    def moved(matrices: Array, coordinates: Array) -> Array:
-        angles = np.moveaxis(np.asarray(coordinates)[..., 3:], -1, 0)
-        R = convention.matrix(angles.reshape(3, -1)).reshape(3, 3, *angles.shape[1:])
-        p = np.moveaxis(np.einsum("ij...,j->i...", R, arm), 0, -1)
-        to_point = np.zeros((*p.shape[:-1], 3, 6))
-        to_point[..., :3] = np.eye(3)
-        to_point[..., 3:] = -np.moveaxis(skew(np.moveaxis(p, -1, 0)), (0, 1), (-2, -1))
-        return np.asarray(to_point @ matrices @ np.swapaxes(to_point, -1, -2))
-
-    order = [*LINEAR, *ANGULAR]
-    found = xr.apply_ufunc(
-        moved,
-        C.sel(component=order, component_2=order),
-        pose,
-        input_core_dims=[["component", "component_2"], ["platform_coordinate"]],
-        output_core_dims=[["component", "component_2"]],
-        exclude_dims={"component", "component_2"},
-        dask="parallelized",
-        output_dtypes=[float],
-        dask_gufunc_kwargs={"allow_rechunk": True, "output_sizes": {"component": 3, "component_2": 3}},
-    )
-    return found
 
 
 def _direction(direction: str | Sequence[float] | xr.DataArray) -> tuple[xr.DataArray, str]:

@@ -23,6 +23,7 @@ import numpy as np
 
 from kinetostatics.math.arrays import Array, empty_for
 from kinetostatics.math.linalg import cross
+from kinetostatics.math.rotations import skew
 
 #: Names of the components of twists and wrenches at o, and units of a twist's.
 COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
@@ -65,6 +66,29 @@ def move_twist(twist: Array, shift: Array) -> Array:
     result = empty_for((6, *linear.shape[1:]), linear)
     result[:3], result[3:] = linear, twist[3:]
     return result
+
+
+def to_point(shift: Array) -> Array:
+    """Return X (…, 6, 6) with which a twist at a reference point becomes X t at one that lies ``shift`` (…, 3) [m] from there.
+
+    A compliance becomes X C Xᵀ, a stiffness X⁻ᵀ K X⁻¹; X⁻¹ is that of the opposite shift.
+    """
+    found: Array = np.zeros((*shift.shape[:-1], 6, 6))
+    found[...] = np.eye(6)
+    found[..., :3, 3:] = -np.moveaxis(skew(np.moveaxis(shift, -1, 0)), (0, 1), (-2, -1))
+    return found
+
+
+def stiffness_at(stiffness: Array, shift: Array) -> Array:
+    """Return a stiffness (…, 6, 6) at a reference point that lies ``shift`` (…, 3) [m] from the present one."""
+    back = to_point(-shift)
+    return np.asarray(np.swapaxes(back, -1, -2) @ stiffness @ back)
+
+
+def compliance_at(compliance: Array, shift: Array) -> Array:
+    """Return a compliance (…, 6, 6) at a reference point that lies ``shift`` (…, 3) [m] from the present one."""
+    there = to_point(shift)
+    return np.asarray(there @ compliance @ np.swapaxes(there, -1, -2))
 
 
 def describe_twist(twist: Array, length: float) -> str:

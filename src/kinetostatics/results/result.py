@@ -10,7 +10,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from kinetostatics.description.loads import Payload
 from kinetostatics.kinematics.configuration import Configuration
@@ -22,6 +22,7 @@ from kinetostatics.results.batch import Batch
 from kinetostatics.results.beam import BeamResult, beam_results, centre_lines, euler_ratios
 from kinetostatics.results.limb import LimbResult
 from kinetostatics.results.payload import PayloadCoefficients, payload_coefficients
+from kinetostatics.results.tool_point import PointResult, point_of_platform, seen_at
 from kinetostatics.robot import Robot, robot_of
 from kinetostatics.statics import joint_wrenches as joints
 from kinetostatics.statics.deformation import Deformation, deform
@@ -145,6 +146,26 @@ class Result(Told):
     def contributions(self) -> Mapping[str, Array]:
         """What each adds to the twist (…, 6): load, platform weight, each limb's own weight, loads on links, payload, misfits."""
         return self._batch.by_source(self.solutions[0].sources, [s.twists for s in self.solutions])
+
+    def at_point(self, point: ArrayLike) -> PointResult:
+        """Return twist, contributions, stiffness and compliance as a point of the platform sees them, such as a tool's tip.
+
+        Args:
+            point: (3,) from o in the platform's axes [m].
+
+        Raises:
+            ArgumentError: it is no point.
+
+        Example:
+            >>> import kinetostatics as ks
+            >>> pose = ks.load_robot("3rps").assemble(platform={"z": 0.5, "rx": 0.1, "ry": 0.0})
+            >>> tip = ks.analyze(pose, [100, 0, 0, 0, 0, 0], gravity=(0, 0, 0)).at_point((0, 0, 0.2))  # of a tool
+            >>> [round(1e6 * float(d), 2) for d in tip.twist[:3]]  # [µm]
+            [2.44, 0.17, -0.01]
+        """
+        place = point_of_platform("point", point)
+        rotation = self._gather(lambda s: self.robot.mechanism.platform_pose(s.frames)[0])
+        return seen_at(place, rotation, self.twist, self.contributions, self.stiffness, self.compliance)
 
     @cached_property
     def mechanism_contributions(self) -> Mapping[str, Mapping[str, Array]]:

@@ -44,6 +44,20 @@ def test_the_lightest_cantilever(cantilever, tmp_path):
     assert -ks.analyze(saved.assemble(), [0, 0, -500, 0, 0, 0], **STILL).twist[2] == pytest.approx(1e-4, rel=1e-6)
 
 
+def test_the_lightest_cantilever_for_the_tip_of_a_tool(cantilever):
+    """A tool's tip, a beyond the end, sags by F L³/3EI + a F L²/2EI; under a force there, wherever it comes from, by
+    F (L³/3 + a L² + a² L)/EI."""
+    loaded = {"load": [0, 0, -500, 0, 0, 0], "starts": 1, "tool": (0.2, 0, 0), **STILL}
+    best = ks.optimize(cantilever, {"diameter": "20mm:150mm"}, "mass", ["sag < 0.1 mm"], **loaded)
+    by_end = 64 * 500 * (0.8**3 / 3 + 0.2 * 0.8**2 / 2) / (np.pi * E * 1e-4)
+    assert best.parameters["diameter"] == pytest.approx(by_end**0.25, rel=1e-6)
+    best = ks.optimize(cantilever, {"diameter": "20mm:150mm"}, "mass", ["deflection_any_direction(500 N) < 0.1 mm"], **loaded)
+    by_tip = 64 * 500 * (0.8**3 / 3 + 0.2 * 0.8**2 + 0.2**2 * 0.8) / (np.pi * E * 1e-4)
+    assert best.parameters["diameter"] == pytest.approx(by_tip**0.25, rel=1e-6)
+    with pytest.raises(ks.ArgumentError, match=r"tool is .*three numbers"):
+        ks.optimize(cantilever, {"diameter": "20mm:150mm"}, tool=(0.2, 0))
+
+
 def test_the_two_bar_truss(folder):
     """Stress σ: A = F √(r² + h²) / (2 h σ), mass 2 ρ A √(r² + h²) is least at h = r: 2 ρ F r / σ."""
     path = parametric_machines.pinned_truss(folder, [(1, 0), (-1, 0)])

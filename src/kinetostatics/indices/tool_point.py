@@ -1,0 +1,73 @@
+"""A map as a point of the platform sees it, such as the tip of a tool."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import xarray as xr
+
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.indices.poses import ANGULAR, LINEAR, variable
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.orientation import orientation_named
+from kinetostatics.math.screws import compliance_at, stiffness_at, to_point
+from kinetostatics.results.tool_point import point_of_platform
+
+#: Variables of the map that are twists, and matrices.
+_TWISTS = ("twist", "contribution", "gravity_way", "remaining")
+_MATRICES: dict[str, Callable[[Array, Array], Array]] = {"stiffness": stiffness_at, "compliance": compliance_at}
+
+
+def at_point(ds: xr.Dataset, point: Sequence[float]) -> xr.Dataset:
+    """Return a map whose twists, stiffness and compliance are those at a point of the platform, such as a tool's tip, not at o.
+
+    All indices and figures of it are about that point: ``linear_sag(at_point(ds, (0, 0, 0.2)))`` is how far the tip moves.
+
+    Args:
+        ds: of :func:`kinetostatics.sweep`.
+        point: (3,) from o in the platform's axes [m].
+
+    Raises:
+        ArgumentError: it is no point, or the map is about another point already.
+    """
+    place = point_of_platform("point", point)
+    if "point" in ds.attrs:
+        raise ArgumentError("the map is about another point than o already: take the one that sweep made")
+    pose = variable(ds, "platform_pose")
+    names = [str(name) for name in pose["platform_coordinate"].values[3:]]
+    known = json.loads(str(ds.attrs.get("arguments", "{}"))).get("orientation")
+    convention = orientation_named("tilt_torsion" if "tilt" in names else known)
+    order = [*LINEAR, *ANGULAR]
+
+    def arms(coordinates: Array) -> Array:
+        angles = np.moveaxis(np.asarray(coordinates)[..., 3:], -1, 0)
+        R = convention.matrix(angles.reshape(3, -1)).reshape(3, 3, *angles.shape[1:])
+        return np.moveaxis(np.einsum("ij...,j->i...", R, place), 0, -1)
+
+    def moved(twists: Array, coordinates: Array) -> Array:
+        return np.asarray((to_point(arms(coordinates)) @ np.asarray(twists)[..., None])[..., 0])
+
+    def turned(function: Callable[[Array, Array], Array]) -> Callable[[Array, Array], Array]:
+        return lambda matrices, coordinates: function(np.asarray(matrices), arms(coordinates))
+
+    found = {}
+    for name in (name for name in (*_TWISTS, *_MATRICES) if name in ds):
+        dims = ["component", "component_2"] if name in _MATRICES else ["component"]
+        array = ds[name].sel(dict.fromkeys(dims, order))
+        new = xr.apply_ufunc(
+            turned(_MATRICES[name]) if name in _MATRICES else moved,
+            array,
+            pose,
+            input_core_dims=[dims, ["platform_coordinate"]],
+            output_core_dims=[dims],
+            dask="parallelized",
+            output_dtypes=[float],
+            dask_gufunc_kwargs={"allow_rechunk": True},
+        )
+        new.attrs = {**array.attrs, "long_name": f"{array.attrs.get('long_name', name)}; of a point of the platform instead of o"}
+        found[name] = new.transpose(*ds[name].dims)
+    changed = ds.assign(found)
+    changed.attrs = {**ds.attrs, "point": place.tolist()}
+    return changed

@@ -1,0 +1,74 @@
+"""A result as a point of the platform sees it, such as the tip of a tool."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from kinetostatics.argument_checks import finite_numbers
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.math.arrays import Array, frozen
+from kinetostatics.math.screws import compliance_at, stiffness_at, to_point
+from kinetostatics.printing.mappings import Named, ShortRepr
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class PointResult(ShortRepr):
+    """What a point of the platform does; made by :meth:`Result.at_point`.
+
+    Attributes:
+        point: (3,) from o in the platform's axes [m].
+        arm: (…, 3) from o to the point, world axes [m].
+        twist: (…, 6) displacement of the point and rotation of the platform, world axes [m, rad].
+        contributions: what each adds to it (…, 6), as in :attr:`Result.contributions`.
+        stiffness: (…, 6, 6) at the point, drives locked, world axes.
+        compliance: (…, 6, 6) likewise.
+    """
+
+    point: Array
+    arm: Array
+    twist: Array
+    contributions: Mapping[str, Array]
+    stiffness: Array
+    compliance: Array
+
+
+def point_of_platform(what: str, point: ArrayLike) -> Array:
+    """Return a point (3,) of the platform, from o in its axes [m].
+
+    Raises:
+        ArgumentError: it is none.
+    """
+    array = finite_numbers(what, point)
+    if array.shape != (3,):
+        raise ArgumentError(f"{what} is {point!r}; it must be three numbers [m], from o in the platform's axes")
+    return array
+
+
+def seen_at(
+    point: Array, rotation: Array, twist: Array, contributions: Mapping[str, Array], stiffness: Array, compliance: Array
+) -> PointResult:
+    """Return what a point does, of what o does.
+
+    Args:
+        point: (3,) from o in the platform's axes [m].
+        rotation: (…, 3, 3) of the platform.
+        twist, contributions, stiffness, compliance: at o.
+    """
+    arm = rotation @ point
+    X = to_point(arm)
+
+    def moved(item: Array) -> Array:
+        return frozen(np.asarray((X @ item[..., None])[..., 0]))
+
+    return PointResult(
+        frozen(point),
+        frozen(arm),
+        moved(twist),
+        Named({name: moved(item) for name, item in contributions.items()}),
+        frozen(stiffness_at(stiffness, arm)),
+        frozen(compliance_at(compliance, arm)),
+    )
