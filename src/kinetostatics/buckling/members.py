@@ -139,9 +139,7 @@ class _Finder:
         self.direction: dict[str, Array] = {}
         for name in self.edges:
             beam = model.beams[name]
-            start = frames.point(beam.span.start_body, beam.span.start)[:, 0]
-            end = frames.point(beam.span.end_body, beam.span.end)[:, 0]
-            self.points[name] = start, end
+            self.points[name] = self._point(frames, name, False), self._point(frames, name, True)
             self.direction[name] = frames.direction(beam.span.carrier, beam.axes[:, 0])[:, 0]
         self.at: dict[RigidBody, list[BodyEdge]] = {}
         for edge in self.graph.edges:

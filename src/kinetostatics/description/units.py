@@ -159,12 +159,8 @@ def _product(text: str) -> Unit | None:
     if text.startswith("(") and text.endswith(")"):
         text = text[1:-1]
     factors = [_factor(item) for item in re.split(r"(?<!\*)\*(?!\*)|[·⋅ ]", text)]
-    found = Unit()
-    for factor in factors:
-        if factor is None:
-            return None
-        found = found * factor
-    return found
+    known = [factor for factor in factors if factor is not None]
+    return math.prod(known, start=Unit()) if len(known) == len(factors) else None
 
 
 def _factor(text: str) -> Unit | None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -127,11 +127,11 @@ def choose_basis(group: LimbGroup, geometry: LimbGeometry, generic: int) -> Basi
         candidates = itertools.chain(central_candidates(group, *meeting), candidates)
     if not group.is_serial:
         candidates = itertools.chain(beam_candidates(group), candidates)
-    choice = _Choice(group, geometry, generic)
-    constraint = choice.of(candidates, n_c, mine, mine[:, list(independent)], [])
+    here = group, geometry, generic
+    constraint = _chosen(*here, candidates, n_c, mine, mine[:, list(independent)], [])
     known = _columns(group, constraint, [allowed[:, k] for k in independent], [], geometry)
     carried_twists = twists[:, group.platform_joint], twists[:, list(carried)]
-    attached = choice.of(attached_candidates(group), 6 - carried_rank - n_c, *carried_twists, known)
+    attached = _chosen(*here, attached_candidates(group), 6 - carried_rank - n_c, *carried_twists, known)
     if not group.is_serial:
         constraint, attached = tuple(map(as_component, constraint)), tuple(map(as_component, attached))
     return Basis(constraint, attached, independent, carried, gap)
@@ -149,55 +149,53 @@ def allowed_twists(group: LimbGroup, geometry: LimbGeometry) -> Array:
     return found.allowed / group.twist_scale
 
 
-@dataclass(frozen=True)
-class _Choice:
-    """Chooses wrenches of one limb at generic poses and, behind them, ordinary ones; see :func:`choose_basis`."""
+def _chosen(
+    group: LimbGroup,
+    geometry: LimbGeometry,
+    generic: int,
+    candidates: Iterable[Candidate],
+    count: int,
+    reciprocal_to: Array,
+    independent: Array,
+    known: list[Array],
+) -> tuple[Candidate, ...]:
+    """Take candidates greedily that are reciprocal to given twists and independent of those taken and ``known``.
 
-    group: LimbGroup
-    geometry: LimbGeometry
-    generic: int
-
-    def of(
-        self, candidates: Iterable[Candidate], count: int, reciprocal_to: Array, independent: Array, known: list[Array]
-    ) -> tuple[Candidate, ...]:
-        """Take candidates greedily that are reciprocal to given twists and independent of those taken and ``known``.
-
-        Args:
-            candidates: in the order of preference.
-            count: how many are wanted; where the canonical ones do not suffice they are completed.
-            reciprocal_to: (6, k, poses) scaled twists, of which ``independent`` (6, r, poses) are independent.
-            independent: see ``reciprocal_to``.
-            known: (6, 1, poses) wrenches that are taken already.
-        """
-        if not count:
-            return ()
-        scale = _scale(self.group)
-        length = self.group.model.length
-        taken = [normalize(wrench[:, 0] * scale[:, 0]) for wrench in known]
-        spanned = [normalize(independent[:, k]) for k in range(independent.shape[1])]
-        judged = self._regular(spanned, taken)
-        wrenches = CandidateWrenches(self.geometry, length, MARGIN)
-        allowed = 1e-8 + 100 * self.group.model.closing_error
-        chosen: list[Candidate] = []
-        with np.errstate(invalid="ignore", divide="ignore"):
-            for candidate in candidates:
-                if len(chosen) == count:
-                    break
-                column = normalize(wrenches.of(candidate)[:, 0] * scale[:, 0])
-                power = np.einsum("kin,kn->in", reciprocal_to[:, :, judged], column[:, judged])
-                if float(np.abs(power).max(initial=0.0)) < allowed and _least_singular_value([*taken, column], judged) > MARGIN:
-                    chosen.append(_with_own_label(candidate, chosen))
-                    taken.append(column)
-            seeds = (_seeds(self.geometry, length) * scale[:, None])[:, :, 0]
-            ordinary = judged[judged >= self.generic]  # which are the same however the robot's file is written
-            return (*chosen, *_complement(spanned + taken, seeds, count - len(chosen), ordinary if ordinary.size else judged))
-
-    def _regular(self, spanned: list[Array], taken: list[Array]) -> Index:
-        """Return the generic poses, and the ordinary ones at which the limb is not singular: no basis is sound at those."""
-        poses = np.arange(self.geometry.limb_axes.shape[-1])
-        sound = _singular_values(spanned) > MARGIN
-        sound &= _singular_values(taken) > MARGIN
-        return poses[(poses < self.generic) | sound]
+    Args:
+        group: the limb.
+        geometry: at generic poses and, behind them, ordinary ones.
+        generic: how many are generic.
+        candidates: in the order of preference.
+        count: how many are wanted; where the canonical ones do not suffice they are completed.
+        reciprocal_to: (6, k, poses) scaled twists, of which ``independent`` (6, r, poses) are independent.
+        independent: see ``reciprocal_to``.
+        known: (6, 1, poses) wrenches that are taken already.
+    """
+    if not count:
+        return ()
+    scale = _scale(group)
+    length = group.model.length
+    taken = [normalize(wrench[:, 0] * scale[:, 0]) for wrench in known]
+    spanned = [normalize(independent[:, k]) for k in range(independent.shape[1])]
+    # generic poses, and ordinary ones at which the limb is not singular: no basis is sound at those
+    sound = (_singular_values(spanned) > MARGIN) & (_singular_values(taken) > MARGIN)
+    poses = np.arange(geometry.limb_axes.shape[-1])
+    judged = poses[(poses < generic) | sound]
+    wrenches = CandidateWrenches(geometry, length, MARGIN)
+    allowed = 1e-8 + 100 * group.model.closing_error
+    chosen: list[Candidate] = []
+    with np.errstate(invalid="ignore", divide="ignore"):
+        for candidate in candidates:
+            if len(chosen) == count:
+                break
+            column = normalize(wrenches.of(candidate)[:, 0] * scale[:, 0])
+            power = np.einsum("kin,kn->in", reciprocal_to[:, :, judged], column[:, judged])
+            if float(np.abs(power).max(initial=0.0)) < allowed and _least_singular_value([*taken, column], judged) > MARGIN:
+                chosen.append(_with_own_label(candidate, chosen))
+                taken.append(column)
+        seeds = (_seeds(geometry, length) * scale[:, None])[:, :, 0]
+        ordinary = judged[judged >= generic]  # which are the same however the robot's file is written
+        return (*chosen, *_complement(spanned + taken, seeds, count - len(chosen), ordinary if ordinary.size else judged))
 
 
 def _with_own_label(candidate: Candidate, others: list[Candidate]) -> Candidate:

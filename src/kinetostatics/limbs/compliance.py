@@ -99,9 +99,8 @@ def whole_compliance(group: LimbGroup, geometry: LimbGeometry) -> Array:
 def spring_twist(group: LimbGroup, spring: int, wrench: Array) -> Array:
     """Return the twists (6, …, g, N) of a spring's outboard side under wrenches, both at and in its joint's frame."""
     linear, angular = group.spring_linear[:, :, spring], group.spring_angular[:, :, spring]
-    return np.concatenate(
-        [np.einsum("ijg,j...gn->i...gn", linear, wrench[:3]), np.einsum("ijg,j...gn->i...gn", angular, wrench[3:])]
-    )
+    parts = (linear, wrench[:3]), (angular, wrench[3:])
+    return np.concatenate([np.einsum("ijg,j...gn->i...gn", *part) for part in parts])
 
 
 def assembly_error_strains(group: LimbGroup, columns: Array, assembly_error: Array | None) -> Array:

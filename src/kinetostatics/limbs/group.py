@@ -7,6 +7,7 @@ outboard of it. Limbs stand along an axis of their own: arrays are ``(component,
 from __future__ import annotations
 
 import copy
+import functools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -105,10 +106,8 @@ class LimbGroup:
         self.elements = [limb_elements(limb, compounds) for limb, compounds in zip(self.limbs, self.compounds, strict=True)]
         freedom_edges, beam_edges, spring_edges = self._edges()
         self.beams = [[model.beams[str(edge.beam)] for edge in row] for row in beam_edges]
-        self.springs = [
-            [spring for edge in limb.edges if edge.joint for spring in springs_of(model.mechanism, edge.joint)]
-            for limb in self.limbs
-        ]
+        springs = functools.partial(springs_of, model.mechanism)
+        self.springs = [[spring for edge in limb.edges if edge.joint for spring in springs(edge.joint)] for limb in self.limbs]
         self._skeleton = LimbSkeleton(model, self.limbs, self.compounds, self.beams, self.springs)
         self.dofs, self.passive = self._skeleton.dofs, self._skeleton.passive
         self.rotates, self.compound_of = self._skeleton.rotates, self._skeleton.compound_of
@@ -193,10 +192,8 @@ class LimbGroup:
             for limb, compounds in zip(self.limbs, self.compounds, strict=True)
         ]
         beams = [[edge for edge in limb.edges if edge.beam] for limb in self.limbs]
-        springs = [
-            [edge for edge in limb.edges if edge.joint for _ in springs_of(self.model.mechanism, edge.joint)]
-            for limb in self.limbs
-        ]
+        joints = [[edge for edge in limb.edges if edge.joint] for limb in self.limbs]
+        springs = [[edge for edge in row for _ in springs_of(self.model.mechanism, str(edge.joint))] for row in joints]
         return freedoms, beams, springs
 
     def _platform_joint(self) -> NDArray[np.bool_]:

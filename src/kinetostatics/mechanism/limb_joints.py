@@ -107,12 +107,9 @@ def compound_joints(mechanism: Mechanism, limb: Limb) -> tuple[CompoundJoint, ..
         elif connection is None or not connection.type.is_fixed or elastic:
             flush()
             if connection is not None and not connection.type.is_fixed:
-                dofs = joint_dofs(mechanism, connection, edge.sign)
-                passive = any(dof.passive for dof in dofs)
-                fixed = has_centre(mechanism, connection)
-                compounds.append(
-                    CompoundJoint(connection.kind, connection.name, (connection.name,), passive, dofs, position, fixed)
-                )
+                dofs, name = joint_dofs(mechanism, connection, edge.sign), connection.name
+                passive, fixed = any(dof.passive for dof in dofs), has_centre(mechanism, connection)
+                compounds.append(CompoundJoint(connection.kind, name, (name,), passive, dofs, position, fixed))
         if limb.ends[position]:
             flush()
     flush()
@@ -179,10 +176,8 @@ def joint_dofs(mechanism: Mechanism, connection: Connection, sign: int) -> tuple
 
 def sides(edge: Edge, connection: Connection) -> tuple[tuple[int, Array], tuple[int, Array]]:
     """Return body and joint frame on the inboard and on the outboard side."""
-    sides = (
-        (connection.predecessor_body, connection.predecessor_frame),
-        (connection.successor_body, connection.successor_frame),
-    )
+    first, second = connection.predecessor_body, connection.successor_body
+    sides = (first, connection.predecessor_frame), (second, connection.successor_frame)
     return sides if edge.sign > 0 else (sides[1], sides[0])
 
 
@@ -196,9 +191,8 @@ def _common_centre(run: Sequence[tuple[Edge, Connection]]) -> tuple[float, float
         next_body, next_frame = sides(next_edge, following)[0]
         if body != next_body:
             return None
-        meeting = meeting_points(
-            frame[:3, :3] @ connection.axis, frame[:3, 3], next_frame[:3, :3] @ following.axis, next_frame[:3, 3]
-        )
+        axis, next_axis = frame[:3, :3] @ connection.axis, next_frame[:3, :3] @ following.axis
+        meeting = meeting_points(axis, frame[:3, 3], next_axis, next_frame[:3, 3])
         if meeting is None:
             return None
         meetings.append(meeting)

@@ -193,14 +193,10 @@ class Mechanism:
             joints.append(TreeJoint(joint.type, int(model.parents[body]), body, placement, axis, *first))
         joints.sort(key=lambda joint: joint.body)
         self.tree = Tree(joints, int(model.njoints), int(model.nq), int(model.nv))
-        self._place_followers()
-
-    def _place_followers(self) -> None:
-        """Put joints that follow others where they belong when all others are at zero."""
-        for joint in self.tree.joints:
-            mimic = self.description.joints[self.model.names[joint.body]].mimic
+        for item in self.tree.joints:  # those that follow others belong elsewhere when all others are at zero
+            mimic = description.joints[model.names[item.body]].mimic
             if mimic is not None:
-                joint.write(mimic.offset, self.tree.neutral)
+                item.write(mimic.offset, self.tree.neutral)
 
     @cached_property
     def link_inertias(self) -> dict[str, Any]:

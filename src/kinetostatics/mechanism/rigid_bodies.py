@@ -188,14 +188,12 @@ class BodyGraph:
             if connection.name in inside:
                 continue
             ends: list[RigidBody] = []
-            missing: list[str] = []
             for link in (connection.predecessor, connection.successor):
                 found = self._body_at(link, connection.centre_on(link))
                 if found is None:
-                    missing.append(link)
+                    self.misplaced.append((connection, link))
                 ends.append(found or self._nearest_body(link, connection.centre_on(link)))
             edges.append(BodyEdge(ends[0], ends[1], connection=connection))
-            self.misplaced.extend((connection, link) for link in missing)
         return edges
 
     def _in_order(self, edges: list[BodyEdge]) -> list[BodyEdge]:
@@ -211,10 +209,8 @@ class BodyGraph:
         return sorted(edges, key=place)
 
     def _nearest_body(self, link: str, point: Array) -> RigidBody:
-        def distance(body: RigidBody) -> float:
-            return float(np.linalg.norm(point - body.point)) if body.point is not None else 0.0
-
-        return min(self._bodies[link], key=distance).find()
+        gaps = [0.0 if body.point is None else float(np.linalg.norm(point - body.point)) for body in self._bodies[link]]
+        return self._bodies[link][int(np.argmin(gaps))].find()
 
     def _merge(self, links: set[str]) -> RigidBody:
         bodies = [self._bodies[link][0].find() for link in self.description.links if link in links]

@@ -105,9 +105,8 @@ class Frames(ShortRepr):
 
     def followed_by(self, other: Frames) -> Frames:
         """Return these poses and behind them others."""
-        return Frames(
-            np.concatenate([self.rotation, other.rotation], axis=-1), np.concatenate([self.position, other.position], axis=-1)
-        )
+        pairs = (self.rotation, other.rotation), (self.position, other.position)
+        return Frames(*(np.concatenate(pair, axis=-1) for pair in pairs))
 
 
 class _Group:
