@@ -320,6 +320,16 @@ def add_json_argument(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print JSON, all numbers in SI; warnings go to standard error")
 
 
+def save_figure(path: str | None, kind: str, *shown: object, dpi: float = 300, **options: object) -> None:
+    """Draw a figure of a kind of :mod:`kinetostatics.plots` and write it to a file, if there is a path for it."""
+    if path is not None:
+        from kinetostatics import plots  # which says what to install where Matplotlib is missing
+        from kinetostatics.plots.style import draw_into_files, save_and_close
+
+        draw_into_files()
+        save_and_close(getattr(plots, kind)(*shown, **options), path, dpi)
+
+
 def print_json(values: Mapping[str, object]) -> None:
     """Print a dict of plain values as JSON: one entry a line, arrays in one line."""
     encoding = (getattr(sys.stdout, "encoding", None) or "ascii").lower().replace("-", "")

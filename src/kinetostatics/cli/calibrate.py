@@ -100,12 +100,7 @@ def _calibrated(robot: Robot, args: argparse.Namespace, options: dict[str, Any])
 
     level = arguments.number_of("--level", args.level)
     found = calibrate(robot, args.measurements, args.unknowns, level=level, leave_out_outliers=args.leave_out_outliers, **options)
-    if args.plot is not None:
-        from kinetostatics import plots  # which says what to install where Matplotlib is missing
-        from kinetostatics.plots.style import draw_into_files, save_and_close
-
-        draw_into_files()
-        save_and_close(plots.calibration(found), args.plot)
+    arguments.save_figure(args.plot, "calibration", found)
     return found
 
 
@@ -130,9 +125,6 @@ def _reference(robot: Robot, words: list[str]) -> str | dict[str, float]:
     """Return the word of ``--reference``, or the coordinates of a pose."""
     if len(words) == 1 and "=" not in words[0]:
         return words[0]
-    items = arguments.parse_items("--reference", words)
-    option = "--actuators" if set(items) <= set(robot.description.driven) else "--platform"
-    return {
-        name: arguments.parse_coordinates("--reference", name, [text], poses.coordinate_kind(robot, option, name))[0]
-        for name, text in items.items()
-    }
+    names = set(arguments.parse_items("--reference", words))
+    option = "--actuators" if names <= set(robot.description.driven) else "--platform"
+    return poses.single_values(robot, option, words, "--reference")

@@ -83,8 +83,10 @@ def run(args: argparse.Namespace) -> int:
         else:
             both = args.minimize, args.pareto
             found = pareto(args.robot, vary, both, args.subject_to, over or None, points=points, **options)
-        if args.out is not None:
-            _save(found, args.out, is_file=args.pareto is None or args.out.endswith(".csv"))
+        if args.out is not None and (args.pareto is None or args.out.endswith(".csv")):
+            found.save(args.out)
+        else:
+            arguments.save_figure(args.out, "pareto", found)
         answer = found.to_dict() if args.json else str(found)
     arguments.print_answer(answer, [], args.out)
     return 0 if feasible else 1
@@ -95,14 +97,3 @@ def _whole(option: str, text: str) -> int:
     if number != int(number) or number < 1:
         raise ArgumentError(f"{option}: {text} is not a whole number from 1 on")
     return int(number)
-
-
-def _save(found: Any, path: str, is_file: bool) -> None:
-    if is_file:
-        found.save(path)
-        return
-    from kinetostatics import plots  # which says what to install where Matplotlib is missing
-    from kinetostatics.plots.style import draw_into_files, save_and_close
-
-    draw_into_files()
-    save_and_close(plots.pareto(found), path)

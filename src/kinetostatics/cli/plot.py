@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from kinetostatics.cli.arguments import SEVERAL, VALUES_HELP, number_of, parse_items, parse_quantity
+from kinetostatics.cli.arguments import SEVERAL, VALUES_HELP, number_of, parse_items, parse_quantity, save_figure
 from kinetostatics.description.units import find_unit
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.printing.waiting import waiting
@@ -98,10 +98,6 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _draw(ds: xr.Dataset, args: argparse.Namespace) -> None:
-    from kinetostatics import plots  # which says what to install where Matplotlib is missing
-    from kinetostatics.plots.style import draw_into_files, save_and_close
-
-    draw_into_files()
     for name in ("x", "y", "axes", "over", "series", "limits", "whole", "rectangular"):
         if getattr(args, name) not in (None, False) and name not in _TAKES[args.kind]:
             raise ArgumentError(f"--{name} is not an option of a {args.kind}")
@@ -118,8 +114,7 @@ def _draw(ds: xr.Dataset, args: argparse.Namespace) -> None:
     if args.whole:
         options["cut"] = False
     options |= {name: getattr(args, name) for name in ("x", "y", "axes", "over", "series") if name in _TAKES[args.kind]}
-    axes = getattr(plots, args.kind)(ds, args.what if args.kind == "line" else args.what[0], **options)
-    save_and_close(axes, args.out, dpi)
+    save_figure(args.out, args.kind, ds, args.what if args.kind == "line" else args.what[0], dpi=dpi, **options)
 
 
 #: Options of the kinds of figures that not all have.

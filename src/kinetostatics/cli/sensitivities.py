@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING
 
 from kinetostatics.cli import arguments, poses
 from kinetostatics.printing.waiting import waiting
-
-if TYPE_CHECKING:
-    from kinetostatics.results.sensitivities import Sensitivities
 
 HELP = "rank what each parameter of the file does, and what to stiffen first"
 DESCRIPTION = (
@@ -44,16 +40,7 @@ def run(args: argparse.Namespace) -> int:
         options = arguments.load_options(args)
         configuration, warnings = poses.assemble(arguments.load(args), args)
         found = sensitivities(configuration, args.by, **options)
-        if args.out is not None:
-            _draw(found, args.out)
+        arguments.save_figure(args.out, "sensitivities", found)
         answer = found.to_dict() if args.json else str(found)
     arguments.print_answer(answer, warnings, args.out)
     return 0
-
-
-def _draw(found: Sensitivities, path: str) -> None:
-    from kinetostatics import plots  # which says what to install where Matplotlib is missing
-    from kinetostatics.plots.style import draw_into_files, save_and_close
-
-    draw_into_files()
-    save_and_close(plots.sensitivities(found), path)

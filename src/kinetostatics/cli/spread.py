@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 import argparse
-from typing import TYPE_CHECKING
 
 from kinetostatics.cli import arguments, poses
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.printing.waiting import waiting
-
-if TYPE_CHECKING:
-    from kinetostatics.results.spread import Spread
 
 USAGE = "ROBOT --off NAME=TOLERANCE … [options]"
 HELP = "how much robots of one design differ, as their parts have tolerances"
@@ -59,8 +55,7 @@ def run(args: argparse.Namespace) -> int:
         off = arguments.parse_items("--off", args.off)
         configuration, warnings = poses.assemble(arguments.load(args), args)
         found = spread(configuration, off, robots=robots, distribution=args.distribution, seed=seed, **options)
-        if args.out is not None:
-            _draw(found, args.what, args.out)
+        arguments.save_figure(args.out, "spread", found, args.what)
         answer = found.to_dict() if args.json else str(found)
     arguments.print_answer(answer, warnings, args.out)
     return 0
@@ -71,11 +66,3 @@ def _whole(option: str, text: str) -> int:
     if number != int(number):
         raise ArgumentError(f"{option}: {text} is not a whole number")
     return int(number)
-
-
-def _draw(found: Spread, what: str, path: str) -> None:
-    from kinetostatics import plots  # which says what to install where Matplotlib is missing
-    from kinetostatics.plots.style import draw_into_files, save_and_close
-
-    draw_into_files()
-    save_and_close(plots.spread(found, what), path)
