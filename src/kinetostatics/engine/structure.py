@@ -2,7 +2,7 @@
 
 A record is made of a copy of the robot's data that holds recorded parameters in the place of numbers and nothing but what this
 module has walked through; everything else it has walked through is in the key. So a record cannot depend on anything that the key
-does not tell. Numbers that are 0, 1, −1, infinite or NaN belong to the structure: they save operations.
+does not tell. Numbers that are 0, 1, −1 but for rounding, infinite or NaN belong to the structure: they save operations.
 """
 
 from __future__ import annotations
@@ -42,6 +42,9 @@ _LEFT_OUT: Mapping[str, tuple[str, ...]] = {
     "LimbSkeleton": ("dofs", "_compounds"),
     "Candidate": ("label",),
 }
+#: What is nothing but rounding, of 1 and beside the largest entry of an array: else each radius of a base, whose angles have
+#: sines of 0 or 1e-17, would have a structure of its own.
+ROUNDING = 1e-14
 
 
 class Structure:
@@ -140,7 +143,11 @@ class Structure:
         flat = np.ascontiguousarray(array, dtype=float).ravel()
         constant = ~np.isfinite(flat)
         if not self._all_vary:
-            constant |= (np.abs(flat) == 1) | (flat == 0)
+            size = np.max(np.abs(flat), initial=0.0, where=~constant)
+            for value, rounding in ((0.0, ROUNDING * size), (1.0, ROUNDING), (-1.0, ROUNDING)):
+                plain = ~constant & (np.abs(flat - value) <= rounding)
+                flat = np.where(plain, value, flat)
+                constant |= plain
         self._say("array", array.shape, constant.tobytes(), flat[constant].tobytes())
         first = len(self._values)
         self._values += flat[~constant].tolist()

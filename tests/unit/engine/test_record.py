@@ -73,6 +73,19 @@ def test_sections_and_masses_are_inputs():
     assert np.max(np.abs(found.twists - solve(thin.statics, *poses).twists)) > 0.1 * np.max(np.abs(found.twists))
 
 
+def test_rounding_is_no_structure(monkeypatch):
+    """Sines are 0 in a base of one radius and 1e-17 in another: that is no other code, and its numbers hold for both."""
+    robots = [package_robots.robot("gough_stewart", base_radius=r) for r in (0.327, 0.35)]
+    first, *others = (Structure(robot.statics) for robot in robots)
+    assert all(other.key == first.key for other in others) and not np.allclose(first.values, others[0].values)
+    with monkeypatch.context() as exact:
+        exact.setattr("kinetostatics.engine.structure.ROUNDING", 0.0)
+        assert len({Structure(robot.statics).key for robot in robots}) > 1
+    poses = some_poses(robots[1])
+    found, holds = evaluated(robots[1], record_of(robots[0].statics), *poses)
+    assert np.all(holds) and max(differences(found, solve(robots[1].statics, *poses)).values()) < 1e-11
+
+
 def test_what_the_structure_leaves_out_cannot_be_recorded(monkeypatch):
     from kinetostatics.engine import record
 
