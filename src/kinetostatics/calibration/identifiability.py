@@ -9,6 +9,7 @@ import numpy as np
 from kinetostatics.calibration.unknowns import Unknown
 from kinetostatics.math.arrays import Array
 from kinetostatics.printing.mappings import Named
+from kinetostatics.printing.text import listing
 from kinetostatics.results.calibration import Unidentifiable
 
 #: Part of the largest change of a direction below which an unknown takes no part in it.
@@ -62,5 +63,5 @@ def _one(unknowns: Sequence[Unknown], J: Array, direction: Array) -> Unidentifia
 
 def _called(unknown: Unknown) -> str:
     if unknown.kind == "stiffness":
-        return f"the compliance of {' and '.join(name for _, name in unknown.parts)}"
+        return f"the compliance of {listing([name for _, name in unknown.parts])}"
     return unknown.name
