@@ -49,6 +49,16 @@ def test_figures_open_no_windows(monkeypatch, tmp_path):
     assert (tmp_path / "x.html").read_text(encoding="utf-8") == "agg"
 
 
+def test_a_map_through_the_pose_that_nobody_told(monkeypatch, tmp_path):
+    """The coordinates that do not vary are those of the zero pose."""
+    found = {}
+    monkeypatch.setattr("kinetostatics.report_page.write.save_report", lambda *_, **given: found.update(given))
+    assert main(["report", "delta", "--sweep", "x=-5cm:5cm:3", "--out", str(tmp_path / "x.html")]) == 0
+    at = robot("delta").assemble().platform
+    np.testing.assert_allclose(found["workspace"]["x"], [-0.05, 0, 0.05])
+    assert float(found["workspace"]["z"]) == float(at["z"]) and float(found["workspace"]["y"]) == float(at["y"])
+
+
 def test_tables_hold_the_numbers_of_the_results(html, pose):
     result = ks.analyze(pose, LOAD)
     assert "<h1>Tripod &lt;1&gt;</h1>" in html

@@ -14,7 +14,7 @@ from kinetostatics.printing.waiting import pausing, waiting
 if TYPE_CHECKING:
     import xarray as xr
 
-    from kinetostatics.robot import Robot
+    from kinetostatics.kinematics.configuration import Configuration
 
 USAGE = "ROBOT --out FILE [options]"
 HELP = "write one page about a robot, to be read and printed"
@@ -76,18 +76,21 @@ def run(args: argparse.Namespace) -> int:
                 from kinetostatics.plots.style import draw_into_files
 
                 draw_into_files()
-            workspace = _map(robot, args, options)
+            workspace = _map(configuration, args, options)
         save_report(configuration, args.out, **options, workspace=workspace, title=args.title, coordinates=args.coordinates)
     print(f"wrote {args.out}")
     return 0
 
 
-def _map(robot: Robot, args: argparse.Namespace, options: dict[str, Any]) -> xr.Dataset:
+def _map(configuration: Configuration, args: argparse.Namespace, options: dict[str, Any]) -> xr.Dataset:
     """Return the map over the coordinates of ``--sweep``, the others as the pose has them."""
+    from kinetostatics.kinematics.coordinate_choices import choices
+    from kinetostatics.robot import robot_of
     from kinetostatics.workspace import sweep
     from kinetostatics.workspace.arguments import need
 
     need("xarray")
+    robot = robot_of(configuration)
     swept = arguments.parse_items("--sweep", args.sweep)
     drives = [name for name in swept if name in robot.description.driven]
     if drives and len(drives) < len(swept):
@@ -99,6 +102,9 @@ def _map(robot: Robot, args: argparse.Namespace, options: dict[str, Any]) -> xr.
     values = poses.single_values(robot, option, getattr(args, option[2:]))
     if drives:
         values = {**dict.fromkeys(robot.description.driven, 0.0), **values}
+    elif not values:  # nobody has said which coordinates those of the pose are: such as go with those that vary
+        together = next(iter(choices(robot, configuration.orientation, tuple(swept), robot.zero_poses)), ())
+        values = {name: float(configuration.platform[name]) for name in together if set(swept) <= set(together)}
     grid = {name: arguments.parse_values("--sweep", name, text, kind(name)) for name, text in swept.items()}
     of: dict[str, Any] = {option[2:]: {**grid, **{name: value for name, value in values.items() if name not in grid}}}
     return sweep(
