@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from kinetostatics.description.gauges import Gauge
 from kinetostatics.description.loads import Payload
 from kinetostatics.files.writer import save_robot
 from kinetostatics.math.arrays import Array, Index, Mask
-from kinetostatics.printing.dispatch import Shown, dict_of, text_of
+from kinetostatics.printing.dispatch import Told
 from kinetostatics.printing.mappings import ShortRepr
 from kinetostatics.robot import Robot
 
@@ -80,7 +79,7 @@ class Outlier:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Calibration(Shown, ShortRepr):
+class Calibration(Told, ShortRepr):
     """What :func:`kinetostatics.calibrate` found.
 
     Attributes:
@@ -143,20 +142,13 @@ class Calibration(Shown, ShortRepr):
         mine = np.array([self.gauges[name].kind == kind for name in self.gauge_of]) & self.used & np.isfinite(errors)
         return float(np.sqrt(np.mean(errors[mine] ** 2))) if np.any(mine) else float("nan")
 
-    def __str__(self) -> str:
-        return text_of(self)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return everything as plain numbers, lists and strings: what ``--json`` prints."""
-        return dict_of(self)
-
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the robot with the estimates to a plain URDF file that loads, see :func:`kinetostatics.save_robot`."""
         save_robot(self.robot, path)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class MeasurementPlan(Shown, ShortRepr):
+class MeasurementPlan(Told, ShortRepr):
     """What :func:`kinetostatics.plan_measurements` found.
 
     Attributes:
@@ -185,13 +177,6 @@ class MeasurementPlan(Shown, ShortRepr):
     left_out: int
     chosen: Index
     robot: Robot
-
-    def __str__(self) -> str:
-        return text_of(self)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return everything as plain numbers, lists and strings: what ``--json`` prints."""
-        return dict_of(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the plan as a table of measurements (CSV), whose readings are still empty."""

@@ -6,17 +6,16 @@ import csv
 import os
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from kinetostatics.math.arrays import Array, frozen
-from kinetostatics.printing.dispatch import Shown, dict_of, text_of
+from kinetostatics.printing.dispatch import Told
 from kinetostatics.results.optimum import Optimum
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ParetoFront(Shown):
+class ParetoFront(Told):
     """Designs of which none is better than another in both of two quantities.
 
     Attributes:
@@ -50,13 +49,6 @@ class ParetoFront(Shown):
 
     def __len__(self) -> int:
         return len(self.points)
-
-    def __str__(self) -> str:
-        return text_of(self)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return everything as plain numbers, lists and strings: what ``--json`` prints."""
-        return dict_of(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write a CSV file: both quantities and all parameters of each point, with units in the titles."""

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.math.arrays import Array
-from kinetostatics.printing.dispatch import Shown, dict_of, text_of
+from kinetostatics.printing.dispatch import Told
 from kinetostatics.printing.mappings import ShortRepr
 from kinetostatics.results.result import Result
 
@@ -74,7 +73,7 @@ class Toleranced:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Spread(Shown):
+class Spread(Told):
     """What tolerances of parameters do to a pose, to first order and by many robots made at random.
 
     Attributes:
@@ -128,13 +127,6 @@ class Spread(Shown):
 
     def __len__(self) -> int:
         return len(self.samples.displacement)
-
-    def __str__(self) -> str:
-        return text_of(self)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return everything but the samples as plain numbers, lists and strings: what ``--json`` prints."""
-        return dict_of(self)
 
 
 def quantities(twist: Array, stiffness: Array, actuator_forces: Mapping[str, Array]) -> SpreadQuantities:
