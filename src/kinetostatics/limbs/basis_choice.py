@@ -177,10 +177,7 @@ def _chosen(
     length = group.model.length
     taken = [normalize(wrench[:, 0] * scale[:, 0]) for wrench in known]
     spanned = [normalize(independent[:, k]) for k in range(independent.shape[1])]
-    # generic poses, and ordinary ones at which the limb is not singular: no basis is sound at those
-    sound = (_singular_values(spanned) > MARGIN) & (_singular_values(taken) > MARGIN)
-    poses = np.arange(geometry.limb_axes.shape[-1])
-    judged = poses[(poses < generic) | sound]
+    judged = _regular(np.arange(geometry.limb_axes.shape[-1]), generic, spanned, taken)
     wrenches = CandidateWrenches(geometry, length, MARGIN)
     allowed = 1e-8 + 100 * group.model.closing_error
     chosen: list[Candidate] = []
@@ -196,6 +193,11 @@ def _chosen(
         seeds = (_seeds(geometry, length) * scale[:, None])[:, :, 0]
         ordinary = judged[judged >= generic]  # which are the same however the robot's file is written
         return (*chosen, *_complement(spanned + taken, seeds, count - len(chosen), ordinary if ordinary.size else judged))
+
+
+def _regular(poses: Index, generic: int, spanned: list[Array], taken: list[Array]) -> Index:
+    """Return the generic poses, and the ordinary ones at which the limb is not singular: no basis is sound at those."""
+    return poses[(poses < generic) | (_singular_values(spanned) > MARGIN) & (_singular_values(taken) > MARGIN)]
 
 
 def _with_own_label(candidate: Candidate, others: list[Candidate]) -> Candidate:

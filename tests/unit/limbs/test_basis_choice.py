@@ -1,11 +1,12 @@
 """How canonical wrenches of a limb are chosen: at which poses they are judged, and what its axes meet in."""
 
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from kinetostatics.limbs.basis_choice import _Choice, rank
+from kinetostatics.limbs.basis_choice import _regular, rank
 from kinetostatics.limbs.wrench_candidates import common_point
 from kinetostatics.limbs.wrenches import _crossed
 from kinetostatics.math.screws import rotation_twist, translation_twist
@@ -20,13 +21,13 @@ def pairs(*angles):
 
 
 def test_wrenches_are_judged_at_generic_poses_and_where_the_limb_is_regular():
-    choice = _Choice(None, SimpleNamespace(limb_axes=np.zeros((3, 3, 1, 5))), 1)
+    regular = partial(_regular, np.arange(5), 1)
     wide, close = 0.0143, 0.0140
-    assert choice._regular(pairs(0, 1, 0, 1, 0), []).tolist() == [0, 1, 3]
-    assert choice._regular(pairs(0, wide, close, 1, 1), []).tolist() == [0, 1, 3, 4]
-    assert choice._regular([], pairs(0, wide, close, 1, 1)).tolist() == [0, 1, 3, 4]
-    assert choice._regular(pairs(0, 0, 1, 1, 1), pairs(1, 1, 0, 1, 1)).tolist() == [0, 3, 4]
-    assert choice._regular(pairs(1, 1, np.nan, 1, 1), []).tolist() == [0, 1, 3, 4]
+    assert regular(pairs(0, 1, 0, 1, 0), []).tolist() == [0, 1, 3]
+    assert regular(pairs(0, wide, close, 1, 1), []).tolist() == [0, 1, 3, 4]
+    assert regular([], pairs(0, wide, close, 1, 1)).tolist() == [0, 1, 3, 4]
+    assert regular(pairs(0, 0, 1, 1, 1), pairs(1, 1, 0, 1, 1)).tolist() == [0, 3, 4]
+    assert regular(pairs(1, 1, np.nan, 1, 1), []).tolist() == [0, 1, 3, 4]
 
 
 def wrist(*freedoms, length=2.0, serial=True, compounds=None):
