@@ -57,6 +57,24 @@ def test_any_number_of_poses_reached_or_not_special_or_not(compiled, optimized):
         np.testing.assert_allclose(found.twists, whole.twists[..., poses], rtol=0, atol=1e-11 * size)
 
 
+def test_guards_that_nobody_heeds_are_noticed(compiled, monkeypatch):
+    """What the record says where it does not hold, at a limb that degenerates, is wrong: so NumPy computes there."""
+    robot = package_robots.robot(NAME)
+    q = np.repeat(robot.assemble().model_q, 2, axis=1)
+    q[1, 1] += np.pi / 2
+    pose = robot.mechanism.forward(q), np.ones((6, 2)), np.ones((3, 2))
+    wanted = solve(robot.statics, *pose)
+    assert max(differences(compiled.solve(*pose), wanted).values()) < 1e-11 and wanted.basis_degenerate.tolist() == [False, True]
+    right = CompiledStatics._later
+
+    def heedless(*given):
+        truths, found = right(*given)
+        return np.ones_like(truths), found
+
+    monkeypatch.setattr(CompiledStatics, "_later", heedless)
+    assert compiled.solve(*pose).basis_degenerate.tolist() == [False, False]
+
+
 def test_both_engines_say_the_same_of_a_batch(compiled, monkeypatch):
     """Statuses, facts, joint wrenches, beams: of poses some of which are not reached."""
     robot = package_robots.robot(NAME)
