@@ -17,9 +17,11 @@ from kinetostatics.argument_checks import names_in
 from kinetostatics.description.gauges import Gauge
 from kinetostatics.description.loads import Payload
 from kinetostatics.description.robot import RobotDescription
+from kinetostatics.design.changes import numbers_of_parts
 from kinetostatics.design.variants import Variants, variants_of
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.files.reader import read_robot_file
+from kinetostatics.functions.parameters import Parameter
 from kinetostatics.math.arrays import Array
 from kinetostatics.robot import Robot
 
@@ -41,6 +43,7 @@ class Unknown:
         start: what is varied, where the search begins.
         scale: what is a change of the order of its value.
         parts: kinds and names of what has the stiffness; or the gauge, or the component of the payload.
+        parameter: the number of a part, if it is one.
     """
 
     name: str
@@ -49,6 +52,7 @@ class Unknown:
     start: float
     scale: float
     parts: tuple[tuple[str, str], ...] = ()
+    parameter: Parameter | None = None
 
 
 class Unknowns:
@@ -97,6 +101,10 @@ class Unknowns:
         return any(item.kind == "argument" for item in self.items)
 
     @cached_property
+    def _numbers(self) -> dict[str, Parameter]:
+        return numbers_of_parts(self.robot)
+
+    @cached_property
     def _sources(self) -> dict[str, tuple[str, str]]:
         description = self.robot.description
         found = [("beams", name) for name in description.beams]
@@ -123,6 +131,10 @@ class Unknowns:
             return Unknown(name, "offset", unit, 0.0, self._sizes[name[7:]], (("offset", name[7:]),))
         if all(part in self._sources for part in parts):
             return Unknown(name, "stiffness", "", 1.0, 1.0, tuple(self._sources[part] for part in parts))
+        if name in self._numbers:
+            parameter = self._numbers[name]
+            value, unit = parameter.values[0], parameter.units[0]
+            return Unknown(name, "argument", "" if unit == "1" else unit, value, abs(value) or self.robot.length, (), parameter)
         numbers: Mapping[str, float] = {}
         if not any(name.startswith(before) for before in ("offset.", "payload.")) and len(parts) == 1:
             try:
@@ -132,10 +144,11 @@ class Unknowns:
                     raise
         if name not in numbers:
             known = [*self._sources, *numbers, *PAYLOAD, *(f"offset.{gauge}" for gauge in self._gauges), "offsets"]
+            known += self._numbers if "." in name else []
             wrong = next((part for part in parts if part not in self._sources), name)
             raise ArgumentError(
-                f"unknowns: {self.robot.name!r} has no {wrong!r}: a beam, elastic joint or drive, an argument of its file, "
-                f"payload.mass, payload.x, offset.GAUGE: {near_names(wrong, known)}"
+                f"unknowns: {self.robot.name!r} has no {wrong!r}: a beam, elastic joint or drive, an argument of its file, a "
+                f"number of a part, payload.mass, payload.x, offset.GAUGE: {near_names(wrong, known)}"
             )
         value = numbers[name]
         return Unknown(name, "argument", self.variants.unit(name), value, abs(value) or 1.0)
@@ -148,14 +161,17 @@ class Unknowns:
         Raises:
             RobotFileError: the file is wrong with them.
         """
-        changes = {item.name: float(v) for item, v in zip(self.items, values, strict=True) if item.kind == "argument"}
+        pairs = list(zip(self.items, map(float, values), strict=True))
+        changes = {item.name: value for item, value in pairs if item.kind == "argument" and item.parameter is None}
         found = self.robot.description
         if changes:
             variants = self.variants
             found = read_robot_file(variants.path, {**variants.given, **changes}, **variants.links)
-        for item, value in zip(self.items, values, strict=True):
+        for item, value in pairs:
+            if item.parameter is not None:
+                found = item.parameter.change(found, 0, value - item.start)
             for kind, name in item.parts if item.kind == "stiffness" else ():
-                found = _stiffened(found, kind, name, 1 / float(value))
+                found = _stiffened(found, kind, name, 1 / value)
         return found
 
     def payload_of(self, values: Array) -> tuple[float, Array]:

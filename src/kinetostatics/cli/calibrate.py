@@ -28,8 +28,9 @@ tables:
   (displacement), sigma (not known).
 
 unknowns:
-  A beam, elastic joint or drive: a factor of its stiffness; rod_1+rod_2 for a common one. An argument of the file. payload.mass,
-  payload.x, payload.y, payload.z. offset.GAUGE, or offsets for all.
+  A beam, elastic joint or drive: a factor of its stiffness; rod_1+rod_2 for a common one. An argument of the file. A number of a
+  part: motor_1.drive_stiffness, rod_1.outer_diameter. payload.mass, payload.x, payload.y, payload.z. offset.GAUGE, or
+  offsets for all.
 
 examples:
   kinetostatics calibrate 2pru_upr examples/calibration/measurements.csv --gauges examples/calibration/gauges.csv \\

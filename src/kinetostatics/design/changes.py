@@ -80,7 +80,7 @@ def read_changes(robot: Robot, tolerances: Mapping[str, object]) -> tuple[list[C
     check_mapping("tolerances", tolerances, '{"rod_*.outer_diameter": "0.1mm"}')
     if not tolerances:
         raise ArgumentError('tolerances has nothing in it; it must be such as {"rod_*.outer_diameter": "0.1mm"}')
-    parts = _components(robot)
+    parts = numbers_of_parts(robot)
     variants: Variants | None = None
     if any("." not in name for name in tolerances):
         variants = variants_of(robot)
@@ -102,7 +102,7 @@ def read_changes(robot: Robot, tolerances: Mapping[str, object]) -> tuple[list[C
     return [item[0] for item in every], np.array([item[1] for item in every])
 
 
-def _components(robot: Robot) -> dict[str, Parameter]:
+def numbers_of_parts(robot: Robot) -> dict[str, Parameter]:
     """Return all numbers of a robot's parts by name, one by one."""
     found = {}
     for name, item in parameters_of(robot).items():

@@ -188,6 +188,11 @@ def test_elastic_drives_and_joints():
     for name in ("turn_1", "drives:turn_1"):
         found = ks.calibrate(robot, rows, ["arm_1", name])
         assert values(found) == pytest.approx({"arm_1": 1.2, name: 0.75}, rel=1e-8)
+    # the same as numbers of parts: E grows as the stiffness, at equal ν
+    modulus = description.beams["arm_1"].youngs_modulus
+    found = ks.calibrate(robot, rows, ["arm_1.youngs_modulus", "turn_1.drive_stiffness"])
+    assert values(found) == pytest.approx({"arm_1.youngs_modulus": 1.2 * modulus, "turn_1.drive_stiffness": 3e4}, rel=1e-8)
+    assert [estimate.unit for estimate in found.estimates.values()] == ["Pa", "N·m/rad"]
 
 
 @pytest.mark.parametrize("trials", [40, pytest.param(2000, marks=pytest.mark.slow)])
