@@ -3,6 +3,7 @@
 from guide_mistakes import code
 
 DESIGN = (
+    code("ks.analyze(pose).at_point((0, 0))", "A point of the platform, from o in its axes."),
     code('ks.pareto(file, {"rod": "1mm:2mm"}, "mass")', 'Such as `("mass", "sag")`.'),
     code('ks.pareto(file, {"rod": "1mm:2mm"}, points=1)', "As it says."),
     code("ks.sensitivities(robot)", "Assemble it first."),

@@ -69,10 +69,10 @@ def pareto(
 
         >>> import kinetostatics as ks
         >>> over = {"z": 0.55, "rx": 0.0, "ry": 0.0}
-        >>> front = ks.pareto("3rps", {"rod_diameter": "60mm:120mm"}, ("mass", "deflection_any_direction(500 N)"),
-        ...     over=over, points=4)
+        >>> front = ks.pareto("3rps", {"rod_diameter": "60mm,80mm,100mm,120mm"}, ("mass", "deflection_any_direction(500 N)"),
+        ...     over=over)
         >>> [round(float(mass)) for mass, _ in front.objectives]  # [kg]
-        [57, 81, 115, 168]
+        [57, 86, 123, 168]
     """
     if isinstance(minimize, str) or not isinstance(minimize, Sequence) or len(minimize) != 2:
         raise ArgumentError(f'minimize is {minimize!r}; a front has two quantities, such as ("mass", "sag")')

@@ -79,11 +79,12 @@ def spread(
 
         >>> import kinetostatics as ks
         >>> pose = ks.load_robot("3rps").assemble(platform={"z": 0.5, "rx": 0.05, "ry": 0.0})
-        >>> s = ks.spread(pose, {"rod_*.outer_diameter": "0.1mm", "youngs_modulus": "3%"}, load=[0, 0, -500, 0, 0, 0])
+        >>> off = {"rod_*.outer_diameter": "0.1mm", "youngs_modulus": "3%"}
+        >>> s = ks.spread(pose, off, load=[0, 0, -500, 0, 0, 0], robots=3000)
         >>> len(s.parameters), len(s)
-        (4, 10000)
+        (4, 3000)
         >>> mean, deviation, low, high = s.sampled("displacement")
-        >>> bool(abs(deviation / s.standard_deviation.displacement - 1) < 0.03)
+        >>> bool(abs(deviation / s.standard_deviation.displacement - 1) < 0.05)
         True
         >>> max(s.parameters, key=s.share)
         'youngs_modulus'
