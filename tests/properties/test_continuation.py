@@ -165,7 +165,12 @@ def differences(robot, target, kind="actuators", names=None, **options):
 
 @pytest.mark.parametrize(
     ("name", "limit", "poses"),
-    [("spherical_3rrr", 1.2, 3000), ("planar_3rrr", 1.0, 2000), ("five_bar", 1.5, 3000), ("delta", 1.5, 1000)],
+    [
+        ("spherical_3rrr", 1.2, 3000),
+        ("planar_3rrr", 1.0, 2000),
+        pytest.param("five_bar", 1.5, 3000, marks=pytest.mark.slow),
+        pytest.param("delta", 1.5, 1000, marks=pytest.mark.slow),
+    ],
 )
 def test_poses_of_large_batches_are_those_of_their_own_lines(name, limit, poses):
     """Beside singular poses, lines that pass them on different sides end in different assembly modes."""

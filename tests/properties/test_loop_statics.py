@@ -64,7 +64,10 @@ def limb_links(one, name):
 
 
 @pytest.mark.parametrize(
-    ("drive", "kind"), [("chain", kind) for kind in FREEDOMS] + [("closing", kind) for kind in FREEDOMS if kind in ONE_FREEDOM]
+    ("drive", "kind"),
+    [("chain", kind) for kind in FREEDOMS if kind not in ONE_FREEDOM]
+    + [pytest.param("chain", kind, marks=pytest.mark.slow) for kind in FREEDOMS if kind in ONE_FREEDOM]
+    + [("closing", kind) for kind in FREEDOMS if kind in ONE_FREEDOM],
 )
 def test_every_cut_gives_the_same_numbers(kind, drive):
     """One joint as a loop from either side, and in the tree in either direction, as a run where URDF has no such type."""

@@ -86,7 +86,7 @@ def by_other_robots(f, at, name, k):
         ("3rps", "revolute_2.placement", 0),
         ("five_bar", "tool.mass", 0),
         ("2pru_upr", "rod_2.outer_diameter", 0),
-        ("ur10", "elbow_joint.placement", 1),
+        pytest.param("ur10", "elbow_joint.placement", 1, marks=pytest.mark.slow),
         ("tripteron", "rail_1.drive_stiffness", 0),
     ],
 )

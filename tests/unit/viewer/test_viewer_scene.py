@@ -440,6 +440,7 @@ def test_meshes_are_read_and_scaled(tmp_path, monkeypatch):
     np.testing.assert_allclose((vertices.max(axis=0) + vertices.min(axis=0)) / 2, [0.2, 0, 0], atol=1e-12)
 
 
+@pytest.mark.slow
 def test_large_meshes_are_drawn_with_fewer_triangles_and_a_note():
     robot = ks.load_robot("ur10")
     visuals = link_visuals(robot.description)
