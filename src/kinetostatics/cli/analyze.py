@@ -16,6 +16,7 @@ examples:
   kinetostatics analyze 3rps --platform z=500mm azimuth=-170deg tilt=10deg --orientation tilt_torsion
   kinetostatics analyze 2pru_upr --actuators prismatic_1=20mm prismatic_2=0 prismatic_3=-5mm --load 0 0 -500 0 0 0
   kinetostatics analyze panda.urdf --platform-link panda_hand             # a plain URDF, as it is
+  kinetostatics analyze 3rps --load 0 100 -500 0 0 0 --tool 0 0 200mm
   kinetostatics analyze 2pru_upr --hinge-axis limb_1=x limb_2=x --gravity 0 0 9.8
   kinetostatics analyze 3rps --payload 5kg --payload-center 0 0 -200mm --load-on rod_1 0 0 -50N 0 0 0
   kinetostatics analyze my_robot.urdf.xacro --set rod_diameter=80mm --gravity 0 0 0 --load 100 0 0 0 0 0 --json
@@ -35,6 +36,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=[],
         help="limbs whose x axis, not y, is called the one along the first hinge in the table of limbs (the paper's PRU limbs)",
     )
+    parser.add_argument(
+        "--tool",
+        metavar=("X", "Y", "Z"),
+        nargs=3,
+        help="tell twist and stiffness of a tool's tip, too: from o in the platform's axes",
+    )
     arguments.add_json_argument(parser)
 
 
@@ -48,6 +55,13 @@ def run(args: argparse.Namespace) -> int:
         configuration, warnings = poses.assemble(robot, args)
         result = analyze(configuration, **options, engine=args.engine)
         axes = arguments.parse_items("--hinge-axis", args.hinge_axis)
-        found = result.to_dict() if args.json else result.report(hinge_axes=axes)
+        seen = None
+        if args.tool is not None:
+            seen = result.at_point([arguments.number_of("--tool", text, "length") for text in args.tool])
+        found: dict[str, object] | str = result.to_dict() if args.json else result.report(hinge_axes=axes)
+        if seen is not None:
+            from kinetostatics.reports.tool_point import point_report, point_to_dict
+
+            found = {**found, "tool": point_to_dict(seen)} if isinstance(found, dict) else f"{found}\n{point_report(seen)}"
     arguments.print_answer(found, warnings)
     return 0
