@@ -10,6 +10,7 @@ import meshcat
 import numpy as np
 import package_robots
 import pytest
+from browser_pages import packed_in
 from meshcat.commands import Delete, SetObject, SetProperty, SetTransform
 from pinocchio.visualize import MeshcatVisualizer
 from places import ROOT
@@ -209,8 +210,8 @@ def test_arguments_that_make_no_sense(options, words, result):
 def test_exaggeration_and_pose_are_those_of_pages_too(tmp_path):
     batch = ks.analyze(package_robots.robot("3rps").assemble(platform={"z": [0.5, 0.6], "rx": 0.0, "ry": 0.0}))
     ks.save_html(batch, tmp_path / "one.html", pose=1, exaggeration=321)
-    text = (tmp_path / "one.html").read_text(encoding="utf-8")
-    assert '"exaggeration":{"value":321.0' in text and '"frames":1' in text
+    scene = packed_in((tmp_path / "one.html").read_text(encoding="utf-8"))
+    assert scene["exaggeration"]["value"] == 321.0 and scene["stations"]["frames"] == 1
 
 
 # ---- beside others -------------------------------------------------------------------------------------------------
