@@ -196,5 +196,6 @@ def test_a_command_that_is_not_there(capsys):
     ],
 )
 def test_a_folder_that_is_not_there_is_told_before_anything_long(capsys, command):
-    assert main([command[0], "3rps", *command[1:], "--out", "no/such/file.csv"]) == 2
+    file = "no/such/file.html" if command == ["report"] else "no/such/file.csv"
+    assert main([command[0], "3rps", *command[1:], "--out", file]) == 2
     assert capsys.readouterr().err == "kinetostatics: error: --out: there is no folder no/such\n"
