@@ -52,7 +52,7 @@ def test_figures_open_no_windows(monkeypatch, tmp_path):
 def test_a_map_through_the_pose_that_nobody_told(monkeypatch, tmp_path):
     """The coordinates that do not vary are those of the zero pose."""
     found = {}
-    monkeypatch.setattr("kinetostatics.report_page.write.save_report", lambda *_, **given: found.update(given))
+    monkeypatch.setattr("kinetostatics.report_page.save_report", lambda *_, **given: found.update(given))
     assert main(["report", "delta", "--sweep", "x=-5cm:5cm:3", "--out", str(tmp_path / "x.html")]) == 0
     at = robot("delta").assemble().platform
     np.testing.assert_allclose(found["workspace"]["x"], [-0.05, 0, 0.05])

@@ -62,7 +62,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Write the page."""
     with waiting("writing the report"):
-        from kinetostatics.report_page.write import check_page, save_report
+        from kinetostatics.report_page import save_report
+        from kinetostatics.report_page.write import check_page
 
         arguments.check_folder(check_page(args.out))  # a map of the workspace may take long
         options = {**arguments.load_options(args), "engine": args.engine}
