@@ -96,19 +96,20 @@ def pareto(
         searched = f"all {problem.count} combinations of the listed values were tried"
         evaluations = problem.count
     else:
-        ends = [item.optimum(item.problem, item.own, starts) for item in (first, second)]
-        if not all(end.feasible for end in ends):
-            raise StaticsError(
-                "no parameters within the bounds were found that meet all requirements: optimize tells which are broken"
-            )
+        ends = []
+        for item in (first, second):
+            ends.append(item.optimum(item.problem, item.own, starts))
+            if not ends[-1].feasible:
+                raise StaticsError("no parameters within the bounds meet all requirements: optimize tells which are broken")
         most, least = _second(limited(1e300), ends[0]), ends[1].objective
         problems = [limited(float(limit)) for limit in _limits(most, least, points)]
-        found, begin = [], ends[0].parameters
-        for problem in problems:
-            begin = found[-1].parameters if found else begin
-            found.append(first.optimum(problem, begin, 1))
-        # the end of the second quantity, where a limit leaves the search no room
-        found[-1] = first.optimum(problems[-1], ends[1].parameters, 1) if not found[-1].feasible else found[-1]
+        found = [first.described(problems[0], dict(ends[0].parameters))]
+        for problem in problems[1:-1]:
+            found.append(first.optimum(problem, found[-1].parameters, 1))
+        found.append(first.described(problems[-1], dict(ends[1].parameters)))
+        if len(own := first.own) > 1:  # others may have as little of the second quantity, and less of the first
+            other = first.optimum(problems[-1], {**own, **ends[1].parameters}, 1)
+            found[-1] = other if other.feasible and other.objective < found[-1].objective else found[-1]
         searched = f"SLSQP under {points} limits of {name}, from {starts} start{'s' * (starts > 1)} at each end"
         evaluations = sum(item.evaluations for item in (*ends, *found))
     found = [item for item in found if item.feasible]
