@@ -276,6 +276,7 @@ def test_command_draws_into_a_running_server(server, capsys):
     assert b"/meshcat/kinetostatics/3rps/deformed/" in decoded(server.static_html())
 
 
+@pytest.mark.slow
 def test_command_starts_a_server_and_ends_it(tmp_path):
     code = (
         "import sys, webbrowser; webbrowser.open = lambda address: True;"

@@ -255,6 +255,7 @@ def test_pictures_are_not_blank_and_well_framed(unchanged):
 # ---- paths ---------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_path_scrubs_between_its_poses(visit, path_page):
     result, url = path_page
     page = visit(url)
@@ -271,6 +272,7 @@ def test_path_scrubs_between_its_poses(visit, path_page):
     assert "z 545 mm" in page.inner_text("#robot-facts")
 
 
+@pytest.mark.slow
 def test_path_plays_and_pauses(visit, path_page):
     page = visit(path_page[1])
     button = page.locator("#robot-play")
@@ -323,6 +325,7 @@ def test_a_late_pose_of_a_long_path_is_right(visit, root, tmp_path, monkeypatch)
 # ---- notebooks and live pages --------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_notebooks_get_the_page_in_a_frame(browser, one, tmp_path):
     from pathlib import Path
     from urllib.parse import urlparse
@@ -374,6 +377,7 @@ def test_live_page_shows_the_analysis_of_the_pose_its_sliders_ask_for(visit, roo
         assert "load at o (100, 50, −800) N" in page.inner_text("#robot-facts")
 
 
+@pytest.mark.slow
 def test_live_page_stops_at_the_rim_and_follows_the_gizmo(visit, root):
     robot = ks.load_robot(root / "robots" / "2pru_upr.urdf.xacro")
     start = robot.assemble(platform=POSES["2pru_upr"])
@@ -460,6 +464,7 @@ def test_live_server_answers_only_those_who_know_its_key(root):
             serve(robot.assemble(), ks.analyze, port=int(address.rpartition(":")[2]))
 
 
+@pytest.mark.slow
 def test_a_meshcat_scene_is_that_of_the_page(visit, browser, one, tmp_path):
     """Where motion.js puts every solid and arrow, meshcat has it, moved and hidden by meshcat's own calls."""
     result, address = one

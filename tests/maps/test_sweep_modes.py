@@ -32,6 +32,7 @@ def five_bar(**parameters):
     return ks.load_robot(robot_path("five_bar"), parameters)
 
 
+@pytest.mark.slow
 def test_a_five_bar_keeps_its_elbows_and_reaches_all_that_its_arms_reach():
     """Gosselin's workspace: both arms reach a disc; with the elbows as at zero each point of both discs is one pose."""
     robot = five_bar()
@@ -220,6 +221,7 @@ def test_the_second_look_is_written_into_files_too(looked_at, monkeypatch, tmp_p
         found.close()
 
 
+@pytest.mark.slow
 def test_rods_that_spin_are_no_modes():
     """The Delta's rods spin as their paths leave them; its workspace is where Clavel's inverse kinematics has solutions.
 
@@ -302,6 +304,7 @@ def test_robots_are_looked_at_one_by_one_in_other_processes_too(monkeypatch):
         np.testing.assert_array_equal(mode == ZERO_MODE, within_reach(x, y, 0.23 + length) & open_)
 
 
+@pytest.mark.slow
 def test_a_large_map_is_looked_at_in_pieces(monkeypatch):
     """A piece knows less, so that a pose beside a singular one may be given up; none is in the wrong mode."""
     robot = five_bar()

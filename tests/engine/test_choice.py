@@ -65,6 +65,7 @@ def test_robots_of_one_structure_count_together(made):
     assert made == ["looked"] * 3 + [robots[2]]
 
 
+@pytest.mark.slow
 def test_a_robot_is_forgotten_with_its_code():
     pytest.importorskip("llvmlite")
     robot = robot_of(cantilever())
