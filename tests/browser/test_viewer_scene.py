@@ -1,4 +1,4 @@
-"""The viewer's scene: everything that can be checked without a browser."""
+"""The page's scene: everything that can be checked without a browser."""
 
 import base64
 import subprocess
