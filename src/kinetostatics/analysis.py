@@ -5,8 +5,9 @@ The equilibrium itself is :mod:`kinetostatics.statics.solution`.
 
 from __future__ import annotations
 
+import inspect
 import itertools
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from kinetostatics.argument_checks import check_choice, finite_numbers
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.description.loads import Payload
 from kinetostatics.engine.choice import StaticsSolver, check_engine, compiled_solver
-from kinetostatics.exceptions import ArgumentError, LimbEquilibriumError, SingularPoseError, StaticsError
+from kinetostatics.exceptions import ArgumentError, LimbEquilibriumError, SingularPoseError, StaticsError, near_names
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array, chunks
 from kinetostatics.math.linalg import canonical_basis, cross
@@ -255,3 +256,21 @@ def free_twists(robot: Robot, solution: Solution, pose: int) -> Array:
     U, values, _ = np.linalg.svd(wrenches, full_matrices=True)
     resisted = int(np.sum(values > 1e-6 * values.max(initial=0.0)))
     return canonical_basis(U[:, min(resisted, 5) :]) * scale
+
+
+def check_keywords(function: Callable[..., object], given: Iterable[str], without: Iterable[str] = ()) -> None:
+    """Complain of keywords that a function cannot hand on to :func:`analyze`.
+
+    Args:
+        function: of which they are.
+        given: the keywords that are not its own.
+        without: arguments of :func:`analyze` that it chooses itself.
+
+    Raises:
+        ArgumentError: there is one; the message names the function.
+    """
+    own = [item.name for item in inspect.signature(function).parameters.values() if item.kind is not item.VAR_KEYWORD]
+    handed_on = {*inspect.signature(analyze).parameters} - {"configuration", *without}
+    for name in given:
+        if name not in handed_on:
+            raise ArgumentError(f"{function.__name__} takes no {name!r}: {near_names(name, {*own, *handed_on})}")

@@ -379,6 +379,8 @@ WRONG_FILES = [
     ("Fz [N],dz [um]\n1,two\n", r"mine.csv:2: dz: 'two' is not a length"),
     ("rx,dz\n,1\n", r"mine.csv:2: rx is missing: the cell is empty"),
     ("Fz,dz,speed\n1,1,1\n", r"mine.csv:1: 'speed' is no coordinate"),
+    ("Fz\tdz\n1\t2\n", r"mine.csv:1: separate columns by commas, not by tabs"),
+    ("drx [mm],Fz\n1,2\n", r"mine.csv:2: drx: '1mm' is not an angle"),
 ]
 
 
@@ -436,3 +438,15 @@ def test_drives_tell_poses_too(table):
     rows = pandas.DataFrame({**pose.actuators, **table["loads"], "dz [mm]": 1e3 * table["loaded"][:, 2]})
     found = ks.calibrate(package_robots.robot("3rps"), rows, list(TRUE), payload=PAYLOAD)
     assert values(found) == pytest.approx(TRUE, rel=1e-6)
+
+
+def test_the_row_that_cannot_be_reached_or_computed_is_named(tmp_path):
+    robot, table = package_robots.robot("delta"), tmp_path / "mine.csv"
+    table.write_text("x,y,z [mm],dz [um]\n0,0,-700,-1\n\n0,0,-710,-1\n0,0,-2000,-1\n", encoding="utf-8")
+    for reference in ("undeformed", "unloaded"):
+        with pytest.raises(ks.AssemblyError, match=r"mine\.csv:5: 'delta' .* cannot reach") as told:
+            ks.calibrate(robot, table, ["arm_1"], reference=reference)
+        assert told.value.mobility == 3
+    rows = {"x": [0.0], "y": [0.0], "z": [-0.7], "dz": [-1e-6]}
+    with pytest.raises(ks.AssemblyError, match=r"^reference: 'delta'"):
+        ks.calibrate(robot, rows, ["arm_1"], reference={"x": 0.0, "y": 0.0, "z": -2.0})

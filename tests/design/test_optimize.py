@@ -6,8 +6,10 @@ import numpy as np
 import package_robots
 import parametric_machines
 import pytest
+from places import ROOT
 
 import kinetostatics as ks
+from kinetostatics.cli.main import main
 
 pytest.importorskip("scipy")
 
@@ -177,6 +179,31 @@ def test_mistakes(cantilever, changes, said):
     given = {"vary": {"diameter": "20mm:60mm"}, "minimize": "mass", "subject_to": ["sag < 1mm"], **changes}
     with pytest.raises(ks.ArgumentError, match=said):
         ks.optimize(cantilever, **given)
+
+
+def test_catalogues_are_separated_by_commas(cantilever, tmp_path):
+    (tmp_path / "bars.csv").write_text("diameter [mm];wall\n40;2\n50;2\n", encoding="utf-8")
+    with pytest.raises(ks.ArgumentError, match=r"bars.csv:1: separate columns by commas, not by semicolons"):
+        ks.optimize(cantilever, {"diameter": str(tmp_path / "bars.csv")})
+
+
+def test_loops_may_stay_open_by_the_tolerance(tmp_path):
+    """Two parallel tubes that miss one another by a micrometre: 3 constraints too many hold the gap open."""
+    text = (
+        (ROOT / "docs" / "start" / "your_own_robot.md").read_text(encoding="utf-8").partition("```xml\n")[2].partition("```")[0]
+    )
+    boom, meeting = tmp_path / "boom.urdf.xacro", '<successor link="head"><origin xyz="0 0 0.2"/>'
+    assert meeting in text
+    boom.write_text(text.replace(meeting, meeting.replace("0 0 0.2", "0 1e-6 0.2")), encoding="utf-8")
+    off = {"diameter": [0.08, 0.1]}
+    assert not ks.optimize(boom, off, over={"motor": 0.1}).feasible
+    best = ks.optimize(boom, off, over={"motor": 0.1}, tolerance=1e-5)
+    assert best.feasible and best.parameters["diameter"] == 0.08
+    with pytest.raises(ks.StaticsError):
+        ks.pareto(boom, off, over={"motor": 0.1})
+    assert ks.pareto(boom, off, over={"motor": 0.1}, tolerance=1e-5).parameters["diameter"].tolist() == [0.08, 0.1]
+    command = ["optimize", str(boom), "--vary", "diameter=80mm,100mm", "--actuators", "motor=0.1", "--tolerance"]
+    assert main([*command, "10um"]) == 0 and main([*command, "1nm"]) == 1
 
 
 def test_a_robot_is_given_by_its_file(cantilever):

@@ -53,7 +53,7 @@ UNREACHABLE = {
     "the sag changes too much from pose to pose": "needs a robot so soft that no correction converges",
     "a Dataset needs xarray": "tests have it",
     "nothing is registered that writes a": "all that is printed has its report",
-    "readings cannot be computed at row": "the analysis says why; the table has that",
+    "readings cannot be computed": "the analysis says why; the table has that",
     "needs SciPy: pip install": "tests have it",
     ", which has no statics: make one": "the poses that people are given belong to a Robot",
 }

@@ -7,6 +7,9 @@ DESIGN = (
     code('ks.pareto(file, {"rod": "1mm:2mm"}, "mass")', 'Such as `("mass", "sag")`.'),
     code('ks.pareto(file, {"rod": "1mm:2mm"}, points=1)', "As it says."),
     code("ks.sensitivities(robot)", "Assemble it first."),
+    code(
+        "ks.sensitivities(pose, laod=[0, 0, -500, 0, 0, 0])", "So it is with all functions that hand arguments on to `analyze`."
+    ),
     code('ks.sensitivities(pose, by=["rod"])', "A file that is a plain URDF has no parameters."),
     code('ks.sensitivities(pose, by="rod")', 'Such as `["rod"]`.'),
     code('ks.sensitivities(ks.Robot(robot.description.changed("left", density=1000.0)).assemble())', "As it says."),

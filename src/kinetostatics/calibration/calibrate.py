@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.analysis import analyze
+from kinetostatics.analysis import analyze, check_keywords
 from kinetostatics.argument_checks import check_choice, finite_numbers
 from kinetostatics.calibration.fit import Fit, fit, held_out, outliers
 from kinetostatics.calibration.gauges import read_gauges
@@ -88,6 +88,7 @@ def calibrate(
         >>> round(found.estimates["rod_1"].value, 6)
         0.8
     """
+    check_keywords(calibrate, analysis, without=("load", "on_failure"))
     need_scipy("calibrate")
     check_level(level)
     check_robot("calibrate", robot, payload)
@@ -107,7 +108,7 @@ def calibrate(
     sizes = {name: float(np.sqrt(np.mean(measured[readings.which == k] ** 2))) or 1.0 for k, name in enumerate(readings.gauges)}
     looked_for = Unknowns(robot, unknowns, readings.gauges, payload, sizes)
     model = Model(
-        looked_for, table.coordinates, table.load, readings, reference, orientation, arm, frame, analysis, True, tolerance
+        looked_for, table.coordinates, table.load, readings, reference, orientation, arm, frame, analysis, table.places, tolerance
     )
     scale = np.array([item.scale for item in looked_for.items])
     start = np.array([item.start for item in looked_for.items]) / scale
@@ -235,13 +236,14 @@ def check_predicted(model: Model, values: Array) -> None:
     bad = np.flatnonzero(~np.isfinite(model.predict(values)))
     if bad.size:
         row = int(model.readings.rows[bad[0]])
+        where = model.rows[row] if model.rows else ""
         result = model.result(values)
         only = result.robot.configuration(result.configuration.q[row])
         try:
             analyze(only, on_failure="raise", **model.analysis)
         except StaticsError as error:
-            raise StaticsError(f"readings cannot be computed at row {row}, counted from 0: {error}") from error
-        raise StaticsError(f"readings cannot be computed at row {row}, counted from 0")
+            raise StaticsError(f"{where}readings cannot be computed: {error}") from error
+        raise StaticsError(f"{where}readings cannot be computed")
 
 
 def _readings(table: Measurements, gauges: Mapping[str, Gauge]) -> tuple[Readings, Array]:

@@ -31,12 +31,14 @@ class Measurements:
         load: (N, 6).
         readings: (N,) by gauge; NaN where there is none.
         rows: (N,) line of the file, or number of the row from 0.
+        places: what each row is called in a complaint about it.
     """
 
     coordinates: Mapping[str, Array]
     load: Array
     readings: Mapping[str, Array]
     rows: Index
+    places: Sequence[str]
 
 
 def read_measurements(robot: Robot, given: Any, gauges: Mapping[str, Gauge]) -> Measurements:
@@ -59,8 +61,8 @@ def read_measurements(robot: Robot, given: Any, gauges: Mapping[str, Gauge]) -> 
     for name in names:
         if name not in kinds and name != NOTE:
             raise ArgumentError(
-                f"{where(None)}{name!r} is no coordinate, load (Fx … Mz), component of the twist (dx … drz) or gauge: "
-                f"{near_names(name, kinds)}"
+                f"{where(None)}{name!r} is no coordinate, load (Fx … Mz), component of the twist (dx … drz) or gauge that is "
+                f"described: {near_names(name, kinds)}"
             )
         if names.count(name) > 1:
             raise ArgumentError(f"{where(None)}{name!r} is given twice")
@@ -86,7 +88,7 @@ def read_measurements(robot: Robot, given: Any, gauges: Mapping[str, Gauge]) -> 
         )
     coordinates = {name: arrays[name] for name in names if name in arrays and name not in readings and name not in LOADS}
     load = np.stack([arrays.get(name, np.zeros(len(rows))) for name in LOADS], axis=-1)
-    return Measurements(coordinates, load, readings, np.array(numbers))
+    return Measurements(coordinates, load, readings, np.array(numbers), list(map(where, numbers)))
 
 
 def _drives(robot: Robot) -> dict[str, str]:

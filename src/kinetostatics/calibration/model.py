@@ -7,7 +7,7 @@ weight; by an argument of the file see :mod:`kinetostatics.design.exact`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -21,7 +21,7 @@ from kinetostatics.description.gauges import Gauge
 from kinetostatics.design.exact import STEP as STEP_OF_CONSTANTS
 from kinetostatics.design.exact import derivatives_at
 from kinetostatics.design.sensitivities import STEP
-from kinetostatics.exceptions import ArgumentError, RobotFileError, StaticsError
+from kinetostatics.exceptions import ArgumentError, AssemblyError, RobotFileError, StaticsError
 from kinetostatics.functions.parameters import Parameter
 from kinetostatics.kinematics.assembly import assemble
 from kinetostatics.kinematics.configuration import Configuration, spread
@@ -60,7 +60,7 @@ class Model:
         orientation: what the orientation's coordinates mean.
         point, frame: of the load, as :func:`kinetostatics.analyze` takes them.
         analysis: other arguments of an analysis.
-        reachable: whether to complain of poses that cannot be reached, which else have no readings.
+        rows: what the rows are called where one cannot be reached or read; None: then it has no readings.
         tolerance: how far loops may stay open [m, rad].
     """
 
@@ -75,11 +75,11 @@ class Model:
         point: Array | None = None,
         frame: str = "world",
         analysis: Mapping[str, Any] | None = None,
-        reachable: bool = True,
+        rows: Sequence[str] | None = None,
         tolerance: float = 1e-10,
     ) -> None:
         self.unknowns, self.readings, self.orientation = unknowns, readings, orientation
-        self._tolerance = tolerance
+        self._tolerance, self.rows = tolerance, rows
         self.analysis = dict(analysis or {})
         count = len(load)
         driven = unknowns.robot.description.driven
@@ -104,9 +104,13 @@ class Model:
                 given = {name: np.tile(value, 2) for name, value in given.items()}
         self._given, self._size = given, count + extra
         self.pose = self._assembled(unknowns.robot, None)
-        if reachable and not np.all(self.pose.reached):
-            bad = np.flatnonzero(~self.pose.reached)
-            self._assembled(unknowns.robot, None, int(bad[0]))
+        if rows is not None and not np.all(self.pose.reached):
+            bad = int(np.flatnonzero(~self.pose.reached)[0])
+            try:
+                self._assembled(unknowns.robot, None, bad)
+            except AssemblyError as error:
+                where = "reference: " if bad >= count and isinstance(reference, Mapping) else rows[bad % count]
+                raise AssemblyError(f"{where}{error}", error.residuals, error.mobility, error.reached) from None
         wrench = np.concatenate([np.asarray(load, dtype=float), np.zeros((extra, 6))])
         arm = None if point is None else np.broadcast_to(point, (len(wrench), 3)).T
         self._load = load_at_o(unknowns.robot, self.pose.frames, wrench.T, arm, frame).T

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kinetostatics.analysis import check_keywords
 from kinetostatics.argument_checks import check_mapping, finite_numbers, names_in
 from kinetostatics.calibration.calibrate import check_point, check_robot
 from kinetostatics.calibration.fit import determined
@@ -83,6 +84,7 @@ def plan_measurements(
         >>> len(plan.chosen), plan.gain > 1
         (3, True)
     """
+    check_keywords(plan_measurements, analysis, without=("load", "on_failure"))
     check_robot("plan_measurements", robot, payload)
     arm = check_point(point, frame)
     if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
@@ -99,7 +101,7 @@ def plan_measurements(
     readings = Readings(np.repeat(np.arange(every), each), np.tile(np.arange(each), every), {name: known[name] for name in names})
     sigmas = np.array([gauge.sigma or SIGMA for gauge in readings.gauges.values()])
     looked_for = Unknowns(robot, unknowns, readings.gauges, payload, dict(zip(names, sigmas.tolist(), strict=True)))
-    model = Model(looked_for, coordinates, wrenches, readings, reference, orientation, arm, frame, analysis, False, tolerance)
+    model = Model(looked_for, coordinates, wrenches, readings, reference, orientation, arm, frame, analysis, None, tolerance)
     scale = np.array([item.scale for item in looked_for.items])
     start = np.array([item.start for item in looked_for.items])
     blocks = model.jacobian(start).reshape(every, each, -1) * scale / sigmas[:, None]

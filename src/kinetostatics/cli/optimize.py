@@ -73,6 +73,7 @@ def run(args: argparse.Namespace) -> int:
             "platform_link": args.platform_link,
             "base_link": args.base_link,
             "starts": starts,
+            "tolerance": poses.tolerance_of(args),
             "tool": None if args.tool is None else [arguments.number_of("--tool", text, "length") for text in args.tool],
         }
         found: Any

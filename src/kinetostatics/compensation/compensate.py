@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.analysis import analyze
+from kinetostatics.analysis import analyze, check_keywords
 from kinetostatics.argument_checks import check_choice, names_in
 from kinetostatics.exceptions import ArgumentError, AssemblyError, StaticsError
 from kinetostatics.kinematics.assembly import assemble, platform_coordinates
@@ -87,6 +87,7 @@ def compensate(
         >>> bool(abs(c.remaining[2]) < 1e-12)
         True
     """
+    check_keywords(compensate, analysis)
     if not isinstance(configuration, Configuration):
         raise ArgumentError(f"compensate wants a pose, not {configuration!r}: make one with robot.assemble(…)")
     if on_failure is not None:

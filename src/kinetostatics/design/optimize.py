@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kinetostatics.analysis import check_keywords
 from kinetostatics.argument_checks import check_mapping
 from kinetostatics.description.units import KINDS
 from kinetostatics.design.problem import Point, Problem, rank
@@ -44,6 +45,7 @@ def optimize(
     base_link: str | None = None,
     starts: int = 3,
     tool: ArrayLike | None = None,
+    tolerance: float = 1e-10,
     **analysis: Any,
 ) -> Optimum:
     """Find the parameters of a robot's file that are best, under requirements that hold at every pose of a workspace.
@@ -65,6 +67,7 @@ def optimize(
         starts: how many searches, from different parameters: the file's own first.
         tool: (3,) a point of the platform, from o in its axes [m], that "sag", "deflection_any_direction" and
             "least_translational_stiffness" are told of, such as a tool's tip; default: o. Where ``load`` acts is ``point``.
+        tolerance: how far loops may stay open [m, rad], see :meth:`Robot.assemble`.
         analysis: whatever :func:`kinetostatics.analyze` takes: ``load``, ``gravity``, ….
 
     Returns:
@@ -85,8 +88,11 @@ def optimize(
         >>> best.feasible, round(1e3 * best.parameters["rod_diameter"], 2), round(best.objective, 1)  # [mm], [kg]
         (True, 100.1, 122.9)
     """
+    check_keywords(optimize, analysis, without=("on_failure",))
     links: dict[str, str | None] = {"platform": platform_link, "base": base_link}
-    search_for = prepare(robot, vary, minimize, subject_to, over, orientation, parameters, links, starts, tool, analysis)
+    search_for = prepare(
+        robot, vary, minimize, subject_to, over, orientation, parameters, links, starts, tool, tolerance, analysis
+    )
     return search_for.optimum(search_for.problem, search_for.own, starts)
 
 
@@ -129,6 +135,7 @@ def prepare(
     links: Mapping[str, str | None],
     starts: int,
     tool: ArrayLike | None,
+    tolerance: float,
     analysis: Mapping[str, Any],
 ) -> Search:
     """Check the arguments of :func:`optimize`; ``links`` are platform and base."""
@@ -155,7 +162,7 @@ def prepare(
     first = variants.robot({})
     grid, is_platform = _grid(over, first.description.driven)
     place = None if tool is None else point_of_platform("tool", tool)
-    problem = Problem(variants, grid, is_platform, orientation, analysis, objective, requirements, place)
+    problem = Problem(variants, grid, is_platform, orientation, analysis, objective, requirements, place, tolerance)
     # complaints about coordinates and arguments come before the search
     problem.analyzed(first)
     return Search(problem, ranges, choices, {name: variants.numbers[name] for name in names}, minimize)

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from kinetostatics.analysis import check_keywords
 from kinetostatics.description.units import KINDS
 from kinetostatics.design.optimize import parse_objective, prepare
 from kinetostatics.design.problem import Problem
@@ -44,12 +45,13 @@ def pareto(
     base_link: str | None = None,
     starts: int = 2,
     tool: ArrayLike | None = None,
+    tolerance: float = 1e-10,
     **analysis: Any,
 ) -> ParetoFront:
     """Find what of one quantity has to be paid for less of another: designs of which none is better in both.
 
     Args:
-        robot, vary, subject_to, over, orientation, parameters, platform_link, base_link, tool, analysis: as of
+        robot, vary, subject_to, over, orientation, parameters, platform_link, base_link, tool, tolerance, analysis: as of
             :func:`kinetostatics.optimize`.
         minimize: two quantities whose worst poses are minimized, see there.
         points: how many designs; between the two ends, limits of the second quantity are evenly spaced, by ratios. Lists and
@@ -74,12 +76,13 @@ def pareto(
         >>> [round(float(mass)) for mass, _ in front.objectives]  # [kg]
         [57, 86, 123, 168]
     """
+    check_keywords(pareto, analysis, without=("on_failure",))
     if isinstance(minimize, str) or not isinstance(minimize, Sequence) or len(minimize) != 2:
         raise ArgumentError(f'minimize is {minimize!r}; a front has two quantities, such as ("mass", "sag")')
     if isinstance(points, bool) or not isinstance(points, int) or not 2 <= points <= MOST:
         raise ArgumentError(f"points is {points!r}; it must be a number of designs from 2 to {MOST}")
     links: dict[str, str | None] = {"platform": platform_link, "base": base_link}
-    given = subject_to, over, orientation, parameters, links, starts, tool, analysis
+    given = subject_to, over, orientation, parameters, links, starts, tool, tolerance, analysis
     first, second = (prepare(robot, vary, text, *given) for text in minimize)
     measured = parse_objective(minimize[1])
     unit = KINDS.get(MEASURES[measured[0]].kind, "")

@@ -61,6 +61,7 @@ class Problem:
         objective: name and argument of what is minimized.
         requirements: which hold at every pose.
         tool: a point of the platform that sag, deflections and stiffness against forces are told of; None: o.
+        tolerance: how far loops may stay open [m, rad].
         known: what was computed, by parameters.
         count: how many robots were analysed.
     """
@@ -73,6 +74,7 @@ class Problem:
     objective: tuple[str, float]
     requirements: Sequence[Requirement]
     tool: Array | None = None
+    tolerance: float = 1e-10
     known: dict[tuple[tuple[str, float], ...], Point] = field(default_factory=dict)
     count: int = 0
 
@@ -87,9 +89,9 @@ class Problem:
     def analyzed(self, robot: Robot) -> Result:
         """Return the analysis of a robot at all poses (P,)."""
         if self.is_platform:
-            pose = assemble(robot, None, self.over, self.orientation, None, 1e-10, "nan")
+            pose = assemble(robot, None, self.over, self.orientation, None, self.tolerance, "nan")
         else:
-            pose = assemble(robot, self.over, None, None, None, 1e-10, "nan")
+            pose = assemble(robot, self.over, None, None, None, self.tolerance, "nan")
         return analyze(pose, on_failure="nan", **self.analysis)
 
     def _evaluate(self, parameters: Mapping[str, float]) -> Point:

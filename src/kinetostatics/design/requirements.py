@@ -139,7 +139,13 @@ def parse_number(text: str, kind: str, what: str) -> float:
     """
     match = _NUMBER.fullmatch(text)
     own = find_unit(match[2]) if match and match[2] else None
-    wanted = "a plain number" if kind == "number" else f"a {kind} such as 1{KINDS[kind]}" if kind else "a number"
+    wanted = (
+        "a plain number"
+        if kind == "number"
+        else f"{'an' if kind[0] in 'aeiou' else 'a'} {kind} such as 1{KINDS[kind]}"
+        if kind
+        else "a number"
+    )
     if match is None or (match[2] and own is None):
         raise ArgumentError(f"{what}: {text.strip()!r} is not {wanted}")
     if own is None:

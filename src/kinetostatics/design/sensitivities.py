@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from kinetostatics.analysis import analyze
+from kinetostatics.analysis import analyze, check_keywords
 from kinetostatics.argument_checks import names_in
 from kinetostatics.design.exact import by_argument, derivatives_at
 from kinetostatics.design.variants import Variants, same_pose, variants_of
@@ -63,6 +63,7 @@ def sensitivities(configuration: Configuration, by: Sequence[str] | None = None,
         >>> bool(abs(e.twist[2] * e.value / s.result.twist[2] + 1) < 1e-6)
         True
     """
+    check_keywords(sensitivities, analysis)
     if not isinstance(configuration, Configuration):
         raise ArgumentError(f"sensitivities wants a pose, not {configuration!r}: make one with robot.assemble(…)")
     variants = variants_of(robot_of(configuration))

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from kinetostatics.analysis import analyze
+from kinetostatics.analysis import analyze, check_keywords
 from kinetostatics.argument_checks import check_choice
 from kinetostatics.design.changes import Change, changed_description, read_changes
 from kinetostatics.design.exact import derivatives_at
@@ -89,6 +89,7 @@ def spread(
         >>> max(s.parameters, key=s.share)
         'youngs_modulus'
     """
+    check_keywords(spread, analysis)
     if not isinstance(configuration, Configuration) or configuration.shape != ():
         raise ArgumentError("spread wants a single pose: make one with robot.assemble(…)")
     check_choice("distribution", distribution, tuple(DEVIATIONS))

@@ -14,7 +14,7 @@ import numpy as np
 from kinetostatics.description.units import find_unit
 from kinetostatics.design.requirements import parse_number, typed_unit
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.files.tables import numbered_rows, title_of
+from kinetostatics.files.tables import check_separators, numbered_rows, title_of
 
 #: Catalogues that come with the package.
 CATALOGUES = ("standard_bars", "standard_tubes")
@@ -126,6 +126,7 @@ def _read_catalogue(name: str, names: tuple[str, ...]) -> Choice:
     lines = numbered_rows(text.splitlines())
     if len(lines) < 3:
         raise ArgumentError(f"{name}: a catalogue has a line of titles, such as outer_diameter [mm], and two rows at least")
+    check_separators(f"{name}:{lines[0][0]}", lines[0][1])
     titles = [title_of(cell) or ("", "") for cell in lines[0][1]]
     known = [name for name, _ in titles]
     columns = [known.index(item) for item in names] if set(names) <= set(known) else list(range(len(names)))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from kinetostatics.exceptions import ArgumentError
 
@@ -32,12 +32,23 @@ def table_rows(path: str, what: str) -> list[tuple[int, list[str]]]:
     if len(rows) < 2:
         raise ArgumentError(f"{path}: {what}")
     titles = rows[0][1]
-    if len(titles) == 1 and ";" in titles[0]:
-        raise ArgumentError(f"{path}:{rows[0][0]}: separate columns by commas, not by semicolons, and write 0.5, not 0,5")
+    check_separators(f"{path}:{rows[0][0]}", titles)
     for number, row in rows[1:]:
         if len(row) != len(titles):
             raise ArgumentError(f"{path}:{number}: {len(row)} cells below {len(titles)} titles")
     return rows
+
+
+def check_separators(where: str, titles: Sequence[str]) -> None:
+    """Complain of a line of titles that has semicolons or tabs where commas belong.
+
+    Raises:
+        ArgumentError: it has.
+    """
+    if len(titles) == 1 and "\t" in titles[0]:
+        raise ArgumentError(f"{where}: separate columns by commas, not by tabs")
+    if len(titles) == 1 and ";" in titles[0]:
+        raise ArgumentError(f"{where}: separate columns by commas, not by semicolons, and write 0.5, not 0,5")
 
 
 def title_of(cell: str) -> tuple[str, str] | None:

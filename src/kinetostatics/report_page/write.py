@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
-from kinetostatics.analysis import analyze
+from kinetostatics.analysis import analyze, check_keywords
 from kinetostatics.argument_checks import path_name
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.kinematics.configuration import Configuration
@@ -62,6 +62,7 @@ def save_report(
         StaticsError: the pose cannot be analysed.
         KinetostaticsError: the file cannot be written.
     """
+    check_keywords(save_report, analysis)
     file = check_page(path)
     html = report_html(configuration, {"load": load, "gravity": gravity, **analysis}, workspace, title, coordinates)
     try:
