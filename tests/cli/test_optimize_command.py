@@ -48,7 +48,12 @@ def test_a_front_and_its_file(capsys, tmp_path):
     ]
     common += ["--tool", "200mm", "0", "0"]
     assert main([*common, "--out", str(table)]) == 0
-    assert "3 designs" in capsys.readouterr().out and len(table.read_text(encoding="utf-8").splitlines()) == 4
+    out = capsys.readouterr().out
+    assert (
+        "3 designs" in out
+        and "all 3 combinations of the listed values" in out
+        and len(table.read_text(encoding="utf-8").splitlines()) == 4
+    )
     pytest.importorskip("matplotlib")
     assert main([*common, "--out", str(tmp_path / "front.svg"), "--json"]) == 0
     assert len(json.loads(capsys.readouterr().out)["objectives"]) == 3 and (tmp_path / "front.svg").stat().st_size > 5000

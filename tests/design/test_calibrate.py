@@ -450,3 +450,28 @@ def test_the_row_that_cannot_be_reached_or_computed_is_named(tmp_path):
     rows = {"x": [0.0], "y": [0.0], "z": [-0.7], "dz": [-1e-6]}
     with pytest.raises(ks.AssemblyError, match=r"^reference: 'delta'"):
         ks.calibrate(robot, rows, ["arm_1"], reference={"x": 0.0, "y": 0.0, "z": -2.0})
+
+
+def test_wrong_signs_and_units_are_told(cantilever):
+    """F L³ / 3 E I of the rod, with its weight left out: read well, with the wrong sign, and a thousand times too large."""
+    diameter, loads = 0.04, np.array([-10.0, -20.0, -30.0])
+    sag = loads * 0.8**3 / (3 * 2e11 * np.pi * diameter**4 / 64) * np.array([1.01, 0.99, 1.0])
+    unexplained, odd = "hardly anything of the readings", "rod: more than 100 times off what the file says"
+    for factor, words in ((1.0, ()), (-1.0, (unexplained,)), (1000.0, (odd,)), (1e-3, (odd,))):
+        found = ks.calibrate(cantilever, {"Fz": loads, "dz": factor * sag}, ["rod"], gravity=(0, 0, 0))
+        text = " ".join(str(found).split())
+        assert [item for item in (unexplained, odd) if item in text] == list(words)
+        if factor > 0:
+            assert found.estimates["rod"].value == pytest.approx(1 / factor, rel=0.01)
+
+
+def test_metres_that_look_like_millimetres_are_told():
+    robot = package_robots.robot("3rps")
+    rows = {"z": [500.0, 550.0], "rx": [0.0, 0.0], "ry": [0.0, 0.0], "Fz": [-100.0, -100.0], "dz": [-1e-6, -1e-6]}
+    with pytest.warns(UserWarning, match="lengths are in m; write 0.55 for 550 mm"):
+        ks.calibrate(robot, rows, ["rod_1+rod_2+rod_3"])
+    with pytest.warns(UserWarning, match="lengths are in m; write 0.5 for 500 mm"):
+        ks.optimize("3rps", {"rod_diameter": "40mm,60mm"}, over={"z": 500.0, "rx": 0.0, "ry": 0.0})
+    with pytest.warns(UserWarning, match="lengths are in m") as told:
+        ks.pareto("3rps", {"rod_diameter": "40mm,60mm"}, over={"z": 500.0, "rx": 0.0, "ry": 0.0})
+    assert len(told) == 1

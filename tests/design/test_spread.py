@@ -171,6 +171,7 @@ def test_mistakes(cantilever):
         "the parameter is in m": {"diameter": "1kg"},
         "must be a positive number": {"diameter": -1.0},
         "nothing: give it with a unit": {"tip.center_of_mass.x": "1%"},
+        "E cannot be off by so much: .*youngs_modulus": {"E": "400%"},
         "named twice": {"rod.*": "1%", "rod.outer_diameter": "1mm"},
         "is not a number": {"diameter": "thick"},
         "the parameter has no unit": {"rod.poisson_ratio": "1mm"},

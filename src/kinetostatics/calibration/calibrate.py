@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -20,6 +21,7 @@ from kinetostatics.calibration.unknowns import Unknowns
 from kinetostatics.description.gauges import Gauge
 from kinetostatics.description.loads import Payload
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError, StaticsError
+from kinetostatics.kinematics.unit_hints import odd_coordinates
 from kinetostatics.math.arrays import Array, Mask, frozen
 from kinetostatics.printing.mappings import Named
 from kinetostatics.results.calibration import Calibration, Estimate, Outlier
@@ -96,6 +98,8 @@ def calibrate(
     known = read_gauges(gauges)
     table = read_measurements(robot, measurements, known)
     readings, measured = _readings(table, known)
+    for hint in odd_coordinates(robot, table.coordinates):
+        warnings.warn(hint, stacklevel=2)
     used_gauges = list(readings.gauges.values())
     sigmas = [gauge.sigma for gauge in used_gauges]
     if None in sigmas and (len(set(sigmas)) > 1 or len({gauge.kind for gauge in used_gauges}) > 1):

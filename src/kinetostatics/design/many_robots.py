@@ -98,6 +98,22 @@ def _lagrange(parts: Array) -> Array:
     return np.stack(rows)
 
 
+def _changed(change: Change, by: float) -> RobotDescription:
+    """Return the robot with one number off.
+
+    Raises:
+        ArgumentError: the robot's file is wrong with it.
+    """
+    try:
+        return change.parameter.changed(0, by)
+    except KinetostaticsError as error:
+        raise _too_far(change.name, error) from error
+
+
+def _too_far(name: str, error: KinetostaticsError) -> ArgumentError:
+    return ArgumentError(f"{name} cannot be off by so much: {error}")
+
+
 class ManyRobots:
     """Robots that differ a little, at one pose.
 
@@ -119,7 +135,7 @@ class ManyRobots:
         own = self._parts(self._robot.description, "")
         nodes = []
         for change, amount in zip(changes, reach.tolist(), strict=True):
-            found = [self._parts(change.parameter.changed(0, node * amount), change.name) for node in NODES]
+            found = [self._parts(_changed(change, node * amount), change.name) for node in NODES]
             if any(item.keys != own.keys for item in found):
                 raise ArgumentError(_other_mechanism(change.name))
             nodes.append(found)
@@ -139,7 +155,7 @@ class ManyRobots:
                 warnings.simplefilter("ignore")
                 varied = varied_robot(self._robot, description, self._robot.statics)
         except KinetostaticsError as error:
-            raise ArgumentError(f"{name} cannot be off by so much: {error}") from error
+            raise _too_far(name, error) from error
         if varied is None:
             raise ArgumentError(_other_mechanism(name))
         return varied

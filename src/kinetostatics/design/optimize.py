@@ -6,6 +6,7 @@ Every requirement at every pose is a constraint of a nonlinear program; :mod:`ki
 from __future__ import annotations
 
 import os
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -23,6 +24,7 @@ from kinetostatics.design.variables import Choice, Range, read_variables, typed_
 from kinetostatics.design.variants import Variants
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError, StaticsError
 from kinetostatics.files.bundled import robot_path
+from kinetostatics.kinematics.unit_hints import odd_coordinates
 from kinetostatics.math.arrays import Array
 from kinetostatics.printing.mappings import Named
 from kinetostatics.results.optimum import CheckedRequirement, Optimum, Start
@@ -161,6 +163,8 @@ def prepare(
     variants.check_units(typed_units(ranges, choices))
     first = variants.robot({})
     grid, is_platform = _grid(over, first.description.driven)
+    for hint in odd_coordinates(first, over or {}):
+        warnings.warn(hint, stacklevel=3)
     place = None if tool is None else point_of_platform("tool", tool)
     problem = Problem(variants, grid, is_platform, orientation, analysis, objective, requirements, place, tolerance)
     # complaints about coordinates and arguments come before the search

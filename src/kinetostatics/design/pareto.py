@@ -83,8 +83,9 @@ def pareto(
         raise ArgumentError(f"points is {points!r}; it must be a number of designs from 2 to {MOST}")
     links: dict[str, str | None] = {"platform": platform_link, "base": base_link}
     given = subject_to, over, orientation, parameters, links, starts, tool, tolerance, analysis
-    first, second = (prepare(robot, vary, text, *given) for text in minimize)
+    first = prepare(robot, vary, minimize[0], *given)
     measured = parse_objective(minimize[1])
+    second = replace(first, problem=replace(first.problem, objective=measured, known={}, count=0), minimize=minimize[1])
     unit = KINDS.get(MEASURES[measured[0]].kind, "")
     name = " ".join(minimize[1].split())
 
@@ -94,9 +95,9 @@ def pareto(
         return replace(first.problem, requirements=[*first.problem.requirements, requirement], known={}, count=0)
 
     if not first.ranges:
-        problem = limited(1e300)
-        found = [first.described(problem, item) for item in _best_of(problem, combinations(first.choices))]
-        searched = f"all {problem.count} combinations of the listed values were tried"
+        problem, every = limited(1e300), combinations(first.choices)
+        found = [first.described(problem, item) for item in _best_of(problem, every)]
+        searched = f"all {len(every)} combinations of the listed values were tried"
         evaluations = problem.count
     else:
         ends = []

@@ -15,6 +15,8 @@ from kinetostatics.results.calibration import Calibration, Estimate, Measurement
 _SMALL: Mapping[str, Units] = {"m": LENGTHS, "rad": ANGLES}
 #: Factor of a stiffness from which on a part is called rigid.
 RIGID = 1e5
+#: Part of the readings from which on residuals are nearly all of them, and a factor of stiffness that is hardly one.
+UNEXPLAINED, ODD = 0.9, 100.0
 #: Outliers and measurements that are listed, at most.
 MOST = 12
 
@@ -95,6 +97,16 @@ def _sentences(found: Calibration) -> list[str]:
     if not found.converged:
         said.append("The search did not come to an end: the estimates are where it stopped.")
     said += [f"{item.name}: at this level the readings do not tell it from a rigid part." for item in _rigid(found)]
+    sizes = [[found.root_mean_square(of, kind) for of in (found.residuals, found.measured)] for kind in ("length", "angle")]
+    if not any(residual <= UNEXPLAINED * size for residual, size in sizes):
+        said.append(
+            "What was found explains hardly anything of the readings: look at their signs, and at points and frames of gauges."
+        )
+    for item in found.estimates.values():
+        if item.kind == "stiffness" and item.identified and (item.value < 1 / ODD or ODD < item.value < RIGID):
+            said.append(
+                f"{item.name}: more than {ODD:.0f} times off what the file says: look at the units of readings and loads."
+            )
     return said
 
 
