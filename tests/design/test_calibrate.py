@@ -467,11 +467,11 @@ def test_wrong_signs_and_units_are_told(cantilever):
 
 def test_metres_that_look_like_millimetres_are_told():
     robot = package_robots.robot("3rps")
-    rows = {"z": [500.0, 550.0], "rx": [0.0, 0.0], "ry": [0.0, 0.0], "Fz": [-100.0, -100.0], "dz": [-1e-6, -1e-6]}
-    with pytest.warns(UserWarning, match="lengths are in m; write 0.55 for 550 mm"):
+    rows = {"z": [15.0, 16.0], "rx": [0.0, 0.0], "ry": [0.0, 0.0], "Fz": [-100.0, -100.0], "dz": [-1e-6, -1e-6]}
+    with pytest.warns(UserWarning, match="lengths are in m; write 0.016 for 16 mm"):
         ks.calibrate(robot, rows, ["rod_1+rod_2+rod_3"])
-    with pytest.warns(UserWarning, match="lengths are in m; write 0.5 for 500 mm"):
-        ks.optimize("3rps", {"rod_diameter": "40mm,60mm"}, over={"z": 500.0, "rx": 0.0, "ry": 0.0})
+    with pytest.warns(UserWarning, match="lengths are in m; write 0.015 for 15 mm"):
+        ks.optimize("3rps", {"rod_diameter": "40mm,60mm"}, over={"z": 15.0, "rx": 0.0, "ry": 0.0})
     with pytest.warns(UserWarning, match="lengths are in m") as told:
-        ks.pareto("3rps", {"rod_diameter": "40mm,60mm"}, over={"z": 500.0, "rx": 0.0, "ry": 0.0})
+        ks.pareto("3rps", {"rod_diameter": "40mm,60mm"}, over={"z": 15.0, "rx": 0.0, "ry": 0.0})
     assert len(told) == 1
