@@ -10,7 +10,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.exceptions import ArgumentError
+from kinetostatics.exceptions import ArgumentError, KinetostaticsError
+
+
+def need_scipy(what: str) -> None:
+    """Complain if SciPy is missing, which ``what`` needs.
+
+    Raises:
+        KinetostaticsError: it is.
+    """
+    try:
+        import scipy.optimize  # noqa: F401
+    except ModuleNotFoundError:
+        raise KinetostaticsError(f"{what} needs SciPy: pip install 'kinetostatics[optimize]'") from None
 
 
 def check_mapping(what: str, value: object, example: str) -> None:

@@ -11,16 +11,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
-from kinetostatics.argument_checks import check_choice, finite_numbers
+from kinetostatics.argument_checks import check_choice, finite_numbers, need_scipy
 from kinetostatics.calibration.fit import Fit, fit, held_out, outliers
 from kinetostatics.calibration.gauges import read_gauges
-from kinetostatics.calibration.identifiability import NOTHING, unidentifiable
+from kinetostatics.calibration.identifiability import determined_ones, unidentifiable
 from kinetostatics.calibration.measurements import Measurements, read_measurements
 from kinetostatics.calibration.model import Model, Readings
 from kinetostatics.calibration.unknowns import Unknowns
 from kinetostatics.description.gauges import Gauge
 from kinetostatics.description.loads import Payload
-from kinetostatics.exceptions import ArgumentError, KinetostaticsError, StaticsError
+from kinetostatics.exceptions import ArgumentError, StaticsError
 from kinetostatics.kinematics.unit_hints import odd_coordinates
 from kinetostatics.math.arrays import Array, Mask, frozen
 from kinetostatics.printing.mappings import Named
@@ -156,7 +156,7 @@ def calibrate(
                 for item, one in zip(looked_for.items, _estimates(looked_for, found, values, covariance, level), strict=True)
             }
         ),
-        unidentifiable(looked_for.items, found.jacobian, found.null),
+        unidentifiable(looked_for.items, found.null),
         level,
         frozen(covariance),
         Named(readings.gauges),
@@ -176,18 +176,6 @@ def calibrate(
         Payload(mass, tuple(center.tolist())) if mass else None,
         replace_path(model.robot(values), robot),
     )
-
-
-def need_scipy(what: str) -> None:
-    """Complain if SciPy is missing.
-
-    Raises:
-        KinetostaticsError: it is.
-    """
-    try:
-        import scipy.optimize  # noqa: F401
-    except ModuleNotFoundError:
-        raise KinetostaticsError(f"{what} needs SciPy: pip install 'kinetostatics[optimize]'") from None
 
 
 def check_level(level: object) -> None:
@@ -267,8 +255,9 @@ def _estimates(unknowns: Unknowns, found: Fit, values: Array, covariance: Array,
     told, factors = unknowns.told(values)
     starts, _ = unknowns.told(np.array([item.start for item in unknowns.items]))
     errors = np.sqrt(np.diag(factors @ covariance @ factors.T))
+    determined = determined_ones(found.null).tolist()
     for k, item in enumerate(unknowns.items):
-        known = not np.any(np.abs(found.null[k]) > NOTHING * np.abs(found.null).max(initial=0.0))
+        known = determined[k]
         error = float(errors[k]) if known and np.isfinite(errors[k]) else np.inf
         ends = [float(told[k]) + sign * (wide * error if error > 0 else 0.0) for sign in (-1, 1)]
         if item.kind == "stiffness":

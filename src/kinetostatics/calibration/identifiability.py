@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from kinetostatics.calibration.unknowns import Unknown
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.printing.mappings import Named
 from kinetostatics.printing.text import listing
 from kinetostatics.results.calibration import Unidentifiable
@@ -16,15 +16,19 @@ from kinetostatics.results.calibration import Unidentifiable
 NOTHING = 1e-5
 
 
-def unidentifiable(unknowns: Sequence[Unknown], J: Array, null: Array) -> tuple[Unidentifiable, ...]:
+def determined_ones(null: Array) -> Mask:
+    """Return which unknowns (p,) the readings determine: those without part in the basis (p, k) of what they do not see."""
+    return np.asarray(~np.any(np.abs(null) > NOTHING * np.abs(null).max(initial=0.0), axis=1))
+
+
+def unidentifiable(unknowns: Sequence[Unknown], null: Array) -> tuple[Unidentifiable, ...]:
     """Return the directions that no reading sees.
 
     Args:
         unknowns: all p.
-        J: (n, p) Jacobian by them in units of their scales.
-        null: (p, k) basis of what it does not see.
+        null: (p, k) basis of what readings do not see, in units of the unknowns' scales.
     """
-    return tuple(_one(unknowns, J, direction) for direction in _sparse(null).T)
+    return tuple(_one(unknowns, direction) for direction in _sparse(null).T)
 
 
 def _sparse(null: Array) -> Array:
@@ -44,7 +48,7 @@ def _sparse(null: Array) -> Array:
     return np.where(np.abs(rest) < NOTHING, 0.0, rest)
 
 
-def _one(unknowns: Sequence[Unknown], J: Array, direction: Array) -> Unidentifiable:
+def _one(unknowns: Sequence[Unknown], direction: Array) -> Unidentifiable:
     mine = np.flatnonzero(direction).tolist()
     changes = Named({unknowns[k].name: float(direction[k]) for k in mine})
     names = [_called(unknowns[k]) for k in mine]

@@ -16,10 +16,11 @@ from kinetostatics.description.units import PLATFORM_KINDS
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.files.tables import table_rows, title_of
 from kinetostatics.math.arrays import Array, Index
+from kinetostatics.math.screws import WRENCH_COMPONENTS
 from kinetostatics.robot import Robot
 
-#: Components of the load, and a column of words that nothing reads.
-LOADS, NOTE = ("Fx", "Fy", "Fz", "Mx", "My", "Mz"), "note"
+#: A column of words that nothing reads.
+NOTE = "note"
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,7 @@ def read_measurements(robot: Robot, given: Any, gauges: Mapping[str, Gauge]) -> 
         ArgumentError: a title or a cell makes no sense; the message names file and line.
     """
     where, titles, rows = _table(given)
-    kinds = {**PLATFORM_KINDS, **_drives(robot), **{name: "force" if name[0] == "F" else "moment" for name in LOADS}}
+    kinds = {**PLATFORM_KINDS, **_drives(robot), **{name: "force" if name[0] == "F" else "moment" for name in WRENCH_COMPONENTS}}
     kinds |= {name: gauge.kind for name, gauge in gauges.items()}
     named = [title_of(title) or (title.strip(), "") for title in titles]
     names = [name for name, _ in named]
@@ -75,7 +76,7 @@ def read_measurements(robot: Robot, given: Any, gauges: Mapping[str, Gauge]) -> 
                 continue
             empty = cell is None or (isinstance(cell, str) and not cell.strip())
             empty = empty or (isinstance(cell, (float, np.floating)) and math.isnan(cell))
-            if empty and name not in gauges and name not in LOADS:
+            if empty and name not in gauges and name not in WRENCH_COMPONENTS:
                 raise ArgumentError(f"{where(number)}{name} is missing: the cell is empty")
             nothing = math.nan if name in gauges else 0.0
             value = nothing if empty else number_in(cell, unit, kinds[name], f"{where(number)}{name}")
@@ -86,14 +87,14 @@ def read_measurements(robot: Robot, given: Any, gauges: Mapping[str, Gauge]) -> 
         raise ArgumentError(
             f"{where(None)}there are no readings: a column of a component of the twist, such as dz [um], or of a gauge"
         )
-    coordinates = {name: arrays[name] for name in names if name in arrays and name not in readings and name not in LOADS}
-    load = np.stack([arrays.get(name, np.zeros(len(rows))) for name in LOADS], axis=-1)
+    coordinates = {name: array for name, array in arrays.items() if name not in readings and name not in WRENCH_COMPONENTS}
+    load = np.stack([arrays.get(name, np.zeros(len(rows))) for name in WRENCH_COMPONENTS], axis=-1)
     return Measurements(coordinates, load, readings, np.array(numbers), list(map(where, numbers)))
 
 
 def _drives(robot: Robot) -> dict[str, str]:
     connections = robot.mechanism.connections
-    return {name: "length" if connections[name].type.is_slide else "angle" for name in robot.description.driven}
+    return {name: connections[name].type.kind for name in robot.description.driven}
 
 
 def _table(given: Any) -> tuple[Any, list[str], list[tuple[int, Sequence[object]]]]:

@@ -17,7 +17,7 @@ from kinetostatics.argument_checks import check_mapping, finite_numbers, names_i
 from kinetostatics.calibration.calibrate import check_point, check_robot
 from kinetostatics.calibration.fit import determined
 from kinetostatics.calibration.gauges import read_gauges
-from kinetostatics.calibration.identifiability import NOTHING, unidentifiable
+from kinetostatics.calibration.identifiability import determined_ones, unidentifiable
 from kinetostatics.calibration.model import Model, Readings
 from kinetostatics.calibration.unknowns import Unknowns
 from kinetostatics.description.loads import Payload
@@ -126,22 +126,21 @@ def plan_measurements(
     rng = np.random.default_rng(seed)
     chosen = best_subset(blocks, n, rng)
     drawn = [rng.choice(count, n, replace=False) for _ in range(RANDOM)]
-    usual = [value for plan in drawn if np.isfinite(value := log_det(blocks[plan]))]
+    usual = [(plan, value) for plan in drawn if np.isfinite(value := log_det(blocks[plan]))]
     free = seen.shape[1]
-    gain = float(np.exp((log_det(blocks[chosen]) - np.mean(usual)) / (2 * free))) if usual and free else float("nan")
+    more = log_det(blocks[chosen]) - float(np.mean([value for _, value in usual])) if usual else np.nan
+    gain = float(np.exp(more / (2 * free))) if free else float("nan")
     null = columns[:, None] * null
-    told = [k for k in range(len(scale)) if not np.any(np.abs(null[k]) > NOTHING * np.abs(null).max(initial=0.0))]
+    told = np.flatnonzero(determined_ones(null)).tolist()
+    factors = looked_for.told(start)[1] * scale
 
     def errors(plan: Index) -> Array:
         information = np.einsum("nki,nkj->ij", blocks[plan], blocks[plan])
-        factors = looked_for.told(start)[1] * scale
         covariance = factors @ basis @ np.linalg.pinv(information) @ basis.T @ factors.T
         return np.asarray(np.sqrt(np.diag(covariance))[told])
 
     ours = errors(chosen)
-    others = np.exp(
-        np.mean(np.log([errors(plan) for plan in drawn if np.isfinite(log_det(blocks[plan]))] or [ours * np.nan]), axis=0)
-    )
+    others = np.exp(np.mean(np.log([errors(plan) for plan, _ in usual] or [ours * np.nan]), axis=0))
     return MeasurementPlan(
         Named({name: frozen(array[numbers[chosen]]) for name, array in coordinates.items()}),
         frozen(wrenches[numbers[chosen]]),
@@ -149,7 +148,7 @@ def plan_measurements(
         Named({looked_for.items[k].name: float(error) for k, error in zip(told, ours, strict=True)}),
         Named({looked_for.items[k].name: float(error) for k, error in zip(told, others, strict=True)}),
         gain,
-        unidentifiable(looked_for.items, J, null),
+        unidentifiable(looked_for.items, null),
         count,
         every - count,
         numbers[chosen],

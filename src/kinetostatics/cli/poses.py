@@ -115,9 +115,7 @@ def coordinate_kind(robot: Robot | None, option: str, name: str) -> str | None:
     if option == "--platform":
         return PLATFORM_KINDS.get(name)
     connection = None if robot is None else robot.mechanism.connections.get(name)
-    if connection is None:
-        return None  # assemble() will list the names
-    return "length" if connection.type.is_slide else "angle"
+    return None if connection is None else connection.type.kind  # assemble() will list the names
 
 
 def tolerance_of(args: argparse.Namespace) -> float:

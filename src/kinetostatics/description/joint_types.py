@@ -110,6 +110,11 @@ class JointType:
         """SI unit of the coordinate of a joint with one freedom."""
         return "m" if self.is_slide else "rad"
 
+    @cached_property
+    def kind(self) -> str:
+        """Whether the coordinate of a joint with one freedom is a "length" or an "angle"."""
+        return "length" if self.is_slide else "angle"
+
 
 JOINT_TYPES = {
     item.name: item

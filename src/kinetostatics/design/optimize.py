@@ -15,14 +15,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import check_keywords
-from kinetostatics.argument_checks import check_mapping
+from kinetostatics.argument_checks import check_mapping, need_scipy
 from kinetostatics.description.units import KINDS
 from kinetostatics.design.problem import Point, Problem, rank
 from kinetostatics.design.requirements import MEASURES, parse_measure, parse_requirement
 from kinetostatics.design.search import STEP, search
 from kinetostatics.design.variables import Choice, Range, read_variables, typed_units
 from kinetostatics.design.variants import Variants
-from kinetostatics.exceptions import ArgumentError, KinetostaticsError, StaticsError
+from kinetostatics.exceptions import ArgumentError, StaticsError
 from kinetostatics.files.bundled import robot_path
 from kinetostatics.kinematics.unit_hints import odd_coordinates
 from kinetostatics.math.arrays import Array
@@ -141,10 +141,7 @@ def prepare(
     analysis: Mapping[str, Any],
 ) -> Search:
     """Check the arguments of :func:`optimize`; ``links`` are platform and base."""
-    try:
-        import scipy.optimize  # noqa: F401
-    except ModuleNotFoundError:
-        raise KinetostaticsError("optimize needs SciPy: pip install 'kinetostatics[optimize]'") from None
+    need_scipy("optimize")
     ranges, choices = read_variables(vary)
     if isinstance(subject_to, str) or not isinstance(subject_to, Sequence):
         raise ArgumentError(f'subject_to is {subject_to!r}; it must be a list of requirements, such as ["sag < 20um"]')

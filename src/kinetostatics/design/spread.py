@@ -103,10 +103,10 @@ def spread(
     given = {name: value for name, value in analysis.items() if name != "on_failure"}
     derivatives = derivatives_at(configuration, result, analysis)
     try:
-        effects = _first_order(configuration, derivatives, changes, amounts, given)
+        effects = _first_order(result, derivatives, changes, amounts, given)
     except NotRecordedError:
         derivatives = None
-        effects = _first_order(configuration, None, changes, amounts, given)
+        effects = _first_order(result, None, changes, amounts, given)
     sigma = DEVIATIONS[distribution] * amounts
     parameters = {
         item.name: Toleranced(item.name, item.value, item.unit, float(amount), float(one))
@@ -115,28 +115,15 @@ def spread(
     count = count or (10_000 if derivatives is not None else ONE_BY_ONE)
     units = np.random.default_rng(seed).standard_normal if distribution == "normal" else _uniform(seed)
     values = sigma[:, None] * units((len(changes), count))
-    samples, difference = _samples(
-        configuration,
-        derivatives,
-        changes,
-        values,
-        given,
-        float(
-            np.hypot.reduce(
-                [
-                    float(item.displacement) * one / amount
-                    for item, one, amount in zip(effects.values(), sigma, amounts, strict=True)
-                ]
-            )
-        ),
-    )
+    deviation = _summed(list(effects.values()), sigma, amounts, 2)
+    samples, difference = _samples(configuration, derivatives, changes, values, given, float(deviation.displacement))
     nominal = np.array([item.value for item in changes])
     return Spread(
         result,
         Named(parameters),
         Named(effects),
         _summed(list(effects.values()), amounts, amounts, 1),
-        _summed(list(effects.values()), sigma, amounts, 2),
+        deviation,
         samples,
         Named({item.name: frozen(row) for item, row in zip(changes, values + nominal[:, None], strict=True)}),
         distribution,
@@ -162,15 +149,14 @@ def _count(what: str, value: object, least: int) -> int | None:
 
 
 def _first_order(
-    configuration: Configuration,
+    nominal: Result,
     derivatives: Derivatives | None,
     changes: Sequence[Change],
     amounts: Array,
     analysis: Mapping[str, Any],
 ) -> dict[str, SpreadQuantities]:
     """Return what each parameter does alone when it is off by its tolerance, to first order."""
-    nominal = analyze(configuration, **analysis)
-    found = {}
+    configuration, found = nominal.configuration, {}
     for change, amount in zip(changes, amounts.tolist(), strict=True):
         if derivatives is None:
             after, before = (_of(_made_pose(configuration, [change], [sign * _STEP * amount]), analysis) for sign in (1, -1))
@@ -238,8 +224,8 @@ def _samples(
             found = ManyRobots(derivatives, changes, np.max(np.abs(values), axis=1)).at(values)
             twist, stiffness = (np.moveaxis(found[name], -1, 0) for name in ("twist", "stiffness"))
             forces = found.get("actuator_forces", np.zeros((0, N)))
-            lost = np.flatnonzero(np.isnan(twist[:, 0]))
-            checked = [k for k in range(N) if k not in set(lost.tolist())][:CHECKED]
+            is_lost = np.isnan(twist[:, 0])
+            lost, checked = np.flatnonzero(is_lost), np.flatnonzero(~is_lost)[:CHECKED].tolist()
     else:
         twist, stiffness, forces = np.full((N, 6), np.nan), np.full((N, 6, 6), np.nan), np.full((len(driven), N), np.nan)
         lost, checked = np.arange(N), []

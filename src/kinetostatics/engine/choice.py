@@ -34,9 +34,9 @@ VARIABLE = "KINETOSTATICS_ENGINE"
 #: What NumPy takes for a call and for each pose, and from how much on it is worth while to look for code on disk, and to compile:
 #: rough numbers [s], which do not depend on the processor, so that a program does the same every time.
 _CALL, _POSE, _LOOKING, _COMPILING = 2e-3, 4e-6, 0.02, 1.0
-_NOT_INSTALLED = "llvmlite is not installed: pip install 'kinetostatics[fast]'"
 #: The same of closing the loops.
 _LOOP_CALL, _LOOP_POSE = 4e-3, 12e-6
+_NOT_INSTALLED = "llvmlite is not installed: pip install 'kinetostatics[fast]'"
 
 StaticsSolver: TypeAlias = Callable[[Frames, Array, Array], Solution]
 

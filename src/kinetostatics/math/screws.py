@@ -27,6 +27,7 @@ from kinetostatics.math.rotations import skew
 
 #: Names of the components of twists and wrenches at o, and units of a twist's.
 COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
+WRENCH_COMPONENTS = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 TWIST_UNITS = ("m", "m", "m", "rad", "rad", "rad")
 
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from kinetostatics.math.screws import WRENCH_COMPONENTS
 from kinetostatics.printing.dispatch import dict_of, text_of
 from kinetostatics.printing.text import ANGLES, LENGTHS, MISSING, Units, quantity, section, table, wrapped
 from kinetostatics.reports.json import plain
@@ -125,8 +126,8 @@ def plan_report(found: MeasurementPlan) -> str:
     lines = [f"Plan of {count} measurements of {found.robot.name!r} out of {found.candidates} poses with loads"]
     if found.left_out:
         lines.append(f"({found.left_out} more are out of reach, singular or beyond a joint's limit)")
-    loads = [name for k, name in enumerate(("Fx", "Fy", "Fz", "Mx", "My", "Mz")) if np.any(found.load[:, k])]
-    numbers = ["Fx Fy Fz Mx My Mz".split().index(name) for name in loads]
+    numbers = np.flatnonzero(np.any(found.load, axis=0)).tolist()
+    loads = [WRENCH_COMPONENTS[k] for k in numbers]
     rows = [
         (
             str(k + 1),

@@ -12,6 +12,7 @@ from kinetostatics.description.gauges import Gauge
 from kinetostatics.description.loads import Payload
 from kinetostatics.files.writer import save_robot
 from kinetostatics.math.arrays import Array, Index, Mask
+from kinetostatics.math.screws import WRENCH_COMPONENTS
 from kinetostatics.printing.dispatch import Told
 from kinetostatics.printing.mappings import ShortRepr
 from kinetostatics.robot import Robot
@@ -180,7 +181,7 @@ class MeasurementPlan(Told, ShortRepr):
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the plan as a table of measurements (CSV), whose readings are still empty."""
-        names = [*self.coordinates, *("Fx", "Fy", "Fz", "Mx", "My", "Mz"), *self.gauges]
+        names = [*self.coordinates, *WRENCH_COMPONENTS, *self.gauges]
         lines = [",".join(names)]
         for k, load in enumerate(self.load):
             cells = [*(values[k] for values in self.coordinates.values()), *load]

@@ -1,7 +1,7 @@
 """Live pages: the page sends the values of its sliders, Python analyses that pose and answers with a new scene.
 
 meshcat's own socket only carries commands to the page. The page therefore asks by HTTP: a slider that moved is a POST to
-the address the page came from, and the answer is the scene of the new pose. The standard library's server is enough for
+the address the page came from, and the answer is what changes of the scene. The standard library's server is enough for
 that. It listens on this machine only, and at an address that contains a random key, so that no other page can talk to it.
 """
 
@@ -23,6 +23,7 @@ from numpy.typing import ArrayLike
 from kinetostatics.engine.choice import check_engine, compiled_statics, is_installed
 from kinetostatics.exceptions import ArgumentError, AssemblyError, KinetostaticsError
 from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.math.screws import WRENCH_COMPONENTS
 from kinetostatics.results.result import Result
 from kinetostatics.robot import robot_of
 from kinetostatics.viewer.description import Scene
@@ -34,8 +35,6 @@ from kinetostatics.viewer.visuals import link_visuals
 REACH, TURN = 0.15, math.radians(30)
 #: Parts of the way to the rim of reach where a pose is tried: on the rim itself drives and platform part company.
 NEARLY = (0.999, 0.99, 0.9)
-#: Components of the load at o.
-LOAD = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 
 
 class LiveRobot:
@@ -76,7 +75,8 @@ class LiveRobot:
         self.coordinates = tuple(coordinates) or self._determining()
         self.controls = [self._drive(name) for name in self.robot.description.driven]
         self.controls += [self._platform(name) for name in self.coordinates]
-        self.controls += [] if self.load is None else [self._load(k, name, self.result) for k, name in enumerate(LOAD)]
+        if self.load is not None:
+            self.controls += [self._load(k, name, self.result) for k, name in enumerate(WRENCH_COMPONENTS)]
         self.factors = {(item["kind"], item["coordinate"]): item.pop("factor") for item in self.controls}
         self._control(self.scene, self.result)
         self.first = self.scene.plain()
@@ -120,7 +120,7 @@ class LiveRobot:
         values = {name: float(value) * self.factors[kind, name] for name, value in shown.items()}
         if kind == "load" and self.load is not None:
             before = self.load
-            self.load = np.array([values[name] for name in LOAD])
+            self.load = np.array([values[name] for name in WRENCH_COMPONENTS])
             try:
                 return self._scene(self._analyzed(self.configuration), groups)
             except KinetostaticsError:
@@ -167,7 +167,7 @@ class LiveRobot:
         for control in self.controls:
             kind, name = control["kind"], control["coordinate"]
             if kind == "load":
-                value = result.load[LOAD.index(name)]
+                value = result.load[WRENCH_COMPONENTS.index(name)]
             else:
                 value = result.configuration.actuators[name] if kind == "actuators" else platform[name]
             control["value"] = float(value) / self.factors[kind, name]
