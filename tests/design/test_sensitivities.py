@@ -95,6 +95,42 @@ def test_exact_derivatives_are_differences_of_analyses(cantilever):
         np.testing.assert_allclose(exact.actuators[drive], found.actuators[drive], rtol=1e-6)
 
 
+def test_the_tip_of_a_tool_beyond_the_cantilever(tmp_path):
+    """w = (F/EI) (L³/3 + a L²/2 + a (L²/2 + a L)) of a force at the end of a tool that is a longer than the rod."""
+    L, d, E, F, a = 0.8, 0.04, 2e11, 300.0, 0.2
+    inertia = np.pi * d**4 / 64
+    pose = ks.load_robot(parametric_machines.cantilever(tmp_path)).assemble()
+    load = {"load": [0, 0, -F, 0, a * F, 0], "gravity": (0, 0, 0)}  # at the tip, about o
+    found = ks.sensitivities(pose, ["diameter", "length"], tool=(a, 0, 0), **load)
+    w = F / (E * inertia) * (L**3 / 3 + a * L**2 + a**2 * L)
+    by_length = F / (E * inertia) * (L + a) ** 2
+    assert found.seen.twist[2] == pytest.approx(-w, rel=1e-9)
+    assert found["diameter"].twist[2] == pytest.approx(4 * w / d, rel=1e-8)
+    assert found["length"].twist[2] == pytest.approx(-by_length, rel=1e-8)
+    assert found["length"].compliance[2, 2] == pytest.approx(by_length / F, rel=1e-8)
+    stiffness = found.seen.stiffness @ found["length"].compliance @ found.seen.stiffness
+    np.testing.assert_allclose(found["length"].stiffness, -stiffness, rtol=1e-6, atol=1e-6 * np.abs(stiffness).max())
+    assert found.sources["rod"][2] == pytest.approx(-w, rel=1e-9)
+    assert found.effect("diameter")[0] == pytest.approx(-0.04 * w, rel=1e-8)
+    assert "the tool's tip moves by" in str(found) and "moves the tool's tip by" in repr(found)
+    told = found.to_dict()
+    assert told["tool"] == [a, 0, 0] and told["twist"][2] == pytest.approx(-w) and "at the tool's tip" in told["units"]["twist"]
+    with pytest.raises(ks.ArgumentError, match=r"tool is \(0, 0.2\); it must be three numbers"):
+        ks.sensitivities(pose, tool=(0, 0.2))
+
+
+def test_the_tip_of_a_tool_turns_with_the_platform():
+    """With its drives held the leaning tripod turns when its base grows, and the tool with it: against whole analyses."""
+    pose = package_robots.robot("3rps").assemble(actuators={"prismatic_1": 0.05, "prismatic_2": -0.05, "prismatic_3": 0.0})
+    options = {"load": LOAD, "tool": (0.3, 0.2, -0.1)}
+    exact = ks.sensitivities(pose, ["base_radius"], **options)["base_radius"]
+    found = ks.sensitivities(pose, ["base_radius"], misfits={}, **options)["base_radius"]
+    assert exact.exact and not found.exact
+    for name in ("twist", "stiffness", "compliance"):
+        one, other = getattr(exact, name), getattr(found, name)
+        np.testing.assert_allclose(one, other, rtol=1e-6, atol=1e-6 * np.abs(other).max(), err_msg=name)
+
+
 def test_a_batch_tells_of_the_pose_that_moves_most(cantilever):
     robot = package_robots.robot("3rps")
     pose = robot.assemble(platform={"z": [0.45, 0.6], "rx": 0.0, "ry": 0.0})

@@ -36,12 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default=[],
         help="limbs whose x axis, not y, is called the one along the first hinge in the table of limbs (the paper's PRU limbs)",
     )
-    parser.add_argument(
-        "--tool",
-        metavar=("X", "Y", "Z"),
-        nargs=3,
-        help="tell twist and stiffness of a tool's tip, too: from o in the platform's axes",
-    )
+    arguments.add_tool_argument(parser, "tell twist and stiffness of this point, too")
     arguments.add_json_argument(parser)
 
 
@@ -55,9 +50,8 @@ def run(args: argparse.Namespace) -> int:
         configuration, warnings = poses.assemble(robot, args)
         result = analyze(configuration, **options, engine=args.engine)
         axes = arguments.parse_items("--hinge-axis", args.hinge_axis)
-        seen = None
-        if args.tool is not None:
-            seen = result.at_point([arguments.number_of("--tool", text, "length") for text in args.tool])
+        tool = arguments.tool(args)
+        seen = None if tool is None else result.at_point(tool)
         found: dict[str, object] | str = result.to_dict() if args.json else result.report(hinge_axes=axes)
         if seen is not None:
             from kinetostatics.reports.tool_point import point_report, point_to_dict

@@ -259,6 +259,16 @@ def add_load_arguments(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_tool_argument(parser: argparse._ActionsContainer, what: str) -> None:
+    """Add ``--tool``; ``what`` is done with the point."""
+    parser.add_argument("--tool", metavar=("X", "Y", "Z"), nargs=3, help=f"{what}: a tool's tip, from o in the platform's axes")
+
+
+def tool(args: argparse.Namespace) -> list[float] | None:
+    """Return the point of ``--tool`` [m], None if there is none."""
+    return None if args.tool is None else [number_of("--tool", text, "length") for text in args.tool]
+
+
 def load_options(args: argparse.Namespace) -> dict[str, Any]:
     """Return load, point, frame and gravity as :func:`kinetostatics.analyze` takes them."""
     load = [number_of("--load", text, "force" if k < 3 else "moment") for k, text in enumerate(args.load)]

@@ -47,9 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--subject-to", metavar="REQUIREMENT", **arguments.SEVERAL, help="a quantity and its limit, such as 'sag < 20um'"
     )
-    group.add_argument(
-        "--tool", metavar=("X", "Y", "Z"), nargs=3, help="a tool's tip, from o in the platform's axes, that sag, … are told of"
-    )
+    arguments.add_tool_argument(group, "tell sag, deflection and stiffness of this point instead of o")
     group.add_argument("--pareto", metavar="QUANTITY", help="minimize this one too: designs of which none is better in both")
     group.add_argument("--points", metavar="N", default="10", help="designs of --pareto (default: %(default)s)")
     group.add_argument("--starts", metavar="N", default="3", help="searches from different parameters (default: %(default)s)")
@@ -74,7 +72,7 @@ def run(args: argparse.Namespace) -> int:
             "base_link": args.base_link,
             "starts": starts,
             "tolerance": poses.tolerance_of(args),
-            "tool": None if args.tool is None else [arguments.number_of("--tool", text, "length") for text in args.tool],
+            "tool": arguments.tool(args),
         }
         found: Any
         feasible = True

@@ -18,6 +18,7 @@ examples:
   kinetostatics sensitivities 3rps --platform z=500mm rx=3deg ry=0 --load 0 0 -500 0 0 0
   kinetostatics sensitivities 2pru_upr --by rod_diameter rod_length --json
   kinetostatics sensitivities 3rps --load 0 0 -500 0 0 0 --out stiffen.svg
+  kinetostatics sensitivities 3rps --load 0 100 -500 0 0 0 --tool 0 0 200mm
 """
 
 
@@ -26,6 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     arguments.add_robot_arguments(parser)
     poses.add_pose_arguments(parser)
     arguments.add_load_arguments(parser)
+    arguments.add_tool_argument(parser, "differentiate twist and stiffness of this point instead of o")
     parser.add_argument("--by", metavar="NAME", nargs="+", help="xacro arguments of the file (default: all that change anything)")
     parser.add_argument("--out", metavar="FILE", help="write a bar chart: .pdf, .svg or .png")
     arguments.add_json_argument(parser)
@@ -39,7 +41,7 @@ def run(args: argparse.Namespace) -> int:
         arguments.check_folder(args.out)
         options = arguments.load_options(args)
         configuration, warnings = poses.assemble(arguments.load(args), args)
-        found = sensitivities(configuration, args.by, **options)
+        found = sensitivities(configuration, args.by, tool=arguments.tool(args), **options)
         arguments.save_figure(args.out, "sensitivities", found)
         answer = found.to_dict() if args.json else str(found)
     arguments.print_answer(answer, warnings, args.out)

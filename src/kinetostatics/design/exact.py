@@ -28,13 +28,16 @@ STEP = 1e-3
 PLAIN = {"load", "gravity", "engine", "on_failure"}
 
 
-def derivatives_at(configuration: Configuration, result: Result, analysis: Mapping[str, Any]) -> Derivatives | None:
+def derivatives_at(
+    configuration: Configuration, result: Result, analysis: Mapping[str, Any], tool: Array | None = None
+) -> Derivatives | None:
     """Return the derivatives at all poses, None where loads on links, misfits and the like are not differentiated.
 
     Args:
         configuration: the poses.
         result: their analysis.
         analysis: its arguments.
+        tool: (3,) a point of the platform, from o in its axes [m], that twist and stiffness are about; None: o.
     """
     more = {name for name, value in analysis.items() if value is not None and not (isinstance(value, str) and value == "world")}
     if not more <= PLAIN or result.shape != configuration.shape or not np.all(configuration.reached):
@@ -53,7 +56,7 @@ def derivatives_at(configuration: Configuration, result: Result, analysis: Mappi
     if not np.all(np.isfinite(load)):
         return None
     outputs = [name for name in OUTPUTS if robot.description.driven or not name.startswith("actuator")]
-    return Derivatives(replace(configuration, shape=(N,)), prescribed, target, load, gravity, outputs)
+    return Derivatives(replace(configuration, shape=(N,)), prescribed, target, load, gravity, outputs, tool)
 
 
 def argument(variants: Variants, name: str, description: RobotDescription) -> Parameter:

@@ -216,7 +216,8 @@ class ManyRobots:
         _, statics = self._varied(changed_description(self._changes, amounts), "one of the parameters")
         bodies = frames.shape[0] // 12
         rotation, position = frames[: 9 * bodies].reshape(3, 3, bodies, 1), frames[9 * bodies :].reshape(3, bodies, 1)
-        return output_record(statics, names, (Frames(rotation, position), self._derivatives.load, self._derivatives.gravity))
+        example = Frames(rotation, position), self._derivatives.load, self._derivatives.gravity
+        return output_record(statics, names, example, tool=self._derivatives.tool)
 
     def _closed(self, parts: Array) -> tuple[Array, Mask]:
         """Return the frames (12 B, N) of poses whose loops are closed, and which are."""

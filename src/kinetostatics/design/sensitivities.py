@@ -9,9 +9,11 @@ joint or a drive does is known without any difference: :attr:`kinetostatics.Resu
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
 from kinetostatics.argument_checks import names_in
@@ -23,6 +25,7 @@ from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.printing.mappings import Named
 from kinetostatics.results.result import Result
 from kinetostatics.results.sensitivities import Sensitivities, Sensitivity
+from kinetostatics.results.tool_point import point_of_platform
 from kinetostatics.robot import robot_of
 
 #: Half the distance between the two values of a parameter, as part of it; of one that is zero, of 1. Truncation and rounding then
@@ -32,13 +35,17 @@ STEP = 3e-5
 NOTHING = 1e-7
 
 
-def sensitivities(configuration: Configuration, by: Sequence[str] | None = None, **analysis: Any) -> Sensitivities:
+def sensitivities(
+    configuration: Configuration, by: Sequence[str] | None = None, *, tool: ArrayLike | None = None, **analysis: Any
+) -> Sensitivities:
     """Find what each parameter of the robot's file does to twist, stiffness, drive forces and mass: what to stiffen first.
 
     Args:
         configuration: a pose or a batch of poses of a robot that was read from a file. While a parameter changes, the coordinates
             stay that the pose was assembled with: the platform's, or the drives'.
         by: names of xacro arguments of the file; default: all that are numbers and change anything.
+        tool: (3,) a point of the platform, from o in its axes [m], such as a tool's tip, whose twist and stiffness are
+            differentiated; default: o. Where ``load`` acts is ``point``.
         analysis: whatever :func:`kinetostatics.analyze` takes: ``load``, ``gravity``, ``point``, ….
 
     Returns:
@@ -70,8 +77,9 @@ def sensitivities(configuration: Configuration, by: Sequence[str] | None = None,
     if by is not None:
         by = names_in("by", by, '["rod_diameter"]')
         variants.check(by)
+    place = None if tool is None else point_of_platform("tool", tool)
     result = analyze(configuration, **analysis)
-    derivatives = derivatives_at(configuration, result, analysis)
+    derivatives = derivatives_at(configuration, result, analysis, place)
     found: dict[str, Sensitivity] = {}
     skipped: dict[str, str] = {}
     for name in variants.numbers if by is None else by:
@@ -85,17 +93,20 @@ def sensitivities(configuration: Configuration, by: Sequence[str] | None = None,
                 except RobotFileError:
                     if variants.numbers[name] != 0:
                         raise  # else less than nothing is wrong, as of a mass: it is differenced to one side
-            found[name] = _sensitivity(variants, configuration, analysis, name, exact)
+            found[name] = _sensitivity(variants, configuration, analysis, name, exact, place)
         except RobotFileError as error:
             if by is not None:
                 raise
             skipped[name] = str(error)
     sources = {name: twist for kind in result.source_contributions.values() for name, twist in kind.items()}
-    every = Sensitivities(result, Named(found), Named(sources), Named(skipped))
+    if place is not None:
+        moved = result.at_point(place).moved
+        sources = {name: moved(twist) for name, twist in sources.items()}
+    every = Sensitivities(result, Named(found), Named(sources), Named(skipped), place)
     if by is None:
-        found = {name: item for name, item in found.items() if _does_anything(item, _numbers(result))}
+        found = {name: item for name, item in found.items() if _does_anything(item, _numbers(result, place))}
     order = sorted(found, key=lambda name: -abs(every.effect(name)[0]))
-    return Sensitivities(result, Named({name: found[name] for name in order}), Named(sources), Named(skipped))
+    return replace(every, parameters=Named({name: found[name] for name in order}))
 
 
 def _sensitivity(
@@ -104,6 +115,7 @@ def _sensitivity(
     analysis: Mapping[str, Any],
     name: str,
     exact: Mapping[str, Array] | None,
+    tool: Array | None,
 ) -> Sensitivity:
     value, driven = variants.numbers[name], robot_of(configuration).description.driven
     step = STEP * (abs(value) or 1.0)
@@ -115,7 +127,7 @@ def _sensitivity(
         if known and not any(beam.telescopic for beam in robot.beams.values()):
             return {"mass": np.broadcast_to(robot.weights.masses(robot.zero_frames).sum(), configuration.shape)}
         pose = same_pose(configuration, robot)
-        return {"mass": _mass(pose)} if known else _numbers(analyze(pose, on_failure="nan", **given))
+        return {"mass": _mass(pose)} if known else _numbers(analyze(pose, on_failure="nan", **given), tool)
 
     above = numbers(value + step)
     try:
@@ -144,13 +156,13 @@ def _sensitivity(
     )
 
 
-def _numbers(result: Result) -> dict[str, Array]:
+def _numbers(result: Result, tool: Array | None) -> dict[str, Array]:
     """Return everything that is differentiated."""
-    configuration = result.configuration
+    configuration, seen = result.configuration, result if tool is None else result.at_point(tool)
     return {
-        "twist": result.twist,
-        "stiffness": result.stiffness,
-        "compliance": result.compliance,
+        "twist": seen.twist,
+        "stiffness": seen.stiffness,
+        "compliance": seen.compliance,
         "mass": np.asarray(np.broadcast_to(_mass(configuration), result.shape)),
         **{f"force of {name}": force for name, force in result.actuator_forces.items()},
         **{f"position of {name}": position for name, position in configuration.actuators.items()},

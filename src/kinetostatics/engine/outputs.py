@@ -14,6 +14,7 @@ from kinetostatics.engine.scalars import Tape
 from kinetostatics.engine.structure import KEPT as KEPT_OF_EQUILIBRIUM
 from kinetostatics.engine.structure import Structure
 from kinetostatics.math.arrays import Array, Mask
+from kinetostatics.math.screws import move_twist, move_wrench
 from kinetostatics.mechanism.mechanism import Connection, Mechanism
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.joint_wrenches import actuator_forces
@@ -35,6 +36,20 @@ OUTPUTS: Mapping[str, Callable[[RobotStatics, Solution], Array | Mask]] = {
     "actuator_forces": _forces,
     "singular": lambda robot, solution: solution.singular,
 }
+#: How those of them that are about o become those about a point that lies ``arm`` (3, N) [m] from there.
+AT_POINT: Mapping[str, Callable[[Array, Array], Array]] = {
+    "twist": move_twist,
+    "contributions": lambda twists, arm: move_twist(twists, arm[:, None]),
+    "stiffness": lambda stiffness, arm: _on_both_sides(move_wrench, stiffness, arm),
+    "compliance": lambda compliance, arm: _on_both_sides(move_twist, compliance, arm),
+}
+
+
+def _on_both_sides(move: Callable[[Array, Array], Array], matrix: Array, arm: Array) -> Array:
+    """Return a matrix (6, 6, N) whose columns and rows are moved."""
+    return np.swapaxes(move(np.swapaxes(move(matrix, arm[:, None]), 0, 1), arm[:, None]), 0, 1)
+
+
 #: What they take of a robot.
 KEPT: Mapping[type, tuple[str, ...]] = {
     **KEPT_OF_EQUILIBRIUM,
@@ -68,7 +83,11 @@ def structure_of(robot: RobotStatics, tape: Tape | None = None, all_vary: bool =
 
 
 def output_record(
-    robot: RobotStatics, names: Sequence[str], example: tuple[Frames, Array, Array], all_vary: bool = True
+    robot: RobotStatics,
+    names: Sequence[str],
+    example: tuple[Frames, Array, Array],
+    all_vary: bool = True,
+    tool: Array | None = None,
 ) -> OutputRecord:
     """Record some outputs.
 
@@ -77,6 +96,7 @@ def output_record(
         names: of the outputs.
         example: frames, load (6, 1) and gravity (3, 1) of one pose, whose way is taken at branches.
         all_vary: 0, 1 and −1 are numbers like others, see :class:`Structure`.
+        tool: (3,) a point of the platform, from o in its axes [m], that twist, stiffness and compliance are about; None: o.
 
     Raises:
         NotRecordedError: it takes something that is not an operation on scalars.
@@ -85,7 +105,12 @@ def output_record(
     copy = structure_of(robot, tape, all_vary).copy
 
     def wanted(solution: Solution) -> dict[str, Any]:
-        return {name: OUTPUTS[name](copy, solution) for name in names}
+        found: dict[str, Any] = {name: OUTPUTS[name](copy, solution) for name in names}
+        if tool is not None:
+            rotation, _ = copy.mechanism.platform_pose(solution.frames)
+            arm = np.einsum("ijn,j->in", rotation, tool)
+            found |= {name: AT_POINT[name](found[name], arm) for name in names if name in AT_POINT}
+        return found
 
     arrays = recorded_arrays(robot, tape, copy, example, wanted)
     rows = {name: _numbers(tape, array) for name, array in arrays.items()}

@@ -66,6 +66,7 @@ class Derivatives:
         load: (6, N) [N, N·m].
         gravity: (3, N) [m/s²].
         outputs: which ones.
+        tool: (3,) a point of the platform, from o in its axes [m], that twist, stiffness and compliance are about; None: o.
     """
 
     def __init__(
@@ -76,11 +77,12 @@ class Derivatives:
         load: Array,
         gravity: Array,
         outputs: Sequence[str],
+        tool: Array | None = None,
     ) -> None:
         self.robot: Robot = robot_of(pose)
         self.pose, self.target, self.load, self.gravity = pose, target, load, gravity
         self.prescribed = self.robot.mobility_analysis.without_idle_dofs(prescribed)
-        self.outputs = tuple(outputs)
+        self.outputs, self.tool = tuple(outputs), tool
         self.N = load.shape[1]
 
     # ---- the statics ------------------------------------------------------------------------------------------------
@@ -109,7 +111,7 @@ class Derivatives:
             example = decided.example if first is None else frames.take(slice(first, first + 1))
             at = slice(0, 1) if first is None else slice(first, first + 1)
             try:
-                record = output_record(decided, names, (example, self.load[:, at], self.gravity[:, at]))
+                record = output_record(decided, names, (example, self.load[:, at], self.gravity[:, at]), tool=self.tool)
             except NotRecordedError as error:
                 raise ArgumentError(f"{self.robot.name!r} has no derivatives: {error}") from error
             rows = [row for name in names for row in record.rows[name]]

@@ -9,13 +9,14 @@ from matplotlib.axes import Axes
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.plots.style import COLOURS, ONE_COLUMN, new_axes, styled
 from kinetostatics.results.sensitivities import Sensitivities
+from kinetostatics.results.tool_point import named_point
 
 #: Bars of each kind, at most.
 MOST = 12
 
 
 def sensitivities(found: Sensitivities, *, ax: Axes | None = None) -> Axes:
-    """Draw by how many per cent one per cent more of each parameter, and of each part's stiffness, changes how far o moves.
+    """Draw by how many per cent one per cent more of each parameter, or of a part's stiffness, changes how far o or a tool moves.
 
     Args:
         found: of :func:`kinetostatics.sensitivities`.
@@ -29,9 +30,9 @@ def sensitivities(found: Sensitivities, *, ax: Axes | None = None) -> Axes:
     """
     if not isinstance(found, Sensitivities):
         raise ArgumentError(f"{found!r} are no sensitivities: ks.sensitivities(pose) finds them")
-    size = float(np.linalg.norm(found.result.twist[found.worst][:3]))
+    size, who = float(np.linalg.norm(found.seen.twist[found.worst][:3])), named_point(found.tool)
     if not size > 0:
-        raise ArgumentError("o does not move, so that nothing has an effect on it")
+        raise ArgumentError(f"{who} does not move, so that nothing has an effect on it")
     rows = [(name, 100 * found.effect(name)[0] / size, False) for name in list(found)[:MOST]]
     parts = sorted(found.sources, key=lambda name: -abs(found.source_effect(name)))[:MOST]
     rows += [(f"stiffness of {name}", 100 * found.source_effect(name) / size, True) for name in parts]
@@ -44,7 +45,7 @@ def sensitivities(found: Sensitivities, *, ax: Axes | None = None) -> Axes:
         ax.set_yticks(range(len(rows)), [name for name, *_ in rows])
         ax.invert_yaxis()
         ax.axvline(0.0, color="0.3", linewidth=0.6)
-        ax.set_xlabel("change of the displacement of o for 1 % more [%]")
+        ax.set_xlabel(f"change of the displacement of {who} for 1 % more [%]")
         ax.grid(axis="x", color="0.85", linewidth=0.4)
         ax.set_axisbelow(True)
     return ax

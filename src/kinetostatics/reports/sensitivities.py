@@ -7,7 +7,9 @@ import numpy as np
 from kinetostatics.printing.dispatch import dict_of, text_of
 from kinetostatics.printing.text import LENGTHS, Column, column_table, quantity, section, wrapped
 from kinetostatics.reports.json import plain
+from kinetostatics.reports.tool_point import said_of
 from kinetostatics.results.sensitivities import Sensitivities
+from kinetostatics.results.tool_point import named_point
 
 _MASSES = (("g", 1e-3), ("kg", 1.0))
 
@@ -24,11 +26,11 @@ UNITS = {
 
 @text_of.register(Sensitivities)
 def sensitivities_report(found: Sensitivities) -> str:
-    """Return what to change first: parameters and sources, ranked by what one per cent of them does to o."""
+    """Return what to change first: parameters and sources, ranked by what one per cent of them does to o or the tool's tip."""
     robot = found.result.robot
-    size = float(np.linalg.norm(found.result.twist[found.worst][:3]))
+    size, who = float(np.linalg.norm(found.seen.twist[found.worst][:3])), named_point(found.tool)
     where = f" at element {list(found.worst)} of the batch, where it moves most" if found.result.shape else ""
-    lines = [f"Sensitivities of {robot.name!r}: o moves by {quantity(size, LENGTHS)}{where}"]
+    lines = [f"Sensitivities of {robot.name!r}: {who} moves by {quantity(size, LENGTHS)}{where}"]
     effects = {name: found.effect(name) for name in found}
     if effects:
         moves, masses = ([effect[k] for effect in effects.values()] for k in (0, 1))
@@ -36,10 +38,10 @@ def sensitivities_report(found: Sensitivities) -> str:
         columns = [
             Column("parameter", list(effects)),
             Column("value", [f"{found[name].value:.6g} {found[name].unit.replace(' ', '·')}".rstrip() for name in effects], "r"),
-            Column.of("moves o by", moves, LENGTHS),
+            Column.of(f"moves {who} by", moves, LENGTHS),
             Column("of it [%]", [f"{100 * move / size:+.3f}" if size else "" for move in moves], "r"),
             Column.of("adds", masses, _MASSES),
-            Column.of("o per kg", per_mass, LENGTHS),
+            Column.of(f"{who} per kg", per_mass, LENGTHS),
         ]
         lines += section("What one per cent more of each parameter of the file does", column_table(columns))
     if found.sources:
@@ -47,7 +49,7 @@ def sensitivities_report(found: Sensitivities) -> str:
         moves = [found.source_effect(name) for name in names]
         columns = [
             Column("what", names),
-            Column.of("moves o by", moves, LENGTHS),
+            Column.of(f"moves {who} by", moves, LENGTHS),
             Column("of it [%]", [f"{100 * move / size:+.3f}" if size else "" for move in moves], "r"),
         ]
         lines += section("What one per cent more stiffness of each part does: stiffen the first", column_table(columns))
@@ -70,8 +72,8 @@ def sensitivities_to_dict(found: Sensitivities) -> dict[str, object]:
     """Return sensitivities as plain values: what ``sensitivities --json`` prints."""
     return {
         "robot": found.result.robot.name,
-        "units": dict(UNITS),
-        "twist": plain(found.result.twist),
+        **said_of(found.tool, UNITS),
+        "twist": plain(found.seen.twist),
         "parameters": {name: plain(item) for name, item in found.parameters.items()},
         "sources": plain(found.sources),
         "skipped": dict(found.skipped),

@@ -49,6 +49,7 @@ from kinetostatics.results.result import Result
 from kinetostatics.results.sensitivities import Sensitivities
 from kinetostatics.results.spread import Spread
 from kinetostatics.results.tolerances import Tolerances
+from kinetostatics.results.tool_point import named_point
 from kinetostatics.robot import Robot
 
 #: Rows of a table of tolerances in a notebook.
@@ -271,11 +272,11 @@ def _sensitivities(found: Sensitivities) -> Short:
         move, mass = found.effect(name)
         value = f"{found[name].value:.6g} {found[name].unit}".rstrip()
         rows.append((name, value, values_words(move, LENGTHS), values_words(mass, MASSES)))
-    title = f"Sensitivities of {found.result.robot.name!r}"
+    title, who = f"Sensitivities of {found.result.robot.name!r}", named_point(found.tool)
     line = f"{title}: {_count(len(found), 'parameter')}, {_count(len(found.sources), 'part')} that give way"
     if rows:
-        line += f"; one per cent more of {rows[0][0]} moves o by {rows[0][2]}"
-    return Short(line, title, ("parameter", "value", "1 % more moves o by", "adds"), rows)
+        line += f"; one per cent more of {rows[0][0]} moves {who} by {rows[0][2]}"
+    return Short(line, title, ("parameter", "value", f"1 % more moves {who} by", "adds"), rows)
 
 
 @_short.register

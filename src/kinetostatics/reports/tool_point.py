@@ -1,9 +1,12 @@
-"""What a person reads of a point of the platform: ``kinetostatics analyze --tool``."""
+"""What is told of a point of the platform: ``--tool``."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
+from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import COMPONENTS
 from kinetostatics.printing.text import ANGLES, LENGTHS, STIFFNESSES, quantity, section, table
 from kinetostatics.reports.json import plain
@@ -26,3 +29,11 @@ def point_report(found: PointResult) -> str:
 def point_to_dict(found: PointResult) -> dict[str, object]:
     """Return the same as plain values."""
     return {name: plain(getattr(found, name)) for name in ("point", "twist", "stiffness", "compliance")}
+
+
+def said_of(tool: Array | None, units: Mapping[str, str]) -> dict[str, object]:
+    """Return what numbers mean that are told of a tool's tip instead of o, for JSON, and where that is."""
+    if tool is None:
+        return {"units": dict(units)}
+    said = {name: text.replace("at o", "at the tool's tip") for name, text in units.items()}
+    return {"units": {**said, "tool": "the tip, from o in the platform's axes [m]"}, "tool": np.asarray(tool).tolist()}

@@ -13,11 +13,12 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.printing.dispatch import Told
 from kinetostatics.printing.mappings import ShortRepr
 from kinetostatics.results.result import Result
+from kinetostatics.results.tool_point import PointResult
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Sensitivity(ShortRepr):
-    """Derivatives with respect to one parameter, per unit of it; batch axes first.
+    """Derivatives with respect to one parameter, per unit of it; batch axes first. With a tool, its tip takes the place of o.
 
     Attributes:
         name: of the parameter, or of what gives way.
@@ -51,16 +52,18 @@ class Sensitivities(Told):
 
     Attributes:
         result: the analysis about which it is differentiated.
-        parameters: by name, the one that moves o most per part of its value first.
+        parameters: by name, the one that moves o, or the tool's tip, most per part of its value first.
         sources: −∂twist/∂ln(stiffness) of each beam, elastic joint and drive (…, 6) [m, rad] by name: the part of the twist that
             it makes, which is exact. One per cent more stiffness takes one per cent of it away.
         skipped: parameters that make no robot when they are changed a little, and why.
+        tool: (3,) the point of the platform that twist and stiffness are told of, from o in its axes [m]; None: o.
     """
 
     result: Result
     parameters: Mapping[str, Sensitivity]
     sources: Mapping[str, Array]
     skipped: Mapping[str, str] = field(default_factory=dict)
+    tool: Array | None = None
 
     def __getitem__(self, name: str) -> Sensitivity:
         if name not in self.parameters:
@@ -74,9 +77,14 @@ class Sensitivities(Told):
         return len(self.parameters)
 
     @cached_property
+    def seen(self) -> Result | PointResult:
+        """Twist and stiffness about which it is differentiated: those of the tool's tip, or of o."""
+        return self.result if self.tool is None else self.result.at_point(self.tool)
+
+    @cached_property
     def worst(self) -> tuple[int, ...]:
-        """Where in the batch o moves most: the pose that effects are told of."""
-        size = np.linalg.norm(np.nan_to_num(self.result.twist[..., :3]), axis=-1)
+        """Where in the batch o, or the tool's tip, moves most: the pose that effects are told of."""
+        size = np.linalg.norm(np.nan_to_num(self.seen.twist[..., :3]), axis=-1)
         return tuple(int(k) for k in np.unravel_index(int(np.argmax(size)), size.shape)) if size.shape else ()
 
     def effect(self, name: str) -> tuple[float, float]:
@@ -92,6 +100,6 @@ class Sensitivities(Told):
         return -0.01 * self._along(self.sources[name])
 
     def _along(self, twist: Array) -> float:
-        whole = self.result.twist[self.worst][:3]
+        whole = self.seen.twist[self.worst][:3]
         size = float(np.linalg.norm(whole))
         return float(twist[self.worst][:3] @ whole) / size if size > 0 else 0.0

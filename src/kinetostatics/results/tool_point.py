@@ -35,6 +35,15 @@ class PointResult(ShortRepr):
     stiffness: Array
     compliance: Array
 
+    def moved(self, twists: Array) -> Array:
+        """Return twists (…, 6) at o as those at the point."""
+        return frozen(np.asarray((to_point(self.arm) @ twists[..., None])[..., 0]))
+
+
+def named_point(tool: object) -> str:
+    """Return what a point of the platform is called in sentences: o, where there is no tool."""
+    return "o" if tool is None else "the tool's tip"
+
 
 def point_of_platform(what: str, point: ArrayLike) -> Array:
     """Return a point (3,) of the platform, from o in its axes [m].
