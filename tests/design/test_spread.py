@@ -137,6 +137,30 @@ def test_a_payload_is_analysed_robot_by_robot(cantilever):
     assert "made by itself" in str(found)
 
 
+def test_the_tip_of_a_tool(cantilever):
+    """w = F/3E (L³ + 3 a L² + 3 a² L)/I of a force at a tip that is a beyond the rod; as one batch, and robot by robot."""
+    a, off, tool = 0.2, {"diameter": "0.1mm"}, (0.2, 0, 0)
+    w = sag() * ((L + a) ** 3 - a**3) / L**3
+    load = {"load": [0, 0, -F, 0, a * F, 0], "gravity": (0, 0, 0)}
+    found = ks.spread(cantilever, off, robots=50, tool=tool, **load)
+    assert found.nominal.displacement == pytest.approx(w, rel=1e-9) and found.at_once
+    assert found.worst_case.displacement == pytest.approx(4 * w * 1e-4 / D, rel=1e-7)
+    np.testing.assert_allclose(found.samples.displacement, w * (found.values["diameter"] / D) ** -4, rtol=1e-8)
+    single = ks.spread(cantilever, off, robots=3, tool=tool, payload=ks.Payload(1e-9), **load)
+    assert not single.at_once and single.worst_case.displacement == pytest.approx(4 * w * 1e-4 / D, rel=1e-5)
+    np.testing.assert_allclose(single.samples.displacement, w * (single.values["diameter"] / D) ** -4, rtol=1e-8)
+    np.testing.assert_allclose(single.samples.stiffness[0], found.nominal.stiffness, rtol=0.02, atol=1)
+    assert "the tool's tip moves by" in str(found) and "the tool's tip moves" in repr(found)
+    assert found.to_dict()["tool"] == [0.2, 0, 0] and "displacement of the tool's tip" in str(found)
+
+
+def test_the_tip_of_a_tool_turns_with_each_platform():
+    """With the drives held every robot leans in another way: those of the batch are those made one by one."""
+    pose = package_robots.robot("3rps").assemble(actuators={"prismatic_1": 0.05, "prismatic_2": -0.05, "prismatic_3": 0.0})
+    found = ks.spread(pose, {"revolute_1.placement.z": "5mm"}, robots=5, load=LOAD, tool=(0.3, 0.2, -0.1))
+    assert found.at_once and found.difference < 1e-4  # to a part of the standard deviation
+
+
 def test_tables_and_json(legs):
     text = str(legs)
     rows = {line.split()[0]: line for line in text.splitlines() if line.startswith("  ")}

@@ -24,6 +24,7 @@ parameters:
 
 examples:
   kinetostatics spread 3rps --off rod_diameter=0.1mm youngs_modulus=3% --load 0 0 -500 0 0 0
+  kinetostatics spread 3rps --off 'rod_*.outer_diameter=0.1mm' --load 0 100 -500 0 0 0 --tool 0 0 200mm
   kinetostatics spread 2pru_upr --off 'rod_*.outer_diameter=0.1mm' platform.mass=1% --json
   kinetostatics spread 3rps --off 'revolute_*.placement.[xyz]=0.05mm' --what prismatic_1 --out forces.svg
 """
@@ -34,6 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     arguments.add_robot_arguments(parser)
     poses.add_pose_arguments(parser)
     arguments.add_load_arguments(parser)
+    arguments.add_tool_argument(parser, "tell twist and stiffness of this point instead of o")
     parser.add_argument("--off", metavar="NAME=T", required=True, **arguments.SEVERAL, help="parameters and their tolerances")
     parser.add_argument("--robots", metavar="N", help="robots made at random (default: 10000; 300 where made one by one)")
     parser.add_argument("--distribution", metavar="D", default="normal", help="normal or uniform (default: %(default)s)")
@@ -54,7 +56,9 @@ def run(args: argparse.Namespace) -> int:
         seed = _whole("--seed", args.seed)
         off = arguments.parse_items("--off", args.off)
         configuration, warnings = poses.assemble(arguments.load(args), args)
-        found = spread(configuration, off, robots=robots, distribution=args.distribution, seed=seed, **options)
+        found = spread(
+            configuration, off, robots=robots, distribution=args.distribution, seed=seed, tool=arguments.tool(args), **options
+        )
         arguments.save_figure(args.out, "spread", found, args.what)
         answer = found.to_dict() if args.json else str(found)
     arguments.print_answer(answer, warnings, args.out)

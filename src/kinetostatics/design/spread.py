@@ -15,6 +15,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
 from kinetostatics.argument_checks import check_choice
@@ -31,6 +32,7 @@ from kinetostatics.printing.mappings import Named
 from kinetostatics.printing.waiting import waiting
 from kinetostatics.results.result import Result
 from kinetostatics.results.spread import Spread, SpreadQuantities, Toleranced, quantities
+from kinetostatics.results.tool_point import point_of_platform
 from kinetostatics.robot import Robot, robot_of
 
 #: Standard deviation of a parameter, as part of its tolerance, by its distribution.
@@ -48,6 +50,7 @@ def spread(
     robots: int | None = None,
     distribution: str = "normal",
     seed: int = 0,
+    tool: ArrayLike | None = None,
     **analysis: Any,
 ) -> Spread:
     """Find how much robots of one design differ: worst case and standard deviation to first order, and robots made at random.
@@ -64,6 +67,8 @@ def spread(
             rigid limbs, a payload or loads on links.
         distribution: "normal", with a standard deviation of a third of the tolerance, or "uniform" within it.
         seed: of the random numbers: the same robots for the same seed.
+        tool: (3,) a point of the platform, from o in its axes [m], such as a tool's tip, whose twist and stiffness are told;
+            default: o. Where ``load`` acts is ``point``.
         analysis: whatever :func:`kinetostatics.analyze` takes: ``load``, ``gravity``, ``payload``, ….
 
     Returns:
@@ -96,17 +101,18 @@ def spread(
     count = _count("robots", robots, 2)
     seed = _count("seed", seed, 0) or 0
     robot = robot_of(configuration)
+    place = None if tool is None else point_of_platform("tool", tool)
     changes, amounts = read_changes(robot, tolerances)
     result = analyze(configuration, **analysis)
     if result.shape != ():
         raise ArgumentError("spread wants a single pose and a single load")
     given = {name: value for name, value in analysis.items() if name != "on_failure"}
-    derivatives = derivatives_at(configuration, result, analysis)
+    derivatives = derivatives_at(configuration, result, analysis, place)
     try:
-        effects = _first_order(result, derivatives, changes, amounts, given)
+        effects = _first_order(result, derivatives, changes, amounts, given, place)
     except NotRecordedError:
         derivatives = None
-        effects = _first_order(result, None, changes, amounts, given)
+        effects = _first_order(result, None, changes, amounts, given, place)
     sigma = DEVIATIONS[distribution] * amounts
     parameters = {
         item.name: Toleranced(item.name, item.value, item.unit, float(amount), float(one))
@@ -116,7 +122,7 @@ def spread(
     units = np.random.default_rng(seed).standard_normal if distribution == "normal" else _uniform(seed)
     values = sigma[:, None] * units((len(changes), count))
     deviation = _summed(list(effects.values()), sigma, amounts, 2)
-    samples, difference = _samples(configuration, derivatives, changes, values, given, float(deviation.displacement))
+    samples, difference = _samples(configuration, derivatives, changes, values, given, float(deviation.displacement), place)
     nominal = np.array([item.value for item in changes])
     return Spread(
         result,
@@ -130,6 +136,7 @@ def spread(
         seed,
         derivatives is not None,
         difference,
+        place,
     )
 
 
@@ -154,12 +161,16 @@ def _first_order(
     changes: Sequence[Change],
     amounts: Array,
     analysis: Mapping[str, Any],
+    tool: Array | None,
 ) -> dict[str, SpreadQuantities]:
     """Return what each parameter does alone when it is off by its tolerance, to first order."""
     configuration, found = nominal.configuration, {}
+    twist = nominal.twist if tool is None else nominal.at_point(tool).twist
     for change, amount in zip(changes, amounts.tolist(), strict=True):
         if derivatives is None:
-            after, before = (_of(_made_pose(configuration, [change], [sign * _STEP * amount]), analysis) for sign in (1, -1))
+            after, before = (
+                _of(_made_pose(configuration, [change], [sign * _STEP * amount]), analysis, tool) for sign in (1, -1)
+            )
             slopes = [(a - b) / (2 * _STEP) for a, b in zip(after, before, strict=True)]
         else:
             try:
@@ -175,15 +186,15 @@ def _first_order(
                 f"{change.name}: with it a little off the loops do not close, or the pose is lost; of an overconstrained robot, "
                 "tolerances tells what such errors do, and which forces they lock in"
             )
-        found[change.name] = _effect(nominal, *slopes)
+        found[change.name] = _effect(nominal, twist, *slopes)
     return found
 
 
-def _effect(nominal: Result, twist: Array, stiffness: Array, forces: Array) -> SpreadQuantities:
+def _effect(nominal: Result, nominal_twist: Array, twist: Array, stiffness: Array, forces: Array) -> SpreadQuantities:
     drives = dict(zip(nominal.robot.description.driven, forces, strict=True))
     lengths = []
     for part in (slice(3), slice(3, 6)):
-        whole, own = nominal.twist[part], twist[part]
+        whole, own = nominal_twist[part], twist[part]
         size = np.linalg.norm(whole)
         lengths.append(np.asarray(own @ whole / size if size > 0 else np.linalg.norm(own)))
     return SpreadQuantities(frozen(twist), lengths[0], lengths[1], frozen(stiffness), Named(drives))
@@ -216,6 +227,7 @@ def _samples(
     values: Array,
     analysis: Mapping[str, Any],
     deviation: float,
+    tool: Array | None,
 ) -> tuple[SpreadQuantities, float]:
     """Return the quantities of all robots, and by how many standard deviations those that were made one by one differ."""
     driven, N = robot_of(configuration).description.driven, values.shape[1]
@@ -232,7 +244,7 @@ def _samples(
     worst = math.nan
     for done, k in enumerate([*checked, *lost.tolist()]):
         with waiting(f"making robots one by one: {done} of {len(checked) + lost.size}"):
-            own = _of(_made_pose(configuration, changes, values[:, k]), analysis)
+            own = _of(_made_pose(configuration, changes, values[:, k]), analysis, tool)
         if done < len(checked):
             apart = float(np.linalg.norm(own[0][:3] - twist[k, :3]))
             worst = max(apart / deviation if deviation > 0 else 0.0, 0.0 if math.isnan(worst) else worst)
@@ -254,9 +266,10 @@ def _made_pose(configuration: Configuration, changes: Sequence[Change], amounts:
         return None
 
 
-def _of(pose: Configuration | None, analysis: Mapping[str, Any]) -> tuple[Array, Array, Array]:
+def _of(pose: Configuration | None, analysis: Mapping[str, Any], tool: Array | None) -> tuple[Array, Array, Array]:
     """Return twist, stiffness and drive forces, NaN where there is no pose."""
     if pose is None:
         return np.full(6, np.nan), np.full((6, 6), np.nan), np.full(0, np.nan)
     result = analyze(replace(pose), on_failure="nan", **analysis)
-    return result.twist, result.stiffness, np.array([float(force) for force in result.actuator_forces.values()])
+    seen = result if tool is None else result.at_point(tool)
+    return seen.twist, seen.stiffness, np.array([float(force) for force in result.actuator_forces.values()])

@@ -10,6 +10,7 @@ from kinetostatics.exceptions import ArgumentError
 from kinetostatics.plots.display_units import display_unit
 from kinetostatics.plots.style import COLOURS, ONE_COLUMN, new_axes, styled
 from kinetostatics.results.spread import COMPONENTS, Spread
+from kinetostatics.results.tool_point import named_point
 
 #: Bars of a histogram.
 BARS = 60
@@ -40,7 +41,7 @@ def spread(found: Spread, what: str = "displacement", *, ax: Axes | None = None)
         unit, title = ("N" if slides else "N·m"), f"{'force' if slides else 'torque'} of {what}"
     else:
         unit = "m" if what == "displacement" or what in COMPONENTS[:3] else "rad"
-        titles = {"displacement": "displacement of o", "rotation": "rotation of the platform"}
+        titles = {"displacement": f"displacement of {named_point(found.tool)}", "rotation": "rotation of the platform"}
         title = titles.get(what, f"{what} of the twist")
     values = values[np.isfinite(values)]
     size, name = display_unit(unit, [nominal, values.min(), values.max()])

@@ -23,7 +23,9 @@ from kinetostatics.printing.text import (
     wrapped,
 )
 from kinetostatics.reports.json import plain
+from kinetostatics.reports.tool_point import said_of
 from kinetostatics.results.spread import COMPONENTS, Spread, SpreadQuantities
+from kinetostatics.results.tool_point import named_point
 
 #: What the numbers of a spread mean.
 UNITS = {
@@ -39,15 +41,15 @@ UNITS = {
 @text_of.register(Spread)
 def spread_report(found: Spread) -> str:
     """Return two tables: what does how much, and by how much robots differ."""
-    size = float(found.nominal.displacement)
-    lines = [f"Spread of {found.result.robot.name!r}: o moves by {quantity(size, LENGTHS)}, nominally"]
+    size, who = float(found.nominal.displacement), named_point(found.tool)
+    lines = [f"Spread of {found.result.robot.name!r}: {who} moves by {quantity(size, LENGTHS)}, nominally"]
     names = sorted(found.parameters, key=lambda name: -abs(float(found.effects[name].displacement)))
     moves = [float(found.effects[name].displacement) for name in names]
     columns = [
         Column("parameter", names),
         Column("value", [_number(found.parameters[name].value, found.parameters[name].unit) for name in names], "r"),
         Column("off by ±", [_number(found.parameters[name].tolerance, found.parameters[name].unit, 4) for name in names], "r"),
-        Column.of("moves o by", moves, LENGTHS),
+        Column.of(f"moves {who} by", moves, LENGTHS),
         Column("of variance [%]", [f"{100 * found.share(name):.1f}" for name in names], "r"),
     ]
     lines += section("What each does alone, to first order", column_table(columns))
@@ -62,7 +64,8 @@ def spread_report(found: Spread) -> str:
 
 def _quantities(found: Spread) -> list[tuple[str, str, Units]]:
     connections = found.result.robot.mechanism.connections
-    rows: list[tuple[str, str, Units]] = [("displacement of o", "displacement", LENGTHS), ("rotation", "rotation", ANGLES)]
+    where = f"displacement of {named_point(found.tool)}"
+    rows: list[tuple[str, str, Units]] = [(where, "displacement", LENGTHS), ("rotation", "rotation", ANGLES)]
     rows += [(f"twist {name}", name, LENGTHS if k < 3 else ANGLES) for k, name in enumerate(COMPONENTS)]
     drives = found.nominal.actuator_forces
     return rows + [(name, name, FORCES if connections[name].type.is_slide else MOMENTS) for name in drives]
@@ -132,7 +135,7 @@ def spread_to_dict(found: Spread) -> dict[str, object]:
     names = [name for _, name, _ in _quantities(found)]
     return {
         "robot": found.result.robot.name,
-        "units": dict(UNITS),
+        **said_of(found.tool, UNITS),
         "parameters": parameters,
         "nominal": _plain(found.nominal),
         "effects": {name: _plain(item) for name, item in found.effects.items()},

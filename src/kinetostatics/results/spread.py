@@ -12,6 +12,7 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.printing.dispatch import Told
 from kinetostatics.printing.mappings import ShortRepr
 from kinetostatics.results.result import Result
+from kinetostatics.results.tool_point import PointResult
 
 #: Components of a twist, by which one may ask for them.
 COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
@@ -22,6 +23,7 @@ class SpreadQuantities(ShortRepr):
     """What tolerances change, or by how much: numbers of one pose, or of many robots, whose axis is the first.
 
     How much displacement and rotation change is told along the nominal one; where that is zero, it is the length of the change.
+    With a tool, its tip takes the place of o.
 
     Attributes:
         twist: (…, 6) at o [m, rad].
@@ -89,6 +91,7 @@ class Spread(Told):
         at_once: whether the robots were computed together, by one record of the robot's functions; else one after the other.
         difference: by how many standard deviations of the displacement those of them that were also made one by one differ at
             most; NaN where none was.
+        tool: (3,) the point of the platform that twist and stiffness are told of, from o in its axes [m]; None: o.
     """
 
     result: Result
@@ -102,11 +105,13 @@ class Spread(Told):
     seed: int
     at_once: bool
     difference: float
+    tool: Array | None = None
 
     @property
     def nominal(self) -> SpreadQuantities:
         """The quantities of the nominal robot."""
-        return quantities(self.result.twist, self.result.stiffness, self.result.actuator_forces)
+        seen: Result | PointResult = self.result if self.tool is None else self.result.at_point(self.tool)
+        return quantities(seen.twist, seen.stiffness, self.result.actuator_forces)
 
     def sampled(self, name: str) -> tuple[float, float, float, float]:
         """Return mean, standard deviation, and the limits between which 95 % of the robots made at random are.
