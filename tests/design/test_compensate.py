@@ -82,6 +82,66 @@ def test_an_axially_loaded_strut_is_driven_by_what_it_gives():
     assert len({round(float(shift), 15) for shift in found.corrections.values()}) == 1
 
 
+def tip_of(configuration, twist, tool):
+    """Return where the tip of a tool stands under load, and the platform's rotation."""
+    o, R = stands_at(configuration, twist)
+    return o + R.apply(tool), R
+
+
+@pytest.mark.parametrize(("name", "given"), [("3rps", ("x", "y", "z")), ("3rps", None), ("linear_delta", None)])
+def test_the_tip_of_a_tool_stands_where_it_was_asked_to(name, given):
+    """Three freedoms: the tip's place, or its height and two angles; drives alone lead there."""
+    robot, tool, load = package_robots.robot(name), np.array([0.05, -0.04, 0.2]), LOAD * SOFT.get(name, 1.0)
+    pose = tripod() if name == "3rps" else robot.configuration(robot.model_q(robot.generic_poses)[:, 0])
+    found = ks.compensate(pose, load, coordinates=given, tool=tool)
+    driven = robot.assemble(actuators=found.actuators, near=pose)
+    tip, R = tip_of(driven, ks.analyze(driven, load).twist, tool)
+    wanted, wanted_R = tip_of(pose, np.zeros(6), tool)
+    turn = R.as_rotvec() - wanted_R.as_rotvec()
+    off = dict(zip(("x", "y", "z", "rx", "ry", "rz"), [*(tip - wanted), *turn], strict=True))
+    assert found.coordinates == (("z", "rx", "ry") if name == "3rps" and given is None else ("x", "y", "z"))
+    assert max(abs(off[coordinate]) for coordinate in found.coordinates) < 1e-12
+    np.testing.assert_allclose(found.remaining[:3], tip - wanted, atol=1e-12)
+    before, _ = tip_of(pose, found.uncorrected.twist, tool)
+    np.testing.assert_allclose(found.deviation[:3], before - wanted, atol=1e-15)
+    # o itself is corrected to another place
+    of_o = ks.compensate(pose, load)
+    differences = [abs(float(found.actuators[drive] - of_o.actuators[drive])) for drive in found.actuators]
+    assert max(differences) > 1e-3 * max(abs(float(shift)) for shift in of_o.corrections.values())
+    assert found.to_dict()["tool"] == tool.tolist() and "the tool's tip misses" in repr(found)
+    assert ("of the tool's tip. Left" in str(found)) and found.to_dict()["units"]["remaining"]
+
+
+def test_a_tool_changes_nothing_where_all_six_freedoms_are_corrected():
+    robot = package_robots.robot("gough_stewart")
+    pose = robot.assemble(
+        platform={"x": 0.02, "y": 0.0, "z": float(robot.assemble().platform["z"]), "rx": 0.1, "ry": 0.0, "rz": 0.05}
+    )
+    of_tip, of_o = (ks.compensate(pose, LOAD, tool=tool) for tool in ((0.1, 0, 0.3), None))
+    for drive, value in of_o.actuators.items():
+        assert of_tip.actuators[drive] == pytest.approx(float(value), abs=1e-12)
+    assert np.max(np.abs(of_tip.remaining)) < 1e-11 < 1e-8 < np.max(np.abs(of_tip.deviation))
+
+
+def test_tips_of_tools_in_a_batch_and_those_that_no_drive_moves():
+    robot = package_robots.robot("3rps")
+    path = robot.assemble(platform={"z": 0.5, "azimuth": 0.3, "tilt": [0.0, 0.1, 0.2]}, orientation="tilt_torsion")
+    found = ks.compensate(path, LOAD, tool=(0, 0, 0.2))
+    assert found.coordinates == ("z", "azimuth", "tilt") and np.max(np.abs(found.remaining[:, 2])) < 1e-12
+    assert "displacement of the tool's tip" in str(found) and "Corrected: z, azimuth and tilt of the tool's tip" in str(found)
+    one = ks.compensate(
+        robot.assemble(platform={"z": 0.5, "azimuth": 0.3, "tilt": 0.2}, orientation="tilt_torsion"), LOAD, tool=(0, 0, 0.2)
+    )
+    np.testing.assert_allclose(found.remaining[2], one.remaining, atol=1e-14)
+    # at o itself no drive moves the upright tripod sideways
+    with pytest.raises(ks.CoordinatesError, match="cannot set x, y and z of the tool's tip"):
+        ks.compensate(tripod(rx=0.0, ry=0.0), LOAD, coordinates=("x", "y", "z"), tool=(0, 0, 0))
+    with pytest.raises(ks.CoordinatesError, match="mobility"):
+        ks.compensate(tripod(), LOAD, coordinates=("x", "y"), tool=(0, 0, 0.2))
+    with pytest.raises(ks.CoordinatesError, match="no platform coordinate 'u'"):
+        ks.compensate(tripod(), LOAD, coordinates=("x", "y", "u"), tool=(0, 0, 0.2))
+
+
 def test_a_correction_is_more_than_minus_the_twist():
     """A soft tripod sags differently where it is commanded: a first step alone would miss."""
     robot = package_robots.robot("3rps", rod_diameter=0.004)

@@ -168,6 +168,10 @@ STATICS = (
     code('ks.analyze(pose, misfits={"b": [nan] * 6})', "Look at the calculation behind it."),
     code("ks.compensate(robot)", "Assemble it first."),
     code('ks.compensate(pose, coordinates="z")', 'Such as `("z",)`.'),
+    code(
+        'ks.compensate(ks.load_robot("3rps").assemble(), coordinates=("x", "y", "z"), tool=(0, 0, 0))',
+        "A longer tool, or other coordinates.",
+    ),
     code('ks.compensate(pose).save("corrected.xlsx")', "One of the two."),
     code('ks.compensate(pose).to_dataset({"x": [0, 0.1]})', "As many values along each axis as the batch has."),
     code('ks.analyze(pose).actuator_forces["b"]', "A drive's name."),

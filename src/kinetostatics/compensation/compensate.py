@@ -4,6 +4,8 @@ Unknown are the coordinates u at which the unloaded robot is commanded. Under lo
 the twist there; that pose is to have the wanted coordinates. The first step takes the sag at the wanted pose away; the sag at the
 new pose is a little different, and from these differences Broyden's update learns the Jacobian, which begins as the identity.
 (C. G. Broyden, A class of methods for solving nonlinear simultaneous equations, Mathematics of Computation 19, 1965.)
+
+A tool's tip has other coordinates than those that are commanded: the Jacobian begins with how far each of these moves the tip.
 """
 
 from __future__ import annotations
@@ -17,21 +19,26 @@ from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
 from kinetostatics.argument_checks import check_choice, names_in
-from kinetostatics.exceptions import ArgumentError, AssemblyError, StaticsError
+from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, StaticsError
 from kinetostatics.kinematics.assembly import assemble, platform_coordinates
 from kinetostatics.kinematics.configuration import Configuration, spread
 from kinetostatics.kinematics.coordinate_choices import best_choice
 from kinetostatics.math.arrays import Array, Mask, frozen
 from kinetostatics.math.linalg import apply, dot
 from kinetostatics.math.orientation import Orientation, orientation_named
-from kinetostatics.results.compensation import Compensation, loaded_frame
+from kinetostatics.printing.text import listing
+from kinetostatics.results.compensation import Compensation, loaded_frame, wanted_frame
 from kinetostatics.results.result import Result
+from kinetostatics.results.tool_point import point_of_platform
 from kinetostatics.robot import Robot, robot_of
 
 #: Deviation [m, and rad times the robot's length; of robots above 1 m in lengths] that counts as corrected, and the best wanted.
 CORRECTED, EXACT = 1e-12, 1e-15
 #: Corrections at most, and how many in a row may not halve the deviation.
 MOST, STALE = 40, 4
+#: Step of commanded coordinates, as part of the robot's length, by which the tip's Jacobian is found, and its least singular
+#: value, as part of the largest, with which the coordinates move the tip at all.
+STEP, SINGULAR = 1e-5, 1e-6
 #: Cosine of the tilt down to which azimuth and tilt are written as two turns, which have no singularity at tilt 0.
 UPRIGHT = 0.1
 
@@ -45,6 +52,7 @@ def compensate(
     orientation: str | None = None,
     on_failure: str | None = None,
     tolerance: float = 1e-10,
+    tool: ArrayLike | None = None,
     **analysis: Any,
 ) -> Compensation:
     """Find where to command the drives so that the loaded platform stands where it was asked to, and what they must hold there.
@@ -62,6 +70,10 @@ def compensate(
         orientation: what the orientation's coordinates among them mean, see :meth:`Robot.assemble`; default: as in the pose.
         on_failure: "raise" or "nan"; default: raise for one pose, NaN and a status for a batch.
         tolerance: how far loops may stay open [m, rad], see :meth:`Robot.assemble`.
+        tool: (3,) a point of the platform, from o in its axes [m], such as a tool's tip, whose x, y and z are meant among
+            ``coordinates`` and in what remains; default: o. As before, as many coordinates as the robot has freedoms come out as
+            wanted: of a robot with three, ``coordinates=("x", "y", "z")`` brings the tip where it was asked to and leaves the
+            angles. With six freedoms a tool changes nothing. Where ``load`` acts is ``point``.
         analysis: whatever else :func:`kinetostatics.analyze` takes: ``point``, ``frame``, ``misfits``, ``engine``, ….
 
     Returns:
@@ -70,7 +82,7 @@ def compensate(
 
     Raises:
         ArgumentError: an argument makes no sense.
-        CoordinatesError: the coordinates are unknown, or do not determine the pose.
+        CoordinatesError: the coordinates are unknown, or do not determine the pose; or drives cannot set those of the tool's tip.
         AssemblyError: the pose that would have to be commanded is out of reach.
         StaticsError: no drive positions were found, or the analysis fails at the wanted pose.
 
@@ -98,23 +110,30 @@ def compensate(
 
     uncorrected = analyze(configuration, load, gravity, on_failure=on_failure, **analysis)
     convention = configuration.orientation if orientation is None else orientation_named(orientation)
-    names = _controlled(robot, configuration, convention, coordinates)
+    place = None if tool is None else point_of_platform("tool", tool)
+    names = _controlled(robot, configuration, convention, coordinates, place)
     shape = uncorrected.shape
     wanted = replace(spread(configuration, shape), orientation=convention)
     if shape != configuration.shape:
         uncorrected = analyze(wanted, load, gravity, on_failure="nan", **analysis)
-    problem = _Problem(robot, wanted, *_well_conditioned(wanted, names), load, gravity, analysis, tolerance)
+    commanded = names if place is None else _controlled(robot, configuration, convention, None, None)
+    of_o, of_tool = (_Coordinates(robot, *_well_conditioned(wanted, given)) for given in (commanded, names))
+    problem = _Problem(robot, wanted, of_o, of_tool, place, load, gravity, analysis, tolerance)
     raising = on_failure == "raise" or (on_failure is None and shape == ())
-    return Compensation(wanted, names, uncorrected, problem.result(uncorrected, raising))
+    return Compensation(wanted, names, uncorrected, problem.result(uncorrected, raising), place)
 
 
 def _controlled(
-    robot: Robot, configuration: Configuration, convention: Orientation, given: Sequence[str] | None
+    robot: Robot, configuration: Configuration, convention: Orientation, given: Sequence[str] | None, tool: Array | None
 ) -> tuple[str, ...]:
     """Return the coordinates that are to come out as wanted."""
     if given is not None:
         names = names_in("coordinates", given, '("z", "rx", "ry")')
-        platform_coordinates(robot, dict.fromkeys(names, 0.0), convention.name)  # which complains of them
+        try:
+            platform_coordinates(robot, dict.fromkeys(names, 0.0), convention.name)  # which complains of them
+        except CoordinatesError:
+            if tool is None or len(names) != robot.mobility.platform or not set(names) <= set(convention.pose_names):
+                raise  # else they may be those of a tool's tip all the same
         return names
     if configuration.prescribed and set(configuration.prescribed) <= set(convention.pose_names):
         return configuration.prescribed
@@ -137,6 +156,22 @@ def _well_conditioned(wanted: Configuration, names: tuple[str, ...]) -> tuple[tu
     return names, wanted.orientation
 
 
+class _Coordinates:
+    """Some coordinates of the platform, scaled to lengths."""
+
+    def __init__(self, robot: Robot, names: tuple[str, ...], orientation: Orientation) -> None:
+        self.names, self.orientation = names, orientation
+        known = orientation.pose_names
+        self._rows = [known.index(name) if name in known else -1 for name in names]
+        self.scale = np.array([1.0 if name in "xyz" else robot.length for name in names])[:, None]
+
+    def of(self, frame: tuple[Array, Array], near: tuple[Array, Array] | None = None) -> Array:
+        """Return the coordinates (n, N) of a rotation (3, 3, N) and a position (3, N), the angles near those of another one."""
+        angles = None if near is None else self.orientation.coordinates(near[0])
+        both = np.concatenate([frame[1], self.orientation.coordinates(frame[0], near=angles)])
+        return np.asarray(both[self._rows] * self.scale)
+
+
 class _Problem:
     """The equations: coordinates of the loaded platform, less those that are wanted, as functions of commanded coordinates."""
 
@@ -144,21 +179,18 @@ class _Problem:
         self,
         robot: Robot,
         wanted: Configuration,
-        names: tuple[str, ...],
-        orientation: Orientation,
+        commanded: _Coordinates,
+        controlled: _Coordinates,
+        tool: Array | None,
         load: ArrayLike,
         gravity: ArrayLike,
         analysis: Mapping[str, Any],
         tolerance: float,
     ) -> None:
-        self.robot, self.wanted, self.names, self.orientation = robot, wanted, names, orientation
+        self.robot, self.wanted, self.commanded, self.controlled, self.tool = robot, wanted, commanded, controlled, tool
         self.load, self.gravity, self.analysis, self.tolerance = load, gravity, analysis, tolerance
-        known = orientation.pose_names
-        self._rows = [known.index(name) if name in known else -1 for name in names]
-        self._scale = np.array([1.0 if name in "xyz" else robot.length for name in names])[:, None]
-        R, position = robot.mechanism.platform_pose(wanted.frames)
-        self._angles = orientation.coordinates(R)
-        self._coordinates = np.concatenate([position, self._angles])
+        self._frame = wanted_frame(wanted, tool)
+        self._asked = controlled.of(self._frame)
 
     def result(self, uncorrected: Result, raising: bool) -> Result:
         """Return the analysis at the corrected drives; poses at which there is no correction count as not reached.
@@ -167,8 +199,8 @@ class _Problem:
             AssemblyError, StaticsError: there is none, if ``raising``.
         """
         pose, found = self.wanted, uncorrected
-        u = self._coordinates[self._rows] * self._scale
-        inverse = np.broadcast_to(np.eye(len(u))[:, :, None], (len(u), *u.shape))
+        u = self.commanded.of(wanted_frame(self.wanted, None))
+        inverse = self._first_inverse(u)
         error = self._error(found)
         size, stale = _size(error), np.zeros(u.shape[1], dtype=int)
         enough = CORRECTED * max(1.0, self.robot.length)
@@ -195,24 +227,56 @@ class _Problem:
         q = np.where(reached, pose.model_q, np.nan)
         return self._analyzed(replace(pose, reached=reached, model_q=frozen(q)))
 
+    def _first_inverse(self, u: Array) -> Array:
+        """Return the inverse Jacobians (n, n, N) of the controlled coordinates by those commanded (n, N) without weight and load.
+
+        Raises:
+            CoordinatesError: they are singular everywhere.
+        """
+        n, N = u.shape
+        if self.tool is None:
+            return np.broadcast_to(np.eye(n)[:, :, None], (n, n, N))
+        step, columns = STEP * self.robot.length, []
+        for k in range(n):
+            by = step * np.eye(n)[:, k : k + 1]
+            ends = (wanted_frame(self._commanded(u + sign * by, self.wanted), self.tool) for sign in (1, -1))
+            sides = [(self.controlled.of(end, self._frame) - self._asked) / step for end in ends]
+            one, other = sides[0], -sides[1]
+            both = np.where(np.isnan(other), one, np.where(np.isnan(one), other, (one + other) / 2))
+            columns.append(both)  # of one side alone where the other is out of reach
+        jacobian = np.moveaxis(np.stack(columns, axis=1), 2, 0)
+        known = np.all(np.isfinite(jacobian), axis=(1, 2))
+        sizes = np.linalg.svd(jacobian[known], compute_uv=False)
+        regular = sizes[:, -1] > SINGULAR * sizes[:, 0]
+        if known.any() and not np.any(regular):
+            raise CoordinatesError(
+                f"the drives of {self.robot.name!r} cannot set {listing(self.controlled.names)} of the tool's tip, each by "
+                f"itself; choose other coordinates, such as {listing(self.commanded.names)}",
+                self.robot.mobility.platform,
+            )
+        inverse: Array = np.full((N, n, n), np.nan)
+        inverse[np.flatnonzero(known)[regular]] = np.linalg.inv(jacobian[known][regular])
+        return np.moveaxis(inverse, 0, 2)
+
     def _analyzed(self, pose: Configuration) -> Result:
         return analyze(pose, self.load, self.gravity, on_failure="nan", **self.analysis)
 
     def _commanded(self, u: Array, near: Configuration, on_failure: str = "nan") -> Configuration:
         """Return the poses at scaled coordinates (n, N) of the unloaded platform."""
-        rows = (u / self._scale).reshape(len(self.names), *self.wanted.shape)
-        given = dict(zip(self.names, rows, strict=True))
-        found = assemble(self.robot, None, given, self.orientation.name, near, self.tolerance, on_failure)
+        of = self.commanded
+        given = dict(zip(of.names, (u / of.scale).reshape(len(of.names), *self.wanted.shape), strict=True))
+        found = assemble(self.robot, None, given, of.orientation.name, near, self.tolerance, on_failure)
         return replace(found, orientation=self.wanted.orientation, prescribed=self.wanted.prescribed)
 
     def _complain(self, u: Array, pose: Configuration, result: Result) -> None:
         """Raise why there is no correction."""
+        names = ", ".join(self.controlled.names)
         try:
             self._commanded(u, self.wanted, "raise")
         except AssemblyError as error:
             raise AssemblyError(
                 f"no drive positions were found that bring the loaded platform of {self.robot.name!r} where it is wanted in "
-                f"{', '.join(self.names)}; unloaded it would have to go where it cannot: {error}",
+                f"{names}; unloaded it would have to go where it cannot: {error}",
                 error.residuals,
                 error.mobility,
                 error.reached,
@@ -220,15 +284,12 @@ class _Problem:
         analyze(pose, self.load, self.gravity, on_failure="raise", **self.analysis)
         raise StaticsError(
             f"no drive positions were found that bring the loaded platform of {self.robot.name!r} where it is wanted in "
-            f"{', '.join(self.names)}: the sag changes too much from pose to pose, as beside a singular pose"
+            f"{names}: the sag changes too much from pose to pose, as beside a singular pose"
         )
 
     def _error(self, result: Result) -> Array:
         """Return by how much the coordinates of the loaded platform (n, N) are off, scaled."""
-        R, position = loaded_frame(result)
-        angles = self.orientation.coordinates(R, near=self._angles)
-        found = np.concatenate([position, angles]) - self._coordinates
-        return np.asarray(found[self._rows] * self._scale)
+        return np.asarray(self.controlled.of(loaded_frame(result, self.tool), self._frame) - self._asked)
 
 
 def _learnt(inverse: Array, step: Array, change: Array, going: Mask) -> Array:

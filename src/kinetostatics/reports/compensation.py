@@ -27,7 +27,9 @@ from kinetostatics.printing.text import (
 )
 from kinetostatics.reports.json import drive_unit, plain, status_names
 from kinetostatics.reports.pose import pose_lines
+from kinetostatics.reports.tool_point import said_of
 from kinetostatics.results.compensation import Compensation
+from kinetostatics.results.tool_point import named_point
 from kinetostatics.status import FACTS, STATUS_WORDS, WITHOUT_NUMBERS, Status
 
 #: What is no deviation [m, rad] but rounding.
@@ -38,7 +40,7 @@ UNITS = {
     "general": "SI: m, rad, N, N·m; world axes; null: there is no correction",
     "actuators": "corrected coordinates of the drives [m, rad]; corrections: less those at the wanted pose",
     "actuator_forces": "N, of turning joints N·m, positive along the joint's positive direction, at the corrected pose",
-    "deviation": "[displacement m; rotation rad] by which the loaded platform misses the wanted pose without correction",
+    "deviation": "[displacement at o m; rotation rad] by which the loaded platform misses the wanted pose without correction",
     "remaining": "the same at the corrected drives",
     "remaining_coordinates": "the same as differences of the platform's coordinates [m, rad]; deviation_coordinates: uncorrected",
     "commanded": "coordinates of the platform at which the unloaded robot is commanded [m, rad]",
@@ -57,10 +59,18 @@ def compensation_report(found: Compensation) -> str:
     if found.status in WITHOUT_NUMBERS:
         return "\n".join(lines)
     lines += section("Drives", _drives(found))
-    lines += section("By how much the loaded platform misses the wanted pose, world axes", _misses(found))
+    if found.tool is None:
+        title, of = "By how much the loaded platform misses the wanted pose, world axes", ""
+    else:
+        title, of = f"By how much {named_point(found.tool)} misses where it is wanted, world axes", " of the tool's tip"
+    lines += section(title, _misses(found))
     rest = [name for name in found.remaining_coordinates if name not in found.coordinates]
     left = f"Left as it is, for want of drives: {listing(rest)}." if rest else "Nothing is left."
-    lines += ["", *wrapped(f"Corrected: {controlled}. {left}")]
+    lines += ["", *wrapped(f"Corrected: {controlled}{of}. {left}")]
+    if found.tool is not None and {"x", "y", "z"} & set(rest) and len(found.coordinates) >= 3:
+        lines += wrapped(
+            "The coordinates x, y and z bring the tip itself where it is wanted, and leave angles, where drives can do that."
+        )
     for name, limit in found.configuration.limits_exceeded.items():
         lines.append(f"! {name} would have to go to {float(limit.value):.6g}, beyond [{limit.lower:.6g}, {limit.upper:.6g}]")
     return "\n".join(lines)
@@ -114,13 +124,14 @@ def _batch(found: Compensation) -> str:
         rows.append(_range(f"force of {name}", values, KINDS[FORCE_KINDS[drive_unit(found.result.robot, name)]]))
     same = np.where(np.isnan(found.remaining), np.nan, found.deviation)  # at the same poses
     sizes = {"uncorrected": same, "corrected": found.remaining}
-    for title, part, units in (("displacement of o", slice(3), LENGTHS), ("rotation", slice(3, 6), ANGLES)):
+    who = named_point(found.tool)
+    for title, part, units in ((f"displacement of {who}", slice(3), LENGTHS), ("rotation", slice(3, 6), ANGLES)):
         for which, values in sizes.items():
             rows.append(_range(f"{title}, {which}", np.linalg.norm(values[..., part], axis=-1), units))
     lines += section(
         "Extremes over the poses that have numbers", table(("quantity", "unit", "smallest", "largest"), rows, "llrr")
     )
-    lines += ["", *wrapped(f"Corrected: {listing(found.coordinates)}.")]
+    lines += ["", *wrapped(f"Corrected: {listing(found.coordinates)}{'' if found.tool is None else f' of {who}'}.")]
     return "\n".join(lines)
 
 
@@ -136,7 +147,7 @@ def compensation_to_dict(found: Compensation) -> dict[str, object]:
     names += ["deviation_coordinates", "remaining_coordinates"]
     return {
         "robot": found.wanted.robot.name,
-        "units": dict(UNITS),
+        **said_of(found.tool, UNITS),
         "shape": list(found.shape),
         "status": status_names(found.status),
         "limit_exceeded": plain(found.configuration.limit_exceeded),

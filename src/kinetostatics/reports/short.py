@@ -219,7 +219,7 @@ def _compensation(found: Compensation) -> Short:
     ]
     before, after = (values_words(np.linalg.norm(t[..., :3], axis=-1), LENGTHS) for t in (found.deviation, found.remaining))
     title = f"Compensation of {found.wanted.robot.name!r}: {_statuses(found.result)}"
-    line = f"{title}; o misses its place by {before} uncorrected, by {after} corrected"
+    line = f"{title}; {named_point(found.tool)} misses its place by {before} uncorrected, by {after} corrected"
     return Short(line, title, ("drive", "correction", "force"), rows)
 
 

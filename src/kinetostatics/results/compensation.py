@@ -39,12 +39,15 @@ class Compensation(Told):
         coordinates: of the platform that come out as wanted, as many as the robot's mobility.
         uncorrected: the analysis where the drives stand at the wanted pose, as if nothing gave way.
         result: the analysis at the corrected drives.
+        tool: (3,) the point of the platform that was looked at, from o in its axes [m]: x, y and z of ``coordinates``, and what
+            deviates and remains, are those of this point; None: of o.
     """
 
     wanted: Configuration
     coordinates: tuple[str, ...]
     uncorrected: Result
     result: Result
+    tool: Array | None = None
 
     def to_dataset(self, axes: Mapping[str, ArrayLike] | None = None) -> xr.Dataset:
         """Return everything as an ``xarray.Dataset`` with units.
@@ -93,7 +96,8 @@ class Compensation(Told):
             "actuator_position_unit": ("actuator", [units[name][0] for name in names]),
             "actuator_force_unit": ("actuator", [units[name][1].replace("·", " ") for name in names]),
         }
-        about = {"robot": self.wanted.robot.name, "controlled": " ".join(self.coordinates)}
+        about: dict[str, Any] = {"robot": self.wanted.robot.name, "controlled": " ".join(self.coordinates)}
+        about |= {} if self.tool is None else {"tool": self.tool.tolist()}
         return xr.Dataset(data, coords, {**about, "orientation": self.wanted.orientation.name})
 
     def save(self, path: str | os.PathLike[str], axes: Mapping[str, ArrayLike] | None = None) -> None:
@@ -169,13 +173,13 @@ class Compensation(Told):
 
     @cached_property
     def deviation(self) -> Array:
-        """(…, 6) by how much the loaded platform misses the wanted pose without correction [m, rad], world axes, at o."""
-        return deviation_from(self.wanted, self.uncorrected)
+        """(…, 6) by how much the loaded platform misses the wanted pose without correction [m, rad], at o or tool, world axes."""
+        return deviation_from(self.wanted, self.uncorrected, self.tool)
 
     @cached_property
     def remaining(self) -> Array:
-        """(…, 6) by how much it misses it at the corrected drives [m, rad]: what the drives cannot correct, world axes, at o."""
-        return deviation_from(self.wanted, self.result)
+        """(…, 6) by how much it misses it at the corrected drives [m, rad]: what no drive corrects, at o or tool, world axes."""
+        return deviation_from(self.wanted, self.result, self.tool)
 
     @cached_property
     def deviation_coordinates(self) -> Mapping[str, Array]:
@@ -189,8 +193,8 @@ class Compensation(Told):
 
     def _coordinates_off(self, result: Result) -> Mapping[str, Array]:
         orientation = self.wanted.orientation
-        R, position = self.wanted.robot.mechanism.platform_pose(self.wanted.frames)
-        loaded_R, loaded_position = loaded_frame(result)
+        R, position = wanted_frame(self.wanted, self.tool)
+        loaded_R, loaded_position = loaded_frame(result, self.tool)
         wanted = orientation.coordinates(R)
         angles = orientation.coordinates(loaded_R, near=wanted) - wanted
         names = orientation.pose_names
@@ -198,17 +202,28 @@ class Compensation(Told):
         return Named({name: frozen(row.reshape(self.shape)) for name, row in zip(names, rows, strict=True)})
 
 
-def loaded_frame(result: Result) -> tuple[Array, Array]:
-    """Return rotation (3, 3, N) and position of o (3, N) of the loaded platform: the pose, moved by the twist."""
+def wanted_frame(wanted: Configuration, tool: Array | None) -> tuple[Array, Array]:
+    """Return rotation (3, 3, N) of the platform, and position (3, N) of the tool's tip, or of o."""
+    R, position = wanted.robot.mechanism.platform_pose(wanted.frames)
+    return R, _at(tool, R, position)
+
+
+def loaded_frame(result: Result, tool: Array | None) -> tuple[Array, Array]:
+    """Return the same of the loaded platform: the pose, moved by the twist."""
     R, position = result.configuration.robot.mechanism.platform_pose(result.configuration.frames)
     twist = result.twist.reshape(-1, 6).T
-    return matmul(exponential(twist[3:]), R), position + twist[:3]
+    R = matmul(exponential(twist[3:]), R)
+    return R, _at(tool, R, position + twist[:3])
 
 
-def deviation_from(wanted: Configuration, result: Result) -> Array:
-    """Return the displacement of o and the rotation vector (…, 6) from the wanted pose to the loaded one [m, rad]."""
-    R, position = wanted.robot.mechanism.platform_pose(wanted.frames)
-    loaded_R, loaded_position = loaded_frame(result)
+def _at(tool: Array | None, R: Array, position: Array) -> Array:
+    return position if tool is None else np.asarray(position + np.einsum("ijn,j->in", R, tool))
+
+
+def deviation_from(wanted: Configuration, result: Result, tool: Array | None = None) -> Array:
+    """Return displacement of o, or of a tool, and rotation vector (…, 6) from the wanted pose to the loaded one [m, rad]."""
+    R, position = wanted_frame(wanted, tool)
+    loaded_R, loaded_position = loaded_frame(result, tool)
     turn = logarithm(np.einsum("ikn,jkn->ijn", loaded_R, R))
     return batch_first(np.concatenate([loaded_position - position, turn]), result.shape)
 
