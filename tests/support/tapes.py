@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from kinetostatics.engine.record import arrays_of
+from kinetostatics.engine.record import arrays_of, sizes_of_applied
 
 ARITHMETIC = {"add": np.add, "subtract": np.subtract, "multiply": np.multiply, "divide": np.divide, "negative": np.negative}
 OTHERS = {"square_root": np.sqrt, "absolute": np.abs, "and": np.logical_and, "or": np.logical_or, "not": np.logical_not}
@@ -34,13 +34,13 @@ def differences(found, wanted):
     """Return by how much arrays of a solution differ, as parts of the largest entry of each; truth values must be the same."""
     found, wanted = arrays_of(found), arrays_of(wanted)
     assert list(found) == list(wanted)
-    result = {}
+    result, alike = {}, sizes_of_applied(wanted)
     for path, array in wanted.items():
         assert array.shape == found[path].shape, path
         if array.dtype == bool:
             np.testing.assert_array_equal(found[path], array, err_msg=path)
         elif array.size and "unbalanced" not in path:  # which is rounding
             np.testing.assert_array_equal(np.isnan(found[path]), np.isnan(array), err_msg=path)
-            size = np.nanmax(np.abs(array), initial=0.0)
+            size = max(np.nanmax(np.abs(array), initial=0.0), alike.get(path, 0.0))
             result[path] = np.nanmax(np.abs(found[path] - array), initial=0.0) / (size if size > 1e-25 else 1.0)
     return result

@@ -133,7 +133,7 @@ def compiled_solver(robot: RobotStatics, engine: str, poses: int) -> StaticsSolv
         engine: see :func:`check_engine`.
         poses: that are to be solved next.
     """
-    if engine == "numpy" or poses == 0 or robot.description.springs or (engine == "auto" and not is_installed()):
+    if engine == "numpy" or poses == 0 or (engine == "auto" and not is_installed()):
         return None
     choice = _choice_of(robot)
     found = choice.decide(engine, _CALL + poses * _POSE, lambda: _statics_on_disk(robot), lambda: _compiled_statics(robot))
@@ -200,10 +200,6 @@ def compiled_statics(robot: RobotStatics) -> CompiledStatics | str:
     """Return a robot's compiled code, made now if need be; or why there is none."""
     if not is_installed():
         return _NOT_INSTALLED
-    if robot.description.springs:
-        from kinetostatics.engine.record import SPRINGS
-
-        return SPRINGS
     choice = _choice_of(robot)
     with choice.lock:
         if choice.compiled is None and choice.reason is None:

@@ -54,6 +54,8 @@ class LaterSolution(Solution):
         known |= given_and_unbalanced(robot, frames, load, gravity, arrays)
         known["undetermined"] = tuple(arrays[f".undetermined.{k}"] for k in groups)
         known["statics"] = tuple(_LaterLimb(self, k, arrays) for k in groups)
+        if not robot.description.springs:
+            known |= {"applied": (), "weights_alone": None}
         vars(self).update(known, _whole=whole, _robot=robot)
 
     @cached_property
@@ -61,6 +63,16 @@ class LaterSolution(Solution):
         """The same with all arrays."""
         found: Solution = vars(self)["_whole"]()
         return found
+
+    @cached_property
+    def applied(self) -> Any:  # type: ignore[override]
+        """The springs' forces, and what they do to limbs by themselves."""
+        return self.whole.applied
+
+    @cached_property
+    def weights_alone(self) -> Any:  # type: ignore[override]
+        """The limbs without these forces."""
+        return self.whole.weights_alone
 
     def group(self, number: int) -> Any:
         """Return a group of the robot's limbs."""

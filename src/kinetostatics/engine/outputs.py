@@ -55,7 +55,7 @@ KEPT: Mapping[type, tuple[str, ...]] = {
     **KEPT_OF_EQUILIBRIUM,
     RobotStatics: (*KEPT_OF_EQUILIBRIUM[RobotStatics], "joint_table"),
     Mechanism: ("platform_frame", "connections", "description"),
-    RobotDescription: ("driven",),
+    RobotDescription: ("springs", "driven"),
     Connection: ("name", "kind", "predecessor_body", "predecessor_frame", "axis", "mimic"),
 }
 

@@ -17,15 +17,14 @@ from kinetostatics.limbs.compliance import LimbLoads
 from kinetostatics.limbs.statics import LimbStatics
 from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.mechanism.tree import Frames
+from kinetostatics.statics.link_loads import AppliedLoad, AppliedStatics
 from kinetostatics.statics.model import RobotStatics
-from kinetostatics.statics.solution import Solution, solve
+from kinetostatics.statics.solution import Solution
+from kinetostatics.statics.springs import loads_of_springs, solve_with_springs, sources_of
 
 #: Load [N, N·m] and gravity [m/s²] of the example: nothing in particular, so that nothing vanishes.
 _EXAMPLE_LOAD = (31.0, -17.0, -53.0, 7.0, 11.0, -3.0)
 _EXAMPLE_GRAVITY = (0.7, -1.3, -9.1)
-
-#: Why a robot with springs is not recorded.
-SPRINGS = "the robot has springs, whose forces follow the displacements"
 
 
 @dataclass(frozen=True)
@@ -139,10 +138,8 @@ def check_recordable(robot: RobotStatics) -> None:
     """Complain of robots whose equilibrium takes more than operations on scalars.
 
     Raises:
-        NotRecordedError: it has springs or rigid limbs.
+        NotRecordedError: it has rigid limbs.
     """
-    if robot.description.springs:
-        raise NotRecordedError(SPRINGS)
     for group in robot.groups:
         if group.rigid_directions:
             name, count = group.limbs[0].name, group.rigid_directions
@@ -163,15 +160,15 @@ def example_of(robot: RobotStatics) -> tuple[Frames, Array, Array]:
 
 
 def by_numpy(robot: RobotStatics, frames: Frames, load: Array, gravity: Array) -> Solution:
-    """Solve as :func:`kinetostatics.statics.solution.solve`, also of one pose by the operations of many: what is recorded."""
+    """Solve as :func:`solve_with_springs`, also of one pose by the operations of many: what is recorded."""
     _, o = robot.mechanism.platform_pose(frames)
-    return solve(robot, frames, load, gravity, weights=robot.weights.wrenches_of_many(frames, o, gravity))
+    return solve_with_springs(robot, frames, load, gravity, weights=robot.weights.wrenches_of_many(frames, o, gravity))
 
 
 # ---- solutions taken apart ---------------------------------------------------------------------------------------------
 
 #: What a solution and its limbs are given, not found.
-_GIVEN = ("frames", "gravity", "load", "assembly_errors", "errors", "sources", "group", "applied", "weights_alone")
+_GIVEN = ("frames", "gravity", "load", "assembly_errors", "errors", "sources", "group")
 
 
 def arrays_of(solution: Solution) -> dict[str, Any]:
@@ -190,21 +187,56 @@ def _parts(path: str, item: Any) -> Iterator[tuple[str, Any]]:
             yield from _parts(f"{path}.{name}", part)
     elif is_dataclass(item):
         for field in fields(item):
-            if field.name not in _GIVEN:
-                yield from _parts(f"{path}.{field.name}", getattr(item, field.name))
+            part = getattr(item, field.name)
+            if field.name not in _GIVEN or isinstance(part, AppliedLoad):
+                yield from _parts(f"{path}.{field.name}", part)
+
+
+def sizes_of_applied(arrays: Mapping[str, Any]) -> dict[str, float]:
+    """Return for every array of what springs do how large the same is of any spring or weight: of one it may be rounding."""
+    sizes: dict[str, float] = {}
+    for path, array in arrays.items():
+        if array.dtype != bool:
+            kind = path.rpartition(".")[2]
+            sizes[kind] = max(sizes.get(kind, 1e-20), float(np.nanmax(np.abs(array), initial=0.0)))
+    return {path: sizes.get(path.rpartition(".")[2], 1e-20) for path in arrays if path.startswith(".applied.")}
 
 
 def solution_of(robot: RobotStatics, frames: Frames, load: Array, gravity: Array, arrays: Mapping[str, Any]) -> Solution:
     """Return the solution of which :func:`arrays_of` are those."""
-    groups = range(len(robot.groups))
-    statics = []
-    for k, group in enumerate(robot.groups):
-        loads = LimbLoads(*(arrays[f".statics.{k}.loads.{field.name}"] for field in fields(LimbLoads)))
-        own = {name: arrays[f".statics.{k}.{name}"] for name in _LIMB_FIELDS}
-        statics.append(LimbStatics(group=group, loads=loads, **own))
     found = {name: arrays[f".{name}"] for name in _FIELDS}
+    groups = range(len(robot.groups))
     found |= {name: tuple(arrays[f".{name}.{k}"] for k in groups) for name in ("intensities", "undetermined", "open")}
-    return Solution(statics=tuple(statics), **given_and_unbalanced(robot, frames, load, gravity, arrays), **found)
+    statics = _statics_of(robot, ".statics", arrays)
+    if robot.description.springs:
+        applied = [_applied_of(robot, k, *item, arrays) for k, item in enumerate(loads_of_springs(robot))]
+        found |= {"applied": tuple(applied), "weights_alone": _statics_of(robot, ".weights_alone", arrays)}
+    return Solution(statics=statics, **given_and_unbalanced(robot, frames, load, gravity, arrays), **found)
+
+
+def _statics_of(robot: RobotStatics, path: str, arrays: Mapping[str, Any]) -> tuple[Any, ...]:
+    """Return the limbs at a path, group by group; None for those of which nothing is there."""
+    found: list[LimbStatics | None] = []
+    for k, group in enumerate(robot.groups):
+        if f"{path}.{k}.J_c" not in arrays:
+            found.append(None)
+            continue
+        loads = LimbLoads(*(arrays[f"{path}.{k}.loads.{field.name}"] for field in fields(LimbLoads)))
+        own = {name: arrays[f"{path}.{k}.{name}"] for name in _LIMB_FIELDS}
+        found.append(LimbStatics(group=group, loads=loads, **own))
+    return tuple(found)
+
+
+def _applied_of(robot: RobotStatics, number: int, name: str, kind: str, arrays: Mapping[str, Any]) -> AppliedStatics:
+    """Return what a spring does, or a unit change of its force."""
+    first = f".applied.{number}"
+
+    def by_place(what: str) -> dict[str, Array]:
+        start = f"{first}.load.{what}."
+        return {path.removeprefix(start): array for path, array in arrays.items() if path.startswith(start)}
+
+    load = AppliedLoad(name, by_place("wrenches"), by_place("points"), kind)
+    return AppliedStatics(load, _statics_of(robot, f"{first}.statics", arrays), arrays[f"{first}.share"])
 
 
 def given_and_unbalanced(
@@ -218,7 +250,7 @@ def given_and_unbalanced(
         "gravity": gravity,
         "assembly_errors": None,
         "errors": tuple(None for _ in robot.groups),
-        "sources": ("load", "platform_weight", *(limb.name for limb in robot.topology.limbs)),
+        "sources": sources_of(robot),
         "unbalanced": {path.removeprefix(first): array for path, array in arrays.items() if path.startswith(first)},
     }
 
@@ -227,5 +259,5 @@ _LIMB_FIELDS = tuple(field.name for field in fields(LimbStatics) if field.name n
 _FIELDS = tuple(
     field.name
     for field in fields(Solution)
-    if field.name not in (*_GIVEN, "statics", "intensities", "undetermined", "open", "unbalanced")
+    if field.name not in (*_GIVEN, "statics", "intensities", "undetermined", "open", "unbalanced", "applied", "weights_alone")
 )

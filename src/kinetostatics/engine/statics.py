@@ -1,6 +1,6 @@
 """The equilibrium of a robot's poses by compiled code, with the careful way of NumPy where the record does not hold.
 
-What is recorded is :func:`kinetostatics.statics.solution.solve` itself: there is no other mathematics here.
+What is recorded is :func:`kinetostatics.statics.springs.solve_with_springs` itself: there is no other mathematics here.
 """
 
 from __future__ import annotations
@@ -15,13 +15,14 @@ from kinetostatics.engine import cache as disk
 from kinetostatics.engine import llvm
 from kinetostatics.engine.code import BLOCK, Code, code_key, packed, table_of
 from kinetostatics.engine.later import LaterSolution, is_at_once
-from kinetostatics.engine.record import Place, Record, arrays_of, by_numpy, example_of, record_of, solution_of
+from kinetostatics.engine.record import Place, Record, arrays_of, by_numpy, example_of, record_of, sizes_of_applied, solution_of
 from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.engine.structure import Structure
 from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.model import RobotStatics
-from kinetostatics.statics.solution import Solution, solve
+from kinetostatics.statics.solution import Solution
+from kinetostatics.statics.springs import solve_with_springs
 
 
 class CompiledStatics:
@@ -98,19 +99,20 @@ class CompiledStatics:
             return False
         wanted = arrays_of(by_numpy(self.robot, frames, load, gravity))
         least = {".o": self.robot.length}  # which may be nothing but rounding, at the origin
+        least |= sizes_of_applied(wanted)
         checked = [path for path in wanted if "unbalanced" not in path]  # which is rounding
         return all(_agree(wanted[path], found[path], least.get(path, 1e-20)) for path in checked)
 
     def solve(self, frames: Frames, load: Array, gravity: Array) -> Solution:
-        """Solve N poses; see :func:`kinetostatics.statics.solution.solve`."""
+        """Solve N poses; see :func:`solve_with_springs`."""
         N = load.shape[1]
         truths, found = self._later(frames, load, gravity)
         doubtful = np.flatnonzero(~truths[0] & np.all(np.isfinite(found.o), axis=0))  # what is not reached has no numbers
         if doubtful.size == 0:
             return found
         if doubtful.size == N:
-            return solve(self.robot, frames, load, gravity)
-        careful = solve(self.robot, frames.take(doubtful), load[:, doubtful], gravity[:, doubtful])
+            return solve_with_springs(self.robot, frames, load, gravity)
+        careful = solve_with_springs(self.robot, frames.take(doubtful), load[:, doubtful], gravity[:, doubtful])
         return _merged(self.robot, found, careful, doubtful)
 
     def _computed(self, frames: Frames, load: Array, gravity: Array, some: bool = False) -> tuple[Array, Mask]:

@@ -15,14 +15,18 @@ from typing import Any
 
 import numpy as np
 
+from kinetostatics.description import elements
+from kinetostatics.description.robot import RobotDescription
 from kinetostatics.engine.recorder import Recorded
 from kinetostatics.engine.scalars import Tape
+from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.model import StaticModel
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.beam_geometry import BeamSpan
 from kinetostatics.mechanism.joint_compliance import Spring
+from kinetostatics.mechanism.limb_joints import CompoundJoint
 from kinetostatics.mechanism.limbs import Topology
-from kinetostatics.mechanism.mechanism import Mechanism
+from kinetostatics.mechanism.mechanism import Connection, Mechanism
 from kinetostatics.mechanism.weights import Weights
 from kinetostatics.statics.model import RobotStatics
 
@@ -30,21 +34,42 @@ from kinetostatics.statics.model import RobotStatics
 KEPT: Mapping[type, tuple[str, ...]] = {
     RobotStatics: ("mechanism", "topology", "beams", "weights", "length", "closing_error", "groups", "open_branches"),
     StaticModel: ("length", "closing_error"),
-    Mechanism: ("platform_frame",),
+    Mechanism: ("platform_frame", "description"),
+    RobotDescription: ("springs",),
     Topology: ("limbs",),
     Weights: ("names", "owner", "_number", "_is_rigid", "_mass", "_body", "_centre", "_beams", "_ends"),
     BeamSpan: ("start_body", "start", "end_body", "end", "carrier"),
     Spring: (),
 }
+#: What is kept besides where the robot has springs: the places at which they act, and how these move.
+_WITH_SPRINGS: Mapping[type, tuple[str, ...]] = {
+    RobotDescription: ("beams", "joint_stiffness"),
+    elements.Spring: (
+        *("name", "stiffness", "predecessor", "successor", "predecessor_point", "successor_point", "free_length", "preload"),
+    ),
+    elements.Beam: ("link",),
+    Mechanism: ("body_of", "connections"),
+    Topology: ("hanging", "base", "platform", "beams", "carried_by", "beam_ends", "without_support"),
+    Connection: ("name", "kind", "predecessor_body", "predecessor_frame", "axis"),
+    Spring: ("joint", "is_drive"),
+    LimbGroup: ("compounds", "elements", "_edges"),
+    CompoundJoint: ("joints",),
+}
 #: What is left out of others.
 _LEFT_OUT: Mapping[str, tuple[str, ...]] = {
-    "LimbGroup": ("compounds", "elements", "dofs", "labels", "attached_labels"),
+    "LimbGroup": ("compounds", "elements", "_edges", "dofs", "labels", "attached_labels"),
     "LimbSkeleton": ("dofs", "_compounds"),
     "Candidate": ("label",),
 }
 #: What is nothing but rounding, of 1 and beside the largest entry of an array: else each radius of a base, whose angles have
 #: sines of 0 or 1e-17, would have a structure of its own.
 ROUNDING = 1e-14
+
+
+def _has_springs(item: object) -> bool:
+    if isinstance(item, tuple):
+        return any(map(_has_springs, item))
+    return isinstance(item, RobotStatics) and bool(item.description.springs)
 
 
 class Structure:
@@ -60,7 +85,7 @@ class Structure:
         self,
         robot: object,
         tape: Tape | None = None,
-        kept: Mapping[type, tuple[str, ...]] | None = None,
+        kept: Mapping[type, tuple[str, ...]] = KEPT,
         *,
         all_vary: bool = False,
     ) -> None:
@@ -69,11 +94,12 @@ class Structure:
         Args:
             robot: its statics, or other data of it.
             tape: what is to record what is done with the copy.
-            kept: what is kept of classes that hold more than is needed; default: that of its statics.
+            kept: what is kept of classes that hold more than is needed; default: what its statics need.
             all_vary: 0, 1 and −1 are numbers like others, because a robot that differs a little has other ones there.
         """
         self._hash, self._tape = hashlib.sha256(), tape
-        self._kept, self._all_vary = KEPT if kept is None else kept, all_vary
+        self._kept, self._all_vary = kept, all_vary
+        self._besides = _WITH_SPRINGS if _has_springs(robot) else {}
         self._values: list[float] = []
         self._copies: dict[int, tuple[int, Any, Any]] = {}  # by id: number, the item, which keeps its id, and its copy
         self.copy = self._taken(robot)
@@ -118,9 +144,10 @@ class Structure:
         kind = type(item)
         copy = object.__new__(kind)
         self._keep(item, copy)
-        names = self._kept.get(kind)
+        names, more, left_out = self._kept.get(kind), self._besides.get(kind, ()), _LEFT_OUT.get(kind.__name__)
         if names is None:
-            names = tuple(name for name in vars(item) if name not in _LEFT_OUT.get(kind.__name__, ()))
+            names = () if more and left_out is None else tuple(name for name in vars(item) if name not in (left_out or ()))
+        names = tuple(dict.fromkeys((*names, *more)))
         self._say(kind.__qualname__, names)
         for name in names:
             object.__setattr__(copy, name, self._taken(getattr(item, name)))

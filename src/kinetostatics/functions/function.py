@@ -31,6 +31,7 @@ from kinetostatics.math.screws import TWIST_UNITS
 from kinetostatics.printing.mappings import Named
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot
+from kinetostatics.statics.springs import sources_of
 from kinetostatics.status import WITHOUT_NUMBERS
 
 if TYPE_CHECKING:
@@ -93,7 +94,7 @@ class Function:
         robot, twist = self.robot, ("dx", "dy", "dz", "rx", "ry", "rz")
         drives = robot.description.driven
         slides = [robot.mechanism.connections[name].type.is_slide for name in drives]
-        sources = ("load", "platform_weight", *(limb.name for limb in robot.topology.limbs))
+        sources = sources_of(robot.statics)
         known = (
             Quantity("twist", (6,), TWIST_UNITS, twist, "displacement and rotation of the platform at o, world axes"),
             Quantity(
@@ -130,6 +131,7 @@ class Function:
 
         ``rod_1.outer_diameter`` and others of a beam's section and material; ``platform.mass`` and ``.center_of_mass`` of a
         link, in its frame; ``.linear_stiffness``, ``.angular_stiffness`` and ``.drive_stiffness`` of an elastic joint;
+        ``.stiffness``, ``.free_length`` and ``.preload`` of a spring;
         ``.placement`` of a joint: shifts along and turns about the axes of its own frame, with all that hangs on it; of a loop
         ``.predecessor_placement`` and ``.successor_placement``.
         """

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from kinetostatics.description.elements import Beam, Joint, Link, Loop, Origin
+from kinetostatics.description.elements import Beam, Joint, Link, Loop, Origin, Spring
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.math.arrays import Array
@@ -60,6 +60,7 @@ def parameters_of(robot: Robot) -> dict[str, Parameter]:
         *(item for joint in robot.description.joints.values() for item in _of_joint(robot, joint)),
         *(item for loop in robot.description.loops.values() for item in _of_loop(robot, loop)),
         *_of_stiffnesses(robot),
+        *(item for spring in robot.description.springs.values() for item in _of_spring(robot, spring)),
     ]
     return {item.name: item for item in found}
 
@@ -192,6 +193,16 @@ def _of_stiffnesses(robot: Robot) -> Iterator[Parameter]:
                 return there.with_joint_stiffness(replace(own, drive=(own.drive or 0.0) + by))
 
             yield _single(robot, f"{item.joint}.drive_stiffness", unit, item.drive, with_drive)
+
+
+def _of_spring(robot: Robot, spring: Spring) -> Iterator[Parameter]:
+    def with_number(name: str, there: RobotDescription, by: float) -> RobotDescription:
+        return there.changed(spring.name, **{name: getattr(there.springs[spring.name], name) + by})
+
+    for name, unit in (("stiffness", "N/m"), ("free_length", "m"), ("preload", "N")):
+        value = getattr(spring, name)
+        if value:
+            yield _single(robot, f"{spring.name}.{name}", unit, value, partial(with_number, name))
 
 
 def _moved(vector: Any, k: int, by: float) -> Any:

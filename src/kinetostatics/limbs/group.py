@@ -104,7 +104,7 @@ class LimbGroup:
         self.limbs = [model.topology.all_limbs[k] for k in numbers]
         self.compounds = [compound_joints(model.mechanism, limb) for limb in self.limbs]
         self.elements = [limb_elements(limb, compounds) for limb, compounds in zip(self.limbs, self.compounds, strict=True)]
-        freedom_edges, beam_edges, spring_edges = self._edges()
+        self._edges = freedom_edges, beam_edges, spring_edges = self._edges_of_members()
         self.beams = [[model.beams[str(edge.beam)] for edge in row] for row in beam_edges]
         springs = functools.partial(springs_of, model.mechanism)
         self.springs = [[spring for edge in limb.edges if edge.joint for spring in springs(edge.joint)] for limb in self.limbs]
@@ -185,7 +185,7 @@ class LimbGroup:
         """Evaluate the limbs at given frames; ``o`` (3, N) is the reference point [m]."""
         return self._skeleton.geometry(frames, o)
 
-    def _edges(self) -> tuple[list[list[Edge]], list[list[Edge]], list[list[Edge]]]:
+    def _edges_of_members(self) -> tuple[list[list[Edge]], list[list[Edge]], list[list[Edge]]]:
         """Return for every limb the edges of its freedoms, of its beams and of its springs."""
         freedoms = [
             [limb.edges[compound.edge] for compound in compounds for _ in compound.dofs]
@@ -247,7 +247,7 @@ class LimbGroup:
             np.array([[[carries(edge, name) for name in wrenches] for edge in row] for row in rows], dtype=float).reshape(
                 len(rows), len(rows[0]), len(wrenches)
             )
-            for rows in self._edges()
+            for rows in self._edges
         ]
         outboard, beyond, spring_beyond = (np.einsum("gkw,iwn->ikgn", table, loads) for table in tables)
         return outboard[:, self.passive], beyond, spring_beyond

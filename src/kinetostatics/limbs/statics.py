@@ -113,7 +113,8 @@ def with_loads(statics: LimbStatics, parts: Sequence[tuple[LimbStatics, Array]])
 
     def total(name: str) -> Array:
         pick = operator.attrgetter(name)
-        return np.asarray(sum((pick(part) * times for part, times in parts), pick(statics)))
+        found: Array = sum((pick(part) * times for part, times in parts), pick(statics))
+        return found
 
     return replace(
         statics,

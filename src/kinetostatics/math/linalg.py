@@ -16,6 +16,8 @@ from kinetostatics.math.ordering import first_largest
 SINGULAR = 1e-14
 #: Pivots above this part of the columns' sizes leave no doubt.
 _SURE = 1e-8
+#: Pivots below this part of their rows are not worth dividing by.
+_NO_PIVOT = 1e-5
 
 
 def matmul(a: Array, b: Array) -> Array:
@@ -207,6 +209,27 @@ def least_squares(a: Array, b: Array, nullity: int = 0) -> Array:
         for _ in range(2):
             x = x - np.einsum("ia...,ak...->ik...", free, gram.solve(np.einsum("ia...,ik...->ak...", free, x)))
     return x
+
+
+def solve_by_elimination(a: Array, b: Array) -> Array:
+    """Return A⁻¹ b for regular ``(n, n, …)`` and ``(n, m, …)``: pivots in the order of the rows, by LAPACK where one is small."""
+    n = a.shape[0]
+    rest, found = np.array(a, subok=True), copy_for(b, a)
+    sizes = np.max(np.abs(a), axis=1)
+    sure: Mask = np.ones(a.shape[2:], dtype=bool)
+    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+        for k in range(n):
+            pivot, others = rest[k, k], [row for row in range(n) if row != k]
+            sure = sure & (np.abs(pivot) > _NO_PIVOT * sizes[k])
+            right, x = rest[k, k + 1 :] / pivot, found[k] / pivot
+            below = rest[others, k]
+            found[others] -= below[:, None] * x
+            rest[others, k + 1 :] -= below[:, None] * right
+            rest[k, k + 1 :], found[k] = right, x
+    if not settles(sure):
+        first = np.moveaxis(a[..., ~sure], 2, 0), np.moveaxis(b[..., ~sure], 2, 0)
+        found[..., ~sure] = np.moveaxis(np.linalg.solve(*first), 0, 2)
+    return found
 
 
 def have_one_sign(one: Array, two: Array) -> Mask:

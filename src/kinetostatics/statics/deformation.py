@@ -18,7 +18,7 @@ from kinetostatics.limbs.compliance import spring_twist
 from kinetostatics.limbs.geometry import LimbGeometry
 from kinetostatics.limbs.group import LimbGroup, carried_wrench
 from kinetostatics.limbs.statics import LimbStatics
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, zeros_for
 from kinetostatics.math.linalg import least_squares
 from kinetostatics.math.screws import move_twist, move_wrench
 from kinetostatics.mechanism.joint_compliance import Spring, springs_of
@@ -75,7 +75,7 @@ class Deformation:
 
 def deform(robot: RobotStatics, solution: Solution) -> Deformation:
     """Compute the motions of everything in one chunk of poses."""
-    out = Deformation({}, [], [], np.zeros(solution.o.shape[1]))
+    out = Deformation({}, [], [], zeros_for((solution.o.shape[1],), solution.o))
     for number in range(len(solution.statics)):
         _deform_limbs(solution, number, out)
     S = len(solution.sources)
@@ -147,7 +147,7 @@ def _deform_limbs(solution: Solution, number: int, out: Deformation) -> None:
     # from base to platform the motions of all elements add up
     root = np.zeros((6, S, g, N))
     if group.limbs[0].on_platform:
-        root += solution.twists[:, :, None]
+        root = root + solution.twists[:, :, None]
     motions: list[Array] = []
     for k, element in enumerate(elements):
         inner = motions[element.parent] if element.parent >= 0 else root
@@ -222,11 +222,11 @@ def _joint_motions(
     """
     group = statics.group
     M, (g, N) = len(group.to_platform), geometry.limb_axes.shape[2:]
-    turned = np.zeros((len(group.passive), S, g, N))
+    turned = zeros_for((len(group.passive), S, g, N), solution.twists)
     passive = np.flatnonzero(group.passive)
     if not passive.size or not M:
         return turned
-    gap = np.zeros((M, 6, S, g, N))
+    gap = zeros_for((M, 6, S, g, N), solution.twists)
     for cut in np.flatnonzero(group.to_platform):
         gap[cut] = solution.twists[:, :, None]
     for k, motion in gives.items():
@@ -243,7 +243,7 @@ def _joint_motions(
     result = np.zeros((len(passive), S, g, N))
     for _ in range(2):  # the second round removes the error of the normal equations
         step = least_squares(A, left, len(passive) - rank)
-        result += step
+        result = result + step
         left = left - np.einsum("ij...,js...->is...", A, step)
     turned[passive] = result / sizes[:, None]
     return turned

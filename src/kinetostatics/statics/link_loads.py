@@ -68,7 +68,8 @@ class AppliedStatics:
     @property
     def times(self) -> Array:
         """How many times it acts in all (N,)."""
-        return np.asarray(self.share.sum(axis=0))
+        found: Array = self.share.sum(axis=0)
+        return found
 
 
 def applied_statics(

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from kinetostatics.limbs import beam as beam_formulas
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, empty_for
 from kinetostatics.math.screws import move_twist
 from kinetostatics.mechanism.beam_model import BeamModel
 
@@ -81,7 +81,7 @@ class LoadedBeams:
 
 def rotate(axes: Array, screws: Array, back: bool = False) -> Array:
     """Turn twists or wrenches (6, …, g, N) from the axes (3, 3, g, N) into world axes, or back."""
-    result = np.empty(screws.shape)
+    result = empty_for(screws.shape, axes, screws)
     for rows in (slice(0, 3), slice(3, 6)):
         result[rows] = np.einsum("ji...gn,j...gn->i...gn" if back else "ij...gn,j...gn->i...gn", axes, screws[rows])
     return result

@@ -93,4 +93,5 @@ def unbalanced_parts(
 
 def _size(wrench: Array, length: float) -> Array:
     """Return the size (N,) of wrenches (6, N) about o [N]."""
-    return np.asarray(np.sqrt(np.sum(wrench[:3] ** 2, axis=0)) + np.sqrt(np.sum(wrench[3:] ** 2, axis=0)) / length)
+    found: Array = np.sqrt(np.sum(wrench[:3] ** 2, axis=0)) + np.sqrt(np.sum(wrench[3:] ** 2, axis=0)) / length
+    return found

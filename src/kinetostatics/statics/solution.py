@@ -216,7 +216,8 @@ def redistributed(robot: RobotStatics, solution: Solution, changes: slice, times
     times = times[:, kept]
 
     def mixed(array: Array, share: str) -> Array:
-        return np.asarray(array[:, kept] + np.einsum(share, array[:, changes], times))
+        found: Array = array[:, kept] + np.einsum(share, array[:, changes], times)
+        return found
 
     shares = [item.share[kept] + np.einsum("kn,ksn->sn", item.share[changes], times) for item in solution.applied]
     applied = tuple(replace(item, share=share) for item, share in zip(solution.applied, shares, strict=True))

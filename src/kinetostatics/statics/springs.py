@@ -18,8 +18,8 @@ import numpy as np
 from kinetostatics.description.elements import Spring
 from kinetostatics.exceptions import StaticsError
 from kinetostatics.limbs.group import LimbGroup
-from kinetostatics.math.arrays import Array
-from kinetostatics.math.linalg import cross
+from kinetostatics.math.arrays import Array, zeros_for
+from kinetostatics.math.linalg import cross, solve_by_elimination
 from kinetostatics.math.screws import move_twist
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.assembly_errors import AssemblyErrors
@@ -96,6 +96,19 @@ def _placed(robot: RobotStatics, spring: Spring, frames: Frames) -> PlacedSpring
     return PlacedSpring(spring.name, (points[0], points[1]), (places[0], places[1]), length, tension, ratio * span, tangent)
 
 
+def loads_of_springs(robot: RobotStatics) -> list[tuple[str, str]]:
+    """Return names and kinds of the loads that are the springs' forces and, behind them, unit changes of these."""
+    names = robot.description.springs
+    changes = [(f"change {axis} of spring {name}", "change") for name in names for axis in "xyz"]
+    return [*((f"spring {name}", "spring") for name in names), *changes]
+
+
+def sources_of(robot: RobotStatics) -> tuple[str, ...]:
+    """Return the names of the contributions to a robot's twist that are there whatever acts on it."""
+    limbs = [limb.name for limb in robot.topology.limbs]
+    return ("load", "platform_weight", *limbs, *(f"spring {name}" for name in robot.description.springs))
+
+
 def solve_with_springs(
     robot: RobotStatics,
     frames: Frames,
@@ -104,26 +117,23 @@ def solve_with_springs(
     assembly_errors: AssemblyErrors | None = None,
     groups: tuple[LimbGroup, ...] | None = None,
     applied: tuple[AppliedLoad, ...] = (),
+    weights: Array | None = None,
 ) -> Solution:
     """Solve Eq. (12) as :func:`kinetostatics.statics.solution.solve`, with the robot's springs."""
     if not robot.description.springs:
-        return solve(robot, frames, load, gravity, assembly_errors, groups, applied)
+        return solve(robot, frames, load, gravity, assembly_errors, groups, applied, weights)
     springs, (_, o) = placed_springs(robot, frames), robot.mechanism.platform_pose(frames)
-    forces = [AppliedLoad(f"spring {item.name}", *item.pull(item.force, o), "spring") for item in springs]
-    units = [
-        AppliedLoad(f"change {axis} of spring {item.name}", *item.pull(np.broadcast_to(e[:, None], o.shape), o), "change")
-        for item in springs
-        for axis, e in zip("xyz", np.eye(3), strict=True)
-    ]
-    found = solve(robot, frames, load, gravity, assembly_errors, groups, (*applied, *forces, *units))
-    first = found.sources.index(units[0].name)
-    changes = slice(first, first + len(units))
+    pulls = [item.pull(item.force, o) for item in springs]
+    pulls += [item.pull(np.broadcast_to(unit[:, None], o.shape), o) for item in springs for unit in np.eye(3)]
+    loads = [AppliedLoad(name, *pull, kind) for (name, kind), pull in zip(loads_of_springs(robot), pulls, strict=True)]
+    found = solve(robot, frames, load, gravity, assembly_errors, groups, (*applied, *loads), weights)
+    first = found.sources.index(loads[len(springs)].name)
+    changes = slice(first, first + 3 * len(springs))
     moved = _relative_motions(robot, found, deform(robot, found), springs)
     t, inverse = _changes(springs, moved, changes)
     # reciprocity: what a unit change moves the platform is what a unit load of the platform moves the spring's ends, reversed
-    platform = np.moveaxis(found.twists[:, changes], -1, 0)
-    softer = np.moveaxis(platform @ inverse @ np.swapaxes(platform, 1, 2), 0, -1)
-    compliance = found.compliance - softer
+    platform = found.twists[:, changes]
+    compliance = found.compliance - np.einsum("ian,ajn->ijn", platform, np.einsum("abn,jbn->ajn", inverse, platform))
     mixed = redistributed(robot, found, changes, t)
     return replace(mixed, compliance=compliance, stiffness=_inverse(compliance, found.stiffness, robot.length))
 
@@ -153,24 +163,24 @@ def _motion(robot: RobotStatics, solution: Solution, deformation: Deformation, p
 
 
 def _changes(springs: list[PlacedSpring], moved: Array, changes: slice) -> tuple[Array, Array]:
-    """Return how springs' forces change for each contribution (3 springs, S, N), and (K_t⁻¹ − G)⁻¹ (N, 3 springs, 3 springs)."""
-    n = moved.shape[0]
-    motions = np.moveaxis(moved, -1, 0)
-    tangent = np.zeros((len(motions), n, n))
+    """Return how springs' forces change for each contribution (3 springs, S, N), and (K_t⁻¹ − G)⁻¹ (3 springs, 3 springs, N)."""
+    n, _, N = moved.shape
+    tangent = zeros_for((n, n, N), moved)
     for k, spring in enumerate(springs):
-        tangent[:, 3 * k : 3 * k + 3, 3 * k : 3 * k + 3] = np.moveaxis(spring.tangent, -1, 0)
-    matrix = np.eye(n) - tangent @ motions[:, :, changes]
-    fine = np.all(np.isfinite(matrix), axis=(1, 2)) & np.all(np.isfinite(motions), axis=(1, 2))
-    matrix, right = np.where(fine[:, None, None], matrix, np.eye(n)), np.where(fine[:, None, None], tangent, 0.0)
-    inverse: Array = np.asarray(np.linalg.solve(matrix, right), dtype=np.float64)
-    return np.moveaxis(inverse @ np.where(fine[:, None, None], motions, 0.0), 0, -1), inverse
+        tangent[3 * k : 3 * k + 3, 3 * k : 3 * k + 3] = spring.tangent
+    matrix = np.eye(n)[:, :, None] - np.einsum("abn,bcn->acn", tangent, moved[:, changes])
+    fine = np.all(np.isfinite(matrix), axis=(0, 1)) & np.all(np.isfinite(moved), axis=(0, 1))
+    matrix = np.where(fine, matrix, np.eye(n)[:, :, None])
+    inverse = solve_by_elimination(matrix, np.where(fine, tangent, 0.0))
+    return np.einsum("abn,bsn->asn", inverse, np.where(fine, moved, 0.0)), inverse
 
 
 def _inverse(compliance: Array, rigid: Array, length: float) -> Array:
     """Return the stiffness (6, 6, N) of a compliance; NaN where there is none, or that without springs (6, 6, N) is."""
     unit = np.repeat([1.0, length], 3)
-    scaled = np.moveaxis(compliance * (unit[:, None] * unit)[:, :, None], -1, 0)
-    fine = np.all(np.isfinite(scaled), axis=(1, 2)) & np.all(np.isfinite(np.moveaxis(rigid, -1, 0)), axis=(1, 2))
-    found = np.full(scaled.shape, np.nan)
-    found[fine] = np.linalg.inv(scaled[fine])
-    return np.moveaxis((found + np.swapaxes(found, 1, 2)) / 2, 0, -1) * (unit[:, None] * unit)[:, :, None]
+    scale = (unit[:, None] * unit)[:, :, None]
+    scaled = compliance * scale
+    fine = np.all(np.isfinite(scaled), axis=(0, 1)) & np.all(np.isfinite(rigid), axis=(0, 1))
+    eye = np.eye(6)[:, :, None]
+    found = solve_by_elimination(np.where(fine, scaled, eye), np.broadcast_to(eye, scaled.shape))
+    return np.where(fine, (found + np.swapaxes(found, 0, 1)) / 2 * scale, np.nan)

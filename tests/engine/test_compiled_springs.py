@@ -1,0 +1,159 @@
+"""Robots with springs by compiled code: what is recorded is what NumPy computes, and functions and derivatives follow."""
+
+from functools import cache
+
+import numpy as np
+import package_robots
+import pytest
+from tapes import differences
+from test_record import evaluated, some_poses
+
+import kinetostatics as ks
+from kinetostatics.description import Spring
+from kinetostatics.engine import record
+from kinetostatics.engine.record import record_of
+from kinetostatics.engine.scalars import NotRecordedError
+from kinetostatics.engine.statics import CompiledStatics
+from kinetostatics.math.linalg import solve_by_elimination
+from kinetostatics.statics.springs import solve_with_springs
+
+
+def corner(angle):
+    return 0.2 * np.cos(angle), 0.2 * np.sin(angle), 0.0
+
+
+#: The springs under the platform of the page on balancing, and springs between any two links: within and between limbs.
+SPRINGS = {
+    "3rps": [
+        Spring(f"spring_{k}", 500.0, "base", "platform", corner(angle), corner(angle), free_length=0.95)
+        for k, angle in enumerate(np.radians([0, -120, 120]))
+    ],
+    "2pru_upr": [
+        Spring("pull", 1e5, "base", "slider_1", (0.01, 0, 0.02), (0, 0.03, 0), free_length=0.1, preload=5.0),
+        Spring("between", 2e5, "slider_1", "slider_2", (0.1, 0.0, 0.0), (0.0, 0.0, 0.1), free_length=0.3),
+        Spring("up", 3e5, "slider_1", "platform", free_length=0.2),
+    ],
+    "linear_delta": [Spring("arm", 2000.0, "base", "platform", (0.3, 0.1, 0.2), (0, 0, 0.05))],
+}
+
+
+@cache
+def sprung(name):
+    description = package_robots.robot(name).description
+    for spring in SPRINGS[name]:
+        description = description.with_spring(spring)
+    return ks.Robot(description)
+
+
+@pytest.mark.parametrize("name", ["2pru_upr", pytest.param("3rps", marks=pytest.mark.slow)])
+def test_what_is_recorded_of_springs_is_what_numpy_computes(name):
+    robot = sprung(name)
+    poses = some_poses(robot)
+    found, holds = evaluated(robot, record_of(robot.statics), *poses)
+    wanted = solve_with_springs(robot.statics, *poses)
+    assert np.all(holds) and found.sources == wanted.sources
+    worst = differences(found, wanted)
+    assert max(worst.values()) < 1e-11, max(worst, key=worst.get)
+    assert {".applied.0.load.points.platform", ".applied.0.share", ".weights_alone.0.R_g"} & set(worst)
+    assert [item.load.name for item in found.applied] == [item.load.name for item in wanted.applied]
+    bare = package_robots.robot(name)
+    without = solve_with_springs(bare.statics, *poses)
+    for changed in (found.twists.sum(axis=1) - without.twists.sum(axis=1), found.compliance - without.compliance):
+        assert np.max(np.abs(changed)) > 1e-6 * np.max(np.abs(without.compliance))
+
+
+def test_both_engines_say_the_same_of_springs():
+    """Twist, stiffness, forces of drives, joints and springs, at poses in reach and out of it."""
+    pytest.importorskip("llvmlite")
+    robot = sprung("linear_delta")
+    x = np.linspace(-0.6, 0.6, 24)
+    poses = robot.assemble(platform={"x": x, "y": 0.1, "z": float(robot.assemble().platform["z"])}, on_failure="nan")
+    found, wanted = (ks.analyze(poses, load=[10, 20, -30, 1, 2, 3], engine=engine) for engine in ("compiled", "numpy"))
+    np.testing.assert_array_equal(found.status, wanted.status)
+    assert 2 in wanted.status and (wanted.status < 2).sum() > 3
+    for name in ("twist", "stiffness", "base_wrench", "strain_energy"):
+        close(getattr(found, name), getattr(wanted, name))
+    for name in ("contributions", "actuator_forces", "joint_wrenches", "spring_forces"):
+        mine, other = getattr(found, name), getattr(wanted, name)
+        assert list(mine) == list(other)
+        close(np.stack([mine[key] for key in other]), np.stack([other[key] for key in other]))
+    report = ks.engine_report(robot)
+    assert report.is_compiled and report.operations > 1000
+    # of many poses most is computed when it is asked for, and the springs too
+    many = robot.configuration(np.repeat(robot.assemble().q[None], 700, axis=0))
+    found, wanted = (ks.analyze(many, engine=engine) for engine in ("compiled", "numpy"))
+    assert "whole" not in vars(found.solutions[0])
+    close(found.spring_forces["arm"], wanted.spring_forces["arm"])
+    close(found.by_mechanism.contributions["spring arm"], wanted.by_mechanism.contributions["spring arm"])
+
+
+def test_where_a_limb_of_a_sprung_robot_is_special_numpy_computes():
+    """A limb whose canonical wrenches degenerate, and one whose passive joints become dependent."""
+    pytest.importorskip("llvmlite")
+    robot = sprung("linear_delta")
+    q = np.repeat(robot.assemble().model_q, 3, axis=1)
+    q[1, 1] += np.pi / 2
+    q[7, 2] += np.pi / 2
+    given = robot.mechanism.forward(q), np.ones((6, 3)), np.ones((3, 3))
+    compiled, wanted = CompiledStatics(robot.statics), solve_with_springs(robot.statics, *given)
+    truths, _ = compiled._later(*given)
+    assert truths[0].tolist() == [True, False, False] and wanted.basis_degenerate[1] and wanted.statics[0].doubtful[:, 2].any()
+    found = compiled.solve(*given)
+    for name in ("singular", "indeterminate", "basis_degenerate"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(wanted, name))
+    close(found.twists[..., :2], wanted.twists[..., :2])  # the third is singular
+    close(found.intensities[0][..., :2], wanted.intensities[0][..., :2])
+
+
+def close(found, wanted):
+    np.testing.assert_array_equal(np.isnan(found), np.isnan(wanted))
+    np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-10 * np.nanmax(np.abs(wanted)))
+
+
+def test_functions_and_derivatives_of_sprung_robots():
+    """The free length of a spring is a parameter; derivatives are those of central differences."""
+    robot = sprung("3rps")
+    at = {"z": 0.52, "rx": 0.1, "ry": -0.15}
+    f = ks.compile(robot, at, outputs=("twist", "contributions", "actuator_forces"), engine="numpy")
+    assert f.outputs["contributions"].components[-3:] == ("spring spring_0", "spring spring_1", "spring spring_2")
+    rates = f.jacobian(("twist", "actuator_forces"), ("z", "gravity", "spring_1.free_length"))(**at)
+    for name, step in (("z", 1e-4), ("spring_1.free_length", 1e-3)):
+
+        def moved(by, name=name):
+            if name == "z":
+                return f(**{**at, "z": at["z"] + by})
+            spring, number = name.split(".")
+            own = robot.description.springs[spring]
+            other = ks.Robot(robot.description.changed(spring, **{number: getattr(own, number) + by}))
+            return ks.compile(other, at, outputs=("twist", "actuator_forces"), engine="numpy")(**at)
+
+        before, after = moved(-step), moved(step)
+        for output, derivatives in rates.items():
+            wanted = (after[output] - before[output]) / (2 * step)
+            np.testing.assert_allclose(derivatives[name], wanted, rtol=0, atol=2e-6 * np.max(np.abs(wanted)))
+    assert rates["twist"]["gravity"].shape == (6, 3)
+
+
+def test_a_spring_without_length_is_told_by_both_engines():
+    """At the zero pose its ends fall together; beside it they do not."""
+    pytest.importorskip("llvmlite")
+    bare = package_robots.robot("five_bar")
+    place = bare.assemble().frame("tool")[:3, 3]
+    robot = ks.Robot(bare.description.with_spring(Spring("short", 100.0, "base", "tool", tuple(place), preload=5.0)))
+    for engine in ("numpy", "compiled"):
+        with pytest.raises(ks.StaticsError, match="the spring 'short' has no length at this pose"):
+            ks.analyze(robot.assemble(), engine=engine)
+
+
+def test_what_is_left_out_of_the_structure_of_springs_cannot_be_recorded(monkeypatch):
+    monkeypatch.setattr(record, "by_numpy", lambda robot, *_: robot.description.materials)
+    with pytest.raises(NotRecordedError):
+        record_of(sprung("3rps").statics)
+
+
+def test_elimination_solves_what_has_pivots_and_leaves_the_rest_to_lapack():
+    rng = np.random.default_rng(2)
+    a, b = rng.standard_normal((5, 5, 40)) + 4 * np.eye(5)[:, :, None], rng.standard_normal((5, 3, 40))
+    a[0, 0, 7], a[:2, :2, 9] = 0.0, 1.0  # no pivot at once, and none then
+    found = solve_by_elimination(a, b)
+    np.testing.assert_allclose(np.einsum("ijn,jkn->ikn", a, found), b, rtol=0, atol=1e-11)
