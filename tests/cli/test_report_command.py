@@ -124,6 +124,25 @@ def test_the_code_of_the_page_makes_the_same_file(html, tmp_path, monkeypatch):
     assert (tmp_path / "report.html").read_text(encoding="utf-8") == html
 
 
+def test_the_tip_of_a_tool(pose, monkeypatch, tmp_path):
+    """Its motion, where that comes from, the map and what drives correct; the verdict is about o."""
+    for name in ("scene_html", "verification_html"):
+        monkeypatch.setattr(f"kinetostatics.report_page.chapters.{name}", lambda *_: "drawn elsewhere")
+    file, load, tool = tmp_path / "tip.html", ["--load", *map(str, LOAD)], ["--tool", "50mm", "0", "200mm"]
+    at = ["--platform", "z=500mm", "rx=3deg", "ry=0", "--sweep", "rx=0:3deg:2"]
+    assert main(["report", "3rps", *at, *load, *tool, "--coordinates", "x", "y", "z", "--out", str(file)]) == 0
+    html = file.read_text(encoding="utf-8")
+    tip = ks.analyze(pose, LOAD).at_point((0.05, 0, 0.2))
+    sag = float(np.linalg.norm(tip.twist[:3]))
+    assert dict(rows(chapter(html, "The tip of the tool")))["displacement"] == f"{1e6 * sag:.4f} µm"
+    bars = chapter(html, "Where the sag comes from")
+    share = 100 * (tip.contributions["load"][:3] @ tip.twist[:3]) / sag**2
+    assert f"({share:.1f} %)" in bars and "Parts of the displacement of the tool&#x27;s tip" in bars
+    said = chapter(html, "Over the workspace")
+    assert f"worst sag {1e6 * sag:.4g} µm at rx = 3 deg" in said and "those of the tool's tip" in said
+    assert "Corrected: x, y and z of the tool" in chapter(html, "Compensation")
+
+
 def test_finite_elements_have_their_say(html):
     pytest.importorskip("openseespy")
     assert "<p>Verified: the largest difference is " in chapter(html, "Checked by finite elements")

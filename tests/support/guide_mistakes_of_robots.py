@@ -246,6 +246,8 @@ PYTHON = (
            "Sections are made anew."),
     python('ks.save_image(ks.analyze(robot.assemble()), "sag.jpg")', "`\"sag.png\"`."),
     python('ks.save_report(robot.assemble(), "sag.pdf")', "`\"sag.html\"`, printed from a browser."),
+    python('ks.save_report(robot.assemble(), "sag.html", workspace=ks.indices.at_point(ks.sweep(robot), (0, 0, 0.1)))',
+           "As it says; or a map of `ks.sweep` as it is."),
     python('ks.sweep("3rps", parameters={"joint_angle_max": 1}, parameter_units={"joint_angle_max": "m"})', "An angle, in rad."),
     python('robot.assemble(actuators={"a": [0, 0.1]}).model', "`robot.assemble(actuators={\"a\": 0.1}).model`."),
     replace(swap('<loop name="c" type="continuous">', '<loop name="c" type="cylindrical">', "As it says."),

@@ -31,6 +31,7 @@ examples:
   kinetostatics report 3rps --out report.html
   kinetostatics report 3rps --platform z=500mm rx=3deg ry=0 --load 0 0 -500 0 0 0 --sweep rx=-15deg:15deg:13 ry=-15deg:15deg:13 \
 --out report.html
+  kinetostatics report 3rps --load 0 100 -500 0 0 0 --tool 0 0 200mm --coordinates x y z --out tip.html
   kinetostatics report delta --payload 2kg --title "Delta with gripper" --out delta.html
 """
 
@@ -51,6 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="coordinates of platform or drives that vary over the workspace, as of kinetostatics sweep; the others are those of "
         "the pose (default: no map of the workspace)",
     )
+    arguments.add_tool_argument(group, "tell of this point instead of o, and correct it")
     group.add_argument(
         "--coordinates",
         metavar="NAME",
@@ -78,7 +80,8 @@ def run(args: argparse.Namespace) -> int:
 
                 draw_into_files()
             workspace = _map(configuration, args, options)
-        save_report(configuration, args.out, **options, workspace=workspace, title=args.title, coordinates=args.coordinates)
+        page = {"title": args.title, "coordinates": args.coordinates, "tool": arguments.tool(args)}
+        save_report(configuration, args.out, **options, workspace=workspace, **page)
     print(f"wrote {args.out}")
     return 0
 

@@ -47,8 +47,8 @@ def finished(ds: xr.Dataset, values: xr.DataArray, beyond_limits: bool, units: s
     found = values.where(valid(ds, beyond_limits)).transpose(*swept(ds))
     kept = {*swept(ds), *(name for name in ds.coords if ds[name].dims == ())}
     found = found.drop_vars([name for name in found.coords if name not in kept])
-    where = " at a point of the platform" if "point" in ds.attrs and "the point" not in long_name else ""
-    found.attrs = {"units": units, "long_name": long_name + where}
+    is_about = "point" in ds.attrs and not any(word in long_name for word in ("the point", "actuator"))
+    found.attrs = {"units": units, "long_name": long_name + is_about * " at a point of the platform"}
     return found
 
 

@@ -11,30 +11,36 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.printing.text import ANGLES, LENGTHS, Magnitudes, Scale
 from kinetostatics.reports.sources import parts_along, ranked, sources
 from kinetostatics.results.result import Result
+from kinetostatics.results.tool_point import TIP, PointResult
 
 #: Bars at most; what is behind them is one bar.
 MOST = 14
 #: Sizes of the drawing [px]: its width, a row, columns of names and of numbers, and the width of a letter.
 WIDTH, ROW, NUMBERS, LETTER = 680, 20, 90, 6.4
 
-#: What is ranked: the displacement, or the rotation where o stays.
-WORDS = ("displacement of o, each along the whole displacement", "rotation, each about the axis of the whole rotation")
+#: What is ranked: the displacement, or the rotation where the point stays.
+WORDS = ("displacement of {}, each along the whole displacement", "rotation, each about the axis of the whole rotation")
 
 
-def contribution_bars(result: Result, noise: Magnitudes) -> str:
-    """Return bars of what each weight and load contributes to the platform's motion."""
-    return _bars(list(result.contributions), list(result.contributions.values()), result, noise)
+def contribution_bars(result: Result, noise: Magnitudes, tip: PointResult | None = None) -> str:
+    """Return bars of what each weight and load contributes to the platform's motion, seen at o or at a tool's tip."""
+    return _bars(list(result.contributions), list(result.contributions.values()), result, noise, tip)
 
 
-def source_bars(result: Result, noise: Magnitudes) -> str:
+def source_bars(result: Result, noise: Magnitudes, tip: PointResult | None = None) -> str:
     """Return bars of what each part that gives way contributes, the largest first."""
     names, twists = sources(result)
-    return _bars([f"{name} ({kind})" for name, kind in names], list(twists), result, noise, sort=True)
+    return _bars([f"{name} ({kind})" for name, kind in names], list(twists), result, noise, tip, sort=True)
 
 
-def _bars(names: list[str], twists: list[Array], result: Result, noise: Magnitudes, sort: bool = False) -> str:
-    """Return a bar of the part of the motion of each twist (6,); nothing where nothing moves."""
-    found = parts_along(np.reshape(twists, (-1, 6)), result.twist, noise)
+def _bars(
+    names: list[str], twists: list[Array], result: Result, noise: Magnitudes, tip: PointResult | None, sort: bool = False
+) -> str:
+    """Return a bar of the part of the motion of each twist (6,) at o; nothing where nothing moves."""
+    own, whole = np.reshape(twists, (-1, 6)), result.twist
+    if tip is not None:
+        own, whole = tip.moved(own), tip.twist
+    found = parts_along(own, whole, noise)
     if found is None:
         return ""
     parts, sizes, by = found
@@ -45,7 +51,8 @@ def _bars(names: list[str], twists: list[Array], result: Result, noise: Magnitud
     if rest:
         rows.append((f"{len(rest)} others", float(values[rest].sum())))
     scale = Scale.of(values, (LENGTHS, ANGLES)[by], (noise.displacement, noise.rotation)[by])
-    return _drawing(rows, scale, float(sizes[by]), f"Parts of the {WORDS[by]}; together {scale.with_unit(sizes[by])}")
+    said = WORDS[by].format("o" if tip is None else TIP)
+    return _drawing(rows, scale, float(sizes[by]), f"Parts of the {said}; together {scale.with_unit(sizes[by])}")
 
 
 def _drawing(rows: Sequence[tuple[str, float]], scale: Scale, whole: float, title: str) -> str:

@@ -9,11 +9,13 @@ import numpy as np
 
 from kinetostatics.compensation import compensate
 from kinetostatics.exceptions import ArgumentError, CoordinatesError, KinetostaticsError
+from kinetostatics.math.arrays import Array
 from kinetostatics.printing.html import html_report
 from kinetostatics.printing.text import Magnitudes, listing
 from kinetostatics.report_page.bars import contribution_bars, source_bars
 from kinetostatics.reports.batch import magnitudes
 from kinetostatics.results.result import Result
+from kinetostatics.results.tool_point import PointResult
 from kinetostatics.verification import verify
 from kinetostatics.viewer.page import iframe_html, page_html
 from kinetostatics.viewer.scene import describe_scene
@@ -50,18 +52,19 @@ def _vector(values: Any) -> str:
     return "(" + ", ".join(f"{value:.6g}" for value in np.asarray(values)) + ")"
 
 
-def sag_html(result: Result) -> str:
-    """Return where the motion of the platform comes from, as bars."""
+def sag_html(result: Result, tip: PointResult | None = None) -> str:
+    """Return where the motion of the platform comes from, seen at o or at a tool's tip, as bars."""
     noise: Magnitudes = magnitudes(result)
-    parts = {"By weights and loads": contribution_bars(result, noise), "By what gives way": source_bars(result, noise)}
+    bars_of = {"By weights and loads": contribution_bars, "By what gives way": source_bars}
+    parts = {title: bars(result, noise, tip) for title, bars in bars_of.items()}
     found = [f"<h3>{title}</h3>\n{bars}" for title, bars in parts.items() if bars]
     return "\n".join(found) or "<p>The platform does not move: nothing that is elastic gives way.</p>"
 
 
-def compensation_html(result: Result, arguments: dict[str, Any], coordinates: Any) -> str:
+def compensation_html(result: Result, arguments: dict[str, Any], coordinates: Any, tool: Array | None = None) -> str:
     """Return what the drives are to do so that the loaded platform stands at the pose."""
     try:
-        return html_report(str(compensate(result.configuration, coordinates=coordinates, **arguments)))
+        return html_report(str(compensate(result.configuration, coordinates=coordinates, tool=tool, **arguments)))
     except KinetostaticsError as error:
         if coordinates is not None and isinstance(error, (ArgumentError, CoordinatesError)):
             raise  # what was asked for makes no sense

@@ -8,8 +8,11 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.math.arrays import Array
 from kinetostatics.printing.html import html_report
 from kinetostatics.printing.text import STIFFNESSES, quantity
 
@@ -20,25 +23,34 @@ if TYPE_CHECKING:
 SHOWN = ("linear_sag", "angular_sag", "least_translational_stiffness", "largest_actuator_force")
 
 
-def check_map(workspace: xr.Dataset, configuration: Configuration) -> None:
-    """Check that a map is one of this robot.
+def checked_map(workspace: xr.Dataset, configuration: Configuration, tool: Array | None) -> xr.Dataset:
+    """Return a map of this robot, as a tool's tip sees it.
 
     Raises:
-        ArgumentError: it is no map, or one of another robot.
+        ArgumentError: it is no map, one of another robot, or about another point.
     """
+    from kinetostatics.indices import at_point
     from kinetostatics.indices.poses import variable
 
     variable(workspace, "status")
     name, of = configuration.robot.name, workspace.attrs.get("robot_name")
     if of != name:
         raise ArgumentError(f"the map is of {of!r}, and the pose of {name!r}: sweep the same robot")
+    own = workspace.attrs.get("point")
+    if own is None:
+        return workspace if tool is None else at_point(workspace, tool.tolist())
+    if tool is None or not np.array_equal(own, tool):
+        point = f"({' '.join(f'{value:g}' for value in own)})"
+        raise ArgumentError(f"the map is about the point {point} m of the platform: give tool={point.replace(' ', ', ')}, too")
+    return workspace
 
 
 def workspace_html(workspace: xr.Dataset, configuration: Configuration) -> str:
     """Return the worst cases of a map, and figures of it through the pose."""
     from kinetostatics.workspace.summary import summary
 
-    return "\n".join([html_report(summary(workspace)), _softest(workspace), _figures(workspace, configuration)])
+    about = "<p>Sag and stiffness are those of the tool's tip.</p>" if "point" in workspace.attrs else ""
+    return "\n".join([html_report(summary(workspace)), _softest(workspace), about, _figures(workspace, configuration)])
 
 
 def _softest(workspace: xr.Dataset) -> str:

@@ -17,7 +17,9 @@ from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.printing.html import html_report
 from kinetostatics.report_page import chapters
-from kinetostatics.report_page.maps import check_map, workspace_html
+from kinetostatics.report_page.maps import checked_map, workspace_html
+from kinetostatics.reports.tool_point import point_report
+from kinetostatics.results.tool_point import point_of_platform
 from kinetostatics.workspace.provenance import versions
 
 if TYPE_CHECKING:
@@ -35,6 +37,7 @@ def save_report(
     workspace: xr.Dataset | None = None,
     title: str | None = None,
     coordinates: Sequence[str] | None = None,
+    tool: ArrayLike | None = None,
     **analysis: Any,
 ) -> None:
     """Write one HTML page that a colleague can read and print, without server and network: everything about a robot at a pose.
@@ -53,6 +56,8 @@ def save_report(
             are over the first two coordinates that vary, through the values of the others that are nearest to the pose.
         title: heading of the page; default the robot's name.
         coordinates: of the platform, that are to come out as wanted, as :func:`kinetostatics.compensate` takes them.
+        tool: (3,) a point of the platform, from o in its axes [m], such as a tool's tip, that the page tells of instead of o: its
+            motion, where that comes from, what the drives can correct, and the map, if that is not about it already.
         analysis: whatever else :func:`kinetostatics.analyze` takes: ``point``, ``frame``, ``loads``, ``payload``, ….
 
     Raises:
@@ -64,7 +69,8 @@ def save_report(
     """
     check_keywords(save_report, analysis)
     file = check_page(path)
-    html = report_html(configuration, {"load": load, "gravity": gravity, **analysis}, workspace, title, coordinates)
+    given = {"load": load, "gravity": gravity, **analysis}
+    html = report_html(configuration, given, workspace, title, coordinates, tool)
     try:
         Path(file).write_text(html, encoding="utf-8")
     except OSError as error:
@@ -90,6 +96,7 @@ def report_html(
     workspace: xr.Dataset | None,
     title: str | None,
     coordinates: Sequence[str] | None,
+    tool: ArrayLike | None = None,
 ) -> str:
     """Return the page; ``arguments`` are those of :func:`kinetostatics.analyze`."""
     if not isinstance(configuration, Configuration):
@@ -97,16 +104,19 @@ def report_html(
     result = analyze(configuration, **arguments)
     if result.shape != ():
         raise ArgumentError(f"a report is about one pose and one load, not a batch of the shape {result.shape}: give a map too")
+    place = None if tool is None else point_of_platform("tool", tool)
+    tip = None if place is None else result.at_point(place)
     if workspace is not None:
-        check_map(workspace, configuration)
+        workspace = checked_map(workspace, configuration, place)
     robot = result.robot
     heading = str(title or robot.name)
     parts = {
         "In short": result._repr_html_(),
         "The robot at the pose": chapters.scene_html(result, heading),
-        "Where the sag comes from": chapters.sag_html(result),
+        "The tip of the tool": "" if tip is None else html_report(point_report(tip)),
+        "Where the sag comes from": chapters.sag_html(result, tip),
         "Over the workspace": "" if workspace is None else workspace_html(workspace, configuration),
-        "Compensation": chapters.compensation_html(result, arguments, coordinates),
+        "Compensation": chapters.compensation_html(result, arguments, coordinates, place),
         "Checked by finite elements": chapters.verification_html(result, arguments),
         "What is assumed": chapters.assumptions_html(result),
         "The pose in numbers": html_report(str(result)),

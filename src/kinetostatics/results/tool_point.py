@@ -14,6 +14,9 @@ from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.math.screws import compliance_at, stiffness_at, to_point
 from kinetostatics.printing.mappings import Named, ShortRepr
 
+#: What a point of the platform other than o is called.
+TIP = "the tool's tip"
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PointResult(ShortRepr):
@@ -42,7 +45,7 @@ class PointResult(ShortRepr):
 
 def named_point(tool: object) -> str:
     """Return what a point of the platform is called in sentences: o, where there is no tool."""
-    return "o" if tool is None else "the tool's tip"
+    return "o" if tool is None else TIP
 
 
 def point_of_platform(what: str, point: ArrayLike) -> Array:

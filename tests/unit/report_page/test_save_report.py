@@ -46,6 +46,10 @@ def test_arguments_that_make_no_sense(tmp_path):
         ks.save_report(pose, None)
     with pytest.raises(ks.ArgumentError, match="the map is of '3rps', and the pose of 'five_bar'"):
         ks.save_report(pose, tmp_path / "x.html", workspace=ks.sweep(found).assign_attrs(robot_name="3rps"))
+    with pytest.raises(
+        ks.ArgumentError, match=r"the map is about the point \(0 0 0.1\) m of the platform: give tool=\(0, 0, 0.1\)"
+    ):
+        ks.save_report(pose, tmp_path / "x.html", workspace=ks.indices.at_point(ks.sweep(found), (0, 0, 0.1)))
     with pytest.raises(ks.ArgumentError, match=r"not a Dataset of ks\.sweep"):
         ks.save_report(pose, tmp_path / "x.html", workspace={})
     for name in ("x.pdf", "x.txt", "x"):
