@@ -45,20 +45,22 @@ MAP = ROOT / "build" / "tests_of_lines.json"
 WITHOUT_EFFECT = Path(__file__).parent / "mutants_without_effect.txt"
 
 #: The modules in which a mistake makes a wrong number.
-CORE = """analysis robot status error_ranking description/joint_types indices/sag indices/stiffness kinematics/assembly
-kinematics/chebyshev kinematics/configuration kinematics/continuation kinematics/frame_corrections
-kinematics/generic_poses kinematics/joint_coordinates kinematics/lines kinematics/loop_constraints kinematics/mimic
-kinematics/mobility kinematics/openings kinematics/pose_spread kinematics/robot_kinematics kinematics/sizes
-kinematics/solver kinematics/zero_pose limbs/basis_choice limbs/beam limbs/compliance limbs/force_method
-limbs/geometry limbs/group limbs/grouping limbs/statics limbs/wrench_candidates limbs/wrenches
-math/graphs math/linalg math/ordering math/orientation math/rotations math/screws mechanism/beam_geometry
-mechanism/beam_model mechanism/edge_directions mechanism/inertias mechanism/joint_compliance mechanism/limb_joints
-mechanism/limbs mechanism/mechanism mechanism/rigid_bodies mechanism/topology mechanism/tree mechanism/weights
-printing/text
-results/batch results/beam results/contributions results/gravity_ways results/limb results/near_singular
-results/result results/warnings sections/kinds sections/shear sections/von_mises statics/assembly_errors
-statics/deformation statics/loaded_beams statics/joint_table statics/joint_wrenches statics/limb_ranks
-statics/platform_equilibrium statics/singularity statics/solution""".split()
+CORE = """analysis error_ranking robot status calibration/calibrate calibration/fit calibration/gauges
+calibration/identifiability calibration/measurements calibration/model calibration/plan calibration/unknowns
+compensation/compensate description/joint_types description/loads functions/derivatives functions/direct functions/function
+functions/parameters functions/values functions/variation indices/sag indices/stiffness kinematics/assembly
+kinematics/chebyshev kinematics/configuration kinematics/continuation kinematics/frame_corrections kinematics/generic_poses
+kinematics/joint_coordinates kinematics/lines kinematics/loop_constraints kinematics/mimic kinematics/mobility
+kinematics/openings kinematics/pose_spread kinematics/robot_kinematics kinematics/sizes kinematics/solver
+kinematics/zero_pose limbs/basis_choice limbs/beam limbs/compliance limbs/force_method limbs/geometry limbs/group
+limbs/grouping limbs/statics limbs/wrench_candidates limbs/wrenches math/graphs math/linalg math/ordering math/orientation
+math/rotations math/screws mechanism/beam_geometry mechanism/beam_model mechanism/edge_directions mechanism/inertias
+mechanism/joint_compliance mechanism/limb_joints mechanism/limbs mechanism/mechanism mechanism/rigid_bodies
+mechanism/topology mechanism/tree mechanism/weights printing/text results/batch results/beam results/calibration
+results/compensation results/contributions results/gravity_ways results/limb results/near_singular results/payload
+results/result results/warnings sections/kinds sections/shear sections/von_mises statics/assembly_errors statics/deformation
+statics/joint_table statics/joint_wrenches statics/limb_ranks statics/link_loads statics/loaded_beams
+statics/platform_equilibrium statics/singularity statics/solution statics/springs""".split()
 
 #: Tests that reach the core by way of a browser, other processes or large maps tell little about single numbers for their time.
 SLOW = re.compile(

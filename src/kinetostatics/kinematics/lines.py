@@ -13,6 +13,9 @@ from kinetostatics.math.arrays import Array, chunks
 LONGEST_TURN, LONGEST_SHIFT = 0.7, 2.0
 #: Where steps of this part of the longest ones are too long still, a line ends.
 _SHORTEST = 1e-3
+#: So many reaches [m] from its start a line may go on by this part of the way behind it at a time: seen from there the robot is
+#: a point, and all that changes is how long its sliding joints are.
+_FAR_AWAY, _LEAP = 40.0, 0.25
 
 
 def follow(
@@ -64,16 +67,22 @@ def _follow_chunk(
     known = solver.origin(prescribed, start, target) if origin is None else origin
     first, c = line_start(prescribed, known, target, shorter=origin is None)
     state = SolverState(_for_each(start.x, N), c)
-    far = np.max(np.abs(target - first) / longest_strides(solver, prescribed)[:, None], axis=0, initial=0.0)
-    longest = 1 / np.maximum(1.0, far)
-    gone, stride, steady = np.zeros(N), np.array(longest), np.ones(N, dtype=bool)
+    strides, turns = np.abs(target - first) / longest_strides(solver, prescribed)[:, None], _turns(solver, prescribed)
+    most_turned, most_shifted = (np.max(strides[rows], axis=0, initial=0.0) for rows in (turns, ~turns))
+    usual = 1 / np.maximum(1.0, np.maximum(most_turned, most_shifted))
+    gone, stride, longest, steady = np.zeros(N), np.array(usual), np.array(usual), np.ones(N, dtype=bool)
+    reaches = most_shifted * (LONGEST_SHIFT * solver.length / solver.reach)
     active = np.arange(N)
     while active.size:
         trial = np.minimum(gone[active] + stride[active], 1.0)
         with np.errstate(invalid="ignore"):  # towards infinity, which nothing reaches
             goal = first[:, active] + trial * (target[:, active] - first[:, active])
         here = state if active.size == N else state.take(active)
-        moved, good = solver.newton(prescribed, here, goal, local, passing=trial < 1)
+        guess, before = here, None
+        if np.any(leaping := stride[active] > usual[active]):
+            way = (trial - gone[active]) * (target[:, active] - first[:, active])
+            guess, before = _predicted(solver, prescribed, here, way, local, leaping)
+        moved, good = solver.newton(prescribed, guess, goal, local, before, passing=trial < 1)
         if not local and np.all(good):
             good = solver.on_one_side(prescribed, here, moved, goal)
         elif not local:
@@ -83,12 +92,26 @@ def _follow_chunk(
         arrived = active[good]
         state.x[:, arrived], state.c[:, arrived] = moved.x[:, good], moved.c[:, good]
         gone[arrived] = trial[good]
+        far = arrived[gone[arrived] * reaches[arrived] > _FAR_AWAY]
+        longest[far] = np.clip(_LEAP * gone[far], usual[far], 1 / np.maximum(1.0, most_turned[far]))
         calm = arrived[steady[arrived]]
-        stride[calm] = np.minimum(2 * stride[calm], longest[calm])
+        stride[calm] = np.where(longest[calm] > usual[calm], longest[calm], np.minimum(2 * stride[calm], longest[calm]))
         stride[active[~good]] /= 2
         steady[active] = good  # after a step that was too long the next is not doubled at once
-        active = active[(gone[active] < 1) & (stride[active] > _SHORTEST * longest[active])]
+        active = active[(gone[active] < 1) & (stride[active] > _SHORTEST * usual[active])]
     return state, gone >= 1, gone
+
+
+def _predicted(
+    solver: Solver, prescribed: PrescribedCoordinates, poses: SolverState, way: Array, local: int, which: NDArray[np.bool_]
+) -> tuple[SolverState, Array]:
+    """Return poses, some of them moved linearly by changes (n, N), and the sizes (N,) of these steps, infinite for the others."""
+    guess, before = SolverState(np.array(poses.x), np.array(poses.c)), np.full(which.size, np.inf)
+    some, shift = poses.take(which), way[:, which]
+    step = np.einsum("ijn,jn->in", solver.predictors(prescribed, some, np.zeros_like(shift), local), shift)
+    moved, before[which] = solver.advance(prescribed, some, step), np.maximum(solver.size(prescribed, step), 1e-3)
+    guess.x[:, which], guess.c[:, which] = moved.x, moved.c
+    return guess, before
 
 
 def _for_each(array: Array, N: int) -> Array:
@@ -118,8 +141,12 @@ def longest_strides(solver: Solver, prescribed: PrescribedCoordinates) -> Array:
     """Return how far the prescribed coordinates (n,) may go in one go [m, rad]."""
     if (known := solver.strides.get(prescribed)) is not None:
         return known
+    solver.strides[prescribed] = np.where(_turns(solver, prescribed), LONGEST_TURN, LONGEST_SHIFT * solver.length)
+    return solver.strides[prescribed]
+
+
+def _turns(solver: Solver, prescribed: PrescribedCoordinates) -> NDArray[np.bool_]:
+    """Return which of the prescribed coordinates (n,) are angles."""
     turns = [bool(solver.tree.column_rotates[column]) for column in prescribed.columns]
     turns += [not solver.equations.loops[number].type.is_slide for number in prescribed.loops]
-    turns += [False] * len(prescribed.positions) + [True] * len(prescribed.angles)
-    solver.strides[prescribed] = np.where(turns, LONGEST_TURN, LONGEST_SHIFT * solver.length)
-    return solver.strides[prescribed]
+    return np.array(turns + [False] * len(prescribed.positions) + [True] * len(prescribed.angles), dtype=bool)
