@@ -58,17 +58,30 @@ def gaps_text(gaps: Mapping[str, tuple[float, float]]) -> str:
 
 def close(
     solver: Solver,
-    poses: SolverState,
+    pose: SolverState,
     prescribed: PrescribedCoordinates,
     target: Array,
     weight: float = 1.0,
     cutoff: float = 1e-9,
 ) -> tuple[SolverState, float]:
-    """Close the loops of one pose from far away by damped least squares (Levenberg–Marquardt).
+    """Close the loops of one pose from far away; see :func:`close_each`."""
+    found, left = close_each(solver, pose, prescribed, target, weight, cutoff)
+    return found, float(left[0])
+
+
+def close_each(
+    solver: Solver,
+    poses: SolverState,
+    prescribed: PrescribedCoordinates,
+    target: Array,
+    weight: float = 1.0,
+    cutoff: float = 1e-9,
+) -> tuple[SolverState, Array]:
+    """Close the loops of poses from far away by damped least squares (Levenberg–Marquardt), each for itself.
 
     Args:
         solver: whose equations they are.
-        poses: one pose to start from.
+        poses: to start from.
         prescribed: what is given, and ``target`` (n, 1) its values.
         target: see ``prescribed``.
         weight: of the prescribed coordinates' equations against those of the loops.
@@ -76,38 +89,39 @@ def close(
             overconstrained robot open its loops a little; they are not to be closed by undoing the motion.
 
     Returns:
-        The pose with the smallest residual found, and that scaled residual (largest entry).
+        The poses with the smallest residuals found, and these scaled residuals (N,), the largest entry of each.
     """
-    here = SolverState(np.array(poses.x), np.array(poses.c))
-    solver.impose(prescribed, here, target)
-    damping = 1e-6
+    found = SolverState(np.array(poses.x), np.array(poses.c))
+    solver.impose(prescribed, found, target)
 
     def system(poses: SolverState) -> tuple[Array, Array]:
-        residual, gradient = solver.system(prescribed, poses, target)
+        residual, gradient = solver.system(prescribed, poses, np.broadcast_to(target, (target.shape[0], poses.x.shape[1])))
         residual[solver.equations.count :] *= weight
         gradient[solver.equations.count :] *= weight
         return residual, gradient
 
-    residual, gradient = system(here)
+    residual, gradient = system(found)
+    left = np.max(np.abs(residual), axis=0, initial=0.0)
+    damping = np.full(left.size, 1e-6)
+    active = np.flatnonzero(left >= 1e-15)
     for _ in range(200):
-        if not residual.size or float(np.abs(residual).max()) < 1e-15:
+        if not active.size:
             break
-        r = residual[:, 0]
-        U, values, V = np.linalg.svd(gradient[:, :, 0], full_matrices=False)
-        gain = np.where(values > cutoff * values.max(initial=0.0), values / (values**2 + damping), 0.0)
-        step = np.asarray(-(V.T @ (gain * (U.T @ r))), dtype=np.float64)
-        largest = float(np.abs(step).max(initial=0.0))
-        if largest > 0.5:
-            step *= 0.5 / largest
-        trial = solver.advance(prescribed, here, step[:, None])
+        r, damped = residual[:, active], damping[active]
+        U, values, V = np.linalg.svd(np.moveaxis(gradient[:, :, active], -1, 0), full_matrices=False)
+        usable = values > cutoff * np.max(values, axis=1, initial=0.0, keepdims=True)
+        gain = np.where(usable, values / (values**2 + damped[:, None]), 0.0)
+        step = -np.einsum("nkv,nk->vn", V, gain * np.einsum("nrk,rn->nk", U, r))
+        largest = np.max(np.abs(step), axis=0, initial=0.0)
+        step *= np.where(largest > 0.5, 0.5 / np.maximum(largest, 0.5), 1.0)
+        trial = solver.advance(prescribed, found.take(active), step)
         new_residual, new_gradient = system(trial)
-        if float(np.sum(new_residual**2)) <= float(np.sum(r**2)):
-            here, residual, gradient = trial, new_residual, new_gradient
-            damping = max(damping / 10, 1e-15)
-            if largest < 1e-15:
-                break
-        else:
-            damping *= 10
-            if damping > 1e6 or largest < 1e-14:
-                break
-    return here, float(np.abs(residual).max(initial=0.0))
+        better = np.sum(new_residual**2, axis=0) <= np.sum(r**2, axis=0)
+        gained = active[better]
+        found.x[:, gained], found.c[:, gained] = trial.x[:, better], trial.c[:, better]
+        residual[:, gained], gradient[:, :, gained] = new_residual[:, better], new_gradient[:, :, better]
+        left[gained] = np.max(np.abs(residual[:, gained]), axis=0, initial=0.0)
+        damping[active] = np.where(better, np.maximum(damped / 10, 1e-15), 10 * damped)
+        over = np.where(better, largest < 1e-15, (damping[active] > 1e6) | (largest < 1e-14))
+        active = active[~over & (left[active] >= 1e-15)]
+    return found, left

@@ -5,6 +5,8 @@ import pytest
 from simple_machines import joint, link, loop, parallelogram, robot
 
 import kinetostatics as ks
+from kinetostatics.kinematics import zero_pose
+from kinetostatics.kinematics.openings import close, close_each
 
 
 def four_bar(gap=0.0, unit=1.0, slack=False, zero=0.0, bent=0.0, turned=0.0, kind="revolute", axis="0 1 0"):
@@ -131,3 +133,31 @@ def test_an_axis_that_a_loop_leaves_out_is_said_first_and_nothing_is_guessed(kin
     assert not any("<axis>" in text for text in written.description.file_warnings)
     with pytest.raises(ks.AssemblyError, match=r"moving the origin|No single one"):
         written.assemble()
+
+
+def test_loops_that_nothing_closes_are_told_soon(monkeypatch):
+    """All places from which the search starts are tried together, each to the same end as alone."""
+    asked, system = [], zero_pose.Solver.system
+
+    def counted(self, prescribed, poses, target):
+        asked.append(poses.x.shape[1])
+        return system(self, prescribed, poses, target)
+
+    machine = four_bar(-2.0, zero=0.3)
+    monkeypatch.setattr(zero_pose.Solver, "system", counted)
+    with pytest.raises(ks.AssemblyError, match=r"not even with all joints free: loop .c. stays 2 m"):
+        machine.assemble()
+    assert len(asked) < 1000 < 3000 < sum(asked)
+
+
+def test_poses_closed_together_end_where_each_ends_alone():
+    machine = four_bar(0.05, zero=0.3)
+    random, solver, start = np.random.default_rng(2), machine.solver, machine.zero_poses
+    poses = zero_pose.SolverState(start.x + random.uniform(-0.7, 0.7, (start.x.shape[0], 6)), np.repeat(start.c, 6, axis=1))
+    nothing = zero_pose.PrescribedCoordinates(), np.zeros((0, 1))
+    together, left = close_each(solver, poses, *nothing)
+    assert np.sum(left < 1e-12) > 3
+    for k in range(6):
+        alone, residual = close(solver, poses.take(np.array([k])), *nothing)
+        np.testing.assert_allclose(together.x[:, k], alone.x[:, 0], rtol=0, atol=1e-9)
+        assert residual == pytest.approx(left[k], abs=1e-12)
