@@ -41,9 +41,23 @@ def pytest_collection_finish():
     gc.enable()
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items):
-    """Put the short files of ``tests/unit`` last, so that no process waits long for another one's last file."""
+    """Put the short files of ``tests/unit`` last, so that no process waits long for another one's last file.
+
+    Of the cases of a test that is marked ``few(n)`` all but n, evenly spread, are slow.
+    """
     items.sort(key=lambda item: "unit" in item.path.parts)
+    cases = {}
+    for item in items:
+        if item.get_closest_marker("few"):
+            cases.setdefault(item.nodeid.partition("[")[0], []).append(item)
+    for tests in cases.values():
+        (number,) = tests[0].get_closest_marker("few").args
+        kept = {round(k * (len(tests) - 1) / max(number - 1, 1)) for k in range(number)}
+        for k, item in enumerate(tests):
+            if k not in kept:
+                item.add_marker("slow")
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -23,6 +23,7 @@ EXTENT = """() => { const box = [Infinity, Infinity, -Infinity, -Infinity], pane
 FROM = """() => { const d = viewer.camera.position.clone().sub(viewer.controls.target).normalize(); return [d.x, -d.z, d.y]; }"""
 
 
+@pytest.mark.slow
 def test_the_robot_is_clear_of_everything_in_every_window(page):
     for width, height in WINDOWS:
         page.set_viewport_size({"width": width, "height": height})

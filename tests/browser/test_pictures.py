@@ -16,6 +16,7 @@ def pixels(data):
     return np.asarray(image.open(io.BytesIO(data)).convert("RGB")).astype(int)
 
 
+@pytest.mark.slow
 def test_an_image_of_the_page_has_robot_names_and_legend(page):
     settle(page)
     found = pixels(base64.b64decode(page.evaluate("robot_page.picture()").partition(",")[2]))

@@ -111,6 +111,7 @@ def test_things_are_where_the_twist_says(visit, shown):
         np.testing.assert_allclose((ball.max(axis=0) + ball.min(axis=0)) / 2, end, atol=2e-6)
 
 
+@pytest.mark.slow
 def test_limbs_have_two_sliders_for_the_ways_of_their_weight(visit, root, tmp_path):
     result = ks.analyze(ks.load_robot(root / "robots" / "3rps.urdf.xacro").assemble(platform=POSES["3rps"]), load=LOAD)
     file = tmp_path / "ways.html"
@@ -177,6 +178,7 @@ def test_colours_tell_the_displacement(unchanged):
     assert last[1] > 0.3
 
 
+@pytest.mark.slow
 def test_a_mouse_moves_a_slider(visit, one):
     page = visit(one[1])
     page.locator("summary", has_text="Contributions").click()
@@ -204,6 +206,7 @@ def test_arrows_are_grouped_and_named_as_in_the_result(unchanged):
         assert value == pytest.approx(float(force), rel=1e-5)
 
 
+@pytest.mark.slow
 def test_group_switches_hide_arrows_and_labels(visit, one):
     result, url = one
     page = visit(url, (1400, 850))
@@ -287,6 +290,7 @@ def test_path_plays_and_pauses(visit, path_page):
     assert value_of(page, "path") == pytest.approx(paused, abs=0.01)
 
 
+@pytest.mark.slow
 def test_a_late_pose_of_a_long_path_is_right(visit, root, tmp_path, monkeypatch):
     """A thousand poses, rounded to twenty bits: figures and numbers are those of the result wherever the slider stands."""
     monkeypatch.setattr(ks.viewer.page, "ROUNDINGS", ((20, ""),))

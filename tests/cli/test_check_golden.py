@@ -20,6 +20,7 @@ def test_there_is_a_text_for_each_and_no_other():
     assert sorted(path.stem for path in GOLDEN.glob("*.txt")) == sorted(NAMES)
 
 
+@pytest.mark.few(12)
 @pytest.mark.smoke
 @pytest.mark.parametrize("name", NAMES)
 def test_check_says_what_it_said(name):
@@ -108,6 +109,7 @@ def test_odd_robots_are_warned_of(name):
 # ---- numbers for programs ----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.few(12)
 @pytest.mark.parametrize("name", NAMES)
 def test_the_same_as_plain_values(name):
     found = json.loads(json.dumps(robot_to_dict(robot(name)), allow_nan=False))

@@ -29,6 +29,7 @@ def test_a_size_a_file_and_exit_codes(capsys, tmp_path):
     assert "--starts" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_front_and_its_file(capsys, tmp_path):
     robot, table = str(parametric_machines.cantilever(tmp_path)), tmp_path / "front.csv"
     common = [

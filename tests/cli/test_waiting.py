@@ -119,6 +119,7 @@ def test_every_command_that_computes_is_tried():
     assert set(SLOW) == set(COMMANDS) - {"robots"}
 
 
+@pytest.mark.few(6)
 @pytest.mark.parametrize(("command", "second"), [("check", 1), *((command, 0) for command in SLOW)])
 def test_commands_say_within_two_seconds_what_they_do(command, second, place, monkeypatch):
     """One of them by the true clock, and all with one that runs ten times as fast."""
@@ -136,6 +137,7 @@ def test_commands_say_within_two_seconds_what_they_do(command, second, place, mo
     assert left[-1] == "" and all(line.startswith("kinetostatics: warning:") for line in left[:-1]), left
 
 
+@pytest.mark.few(5)
 @pytest.mark.parametrize("command", SLOW)
 def test_nothing_is_said_where_nobody_looks_on(command, place, monkeypatch, capsys):
     arguments, name, words = SLOW[command]
@@ -151,6 +153,7 @@ def test_nothing_is_said_where_nobody_looks_on(command, place, monkeypatch, caps
     assert all(line.startswith("kinetostatics: warning:") for line in written.err.splitlines())
 
 
+@pytest.mark.slow
 def test_a_sweep_says_what_it_does_and_its_clock_goes_on(place, monkeypatch):
     with terminal() as read:
         with monkeypatch.context() as patch:

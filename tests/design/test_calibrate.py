@@ -173,6 +173,7 @@ def test_two_rods_in_series(tmp_path):
     assert not found.unidentifiable and values(found) == pytest.approx(factors, rel=1e-8)
 
 
+@pytest.mark.slow
 def test_elastic_drives_and_joints():
     """Of an arm on an elastic drive: both give way, and the drive turns by moment over stiffness."""
     spec = small_robots.locked_chain([(0, 0, 0), (0.8, 0, 0)], [(0, 1, 0)])

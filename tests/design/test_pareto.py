@@ -40,6 +40,7 @@ def test_the_front_of_the_cantilever(front):
     assert front[1].requirements[-1].worst == pytest.approx(sags[1]) and front.units == ("kg", "m")
 
 
+@pytest.mark.slow
 def test_other_requirements_hold_on_the_front(cantilever):
     """A stress of 32 F L / (π d³) < 100 MPa keeps the thin rods out."""
     thin = (32 * F * L / (np.pi * 100e6)) ** (1 / 3)
@@ -51,6 +52,7 @@ def test_other_requirements_hold_on_the_front(cantilever):
         ks.pareto(cantilever, {"diameter": "20mm:22mm"}, subject_to=["stress < 1 MPa"], starts=1, **LOADED)
 
 
+@pytest.mark.slow
 def test_what_does_nothing_for_the_second_quantity_is_least_for_the_first(cantilever):
     """Nothing weighs here, so that the tip's mass does nothing for the sag: it is at its lower bound at both ends."""
     front = ks.pareto(cantilever, {"diameter": "20mm:120mm", "tip_mass": (2.0, 8.0)}, points=2, starts=1, **LOADED)

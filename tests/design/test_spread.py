@@ -80,6 +80,7 @@ def agrees(found):
     assert found.at_once and found.difference < 1e-3 and not np.any(np.isnan(found.samples.displacement))
 
 
+@pytest.mark.slow
 def test_first_order_and_random_robots_agree(legs):
     agrees(legs)
     assert len(legs.parameters) == 5

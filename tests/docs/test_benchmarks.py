@@ -122,6 +122,7 @@ def test_grids_are_within_the_workspaces(name):
     assert np.all(result.status == ks.Status.OK)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", grids.EDGES)
 def test_about_one_pose_in_a_hundred_is_out_of_reach(name):
     robot, workspace, edge = package_robots.robot(name), grids.WORKSPACES[name], grids.EDGES[name]
@@ -166,6 +167,7 @@ def solved(name):
     return found
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", ["3rps", "tripteron", "delta"])
 def test_opensees_solves_the_same_poses(name):
     """Hinges that cross in a point, elastic drives, struts that spin: the lean frame gives all numbers of ours."""

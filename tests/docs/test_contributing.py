@@ -40,9 +40,6 @@ def test_the_citation_is_that_of_the_package_and_of_the_readme():
     assert " and ".join(f"{item['family-names']}, {item['given-names']}" for item in paper["authors"]) in readme
 
 
-SLOW = ".venv/bin/python -m pytest -m slow"
-
-
 def test_hooks_and_the_workflow_call_what_exists():
     yaml = pytest.importorskip("yaml")
     hooks = yaml.safe_load((ROOT / ".pre-commit-config.yaml").read_text(encoding="utf-8"))["repos"][0]["hooks"]
@@ -50,8 +47,8 @@ def test_hooks_and_the_workflow_call_what_exists():
     for hook in hooks:
         assert hook["entry"].replace(" --force-exclude", "") in commands, hook["id"]
     jobs = yaml.safe_load((ROOT / ".github" / "workflows" / "tests.yml").read_text(encoding="utf-8"))["jobs"]
-    assert [step["run"] for step in jobs["everything"]["steps"] if "run" in step] == [".ci/run", SLOW]
+    assert [step["run"] for step in jobs["everything"]["steps"] if "run" in step] == [".ci/run"]
     versions = jobs["versions"]["strategy"]["matrix"]["python"]
     project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
-    assert SLOW in (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    assert "-m pytest -m slow" in (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8") and "-m slow" in commands
     assert f'requires-python = ">={versions[0]}"' in project

@@ -14,11 +14,21 @@ MODULES = sorted(
 )
 
 
-@pytest.mark.parametrize("name", MODULES)
+#: Examples that search, or analyse many robots; what they show is tested in ``tests/design`` too.
+LONG = {
+    "kinetostatics.design.optimize",
+    "kinetostatics.design.pareto",
+    "kinetostatics.design.sensitivities",
+    "kinetostatics.design.spread",
+}
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.slow) if name in LONG else name for name in MODULES])
 def test_examples_of_a_module(name):
     found = doctest.testmod(importlib.import_module(name))
     assert found.attempted > 0 and found.failed == 0
 
 
 def test_what_a_newcomer_reads_first_has_examples():
+    assert set(MODULES) > LONG
     assert {"kinetostatics.analysis", "kinetostatics.math.screws", "kinetostatics.description.units"} <= set(MODULES)

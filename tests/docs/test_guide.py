@@ -151,6 +151,7 @@ def test_the_sketches_are_those_that_the_script_draws():
 # ---- the tables ------------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", TABLES)
 def test_every_table_has_the_mistakes_and_messages(name):
     (found,) = [found for page in MESSAGES for found in marked(name).findall(page.read_text(encoding="utf-8"))]
@@ -160,6 +161,7 @@ def test_every_table_has_the_mistakes_and_messages(name):
     )
 
 
+@pytest.mark.slow
 def test_no_mistake_is_answered_by_another_tools_error():
     for rows in provoked().values():
         for mistake, messages, _ in rows:
@@ -169,6 +171,7 @@ def test_no_mistake_is_answered_by_another_tools_error():
                 assert not message.startswith(("'", " ")) or message[1:2] != "'", message
 
 
+@pytest.mark.slow
 def test_every_error_of_the_code_is_provoked_or_known_to_be_out_of_reach():
     everything = sites(tuple(modules()))
     reached = {place for rows in provoked().values() for _, _, places in rows for place in places}
@@ -227,6 +230,7 @@ def warning_patterns() -> dict[str, list[re.Pattern[str]]]:
     return found
 
 
+@pytest.mark.slow
 def test_every_warning_of_the_code_is_in_the_table():
     said = [message for _, messages, _ in provoked()["WARNINGS"] for message in messages]
     patterns = warning_patterns()

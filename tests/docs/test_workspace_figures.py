@@ -54,6 +54,7 @@ def test_the_pages_example_runs(example):
     assert np.nanmin(names["stiffness"]) > 0
 
 
+@pytest.mark.slow
 def test_the_pages_commands_run(example, tmp_path, monkeypatch, capsys):
     pytest.importorskip("h5netcdf")
     monkeypatch.chdir(tmp_path)
@@ -137,6 +138,7 @@ def figures():
     return dict(paper_workspace.figures(coarse=True))
 
 
+@pytest.mark.slow
 def test_figures_show_the_maps(figures):
     panels = ["slice_3rps", "round_3rps", "lines_3rps", "ways_3rps", "workspace_3rps"]
     assert list(figures) == ["figure_6", "figure_7", "figure_12", "figure_13", *panels]

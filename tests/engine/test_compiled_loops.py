@@ -34,6 +34,7 @@ def assert_same(found, wanted):
         np.testing.assert_allclose(getattr(found, name), getattr(wanted, name), rtol=0, atol=1e-12)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(("name", "kind", "orientation", "box"), CASES)
 def test_both_engines_reach_the_same_poses(name, kind, orientation, box, monkeypatch):
     """Random poses, each on its own line: in reach, beyond limits, out of reach; from the zero pose and from another one."""

@@ -33,6 +33,7 @@ def evaluated(robot, record, frames, load, gravity):
     return solution_of(robot.statics, frames, load, gravity, arrays), truths[0]
 
 
+@pytest.mark.few(6)
 @pytest.mark.parametrize("name", package_robots.NAMES)
 def test_all_robots_are_recorded_as_numpy_computes_them(name):
     robot = package_robots.robot(name)
@@ -112,6 +113,7 @@ RANDOM = [
 ]
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("seed", range(len(RANDOM)))
 def test_random_robots_are_recorded_as_numpy_computes_them(seed):
     """Where the record holds, to what the condition of the stiffness leaves; one with rigid limbs is not recorded."""

@@ -117,6 +117,7 @@ def test_what_is_written(exported):
     assert _array([0.1, -2.0]) == "{0.1, (-2.0)}" and _array([]) == "{0.0}"
 
 
+@pytest.mark.slow
 def test_the_test_program_sees_other_numbers_also_of_floats(tmp_path):
     """Its references are Python's: the program fails where the code computes anything else."""
     robot = package_robots.robot("five_bar")

@@ -65,6 +65,7 @@ def assert_alike(found, wanted):
     np.testing.assert_allclose(found["residual"], wanted["residual"], rtol=0, atol=1e-12)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", NAMES)
 def test_a_batch_is_what_the_analysis_says(name):
     f, g, at, load, gravity = functions(name)
@@ -91,6 +92,7 @@ def test_poses_one_by_one_are_what_the_analysis_says(name, monkeypatch):
     assert np.sum(wanted["status"] <= ks.Status.LIMIT_EXCEEDED) / 2 <= len(taken) < POSES
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", NAMES)
 def test_a_path_from_pose_to_pose(name):
     """Each pose begins where the last one was, as a controller goes on."""

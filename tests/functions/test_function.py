@@ -55,6 +55,7 @@ def assert_alike(found, wanted, size, tolerance):
     np.testing.assert_allclose(found, wanted, rtol=0, atol=tolerance * np.max(np.abs(wanted)) + rounding)
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("name", POSES)
 def test_derivatives_by_coordinates_load_and_gravity(name):
     f, at = function_of(name)
@@ -80,6 +81,7 @@ def by_other_robots(f, at, name, k):
     return {output: (found[1][output] - found[0][output]) / (2 * h) for output in OUTPUTS}, h
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize(
     ("name", "parameter", "k"),
     [

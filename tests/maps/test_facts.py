@@ -122,6 +122,7 @@ def test_a_summary_counts_every_fact(far):
     assert "no pose is within the joints' limits" in summary(far.isel(s=[0, 6]))
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("ending", ["nc", "zarr"])
 def test_facts_are_stored(far, tmp_path, ending):
     for _ in range(2):  # the second call opens what is there

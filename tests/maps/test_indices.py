@@ -363,6 +363,7 @@ def test_best_and_worst_pose():
 # ---- laziness ----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_lazy_maps_give_lazy_indices_and_the_same_numbers():
     dask = pytest.importorskip("dask")
     ds = full_map()

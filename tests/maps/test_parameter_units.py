@@ -23,6 +23,7 @@ KINDS = (
 )
 
 
+@pytest.mark.slow
 def test_parameters_of_robots_have_their_units_or_none():
     path = str(robot_path("tricept"))
     with open(path, encoding="utf-8") as file:
@@ -81,6 +82,7 @@ def test_words_have_no_unit(file):
     assert parameter_unit(file("0 0 0"), {"p": "steel"}, "p") == parameter_unit(file("0 0 0"), {"p": True}, "p") == ""
 
 
+@pytest.mark.slow
 def test_maps_and_figures_say_the_units_of_parameters(tmp_path):
     ds = ks.sweep("3rps", parameters={"rod_diameter": [0.06, 0.08], "density": [7000.0, 7850.0], "poisson_ratio": [0.3]})
     assert ds.rod_diameter.units == "m" and ds.density.units == "kg/m³" and "units" not in ds.poisson_ratio.attrs

@@ -825,6 +825,7 @@ def test_edges_of_cells():
     np.testing.assert_allclose(edges(np.array([3.0])), [2.5, 3.5])
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("kind", ["slice", "line", "surface", "workspace"])
 def test_figures_are_written(ds, kind, tmp_path):
     options = {"slice": {"x": "rx", "y": "ry", "z": 0.5}, "line": {"x": "rx", "z": 0.5, "ry": 0.1}}.get(kind, {})
@@ -897,6 +898,7 @@ def run(capsys, *arguments):
     return code, captured.out, captured.err
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize(
     "options",
     [

@@ -386,6 +386,7 @@ def test_the_bar_counts_poses(robot, tmp_path, capsys):
 # ---- other processes ---------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_other_processes_compute_the_same(monkeypatch, small):
     monkeypatch.setattr("kinetostatics.workspace.run.BLOCK_OF_MORE", 10)
     near(ks.sweep("3rps", GRID, load=LOAD, beams=True, workers=2), small)
@@ -693,6 +694,7 @@ def test_the_command_refuses_in_one_line(tmp_path, monkeypatch, capsys, line, me
 # ---- the page ----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_the_page_is_true(tmp_path, monkeypatch, capsys):
     """Every block of Python in docs/how_to/workspace.md runs, and what it prints is there."""
     page = ROOT / "docs" / "how_to" / "workspace.md"

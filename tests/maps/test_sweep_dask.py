@@ -57,6 +57,7 @@ def test_only_the_chunks_that_are_needed_are_computed(computed):
     np.testing.assert_allclose(piece.isel(z=1), ks.sweep("3rps", GRID)["twist"].isel(z=7, ry=0), rtol=1e-9, atol=1e-18)
 
 
+@pytest.mark.slow
 def test_threads_do_not_disturb_one_another():
     """Several blocks, and several robots, at the same time in one process."""
     load = xr.DataArray(np.eye(6)[:2] * 100, dims=("case", "component"))

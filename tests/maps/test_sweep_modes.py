@@ -64,6 +64,7 @@ def test_a_five_bar_by_its_drives_keeps_its_wrist():
     assert np.all(np.sign(wrist) == np.sign(bends(robot, robot.assemble().q)[2]))
 
 
+@pytest.mark.slow
 def test_where_only_another_mode_gets_is_marked():
     """Arms too unequal to reach the line between the motors: what lies below it is beyond no way from above."""
     robot = five_bar(proximal_length=0.28, distal_length=0.12)
@@ -80,6 +81,7 @@ def test_where_only_another_mode_gets_is_marked():
     assert np.all(np.isnan(ds["twist"].values[mode != ZERO_MODE]))
 
 
+@pytest.mark.slow
 def test_a_planar_3rrr_keeps_its_elbows():
     robot = package_robots.robot("planar_3rrr")
     grid = {"x": np.linspace(-0.3, 0.3, 13), "y": np.linspace(-0.3, 0.3, 13), "rz": np.linspace(-1.5, 1.5, 7)}
@@ -135,6 +137,7 @@ def other_elbow(robot, ds, which):
     return found.q
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("kind", ["one", "corner", "half", "checkered"])
 def test_poses_in_another_mode_are_found_and_put_right(looked_at, kind):
     robot, _, _, ds = looked_at
@@ -193,6 +196,7 @@ def test_a_pose_between_reached_ones_is_tried_from_all_of_them(looked_at, monkey
     np.testing.assert_allclose(found.numbers["q"][0], ds["q"].values[6, 5], atol=1e-9)
 
 
+@pytest.mark.slow
 def test_the_second_look_is_written_into_files_too(looked_at, monkeypatch, tmp_path):
     """Part of the grid is not reached at first; the map in a file is the same as that in memory, and as the unspoilt one."""
     from kinetostatics.workspace.sweep_spec import SweepSpec

@@ -34,6 +34,7 @@ def test_two_joints_of_a_link_are_the_ends_of_its_beam(name, ends):
         np.testing.assert_array_equal(found.end, wanted.end)
 
 
+@pytest.mark.few(6)
 @pytest.mark.parametrize("seed", range(16))
 def test_two_joints_are_the_ends_in_limbs_of_any_shape(seed):
     """In random networks, written in any cut: the same robot, but for the direction of beams that have none."""

@@ -163,6 +163,7 @@ def differences(robot, target, kind="actuators", names=None, **options):
     return int(np.sum(~np.all(np.isclose(batch.platform_frame, alone, atol=1e-8, rtol=0, equal_nan=True), axis=(1, 2))))
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(
     ("name", "limit", "poses"),
     [
@@ -194,6 +195,7 @@ def test_the_mode_is_that_of_fine_continuation_in_every_batch():
             np.testing.assert_allclose(batch.platform_frame[k], pose.platform_frame, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_smooth_maps_are_predicted_and_others_are_not(monkeypatch):
     """Where all is smooth, few poses follow their own lines; where some do not get there, what is beyond them does."""
     followed = []

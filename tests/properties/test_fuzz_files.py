@@ -323,12 +323,24 @@ BESIDE = {
 }
 
 
-@pytest.mark.parametrize("name", XML)
+#: Files that take a second and more until they are read or refused, each beside a shorter one of its kind.
+LARGE = {
+    "100 loops",
+    "800 links side by side",
+    "100 hinges in a row",
+    "blocks like billion laughs",
+    "YAML nested deep",
+    "two files that include each other",
+}
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.slow) if name in LARGE else name for name in XML])
 def test_xml(worker: Worker, tmp_path: Path, name: str) -> None:
     text, words = XML[name]
     check(run(worker, tmp_path, text), words)
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "latin-1"])
 @pytest.mark.parametrize("text", [EXAMPLE, expression("${1+1}")])
 def test_encodings_that_are_read(worker: Worker, tmp_path: Path, encoding: str, text: str) -> None:
@@ -337,13 +349,14 @@ def test_encodings_that_are_read(worker: Worker, tmp_path: Path, encoding: str, 
     assert outcome.kind == "result", outcome.text
 
 
+@pytest.mark.few(24)
 @pytest.mark.parametrize("text", EXPRESSIONS, ids=lambda text: text[:60])
 def test_expressions(worker: Worker, tmp_path: Path, text: str) -> None:
     escaped = text.replace("<", "&lt;")
     check(run(worker, tmp_path, expression(escaped), "robot.xacro", "read"), EXPRESSIONS[text])
 
 
-@pytest.mark.parametrize("name", EXPANSIONS)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.slow) if name in LARGE else name for name in EXPANSIONS])
 def test_expansions(worker: Worker, tmp_path: Path, name: str) -> None:
     for item, content in BESIDE.items():
         (tmp_path / item).write_text(content, encoding="utf-8")

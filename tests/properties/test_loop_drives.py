@@ -144,6 +144,7 @@ def test_crank_and_rocker_driven_at_the_loop_all_the_way_round(kind, swap):
     np.testing.assert_allclose(off, 2 * np.pi * np.round(off / (2 * np.pi)), atol=1e-11)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("cut", ["drive", "coupler"])
 def test_a_turning_drive_goes_on_from_a_pose_beyond_half_a_turn(cut):
     """The crank turns through 296°, but not all the way round: from each pose to the next there is only one way."""
@@ -213,6 +214,7 @@ def test_a_fixed_loop_cannot_be_driven():
 # ---- limits ----------------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.few(6)
 @pytest.mark.parametrize("kind", ["revolute", "prismatic"])
 @pytest.mark.parametrize(("cut", "drive"), [("joint", "chain"), ("joint", "closing"), ("both", "closing"), ("both", "chain")])
 @pytest.mark.parametrize("swap", [False, True])

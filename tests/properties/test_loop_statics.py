@@ -17,6 +17,7 @@ def near(found, expected, rel=1e-8):
     np.testing.assert_allclose(found, expected, rtol=0, atol=rel * np.abs(expected).max())
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("kind", FREEDOMS)
 @given(data=st.data())
 def test_a_cantilever_whose_tip_is_held_by_the_joint(kind, data):
@@ -63,6 +64,7 @@ def limb_links(one, name):
     return next(limb.links for limb in one.topology.limbs if limb.name == name)
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize(
     ("drive", "kind"),
     [("chain", kind) for kind in FREEDOMS if kind not in ONE_FREEDOM]

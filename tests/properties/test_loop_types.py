@@ -77,6 +77,7 @@ def test_closed_at_zero_with_its_own_number_of_constraints(kind):
     assert (one.mobility.platform, one.mobility.local, one.mobility.redundant_constraints) == (FREEDOMS[kind], 0, 0)
 
 
+@pytest.mark.few(12)
 @pytest.mark.parametrize(("kind", "cut"), [(kind, cut) for kind in FREEDOMS for cut in cuts(kind)])
 def test_redundant_constraints_of_two_joints_with_the_same_freedoms(kind, cut):
     """A chain and a joint with f freedoms hold the platform side by side: f freedoms, and 6 − f constraints too many."""
@@ -95,6 +96,7 @@ def test_a_fixed_loop_between_base_and_platform_is_refused():
 # ---- open ----------------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("kind", MOVING)
 @given(seed=seeds)
 def test_the_opening_is_the_known_amount(kind, seed):
@@ -173,6 +175,7 @@ def test_a_loop_that_is_open_a_little_closes_within_a_tolerance(kind):
     np.testing.assert_allclose(pose.frame("body"), P, atol=1e-15)
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("kind", MOVING)
 def test_a_loop_that_cannot_close_is_named_with_its_opening(kind):
     P, _ = skew_frames(9)
@@ -188,6 +191,7 @@ def test_a_loop_that_cannot_close_is_named_with_its_opening(kind):
     assert found == pytest.approx((metres, radians), rel=1e-3, abs=1e-9)
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("kind", MOVING)
 @given(seed=seeds)
 @example(seed=18271)  # the loop is but 42 mm beside o
@@ -215,6 +219,7 @@ def test_a_nearly_closed_zero_is_closed(kind, seed):
 # ---- over the range ------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.few(4)
 @pytest.mark.parametrize("kind", FREEDOMS)
 @given(data=st.data())
 def test_every_cut_moves_as_the_joint_does(kind, data):

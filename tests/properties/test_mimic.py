@@ -243,6 +243,7 @@ def test_random_mimics_agree_with_pinocchio(seed: int) -> None:
 LEAD = 0.005 / (2 * np.pi)
 
 
+@pytest.mark.slow
 def test_a_screw_counts_its_turns() -> None:
     """Motor and slide are z = lead · angle / 2π apart, 20 turns and more from zero."""
     screw = ks.load_robot(CASES / "screw_continuous.urdf")

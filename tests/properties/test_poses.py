@@ -238,6 +238,7 @@ def test_unreachable_poses_of_a_batch_are_nan():
         one.assemble(platform={"z": [0.6, 0.9], "rx": 0.05, "ry": 0.0}, orientation="XYZ", on_failure="raise")
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("seed", [0, 1, 1017, 50048])
 def test_large_batches_reach_what_poses_alone_reach(seed):
     """Scattered over and beyond both discs that a five-bar's arms reach, in whatever order, some of them far away."""
@@ -387,6 +388,7 @@ def rounded(text, digits=4):
     return re.sub(r'rpy="([^"]*)"', short, text)
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize(("seed", "digits"), [(1, 4), (2, 4), (3, 4), (5, 6)])
 def test_rounded_angles_of_an_overconstrained_robot(seed, digits):
     exact = ks.analyze(sr.robot_of(sr.pru2_upr()).assemble(), gravity=(0, 0, 9.8))

@@ -115,6 +115,7 @@ REWRITINGS = {
 PAIRS = [(name, what) for k, name in enumerate(NAMES) for j, what in enumerate(REWRITINGS) if (k + j) % 4 == 0]
 
 
+@pytest.mark.few(9)
 @pytest.mark.parametrize(("name", "what"), PAIRS)
 def test_a_shipped_robot_written_anew(name, what):
     robot, drives, expected = original(name)
@@ -150,6 +151,7 @@ def test_a_random_robot_written_anew(kinds, seed):
     assert_written_anew(sr.write(sr.random_spec(kinds, seed)).robot(), seed)
 
 
+@pytest.mark.slow
 @settings(max_examples=COUNT, deadline=None)
 @given(seeds)
 @example(4)

@@ -137,6 +137,7 @@ def same_results(one: ks.Robot, other: ks.Robot) -> None:
         np.testing.assert_array_equal(found.joint_wrenches[name], wrench)
 
 
+@pytest.mark.few(5)
 @pytest.mark.parametrize("name", sorted(path.name.removesuffix(".urdf.xacro") for path in ROBOTS.glob("*.urdf.xacro")))
 def test_shipped_robots(name: str, tmp_path: Path) -> None:
     robot = ks.load_robot(name)  # as fresh as the one that is read back
@@ -291,6 +292,7 @@ def test_random_descriptions(tmp_path_factory: pytest.TempPathFactory, descripti
     assert ks.validate(replace(again)) == again
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("seed", range(6))
 def test_random_robots_give_the_same_results(seed: int, tmp_path: Path) -> None:
     """Files in random cuts with link frames turned at random, half of them with elastic joints and limbs of any shape."""

@@ -95,6 +95,7 @@ def test_what_is_proposed_closes_it(frame_off):
 OVERCONSTRAINED = ("2pru_upr", "five_bar", "orthoglide", "planar_3rrr", "spherical_3rrr", "tripteron", "exechon")
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("seed", [pytest.param(seed, marks=pytest.mark.slow) if seed == 4 else seed for seed in range(7)])
 def test_a_displaced_frame_is_found(seed):
     """Any joint or side of a loop, shifted or turned: undoing it is among what is proposed, in a size no larger, and all that

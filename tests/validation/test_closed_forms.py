@@ -206,6 +206,7 @@ def test_portal_under_gravity_and_a_load_on_top(kappa):
 # ---- struts --------------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("inner", ["U", "S"])
 @pytest.mark.parametrize("telescopic", [True, False])
 @pytest.mark.parametrize("density", [0.0, RHO])

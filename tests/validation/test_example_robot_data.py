@@ -413,6 +413,7 @@ def test_other_robots_of_the_package_hold_what_pinocchio_says(file, platform, tm
 # ---- both ---------------------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", [*ORIGINALS, "three feet", "soft drives"])
 def test_finite_elements_agree(name):
     options = {"gravity": SIDEWAYS, "load": LOAD, "point": (0.1, -0.2, 0.05), "frame": "platform"}

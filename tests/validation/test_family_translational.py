@@ -244,6 +244,7 @@ def test_opens_in_xacro_and_pinocchio(name, capfd):
     assert printed.out == printed.err == ""
 
 
+@pytest.mark.few(2)
 @names
 def test_other_sizes_close_too(name):
     """The example in the file's head, and every length a little different."""
@@ -259,6 +260,7 @@ def test_other_sizes_close_too(name):
         assert ks.analyze(one.assemble()).status == ks.Status.OK
 
 
+@pytest.mark.few(4)
 @names
 @pytest.mark.parametrize("which", [1, 2])
 def test_drives_hold_the_slope_of_the_potential_energy(name, which):

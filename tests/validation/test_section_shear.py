@@ -40,6 +40,7 @@ def unit(k, size=1.0):
     return wrench
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize(("size", "expected"), SECTION_PROPERTIES.items())
 def test_tubes_against_sectionproperties(size, expected):
     b, h, t = size
@@ -55,6 +56,7 @@ def test_tubes_against_sectionproperties(size, expected):
     assert section.torsion_modulus == pytest.approx(1e-9 / max(faces), rel=3e-3)
 
 
+@pytest.mark.slow
 def test_walls_from_thin_to_full():
     """Bredt's J and modulus, Cowper's thin-walled box; the full square's J and κ; a rise without a step between."""
     kappa = 10 * 1.3 * 16 / (324 + 0.3 * 302 + 10 * (3.3 + 3))

@@ -79,6 +79,7 @@ def test_volume_is_that_of_parabolic_arcs(configuration, fineness, inner):
     assert volume * rod.density < rod.mass
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("inner", [0.0, 0.06])
 def test_mesh_is_conforming(configuration, inner):
     rod = replace(solid.rods_of(configuration)[0], inner_diameter=inner)
@@ -126,6 +127,7 @@ def test_mean_motion_of_a_rigid_one_is_the_motion_itself(configuration):
 # ---- the deck ------------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("robot", ["3rps", "2pru_upr"])
 @pytest.mark.parametrize("grip", solid.GRIPS)
 def test_joints_allow_their_freedoms_and_nothing_else(robot, grip):

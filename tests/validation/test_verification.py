@@ -81,6 +81,7 @@ def pose(name, which):
     return one.configuration(one.model_q(one.generic_poses)[:, which - 1], tolerance=1e-9)
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("name", ROBOTS)
 def test_every_robot(name):
     """With forces on all links at a pose without symmetry, and in one of four other ways."""
@@ -160,6 +161,7 @@ SPECS = {
 }
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", SPECS)
 def test_small_robots(name):
     """Every second one in frames that are turned, with other cuts."""
@@ -211,6 +213,7 @@ def telescope(start, *, drives, mass=2.0):
     )  # fmt: skip
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("start", ["fixed", "revolute"])
 @pytest.mark.parametrize("drives", [(), ("slide",)])
 def test_telescopes_driven_and_passive(start, drives):
@@ -219,6 +222,7 @@ def test_telescopes_driven_and_passive(start, drives):
         assert abs(found.finite_elements.joint_wrenches["slide"][2]) < 1e-9
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(("carrier", "masses"), [("cylinder", 0.0), ("middle", 3.0), ("rod", 0.0)])
 def test_telescope_of_three_stages(carrier, masses):
     middle = 0.0 if carrier == "middle" else masses
@@ -361,6 +365,7 @@ def test_portal_whose_foot_settles():
     np.testing.assert_allclose(found.joint_wrenches["c1_2"][2], EA / h * (settling / 2 + r * b / 2), rtol=1e-7)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("driven", [False, True])
 def test_cantilever_on_an_elastic_clamp(driven):
     """Deflection and slope of a clamped beam, and what the clamp gives way."""
@@ -378,6 +383,7 @@ def test_cantilever_on_an_elastic_clamp(driven):
     np.testing.assert_allclose(found.twist, expected, rtol=1e-9, atol=1e-15)
 
 
+@pytest.mark.slow
 @pytest.mark.smoke
 def test_gough_platform_on_elastic_joints():
     """K = Σ k $ $ᵀ, a strut being as soft as its rod, its drive and the bearings at both ends together."""
@@ -470,6 +476,7 @@ def wrong_sign(monkeypatch):
     monkeypatch.setattr(ks.Result, "actuator_forces", property(lambda self: {k: -v for k, v in right(self).items()}))
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize(
     ("mistake", "wrong"),
     [(too_soft, {"twist", "stiffness"}), (too_heavy, {"joint_wrenches", "actuator_forces"}), (wrong_sign, {"actuator_forces"})],

@@ -195,6 +195,7 @@ def test_a_driven_crank_holds_what_hangs_on_its_tip(driven):
         assert found[name].euler_ratio == pytest.approx(force / softer, rel=1e-6)
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("n", [2, 3])
 @pytest.mark.parametrize("seed", range(3))
 def test_splitting_beams_changes_no_ratio(n, seed):
@@ -252,6 +253,7 @@ def test_what_buckles_is_said_first():
     assert plain["beams"]["arm"]["member"] == ["arm"]
 
 
+@pytest.mark.slow
 def test_sweeps_tell_what_buckles():
     pytest.importorskip("xarray")
     robot = ks.load_robot(robot_path("3rps"), parameters={"rod_diameter": 0.004})

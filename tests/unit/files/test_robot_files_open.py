@@ -217,6 +217,7 @@ CHANGES = {
 }
 
 
+@pytest.mark.few(1)
 def test_every_argument_is_listed_and_has_an_effect(name):
     source = ET.parse(ROBOTS / f"{name}.urdf.xacro").getroot()
     tag = "{http://www.ros.org/wiki/xacro}arg"

@@ -55,6 +55,7 @@ def test_errors_name_the_unit_that_may_be_meant(name, given, hint):
     assert hint in str(caught.value) and "assembly mode" not in str(caught.value)
 
 
+@pytest.mark.slow
 def test_poses_that_exist_all_the_same_are_warned_of(robot):
     drives = dict.fromkeys(("prismatic_1", "prismatic_2", "prismatic_3"), 10)
     with pytest.warns(UserWarning, match=r"prismatic_1 = 10 m is 11.4 times .* write 0.01 for 10 mm, or 10mm"):
@@ -100,6 +101,7 @@ def changed(old, new, text=RPS, count=1):
     return ks.Robot(parse_robot_text(text.replace(old, new, count)))
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("angle", ["90", "${degrees(pi/2)}", "-180"])
 def test_an_rpy_in_degrees(angle):
     text = odd_robots.four_bar()
@@ -122,6 +124,7 @@ def test_limits_in_degrees_and_mm():
         assert "the limits of prismatic_1, prismatic_2, prismatic_3 go to 999.45 m, 1.14e+03 times the robot's size" in said
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize(
     ("parameters", "words"),
     [

@@ -28,6 +28,7 @@ def result(request):
     return ks.analyze(robot.assemble(actuators=dict.fromkeys(robot.description.driven, 0.01)), load=LOAD)
 
 
+@pytest.mark.few(1)
 def test_labels_say_what_intensities_are(result):
     for limb in result.limbs.values():
         assert limb.is_network

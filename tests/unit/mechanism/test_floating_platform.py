@@ -85,6 +85,7 @@ def test_it_is_no_limb_and_no_drive(pair):
         )
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("end", ["flange_4", "platform_pose", "platform_pose:child"])
 def test_a_beam_may_end_at_it(end):
     """The tube of a Tricept is fixed to the platform at o, where the floating joint is on the platform's side."""

@@ -202,6 +202,7 @@ def test_three_angles_about_oblique_axes(skewed, q, side):
     assert abs(found[1, 0] - near[1, 0]) < np.pi
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("rpy", ["3.141592653589793 0 0.3", "0.2 1.5707963267948966 0", "1.5707963267948966 0 0.3"])
 def test_poses_are_assembled_from_their_own_reports(rpy):
     text = Path(robot_path("gough_stewart")).read_text()

@@ -137,6 +137,7 @@ def test_a_batch_has_no_single_model():
 # ---- loops ---------------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.few(16)
 @pytest.mark.parametrize("anchors", [False, True])
 @each_pose
 def test_drives_hold_the_robot_in_pinocchio_too(name, number, anchors):

@@ -80,6 +80,7 @@ def public(item):
             yield name, getattr(item, name)
 
 
+@pytest.mark.few(1)
 def test_everything_prints_as_something_short(robot):
     found = [("robot", robot), *public(robot), ("description", robot.description), *public(robot.description)]
     for pose in poses(robot):

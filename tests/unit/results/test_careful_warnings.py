@@ -218,6 +218,7 @@ def tilting(lean):
     return ks.analyze(robot.assemble(actuators={"a": lean, "t": 0.0}))
 
 
+@pytest.mark.slow
 def test_networks_that_nearly_collapse_are_said():
     """The rods' forces under a moment grow with the inverse of the sine of the angle between rods and plate."""
     upright = near_singularity(tilting(0.0))

@@ -58,6 +58,7 @@ def close(found, wanted):
     np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-9 * np.max(np.abs(wanted)))
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize("name", ["2pru_upr", "delta", "tricept", "orthoglide"])
 def test_numbers_do_not_depend_on_the_wrenches_that_describe_limbs(name, monkeypatch):
     same_but_intensities(ks.analyze(ks.load_robot(robot_path(name)).assemble()), monkeypatch)
@@ -144,6 +145,7 @@ def cuts_of(mechanism):
     return {edge.joint.name for edge in mechanism.edges[7:] if edge.outer == "platform" or edge.joint.name == "r3"}
 
 
+@pytest.mark.few(3)
 @pytest.mark.parametrize("name", DEPENDENT)
 def test_a_limb_whose_joints_are_dependent_carries_one_wrench_more(name):
     found = compared(DEPENDENT[name])
@@ -161,6 +163,7 @@ def test_a_limb_whose_joints_are_dependent_carries_one_wrench_more(name):
     close(sum(parts), found.twist)
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", list(DEPENDENT)[1::3])
 def test_such_a_pose_in_a_batch_is_the_pose_alone(name):
     mechanism = DEPENDENT[name]

@@ -44,6 +44,7 @@ def test_a_load_on_the_platforms_link_is_the_load_of_the_platform():
     close(ks.analyze(at, loads={"platform": ks.LinkLoad(turned, where, "link")}).twist, usual.twist)
 
 
+@pytest.mark.few(2)
 @pytest.mark.parametrize(
     ("name", "link", "place", "origin"),
     [

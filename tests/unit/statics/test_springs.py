@@ -145,6 +145,7 @@ def _inner(name):
     return [link for link in one.description.links if link in inner - elastic and not _joint_around(one.statics, link)]
 
 
+@pytest.mark.few(1)
 @pytest.mark.parametrize("name", ["2pru_upr", "delta"])
 def test_finite_elements_agree_on_springs_anywhere(name):
     """Between base and platform, base and a limb, a limb and the platform, two limbs; in networks and telescopes."""
