@@ -115,8 +115,6 @@ class Robot(Shown, RobotKinematics):
     def __str__(self) -> str:
         return text_of(self)
 
-    # ---- statics ----------------------------------------------------------------------------------------------------
-
     @cached_property
     def _static_model(self) -> StaticModel:
         return StaticModel(
@@ -140,8 +138,6 @@ class Robot(Shown, RobotKinematics):
         """Runs of beams in one line, which buckle as one, and how their ends are held."""
         return members_of(self._static_model, self.generic_frames)
 
-    # ---- poses --------------------------------------------------------------------------------------------------------
-
     def assemble(
         self,
         *,
@@ -161,14 +157,12 @@ class Robot(Shown, RobotKinematics):
 
         Args:
             actuators: coordinates of all driven joints by name [m, rad] (forward kinematics), those in no limb, as a gripper's,
-                if they are not to be zero; all zero if neither these nor
-                ``platform`` are given.
+                if they are not to be zero; all zero if neither these nor ``platform`` are given.
             platform: as many platform coordinates as the mobility (inverse kinematics): ``x y z`` of o [m] and orientation [rad]
                 in world axes.
             orientation: what ``rx ry rz`` mean: None or "rotation_vector"; an Euler sequence such as "XYZ" (moving axes) or "xyz"
                 (fixed axes); or "tilt_torsion" for ``azimuth tilt torsion``.
-            near: where the straight line starts; one pose, or a batch of the same shape. From there what turns goes the shorter
-                way.
+            near: where the straight line starts, a pose or a batch of the same shape; what turns goes the shorter way from there.
             tolerance: how far loops may stay open [m, rad]. Overconstrained files with rounded angles need a larger one; their
                 loops are then closed in the least-squares sense. It does not excuse mistakes: where no motion closes the loops
                 and the file's zero pose leaves them open by more than 1e-4 of the robot's size (or 1e-4 rad), it has to cover

@@ -30,15 +30,15 @@ import re
 from dataclasses import dataclass, replace
 
 from kinetostatics.authoring.names import answer_to_name
+from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.exceptions import ArgumentError
 
 #: Joints by letter: name, and freedoms. A parallelogram counts what it leaves its far side: (4S) also lets both rods spin.
 JOINTS: dict[str, tuple[str, int]] = {
-    "R": ("revolute", 1),
-    "P": ("prismatic", 1),
-    "C": ("cylindrical", 2),
-    "U": ("universal", 2),
-    "S": ("spherical", 3),
+    **{
+        JOINT_TYPES[name].symbol: (name, JOINT_TYPES[name].freedoms)
+        for name in ("revolute", "prismatic", "cylindrical", "universal", "spherical")
+    },
     "4S": ("parallelogram of rods", 5),
     "4R": ("parallelogram", 1),
 }

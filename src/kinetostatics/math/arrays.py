@@ -9,6 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array: TypeAlias = NDArray[np.float64]
+#: Arrays of numbers, truth values or texts, as maps hold them.
+Values: TypeAlias = NDArray[np.generic]
 #: Positions in an axis.
 Index: TypeAlias = NDArray[np.intp]
 #: Truth values.

@@ -7,9 +7,9 @@ from dataclasses import MISSING, Field, fields
 from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinetostatics.exceptions import UnknownNameError
+from kinetostatics.math.arrays import Values
 
 Key = TypeVar("Key")
 Item = TypeVar("Item")
@@ -94,7 +94,7 @@ def in_short(value: object) -> str:
     return words if len(words) <= LONGEST else words[: LONGEST - 2] + " …"
 
 
-def _array(array: NDArray[np.generic]) -> str:
+def _array(array: Values) -> str:
     known = array[np.isfinite(array)] if array.dtype.kind in "fc" else array.ravel()
     if array.size <= FEW and array.ndim <= 1:
         noise = NOISE * max((abs(number) for number in known.tolist()), default=0.0) if array.dtype.kind == "f" else 0

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from kinetostatics.analysis import analyze
 from kinetostatics.compensation import compensate
 from kinetostatics.exceptions import ArgumentError
+from kinetostatics.math.arrays import Index, Values
 from kinetostatics.results.gravity_ways import force_ways, twist_ways
 from kinetostatics.status import WITHOUT_NUMBERS, Status, status_of
 from kinetostatics.workspace.grid import Block, sizes_of
@@ -24,10 +25,7 @@ if TYPE_CHECKING:
     from kinetostatics.results.result import Result
 
 
-Array = NDArray[np.generic]
-
-
-def compute_block(spec: SweepSpec, labels: Labels, block: Block) -> dict[str, Array]:
+def compute_block(spec: SweepSpec, labels: Labels, block: Block) -> dict[str, Values]:
     """Return the variables of a block, each over the block's part of its dimensions.
 
     Every pose is reached on the straight line from the zero pose; what grid neighbours say is another matter, see
@@ -59,8 +57,8 @@ def pose_numbers(
     configuration: Configuration,
     cases: Block,
     coordinates: Block,
-    which: NDArray[np.intp] | None = None,
-) -> dict[str, Array]:
+    which: Index | None = None,
+) -> dict[str, Values]:
     """Return the variables of poses (N,) of one robot, each (cases…, N, …) or (N, …).
 
     Args:
@@ -105,7 +103,7 @@ def pose_numbers(
 
 def _extract(
     spec: SweepSpec, labels: Labels, combination: Combination, result: Result, shape: tuple[int, ...]
-) -> dict[str, Array]:
+) -> dict[str, Values]:
     configuration, robot = result.configuration, result.robot
     if tuple(result.contributions) != labels.sources or robot.description.driven != labels.actuators:
         raise ArgumentError(
@@ -116,7 +114,7 @@ def _extract(
     pose = configuration.platform_coordinates(spec.orientation)
     reached = configuration.status != Status.UNREACHABLE
     facts = dict(result.facts)
-    found: dict[str, Array] = {
+    found: dict[str, Values] = {
         "status": result.status,
         "mode": np.where(reached, ZERO_MODE, NO_MODE).astype(np.int8),
         "twist": result.twist,
@@ -167,7 +165,7 @@ def _extract(
     return {name: _full(found[name], item.kinds, shape) for name, item in known.items()}
 
 
-def _full(array: Array, kinds: Sequence[str], shape: tuple[int, ...]) -> Array:
+def _full(array: Values, kinds: Sequence[str], shape: tuple[int, ...]) -> Values:
     """Return an array over all cases and poses that its variable varies with, where it came out the same for all."""
     wanted = () if kinds == ROBOTS else shape[-1:] if kinds == POSES else shape
     return array if array.shape[: len(wanted)] == wanted else np.broadcast_to(array, wanted + array.shape[len(wanted) :])
@@ -177,7 +175,7 @@ def _say(parameters: Mapping[str, object]) -> str:
     return ", ".join(f"{name} = {value}" for name, value in parameters.items()) or "these values"
 
 
-def block_numbers(spec: SweepSpec, labels: Labels, block: Block, path: str | None = None) -> dict[str, Array]:
+def block_numbers(spec: SweepSpec, labels: Labels, block: Block, path: str | None = None) -> dict[str, Values]:
     """Return the variables of a block, having written them to a file if a ``path`` is given."""
     numbers = compute_block(spec, labels, block)
     if path is not None:
@@ -185,7 +183,7 @@ def block_numbers(spec: SweepSpec, labels: Labels, block: Block, path: str | Non
     return numbers
 
 
-def write_part(path: str, numbers: Mapping[str, Array]) -> None:
+def write_part(path: str, numbers: Mapping[str, Values]) -> None:
     """Write a block to a file that is there as a whole or not at all, whatever happens to this process."""
     unfinished = f"{path}.{os.getpid()}.tmp"
     arrays = [np.asarray(array, order="C") for array in numbers.values()]
@@ -195,7 +193,7 @@ def write_part(path: str, numbers: Mapping[str, Array]) -> None:
     os.replace(unfinished, path)
 
 
-def read_part(path: str) -> dict[str, Array] | None:
+def read_part(path: str) -> dict[str, Values] | None:
     """Return the block of a file, None if it is not whole: after a power failure, say."""
     try:
         with open(path, "rb") as file:
@@ -208,7 +206,7 @@ def read_part(path: str) -> dict[str, Array] | None:
     return dict(zip(names.tolist(), arrays, strict=True))
 
 
-def _checksum(arrays: Sequence[Array]) -> NDArray[np.uint64]:
+def _checksum(arrays: Sequence[Values]) -> NDArray[np.uint64]:
     """Return the sum of all numbers, taken as integers."""
     total = np.zeros((), dtype=np.uint64)
     for array in arrays:

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinetostatics.exceptions import ArgumentError
+from kinetostatics.math.arrays import Values
 from kinetostatics.workspace.block import compute_block
 from kinetostatics.workspace.grid import Block, block_sizes, chunk_sizes, cut, sizes_of
 from kinetostatics.workspace.schema import Labels, template, variables
@@ -32,7 +32,7 @@ class Job:
     labels: Labels
 
 
-def lazy_block(job: Job, bounds: tuple[tuple[int, int], ...]) -> dict[str, NDArray[np.generic]]:
+def lazy_block(job: Job, bounds: tuple[tuple[int, int], ...]) -> dict[str, Values]:
     """Return the variables of a block, which knows nothing of the blocks beside it."""
     spec, labels = job.spec, job.labels
     block: Block = tuple(slice(*pair) for pair in bounds)

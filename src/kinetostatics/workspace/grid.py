@@ -8,11 +8,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinetostatics.argument_checks import check_mapping, numbers
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, Values
 
 if TYPE_CHECKING:
     from kinetostatics.robot import Robot
@@ -36,7 +35,7 @@ class Axis:
 
     name: str
     kind: str
-    values: NDArray[np.generic]
+    values: Values
     units: str = ""
 
     @property
@@ -126,7 +125,7 @@ def split_values(
     return axes, held
 
 
-def _array(what: str, name: str, value: object, text: bool) -> NDArray[np.generic]:
+def _array(what: str, name: str, value: object, text: bool) -> Values:
     try:
         array = np.asarray(value)
     except ValueError:

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinetostatics.analysis import analyze
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
+from kinetostatics.math.arrays import Values
 from kinetostatics.math.orientation import orientation_named
 from kinetostatics.math.screws import COMPONENTS, TWIST_UNITS
 from kinetostatics.reports.json import drive_unit, wrench_units
@@ -323,7 +323,7 @@ def coordinates(spec: SweepSpec, labels: Labels) -> dict[str, xr.Variable]:
     return found
 
 
-def _stored(values: NDArray[np.generic]) -> NDArray[np.generic]:
+def _stored(values: Values) -> Values:
     """Return an array as files can hold it: strings as objects, truth values as integers."""
     if values.dtype.kind == "U":
         return values.astype(object)

@@ -8,8 +8,8 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from kinetostatics.math.arrays import Values
 from kinetostatics.workspace.assembly_modes.repair import Finished, finish
 from kinetostatics.workspace.grid import Block, cut, sizes_of
 from kinetostatics.workspace.process_pool import Task
@@ -18,8 +18,6 @@ from kinetostatics.workspace.sweep_spec import Combination, SweepSpec
 
 if TYPE_CHECKING:
     import xarray as xr
-
-Array = NDArray[np.generic]
 
 
 class Target:
@@ -34,13 +32,13 @@ class Target:
         self._items = variables(labels)
         self._origin = [piece.start for piece in block] if block else [0] * len(spec.axes)
 
-    def write(self, name: str, block: Block, values: Array) -> None:
+    def write(self, name: str, block: Block, values: Values) -> None:
         """Write a part of a variable: what it has of a block of the grid, of which it may lack axes."""
         where, array = self._where(name, block), self.arrays[name]
         shape = (*sizes_of(where), *array.shape[len(where) :])
         array[where or ...] = np.asarray(values).reshape(shape).astype(array.dtype, copy=False)
 
-    def read(self, name: str, block: Block) -> Array:
+    def read(self, name: str, block: Block) -> Values:
         """Return a part of a variable."""
         return np.asarray(self.arrays[name][self._where(name, block) or ...])
 
@@ -49,7 +47,7 @@ class Target:
         pieces = zip(block, self._origin, self.spec.axes, strict=True)
         return tuple(slice(p.start - start, p.stop - start) for p, start, axis in pieces if axis.kind in kinds)
 
-    def write_block(self, block: Block, numbers: Mapping[str, Array]) -> None:
+    def write_block(self, block: Block, numbers: Mapping[str, Values]) -> None:
         """Write all variables of a block."""
         for name in self._items:
             self.write(name, block, numbers[name])
@@ -93,7 +91,7 @@ class Target:
         return (*(slice(k, k + 1) for k in combination), *cases, *region)
 
 
-def in_memory(template: xr.Dataset) -> dict[str, Array]:
+def in_memory(template: xr.Dataset) -> dict[str, Values]:
     """Return arrays for all variables."""
     return {str(name): np.array(item.values) for name, item in template.data_vars.items()}
 

@@ -19,7 +19,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.math.arrays import Array, Index, Mask
+from kinetostatics.math.arrays import Array, Index, Mask, Values
 from kinetostatics.robot import Robot
 from kinetostatics.status import Status
 from kinetostatics.workspace.assembly_modes.continuity import Edges, JointScale, neighbours, suspect_edges
@@ -57,7 +57,7 @@ class Finished:
     """
 
     which: Index
-    numbers: dict[str, NDArray[np.generic]] | None
+    numbers: dict[str, Values] | None
     mode: NDArray[np.int8]
     jumps: int
     retracted: int
@@ -356,7 +356,7 @@ class _Look:
 
     # ---- what comes of it -------------------------------------------------------------------------------------------
 
-    def numbers(self, which: Index, cases: Block) -> dict[str, NDArray[np.generic]]:
+    def numbers(self, which: Index, cases: Block) -> dict[str, Values]:
         """Return the variables of poses, as they are now."""
         q = np.where((self.mode[which] == ZERO_MODE)[:, None], self.q[which, : self.nq], np.nan)
         with np.errstate(invalid="ignore"):
