@@ -3,45 +3,19 @@
 import shutil
 import subprocess
 
+import c_programs
 import numpy as np
 import package_robots
 import pytest
+from c_programs import SANITIZED, compiled, run
 
 import kinetostatics as ks
-from kinetostatics.functions.c_source import _array
+from kinetostatics.functions.c_source import c_array
 from kinetostatics.functions.c_texts import STATUSES
 
-STRICT = ("-std=c99", "-O0", "-Wall", "-Wextra", "-Wconversion", "-Werror")
-SANITIZED = ("-fsanitize=undefined,address", "-fno-sanitize-recover=all")
 POSES = 600
 
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
-
-#: Reads coordinates, load and gravity of one pose after the other, starts anew or goes on, and writes status and outputs.
-DRIVER = """
-#include "five_bar.h"
-#include <stdio.h>
-int main(int argc, char **argv)
-{
-    five_bar_state state;
-    five_bar_input input;
-    five_bar_output output;
-    (void)argv;
-    five_bar_start(&state);
-    while (fread(&input, sizeof input, 1, stdin) == 1) {
-        double status;
-        if (argc == 1) five_bar_start(&state);
-        status = (double)five_bar_evaluate(&input, &state, &output);
-        if (fwrite(&status, sizeof status, 1, stdout) != 1 || fwrite(&output, sizeof output, 1, stdout) != 1) return 1;
-    }
-    return 0;
-}
-"""
-
-
-def compiled(folder, *files, flags=()):
-    subprocess.run(["gcc", *STRICT, *flags, *files, "-lm", "-o", "program"], cwd=folder, check=True)
-    return folder / "program"
 
 
 @pytest.fixture(scope="module")
@@ -57,16 +31,7 @@ def exported(five_bar, tmp_path_factory):
 
 @pytest.fixture(scope="module", params=[(), pytest.param(SANITIZED, marks=pytest.mark.slow)], ids=["strict", "sanitized"])
 def driver(exported, request):
-    (exported.folder / "driver.c").write_text(DRIVER)
-    return compiled(exported.folder, "driver.c", "five_bar.c", flags=request.param)
-
-
-def run(driver, inputs, *arguments):
-    """Return the statuses (N,) and outputs (N, k) of poses."""
-    answer = subprocess.run([driver, *arguments], input=inputs.tobytes(), capture_output=True, check=True)
-    assert answer.stderr == b""
-    rows = np.frombuffer(answer.stdout).reshape(len(inputs), -1)
-    return rows[:, 0].astype(int), rows[:, 1:]
+    return c_programs.driver(exported, request.param)
 
 
 def poses():
@@ -114,7 +79,7 @@ def test_what_is_written(exported):
     readme = (exported.folder / "README.md").read_text()
     assert all(f"`FIVE_BAR_{name}` | {value} |" in readme for name, value, _ in STATUSES)
     assert all(ks.Status[name] == value for name, value, _ in STATUSES if name in ks.Status.__members__)
-    assert _array([0.1, -2.0]) == "{0.1, (-2.0)}" and _array([]) == "{0.0}"
+    assert c_array([0.1, -2.0]) == "{0.1, (-2.0)}" and c_array([]) == "{0.0}"
 
 
 @pytest.mark.slow

@@ -17,6 +17,7 @@ EXAMPLES = """\
 examples:
   kinetostatics export 3rps --platform z rx ry --outputs actuator_forces twist --out controller
   kinetostatics export ur10 --outputs actuator_forces --out controller --scalar float
+  kinetostatics export 3rps --platform z rx ry --compensate --out controller
 """
 
 
@@ -34,8 +35,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--outputs",
         nargs="+",
         metavar="NAME",
-        default=["actuator_forces", "twist"],
-        help="of twist, actuator_forces, actuators, stiffness and compliance (default: %(default)s)",
+        help="of twist, actuator_forces, actuators, stiffness and compliance, with --compensate also remaining (default: "
+        "actuator_forces twist, with --compensate actuators actuator_forces remaining)",
+    )
+    parser.add_argument(
+        "--compensate",
+        action="store_true",
+        help="the coordinates are those at which the loaded platform is to stand, the outputs are of the corrected pose: where "
+        "to command the drives, what to feed forward, what remains",
     )
     parser.add_argument("--out", metavar="FOLDER", required=True, help="where the files go")
     parser.add_argument("--scalar", metavar="TYPE", default="double", help="of arguments and results: double (default) or float")
@@ -47,7 +54,14 @@ def run(args: argparse.Namespace) -> int:
     with waiting("recording the robot"):
         from kinetostatics.functions.function import compile
 
-        function = compile(load(args), args.platform, orientation=args.orientation, outputs=args.outputs)
+        usual = ("actuators", "actuator_forces", "remaining") if args.compensate else ("actuator_forces", "twist")
+        function = compile(
+            load(args),
+            args.platform,
+            orientation=args.orientation,
+            outputs=args.outputs or usual,
+            compensate=args.compensate,
+        )
         found = function.export_c(args.out, args.scalar, args.name)
     lines = [f"wrote {', '.join(found.files)} to {found.folder}", *str(function).splitlines()[1:]]
     lines.append(

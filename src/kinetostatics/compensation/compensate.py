@@ -1,12 +1,4 @@
-"""Corrected drive positions by Broyden's method on the full model: assemble, analyze, compare, correct.
-
-Unknown are the coordinates u at which the unloaded robot is commanded. Under load its platform stands at the pose of u, moved by
-the twist there; that pose is to have the wanted coordinates. The first step takes the sag at the wanted pose away; the sag at the
-new pose is a little different, and from these differences Broyden's update learns the Jacobian, which begins as the identity.
-(C. G. Broyden, A class of methods for solving nonlinear simultaneous equations, Mathematics of Computation 19, 1965.)
-
-A tool's tip has other coordinates than those that are commanded: the Jacobian begins with how far each of these moves the tip.
-"""
+"""Corrected drive positions on the full model: assemble, analyze, compare, correct, as the search of this folder says."""
 
 from __future__ import annotations
 
@@ -19,12 +11,12 @@ from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
 from kinetostatics.argument_checks import check_choice, names_in
+from kinetostatics.compensation.search import CORRECTED, MOST, Coordinates, Search
 from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, StaticsError
 from kinetostatics.kinematics.assembly import assemble, platform_coordinates
 from kinetostatics.kinematics.configuration import Configuration, spread
 from kinetostatics.kinematics.coordinate_choices import best_choice
-from kinetostatics.math.arrays import Array, Mask, frozen
-from kinetostatics.math.linalg import apply, dot
+from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.math.orientation import Orientation, orientation_named
 from kinetostatics.printing.text import listing
 from kinetostatics.results.compensation import Compensation, loaded_frame, wanted_frame
@@ -32,10 +24,6 @@ from kinetostatics.results.result import Result
 from kinetostatics.results.tool_point import point_of_platform
 from kinetostatics.robot import Robot, robot_of
 
-#: Deviation [m, and rad times the robot's length; of robots above 1 m in lengths] that counts as corrected, and the best wanted.
-CORRECTED, EXACT = 1e-12, 1e-15
-#: Corrections at most, and how many in a row may not halve the deviation.
-MOST, STALE = 40, 4
 #: Step of commanded coordinates, as part of the robot's length, by which the tip's Jacobian is found, and its least singular
 #: value, as part of the largest, with which the coordinates move the tip at all.
 STEP, SINGULAR = 1e-5, 1e-6
@@ -117,7 +105,7 @@ def compensate(
     if shape != configuration.shape:
         uncorrected = analyze(wanted, load, gravity, on_failure="nan", **analysis)
     commanded = names if place is None else _controlled(robot, configuration, convention, None, None)
-    of_o, of_tool = (_Coordinates(robot, *_well_conditioned(wanted, given)) for given in (commanded, names))
+    of_o, of_tool = (Coordinates(*_well_conditioned(wanted, given), robot.length) for given in (commanded, names))
     problem = _Problem(robot, wanted, of_o, of_tool, place, load, gravity, analysis, tolerance)
     raising = on_failure == "raise" or (on_failure is None and shape == ())
     return Compensation(wanted, names, uncorrected, problem.result(uncorrected, raising), place)
@@ -156,22 +144,6 @@ def _well_conditioned(wanted: Configuration, names: tuple[str, ...]) -> tuple[tu
     return names, wanted.orientation
 
 
-class _Coordinates:
-    """Some coordinates of the platform, scaled to lengths."""
-
-    def __init__(self, robot: Robot, names: tuple[str, ...], orientation: Orientation) -> None:
-        self.names, self.orientation = names, orientation
-        known = orientation.pose_names
-        self._rows = [known.index(name) if name in known else -1 for name in names]
-        self.scale = np.array([1.0 if name in "xyz" else robot.length for name in names])[:, None]
-
-    def of(self, frame: tuple[Array, Array], near: tuple[Array, Array] | None = None) -> Array:
-        """Return the coordinates (n, N) of a rotation (3, 3, N) and a position (3, N), the angles near those of another one."""
-        angles = None if near is None else self.orientation.coordinates(near[0])
-        both = np.concatenate([frame[1], self.orientation.coordinates(frame[0], near=angles)])
-        return np.asarray(both[self._rows] * self.scale)
-
-
 class _Problem:
     """The equations: coordinates of the loaded platform, less those that are wanted, as functions of commanded coordinates."""
 
@@ -179,8 +151,8 @@ class _Problem:
         self,
         robot: Robot,
         wanted: Configuration,
-        commanded: _Coordinates,
-        controlled: _Coordinates,
+        commanded: Coordinates,
+        controlled: Coordinates,
         tool: Array | None,
         load: ArrayLike,
         gravity: ArrayLike,
@@ -189,8 +161,8 @@ class _Problem:
     ) -> None:
         self.robot, self.wanted, self.commanded, self.controlled, self.tool = robot, wanted, commanded, controlled, tool
         self.load, self.gravity, self.analysis, self.tolerance = load, gravity, analysis, tolerance
-        self._frame = wanted_frame(wanted, tool)
-        self._asked = controlled.of(self._frame)
+        frame = wanted_frame(wanted, tool)
+        self._asked, self._angles = controlled.of(frame), controlled.orientation.coordinates(frame[0])
 
     def result(self, uncorrected: Result, raising: bool) -> Result:
         """Return the analysis at the corrected drives; poses at which there is no correction count as not reached.
@@ -199,29 +171,18 @@ class _Problem:
             AssemblyError, StaticsError: there is none, if ``raising``.
         """
         pose, found = self.wanted, uncorrected
-        u = self.commanded.of(wanted_frame(self.wanted, None))
-        inverse = self._first_inverse(u)
-        error = self._error(found)
-        size, stale = _size(error), np.zeros(u.shape[1], dtype=int)
-        enough = CORRECTED * max(1.0, self.robot.length)
-        going = np.isfinite(size) & (size > EXACT)
+        u, enough = self.commanded.of(wanted_frame(self.wanted, None)), CORRECTED * max(1.0, self.robot.length)
+        search = Search.begun(u, self._first_inverse(u), self._error(found))
         for _ in range(MOST):
-            if not np.any(going):
+            if not np.any(search.going):
                 break
-            step = np.where(going, -apply(inverse, error), 0.0)
-            u = u + step
-            pose = self._commanded(u, pose)
+            pose = self._commanded(search.u, pose)
             found = self._analyzed(pose)
-            before, error = error, self._error(found)
-            inverse = _learnt(inverse, step, error - before, going)
-            smaller = _size(error) < size / 2
-            stale = np.where(smaller, 0, stale + 1)
-            size = np.where(going, _size(error), size)
-            going &= np.isfinite(size) & (size > EXACT) & ~((size <= enough) & ~smaller) & (stale < STALE)
-        corrected = size <= enough
+            search = search.learnt(self._error(found), enough)
+        corrected = search.size <= enough
         reached = pose.reached & corrected & self.wanted.reached
         if raising and not np.all(reached):
-            self._complain(u, pose, found)
+            self._complain(search.u, pose, found)
         if np.all(reached == pose.reached):
             return found
         q = np.where(reached, pose.model_q, np.nan)
@@ -240,7 +201,7 @@ class _Problem:
         for k in range(n):
             by = step * np.eye(n)[:, k : k + 1]
             ends = (wanted_frame(self._commanded(u + sign * by, self.wanted), self.tool) for sign in (1, -1))
-            sides = [(self.controlled.of(end, self._frame) - self._asked) / step for end in ends]
+            sides = [(self.controlled.of(end, self._angles) - self._asked) / step for end in ends]
             one, other = sides[0], -sides[1]
             both = np.where(np.isnan(other), one, np.where(np.isnan(one), other, (one + other) / 2))
             columns.append(both)  # of one side alone where the other is out of reach
@@ -289,18 +250,4 @@ class _Problem:
 
     def _error(self, result: Result) -> Array:
         """Return by how much the coordinates of the loaded platform (n, N) are off, scaled."""
-        return np.asarray(self.controlled.of(loaded_frame(result, self.tool), self._frame) - self._asked)
-
-
-def _learnt(inverse: Array, step: Array, change: Array, going: Mask) -> Array:
-    """Return inverse Jacobians (n, n, N) by Broyden's update, from steps (n, N) and the changes that came of them."""
-    moved = apply(inverse, change)
-    along = dot(step, moved)
-    usable = going & np.isfinite(along) & (np.abs(along) > 0.1 * dot(step, step)) & (dot(step, step) > 0)
-    direction = np.einsum("in,ijn->jn", step, inverse) / np.where(usable, along, 1.0)
-    update = np.einsum("in,jn->ijn", step - moved, direction)
-    return np.asarray(inverse + np.where(usable, update, 0.0))
-
-
-def _size(error: Array) -> Array:
-    return np.asarray(np.max(np.abs(error), axis=0, initial=0.0))
+        return self.controlled.of(loaded_frame(result, self.tool), self._angles) - self._asked

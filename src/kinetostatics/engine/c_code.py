@@ -7,6 +7,7 @@ which is taken again when nobody needs it any more. So a compiler has never much
 from __future__ import annotations
 
 import heapq
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -29,12 +30,17 @@ class CProgram:
     Attributes:
         text: functions that only the file itself sees; the last, ``name``, calls the others.
         work: how many numbers the work array has.
-        operations: how many operations are done.
+        counts: how many operations of each kind are done, by the names of a :class:`Tape`.
     """
 
     text: str
     work: int
-    operations: int
+    counts: Mapping[str, int]
+
+    @property
+    def operations(self) -> int:
+        """How many operations are done."""
+        return sum(self.counts.values())
 
 
 def c_program(
@@ -106,7 +112,7 @@ def c_program(
     for row, number in enumerate(wanted):
         lines.append(f"    out[{row}] = {known[number] if number in known else f'w[{places[number]}]'};")
     lines += ["}", ""]
-    return CProgram("\n".join(lines), max(work, 1), len(steps))
+    return CProgram("\n".join(lines), max(work, 1), Counter(tape.operations[number][0] for number in steps))
 
 
 def literal(value: float) -> str:

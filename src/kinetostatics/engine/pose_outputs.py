@@ -15,7 +15,7 @@ from kinetostatics.engine import cache as disk
 from kinetostatics.engine import llvm
 from kinetostatics.engine.code import Bound, Code, code_key, packed
 from kinetostatics.engine.loop_record import KEPT as KEPT_OF_LOOPS
-from kinetostatics.engine.loop_record import held, recorded_rows
+from kinetostatics.engine.loop_record import Program, held, recorded_rows
 from kinetostatics.engine.outputs import KEPT as KEPT_OF_STATICS
 from kinetostatics.engine.outputs import OUTPUTS
 from kinetostatics.engine.record import by_numpy, check_recordable, example_of, recorded_input
@@ -29,7 +29,7 @@ from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.limbs.compliance import rigid_counts
 from kinetostatics.math.arrays import Array, Mask, zeros_for
 from kinetostatics.mechanism.mechanism import Connection, Mechanism
-from kinetostatics.mechanism.tree import TreeJoint
+from kinetostatics.mechanism.tree import Frames, TreeJoint
 from kinetostatics.statics.model import RobotStatics
 
 _KEPT: Mapping[type, tuple[str, ...]] = {
@@ -69,10 +69,7 @@ class CompiledOutputs:
         check_recordable(statics)
         self._names = tuple(names)
         self._example = robot.generic_poses.x[:, :1], *example_of(statics)[1:]
-        coordinates = JointCoordinates(robot.solver)
-        placed = robot.solver.place(self._example[0])
-        bounds = [widened(lower, upper) for _, _, lower, upper in coordinates.limited(placed.q, placed.frames)]
-        limits = np.array(bounds).reshape(-1, 2)
+        coordinates, limits = _limits_of(robot, self._example[0])
         rough = ROUGH + 2 * robot.length * robot.closing_error
         self._own = coordinates, statics, limits, np.array([rough, tolerance]), self._names
         # limbs that only springs make elastic may be rigid along other directions, which takes eigenvalues
@@ -182,9 +179,7 @@ def _computed(own: Any, x: Array, load: Array, gravity: Array) -> tuple[list[Arr
     worst = zeros_for((x.shape[1],), x)
     for metres, radians in equations.openings(residual, x).values():
         worst = np.maximum(worst, np.maximum(metres, radians))
-    fine, within = fine & (worst <= tolerance), np.ones(x.shape[1], dtype=bool)
-    for (_, value, _, _), (lower, upper) in zip(coordinates.limited(q, frames), limits, strict=True):
-        within = within & (value >= lower) & (value <= upper)
+    fine, within = fine & (worst <= tolerance), _within(coordinates, limits, q, frames)
     solution = by_numpy(statics, frames, load, gravity)
     fine = fine & ~solution.singular & ~solution.indeterminate & ~solution.basis_degenerate
     for item in solution.statics:
@@ -198,3 +193,37 @@ def _computed(own: Any, x: Array, load: Array, gravity: Array) -> tuple[list[Arr
             found.append(OUTPUTS[name](statics, solution))
     found += [item.C for item in solution.statics if item.group.springs[0] and not item.group.beams[0]]
     return [*found, worst], fine, within
+
+
+def limits_record(robot: RobotKinematics) -> tuple[Program, Array]:
+    """Record whether a pose is within all joints' limits, and whether the record holds; input is x (nq').
+
+    Return the robot's numbers (P,), too.
+    """
+    example, tape = robot.generic_poses.x[:, :1], Tape()
+    own = _limits_of(robot, example)
+    coordinates, limits = Structure(own, tape, _KEPT).copy
+    coordinates.solver.forget()
+    x = recorded_input(tape, 0, example)
+
+    def computed() -> list[Any]:
+        q, frames, _ = coordinates.solver.equations.place(x)
+        return [_within(coordinates, limits, q, frames), held(tape)]
+
+    return Program(tape, (), tuple(recorded_rows(tape, computed))), Structure(own, None, _KEPT).values
+
+
+def _limits_of(robot: RobotKinematics, x: Array) -> tuple[JointCoordinates, Array]:
+    """Return what computes joints' coordinates, and the limits (k, 2) of those that have any."""
+    coordinates = JointCoordinates(robot.solver)
+    placed = robot.solver.place(x)
+    bounds = [widened(lower, upper) for _, _, lower, upper in coordinates.limited(placed.q, placed.frames)]
+    return coordinates, np.array(bounds).reshape(-1, 2)
+
+
+def _within(coordinates: JointCoordinates, limits: Array, q: Array, frames: Frames) -> Any:
+    """Return which poses (N,) are within the limits."""
+    within: Any = np.ones(q.shape[1], dtype=bool)
+    for (_, value, _, _), (lower, upper) in zip(coordinates.limited(q, frames), limits, strict=True):
+        within = within & (value >= lower) & (value <= upper)
+    return within

@@ -1,8 +1,8 @@
-"""The C file that computes, and the program that tests it; see :mod:`kinetostatics.functions.c_export`."""
+"""The C file that computes; see :mod:`kinetostatics.functions.c_export`."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import itertools
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,8 @@ import numpy as np
 from kinetostatics.engine.c_code import CProgram, literal
 
 
-def _array(values: Any) -> str:
+def c_array(values: Any) -> str:
+    """Return an array as C spells it; there is none without entries."""
     return "{" + ", ".join(literal(float(value)) for value in values) + "}" if len(values) else "{0.0}"
 
 
@@ -26,6 +27,8 @@ def source(name: str, scalar: str, facts: dict[str, Any]) -> str:
         if item.name == "actuators":
             for k, row in enumerate(parts.drive_order):
                 results.append(f"    output->actuators[{k}] = ({scalar})drive[{row}];")
+        elif item.name == "remaining":
+            results.append(f"    for (k = 0; k < 6; ++k) output->remaining[k] = ({scalar})remaining[k];")
         else:
             count = parts.rows[item.name]
             results.append(f"    for (k = 0; k < {count}; ++k) output->{item.name}[k] = ({scalar})result[{at} + k];")
@@ -39,6 +42,10 @@ def source(name: str, scalar: str, facts: dict[str, Any]) -> str:
         else "    (void)first; (void)second; (void)w; (void)sure;\n    return 1; /* freedoms that move no platform are left */"
     )
     rows = sum(parts.rows.values())
+    place = f"double frame[{numbers + parts.closures + 1}], result[{rows + 2}]"
+    drives = max(len(parts.drive_order), 1)
+    searched = parts.search is not None
+    more = f"    double wanted[{drives}], whole[{drives + 1}], remaining[6], inside[2];\n" if searched else ""
     return f"""/* {facts["robot"]}: written by kinetostatics; see {name}.h. */
 #include "{name}.h"
 
@@ -50,10 +57,10 @@ enum {{ NX = {nx}, NT = {nt}, WORK = {parts.work}, MOST_CORRECTIONS = {facts["co
 #define {name.upper()}_MOST_STEPS 200 /* of a line, those that were too long included */
 #endif
 
-static const double ZERO_X[{max(nx, 1)}] = {_array(parts.zero[0])};
-static const double ZERO_C[3] = {_array(parts.zero[1])};
-static const double ZERO_TARGET[{max(nt, 1)}] = {_array(parts.zero[2])};
-static const double LONGEST[{max(nt, 1)}] = {_array(parts.strides)}; /* of a line in one go */
+static const double ZERO_X[{max(nx, 1)}] = {c_array(parts.zero[0])};
+static const double ZERO_C[3] = {c_array(parts.zero[1])};
+static const double ZERO_TARGET[{max(nt, 1)}] = {c_array(parts.zero[2])};
+static const double LONGEST[{max(nt, 1)}] = {c_array(parts.strides)}; /* of a line in one go */
 
 {chr(10).join(item.text for item in programs)}
 static void impose(const double *target, double *x, double *c)
@@ -128,6 +135,28 @@ static int followed({name}_state *pose, const double *target, double *w)
     return 0;
 }}
 
+/* What the statics say of a closed pose: its frames and by how much its loops are open, the results, and a status. */
+static int analysed(
+    {name}_state *pose, const double *load, const double *gravity, double *w, double *frame, double *worst, double *result)
+{{
+    int k, again;
+    for (again = 0; again < 2; ++again) {{
+        frames(pose->x, w, frame);
+        *worst = 0.0;
+        for (k = 0; k < {parts.closures}; ++k) {{
+            const double open = fabs(frame[{numbers} + k]);
+            if (open > *worst) *worst = open;
+        }}
+        /* the last correction of some poses was not quite as small as expected */
+        if (again || !(*worst > {literal(facts["rough"])})) break;
+        (void)corrected(pose, pose->target, 0, w);
+    }}
+    if (frame[{numbers + parts.closures}] == 0.0) return {name.upper()}_NOT_COVERED;
+    statics(frame, load, gravity, w, result);
+    if (result[{rows + 1}] == 0.0) return {name.upper()}_NOT_COVERED;
+    return result[{rows}] != 0.0 ? {name.upper()}_SINGULAR : {name.upper()}_OK;
+}}
+{_compensated(name, parts, facts) if searched else ""}
 static void lost({name}_output *output)
 {{
     int k;
@@ -144,10 +173,10 @@ void {name}_start({name}_state *state)
 
 int {name}_evaluate(const {name}_input *input, {name}_state *state, {name}_output *output)
 {{
-    double w[WORK], target[NT + 1], load[6], gravity[3], frames_and_residual[{numbers + parts.closures + 1}];
-    double result[{rows + 2}], drive[{max(len(parts.drive_order), 1)}], worst = 0.0;
-    {name}_state pose;
-    int k;
+    double w[WORK], target[NT + 1], load[6], gravity[3], worst, drive[{drives}];
+    {place};
+{more}    {name}_state pose;
+    int k, status;
     if (!input || !state || !output) return {name.upper()}_BAD_ARGUMENT;
     lost(output);
 {chr(10).join(coordinates)}
@@ -158,97 +187,67 @@ int {name}_evaluate(const {name}_input *input, {name}_state *state, {name}_outpu
     for (k = 0; k < 3; ++k) if (!isfinite(gravity[k])) return {name.upper()}_BAD_ARGUMENT;
     pose = *state;
     if (!followed(&pose, target, w)) return {name.upper()}_UNREACHABLE;
+    status = analysed(&pose, load, gravity, w, frame, &worst, result);
     *state = pose;
-    frames(pose.x, w, frames_and_residual);
-    for (k = 0; k < {parts.closures}; ++k) {{
-        const double open = fabs(frames_and_residual[{numbers} + k]);
-        if (open > worst) worst = open;
-    }}
-    if (frames_and_residual[{numbers + parts.closures}] == 0.0) return {name.upper()}_NOT_COVERED;
-    drives(pose.x, w, drive);
-    (void)drive;
-    statics(frames_and_residual, load, gravity, w, result);
-    if (result[{rows + 1}] == 0.0) return {name.upper()}_NOT_COVERED;
-    if (result[{rows}] != 0.0) return {name.upper()}_SINGULAR;
+    if (status != {name.upper()}_OK) return status;
+{_correction(name) if searched else "    drives(pose.x, w, drive);" + chr(10) + "    (void)drive;"}
 {chr(10).join(results)}
     output->residual = ({scalar})worst;
-    return {name.upper()}_OK;
+    return status;
 }}
 """
 
 
-def test(name: str, scalar: str, facts: dict[str, Any], references: Sequence[Any]) -> str:
-    """Return the program that compares with reference poses."""
-    outputs = facts["parts"].outputs
-    rows = []
-    for at, load, gravity, expected, status in references:
-        inputs = [at[item.name] for item in facts["coordinates"]]
-        wanted = [value for item in outputs for value in expected[item.name]]
-        rows.append(f"    {{{_array([*inputs, *load, *gravity])}, {_array(wanted)}, {0 if status == 1 else status}}}")
-    count, size = len(facts["coordinates"]) + 9, sum(int(np.prod(item.shape)) for item in outputs)
-    fill = [f"    input.{c_name} = ({scalar})row->input[{k}];" for k, c_name in enumerate(facts["names"])]
-    first = len(facts["coordinates"])
-    checks, at_row = [], 0
-    for item in outputs:
-        n = int(np.prod(item.shape))
-        checks.append(f'    failed |= differ("{item.name}", output.{item.name}, row->output + {at_row}, {n});')
-        at_row += n
-    tolerance = "1e-9" if scalar == "double" else "1e-5"
-    return f"""/* {facts["robot"]}: compares {name}.c with what Python says of the same poses. Written by kinetostatics. */
-#include "{name}.h"
-
-#include <math.h>
-#include <stdio.h>
-
-struct reference {{
-    double input[{count}], output[{size}];
-    int status;
-}};
-
-static const struct reference REFERENCES[{len(rows)}] = {{
-{("," + chr(10)).join(rows)}
-}};
-
-/* Whether results differ from references by more than the tolerance, beside the largest of them. */
-static int differ(const char *what, const {scalar} *found, const double *wanted, int n)
+def _compensated(name: str, parts: Any, facts: dict[str, Any]) -> str:
+    """Return the function that searches where the unloaded robot is commanded."""
+    search, size = parts.search, parts.search.numbers
+    at = sum(parts.rows[item] for item in itertools.takewhile(lambda item: item != "twist", parts.rows))
+    return f"""
+/* Go on until the loaded platform stands where it was asked to: Broyden's method, from the wanted pose and what is known there.
+ * Each of its steps follows a line. */
+static int compensated(
+    {name}_state *pose, const double *load, const double *gravity, double *w, double *frame, double *worst, double *result,
+    double *remaining)
 {{
-    double largest = 1e-30, worst = 0.0;
+    double asked[13], stands[13], search[{size + 1}], next[{size + 1}], left[7];
+    const double *const twist = result + {at};
     int k;
-    for (k = 0; k < n; ++k) if (fabs(wanted[k]) > largest) largest = fabs(wanted[k]);
-    for (k = 0; k < n; ++k) {{
-        const double error = fabs((double)found[k] - wanted[k]);
-        if (!(error <= worst)) worst = error;
+    platform(frame, w, asked);
+    begin(asked, twist, w, search);
+    if (search[{size}] == 0.0) return {name.upper()}_NOT_COVERED;
+    for (k = 0; k < {facts["searches"]} && search[{search.going}] != 0.0; ++k) {{
+        int status;
+        if (!followed(pose, search, w)) return {name.upper()}_UNREACHABLE;
+        status = analysed(pose, load, gravity, w, frame, worst, result);
+        if (status != {name.upper()}_OK) return status == {name.upper()}_SINGULAR ? {name.upper()}_UNREACHABLE : status;
+        platform(frame, w, stands);
+        learn(search, stands, twist, w, next);
+        if (next[{size}] == 0.0) return {name.upper()}_NOT_COVERED;
+        memcpy(search, next, sizeof search);
     }}
-    if (worst <= {tolerance} * largest) return 0;
-    printf("%s differs by %g of %g\\n", what, worst, largest);
-    return 1;
-}}
-
-static int check(const struct reference *row)
-{{
-    {name}_state state;
-    {name}_input input;
-    {name}_output output;
-    int status, failed = 0, k;
-{chr(10).join(fill)}
-    for (k = 0; k < 6; ++k) input.load[k] = ({scalar})row->input[{first} + k];
-    for (k = 0; k < 3; ++k) input.gravity[k] = ({scalar})row->input[{first + 6} + k];
-    {name}_start(&state);
-    status = {name}_evaluate(&input, &state, &output);
-    if (status != row->status) {{
-        printf("status %d instead of %d\\n", status, row->status);
-        return 1;
-    }}
-    if (status != {name.upper()}_OK) return 0;
-{chr(10).join(checks)}
-    return failed;
-}}
-
-int main(void)
-{{
-    int failed = 0, k;
-    for (k = 0; k < {len(rows)}; ++k) failed += check(&REFERENCES[k]);
-    printf("%d of {len(rows)} poses differ\\n", failed);
-    return failed != 0;
+    if (!(search[{search.size}] <= {literal(search.enough)})) return {name.upper()}_UNREACHABLE;
+    platform(frame, w, stands);
+    remains(asked, stands, twist, w, left);
+    memcpy(remaining, left, 6 * sizeof(double));
+    return left[6] == 0.0 ? {name.upper()}_NOT_COVERED : {name.upper()}_OK;
 }}
 """
+
+
+def _correction(name: str) -> str:
+    """Return what is done behind the analysis of the wanted pose."""
+    return f"""    drives(pose.x, w, wanted);
+    status = compensated(&pose, load, gravity, w, frame, &worst, result, remaining);
+    if (status != {name.upper()}_OK) return status;
+    drives(pose.x, w, drive);
+    correct(wanted, drive, w, whole);
+    memcpy(drive, whole, sizeof drive);
+    limits(pose.x, w, inside);
+    if (inside[1] == 0.0) return {name.upper()}_NOT_COVERED;
+    if (inside[0] == 0.0) status = {name.upper()}_LIMIT_EXCEEDED;"""
+
+
+def valid(name: str, facts: dict[str, Any], status: str) -> str:
+    """Return C that tells whether outputs are valid."""
+    found = f"{status} == {name.upper()}_OK"
+    return f"{found} || {status} == {name.upper()}_LIMIT_EXCEEDED" if facts["compensates"] else found

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from kinetostatics.functions.c_source import source, test
+from kinetostatics.functions.c_source import source, valid
+from kinetostatics.functions.c_test import test
 
 #: Names of the statuses in C, with their numbers, which are those of Python where there is one, and what they mean.
 STATUSES = (
@@ -16,6 +17,14 @@ STATUSES = (
     ("SINGULAR", 3, "with the drives locked the platform can still move; outputs are NaN, the state is there"),
     ("NOT_COVERED", 6, "a limb is not what it is elsewhere, as one that is stretched: ask Python; outputs are NaN"),
     ("BAD_ARGUMENT", 7, "an argument is not finite, or a pointer is null"),
+)
+#: The same where the function compensates.
+STATUSES_OF_COMPENSATION = (
+    ("OK", 0, "all numbers are valid, all joints are within their limits"),
+    ("LIMIT_EXCEEDED", 1, "all numbers are valid; a joint or drive would have to go beyond its limit: nothing is clipped"),
+    ("UNREACHABLE", 2, "the loops do not close there, or no correction was found; outputs are NaN"),
+    ("SINGULAR", 3, "with the drives locked the platform can still move; outputs are NaN, the state is there"),
+    *STATUSES[3:],
 )
 
 
@@ -29,6 +38,17 @@ def files(name: str, scalar: str, facts: dict[str, Any], references: Sequence[An
         "CMakeLists.txt": _cmake(name),
         "README.md": _readme(name, scalar, facts),
     }
+
+
+def _statuses(facts: dict[str, Any]) -> Sequence[tuple[str, int, str]]:
+    return STATUSES_OF_COMPENSATION if facts["compensates"] else STATUSES
+
+
+def _about(facts: dict[str, Any]) -> str:
+    """Return what the function does."""
+    if not facts["compensates"]:
+        return "sag and forces of one pose"
+    return "where to command the drives, and what to feed forward, so that the loaded platform stands where it is asked to"
 
 
 def _size(shape: Sequence[int]) -> str:
@@ -52,14 +72,16 @@ def _header(name: str, scalar: str, facts: dict[str, Any]) -> str:
         valid = f"; valid from {limits[0]:.6g} to {limits[1]:.6g}" if limits else ""
         inputs.append(f"    {scalar} {c_name}; /* {item.name}: {_words(item)}{valid} */")
     outputs = [f"    {scalar} {item.name}{_size(item.shape)}; /* {_words(item)} */" for item in parts.outputs]
-    statuses = ",\n".join(f"    {name.upper()}_{key} = {value} /* {words} */" for key, value, words in STATUSES)
+    statuses = ",\n".join(f"    {name.upper()}_{key} = {value} /* {words} */" for key, value, words in _statuses(facts))
     drives = [
         f" *   {drive}: {lower:.6g} to {upper:.6g}"
         for drive, (lower, upper) in facts["limits"].items()
         if np.isfinite(lower + upper)
     ]
-    ranges = "\n".join([" * Ranges of the drives' coordinates [m, rad], which are not checked:", *drives]) if drives else " *"
-    return f"""/* {facts["robot"]}: sag and forces of one pose, written by kinetostatics.
+    checked = "which the status tells" if facts["compensates"] else "which are not checked"
+    ranges = "\n".join([f" * Ranges of the drives' coordinates [m, rad], {checked}:", *drives]) if drives else " *"
+    return f"""/* {facts["robot"]}: {_about(facts)}.
+ * Written by kinetostatics.
  *
  * SI units, world axes (those of the base), reference point o of the platform. Angles are in radians;
  * orientation: {facts["orientation"]}. Nothing is allocated and nothing is kept but in the state that is
@@ -99,7 +121,7 @@ typedef struct {{
 /* Put the state at the robot's zero pose. */
 void {name}_start({name}_state *state);
 
-/* Go to a pose and compute the outputs; returns the status. Where it is UNREACHABLE the state stays as it was. */
+{_evaluates(facts)}
 int {name}_evaluate(const {name}_input *input, {name}_state *state, {name}_output *output);
 
 #ifdef __cplusplus
@@ -108,6 +130,16 @@ int {name}_evaluate(const {name}_input *input, {name}_state *state, {name}_outpu
 
 #endif
 """
+
+
+def _evaluates(facts: dict[str, Any]) -> str:
+    if not facts["compensates"]:
+        return (
+            "/* Go to a pose and compute the outputs; returns the status. Where it is UNREACHABLE the state stays as it was. */"
+        )
+    names = ", ".join(facts["controlled"])
+    return f"""/* Find where the drives have to stand so that the loaded platform has the wanted {names}, and
+ * compute the outputs there; returns the status. The state goes to the wanted pose; where that is out of reach it stays. */"""
 
 
 def _wrapper(name: str, facts: dict[str, Any]) -> str:
@@ -129,7 +161,7 @@ public:
     void reset() {{ ::{name}_start(&state_); }}
     // Returns the status; see {name}_status.
     int evaluate(const Input &input, Output &output) {{ return ::{name}_evaluate(&input, &state_, &output); }}
-    static bool valid(int status) {{ return status == {name.upper()}_OK; }}
+    static bool valid(int status) {{ return {valid(name, facts, "status")}; }}
 
 private:
     ::{name}_state state_;
@@ -165,14 +197,16 @@ def _readme(name: str, scalar: str, facts: dict[str, Any]) -> str:
     parts = facts["parts"]
     inputs = "\n".join(f"- `{c}`: {_words(item)}" for c, item in zip(facts["names"], facts["coordinates"], strict=True))
     outputs = "\n".join(f"- `{item.name}{_size(item.shape)}`: {_words(item)}" for item in parts.outputs)
-    statuses = "\n".join(f"| `{name.upper()}_{key}` | {value} | {words} |" for key, value, words in STATUSES)
+    statuses = "\n".join(f"| `{name.upper()}_{key}` | {value} | {words} |" for key, value, words in _statuses(facts))
     example = "\n".join(
         f"input.{c} = 0.0; /* {item.units[0]} */" for c, item in zip(facts["names"], facts["coordinates"], strict=True)
     )
+    where = " at the corrected pose" if facts["compensates"] else ""
     inside = "Arguments and results are `float`; inside all is computed in `double`, as loops close badly in `float`.\n\n"
     inner = "" if scalar == "double" else inside
     return f"""# {facts["robot"]} for a controller
 
+{_about(facts)[0].upper()}{_about(facts)[1:]}.
 C99, written by `kinetostatics export`: no heap, no library but libm, bounded iterations, no state but the one passed in.
 {name}.hpp wraps it for C++.
 
@@ -195,7 +229,7 @@ Inputs, besides `load[6]` [N, N m] on the platform about o and `gravity[3]` [m/s
 
 {inputs}
 
-Outputs, besides `residual`, how far the worst equation of the loops is open [m or rad]:
+Outputs{where}, besides `residual`, how far the worst equation of the loops is open [m or rad]:
 
 {outputs}
 
@@ -208,10 +242,22 @@ assembly mode: in one step where both lie near each other, as in a controller. `
 steps, each of at most {facts["corrections"]} corrections of {parts.newton.operations:,} operations; everything behind them
 takes {parts.operations:,}. A step beside a singular pose may be refused that Python takes. The work array takes
 {8 * parts.work:,} bytes of the stack.
-
+{_searching(facts)}
 ```sh
 cmake -B build -DCMAKE_BUILD_TYPE=Release && cmake --build build && ctest --test-dir build
 ```
 
 builds the library and a test program that compares it with what Python says of some poses, in and out of reach.
+"""
+
+
+def _searching(facts: dict[str, Any]) -> str:
+    """Return what is said of the search."""
+    parts = facts["parts"]
+    if parts.search is None:
+        return ""
+    return f"""
+From the pose that was asked for, Broyden's method searches where the unloaded robot is commanded, by the same operations as
+`kinetostatics.compensate`: at most {facts["searches"]} times such a line, all that is behind it, and
+{parts.search.learn.operations:,} operations more.
 """

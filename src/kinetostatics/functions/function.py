@@ -14,11 +14,13 @@ from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze
 from kinetostatics.argument_checks import finite_numbers, names_in
+from kinetostatics.compensation.compensate import compensate as compensated
 from kinetostatics.engine.choice import check_engine, compiled_loops, is_installed
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.functions.c_export import CExport, export_c
 from kinetostatics.functions.derivatives import Derivatives
 from kinetostatics.functions.parameters import Parameter, parameter_named, parameters_of
+from kinetostatics.functions.quantities import inputs_of, outputs_of
 from kinetostatics.functions.values import ALWAYS, LOADS, TOLERANCE, Quantity, Values
 from kinetostatics.kinematics import assembly
 from kinetostatics.kinematics.configuration import Configuration
@@ -27,17 +29,12 @@ from kinetostatics.kinematics.joint_coordinates import actuator_names
 from kinetostatics.kinematics.solver import PrescribedCoordinates
 from kinetostatics.math.arrays import Array, batch_first, frozen
 from kinetostatics.math.orientation import orientation_named
-from kinetostatics.math.screws import TWIST_UNITS
 from kinetostatics.printing.mappings import Named
-from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot
-from kinetostatics.statics.springs import sources_of
 from kinetostatics.status import WITHOUT_NUMBERS
 
 if TYPE_CHECKING:
     from kinetostatics.functions.direct import Direct
-
-_WRENCH = ("N", "N", "N", "N·m", "N·m", "N·m")
 
 
 class Function:
@@ -49,6 +46,8 @@ class Function:
         inputs: coordinates, load and gravity, by name.
         outputs: what it returns, by name; "status" and "residual" always.
         by_drives: whether the coordinates are those of the drives, else of the platform.
+        compensates: whether the coordinates are those at which the loaded platform is to stand, see
+            :func:`kinetostatics.compensate`; all that is returned is then of the corrected pose.
         prescribed, names: the same as the solver sees them, and the names of its targets.
     """
 
@@ -60,8 +59,9 @@ class Function:
         orientation: str | None,
         outputs: Sequence[str],
         engine: str = "numpy",
+        compensates: bool = False,
     ) -> None:
-        self._engine = engine
+        self._engine, self.compensates = engine, compensates
         self.robot, self.orientation, self.by_drives = robot, orientation, by_drives
         convention = orientation_named(orientation)
         if by_drives:
@@ -70,60 +70,8 @@ class Function:
         else:
             self.prescribed = prescribed_platform(names, convention)
             self.names = [name for name in convention.pose_names if name in names]
-        self._asked = tuple(outputs)
-        self.inputs: Mapping[str, Quantity] = Named({item.name: item for item in self._inputs(names)})
-        self.outputs: Mapping[str, Quantity] = Named({item.name: item for item in self._outputs()})
-
-    def _inputs(self, names: Sequence[str]) -> list[Quantity]:
-        connections = self.robot.mechanism.connections
-        found = []
-        for name in names:
-            if self.by_drives:
-                slides = connections[name].type.is_slide
-                found.append(Quantity(name, (), ("m" if slides else "rad",), meaning="coordinate of the drive"))
-            elif name in "xyz":
-                found.append(Quantity(name, (), ("m",), meaning="coordinate of o, world axes"))
-            else:
-                words = f"orientation of the platform, {orientation_named(self.orientation).name}"
-                found.append(Quantity(name, (), ("rad",), meaning=words))
-        wrench = "external force and moment on the platform about o, world axes"
-        found.append(Quantity("load", (6,), _WRENCH, ("fx", "fy", "fz", "mx", "my", "mz"), wrench))
-        return [*found, Quantity("gravity", (3,), ("m/s²",) * 3, ("x", "y", "z"), "gravity, world axes")]
-
-    def _outputs(self) -> list[Quantity]:
-        robot, twist = self.robot, ("dx", "dy", "dz", "rx", "ry", "rz")
-        drives = robot.description.driven
-        slides = [robot.mechanism.connections[name].type.is_slide for name in drives]
-        sources = sources_of(robot.statics)
-        known = (
-            Quantity("twist", (6,), TWIST_UNITS, twist, "displacement and rotation of the platform at o, world axes"),
-            Quantity(
-                "contributions",
-                (6, len(sources)),
-                TWIST_UNITS,
-                sources,
-                "what load and weights contribute to the twist, one a column",
-            ),
-            Quantity("stiffness", (6, 6), ("N/m, N, N·m",), twist, "stiffness matrix at o, world axes"),
-            Quantity("compliance", (6, 6), ("m/N, 1/N, 1/(N·m)",), twist, "compliance matrix at o, world axes"),
-            Quantity(
-                "actuator_forces",
-                (len(drives),),
-                tuple("N" if slide else "N·m" for slide in slides),
-                drives,
-                "force or torque of each drive, positive along its coordinate",
-            ),
-            Quantity(
-                "actuators", (len(drives),), tuple("m" if slide else "rad" for slide in slides), drives, "drives' coordinates"
-            ),
-            Quantity("status", (), ("1",), meaning="kinetostatics.Status; no number is valid at UNREACHABLE and SINGULAR"),
-            Quantity("residual", (), ("m or rad",), meaning="how far the worst loop is open"),
-        )
-        by_name = {item.name: item for item in known}
-        for name in self._asked:
-            if name not in by_name:
-                raise ArgumentError(f"no output {name!r}: {near_names(name, by_name)}")
-        return [by_name[name] for name in dict.fromkeys((*self._asked, *ALWAYS))]
+        self.inputs: Mapping[str, Quantity] = Named(inputs_of(robot, names, by_drives, orientation))
+        self.outputs: Mapping[str, Quantity] = Named(outputs_of(robot, outputs, compensates))
 
     @property
     def parameters(self) -> Mapping[str, Quantity]:
@@ -159,6 +107,7 @@ class Function:
             load: (…, 6) external wrench on the platform about o, world axes [N, N·m].
             gravity: (…, 3) in world axes [m/s²].
             near: a pose, or what a call returned, from which the straight line to the new pose starts; default: the zero pose.
+                Of a function that compensates it is the pose where the loaded platform was to stand.
             coordinates: every coordinate by name [m, rad].
 
         Raises:
@@ -183,8 +132,10 @@ class Function:
             by: one or more inputs or :attr:`parameters`.
 
         Raises:
-            ArgumentError: an output, input or parameter is unknown.
+            ArgumentError: an output, input or parameter is unknown, or the function compensates.
         """
+        if self.compensates:
+            raise ArgumentError("a function that compensates has no derivatives: compile one without compensate=True")
         outputs, names = _listed("of", of, '("twist",)'), _listed("by", by, '("load",)')
         for name in outputs:
             if name in ALWAYS or name not in self.outputs:
@@ -240,7 +191,7 @@ class Function:
     @cached_property
     def _direct(self) -> Direct | None:
         """The compiled way to the outputs, if there is one."""
-        if self._engine != "compiled":
+        if self._engine != "compiled" or self.compensates:
             return None
         from kinetostatics.engine.scalars import NotRecordedError
         from kinetostatics.functions.direct import Direct
@@ -257,24 +208,23 @@ class Function:
         return {name: value for name, value in vars(self).items() if name != "_direct"}
 
     def _values(self, pose: Configuration, load: ArrayLike, gravity: ArrayLike) -> dict[str, Any]:
-        result = analyze(pose, load, gravity, on_failure="nan", engine=self._engine)
-        return {name: frozen(np.asarray(self._value(name, result))) for name in self.outputs}
-
-    def _value(self, name: str, result: Result) -> Any:
-        shape = result.status.shape
-        if name == "status":
-            return result.status
-        if name == "residual":
-            return np.broadcast_to(result.configuration.residual, shape).copy()
-        if name == "contributions":
-            return np.stack(list(result.contributions.values()), axis=-1)
-        if name in ("actuator_forces", "actuators"):
-            values = result.actuator_forces if name == "actuator_forces" else result.configuration.actuators
-            rows = np.empty((*shape, len(values)))
-            for k, item in enumerate(values.values()):
-                rows[..., k] = item
-            return rows
-        return np.array(getattr(result, name))
+        how: dict[str, Any] = {"on_failure": "nan", "engine": self._engine}
+        if not self.compensates:
+            result = analyze(pose, load, gravity, **how)
+            special = {"status": result.status, "actuators": result.configuration.actuators}
+        else:
+            found = compensated(pose, load, gravity, coordinates=self.names, orientation=self.orientation, **how)
+            result = found.result
+            special = {"status": found.status, "actuators": found.actuators, "remaining": found.remaining}
+        special["residual"] = np.broadcast_to(result.configuration.residual, result.shape).copy()
+        arrays = {}
+        for name in self.outputs:
+            value = special.get(name) if name in special else getattr(result, name)
+            if isinstance(value, Mapping):  # by the drives' names, or the sources'
+                rows = [np.broadcast_to(item, result.shape + item.shape[len(result.shape) :]) for item in value.values()]
+                value = np.stack(rows, axis=-1) if rows else np.empty((*result.shape, 0))
+            arrays[name] = frozen(np.array(value))
+        return arrays
 
 
 @dataclass(frozen=True)
@@ -355,6 +305,7 @@ def compile(
     orientation: str | None = None,
     outputs: str | Sequence[str] = ("twist", "actuator_forces"),
     engine: str = "auto",
+    compensate: bool = False,
 ) -> Function:
     """Return a function of a robot: from coordinates, load and gravity to what is asked of the pose.
 
@@ -364,12 +315,17 @@ def compile(
         actuators: names of all driven joints (forward kinematics), the default where ``platform`` is not given; those beside the
             way to the platform, as a gripper's, may be left out.
         orientation: what the angles mean, see :meth:`Robot.assemble`.
-        outputs: of "twist", "actuator_forces", "actuators", "stiffness", "compliance" and "contributions".
+        outputs: of "twist", "actuator_forces", "actuators", "stiffness", "compliance" and "contributions"; where the function
+            compensates, "remaining" too.
         engine: "numpy", "compiled" (the extra ``kinetostatics[fast]``), or "auto": compiled at the first call, where that is
             installed; see :func:`kinetostatics.analyze`.
+        compensate: the coordinates are those at which the *loaded* platform is to stand, and the outputs are of the corrected
+            pose, see :func:`kinetostatics.compensate`: "actuators" are where to command the drives, "actuator_forces" what to
+            feed forward; "remaining" is one more output, what no drive can correct.
 
     Raises:
-        ArgumentError: there is no such output, or both ``platform`` and ``actuators`` are given.
+        ArgumentError: there is no such output, or both ``platform`` and ``actuators`` are given, or ``compensate`` without
+            ``platform``.
         CoordinatesError: the coordinates are unknown or do not determine the pose.
 
     Example:
@@ -388,6 +344,10 @@ def compile(
         raise ArgumentError(f"compile wants a robot, not {robot!r}: make one with load_robot(…)")
     if platform is not None and actuators is not None:
         raise ArgumentError("give either platform= or actuators=, not both")
+    if compensate and platform is None:
+        raise ArgumentError(
+            "compensate=True wants platform=, the names of the coordinates at which the loaded platform is to stand"
+        )
     if platform is not None:
         names = _listed("platform", platform, '("z", "rx", "ry")')
         assembly.platform_coordinates(robot, dict.fromkeys(names, 0.0), orientation)
@@ -398,4 +358,4 @@ def compile(
     if engine == "auto":
         engine = "compiled" if is_installed() else "numpy"
     asked = _listed("outputs", outputs, '("twist", "actuator_forces")')
-    return Function(robot, names, platform is None, orientation if platform is not None else None, asked, engine)
+    return Function(robot, names, platform is None, orientation if platform is not None else None, asked, engine, compensate)

@@ -72,7 +72,7 @@ class Orientation:
             locked: sine of the angle between those axes up to which they count as one line; R is rebuilt as well as that.
         """
         if self.sequence is None:
-            c = rotations.logarithm(R)
+            c = rotations.logarithm(R, at_half_turns=True)
             return c if near is None else _nearest_vector(c, near)
         usual = np.zeros(R.shape[1:])
         if near is not None:

@@ -44,42 +44,43 @@ def left_jacobian(v: Array) -> Array:
 def quaternion_of_matrix(R: Array) -> Array:
     """Return unit quaternions (4, …) with a non-negative w, by Shepperd's method (no loss of digits at any angle)."""
     trace = R[0, 0] + R[1, 1] + R[2, 2]
-    choices = np.stack([R[0, 0], R[1, 1], R[2, 2], trace])
-    best = np.argmax(choices, axis=0)
-    q = np.empty((4, *R.shape[2:]))
-    for case in range(4):
-        where = best == case
-        if not np.any(where):
-            continue
-        M = R[:, :, where]
-        if case == 3:
-            w = 1 + M[0, 0] + M[1, 1] + M[2, 2]
-            column = np.stack([M[2, 1] - M[1, 2], M[0, 2] - M[2, 0], M[1, 0] - M[0, 1], w])
-        else:
-            i, j, k = case, (case + 1) % 3, (case + 2) % 3
-            column = np.empty((4, M.shape[2]))
-            column[i] = 1 + M[i, i] - M[j, j] - M[k, k]
-            column[j] = M[j, i] + M[i, j]
-            column[k] = M[k, i] + M[i, k]
-            column[3] = M[k, j] - M[j, k]
-        q[:, where] = column
-    q /= np.sqrt(dot(q, q))
+    q = np.stack([R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1], 1 + trace])
+    best = trace
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        column = empty_for(q.shape, R)
+        column[i] = 1 + R[i, i] - R[j, j] - R[k, k]
+        column[j] = R[j, i] + R[i, j]
+        column[k] = R[k, i] + R[i, k]
+        column[3] = R[k, j] - R[j, k]
+        better = R[i, i] > best
+        q, best = np.where(better, column, q), np.where(better, R[i, i], best)
+    q = q / np.sqrt(dot(q, q))
     return np.where(q[3] < 0, -q, q)
 
 
-def logarithm(R: Array) -> Array:
-    """Return the rotation vectors (3, …) [rad] of rotation matrices; their length is at most π."""
+def logarithm(R: Array, at_half_turns: bool = False) -> Array:
+    """Return the rotation vectors (3, …) [rad] of rotation matrices; their length is at most π.
+
+    Where this is recorded, the record holds near half a turn only if it is made ``at_half_turns``, which takes more operations.
+    """
     v = empty_for((3, *R.shape[2:]), R)
     v[0], v[1], v[2] = R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]
     double_sine, double_cosine = np.sqrt(dot(v, v)), R[0, 0] + R[1, 1] + R[2, 2] - 1
     tiny = double_sine < 1e-10
     v *= np.where(tiny, 0.5, np.arctan2(double_sine, double_cosine) / np.where(tiny, 1.0, double_sine))
     wide = double_cosine < -1.8  # near half a turn the sine loses its digits
-    if np.any(wide):
-        q = quaternion_of_matrix(R[:, :, wide])
-        sine = np.sqrt(dot(q[:3], q[:3]))
-        v[:, wide] = q[:3] * (2 * np.arctan2(sine, q[3]) / sine)
+    if R.dtype == object and at_half_turns:
+        v = np.where(wide, _logarithm_of_quaternion(R), v)
+    elif np.any(wide):
+        v[:, wide] = _logarithm_of_quaternion(R[:, :, wide])
     return v
+
+
+def _logarithm_of_quaternion(R: Array) -> Array:
+    q = quaternion_of_matrix(R)
+    sine = np.sqrt(dot(q[:3], q[:3]))
+    found: Array = q[:3] * (2 * np.arctan2(sine, q[3]) / sine)
+    return found
 
 
 def matrix_of_quaternion(q: Array) -> Array:

@@ -159,9 +159,7 @@ class Compensation(Told):
         connections = self.wanted.robot.mechanism.connections
         found: dict[str, Array] = {}
         for name, value in self.configuration.actuators.items():
-            shift = np.asarray(value - self.wanted.actuators[name])
-            if not connections[name].type.is_slide:
-                shift = shift - 2 * np.pi * np.round(shift / (2 * np.pi))
+            shift = np.asarray(shift_of(self.wanted.actuators[name], value, connections[name].type.is_slide))
             shift = np.where(self.configuration.reached.reshape(self.shape), shift, np.nan)
             found[name] = frozen(np.asarray(shift))
         return Named(found)
@@ -202,30 +200,42 @@ class Compensation(Told):
         return Named({name: frozen(row.reshape(self.shape)) for name, row in zip(names, rows, strict=True)})
 
 
+def shift_of(wanted: Array, corrected: Array, is_slide: bool) -> Array:
+    """Return by how much a drive (N,) is moved [m, rad], the shorter way."""
+    shift = corrected - wanted
+    return shift if is_slide else shift - 2 * np.pi * np.round(shift / (2 * np.pi))
+
+
 def wanted_frame(wanted: Configuration, tool: Array | None) -> tuple[Array, Array]:
     """Return rotation (3, 3, N) of the platform, and position (3, N) of the tool's tip, or of o."""
-    R, position = wanted.robot.mechanism.platform_pose(wanted.frames)
-    return R, _at(tool, R, position)
+    return _at(tool, *wanted.robot.mechanism.platform_pose(wanted.frames))
 
 
 def loaded_frame(result: Result, tool: Array | None) -> tuple[Array, Array]:
-    """Return the same of the loaded platform: the pose, moved by the twist."""
+    """Return the same of the loaded platform."""
     R, position = result.configuration.robot.mechanism.platform_pose(result.configuration.frames)
-    twist = result.twist.reshape(-1, 6).T
-    R = matmul(exponential(twist[3:]), R)
-    return R, _at(tool, R, position + twist[:3])
+    return _at(tool, *loaded(R, position, result.twist.reshape(-1, 6).T))
 
 
-def _at(tool: Array | None, R: Array, position: Array) -> Array:
-    return position if tool is None else np.asarray(position + np.einsum("ijn,j->in", R, tool))
+def loaded(R: Array, position: Array, twist: Array) -> tuple[Array, Array]:
+    """Return rotation (3, 3, N) and position of o (3, N) of a loaded platform: where it stands unloaded, moved by the twist."""
+    return matmul(exponential(twist[3:]), R), position + twist[:3]
+
+
+def _at(tool: Array | None, R: Array, position: Array) -> tuple[Array, Array]:
+    return R, position if tool is None else np.asarray(position + np.einsum("ijn,j->in", R, tool))
+
+
+def deviation(wanted: tuple[Array, Array], found: tuple[Array, Array]) -> Array:
+    """Return displacement and rotation vector (6, N) from rotations and positions to others [m, rad]."""
+    (R, position), (other_R, other_position) = wanted, found
+    turn = logarithm(np.einsum("ikn,jkn->ijn", other_R, R), at_half_turns=True)
+    return np.concatenate([other_position - position, turn])
 
 
 def deviation_from(wanted: Configuration, result: Result, tool: Array | None = None) -> Array:
     """Return displacement of o, or of a tool, and rotation vector (…, 6) from the wanted pose to the loaded one [m, rad]."""
-    R, position = wanted_frame(wanted, tool)
-    loaded_R, loaded_position = loaded_frame(result, tool)
-    turn = logarithm(np.einsum("ikn,jkn->ijn", loaded_R, R))
-    return batch_first(np.concatenate([loaded_position - position, turn]), result.shape)
+    return batch_first(deviation(wanted_frame(wanted, tool), loaded_frame(result, tool)), result.shape)
 
 
 # ---- files --------------------------------------------------------------------------------------------------------

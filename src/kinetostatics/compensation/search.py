@@ -1,0 +1,108 @@
+"""Broyden's method for where the unloaded robot is commanded, on arrays of numbers or of what records them.
+
+Unknown are the coordinates u at which the unloaded robot is commanded. Under load its platform stands at the pose of u, moved by
+the twist there; that pose is to have the wanted coordinates. The first step takes the sag at the wanted pose away; the sag at the
+new pose is a little different, and from these differences Broyden's update learns the Jacobian, which begins as the identity.
+(C. G. Broyden, A class of methods for solving nonlinear simultaneous equations, Mathematics of Computation 19, 1965.)
+
+A tool's tip has other coordinates than those that are commanded: the Jacobian begins with how far each of these moves the tip.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from kinetostatics.math.arrays import Array, Mask, zeros_for
+from kinetostatics.math.linalg import apply, dot
+from kinetostatics.math.orientation import Orientation
+
+#: Deviation [m, and rad times the robot's length; of robots above 1 m in lengths] that counts as corrected, and the best wanted.
+CORRECTED, EXACT = 1e-12, 1e-15
+#: Corrections at most, and how many in a row may not halve the deviation.
+MOST, STALE = 40, 4
+
+
+class Coordinates:
+    """Some coordinates of the platform, scaled to lengths.
+
+    Attributes:
+        names: which ones.
+        orientation: what the angles among them mean.
+        scale: (n, 1) what makes them lengths [m].
+    """
+
+    def __init__(self, names: Sequence[str], orientation: Orientation, length: float) -> None:
+        """Take coordinates by their names; ``length`` [m] is the robot's."""
+        self.names, self.orientation = tuple(names), orientation
+        known = orientation.pose_names
+        self._rows = [known.index(name) if name in known else -1 for name in names]
+        self.scale = np.array([1.0 if name in "xyz" else length for name in names])[:, None]
+
+    def of(self, frame: tuple[Array, Array], near: Array | None = None) -> Array:
+        """Return the coordinates (n, N) of a rotation (3, 3, N) and a position (3, N), the angles near others (3, N)."""
+        both = np.concatenate([frame[1], self.orientation.coordinates(frame[0], near=near)])
+        found: Array = both[self._rows] * self.scale
+        return found
+
+
+@dataclass(frozen=True)
+class Search:
+    """How far the search is, of N poses.
+
+    Attributes:
+        u: (n, N) scaled coordinates that are commanded.
+        step: (n, N) the last step that led to them.
+        inverse: (n, n, N) what is known of the inverse Jacobian.
+        error: (n, N) by how much the loaded platform was off before that step.
+        size: (N,) of the error.
+        stale: (N,) how many steps in a row did not halve it.
+        going: (N,) whether there is more to correct.
+    """
+
+    u: Array
+    step: Array
+    inverse: Array
+    error: Array
+    size: Array
+    stale: Array
+    going: Mask
+
+    @classmethod
+    def begun(cls, u: Array, inverse: Array, error: Array) -> Search:
+        """Return the first step from the wanted pose (n, N), with an inverse Jacobian (n, n, N) and how far off it is (n, N)."""
+        size = _size(error)
+        nothing = zeros_for(u.shape, u), zeros_for(size.shape, size)
+        return cls(u, nothing[0], inverse, error, size, nothing[1], np.isfinite(size) & (size > EXACT)).moved()
+
+    def moved(self) -> Search:
+        """Return the search after the next step; what has arrived stays."""
+        step = np.where(self.going, -apply(self.inverse, self.error), 0.0)
+        return replace(self, u=self.u + step, step=step)
+
+    def learnt(self, error: Array, enough: float) -> Search:
+        """Return the search with the error (n, N) that was found after the last step, and the next step."""
+        inverse = _learnt(self.inverse, self.step, error - self.error, self.going)
+        smaller = _size(error) < self.size / 2
+        stale = np.where(smaller, 0.0, self.stale + 1.0)
+        size = np.where(self.going, _size(error), self.size)
+        going = self.going & np.isfinite(size) & (size > EXACT) & ~((size <= enough) & ~smaller) & (stale < STALE)
+        return Search(self.u, self.step, inverse, error, size, stale, going).moved()
+
+
+def _learnt(inverse: Array, step: Array, change: Array, going: Mask) -> Array:
+    """Return inverse Jacobians (n, n, N) by Broyden's update, from steps (n, N) and the changes that came of them."""
+    moved = apply(inverse, change)
+    along = dot(step, moved)
+    usable = going & np.isfinite(along) & (np.abs(along) > 0.1 * dot(step, step)) & (dot(step, step) > 0)
+    direction = np.einsum("in,ijn->jn", step, inverse) / np.where(usable, along, 1.0)
+    update = np.einsum("in,jn->ijn", step - moved, direction)
+    found: Array = inverse + np.where(usable, update, 0.0)
+    return found
+
+
+def _size(error: Array) -> Array:
+    found: Array = np.max(np.abs(error), axis=0, initial=0.0)
+    return found

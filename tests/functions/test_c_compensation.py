@@ -1,0 +1,123 @@
+"""Compensation in C: it finds the drive positions that Python finds, or says why there are none."""
+
+import shutil
+import subprocess
+
+import c_programs
+import numpy as np
+import package_robots
+import pytest
+from c_programs import SANITIZED, compiled, run
+
+import kinetostatics as ks
+from kinetostatics.compensation.search import CORRECTED
+from kinetostatics.math.orientation import orientation_named
+
+pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
+
+OUTPUTS = ("actuators", "actuator_forces", "remaining")
+TRIPOD, HEXAPOD = ("z", "rx", "ry"), ("x", "y", "z", "rx", "ry", "rz")
+#: Robot, coordinates, orientation, how far around the zero pose [m and rad], poses, flags of the compiler.
+ROBOTS = [
+    pytest.param("five_bar", ("x", "y"), None, 0.1, 300, (), id="five_bar"),
+    *(
+        pytest.param(*case, marks=pytest.mark.slow, id=f"{case[0]}{'-sanitized' * bool(case[-1])}")
+        for case in (
+            ("five_bar", ("x", "y"), None, 0.1, 300, SANITIZED),
+            ("3rps", TRIPOD, None, 0.15, 3000, ()),
+            ("2pru_upr", TRIPOD, "XYZ", 0.15, 2000, SANITIZED),
+            ("gough_stewart", HEXAPOD, "XYZ", 0.03, 1000, ()),
+        )
+    ),
+]
+
+
+def function(name, coordinates, orientation=None, **parameters):
+    robot = package_robots.robot(name, **parameters)
+    return ks.compile(robot, coordinates, orientation=orientation, outputs=OUTPUTS, compensate=True)
+
+
+def around(f, far, N):
+    """Return inputs around the zero pose, a third of them six times as far away, with loads."""
+    rng, robot = np.random.default_rng(7), f.robot
+    convention = orientation_named(f.orientation)
+    R, o = robot.mechanism.platform_pose(robot.assemble().frames)
+    zero = dict(zip(convention.pose_names, np.concatenate([o, convention.coordinates(R)])[:, 0], strict=True))
+    steps = far * np.where(np.arange(N) % 3 == 0, 6, 1) * rng.uniform(-1, 1, (len(f.names), N))
+    scale = {name: robot.length if name in "xyz" else 1.0 for name in f.names}
+    at = {name: float(zero[name]) + scale[name] * step for name, step in zip(f.names, steps, strict=True)}
+    return at, rng.uniform(-100, 100, (N, 6)), np.array([0, 0, -9.81]) + rng.uniform(-1, 1, (N, 3))
+
+
+@pytest.mark.parametrize(("name", "coordinates", "orientation", "far", "N", "flags"), ROBOTS)
+def test_it_finds_what_python_finds_in_and_out_of_reach(name, coordinates, orientation, far, N, flags, tmp_path):
+    f = function(name, coordinates, orientation)
+    at, load, gravity = around(f, far, N)
+    order = [item for item in f.inputs if item in at]
+    program = c_programs.driver(f.export_c(tmp_path), flags)
+    status, found = run(program, np.column_stack([*(at[item] for item in order), load, gravity]))
+    wanted = f(**at, load=load, gravity=gravity)
+    assert np.array_equal(status, wanted["status"])
+    valid = np.isin(status, (ks.Status.OK, ks.Status.LIMIT_EXCEEDED))
+    assert 0.3 < np.mean(valid) < 0.999
+    ends = np.cumsum([np.prod(f.outputs[item].shape) for item in OUTPUTS]).astype(int)
+    for item, part in zip(OUTPUTS, np.split(found[valid], ends, axis=1), strict=False):
+        expected = wanted[item][valid]
+        allowed = 1e-9 * np.max(np.abs(expected), axis=1)
+        if item == "remaining":  # differences of coordinates: what counts as corrected cannot be told from nothing
+            allowed = allowed + CORRECTED * max(1.0, f.robot.length)
+        assert np.all(np.max(np.abs(part - expected), axis=1) <= allowed), item
+    assert np.all(np.isnan(found[~valid]))
+
+
+def test_the_function_is_compensate():
+    f = function("3rps", TRIPOD)
+    at, load = {"z": [0.5, 2.0], "rx": 0.1, "ry": -0.05}, [20, 0, -500, 3, 0, 0]
+    values = f(**at, load=load)
+    found = ks.compensate(f.robot.assemble(platform=at), load)
+    assert found.coordinates == TRIPOD and np.array_equal(values["status"], found.status)
+    for item, wanted in (("actuators", found.actuators), ("actuator_forces", found.actuator_forces)):
+        np.testing.assert_allclose(values[item], np.stack(list(wanted.values()), axis=-1), rtol=1e-12)
+    np.testing.assert_allclose(values["remaining"], found.remaining, atol=1e-15)
+    assert abs(values["remaining"][0, 2]) < 1e-12 < abs(found.deviation[0, 2])
+    assert values.pose.platform["z"][0] == pytest.approx(0.5)
+
+
+def test_what_does_not_go_with_compensation_is_told(tmp_path):
+    robot = package_robots.robot("3rps")
+    with pytest.raises(ks.ArgumentError, match=r"wants platform="):
+        ks.compile(robot, compensate=True)
+    with pytest.raises(ks.ArgumentError, match=r"'remaining' is of functions that compensate"):
+        ks.compile(robot, TRIPOD, outputs="remaining")
+    with pytest.raises(ks.ArgumentError, match="has no derivatives"):
+        function("3rps", TRIPOD).jacobian("actuators", "z")
+
+
+def test_the_test_program_sees_another_correction(tmp_path):
+    """A search that stops after its first step is told by the references."""
+    f = function("five_bar", ("x", "y"))
+    exported = f.export_c(tmp_path, name="bars")
+    program = compiled(tmp_path, "bars_test.c", "bars.c")
+    assert subprocess.run([program], capture_output=True, text=True, check=True).stdout == "0 of 40 poses differ\n"
+    header, text = ((tmp_path / name).read_text() for name in ("bars.h", "bars.c"))
+    assert "BARS_LIMIT_EXCEEDED = 1" in header and "the wanted x, y" in header and exported.files[0] == "bars.h"
+    wrong = text.replace("correct(wanted, drive, w, whole);", "correct(wanted, wanted, w, whole);")
+    assert wrong != text
+    (tmp_path / "wrong.c").write_text(wrong)
+    answer = subprocess.run([compiled(tmp_path, "bars_test.c", "wrong.c")], capture_output=True, text=True)
+    assert answer.returncode == 1 and "actuators differs by" in answer.stdout
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("arm-none-eabi-gcc") is None, reason="arm-none-eabi-gcc is not installed")
+@pytest.mark.parametrize("compensate", [False, True])
+def test_a_cortex_m7_takes_it(compensate, tmp_path):
+    outputs = OUTPUTS if compensate else ("twist", "actuator_forces", "actuators")
+    f = ks.compile(package_robots.robot("3rps"), TRIPOD, outputs=outputs, compensate=compensate)
+    f.export_c(tmp_path, name="tripod")
+    processor = ("-mcpu=cortex-m7", "-mfpu=fpv5-d16", "-mfloat-abi=hard", "-mthumb")
+    strict = ("-std=c99", "-O1", "-Wall", "-Wextra", "-Wconversion", "-Werror")
+    subprocess.run(["arm-none-eabi-gcc", *strict, *processor, "-c", "tripod.c"], cwd=tmp_path, check=True)
+    size = subprocess.run(["arm-none-eabi-size", "tripod.o"], cwd=tmp_path, check=True, capture_output=True, text=True)
+    text, data, bss, *_ = size.stdout.splitlines()[1].split()
+    assert int(text) < 300_000 and data == bss == "0"
