@@ -25,8 +25,8 @@ ROBOTS = [
         for case in (
             ("five_bar", ("x", "y"), None, 0.1, 300, SANITIZED),
             ("3rps", TRIPOD, None, 0.15, 3000, ()),
-            ("2pru_upr", TRIPOD, "XYZ", 0.15, 2000, SANITIZED),
-            ("gough_stewart", HEXAPOD, "XYZ", 0.03, 1000, ()),
+            ("2pru_upr", TRIPOD, "XYZ", 0.15, 1000, SANITIZED),
+            ("gough_stewart", HEXAPOD, "XYZ", 0.06, 500, ()),
         )
     ),
 ]
