@@ -117,6 +117,38 @@ def test_a_real_robot_beats_brute_force():
     assert worst.worst == pytest.approx(0.15e-3, rel=1e-6) and set(worst.pose) == {"z", "rx", "ry"}
 
 
+@pytest.mark.slow
+def test_two_variables_of_a_real_robot_beat_brute_force():
+    """The 3RPS, leaning, over two poses: thicker rods or a wider base; every pair of values on a grid is heavier or too soft."""
+    over, limit = {"z": [0.5, 0.6], "rx": 0.1, "ry": 0.1}, 20e-6
+    bounds = {"rod_diameter": (0.04, 0.14), "base_radius": (0.15, 0.5)}
+    best = ks.optimize("3rps", bounds, "mass", ["deflection_any_direction(500 N) < 20um"], over, starts=1)
+    optimum = np.array([best.parameters[name] for name in bounds])
+    low, high = np.array(list(bounds.values())).T
+    assert best.feasible and np.all(low + 0.01 < optimum) and np.all(optimum < high - 0.01)
+    poses = {"z": [0.5, 0.6], "rx": [0.1, 0.1], "ry": [0.1, 0.1]}
+
+    def found(values):
+        robot = ks.load_robot("3rps", dict(zip(bounds, values, strict=True)))
+        result = ks.analyze(robot.assemble(platform=poses))
+        masses = sum(link.mass for link in robot.description.links.values()), sum(beam.mass for beam in result.beams.values())
+        return np.max(sum(masses)), 500 * np.linalg.eigvalsh(result.compliance[..., :3, :3])[..., -1].max()
+
+    mass, deflection = found(optimum)
+    assert mass == pytest.approx(best.objective, rel=1e-9) and deflection == pytest.approx(limit, rel=1e-6)
+    steps = np.array([0.5e-3, 5e-3])
+    around = optimum + steps * np.stack(np.meshgrid(*[np.arange(-2, 3)] * 2), axis=-1).reshape(-1, 2)
+    everywhere = low + (high - low) * np.stack(np.meshgrid(*[np.linspace(0, 1, 5)] * 2), axis=-1).reshape(-1, 2)
+    feasible = {}
+    for values in [*around, *everywhere]:
+        mass, deflection = found(values)
+        if deflection <= limit:
+            feasible[tuple(values)] = mass
+    assert min(feasible.values()) >= best.objective * (1 - 1e-6)
+    nearest = min(feasible, key=feasible.get)
+    assert np.all(np.abs(nearest - optimum) <= steps * 1.001) and feasible[nearest] < 1.01 * best.objective
+
+
 def test_what_cannot_be_met_is_told(cantilever):
     best = ks.optimize(
         cantilever,

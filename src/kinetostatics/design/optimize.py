@@ -211,11 +211,10 @@ def _optimum(
     savings, at_bounds = _multipliers(problem, ranges, best, point)
     checked = []
     for item, values, saving in zip(problem.requirements, point.values, savings, strict=True):
-        margins = item.margins(values).min(axis=-1)
-        worst = int(np.argmin(margins))
-        row = values[worst]
-        value = float(np.nan if np.any(np.isnan(row)) else row.max() if item.below else row.min())
-        margin = float(margins[worst])
+        extremes = values.max(axis=-1) if item.below else values.min(axis=-1)
+        # of the quantity itself: margins of limits that are far away are all the same
+        worst = int(np.argmax(extremes) if item.below else np.argmin(extremes))  # NaN comes before all others
+        value, margin = float(extremes[worst]), float(item.margins(values[worst]).min())
         unit = KINDS.get(MEASURES[item.name].kind, "")
         pose = {name: float(array[worst]) for name, array in problem.over.items()}
         active = abs(margin) <= ACTIVE or margin < 0

@@ -1,0 +1,134 @@
+"""Every quantity that may be minimized or required: closed forms, and the same numbers of maps and their indices."""
+
+import textwrap
+
+import numpy as np
+import pytest
+from parametric_machines import BEAM, HEAD, INERTIA, RHO, E, moving
+
+import kinetostatics as ks
+from kinetostatics.design.requirements import MEASURES
+
+pytest.importorskip("scipy")
+
+D, L, BEYOND, MASS, FX, FZ = 0.04, 0.8, 0.2, 5.0, 20e3, 500.0
+#: Angles of the motor: the rod is pressed, bent and turned differently at each.
+ANGLES = np.array([-0.2, 0.0, 0.3])
+#: Force and moment from any direction.
+FORCE, MOMENT = 500.0, 20.0
+
+
+def asked(name):
+    """Return a requirement that holds."""
+    sizes = {"force": f"({FORCE:g} N)", "moment": f"({MOMENT:g} N·m)", None: ""}
+    return f"{name}{sizes[MEASURES[name].argument]} {'> 1e-9' if name.startswith('least') else '< 1e12'}"
+
+
+def worst(name, values):
+    """Return the worst of all poses."""
+    return np.min(values) if name.startswith("least") else np.max(values)
+
+
+@pytest.fixture(scope="module")
+def crane(tmp_path_factory):
+    """What is asked of a lift, on which a motor turns a round rod up and down: of the rod's end, and of a tool's tip beyond."""
+    text = f"""\
+        {HEAD.format("crane")}
+          <xacro:arg name="diameter" default="0.05"/>
+          <link name="base"/>
+          {moving("lift", "prismatic", "base", "carriage", "0 0 1")}{moving("motor", "revolute", "carriage", "rod", "0 -1 0")}
+          <link name="end"><inertial><mass value="{MASS}"/>{INERTIA}</inertial></link>
+          <joint name="weld" type="fixed"><parent link="rod"/><child link="end"/><origin xyz="{L} 0 0"/></joint>
+          <beam link="rod" from="motor" to="weld" density="{RHO}" {BEAM.replace("$(arg E)", str(E))}>
+            <circle diameter="$(arg diameter)"/>
+          </beam>
+          <platform link="end"/>
+          <transmission name="lifting"><joint name="lift"/></transmission>
+          <transmission name="turning"><joint name="motor"/></transmission>
+        </robot>"""
+    path = tmp_path_factory.mktemp("files") / "crane.urdf.xacro"
+    path.write_text(textwrap.dedent(text), encoding="utf-8")
+    over = {"lift": 0.1, "motor": ANGLES}
+    given = {"load": [-FX, 0, -FZ, 0, 0, 0], "gravity": (0, 0, 0)}
+    found = {}
+    for where, tool in (("end", None), ("tip", (BEYOND, 0, 0))):
+        best = ks.optimize(path, {"diameter": [D, 2 * D]}, "mass", [asked(name) for name in MEASURES], over, tool=tool, **given)
+        assert best.feasible and best.parameters["diameter"] == D
+        found[where] = {item.name: item.worst for item in best.requirements}
+    return found
+
+
+def closed_forms(beyond):
+    """Return all quantities of a cantilever (Timoshenko's Strength of Materials, I), the tip's ``beyond`` its end."""
+    area, EI, GJ = np.pi * D**2 / 4, E * np.pi * D**4 / 64, E / 2.6 * np.pi * D**4 / 32
+    pressing = FX * np.cos(ANGLES) + FZ * np.sin(ANGLES)
+    bending = np.abs(FX * np.sin(ANGLES) - FZ * np.cos(ANGLES))
+    own = (L**3 / 3 + beyond * L**2 + beyond**2 * L) / EI  # of a force where it acts
+    return {
+        "mass": RHO * area * L + MASS,
+        "sag": np.hypot(pressing * L / (E * area), bending * (L**3 / 3 + beyond * L**2 / 2) / EI),
+        "rotation": bending * L**2 / (2 * EI),
+        "deflection_any_direction": FORCE * own,
+        "rotation_any_direction": MOMENT * L / GJ,
+        "least_translational_stiffness": 1 / own,
+        "least_rotational_stiffness": GJ / L,
+        "actuator_force": FZ,
+        "actuator_torque": bending * L,
+        "stress": pressing / area + bending * L * D / 2 / (np.pi * D**4 / 64),
+        "buckling": pressing / (np.pi**2 * EI / (2 * L) ** 2),  # clamped and free
+    }
+
+
+@pytest.mark.parametrize("name", MEASURES)
+def test_every_quantity_has_its_closed_form(name, crane):
+    """A new one needs its row in ``closed_forms``, and one in ``of_the_map``."""
+    for where, beyond in (("end", 0.0), ("tip", BEYOND)):
+        assert crane[where][name] == pytest.approx(worst(name, closed_forms(beyond)[name]), rel=1e-9), where
+
+
+LOAD = [30.0, -80.0, -400.0, 5.0, -9.0, 12.0]
+#: Of a robot whose drives slide, and of one whose drives turn: what is varied, where, and the drives' quantity.
+ROBOTS_OF_MAPS = {
+    "3rps": ({"rod_diameter": [0.09, 0.1]}, {"z": [0.5, 0.6], "rx": [0.0, 0.2], "ry": 0.1}, "actuator_force"),
+    "five_bar": ({"tube_thickness": [0.002, 0.003]}, {"x": [0.0, 0.02], "y": [0.3, 0.32]}, "actuator_torque"),
+}
+
+
+@pytest.fixture(scope="module")
+def maps():
+    """Return what is asked of each robot, its map and its results."""
+    pytest.importorskip("xarray")
+    found = {}
+    for name, (vary, over, drives) in ROBOTS_OF_MAPS.items():
+        items = [item for item in MEASURES if not item.startswith("actuator") or item == drives]
+        best = ks.optimize(name, vary, "mass", [asked(item) for item in items], over, load=LOAD)
+        assert best.feasible
+        ds = ks.sweep(name, over, load=LOAD, parameters=dict(best.parameters), beams=True, progress=False)
+        found[drives] = {item.name: item.worst for item in best.requirements}, of_the_map(ds, best.result, drives)
+    return found
+
+
+def of_the_map(ds, result, drives):
+    """Return all quantities from a workspace map by its indices, which have tests of their own."""
+    links = sum(link.mass for link in result.robot.description.links.values())
+    return {
+        "mass": links + sum(beam.mass for beam in result.beams.values()),
+        "sag": ks.indices.linear_sag(ds, beyond_limits=True),
+        "rotation": ks.indices.angular_sag(ds, beyond_limits=True),
+        "deflection_any_direction": ks.indices.deflection_any_direction(ds, FORCE, beyond_limits=True),
+        "rotation_any_direction": ks.indices.rotation_any_direction(ds, MOMENT, beyond_limits=True),
+        "least_translational_stiffness": ks.indices.translational_stiffness(ds, beyond_limits=True),
+        "least_rotational_stiffness": ks.indices.rotational_stiffness(ds, beyond_limits=True),
+        drives: ks.indices.largest_actuator_force(ds, beyond_limits=True),
+        "stress": ds.beam_stress,
+        "buckling": ds.beam_euler_ratio,
+    }
+
+
+@pytest.mark.parametrize("name", MEASURES)
+def test_every_quantity_is_that_of_the_map(name, maps):
+    """Of several drives, beams and poses the worst counts."""
+    found = [(own[name], worst(name, np.asarray(wanted[name]))) for own, wanted in maps.values() if name in own]
+    assert len(found) == (1 if name.startswith("actuator") else 2)
+    for own, wanted in found:
+        assert own == pytest.approx(wanted, rel=1e-9)
