@@ -1,9 +1,10 @@
 """Draws figures of the how-to pages from their own code: ``python examples/how_to_figures.py [FOLDER]``.
 
-Needs Matplotlib.
+Needs Matplotlib, and Chromium for a robot.
 """
 
 import sys
+import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -121,6 +122,15 @@ def draw_calibration(path: Path) -> None:
     ks.plot.save(ks.plot.calibration(page_names("calibrate")["found"]), path, dpi=200)
 
 
+def draw_pendulum(path: Path) -> None:
+    """Draw the pendulum that a spring balances, as the page shows it; needs Chromium."""
+    with tempfile.TemporaryDirectory() as folder:
+        own = {f'"{name}"': f'"{folder}/{name}"' for name in ("pendulum.urdf", "balanced.png")}
+        pendulum = page_names("balance_gravity", **own)["pendulum"]
+        result = ks.analyze(pendulum.assemble(actuators={"hinge": 0.4}))
+        ks.save_image(result, path, size=(760, 560))
+
+
 if __name__ == "__main__":
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "docs" / "pictures"
     draw_feedforward(folder / "feedforward_3rps.png")
@@ -130,3 +140,4 @@ if __name__ == "__main__":
     draw_front(folder / "pareto_2pru_upr.png")
     draw_sizes(folder / "size_2pru_upr.png")
     draw_calibration(folder / "calibrate_2pru_upr.png")
+    draw_pendulum(folder / "pendulum.png")

@@ -18,6 +18,7 @@ from places import ROOT
 
 import kinetostatics as ks
 from kinetostatics.files.bundled import robot_path
+from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.workspace.arguments import TRIED
 from kinetostatics.workspace.block import read_part, write_part
 from kinetostatics.workspace.process_pool import ProcessPool
@@ -710,4 +711,27 @@ def test_the_page_is_true(tmp_path, monkeypatch, capsys):
     described = set(re.findall(r"`(\w+)`", "".join(re.findall(r"^\| (.*?) \|", page.read_text(encoding="utf-8"), re.MULTILINE))))
     wanted = {"beam_stress", "beam_euler_ratio", "beam_deflection"}
     wanted |= {"gravity_way", "actuator_gravity_way", "actuator_contribution", "actuator_correction", "remaining"}
+    wanted |= {"spring_force"}
     assert set(names["ds"].data_vars) | wanted == described
+
+
+def test_maps_of_robots_with_springs_have_their_forces():
+    """Tension by the law of each spring, at every pose, whatever the load; without springs there is no such variable."""
+    angles = np.array([-0.5, 0.4, 1.1])
+    springs = "".join(
+        f'<spring name="{name}" stiffness="{k}" free_length="0.4"><predecessor link="ground">'
+        f'<origin xyz="0 0 0.5"/></predecessor><successor link="arm"><origin xyz="{at} 0 0"/></successor></spring>'
+        for name, k, at in (("near", 500, 0.1), ("far", 200, 0.3))
+    )
+    text = f"""<robot name="pendulum"><link name="ground"/><link name="arm"><inertial><mass value="4"/>
+<inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
+<joint name="hinge" type="continuous"><parent link="ground"/><child link="arm"/><axis xyz="0 1 0"/></joint>
+<platform link="arm"/><transmission name="motor"><joint name="hinge"/></transmission>{springs}</robot>"""
+    robot = ks.Robot(parse_robot_text(text))
+    push = np.array([[0, 0, 0, 0, 0, 0], [0, 0, -50, 0, 0, 0]])
+    ds = ks.sweep(robot, actuators={"hinge": angles}, load=xr.DataArray(push, dims=("push", "component")))
+    assert ds["spring_force"].dims == ("hinge", "spring") and ds["spring_force"].attrs["units"] == "N"
+    for name, k, at in (("near", 500, 0.1), ("far", 200, 0.3)):
+        length = np.hypot(at * np.cos(angles), 0.5 + at * np.sin(angles))
+        np.testing.assert_allclose(ds["spring_force"].sel(spring=name), k * (length - 0.4), rtol=1e-12)
+        np.testing.assert_array_equal(ks.indices.quantity(ds, f"spring_force:{name}"), ds["spring_force"].sel(spring=name))

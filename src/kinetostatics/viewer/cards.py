@@ -1,4 +1,4 @@
-"""What a click on a beam or joint tells, and what colours can show, in the words and units of the report."""
+"""What a click on a beam, joint or spring tells, and what colours can show, in the words and units of the report."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.math.arrays import Array
-from kinetostatics.printing.text import FORCE_KINDS, MASSES, MILLIMETRES, PER_CENT, STRESSES, Scale
+from kinetostatics.printing.text import FORCE_KINDS, FORCES, MASSES, MILLIMETRES, PER_CENT, STRESSES, Scale
 from kinetostatics.reports.batch import magnitudes
 from kinetostatics.reports.json import drive_unit
 from kinetostatics.reports.pose import drive_coordinates
@@ -18,6 +18,7 @@ from kinetostatics.results.beam import BeamResult
 from kinetostatics.viewer.joints import Joint
 from kinetostatics.viewer.packing import Packing, plain_scale
 from kinetostatics.viewer.poses import ShownPoses
+from kinetostatics.viewer.springs import DrawnSpring
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +39,7 @@ class Row:
 
 @dataclass(frozen=True, eq=False)
 class Card:
-    """What is told of one beam or joint.
+    """What is told of one beam, joint, spring or mass at a point.
 
     Attributes:
         kind: what it is.
@@ -98,8 +99,8 @@ def quantities_of(cards: Iterable[Card]) -> list[Quantity]:
 class Cards:
     """Makes the cards of the shown poses."""
 
-    def __init__(self, poses: ShownPoses, joints: Sequence[Joint]) -> None:
-        self.poses, self.result, self.joints = poses, poses.result, joints
+    def __init__(self, poses: ShownPoses, joints: Sequence[Joint], springs: Sequence[DrawnSpring]) -> None:
+        self.poses, self.result, self.joints, self.springs = poses, poses.result, joints, springs
         self.noise = magnitudes(self.result)
         self.drives = drive_coordinates(self.result.configuration)
 
@@ -113,7 +114,26 @@ class Cards:
         for joint in self.joints:
             if joint.beam is None:
                 cards[f"joints/{joint.name}"] = self._joint(joint)
-        return cards
+        cards |= {f"springs/{spring.description.name}": self._spring(spring) for spring in self.springs}
+        masses = [path.removeprefix("masses/") for path in meshes if path.startswith("masses/")]
+        return cards | {f"masses/{name}": self._mass(name) for name in masses}
+
+    # ---- springs and masses -----------------------------------------------------------------------------------------
+
+    def _spring(self, spring: DrawnSpring) -> Card:
+        found, none = spring.description, np.zeros(self.poses.count)
+        lengths = Scale.of([*spring.length, found.free_length], MILLIMETRES)
+        force = Scale.of([*spring.tension, found.preload], FORCES)
+        rows = [
+            Row("force, tension positive", force, spring.tension), Row("length", lengths, spring.length),
+            Row("free length", lengths, none + found.free_length), Row("force at the free length", force, none + found.preload),
+            Row("stiffness", Scale.of(found.stiffness, (("N/m", 1.0),)), none + found.stiffness),
+        ]  # fmt: skip
+        return Card(f"spring between {' and '.join(spring.links)}", rows, "At the pose, before anything has given way.")
+
+    def _mass(self, name: str) -> Card:
+        mass = self.result.robot.description.links[name].mass
+        return Card("mass at a point", [Row("mass", Scale.of(mass, MASSES), np.full(self.poses.count, mass))], "")
 
     # ---- beams ------------------------------------------------------------------------------------------------------
 

@@ -166,7 +166,7 @@ class Scene:
         labels: path, station and text of further labels.
         facts: pose, gravity, load and status, which always stand on the page, and the units.
         notes: warnings to show.
-        cards: what a click on a beam or joint tells, by path of its mesh.
+        cards: what a click on a beam, joint or spring tells, by path of its mesh.
         compare: a second scene that is shown with it.
         live: controls and address of a live page.
     """
@@ -279,6 +279,7 @@ HIDDEN = (
 #: Colour of each group of arrows.
 COLOURS = {
     "external load": "#1f2937",
+    "spring forces": "#0f766e",
     "actuator forces": "#b91c1c",
     "constraint forces": "#c2570c",
     "constraint couples": "#7e22ce",
@@ -290,7 +291,8 @@ COLOURS = {
 }
 #: What the arrows of each group are, in a sentence.
 GROUPS = {
-    "external load": "External load on the platform, at o.",
+    "external load": "What acts from outside: the load on the platform at o, loads on links, the payload's weight.",
+    "spring forces": "What a spring does to the link at its end, at the pose; towards the spring where it pulls.",
     "actuator forces": "Force or torque of a drive, positive along its joint's positive direction.",
     "constraint forces": "Wrench that the platform puts on the limb: constraint wrench times intensity.",
     "constraint couples": "Wrench that the platform puts on the limb: constraint wrench times intensity.",

@@ -10,6 +10,8 @@ import numpy as np
 from kinetostatics.math.arrays import Array
 from kinetostatics.printing.text import ANGLES, LENGTHS, Scale, largest
 from kinetostatics.reports.pose import facts_of, platform_coordinates
+from kinetostatics.statics.link_loads import PAYLOAD
+from kinetostatics.viewer.loads import about_point, loads_on_links
 from kinetostatics.viewer.packing import Packing, plain_scale
 from kinetostatics.viewer.poses import ShownPoses
 
@@ -22,6 +24,8 @@ class Facts:
         pose: name, unit and (F,) values of the platform's coordinates.
         gravity: (F, 3) world axes [m/s²].
         load: (F, 6) about o, world axes [N, N·m].
+        on_links: (F, 6) loads on links, each about the point where it acts, world axes [N, N·m], by name.
+        payload: (F,) mass [kg] and (F, 3) centre [m] in the frame of a link, or in o-xyz (None); None: there is none.
         status: (F,) status words, the worst first.
         displacement, rotation: units of displacements and rotations, of legend and tables alike.
     """
@@ -29,6 +33,8 @@ class Facts:
     pose: list[tuple[str, str, Array]]
     gravity: Array
     load: Array
+    on_links: dict[str, Array]
+    payload: tuple[Array, Array, str | None] | None
     status: list[str]
     displacement: Scale
     rotation: Scale
@@ -38,15 +44,22 @@ class Facts:
         return {
             "pose": [{"name": name, "unit": unit, "values": np.round(values, 6).tolist()} for name, unit, values in self.pose],
             "gravity": packing.path(self.gravity, 3), "load": packing.path(self.load, 6), "status": self.status,
+            "on_links": {name: packing.path(wrench, 6) for name, wrench in self.on_links.items()},
+            "payload": None if self.payload is None else self._plain_payload(packing),
         }  # fmt: skip
+
+    def _plain_payload(self, packing: Packing) -> dict[str, Any]:
+        assert self.payload is not None
+        mass, center, link = self.payload
+        return {"mass": packing.path(mass), "center": packing.path(center, 3), "link": link}
 
     def units(self) -> dict[str, Any]:
         """Return the units as JSON wants them."""
         return {"displacement": plain_scale(self.displacement), "rotation": plain_scale(self.rotation)}
 
 
-def find_facts(poses: ShownPoses, displacements: Array) -> Facts:
-    """Return the facts of the shown poses; ``displacements`` (…, 3) [m] are all that colours tell."""
+def find_facts(poses: ShownPoses, displacements: Array, size: float) -> Facts:
+    """Return the facts of the shown poses of a robot of a size [m]; ``displacements`` (…, 3) [m] are all that colours tell."""
     result, configuration = poses.result, poses.result.configuration
     pose = []
     for name, (values, ((unit, factor),), noise) in platform_coordinates(configuration).items():
@@ -59,7 +72,23 @@ def find_facts(poses: ShownPoses, displacements: Array) -> Facts:
     shift = float(np.linalg.norm(displacements, axis=-1).max(initial=0.0))
     twists = poses.platform_twist[..., 3:]
     return Facts(
-        pose, poses.take(result.gravity), poses.take(result.load),
+        pose, poses.take(result.gravity), poses.take(result.load), _on_links(poses, size), _payload(poses),
         ["; ".join(words[: max(1, len(words) - 1)]) for words in status],
         Scale.of(shift, LENGTHS, digits=4), Scale.of([largest([twists]), largest([twists.sum(axis=1)])], ANGLES, digits=4),
     )  # fmt: skip
+
+
+def _on_links(poses: ShownPoses, size: float) -> dict[str, Array]:
+    found: dict[str, Array] = {}
+    for name, _, point, wrench in loads_on_links(poses, ("load",)):
+        if name != PAYLOAD:  # an end of a beam may be another place at another pose
+            found[name] = found.get(name, 0.0) + about_point(wrench, point, poses.o, size)
+    return found
+
+
+def _payload(poses: ShownPoses) -> tuple[Array, Array, str | None] | None:
+    payload = poses.result.payload
+    if payload is None:
+        return None
+    mass, center = (np.asarray(value, dtype=np.float64) for value in (payload.mass, payload.center))
+    return poses.of_configuration(mass, 0), poses.of_configuration(center, 1), payload.link

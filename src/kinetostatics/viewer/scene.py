@@ -13,11 +13,12 @@ from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 from kinetostatics.results.result import Result
 from kinetostatics.viewer.cards import Card, Cards
-from kinetostatics.viewer.description import Mesh, Scene, Stations
+from kinetostatics.viewer.description import COLOURS, Mesh, Scene, Stations
 from kinetostatics.viewer.facts import find_facts
 from kinetostatics.viewer.joints import find_joints, marker_radius
 from kinetostatics.viewer.poses import ShownPoses
-from kinetostatics.viewer.shapes import Surface, ball, frames_along, joined, pin, stick, swept
+from kinetostatics.viewer.shapes import Surface, ball, coil, frames_along, joined, pin, places_along_coil, stick, swept
+from kinetostatics.viewer.springs import find_masses_at_points, find_springs, radius_of_ball
 from kinetostatics.viewer.visuals import LinkVisual, link_visuals
 from kinetostatics.viewer.wrenches import Wrenches
 
@@ -26,7 +27,9 @@ SHOWN_MOTION = 0.1
 #: … unless something would turn by more than this [rad].
 SHOWN_TURN = 0.3
 
-JOINT_COLOUR, DRIVE_COLOUR, BARE_COLOUR = "#66717f", "#b8482a", "#c3c9d1"
+JOINT_COLOUR, DRIVE_COLOUR, BARE_COLOUR, MASS_COLOUR = "#66717f", "#b8482a", "#c3c9d1", "#4b5563"
+#: Radius of a spring's coil and of its wire, as parts of the robot's size; the coil is at most a part of the spring's length.
+COIL, WIRE, SLENDER = 0.024, 0.0032, 0.1
 
 
 def describe_scene(
@@ -69,6 +72,10 @@ class _Builder:
         self.poses, self.result, self.robot, self.visuals = poses, poses.result, poses.result.robot, visuals
         self.stations = Stations(self.poses.count, self.poses.labels)
         self.joints = find_joints(self.poses)
+        self.springs = find_springs(self.poses)
+        self.masses = find_masses_at_points(self.poses, visuals)
+        fixed = [joint for joint in self.robot.description.joints.values() if joint.type == "fixed"]
+        self.holder = {joint.child: joint.parent for joint in fixed}
         self.size = self._size()
         self.meshes: list[Mesh] = []
         self.like = like
@@ -83,9 +90,11 @@ class _Builder:
         self._links()
         self._beams()
         self._joint_markers()
-        arrows = list(Wrenches(poses, stations, self.joints, self.at, self.size).arrows(groups))
+        self._springs()
+        self._masses_at_points()
+        arrows = list(Wrenches(poses, stations, self.joints, self.springs, self.at, self.size).arrows(groups))
         exaggeration = self._exaggeration() if like is None else like.exaggeration
-        facts = find_facts(poses, stations.all_twists.sum(axis=2)[..., :3])
+        facts = find_facts(poses, stations.all_twists.sum(axis=2)[..., :3], self.size)
         return Scene(
             title or self.robot.name, stations, self.size, exaggeration, self.at["o"], facts, self.meshes, arrows,
             [("base", self.at["base"], "base"), ("platform", self.at["o"], "o")],
@@ -95,6 +104,7 @@ class _Builder:
     def _size(self) -> float:
         points = [self.poses.o, self.poses.frame(self.robot.description.base)[:, :3, 3]]
         points += [joint.centre for joint in self.joints]
+        points += [end for spring in self.springs for end in spring.ends]
         points += [self.poses.beam_line(name)[1].reshape(-1, 3) for name in self.robot.description.beams]
         cloud = np.concatenate(points)
         return float(np.linalg.norm(cloud.max(axis=0) - cloud.min(axis=0))) or 1.0
@@ -161,13 +171,15 @@ class _Builder:
         inverse = np.linalg.inv(self.poses.frame(link)[0])
         near = [joint for joint in self.joints if joint.links & links]
         points = [joint.centre[0] for joint in near]
+        points += [end[0] for spring in self.springs for end, at in zip(spring.ends, spring.links, strict=True) if at in links]
+        points += [centre[0] for name, centre in self.masses.items() if links & {name, self.holder.get(name, name)}]
         if self.robot.description.platform in links:
             points.append(self.poses.o[0])
         local = np.array([inverse[:3, :3] @ point + inverse[:3, 3] for point in points]).reshape(-1, 3)
         if len(local) < 2:
             return
         middle = local.mean(axis=0)
-        radius = 0.5 * float(np.mean([marker_radius(self.poses, joint, self.size) for joint in near]))
+        radius = 0.5 * float(np.mean([marker_radius(self.poses, joint, self.size) for joint in near or self.joints]))
         sticks = [stick(middle, p, radius) for p in local if np.linalg.norm(p - middle) > 1e-6 * self.size]
         if sticks:
             colour = BARE_COLOUR if roots == ("Base",) else "deflection"
@@ -212,6 +224,33 @@ class _Builder:
             colour = DRIVE_COLOUR if joint.driven else JOINT_COLOUR
             self.meshes.append(Mesh(f"joints/{joint.name}", shape, self.at[joint.name], ("Deformed",), colour))
 
+    def _springs(self) -> None:
+        """Draw springs as coils, whose stations stand in line between the ends."""
+        along = places_along_coil()
+        for spring in self.springs:
+            first, frames = len(self.stations.rest), spring.frames()
+            length = float(spring.length[0]) or self.size
+            radius = min(COIL * self.size, SLENDER * length)
+            (start, end), shifts = spring.ends, spring.twists[1] - spring.twists[0]
+            for part in along:
+                rest, twist = frames.copy(), np.zeros_like(shifts)
+                rest[:, :3, 3] = (1 - part) * start + part * end
+                twist[..., :3] = spring.twists[0][..., :3] + part * shifts[..., :3]
+                self.stations.add(rest, twist)
+            path, roots = f"springs/{spring.description.name}", ("Rest", "Deformed")
+            if self.known is not None:
+                self.meshes.append(self.known[path, roots])
+                continue
+            surface, at = coil(length, radius, min(WIRE * self.size, 0.2 * radius))
+            self.meshes.append(Mesh(path, surface, first + at, roots, COLOURS["spring forces"]))
+
+    def _masses_at_points(self) -> None:
+        """Draw counterweights, and other masses at points, as balls of steel."""
+        for name, centre in self.masses.items():
+            station = self.stations.add(centre, self.poses.twist_at(name, centre))
+            shape = ball(radius_of_ball(self.robot.description.links[name].mass, self.size))
+            self.meshes.append(Mesh(f"masses/{name}", shape, station, ("Rest", "Deformed"), MASS_COLOUR))
+
     def _coarse(self) -> list[str]:
         """Return a note if meshes are drawn with fewer triangles than they have."""
         read = sum(visual.read for visual in self.visuals.values())
@@ -220,7 +259,7 @@ class _Builder:
 
     def _cards(self) -> dict[str, Card]:
         first = {mesh.path: int(np.min(mesh.station)) for mesh in self.meshes if "Deformed" in mesh.roots}
-        return Cards(self.poses, self.joints).all(first)
+        return Cards(self.poses, self.joints, self.springs).all(first)
 
     # ---- words ------------------------------------------------------------------------------------------------------
 

@@ -116,6 +116,42 @@ def stick(start: Array, end: Array, radius: float) -> Surface:
     return pin(radius, float(np.linalg.norm(axis))).transformed(frame)
 
 
+#: Turns of a spring as it is drawn, points of its wire in each, and the part of its length at each end without turns.
+TURNS, POINTS, PLAIN = 10, 7, 0.1
+
+
+def places_along_coil() -> Array:
+    """Return where along a spring, 0 to 1, the stations stand that carry its wire."""
+    return np.concatenate([[0.0], np.linspace(PLAIN, 1 - PLAIN, TURNS * POINTS + 1), [1.0]])
+
+
+@lru_cache(maxsize=256)
+def coil(length: float, radius: float, wire: float) -> tuple[Surface, Integers]:
+    """Return a coil spring of a length with small balls at its ends, and the station (n,) of each vertex.
+
+    Vertices are in station coordinates, z along the spring: the spring gets longer where its stations move apart.
+    """
+    places = places_along_coil()
+    n = len(places)
+    turn = np.concatenate([[0.0], np.linspace(0, TURNS, n - 2), [TURNS]])
+    wide = radius * np.clip(2 * np.minimum(turn, TURNS - turn), 0, 1)  # the wire comes from the middle within half a turn
+    line = np.column_stack([wide * np.cos(2 * np.pi * turn), wide * np.sin(2 * np.pi * turn), length * places])
+    tangents = np.gradient(line, axis=0)
+    tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
+    ring = np.arange(6) * (2 * np.pi / 6)
+    across, rings = np.array([0.0, 1.0, 0.0]), []
+    for tangent, point in zip(tangents, line * [1, 1, 0], strict=True):
+        across = across - tangent * (tangent @ across)  # turned as little as possible
+        across /= np.linalg.norm(across)
+        rings.append(point + wire * (np.outer(np.cos(ring), across) + np.outer(np.sin(ring), np.cross(tangent, across))))
+    k, start = np.arange(6), (np.arange(n - 1) * 6)[:, None]
+    a, b = start + k, start + (k + 1) % 6
+    faces = np.concatenate([np.stack([a, b, b + 6], axis=-1), np.stack([a, b + 6, a + 6], axis=-1)]).reshape(-1, 3)
+    end = ball(2.2 * wire)
+    at = np.concatenate([np.repeat(np.arange(n), 6), np.repeat([0, n - 1], len(end.vertices))])
+    return joined([Surface(np.concatenate(rings), faces), end, end]), at
+
+
 def arrow(length: float, radius: float, heads: int) -> Surface:
     """Return an arrow along the z axis, its tail at the origin; a couple's has two heads. A short one is thinner."""
     r = radius * min(1.0, length / (9 * radius))

@@ -12,8 +12,10 @@ from kinetostatics.mechanism.limbs import Limb
 from kinetostatics.results.limb import LimbResult
 from kinetostatics.viewer.description import Arrow, Stations
 from kinetostatics.viewer.joints import Joint, marker_radius
+from kinetostatics.viewer.loads import about_point, loads_on_links
 from kinetostatics.viewer.poses import ShownPoses, moved
 from kinetostatics.viewer.shapes import crossed, frames_along
+from kinetostatics.viewer.springs import DrawnSpring
 
 #: Groups of arrows that are the limbs'.
 OF_LIMBS = ("constraint forces", "constraint couples", "attached wrenches", "joints of networks", "axial forces in networks")
@@ -26,8 +28,16 @@ class Wrenches:
     parts have an axis K + 1: the contributions, then what does not belong to any of them.
     """
 
-    def __init__(self, poses: ShownPoses, stations: Stations, joints: Sequence[Joint], at: dict[str, int], size: float):
-        self.poses, self.stations, self.joints, self.at, self.size = poses, stations, joints, at, size
+    def __init__(
+        self,
+        poses: ShownPoses,
+        stations: Stations,
+        joints: Sequence[Joint],
+        springs: Sequence[DrawnSpring],
+        at: dict[str, int],
+        size: float,
+    ) -> None:
+        self.poses, self.stations, self.joints, self.springs, self.at, self.size = poses, stations, joints, springs, at, size
         self.result, self.robot = poses.result, poses.result.robot
         self.gravity, self.load = poses.take(self.result.gravity), poses.take(self.result.load)
 
@@ -39,6 +49,8 @@ class Wrenches:
 
         if wanted("external load"):
             yield from self._external()
+        if wanted("spring forces"):
+            yield from self._springs()
         for limb in self.robot.topology.limbs if wanted(*OF_LIMBS) else ():
             yield from self._limb(limb)
         if wanted("weights"):
@@ -50,13 +62,19 @@ class Wrenches:
 
     def _external(self) -> Iterator[Arrow]:
         yield from self._pair("external load", "load", self.at["o"], self._only("load", self.load), "tip")
-        for name, place, point, wrench in self._loads_on_links():
+        for name, place, point, wrench in loads_on_links(self.poses, ("load",)):
             link = self.robot.topology.link_of(place)
             at = self.stations.add(point, self.poses.twist_at(link, point))
-            moment = wrench[:, 3:] - crossed(point - self.poses.o, wrench[:, :3])
-            moment = np.where(np.abs(moment) > 1e-9 * self.size * np.abs(wrench[:, :3]).max(initial=0.0), moment, 0.0)
-            acting = np.concatenate([wrench[:, :3], moment], axis=-1)
-            yield from self._pair("external load", name, at, self._only(name, acting), "tip")
+            acting = self._only(name, about_point(wrench, point, self.poses.o, self.size))
+            yield from self._pair("external load", name, at, acting, "tip")
+
+    def _springs(self) -> Iterator[Arrow]:
+        """Yield the force of each spring on both of its links, outside the spring, which it would hide else."""
+        for spring in self.springs:
+            pull = self._only(f"spring {spring.description.name}", spring.tension[:, None] * spring.direction)
+            for link, sign, end, twist in zip(spring.links, (1, -1), spring.ends, spring.twists, strict=True):
+                name, at = f"{spring.description.name} on {link}", self.stations.add(end, twist)
+                yield Arrow("spring forces", name, name, "force", at, sign * pull, anchor=-sign * spring.direction)
 
     # ---- parts ------------------------------------------------------------------------------------------------------
 
@@ -165,18 +183,6 @@ class Wrenches:
             found.append((name, source, take(centres[:, k].T.reshape(*shape, 3)), force))
         return found
 
-    def _loads_on_links(self) -> Iterator[tuple[str, str, Array, Array]]:
-        """Yield contribution, place, point (F, 3) and wrench (F, 6) about o of everything that acts on links."""
-        solutions, shape, take = self.result.solutions, self.result.shape, self.poses.take
-        for k, item in enumerate(solutions[0].applied):
-            if item.load.kind == "change":  # too little to be seen
-                continue
-            for place in item.load.wrenches:
-                loads = [s.applied[k].load for s in solutions]
-                point = np.concatenate([load.points[place] for load in loads], axis=-1).T.reshape(*shape, 3)
-                wrench = np.concatenate([load.wrenches[place] for load in loads], axis=-1).T.reshape(*shape, 6)
-                yield item.load.name, place, take(point), take(wrench)
-
     def _weights(self) -> Iterator[Arrow]:
         for name, source, centre, force in self._weights_by_source:
             label = name.removeprefix("beam:")
@@ -195,7 +201,7 @@ class Wrenches:
         parts = -self._only("load", load)
         for _, source, centre, force in self._weights_by_source:
             parts -= self._only(source, np.concatenate([force, crossed(centre - base, force)], axis=-1))
-        for name, _, _, wrench in self._loads_on_links():
+        for name, _, _, wrench in loads_on_links(self.poses, ("load", "spring")):  # changes are too small to be seen
             moment = wrench[:, 3:] + crossed(self.poses.o - base, wrench[:, :3])
             parts -= self._only(name, np.concatenate([wrench[:, :3], moment], axis=-1))
         parts[:, -1] = total - parts[:, :-1].sum(axis=1)

@@ -129,6 +129,8 @@ def _extract(
         found["actuator_force"] = np.stack([result.actuator_forces[name] for name in labels.actuators], axis=-1)
         position = np.stack([configuration.actuators[name] for name in labels.actuators], axis=-1)
         found["actuator_position"] = np.where(reached[:, None], position, np.nan)
+    if labels.springs:
+        found["spring_force"] = np.stack([result.spring_forces[name][first] for name in labels.springs], axis=-1)
     if labels.ways:
         found["gravity_way"] = np.stack([twist_ways(result)[way] for way in labels.ways], axis=-2)
     if labels.ways and labels.actuators:

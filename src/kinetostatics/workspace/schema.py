@@ -50,6 +50,7 @@ class Labels:
         loose: which of them local freedoms change, so that they say nothing of the assembly mode.
         pose: names of the six coordinates of the platform.
         compensated: whether corrections of the drives are wanted.
+        springs: names of the springs.
     """
 
     robot: str
@@ -64,6 +65,7 @@ class Labels:
     loose: tuple[bool, ...]
     pose: tuple[str, ...]
     compensated: bool
+    springs: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -140,6 +142,7 @@ VARIABLES: Mapping[str, Variable] = {
         ("actuator",), "correction of the drive, which brings the loaded platform in place", "actuator_position_unit"
     ),
     "remaining": Variable(("component",), "how the loaded platform misses its place at the corrected drives", "component_unit"),
+    "spring_force": Variable(("spring",), "tension of the spring, negative where it pushes", "N", POSES),
     "platform_pose": Variable(
         ("platform_coordinate",), "coordinates of the platform before it deforms", "platform_coordinate_unit", POSES
     ),
@@ -190,6 +193,7 @@ def labels_of(spec: SweepSpec, robot: Robot) -> Labels:
         loose_coordinates(spec, robot),
         orientation_named(spec.orientation).pose_names,
         bool(spec.compensated),
+        tuple(robot.description.springs),
     )
 
 
@@ -256,6 +260,7 @@ def _label_coordinates(labels: Labels) -> dict[str, tuple[list[str], str]]:
         "platform_coordinate": (list(labels.pose), "coordinate of the platform"),
         "joint_coordinate": ([name for name, _ in labels.q], "coordinate of the model"),
         "beam": (list(labels.beams), "beam"),
+        "spring": (list(labels.springs), "spring"),
     }
 
 

@@ -190,18 +190,26 @@ function closeAll() {
 
 // ---------------------------------------------------------------- what changes
 
-/** Pose, gravity, load and scale of a robot, as parts of a line. */
+/** Pose, gravity, loads and scale of a robot, as parts of a line. */
 function facts(robot) {
-  const { scene } = robot, { pose, gravity, load, status } = scene.facts;
+  const { scene } = robot, { pose, gravity, load, on_links, payload, status } = scene.facts;
   const list = (values) => `(${values.map(short).join(", ")})`;
-  const w = interpolated(scene, load, 6), force = w.slice(0, 3), moment = w.slice(3);
+  const wrench = (values) => {
+    const w = interpolated(scene, values, 6), moment = w.slice(3);
+    return `${list(w.slice(0, 3))} N${moment.some((x) => x !== 0) ? `, ${list(moment)} N·m` : ""}`;
+  };
   const [i] = between(scene);
   const found = [
     ["pose", pose.map(({ name, unit, values }) => `${name} ${place(interpolated(scene, values, 1)[0])}${unit === "°" ? "" : " "}${unit}`).join(", ")],
     ["gravity", `${list(interpolated(scene, gravity, 3))} m/s²`],
-    ["load at o", `${list(force)} N${moment.some((x) => x !== 0) ? `, ${list(moment)} N·m` : ""}`],
-    ["drawn", `× ${number(state.exaggeration)}`],
+    ["load at o", wrench(load)],
+    ...Object.entries(on_links).map(([name, values]) => [name, wrench(values)]),
   ];
+  if (payload) {
+    const mm = interpolated(scene, payload.center, 3).map((x) => 1000 * x);
+    found.push(["payload", `${short(interpolated(scene, payload.mass, 1)[0])} kg at ${list(mm)} mm in the frame of ${payload.link ?? "o"}`]);
+  }
+  found.push(["drawn", `× ${number(state.exaggeration)}`]);
   return status[i] === "OK" && !scene.live ? found : [...found, ["status", status[i]]];
 }
 

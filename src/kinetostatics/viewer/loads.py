@@ -1,0 +1,31 @@
+"""What acts on links besides the load at o and weights: loads on links, the payload's weight, springs."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+
+import numpy as np
+
+from kinetostatics.math.arrays import Array
+from kinetostatics.viewer.poses import ShownPoses
+from kinetostatics.viewer.shapes import crossed
+
+
+def loads_on_links(poses: ShownPoses, kinds: Collection[str]) -> Iterator[tuple[str, str, Array, Array]]:
+    """Yield contribution, place, point (F, 3) and wrench (F, 6) about o of what acts on links; kinds are "load" and "spring"."""
+    solutions, shape, take = poses.result.solutions, poses.result.shape, poses.take
+    for k, item in enumerate(solutions[0].applied):
+        if item.load.kind not in kinds:
+            continue
+        for place in item.load.wrenches:
+            loads = [s.applied[k].load for s in solutions]
+            point = np.concatenate([load.points[place] for load in loads], axis=-1).T.reshape(*shape, 3)
+            wrench = np.concatenate([load.wrenches[place] for load in loads], axis=-1).T.reshape(*shape, 6)
+            yield item.load.name, place, take(point), take(wrench)
+
+
+def about_point(wrench: Array, point: Array, o: Array, size: float) -> Array:
+    """Return wrenches (F, 6) about o as they are about points (F, 3) of a robot of a size [m], without what is rounding."""
+    moment = wrench[:, 3:] - crossed(point - o, wrench[:, :3])
+    moment = np.where(np.abs(moment) > 1e-9 * size * np.abs(wrench[:, :3]).max(initial=0.0), moment, 0.0)
+    return np.concatenate([wrench[:, :3], moment], axis=-1)

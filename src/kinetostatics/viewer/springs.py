@@ -1,0 +1,94 @@
+"""Where springs are, how long, and how their ends move; and masses at points, which have no look of their own."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+import numpy as np
+
+from kinetostatics.description.elements import Spring
+from kinetostatics.math.arrays import Array
+from kinetostatics.math.ordering import axis_across
+from kinetostatics.viewer.poses import ShownPoses
+from kinetostatics.viewer.shapes import crossed
+
+#: Density of steel [kg/m³], of which a mass at a point is drawn as a ball.
+STEEL = 7850.0
+
+
+@dataclass(frozen=True, eq=False)
+class DrawnSpring:
+    """One spring at the shown poses.
+
+    Attributes:
+        description: of the robot.
+        ends: (F, 3) its two points at rest [m].
+        twists: (F, K, 6) what each contribution does to them.
+        tension: (F,) [N].
+    """
+
+    description: Spring
+    ends: tuple[Array, Array]
+    twists: tuple[Array, Array]
+    tension: Array
+
+    @property
+    def links(self) -> tuple[str, str]:
+        """Of its two ends."""
+        return self.description.predecessor, self.description.successor
+
+    @property
+    def length(self) -> Array:
+        """(F,) [m]."""
+        return np.asarray(np.linalg.norm(self.ends[1] - self.ends[0], axis=-1))
+
+    @property
+    def direction(self) -> Array:
+        """(F, 3) from the first end to the second; zero where it has no length."""
+        length = self.length[:, None]
+        return np.asarray((self.ends[1] - self.ends[0]) / np.where(length > 0, length, 1.0))
+
+    def frames(self) -> Array:
+        """Return frames (F, 4, 4) at the first end, z towards the second, which turn as little as they can along a path."""
+        result = np.tile(np.eye(4), (len(self.length), 1, 1))
+        z = self.direction
+        z = np.where(np.any(z != 0, axis=-1, keepdims=True), z, [0.0, 0.0, 1.0])
+        x = axis_across(z[0])
+        for frame, along in zip(result, z, strict=True):
+            x = x - along * (along @ x)
+            if np.linalg.norm(x) < 1e-3:  # it has turned by a right angle at once
+                x = axis_across(along)
+                x = x - along * (along @ x)
+            x = x / np.linalg.norm(x)
+            frame[:3, :3] = np.column_stack([x, crossed(along[None], x[None])[0], along])
+        result[:, :3, 3] = self.ends[0]
+        return result
+
+
+def find_springs(poses: ShownPoses) -> list[DrawnSpring]:
+    """Return all springs."""
+    found, forces = [], poses.result.spring_forces if poses.result.robot.description.springs else {}
+    for name, spring in poses.result.robot.description.springs.items():
+        ends, twists = [], []
+        for link, local in ((spring.predecessor, spring.predecessor_point), (spring.successor, spring.successor_point)):
+            frame = poses.frame(link)
+            ends.append(frame[:, :3, :3] @ np.array(local) + frame[:, :3, 3])
+            twists.append(poses.twist_at(link, ends[-1]))
+        found.append(DrawnSpring(spring, (ends[0], ends[1]), (twists[0], twists[1]), poses.take(forces[name])))
+    return found
+
+
+def find_masses_at_points(poses: ShownPoses, looks: Collection[str]) -> dict[str, Array]:
+    """Return the points (F, 3) [m] of links that are masses at points, such as counterweights, and have no look in ``looks``."""
+    found, description = {}, poses.result.robot.description
+    others = {*looks, *(beam.link for beam in description.beams.values())}
+    for name, link in description.links.items():
+        if link.mass > 0 and not any(link.inertia.moments) and name not in others:
+            found[name] = (poses.frame(name) @ np.array([*link.center_of_mass, 1.0]))[:, :3]
+    return found
+
+
+def radius_of_ball(mass: float, size: float) -> float:
+    """Return the radius [m] of a steel ball of this mass, as far as it can be seen on a robot of a size [m]."""
+    return float(np.clip((3 * mass / (4 * np.pi * STEEL)) ** (1 / 3), 0.01 * size, 0.06 * size))
