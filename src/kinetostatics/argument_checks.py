@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import operator
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
@@ -76,6 +77,22 @@ def positive(what: str, value: Any, wanted: str = "a positive number", infinite:
         number = np.nan
     if not number > 0 or (number == np.inf and not infinite):
         raise ArgumentError(f"{what} is {value!r}; it must be {wanted}")
+    return number
+
+
+def whole_number(what: str, value: Any, least: int, most: int | None = None, why: str = "", shown: str = "") -> int:
+    """Return a whole number, NumPy's too, from ``least`` on or up to ``most``.
+
+    Raises:
+        ArgumentError: it is none; the message has the value as it was ``shown``, and ``why`` it may not be more.
+    """
+    number = None
+    if not isinstance(value, (bool, np.bool_)):
+        with contextlib.suppress(TypeError):
+            number = operator.index(value)
+    if number is None or number < least or (most is not None and number > most):
+        end = "on" if most is None else f"to {most}"
+        raise ArgumentError(f"{what} is {shown or repr(value)}; it must be a whole number from {least} {end}{why}")
     return number
 
 

@@ -54,7 +54,7 @@ def test_a_plan(place, capsys):
     lines = (folder / "plan.csv").read_text(encoding="utf-8").splitlines()
     assert lines == ["Fx,Fy,Fz,Mx,My,Mz,dz", "0,0,-300,0,0,0,"]  # the largest load along what is read
     for more, words in (
-        (["--plan", "1.5"], "--plan: 1.5 is no whole number"),
+        (["--plan", "1.5"], "--plan is 1.5; it must be a whole number from 1 on"),
         (["--plan", "1", "--plot", "a.svg"], "--plot is not for plans"),
         (["--plan", "1", "--loads", "0 0 1"], "has 3 numbers"),
         (["--plan", "1", "--load", *"001000"], "--load: measurements have their loads in the table"),

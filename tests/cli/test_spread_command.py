@@ -23,4 +23,4 @@ def test_tables_json_and_histogram(capsys, tmp_path):
     # the whole twist is by E⁻¹
     assert read["worst_case"]["displacement"] == pytest.approx(0.03 * read["nominal"]["displacement"], rel=1e-6)
     assert main([*arguments, "--robots", "1.5"]) == 2
-    assert "--robots: 1.5 is not a whole number" in capsys.readouterr().err
+    assert "--robots is 1.5; it must be a whole number from 2 on" in capsys.readouterr().err

@@ -174,7 +174,10 @@ def test_slice_draws_constant_quantities_without_contours(ds):
         ({"x": "rx", "y": "ry", "z": 0.8}, "z = 0.8 m is outside the map, which goes from 0.3 to 0.6 m"),
         ({"x": "rx", "y": "ry", "z": float("nan")}, "outside the map"),
         ({"x": "rx", "y": "z", "at": {"rx": 0.0, "ry": 0.0}}, "rx is an axis of the figure"),
-        ({"at": {"rx": 0.0, "ry": 0.0}}, "a slice needs two coordinates with several values; not fixed are: z"),
+        (
+            {"at": {"rx": 0.0, "ry": 0.0}},
+            r"coordinates with several values; not fixed are: z; ks\.plot\.line shows .* \(--kind line\)",
+        ),
         ({"x": "rx", "y": "ry", "z": 0.5, "unit": "kN"}, "unit 'kN' is not one for values in m: m, mm, µm"),
     ],
 )

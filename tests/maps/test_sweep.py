@@ -676,7 +676,7 @@ def test_lists_and_ranges_of_the_command(tmp_path, monkeypatch, capsys):
         ("3rps --platform z=0.4:5deg:3 rx=0 ry=0 --out m.nc", "is an angle, but a length is needed"),
         ("3rps --platform z=1:2:3:4 rx=0 ry=0 --out m.nc", "is not of the form"),
         ("3rps --platform z=1,x rx=0 ry=0 --out m.nc", "'x' is not a number"),
-        ("3rps --platform z=0.5 rx=0 ry=0 --workers none --out m.nc", "not a number of processes"),
+        ("3rps --platform z=0.5 rx=0 ry=0 --workers none --out m.nc", "--workers is none; it must be a whole number from 1 on"),
         ("3rps --platform z=0.5 rx=0 ry=0", "--out"),
         ("3rps --platform z=0.4:0.6:100000000000 rx=0 ry=0 --out m.nc", "z: 100000000000 values are too many; at most 1,000,000"),
         ("3rps --platform q=0.4:0.6:3 rx=0 ry=0 --out m.nc", "no platform coordinate 'q'"),

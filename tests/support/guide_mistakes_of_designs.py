@@ -55,6 +55,6 @@ OPTIMA = (
     code('ks.optimize("3rps", {"rod_diameter": "4cm:12cm"}, subject_to=["sag(500 N) < 20um"])', "Without brackets."),
     code('ks.optimize("3rps", {"rod_diameter": "4cm:12cm"}, minimize="least_rotational_stiffness")', "As a requirement."),
     code('ks.optimize("3rps", {"rod_diameter": "4cm:12cm"}, ["sag < 20um"])', "Requirements are `subject_to=`."),
-    code('ks.optimize("3rps", {"rod_diameter": "4cm:12cm"}, starts=0)', "A whole number from 1 on."),
+    code('ks.optimize("3rps", {"rod_diameter": "4cm:12cm"}, starts=0)', "As it says."),
     code('ks.optimize("3rps", {"rod_diameter": "4cm:12cm"}, over={"z": "0.5"})', '`{"z": 0.5}`.'),
 )

@@ -40,6 +40,7 @@ MEASUREMENTS = (
     table("Fx;dx\n-10;-1e-6\n", "Save it with commas."),
     table("Fx\tdx\n-10\t-1e-6\n", "Save it with commas."),
     table("Fx,dx\n-10,-1e-6,4\n", "A cell for each title."),
+    table("Fx (N),dx (um)\n-10,-1\n", "`Fx [N]`."),
     table("x,dx\n400,-1e-6\n", "A pose in reach: `x [mm]`."),
     table("Fx [N],dx [um]\n-10,-1 N\n", "A length."),
     Mistake("a table that is not there", "Its path.", code='ks.calibrate(robot, "mine.csv", ["left"])'),

@@ -283,6 +283,14 @@ PYTHON = (
 )  # fmt: skip
 
 
+#: A page that is too large until its numbers are rounded to 16 bits: what is large about it is only said to be so.
+LARGE_PAGE = """
+from unittest import mock
+sizes = iter([6_000_000, 6_000_000, 1_000])
+with mock.patch("kinetostatics.viewer.page.page_html", lambda scene: "." * next(sizes)):
+    ks.save_html(ks.analyze(robot.assemble(actuators={"a": [0.0, 0.1]})), folder / "page.html")
+"""
+
 WARNINGS = tuple(replace(mistake, warns=True) for mistake in (
     swap(B_WHOLE, B_WHOLE.replace('<axis xyz="0 1 0"/>', ""), "Write it: here 0 1 0.", "`<axis>` left out in b"),
     swap(LOOP_AXIS, "</successor>", "Write it: here 0 1 0.", "`<axis>` left out in the `<loop>`"),
@@ -372,4 +380,6 @@ WARNINGS = tuple(replace(mistake, warns=True) for mistake in (
     Mistake('`robot.assemble(actuators={"a": 10})`', "Radians.",
             code='robot.assemble(actuators={"a": 10}, on_failure="nan")'),
     Mistake('`robot.assemble(platform={"x": 20})`', "Metres.", code='robot.assemble(platform={"x": 20}, on_failure="nan")'),
+    Mistake('`ks.save_html(result, "page.html")` of a large robot at 1,000 poses that lie anywhere',
+            "Fewer poses, or one path through them.", code=LARGE_PAGE),
 ))  # fmt: skip

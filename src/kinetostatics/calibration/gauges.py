@@ -12,7 +12,7 @@ from kinetostatics.argument_checks import check_choice, check_mapping, finite_nu
 from kinetostatics.description.gauges import COMPONENTS, Gauge
 from kinetostatics.design.requirements import parse_number
 from kinetostatics.exceptions import ArgumentError, near_names
-from kinetostatics.files.tables import table_rows, title_of
+from kinetostatics.files.tables import check_brackets, table_rows, title_of
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array, Index
 from kinetostatics.math.linalg import cross
@@ -63,6 +63,7 @@ def _read_file(path: str) -> dict[str, tuple[str, Gauge]]:
     """Return names and gauges by the places where they are written."""
     rows = table_rows(path, "a table of gauges has a line of titles, such as name,x [mm],y [mm],z [mm],ux,uy,uz, and one of each")
     place, titles = rows[0][0], [title_of(cell) or (cell.strip(), "") for cell in rows[0][1]]
+    check_brackets(f"{path}:{place}", dict(titles))
     for name, _ in titles:
         if name not in COLUMNS:
             raise ArgumentError(f"{path}:{place}: gauges have no {name!r}: {near_names(name, COLUMNS)}")

@@ -14,7 +14,7 @@ from kinetostatics.calibration.gauges import number_in
 from kinetostatics.description.gauges import Gauge
 from kinetostatics.description.units import PLATFORM_KINDS
 from kinetostatics.exceptions import ArgumentError, near_names
-from kinetostatics.files.tables import table_rows, title_of
+from kinetostatics.files.tables import check_brackets, table_rows, title_of
 from kinetostatics.math.arrays import Array, Index
 from kinetostatics.math.screws import WRENCH_COMPONENTS
 from kinetostatics.robot import Robot
@@ -59,6 +59,7 @@ def read_measurements(robot: Robot, given: Any, gauges: Mapping[str, Gauge]) -> 
     kinds |= {name: gauge.kind for name, gauge in gauges.items()}
     named = [title_of(title) or (title.strip(), "") for title in titles]
     names = [name for name, _ in named]
+    check_brackets(where(None).removesuffix(": "), names, kinds)
     for name in names:
         if name not in kinds and name != NOTE:
             raise ArgumentError(

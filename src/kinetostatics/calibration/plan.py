@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import check_keywords
-from kinetostatics.argument_checks import check_mapping, finite_numbers, names_in
+from kinetostatics.argument_checks import check_mapping, finite_numbers, names_in, whole_number
 from kinetostatics.calibration.calibrate import check_point, check_robot
 from kinetostatics.calibration.fit import determined
 from kinetostatics.calibration.gauges import read_gauges
@@ -87,8 +87,7 @@ def plan_measurements(
     check_keywords(plan_measurements, analysis, without=("load", "on_failure"))
     check_robot("plan_measurements", robot, payload)
     arm = check_point(point, frame)
-    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
-        raise ArgumentError(f"seed is {seed!r}; it must be a whole number from 0 on")
+    seed = whole_number("seed", seed, 0)
     known = read_gauges(gauges)
     names = names_in("read", read, '["dz"]')
     for name in names:
@@ -113,8 +112,7 @@ def plan_measurements(
         raise ArgumentError(
             f"no candidate of {every}, poses times loads, can be measured: out of reach, singular or beyond a joint's limit"
         )
-    if isinstance(n, bool) or not isinstance(n, int) or not 0 < n <= count:
-        raise ArgumentError(f"n is {n!r}; it must be a number of measurements from 1 to {count}, which is poses times loads")
+    n = whole_number("n", n, 1, count, ", which is poses times loads")
     J = blocks[usable].reshape(count * each, -1)
     columns, seen, null = determined(J)
     basis = columns[:, None] * seen

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import math
 import os
@@ -173,6 +174,16 @@ def number_of(option: str, text: str, kind: str | None = "number") -> float:
         return parse_quantity(text, kind)
     except ArgumentError as error:
         raise ArgumentError(f"{option}: {error}") from None
+
+
+def whole_number_of(option: str, text: str, least: int = 1) -> int:
+    """Return the whole number from ``least`` on that an option has."""
+    from kinetostatics.argument_checks import whole_number
+
+    number = None
+    with contextlib.suppress(ArgumentError):
+        number = parse_quantity(text, "number")
+    return whole_number(option, int(number) if number is not None and number.is_integer() else None, least, shown=text.strip())
 
 
 # ---- the robot -----------------------------------------------------------------------------------------------------

@@ -108,9 +108,9 @@ def _calibrated(robot: Robot, args: argparse.Namespace, options: dict[str, Any])
 def _planned(robot: Robot, args: argparse.Namespace, options: dict[str, Any]) -> MeasurementPlan:
     from kinetostatics.calibration import plan_measurements
 
-    count = arguments.number_of("--plan", args.plan)
-    if args.plot is not None or count != int(count):
-        raise ArgumentError(f"--plan: {args.plan} is no whole number" if args.plot is None else "--plot is not for plans")
+    if args.plot is not None:
+        raise ArgumentError("--plot is not for plans")
+    count = arguments.whole_number_of("--plan", args.plan)
     kinds = ["force"] * 3 + ["moment"] * 3
     loads = []
     for text in args.loads or ["0 0 0 0 0 0"]:
@@ -119,7 +119,7 @@ def _planned(robot: Robot, args: argparse.Namespace, options: dict[str, Any]) ->
             raise ArgumentError(f"--loads: {text.strip()!r} has {len(cells)} numbers; a load has six in quotes: '0 0 -500 0 0 0'")
         loads.append([arguments.number_of("--loads", cell, kind) for cell, kind in zip(cells, kinds, strict=True)])
     _, over = poses.grid(robot, args)
-    return plan_measurements(robot, args.unknowns, int(count), over or None, loads, read=args.read, **options)
+    return plan_measurements(robot, args.unknowns, count, over or None, loads, read=args.read, **options)
 
 
 def _reference(robot: Robot, words: list[str]) -> str | dict[str, float]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from kinetostatics.cli import arguments, poses
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.files.tables import table_rows, title_of
+from kinetostatics.files.tables import check_brackets, table_rows, title_of
 from kinetostatics.printing.waiting import waiting
 
 if TYPE_CHECKING:
@@ -119,6 +119,7 @@ def _read_table(robot: Robot, path: str) -> tuple[str, dict[str, list[float]]]:
             raise ArgumentError(f"{path}:{rows[0][0]}: {cell.strip()!r} is not a name, or a name with its unit: z [mm]")
         titles.append(title)
     names = [name for name, _ in titles]
+    check_brackets(f"{path}:{rows[0][0]}", names, robot.description.driven)
     if twice := next((name for name in names if names.count(name) > 1), None):
         raise ArgumentError(f"{path}:{rows[0][0]}: {twice!r} is given twice")
     option = "--actuators" if any(name in robot.description.driven for name in names) else "--platform"

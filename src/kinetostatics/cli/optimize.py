@@ -6,7 +6,6 @@ import argparse
 from typing import Any
 
 from kinetostatics.cli import arguments, poses
-from kinetostatics.exceptions import ArgumentError
 from kinetostatics.printing.waiting import waiting
 
 USAGE = "ROBOT --vary NAME=FROM:TO … --subject-to REQUIREMENT … [options]"
@@ -63,7 +62,9 @@ def run(args: argparse.Namespace) -> int:
         arguments.check_folder(args.out)
         options = arguments.load_options(args)
         _, over = poses.grid(arguments.load(args) if args.actuators else None, args)
-        starts, points = (_whole(option, text) for option, text in (("--starts", args.starts), ("--points", args.points)))
+        starts, points = (
+            arguments.whole_number_of(option, text) for option, text in (("--starts", args.starts), ("--points", args.points))
+        )
         vary = arguments.parse_items("--vary", args.vary)
         options |= {
             "orientation": args.orientation,
@@ -89,10 +90,3 @@ def run(args: argparse.Namespace) -> int:
         answer = found.to_dict() if args.json else str(found)
     arguments.print_answer(answer, [], args.out)
     return 0 if feasible else 1
-
-
-def _whole(option: str, text: str) -> int:
-    number = arguments.number_of(option, text)
-    if number != int(number) or number < 1:
-        raise ArgumentError(f"{option}: {text} is not a whole number from 1 on")
-    return int(number)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 
 from kinetostatics.cli import arguments, poses
-from kinetostatics.exceptions import ArgumentError
 from kinetostatics.printing.waiting import waiting
 
 USAGE = "ROBOT --off NAME=TOLERANCE … [options]"
@@ -52,8 +51,8 @@ def run(args: argparse.Namespace) -> int:
 
         arguments.check_folder(args.out)
         options = arguments.load_options(args)
-        robots = None if args.robots is None else _whole("--robots", args.robots)
-        seed = _whole("--seed", args.seed)
+        robots = None if args.robots is None else arguments.whole_number_of("--robots", args.robots, 2)
+        seed = arguments.whole_number_of("--seed", args.seed, 0)
         off = arguments.parse_items("--off", args.off)
         configuration, warnings = poses.assemble(arguments.load(args), args)
         found = spread(
@@ -63,10 +62,3 @@ def run(args: argparse.Namespace) -> int:
         answer = found.to_dict() if args.json else str(found)
     arguments.print_answer(answer, warnings, args.out)
     return 0
-
-
-def _whole(option: str, text: str) -> int:
-    number = arguments.number_of(option, text)
-    if number != int(number):
-        raise ArgumentError(f"{option}: {text} is not a whole number")
-    return int(number)

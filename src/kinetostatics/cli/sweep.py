@@ -113,7 +113,7 @@ def _map(args: argparse.Namespace) -> xr.Dataset:
         compensate=args.compensate,
         out=args.out,
         restart=args.restart,
-        workers=None if args.workers is None else _whole("--workers", args.workers),
+        workers=None if args.workers is None else arguments.whole_number_of("--workers", args.workers),
         progress=False if args.quiet else None,
         platform_link=args.platform_link,
         base_link=args.base_link,
@@ -173,9 +173,3 @@ def _is_quantity(text: str) -> bool:
     """Return whether a text is a number, with a unit or without."""
     match = arguments.NUMBER.fullmatch(text)
     return match is not None and (match[2] is None or arguments.unit_of(text) is not None)
-
-
-def _whole(option: str, text: str) -> int:
-    if not text.strip().isdecimal() or int(text) < 1:
-        raise ArgumentError(f"{option}: {text.strip()!r} is not a number of processes, which must be at least 1")
-    return int(text)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 
 from kinetostatics.cli import arguments, poses
-from kinetostatics.exceptions import ArgumentError
 from kinetostatics.printing.waiting import waiting
 
 HELP = "rank what small errors of joints and beams do"
@@ -48,18 +47,10 @@ def run(args: argparse.Namespace) -> int:
             "angle": arguments.parse_quantity(args.angle, "angle"),
             "temperature": arguments.parse_quantity(args.temperature, "temperature"),
         }
-        top = None if args.top is None else _count(args.top)
+        top = None if args.top is None else arguments.whole_number_of("--top", args.top)
         configuration, warnings = poses.assemble(arguments.load(args), args)
         found = tolerances(configuration, **amounts, by=args.by)
         if top is not None:
             found = replace(found, rows=found.rows[:top])
     arguments.print_answer(found.to_dict() if args.json else str(found), warnings)
     return 0
-
-
-def _count(text: str) -> int:
-    """Return how many rows are asked for."""
-    number = arguments.parse_quantity(text, "number")
-    if number != int(number) or number < 1:
-        raise ArgumentError(f"--top is {text}; it must be a whole number from 1 on, such as --top 10")
-    return int(number)

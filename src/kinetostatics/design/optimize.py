@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import check_keywords
-from kinetostatics.argument_checks import check_mapping, need_scipy
+from kinetostatics.argument_checks import check_mapping, need_scipy, whole_number
 from kinetostatics.description.units import KINDS
 from kinetostatics.design.problem import Point, Problem, rank
 from kinetostatics.design.requirements import MEASURES, parse_measure, parse_requirement
@@ -145,8 +145,7 @@ def prepare(
     ranges, choices = read_variables(vary)
     if isinstance(subject_to, str) or not isinstance(subject_to, Sequence):
         raise ArgumentError(f'subject_to is {subject_to!r}; it must be a list of requirements, such as ["sag < 20um"]')
-    if isinstance(starts, bool) or not isinstance(starts, int) or starts < 1:
-        raise ArgumentError(f"starts is {starts!r}; it must be a number of searches, at least 1")
+    starts = whole_number("starts", starts, 1)
     requirements = [parse_requirement(text) for text in subject_to]
     objective = parse_objective(minimize)
     if not isinstance(robot, (str, bytes, os.PathLike)):

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import check_keywords
+from kinetostatics.argument_checks import whole_number
 from kinetostatics.description.units import KINDS
 from kinetostatics.design.optimize import parse_objective, prepare
 from kinetostatics.design.problem import Problem
@@ -79,8 +80,7 @@ def pareto(
     check_keywords(pareto, analysis, without=("on_failure",))
     if isinstance(minimize, str) or not isinstance(minimize, Sequence) or len(minimize) != 2:
         raise ArgumentError(f'minimize is {minimize!r}; a front has two quantities, such as ("mass", "sag")')
-    if isinstance(points, bool) or not isinstance(points, int) or not 2 <= points <= MOST:
-        raise ArgumentError(f"points is {points!r}; it must be a number of designs from 2 to {MOST}")
+    points = whole_number("points", points, 2, MOST)
     links: dict[str, str | None] = {"platform": platform_link, "base": base_link}
     given = subject_to, over, orientation, parameters, links, starts, tool, tolerance, analysis
     first = prepare(robot, vary, minimize[0], *given)

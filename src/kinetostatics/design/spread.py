@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
-from kinetostatics.argument_checks import check_choice
+from kinetostatics.argument_checks import check_choice, whole_number
 from kinetostatics.design.changes import Change, changed_description, read_changes
 from kinetostatics.design.exact import derivatives_at
 from kinetostatics.design.many_robots import ManyRobots
@@ -98,8 +98,8 @@ def spread(
     if not isinstance(configuration, Configuration) or configuration.shape != ():
         raise ArgumentError("spread wants a single pose: make one with robot.assemble(…)")
     check_choice("distribution", distribution, tuple(DEVIATIONS))
-    count = _count("robots", robots, 2)
-    seed = _count("seed", seed, 0) or 0
+    count = None if robots is None else whole_number("robots", robots, 2)
+    seed = whole_number("seed", seed, 0)
     robot = robot_of(configuration)
     place = None if tool is None else point_of_platform("tool", tool)
     changes, amounts = read_changes(robot, tolerances)
@@ -142,14 +142,6 @@ def spread(
 
 def _uniform(seed: int) -> Any:
     return partial(np.random.default_rng(seed).uniform, -math.sqrt(3), math.sqrt(3))
-
-
-def _count(what: str, value: object, least: int) -> int | None:
-    if value is None:
-        return None
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
-        raise ArgumentError(f"{what} is {value!r}; it must be a whole number from {least} on")
-    return int(value)
 
 
 # ---- first order -----------------------------------------------------------------------------------------------------------

@@ -14,7 +14,7 @@ import numpy as np
 from kinetostatics.description.units import find_unit
 from kinetostatics.design.requirements import parse_number, typed_unit
 from kinetostatics.exceptions import ArgumentError
-from kinetostatics.files.tables import check_separators, numbered_rows, title_of
+from kinetostatics.files.tables import check_brackets, check_separators, numbered_rows, title_of
 
 #: Catalogues that come with the package.
 CATALOGUES = ("standard_bars", "standard_tubes")
@@ -129,6 +129,7 @@ def _read_catalogue(name: str, names: tuple[str, ...]) -> Choice:
     check_separators(f"{name}:{lines[0][0]}", lines[0][1])
     titles = [title_of(cell) or ("", "") for cell in lines[0][1]]
     known = [name for name, _ in titles]
+    check_brackets(f"{name}:{lines[0][0]}", known, names)
     columns = [known.index(item) for item in names] if set(names) <= set(known) else list(range(len(names)))
     if max(columns) >= len(known):
         raise ArgumentError(f"{name} has {len(known)} columns, fewer than the parameters {', '.join(names)}")

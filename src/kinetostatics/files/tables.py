@@ -51,6 +51,17 @@ def check_separators(where: str, titles: Sequence[str]) -> None:
         raise ArgumentError(f"{where}: separate columns by commas, not by semicolons, and write 0.5, not 0,5")
 
 
+def check_brackets(where: str, titles: Iterable[str], known: Iterable[str] = ()) -> None:
+    """Complain of a title that is not known and has its unit in round brackets.
+
+    Raises:
+        ArgumentError: there is one.
+    """
+    for title in [title for title in titles if title not in set(known)]:
+        if found := re.fullmatch(r"\s*([^()]+?)\s*\(([^()]+)\)\s*", title):
+            raise ArgumentError(f"{where}: {title.strip()!r}: units stand in square brackets, as in {found[1]} [{found[2]}]")
+
+
 def title_of(cell: str) -> tuple[str, str] | None:
     """Return the name and the unit, or "", in a title; None if it is none."""
     found = re.fullmatch(r"\s*([^\[\]]+?)\s*(?:\[(.+)\])?\s*", cell)

@@ -102,7 +102,8 @@ def chosen_names(ds: xr.Dataset, wanted: Sequence[str | None], fixed: Iterable[s
     rest = [name for name in free if name not in wanted]
     if len(rest) < sum(name is None for name in wanted):
         number = ("no coordinate", "one coordinate", "two coordinates", "three coordinates")[len(wanted)]
-        raise ArgumentError(f"{figure} needs {number} with several values; not fixed are: {', '.join(free) or 'none'}")
+        hint = "; ks.plot.line shows a quantity over one (--kind line)" if len(free) == 1 < len(wanted) else ""
+        raise ArgumentError(f"{figure} needs {number} with several values; not fixed are: {', '.join(free) or 'none'}{hint}")
     return [rest.pop(0) if name is None else name for name in wanted]
 
 

@@ -10,10 +10,9 @@ from contextlib import ExitStack
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.argument_checks import path_name
+from kinetostatics.argument_checks import path_name, whole_number
 from kinetostatics.description.loads import Payload
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.printing.waiting import waiting
@@ -169,9 +168,7 @@ def _workers(workers: int | None, size: int) -> int:
     if workers is None:
         cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
         return cores if size >= ALONE else 1
-    if isinstance(workers, bool) or not isinstance(workers, (int, np.integer)) or workers < 1:
-        raise ArgumentError(f"workers is {workers!r}; it must be a number of processes, at least 1, or None")
-    return int(workers)
+    return whole_number("workers", workers, 1)
 
 
 # ---- computing -------------------------------------------------------------------------------------------------------

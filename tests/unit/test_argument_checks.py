@@ -1,0 +1,51 @@
+"""Arguments that make no sense, in the same words everywhere."""
+
+import numpy as np
+import pytest
+from package_robots import robot
+from places import ROBOTS
+
+import kinetostatics as ks
+from kinetostatics.argument_checks import whole_number
+from kinetostatics.files.tables import check_brackets
+
+RPS, VARY, OVER = ROBOTS / "3rps.urdf.xacro", {"rod_diameter": "5cm:6cm"}, {"z": 0.5, "rx": 0.0, "ry": 0.0}
+
+
+@pytest.mark.parametrize("value", [3, np.int8(3), np.uint64(3), np.array(3)])
+def test_whole_numbers_of_any_kind(value):
+    found = whole_number("n", value, 3, 3)
+    assert found == 3 and type(found) is int
+
+
+@pytest.mark.parametrize("value", [0, 2.0, "2", True, np.bool_(True), None, np.array([1]), np.float64(2)])
+@pytest.mark.parametrize(
+    ("name", "call"),
+    [
+        ("starts", lambda value: ks.optimize(RPS, VARY, "mass", ["sag < 1mm"], OVER, starts=value)),
+        ("points", lambda value: ks.pareto(RPS, VARY, ("mass", "sag"), [], OVER, points=value)),
+        ("robots", lambda value: ks.spread(robot("3rps").assemble(), {"rod_1.outer_diameter": 1e-4}, robots=value)),
+        ("n", lambda value: ks.plan_measurements(robot("3rps"), ["rod_1"], value, OVER, [0, 0, -9, 0, 0, 0], read=["dz"])),
+        ("workers", lambda value: ks.sweep(robot("3rps"), OVER, workers=value, progress=False)),
+    ],
+)
+def test_counts_are_refused_in_the_same_words(name, call, value):
+    if value is None and name in ("robots", "workers"):
+        return
+    with pytest.raises(ks.ArgumentError, match=rf"^{name} is .*; it must be a whole number from [12] (on|to \d+)"):
+        call(value)
+
+
+def test_seeds_are_whole_numbers_too():
+    for call in (
+        lambda: ks.spread(robot("3rps").assemble(), {"rod_1.outer_diameter": 1e-4}, seed=-1),
+        lambda: ks.plan_measurements(robot("3rps"), ["rod_1"], 1, OVER, [0, 0, -9, 0, 0, 0], read=["dz"], seed=-1),
+    ):
+        with pytest.raises(ks.ArgumentError, match=r"^seed is -1; it must be a whole number from 0 on$"):
+            call()
+
+
+def test_units_stand_in_square_brackets():
+    check_brackets("file:1", ["z [mm]", "a(1)", "dz"], ["a(1)"])
+    with pytest.raises(ks.ArgumentError, match=r"^file:1: 'dz \(mm\)': units stand in square brackets, as in dz \[mm\]$"):
+        check_brackets("file:1", ["z", "dz (mm)"])
