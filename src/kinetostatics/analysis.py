@@ -122,7 +122,8 @@ def analyze(
     N = int(np.prod(shape))
 
     def flat(array: Array) -> Array:
-        return np.broadcast_to(array, shape + array.shape[-1:]).reshape(N, array.shape[-1]).T
+        every = array if array.shape[:-1] == shape else np.broadcast_to(array, shape + array.shape[-1:])
+        return every.reshape(N, array.shape[-1]).T
 
     which: Any = slice(None)
     if shape != configuration.shape:

@@ -1,9 +1,12 @@
 """Compiled code closes loops as NumPy does: the same poses and the same statuses, near and far, in reach and out of it."""
 
+import pickle
+
 import numpy as np
 import pytest
 from package_robots import robot as robot_named
 
+from kinetostatics import analyze
 from kinetostatics.engine import choice, loops
 from kinetostatics.engine.loop_record import Program
 from kinetostatics.engine.loops import CompiledSolver
@@ -85,6 +88,47 @@ def test_where_the_record_does_not_hold_numpy_corrects():
     found, wanted = solver.newton(prescribed, start, target), robot.solver.newton(prescribed, start, target)
     np.testing.assert_array_equal(found[1], wanted[1])
     np.testing.assert_allclose(found[0].x, wanted[0].x, rtol=0, atol=1e-12)
+
+
+def test_frames_of_many_poses_are_computed_when_they_are_asked_for(monkeypatch):
+    """Statics take them block by block; where the record does not hold, they are NumPy's."""
+    robot, random = robot_named("five_bar"), np.random.default_rng(4)
+    zero = robot.assemble().platform
+    found, wanted = both(robot, platform={name: zero[name] + random.uniform(-0.03, 0.03, 700) for name in "xy"})
+    twists = [analyze(pose, engine=engine).twist for pose, engine in ((found, "compiled"), (wanted, "numpy"))]
+    np.testing.assert_allclose(*twists, rtol=1e-9, atol=1e-18)
+    assert "known" not in vars(found.frames)
+
+    class Doubtful(loops.Bound):
+        def __call__(self):
+            super().__call__()
+            *_, numbers, truths = self._kept
+            numbers[:, ::3], truths[:, ::3] = np.nan, False
+
+    few, many = np.arange(7, 12), np.arange(50, 690)
+    taken = found.frames.take(many)
+    with monkeypatch.context() as patch:
+        patch.setattr(loops, "Bound", Doubtful)
+        pairs = [(taken, wanted.frames.take(many)), (pickle.loads(pickle.dumps(found.frames)), wanted.frames)]
+        assert all(np.isfinite(frames.rotation).all() for frames, _ in pairs)
+    for frames, others in (
+        *pairs,
+        (found.frames.take(few), wanted.frames.take(few)),
+        (taken.take(few), wanted.frames.take(few + 50)),
+    ):
+        np.testing.assert_allclose(frames.rotation, others.rotation, rtol=0, atol=1e-12)
+        np.testing.assert_allclose(frames.position, others.position, rtol=0, atol=1e-12)
+
+
+def test_one_pose_is_found_in_one_go_or_its_line_is_followed(monkeypatch):
+    robot, goes = robot_named("five_bar"), []
+    known = CompiledSolver.in_one_go
+    monkeypatch.setattr(CompiledSolver, "in_one_go", lambda *given: goes.append(known(*given)) or goes[-1])
+    zero = robot.assemble().platform
+    for shift, quickly in ((0.01, True), (-0.03, True), (1.0, False)):
+        goes.clear()
+        assert_same(*both(robot, platform={"x": float(zero["x"]) + shift, "y": float(zero["y"])}))
+        assert [item is not None for item in goes] == [quickly] * len(goes) and bool(goes) == (shift < 1)
 
 
 def test_a_singular_pose_between_two_is_seen():

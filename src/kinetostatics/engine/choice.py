@@ -193,7 +193,8 @@ def _example(robot: RobotKinematics) -> SolverState:
 
 def _loop_choice_of(robot: RobotKinematics, prescribed: PrescribedCoordinates, local: int) -> _Choice[CompiledSolver]:
     with _LOCK:
-        return _LOOPS.setdefault(robot, {}).setdefault((prescribed, local), _Choice())
+        choices = _LOOPS.setdefault(robot, {})
+        return choices.get((prescribed, local)) or choices.setdefault((prescribed, local), _Choice())
 
 
 def compiled_statics(robot: RobotStatics) -> CompiledStatics | str:
@@ -209,7 +210,7 @@ def compiled_statics(robot: RobotStatics) -> CompiledStatics | str:
 
 def _choice_of(robot: RobotStatics) -> _Choice[CompiledStatics]:
     with _LOCK:
-        return _CHOICES.setdefault(robot, _Choice())
+        return _CHOICES.get(robot) or _CHOICES.setdefault(robot, _Choice())
 
 
 def _statics_on_disk(robot: RobotStatics) -> tuple[str, CompiledStatics | None]:

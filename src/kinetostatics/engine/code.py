@@ -8,7 +8,7 @@ import json
 import sys
 import threading
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -46,6 +46,8 @@ class Code:
         self._text, self._lock = kept[end:], threading.Lock()
         self.is_optimized = not self._text
         self._machines: list[llvm.MachineCode] = []  # an earlier one may still be running
+        self._calling = threading.Lock()  # calls for one pose share their arrays
+        self._bound: tuple[list[Array], Bound, Array, Mask] | None = None
         self._take(kept[start:end])
 
     def _take(self, content: bytes) -> None:
@@ -63,14 +65,21 @@ class Code:
             disk.write(self._key, _joined(self.table, content))
 
     def __call__(
-        self, inputs: Sequence[Array], parameters: Array, numbers: Array, truths: Mask, rows: tuple[int, Index] | None = None
+        self,
+        inputs: Sequence[Array],
+        parameters: Array,
+        numbers: Array,
+        truths: Mask,
+        rows: tuple[int, Index] | None = None,
+        before: Callable[[slice], None] | None = None,
     ) -> None:
         """Compute poses side by side: inputs (k, n), numbers (R, n) and truth values (T, n) of at least eight.
 
         Args:
-            inputs, parameters: what is taken.
+            inputs, parameters: what is taken; inputs (k, BLOCK) are those of the block that is computed next.
             numbers, truths: where results go; numbers may stand where the first input is.
             rows: how many numbers there are, and which of them are wanted, of more than ``2 * BLOCK`` poses; None: all.
+            before: writes inputs of a block before it is computed, if there are more than ``2 * BLOCK`` poses.
         """
         n = numbers.shape[1]
         if n > llvm.LANES and not self.is_optimized:
@@ -81,39 +90,73 @@ class Code:
             Bound(self, inputs, parameters, numbers, truths)()
             return
         block, flags = np.empty((len(numbers) if rows is None else rows[0], BLOCK)), np.empty((len(truths), BLOCK), dtype=bool)
+        bound = Bound(self, inputs, parameters, block, flags)
         for start in range(0, n, BLOCK):
-            part = slice(min(start, n - BLOCK), min(start + BLOCK, n))
-            Bound(self, [array[:, part] for array in inputs], parameters, block, flags)()
+            part = bound.move(min(start, n - BLOCK))
+            if before is not None:
+                before(part)
+            bound()
             numbers[:, part], truths[:, part] = block if rows is None else block[rows[1]], flags
 
     def results(
-        self, inputs: Sequence[Array], parameters: Array, numbers: int, truths: int, rows: Index | None = None
+        self,
+        inputs: Sequence[Array],
+        parameters: Array,
+        numbers: int,
+        truths: int,
+        rows: Index | None = None,
+        before: Callable[[slice], None] | None = None,
     ) -> tuple[Array, Mask]:
-        """Return the numbers (R, N), or some ``rows`` of them, and the truth values (T, N) of N poses, few or many."""
-        N = inputs[0].shape[1]
+        """Return the numbers (R, N), or some ``rows`` of them, and the truth values (T, N) of N poses, few or many.
+
+        The last of the inputs has all poses; others may have those of a block, see :meth:`__call__`.
+        """
+        N = inputs[-1].shape[1]
+        if N == 1:
+            return self._alone(inputs, parameters, numbers, truths)
         n = max(N, llvm.LANES)
         found, flags = np.empty((numbers if rows is None else len(rows), n)), np.empty((truths, n), dtype=bool)
         wanted = None if rows is None else (numbers, rows)
-        self([side_by_side(array, n) for array in inputs], parameters, found, flags, wanted)
+        self([side_by_side(array, max(array.shape[1], llvm.LANES)) for array in inputs], parameters, found, flags, wanted, before)
         return found[:, :N], flags[:, :N]
+
+    def _alone(self, inputs: Sequence[Array], parameters: Array, numbers: int, truths: int) -> tuple[Array, Mask]:
+        """Return the numbers (R, 1) and the truth values (T, 1) of one pose, by arrays that are bound once."""
+        with self._calling:
+            if self._bound is None:
+                taken = [np.empty((len(array), llvm.LANES)) for array in inputs]
+                given = np.empty((numbers, llvm.LANES)), np.empty((truths, llvm.LANES), dtype=bool)
+                self._bound = taken, Bound(self, taken, parameters, *given), *given
+            taken, call, found, flags = self._bound
+            for mine, array in zip(taken, inputs, strict=True):
+                mine[:] = array
+            call()
+            return found[:, :1].copy(), flags[:, :1].copy()
 
 
 class Bound:
     """A compiled function with arrays that stay where they are, so that a call costs little more than what is computed."""
 
     def __init__(self, code: Code, inputs: Sequence[Array], parameters: Array, numbers: Array, truths: Mask) -> None:
-        """Take the arrays; see :meth:`Code.__call__`."""
-        pointers = (ctypes.c_void_p * len(inputs))(*[array.ctypes.data for array in inputs])
+        """Take the arrays; see :meth:`Code.__call__`. There may be more poses in the inputs than in the results."""
+        self._code, self._poses = code, numbers.shape[1]
+        self._pointers = (ctypes.c_void_p * len(inputs))(*[array.ctypes.data for array in inputs])
+        self._moving = [(k, array.ctypes.data) for k, array in enumerate(inputs) if array.shape[1] > self._poses]
         strides = (ctypes.c_int64 * len(inputs))(*[array.strides[0] // 8 for array in inputs])
-        self._kept = code, pointers, strides, tuple(inputs), parameters, numbers, truths
-        addresses = ctypes.addressof(pointers), ctypes.addressof(strides)
+        self._kept = strides, tuple(inputs), parameters, numbers, truths
+        addresses = ctypes.addressof(self._pointers), ctypes.addressof(strides)
         data = (array.ctypes.data for array in (parameters, numbers, truths))
-        self._function = code.function
-        self._arguments = (*(ctypes.c_void_p(item) for item in (*addresses, *data)), ctypes.c_int64(numbers.shape[1]))
+        self._arguments = (*(ctypes.c_void_p(item) for item in (*addresses, *data)), ctypes.c_int64(self._poses))
+
+    def move(self, first: int) -> slice:
+        """Take the inputs of more poses from another one on, and return which poses are computed."""
+        for k, address in self._moving:
+            self._pointers[k] = address + 8 * first
+        return slice(first, first + self._poses)
 
     def __call__(self) -> None:
         """Compute."""
-        self._function(*self._arguments)
+        self._code.function(*self._arguments)
 
 
 def packed(table: Mapping[str, Any], text: str) -> bytes:

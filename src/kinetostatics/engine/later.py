@@ -5,14 +5,17 @@ Computing takes less time than writing all arrays into memory, of which the twis
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import fields
 from functools import cached_property
-from typing import Any
+from typing import Any, Protocol
 
-from kinetostatics.engine.record import given_and_unbalanced
+import numpy as np
+
+from kinetostatics.engine.code import BLOCK, side_by_side
+from kinetostatics.engine.record import given, unbalanced
 from kinetostatics.limbs.statics import LimbStatics
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, Index
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.model import RobotStatics
 from kinetostatics.statics.solution import Solution
@@ -29,6 +32,74 @@ def is_at_once(path: str) -> bool:
     return first in _AT_ONCE or (first == "statics" and others[1] in _OF_LIMBS)
 
 
+class Placing(Protocol):
+    """What knows where coordinates (nq', N) put everything."""
+
+    def place(self, x: Array, /) -> Any:
+        """Return something whose ``frames`` are those of all bodies."""
+
+    def frames_in_blocks(self, x: Array) -> tuple[Array, Array, Callable[[slice], None]]:
+        """See :meth:`LaterFrames.in_blocks`."""
+
+
+class LaterFrames(Frames):
+    """Frames of more than ``2 * BLOCK`` poses, which are computed when they are asked for; compiled code takes them in blocks.
+
+    Attributes:
+        x: (nq', N) coordinates, side by side, which are the poses' own: what corrects the poses moves the frames as well.
+    """
+
+    x: Array
+
+    def __init__(self, x: Array, solver: Placing) -> None:
+        vars(self).update(x=x, _solver=solver)
+
+    def in_blocks(self) -> tuple[Array, Array, Callable[[slice], None]]:
+        """Return arrays for rotations (9 B, BLOCK) and positions (3 B, BLOCK), and what writes those of some poses there."""
+        solver: Placing = vars(self)["_solver"]
+        return solver.frames_in_blocks(self.x)
+
+    @cached_property
+    def known(self) -> Frames:
+        """The same, computed."""
+        *blocks, write = self.in_blocks()
+        N = self.x.shape[1]
+        whole = [np.empty((len(block), N)) for block in blocks]
+        for start in range(0, N, BLOCK):
+            part = slice(min(start, N - BLOCK), min(start, N - BLOCK) + BLOCK)
+            write(part)
+            for all_poses, block in zip(whole, blocks, strict=True):
+                all_poses[:, part] = block
+        return Frames(whole[0].reshape(3, 3, -1, N), whole[1].reshape(3, -1, N))
+
+    @property
+    def rotation(self) -> Array:  # type: ignore[override]
+        """(3, 3, B, N)."""
+        return self.known.rotation
+
+    @property
+    def position(self) -> Array:  # type: ignore[override]
+        """(3, B, N) [m]."""
+        return self.known.position
+
+    def take(self, poses: Index | slice) -> Frames:
+        """Return some of the poses."""
+        if "known" in vars(self):
+            return self.known.take(poses)
+        x, solver = self.x[:, poses], vars(self)["_solver"]
+        few: Frames | None = solver.place(x).frames if x.shape[1] <= 2 * BLOCK else None
+        return few or LaterFrames(side_by_side(x, x.shape[1]), solver)
+
+    def put(self, poses: Index, others: Frames) -> None:
+        """Do nothing if the frames are not computed yet: these poses' coordinates are changed already."""
+        if "known" in vars(self):
+            self.known.put(poses, others)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Be copied and pickled as what is computed."""
+        return _itself, (self.known,)
+
+
 class LaterSolution(Solution):
     """A solution that knows some of its arrays, and how to compute all."""
 
@@ -38,7 +109,8 @@ class LaterSolution(Solution):
         frames: Frames,
         load: Array,
         gravity: Array,
-        arrays: Mapping[str, Any],
+        paths: Iterable[str],
+        array: Callable[[str], Any],
         whole: Callable[[], Solution],
     ) -> None:
         """Take what is known.
@@ -46,17 +118,14 @@ class LaterSolution(Solution):
         Args:
             robot: whose solution it is.
             frames, load, gravity: what is given.
-            arrays: those that are there at once, by their paths.
+            paths: of the arrays that are there at once.
+            array: returns the array at one of them.
             whole: computes the whole solution.
         """
-        groups = range(len(robot.groups))
-        known: dict[str, Any] = {name: arrays[f".{name}"] for name in _AT_ONCE if f".{name}" in arrays}
-        known |= given_and_unbalanced(robot, frames, load, gravity, arrays)
-        known["undetermined"] = tuple(arrays[f".undetermined.{k}"] for k in groups)
-        known["statics"] = tuple(_LaterLimb(self, k, arrays) for k in groups)
+        vars(self).update(given(robot, frames, load, gravity), _paths=paths, _array=array, _whole=whole, _robot=robot)
+        vars(self)["statics"] = tuple([_LaterLimb(self, k) for k in range(len(robot.groups))])
         if not robot.description.springs:
-            known |= {"applied": (), "weights_alone": None}
-        vars(self).update(known, _whole=whole, _robot=robot)
+            vars(self).update(applied=(), weights_alone=None)
 
     @cached_property
     def whole(self) -> Solution:  # type: ignore[override]
@@ -78,10 +147,23 @@ class LaterSolution(Solution):
         """Return a group of the robot's limbs."""
         return vars(self)["_robot"].groups[number]
 
+    def of_limbs(self, number: int, name: str) -> Any:
+        """Return an array of a group of limbs that is there at once."""
+        return vars(self)["_array"](f".statics.{number}.{name}")
+
     def __getattr__(self, name: str) -> Any:
         if name not in _FIELDS[Solution]:
             raise AttributeError(name)
-        return getattr(self.whole, name)
+        if name not in _AT_ONCE:
+            return getattr(self.whole, name)
+        known, array = vars(self), vars(self)["_array"]
+        if name == "undetermined":
+            known[name] = tuple(array(f".{name}.{k}") for k in range(len(known["_robot"].groups)))
+        elif name == "unbalanced":
+            known[name] = unbalanced(known["_paths"], array)
+        else:
+            known[name] = array(f".{name}")
+        return known[name]
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Be copied and pickled as the whole solution."""
@@ -91,15 +173,16 @@ class LaterSolution(Solution):
 class _LaterLimb(LimbStatics):
     """The statics of a group of limbs, of which most is computed when it is asked for."""
 
-    def __init__(self, solution: LaterSolution, number: int, arrays: Mapping[str, Any]) -> None:
-        known = {name: arrays[f".statics.{number}.{name}"] for name in _OF_LIMBS}
-        vars(self).update(known, _solution=solution, _number=number)
+    def __init__(self, solution: LaterSolution, number: int) -> None:
+        vars(self).update(_solution=solution, _number=number)
 
     def __getattr__(self, name: str) -> Any:
         if name not in _FIELDS[LimbStatics]:
             raise AttributeError(name)
         if name == "group":
             return vars(self)["_solution"].group(vars(self)["_number"])
+        if name in _OF_LIMBS:
+            return vars(self)["_solution"].of_limbs(vars(self)["_number"], name)
         return getattr(self.whole, name)
 
     @property

@@ -5,14 +5,17 @@ What is recorded is :meth:`kinetostatics.kinematics.solver.Solver.correct`: ther
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.engine import cache as disk
 from kinetostatics.engine import llvm
-from kinetostatics.engine.code import Bound, Code, code_key, packed
+from kinetostatics.engine.code import BLOCK, Bound, Code, code_key, packed, side_by_side
+from kinetostatics.engine.later import LaterFrames
 from kinetostatics.engine.loop_record import GOOD, HOLDS, Program, newton_record, place_record, side_record, structure_of
 from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.kinematics.loop_constraints import Placed
@@ -22,6 +25,7 @@ from kinetostatics.mechanism.tree import Frames
 
 #: By how much [m, rad] coordinates of an example are changed when code is tried, and how far it may be from NumPy.
 _TRIED, _ALIKE = 1e-3, 1e-9
+_FIRST = np.zeros(1, dtype=np.intp)
 #: What is compiled: its name, its record, how many arrays it takes, and how often at most it is repeated.
 _FUNCTIONS = (("newton", newton_record, 2, MOST_CORRECTIONS), ("place", place_record, 1, 0), ("side", side_record, 4, 0))
 
@@ -67,7 +71,7 @@ class CompiledSolver(Solver):
     def _found(self, solver: Solver, prescribed: PrescribedCoordinates, local: int, example: SolverState) -> bool:
         """Take the code from the disk, if it is there and right."""
         vars(self).update(vars(solver))
-        self._own, self._local = prescribed, local
+        self._own, self._local, self._lock = prescribed, local, threading.Lock()
         self._example = SolverState(np.array(example.x), np.array(self.origin(prescribed, example)[1]))
         structure = structure_of(solver, prescribed, local)
         self._parameters = structure.values
@@ -142,15 +146,32 @@ class CompiledSolver(Solver):
         flags = state[size + 3 :, :N]
         return SolverState(state[:size, :N], state[size : size + 3, :N]), flags[GOOD] != 0, flags[HOLDS] != 0
 
+    def in_one_go(
+        self, prescribed: PrescribedCoordinates, start: SolverState, target: Array, local: int = 0
+    ) -> SolverState | None:
+        """Return the pose at coordinates (n, 1) near one pose, see :meth:`Solver.in_one_go`."""
+        if prescribed != self._own or local != self._local:
+            return None
+        with self._lock:
+            moved, step = self._single
+            return moved.take(_FIRST) if step(start, target) else None
+
+    @cached_property
+    def _single(self) -> tuple[SolverState, Callable[[SolverState, Array], bool]]:
+        return self.single_step()
+
+    def optimize(self) -> None:
+        """Make code anew that was made in a hurry."""
+        for code in (self._newton, self._side):
+            if code is not None:
+                code.optimize()
+
     def single_step(self) -> tuple[SolverState, Callable[[SolverState, Array], bool]]:
         """Return what goes from one closed pose to coordinates (n, 1) in one go, as :meth:`newton` and :meth:`on_one_side` do.
 
         It returns whether it arrived beyond doubt. Where it did, the pose is in every column of the state that is returned here,
         whose arrays are used again by every call.
         """
-        for code in (self._newton, self._side):
-            if code is not None:
-                code.optimize()
         size, n = self.tree.nq, llvm.LANES
         state, given, first = np.empty((size + 8, n)), np.zeros((self._own.size + 1, n)), np.empty((size + 3, n))
         moved, rule = SolverState(state[:size], state[size : size + 3]), np.array([[np.inf, SHRINKING, 1.0, 0.0, 1.0]]).T
@@ -188,21 +209,56 @@ class CompiledSolver(Solver):
         """Return where coordinates ``x`` (nq', N) put everything."""
         if x.shape[1] == 0:
             return super().place(x)
+        if x.shape[1] > 2 * BLOCK:
+            return self._placed_later(x)
         found, holds = self._placed(x)
         rest = np.flatnonzero(~holds)
         if rest.size:
             careful = super().place(x[:, rest])
             found.q[:, rest], found.residual[:, rest] = careful.q, careful.residual
-            found.frames.rotation[..., rest], found.frames.position[..., rest] = careful.frames.rotation, careful.frames.position
+            found.frames.put(rest, careful.frames)
         return found
+
+    @property
+    def _rows(self) -> tuple[int, int, int, int]:
+        """Of what is placed: where rotations, positions and the residual start, and the number of rows."""
+        nq, bodies = self.mechanism.tree.nq, self.mechanism.tree.bodies
+        return nq, nq + 9 * bodies, nq + 12 * bodies, nq + 12 * bodies + self.equations.closures
 
     def _placed(self, x: Array) -> tuple[Placed, NDArray[np.bool_]]:
         """Return where coordinates put everything, and where the record holds."""
-        N, bodies, nq = x.shape[1], self.mechanism.tree.bodies, self.mechanism.tree.nq
-        turned, placed = nq + 9 * bodies, nq + 12 * bodies
-        numbers, truths = self._place.results([x], self._parameters, placed + self.equations.closures, 1)
-        frames = Frames(numbers[nq:turned].reshape(3, 3, bodies, N), numbers[turned:placed].reshape(3, bodies, N))
+        N, (nq, turned, placed, count) = x.shape[1], self._rows
+        numbers, truths = self._place.results([x], self._parameters, count, 1)
+        frames = Frames(numbers[nq:turned].reshape(3, 3, -1, N), numbers[turned:placed].reshape(3, -1, N))
         return Placed(numbers[:nq], frames, numbers[placed:]), truths[0]
+
+    def _placed_later(self, x: Array) -> Placed:
+        """Return where coordinates put everything; the frames are computed when they are asked for."""
+        nq, _, placed, count = self._rows
+        x = side_by_side(x, x.shape[1])
+        numbers, truths = self._place.results([x], self._parameters, count, 1, np.r_[:nq, placed:count])
+        rest = np.flatnonzero(~truths[0])
+        if rest.size:
+            careful = super().place(x[:, rest])
+            numbers[:nq, rest], numbers[nq:, rest] = careful.q, careful.residual
+        return Placed(numbers[:nq], LaterFrames(x, self), numbers[nq:])
+
+    def frames_in_blocks(self, x: Array) -> tuple[Array, Array, Callable[[slice], None]]:
+        """Return arrays for rotations (9 B, BLOCK) and positions (3 B, BLOCK), and what writes those of some poses there."""
+        nq, turned, placed, count = self._rows
+        numbers, truths = np.empty((count, BLOCK)), np.empty((1, BLOCK), dtype=bool)
+        rotation, position = numbers[nq:turned], numbers[turned:placed]
+        bound = Bound(self._place, [x], self._parameters, numbers, truths)
+
+        def write(part: slice) -> None:
+            bound.move(part.start)
+            bound()
+            rest = np.flatnonzero(~truths[0])
+            if rest.size:
+                careful = Solver.place(self, x[:, part][:, rest]).frames
+                rotation[:, rest], position[:, rest] = (a.reshape(-1, rest.size) for a in (careful.rotation, careful.position))
+
+        return rotation, position, write
 
     def _surely(self, code: Code, first: SolverState, second: SolverState) -> NDArray[np.bool_]:
         return code.results((first.x, first.c, second.x, second.c), self._parameters, 0, 1)[1][0]

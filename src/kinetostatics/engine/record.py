@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass
 from functools import cached_property
 from typing import Any
@@ -211,7 +211,8 @@ def solution_of(robot: RobotStatics, frames: Frames, load: Array, gravity: Array
     if robot.description.springs:
         applied = [_applied_of(robot, k, *item, arrays) for k, item in enumerate(loads_of_springs(robot))]
         found |= {"applied": tuple(applied), "weights_alone": _statics_of(robot, ".weights_alone", arrays)}
-    return Solution(statics=statics, **given_and_unbalanced(robot, frames, load, gravity, arrays), **found)
+    found["unbalanced"] = unbalanced(arrays, arrays.__getitem__)
+    return Solution(statics=statics, **given(robot, frames, load, gravity), **found)
 
 
 def _statics_of(robot: RobotStatics, path: str, arrays: Mapping[str, Any]) -> tuple[Any, ...]:
@@ -239,11 +240,14 @@ def _applied_of(robot: RobotStatics, number: int, name: str, kind: str, arrays: 
     return AppliedStatics(load, _statics_of(robot, f"{first}.statics", arrays), arrays[f"{first}.share"])
 
 
-def given_and_unbalanced(
-    robot: RobotStatics, frames: Frames, load: Array, gravity: Array, arrays: Mapping[str, Any]
-) -> dict[str, Any]:
-    """Return of a solution what is given without assembly errors, and what is unbalanced."""
+def unbalanced(paths: Iterable[str], array: Callable[[str], Any]) -> dict[str, Any]:
+    """Return what is unbalanced, of the arrays at some paths."""
     first = ".unbalanced."
+    return {path.removeprefix(first): array(path) for path in paths if path.startswith(first)}
+
+
+def given(robot: RobotStatics, frames: Frames, load: Array, gravity: Array) -> dict[str, Any]:
+    """Return of a solution what is given without assembly errors."""
     return {
         "frames": frames,
         "load": load,
@@ -251,7 +255,6 @@ def given_and_unbalanced(
         "assembly_errors": None,
         "errors": tuple(None for _ in robot.groups),
         "sources": sources_of(robot),
-        "unbalanced": {path.removeprefix(first): array for path, array in arrays.items() if path.startswith(first)},
     }
 
 

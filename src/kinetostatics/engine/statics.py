@@ -14,7 +14,7 @@ import numpy as np
 from kinetostatics.engine import cache as disk
 from kinetostatics.engine import llvm
 from kinetostatics.engine.code import BLOCK, Code, code_key, packed, table_of
-from kinetostatics.engine.later import LaterSolution, is_at_once
+from kinetostatics.engine.later import LaterFrames, LaterSolution, is_at_once
 from kinetostatics.engine.record import Place, Record, arrays_of, by_numpy, example_of, record_of, sizes_of_applied, solution_of
 from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.engine.structure import Structure
@@ -75,14 +75,14 @@ class CompiledStatics:
         self._code = Code(kept, self._key)
         self._places = [(path, Place(tuple(shape), *rest)) for path, shape, *rest in table["places"]]
         self._rows, self._truths = int(table["numbers"]), int(table["truths"])
-        self._soon: list[tuple[str, Place]] = []
+        self._soon: dict[str, Place] = {}
         rows: list[int] = []
         for path, place in self._places:
             if is_at_once(path):
                 moved = place if place.truth or place.first is None else replace(place, first=len(rows))
                 rows += [] if moved is place else place.rows
-                self._soon.append((path, moved))
-        self._soon_of_few = [(path, place) for path, place in self._places if is_at_once(path)]
+                self._soon[path] = moved
+        self._soon_of_few = {path: place for path, place in self._places if is_at_once(path)}
         self._soon_rows = np.array(rows, dtype=np.intp)
         self.operations = int(table["operations"])
         return True
@@ -107,6 +107,8 @@ class CompiledStatics:
         """Solve N poses; see :func:`solve_with_springs`."""
         N = load.shape[1]
         truths, found = self._later(frames, load, gravity)
+        if truths[0].all():
+            return found
         doubtful = np.flatnonzero(~truths[0] & np.all(np.isfinite(found.o), axis=0))  # what is not reached has no numbers
         if doubtful.size == 0:
             return found
@@ -117,22 +119,29 @@ class CompiledStatics:
 
     def _computed(self, frames: Frames, load: Array, gravity: Array, some: bool = False) -> tuple[Array, Mask]:
         """Return all numbers (R, N), or some, and truth values (T, N), the first of which says where the record holds."""
-        N = load.shape[1]
-        inputs = [frames.rotation.reshape(-1, N), frames.position.reshape(-1, N), load, gravity]
-        return self._code.results(inputs, self._parameters, self._rows, self._truths, self._soon_rows if some else None)
+        N, rows, before = load.shape[1], self._soon_rows if some else None, None
+        if some and isinstance(frames, LaterFrames):
+            rotation, position, before = frames.in_blocks()
+        else:
+            rotation, position = frames.rotation.reshape(-1, N), frames.position.reshape(-1, N)
+        inputs = [rotation, position, load, gravity]
+        return self._code.results(inputs, self._parameters, self._rows, self._truths, rows, before)
 
     def _later(self, frames: Frames, load: Array, gravity: Array) -> tuple[Mask, Solution]:
         """Return the truth values, and a solution most of which is computed when it is asked for."""
         N, robot = load.shape[1], self.robot
         few = N <= 2 * BLOCK
         numbers, truths = self._computed(frames, load, gravity, some=not few)
-        arrays = {path: place.of(numbers, truths, N) for path, place in (self._soon_of_few if few else self._soon)}
+        places = self._soon_of_few if few else self._soon
 
         def whole() -> Solution:
             everything = (numbers, truths) if few else self._computed(frames, load, gravity)
             return self._solution(frames, load, gravity, *everything, robot)
 
-        return truths, LaterSolution(robot, frames, load, gravity, arrays, whole)
+        def array(path: str) -> Any:
+            return places[path].of(numbers, truths, N)
+
+        return truths, LaterSolution(robot, frames, load, gravity, places, array, whole)
 
     def _solution(
         self, frames: Frames, load: Array, gravity: Array, numbers: Array, truths: Mask, robot: RobotStatics | None = None

@@ -82,6 +82,7 @@ class Direct:
         self._strides = longest_strides(solver, prescribed).tolist()
         target, c = robot.zero_origin(prescribed)
         self._zero = _Closed(self, SolverState(robot.zero_poses.x, c), tuple(target[:, 0].tolist()))
+        solver.optimize()
         self._moved, self._step = solver.single_step()
         self._load, self._gravity, self._computed = self._outputs.bound(self._moved.x)
         self._lock = threading.Lock()  # calls share their arrays

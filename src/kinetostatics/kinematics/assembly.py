@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from typing import TypeAlias
 
 import numpy as np
@@ -117,8 +116,7 @@ def closed_pose(
         return solver.newton(prescribed, poses.take(which), target[:, which], local)[0]
 
     placed = solver.place(poses.x)
-    made = _configuration(robot, poses, placed, shape, arrived, convention, tolerance, raising, again)
-    return replace(made, prescribed=names) if names else made
+    return _configuration(robot, poses, placed, shape, arrived, convention, tolerance, raising, again, names)
 
 
 def configuration_at(robot: RobotKinematics, q: ArrayLike, tolerance: float, on_failure: str | None) -> Configuration:
@@ -147,6 +145,7 @@ def _configuration(
     tolerance: float,
     raising: bool,
     again: Callable[[NDArray[np.intp]], SolverState] | None = None,
+    names: tuple[str, ...] = (),
 ) -> Configuration:
     q, frames, residual = placed
     if again is not None:
@@ -158,7 +157,7 @@ def _configuration(
             poses.x[:, rough], poses.c[:, rough] = better.x, better.c
             now = robot.solver.place(better.x)
             q[:, rough], residual[:, rough] = now.q, now.residual
-            frames.rotation[..., rough], frames.position[..., rough] = now.frames.rotation, now.frames.position
+            frames.put(rough, now.frames)
             worst[rough] = np.max(np.abs(now.residual), axis=0, initial=0.0)
     else:
         worst = np.full(q.shape[1], np.inf)
@@ -181,7 +180,7 @@ def _configuration(
     if not np.all(reached):
         q = np.where(reached, q, np.nan)
     q.setflags(write=False)
-    return Configuration(robot, shape, convention, poses, q, frames, residual, reached)
+    return Configuration(robot, shape, convention, poses, q, frames, residual, reached, names)
 
 
 def all_actuators(robot: RobotKinematics, given: Mapping[str, ArrayLike]) -> dict[str, ArrayLike]:

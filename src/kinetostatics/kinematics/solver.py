@@ -339,6 +339,15 @@ class Solver:
                 break
         return result, good
 
+    def in_one_go(
+        self, prescribed: PrescribedCoordinates, start: SolverState, target: Array, local: int = 0
+    ) -> SolverState | None:
+        """Return the pose at coordinates (n, 1) near one pose, as :meth:`newton` and :meth:`on_one_side` find it.
+
+        None where it is not found in one go and beyond doubt, or no quicker than by these two.
+        """
+        return None
+
     def correct(
         self,
         prescribed: PrescribedCoordinates,

@@ -103,6 +103,10 @@ class Frames(ShortRepr):
         """Return some of the poses."""
         return Frames(self.rotation[..., poses], self.position[..., poses])
 
+    def put(self, poses: Index, others: Frames) -> None:
+        """Write others in place of some poses."""
+        self.rotation[..., poses], self.position[..., poses] = others.rotation, others.position
+
     def followed_by(self, other: Frames) -> Frames:
         """Return these poses and behind them others."""
         pairs = (self.rotation, other.rotation), (self.position, other.position)

@@ -82,7 +82,8 @@ class Result(Told):
 
     def _any_pose(self, pick: Callable[[Solution], NDArray[np.bool_]]) -> NDArray[np.bool_]:
         """Return what is picked of every chunk (N,)."""
-        return np.concatenate([pick(s) for s in self.solutions])
+        found = [pick(s) for s in self.solutions]
+        return found[0] if len(found) == 1 else np.concatenate(found)
 
     def _fact(self, pick: Callable[[Solution], NDArray[np.bool_]]) -> NDArray[np.bool_]:
         """Return what is picked of every chunk (…), False where there are no numbers."""

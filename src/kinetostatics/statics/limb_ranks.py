@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from kinetostatics.limbs import force_method
 from kinetostatics.limbs.basis_choice import rank
@@ -38,9 +37,9 @@ def groups_of_poses(
     doubtful = np.zeros(o.shape[1], dtype=bool)
     for item in statics:
         doubtful |= np.any(item.doubtful, axis=0)
-    rigid = [_rigid_counts(item) for item in statics]
-    for item, counts in zip(statics, rigid, strict=True):
-        doubtful |= np.any(counts != item.group.rigid_directions, axis=0)
+    rigid = {k: rigid_counts(item.C) for k, item in enumerate(statics) if item.group.springs[0] and not item.group.beams[0]}
+    for k, counts in rigid.items():
+        doubtful |= np.any(counts != statics[k].group.rigid_directions, axis=0)
     if not np.any(doubtful):
         return {}
     found = {}
@@ -49,21 +48,13 @@ def groups_of_poses(
         changed = {number for item in statics for number in _changed(item, here, o[:, [pose]], pose)}
         counts_of = {
             number: int(count)
-            for item, counts in zip(statics, rigid, strict=True)
-            for number, count in zip(item.group.numbers, counts[:, pose], strict=True)
-            if count != item.group.rigid_directions
+            for k, counts in rigid.items()
+            for number, count in zip(statics[k].group.numbers, counts[:, pose], strict=True)
+            if count != statics[k].group.rigid_directions
         }
         if changed or counts_of:
             found[pose] = tuple(group for item in statics for group in _regrouped(robot, item.group, changed, counts_of, here))
     return found
-
-
-def _rigid_counts(item: LimbStatics) -> NDArray[np.intp]:
-    """Return along how many of its wrenches' combinations (g, N) each limb is rigid; as usual where a beam makes all elastic."""
-    group = item.group
-    if group.beams[0] or not group.springs[0]:
-        return np.full(item.doubtful.shape, group.rigid_directions)
-    return rigid_counts(item.C)
 
 
 def _changed(item: LimbStatics, frames: Frames, o: Array, pose: int) -> list[int]:
