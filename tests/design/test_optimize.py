@@ -1,6 +1,7 @@
 """Optima against closed forms, brute force and what cannot be met; catalogues; mistakes."""
 
 import json
+import warnings
 
 import numpy as np
 import package_robots
@@ -247,3 +248,28 @@ def test_units_of_catalogues_are_those_of_the_file(cantilever, tmp_path):
     (tmp_path / "heavy.csv").write_text("diameter [kg]\n4\n5\n", encoding="utf-8")
     with pytest.raises(ks.ArgumentError, match="diameter is given as a mass"):
         ks.optimize(cantilever, {"diameter": str(tmp_path / "heavy.csv")})
+
+
+def test_lengths_that_look_like_millimetres(cantilever):
+    """Far from the file's own, and no unit with them; neither moduli nor lengths with a unit are told."""
+    from kinetostatics.design.optimize import prepare
+
+    def prepared(vary):
+        links = {"platform": None, "base": None}
+        return prepare(cantilever, vary, "mass", [], None, None, None, links, 1, None, 1e-10, STILL)
+
+    with pytest.warns(
+        UserWarning, match=r"diameter from 10 m is 250 times the file's own 0\.04 m: .* write 0\.01 to 0\.04 for 10"
+    ):
+        prepared({"diameter": "10:40"})
+    with pytest.warns(UserWarning, match="diameter from 20 m is 500 times"):
+        prepared({"diameter": [20, 25]})
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for vary in (
+            {"diameter": "10m:40m"},
+            {"E": "7e12:9e12"},
+            {"density": (10 * 7850.0, 50 * 7850.0)},
+            {"diameter": (0.02, 2.0)},
+        ):
+            prepared(vary)

@@ -382,4 +382,8 @@ WARNINGS = tuple(replace(mistake, warns=True) for mistake in (
     Mistake('`robot.assemble(platform={"x": 20})`', "Metres.", code='robot.assemble(platform={"x": 20}, on_failure="nan")'),
     Mistake('`ks.save_html(result, "page.html")` of a large robot at 1,000 poses that lie anywhere',
             "Fewer poses, or one path through them.", code=LARGE_PAGE),
+    Mistake("`ks.analyze(pose).at_point((0, 0, 200))`", "Metres; so it is with `tool=` everywhere.",
+            code="robot = ks.load_robot(file)\nks.analyze(robot.assemble()).at_point((0, 0, 200))"),
+    Mistake('`ks.optimize("3rps", {"rod_diameter": "40:120"})`', "Metres, or `\"40mm:120mm\"`.",
+            code='robot = ks.optimize("3rps", {"rod_diameter": "40:120"}, starts=1).robot'),
 ))  # fmt: skip

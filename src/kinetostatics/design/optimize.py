@@ -24,11 +24,11 @@ from kinetostatics.design.variables import Choice, Range, read_variables, typed_
 from kinetostatics.design.variants import Variants
 from kinetostatics.exceptions import ArgumentError, StaticsError
 from kinetostatics.files.bundled import robot_path
-from kinetostatics.kinematics.unit_hints import odd_coordinates
+from kinetostatics.kinematics.unit_hints import odd_coordinates, odd_range
 from kinetostatics.math.arrays import Array
 from kinetostatics.printing.mappings import Named
 from kinetostatics.results.optimum import CheckedRequirement, Optimum, Start
-from kinetostatics.results.tool_point import point_of_platform
+from kinetostatics.results.tool_point import point_on_robot
 
 #: Margins up to this part of the limit count as none.
 ACTIVE = 1e-5
@@ -159,13 +159,26 @@ def prepare(
     variants.check_units(typed_units(ranges, choices))
     first = variants.robot({})
     grid, is_platform = _grid(over, first.description.driven)
-    for hint in odd_coordinates(first, over or {}):
+    for hint in (*odd_coordinates(first, over or {}), *_odd_ranges(variants, ranges, choices)):
         warnings.warn(hint, stacklevel=3)
-    place = None if tool is None else point_of_platform("tool", tool)
+    place = None if tool is None else point_on_robot("tool", tool, first, 4)
     problem = Problem(variants, grid, is_platform, orientation, analysis, objective, requirements, place, tolerance)
     # complaints about coordinates and arguments come before the search
     problem.analyzed(first)
     return Search(problem, ranges, choices, {name: variants.numbers[name] for name in names}, minimize)
+
+
+def _odd_ranges(variants: Variants, ranges: Sequence[Range], choices: Sequence[Choice]) -> list[str]:
+    """Say which lengths without a unit are varied so far from the file's that they look like millimetres."""
+    tried = [(item.name, item.low, item.high, item.units) for item in ranges]
+    for choice in choices:
+        rows = zip(choice.names, zip(*choice.rows, strict=True), choice.units, strict=False)
+        tried += [(name, min(values), max(values), units) for name, values, units in rows]
+    hints: list[str] = []
+    for name, low, high, units in tried:
+        found = [] if any(units) else odd_range(name, low, high, variants.numbers[name])
+        hints += found if found and variants.unit(name) == "m" else []
+    return hints
 
 
 def parse_objective(text: str) -> tuple[str, float]:

@@ -15,6 +15,7 @@ from kinetostatics.exceptions import RobotFileError, StaticsError
 from kinetostatics.kinematics.assembly import assemble
 from kinetostatics.math.arrays import Array
 from kinetostatics.results.result import Result
+from kinetostatics.results.seen import seen
 from kinetostatics.robot import Robot
 
 #: Broken requirements up to this part of the limit count as rounding.
@@ -97,11 +98,11 @@ class Problem:
     def _evaluate(self, parameters: Mapping[str, float]) -> Point:
         try:
             result = self.analyzed(self.variants.robot(parameters))
-            seen = result if self.tool is None else result.at_point(self.tool)
+            tip = seen(result, self.tool)
 
             def measured(name: str, argument: float) -> Array:
                 measure = MEASURES[name]
-                return measure.function(seen if measure.is_motion else result, argument)
+                return measure.function(tip if measure.is_motion else result, argument)
 
             found = measured(*self.objective)
             values = [_rows(measured(item.name, item.argument)) for item in self.requirements]

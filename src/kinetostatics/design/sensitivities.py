@@ -24,8 +24,9 @@ from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.printing.mappings import Named
 from kinetostatics.results.result import Result
+from kinetostatics.results.seen import seen
 from kinetostatics.results.sensitivities import Sensitivities, Sensitivity
-from kinetostatics.results.tool_point import point_of_platform
+from kinetostatics.results.tool_point import PointResult, point_on_robot
 from kinetostatics.robot import robot_of
 
 #: Half the distance between the two values of a parameter, as part of it; of one that is zero, of 1. Truncation and rounding then
@@ -77,7 +78,7 @@ def sensitivities(
     if by is not None:
         by = names_in("by", by, '["rod_diameter"]')
         variants.check(by)
-    place = None if tool is None else point_of_platform("tool", tool)
+    place = None if tool is None else point_on_robot("tool", tool, robot_of(configuration))
     result = analyze(configuration, **analysis)
     derivatives = derivatives_at(configuration, result, analysis, place)
     found: dict[str, Sensitivity] = {}
@@ -99,9 +100,9 @@ def sensitivities(
                 raise
             skipped[name] = str(error)
     sources = {name: twist for kind in result.source_contributions.values() for name, twist in kind.items()}
-    if place is not None:
-        moved = result.at_point(place).moved
-        sources = {name: moved(twist) for name, twist in sources.items()}
+    tip = seen(result, place)
+    if isinstance(tip, PointResult):
+        sources = {name: tip.moved(twist) for name, twist in sources.items()}
     every = Sensitivities(result, Named(found), Named(sources), Named(skipped), place)
     if by is None:
         found = {name: item for name, item in found.items() if _does_anything(item, _numbers(result, place))}
@@ -158,11 +159,11 @@ def _sensitivity(
 
 def _numbers(result: Result, tool: Array | None) -> dict[str, Array]:
     """Return everything that is differentiated."""
-    configuration, seen = result.configuration, result if tool is None else result.at_point(tool)
+    configuration, tip = result.configuration, seen(result, tool)
     return {
-        "twist": seen.twist,
-        "stiffness": seen.stiffness,
-        "compliance": seen.compliance,
+        "twist": tip.twist,
+        "stiffness": tip.stiffness,
+        "compliance": tip.compliance,
         "mass": np.asarray(np.broadcast_to(_mass(configuration), result.shape)),
         **{f"force of {name}": force for name, force in result.actuator_forces.items()},
         **{f"position of {name}": position for name, position in configuration.actuators.items()},

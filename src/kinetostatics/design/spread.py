@@ -31,8 +31,9 @@ from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.printing.mappings import Named
 from kinetostatics.printing.waiting import waiting
 from kinetostatics.results.result import Result
+from kinetostatics.results.seen import seen
 from kinetostatics.results.spread import Spread, SpreadQuantities, Toleranced, quantities
-from kinetostatics.results.tool_point import point_of_platform
+from kinetostatics.results.tool_point import point_on_robot
 from kinetostatics.robot import Robot, robot_of
 
 #: Standard deviation of a parameter, as part of its tolerance, by its distribution.
@@ -101,7 +102,7 @@ def spread(
     count = None if robots is None else whole_number("robots", robots, 2)
     seed = whole_number("seed", seed, 0)
     robot = robot_of(configuration)
-    place = None if tool is None else point_of_platform("tool", tool)
+    place = None if tool is None else point_on_robot("tool", tool, robot)
     changes, amounts = read_changes(robot, tolerances)
     result = analyze(configuration, **analysis)
     if result.shape != ():
@@ -157,7 +158,7 @@ def _first_order(
 ) -> dict[str, SpreadQuantities]:
     """Return what each parameter does alone when it is off by its tolerance, to first order."""
     configuration, found = nominal.configuration, {}
-    twist = nominal.twist if tool is None else nominal.at_point(tool).twist
+    twist = seen(nominal, tool).twist
     for change, amount in zip(changes, amounts.tolist(), strict=True):
         if derivatives is None:
             after, before = (
@@ -263,5 +264,5 @@ def _of(pose: Configuration | None, analysis: Mapping[str, Any], tool: Array | N
     if pose is None:
         return np.full(6, np.nan), np.full((6, 6), np.nan), np.full(0, np.nan)
     result = analyze(replace(pose), on_failure="nan", **analysis)
-    seen = result if tool is None else result.at_point(tool)
-    return seen.twist, seen.stiffness, np.array([float(force) for force in result.actuator_forces.values()])
+    tip = seen(result, tool)
+    return tip.twist, tip.stiffness, np.array([float(force) for force in result.actuator_forces.values()])

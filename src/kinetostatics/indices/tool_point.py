@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -10,6 +11,7 @@ import xarray as xr
 
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.indices.poses import ANGULAR, LINEAR, variable
+from kinetostatics.kinematics.unit_hints import odd_point
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.orientation import orientation_named
 from kinetostatics.math.screws import compliance_at, stiffness_at, to_point
@@ -35,6 +37,8 @@ def at_point(ds: xr.Dataset, point: Sequence[float]) -> xr.Dataset:
     place = point_of_platform("point", point)
     if "point" in ds.attrs:
         raise ArgumentError("the map is about another point than o already: take the one that sweep made")
+    for hint in odd_point("point", place, float(variable(ds, "characteristic_length").max())):
+        warnings.warn(hint, stacklevel=2)
     pose = variable(ds, "platform_pose")
     names = [str(name) for name in pose["platform_coordinate"].values[3:]]
     known = json.loads(str(ds.attrs.get("arguments", "{}"))).get("orientation")

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 #: So many times the robot's size a coordinate is too long.
 FAR = 10.0
+#: So many times a length of the robot's file are its values too long that may be tried instead.
+LONG = 30.0
 
 
 def odd_coordinates(robot: RobotKinematics, given: Mapping[str, ArrayLike]) -> list[str]:
@@ -39,6 +41,27 @@ def odd_coordinates(robot: RobotKinematics, given: Mapping[str, ArrayLike]) -> l
                 f"{math.radians(largest):.6g} for {largest:.6g}°, or {largest:.6g}deg on the command line"
             )
     return found
+
+
+def odd_point(what: str, point: ArrayLike, size: float) -> list[str]:
+    """Say that a point of the platform (3,) [m], from o, is far longer away than the robot is large."""
+    largest = _largest(point)
+    if not abs(largest) > FAR * size > 0:
+        return []
+    return [
+        f"{what} lies {abs(largest):.6g} m from o, {abs(largest) / size:.3g} times the robot's size of {size:.3g} m: "
+        f"lengths are in m; write {largest / 1000:.6g} for {largest:.6g} mm, or {largest:.6g}mm on the command line"
+    ]
+
+
+def odd_range(name: str, low: float, high: float, own: float) -> list[str]:
+    """Say that a length [m] is to be varied far from what it is in the robot's file."""
+    if not low > LONG * abs(own) > 0:
+        return []
+    return [
+        f"{name} from {low:.6g} m is {low / abs(own):.3g} times the file's own {own:.6g} m: lengths are in m; write "
+        f"{low / 1000:.6g} to {high / 1000:.6g} for {low:.6g} to {high:.6g} mm, or {low:.6g}mm:{high:.6g}mm on the command line"
+    ]
 
 
 def _largest(values: ArrayLike) -> float:

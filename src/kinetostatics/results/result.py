@@ -22,7 +22,7 @@ from kinetostatics.results.batch import Batch
 from kinetostatics.results.beam import BeamResult, beam_results, centre_lines, euler_ratios
 from kinetostatics.results.limb import LimbResult
 from kinetostatics.results.payload import PayloadCoefficients, payload_coefficients
-from kinetostatics.results.tool_point import PointResult, point_of_platform, seen_at
+from kinetostatics.results.tool_point import PointResult, point_on_robot, seen_at
 from kinetostatics.robot import Robot, robot_of
 from kinetostatics.statics import joint_wrenches as joints
 from kinetostatics.statics.deformation import Deformation, deform
@@ -164,8 +164,8 @@ class Result(Told):
             >>> [round(1e6 * float(d), 2) for d in tip.twist[:3]]  # [µm]
             [2.44, 0.17, -0.01]
         """
-        place = point_of_platform("point", point)
-        rotation = self._gather(lambda s: self.robot.mechanism.platform_pose(s.frames)[0])
+        place = point_on_robot("point", point, self.robot)
+        rotation = self.configuration.platform_frame[..., :3, :3]
         return seen_at(place, rotation, self.twist, self.contributions, self.stiffness, self.compliance)
 
     @cached_property

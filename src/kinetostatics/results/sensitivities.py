@@ -13,6 +13,7 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.printing.dispatch import Told
 from kinetostatics.printing.mappings import ShortRepr
 from kinetostatics.results.result import Result
+from kinetostatics.results.seen import seen
 from kinetostatics.results.tool_point import PointResult
 
 
@@ -79,7 +80,7 @@ class Sensitivities(Told):
     @cached_property
     def seen(self) -> Result | PointResult:
         """Twist and stiffness about which it is differentiated: those of the tool's tip, or of o."""
-        return self.result if self.tool is None else self.result.at_point(self.tool)
+        return seen(self.result, self.tool)
 
     @cached_property
     def worst(self) -> tuple[int, ...]:

@@ -12,7 +12,7 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.printing.dispatch import Told
 from kinetostatics.printing.mappings import ShortRepr
 from kinetostatics.results.result import Result
-from kinetostatics.results.tool_point import PointResult
+from kinetostatics.results.seen import seen
 
 #: Components of a twist, by which one may ask for them.
 COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")
@@ -110,8 +110,8 @@ class Spread(Told):
     @property
     def nominal(self) -> SpreadQuantities:
         """The quantities of the nominal robot."""
-        seen: Result | PointResult = self.result if self.tool is None else self.result.at_point(self.tool)
-        return quantities(seen.twist, seen.stiffness, self.result.actuator_forces)
+        tip = seen(self.result, self.tool)
+        return quantities(tip.twist, tip.stiffness, self.result.actuator_forces)
 
     def sampled(self, name: str) -> tuple[float, float, float, float]:
         """Return mean, standard deviation, and the limits between which 95 % of the robots made at random are.

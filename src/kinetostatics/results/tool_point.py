@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -10,9 +11,11 @@ from numpy.typing import ArrayLike
 
 from kinetostatics.argument_checks import finite_numbers
 from kinetostatics.exceptions import ArgumentError
+from kinetostatics.kinematics.unit_hints import odd_point
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.math.screws import compliance_at, stiffness_at, to_point
 from kinetostatics.printing.mappings import Named, ShortRepr
+from kinetostatics.robot import Robot
 
 #: What a point of the platform other than o is called.
 TIP = "the tool's tip"
@@ -60,6 +63,21 @@ def point_of_platform(what: str, point: ArrayLike) -> Array:
     return array
 
 
+def point_on_robot(what: str, point: ArrayLike, robot: Robot, stacklevel: int = 3) -> Array:
+    """Return a point as :func:`point_of_platform`; one that looks as if it were in mm gets a warning.
+
+    Args:
+        what: its name in messages.
+        point: (3,) from o in the platform's axes [m].
+        robot: which it belongs to.
+        stacklevel: of the warning, as in :func:`warnings.warn`.
+    """
+    place = point_of_platform(what, point)
+    for hint in odd_point(what, place, robot.zero_size):
+        warnings.warn(hint, stacklevel=stacklevel)
+    return place
+
+
 def seen_at(
     point: Array, rotation: Array, twist: Array, contributions: Mapping[str, Array], stiffness: Array, compliance: Array
 ) -> PointResult:
@@ -70,7 +88,7 @@ def seen_at(
         rotation: (…, 3, 3) of the platform.
         twist, contributions, stiffness, compliance: at o.
     """
-    arm = rotation @ point
+    arm = np.array(np.broadcast_to(rotation @ point, (*twist.shape[:-1], 3)))
     X = to_point(arm)
 
     def moved(item: Array) -> Array:

@@ -84,7 +84,24 @@ def test_a_wrist_may_turn_once():
         package_robots.robot("ur10").assemble(actuators={**drives, "wrist_3_joint": 2 * math.pi}, on_failure="nan")
 
 
+def test_a_tip_of_a_tool_in_millimetres():
+    pose = package_robots.robot("3rps").assemble()
+    result = ks.analyze(pose)
+    with pytest.warns(UserWarning, match=r"point lies 200 m from o, 229 times .* write 0\.2 for 200 mm, or 200mm on"):
+        result.at_point((0, 0, 200))
+    with pytest.warns(UserWarning, match=r"tool lies 50 m from o, .* write -0\.05 for -50 mm") as told:
+        found = ks.compensate(pose, tool=(0, -50, 0))
+    assert len(told) == 1 and told[0].filename == __file__
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert "tip" in str(found)  # which does not say it again
+        ks.compensate(pose, tool=(0, 0, 0.2))
+        result.at_point((0, 0, 8))
+
+
 def test_the_command_line_warns_in_one_line(capsys):
+    assert main("analyze 3rps --tool 0 0 200".split()) == 0
+    assert capsys.readouterr().err.count("kinetostatics: warning: point lies 200 m from o") == 1
     assert main("analyze 3rps --actuators prismatic_1=10 prismatic_2=10 prismatic_3=10".split()) == 0
     err = capsys.readouterr().err
     assert err.count("\n") == 3 and all(line.startswith("kinetostatics: warning: prismatic_") for line in err.splitlines())
