@@ -8,6 +8,7 @@ import parametric_machines
 import pytest
 
 import kinetostatics as ks
+from kinetostatics.design.changes import numbers_of_parts
 
 LOAD = [0, 0, -300, 0, 20, 0]
 
@@ -131,6 +132,75 @@ def test_the_tip_of_a_tool_turns_with_the_platform():
         np.testing.assert_allclose(one, other, rtol=1e-6, atol=1e-6 * np.abs(other).max(), err_msg=name)
 
 
+def test_numbers_of_parts_have_the_closed_forms_of_the_files_arguments(cantilever):
+    """The rod's own diameter, modulus and density do what the file's arguments do, and its end's place what its length does."""
+    own = {"diameter": "rod.outer_diameter", "E": "rod.youngs_modulus", "density": "rod.density", "tip_mass": "tip.mass"}
+    own["length"] = "end.placement.x"
+    found = ks.sensitivities(cantilever.result.configuration, list(own.values()), load=[10, 0, -300, 0, 0, 0])
+    assert next(iter(found)) == "rod.outer_diameter" and list(found)[-1] == "end.placement.x"
+    for argument, name in own.items():
+        assert found[name].exact and found[name].unit == cantilever[argument].unit
+        for what in ("twist", "stiffness", "compliance", "mass"):
+            one, other = getattr(found[name], what), getattr(cantilever[argument], what)
+            np.testing.assert_allclose(one, other, rtol=1e-8, atol=1e-8 * np.abs(other).max(), err_msg=f"{name} {what}")
+    assert found.shift_effect("end.placement.x") == pytest.approx(
+        1e-3 * np.hypot(*found["end.placement.x"].twist[[0, 2]]), rel=1e-2
+    )
+
+
+def test_a_file_without_arguments_has_the_numbers_of_its_parts(cantilever, tmp_path):
+    """Also a robot that is no longer what its file says; where things are is asked for by name."""
+    path = tmp_path / "plain.urdf"
+    ks.save_robot(cantilever.result.robot, path)
+    found = ks.sensitivities(ks.load_robot(path).assemble(), load=[10, 0, -300, 0, 0, 0])
+    assert set(found) == {"rod.outer_diameter", "rod.youngs_modulus", "rod.density", "tip.mass"}  # ν does nothing here
+    np.testing.assert_allclose(found["rod.outer_diameter"].twist, cantilever["diameter"].twist, rtol=1e-8, atol=1e-16)
+    assert "one per cent more of each number of a part" in str(found)
+    changed = ks.Robot(cantilever.result.robot.description.changed("rod", density=1000.0))
+    assert "rod.outer_diameter" in ks.sensitivities(changed.assemble())
+
+
+def test_numbers_of_parts_are_differences_of_analyses():
+    """One rod's sizes and one joint's place and turn, against central differences of robots made anew, by halved steps."""
+    robot = package_robots.robot("3rps")
+    where = {"z": 0.5, "rx": 0.1, "ry": -0.05}
+    names = ["rod_1.outer_diameter", "revolute_1.placement.y", "revolute_2.placement.rx"]
+    s = ks.sensitivities(robot.assemble(platform=where), names, load=LOAD)
+    parameters = numbers_of_parts(robot)
+    for name in names:
+        slopes = []
+        for step in (parameters[name].steps[0] / 2, parameters[name].steps[0] / 4):
+            ends = [ks.Robot(parameters[name].changed(0, by)).assemble(platform=where) for by in (-step, step)]
+            low, high = (ks.analyze(pose, LOAD) for pose in ends)
+            drive = [pose.actuators["prismatic_2"] for pose in ends]
+            numbers = [
+                [*r.twist, *r.stiffness.ravel(), r.actuator_forces["prismatic_2"], d]
+                for r, d in zip((low, high), drive, strict=True)
+            ]
+            slopes.append(np.subtract(*numbers[::-1]) / (2 * step))
+        exact = (4 * slopes[1] - slopes[0]) / 3
+        item = s[name]
+        assert item.exact
+        parts = [(item.twist, slice(6), 3), (item.stiffness.ravel(), slice(6, 42), 36)]
+        for found, part, size in parts:
+            np.testing.assert_allclose(found, exact[part], rtol=1e-6, atol=1e-6 * np.abs(exact[part][:size]).max(), err_msg=name)
+        np.testing.assert_allclose(item.actuator_forces["prismatic_2"], exact[42], rtol=1e-6, atol=1e-6)
+        np.testing.assert_allclose(item.actuators["prismatic_2"], exact[43], rtol=1e-6, atol=1e-9)
+
+
+def test_patterns_name_several_and_leave_out_what_opens_loops():
+    """What moves one drive's base moves the other's alike, the other way; loops of a planar robot have one height."""
+    pose = package_robots.robot("five_bar").assemble()
+    s = ks.sensitivities(pose, ["shoulder_?.placement.y", "*.predecessor_placement.z"], load=[1, 0, 0, 0, 0, 0])
+    assert set(s) == {"shoulder_1.placement.y", "shoulder_2.placement.y"} and list(s.skipped) == ["wrist.predecessor_placement.z"]
+    one, other = (s.shift_effect(f"shoulder_{k}.placement.y") for k in (1, 2))
+    assert one == pytest.approx(-other, rel=1e-6) and abs(one) > 1e-7
+    text = str(s)
+    assert "millimetre or milliradian of each placement" in text and "wrist.predecessor_placement.z was left out: with it" in text
+    with pytest.raises(ks.ArgumentError, match=r"^wrist.predecessor_placement.z: with it a little off the loops do not close"):
+        ks.sensitivities(pose, ["wrist.predecessor_placement.z"])
+
+
 def test_a_batch_tells_of_the_pose_that_moves_most(cantilever):
     robot = package_robots.robot("3rps")
     pose = robot.assemble(platform={"z": [0.45, 0.6], "rx": 0.0, "ry": 0.0})
@@ -165,7 +235,9 @@ def test_mistakes(cantilever):
         ks.sensitivities(pose.robot)
     changed = ks.Robot(pose.robot.description.changed("rod_1", density=1000.0))
     with pytest.raises(ks.ArgumentError, match="is not what its file"):
-        ks.sensitivities(changed.assemble())
+        ks.sensitivities(changed.assemble(), ["rod_diameter"])
+    with pytest.raises(ks.ArgumentError, match=r"no parameter 'rod_1.outer_diametre': did you mean 'rod_1.outer_diameter'"):
+        ks.sensitivities(pose, ["rod_1.outer_diametre"])
     with pytest.raises(ks.ArgumentError, match="no parameter 'rod'"):
         cantilever["rod"]
 

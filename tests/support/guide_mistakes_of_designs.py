@@ -10,10 +10,17 @@ DESIGN = (
     code(
         "ks.sensitivities(pose, laod=[0, 0, -500, 0, 0, 0])", "So it is with all functions that hand arguments on to `analyze`."
     ),
-    code('ks.sensitivities(pose, by=["rod"])', "A file that is a plain URDF has no parameters."),
+    code(
+        'ks.sensitivities(pose, by=["left.densty"])',
+        "An argument of the file or a number of a part: `ks.compile(robot).parameters`.",
+    ),
+    code('ks.sensitivities(pose, by=["b.placement.y"])', "`ks.tolerances(pose)`."),
     code('ks.sensitivities(pose, by="rod")', 'Such as `["rod"]`.'),
-    code('ks.sensitivities(ks.Robot(robot.description.changed("left", density=1000.0)).assemble())', "As it says."),
-    code('ks.sensitivities(pose)["rod"]', "A parameter of the file."),
+    code(
+        'ks.sensitivities(ks.Robot(robot.description.changed("left", density=1000.0)).assemble(), by=["d"])',
+        "As it says, or a number of a part.",
+    ),
+    code('ks.sensitivities(pose, by=["left.density"])["left"]', "One that was looked at."),
     code('ks.spread(robot, {"left.density": "1%"})', "Assemble it first; one pose."),
     code('ks.spread(pose, {"left.density": "1%"}, load=[[0] * 6] * 2)', "One load."),
     code("ks.spread(pose, {})", "As it says."),

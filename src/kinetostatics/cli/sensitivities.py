@@ -1,4 +1,4 @@
-"""``kinetostatics sensitivities``: what each parameter of the file does, ranked; what to stiffen first."""
+"""``kinetostatics sensitivities``: what each parameter of the robot does, ranked; what to stiffen first."""
 
 from __future__ import annotations
 
@@ -7,16 +7,18 @@ import argparse
 from kinetostatics.cli import arguments, poses
 from kinetostatics.printing.waiting import waiting
 
-HELP = "rank what each parameter of the file does, and what to stiffen first"
+HELP = "rank what each parameter of the robot does, and what to stiffen first"
 DESCRIPTION = (
-    "Differentiate sag, forces and mass at one pose with respect to the arguments of the robot's file and to\n"
-    "the stiffness of everything that gives way, and rank them by what they do to the platform."
+    "Differentiate sag, forces and mass at one pose with respect to the arguments of the robot's file, or to\n"
+    "numbers of its parts, and to the stiffness of everything that gives way, and rank them by what they do\n"
+    "to the platform."
 )
 EXAMPLES = f"""\
 {arguments.VALUES_HELP}
 examples:
   kinetostatics sensitivities 3rps --platform z=500mm rx=3deg ry=0 --load 0 0 -500 0 0 0
   kinetostatics sensitivities 2pru_upr --by rod_diameter rod_length --json
+  kinetostatics sensitivities delta --by "*diameter" "*.mass" "motor_1.placement.*"
   kinetostatics sensitivities 3rps --load 0 0 -500 0 0 0 --out stiffen.svg
   kinetostatics sensitivities 3rps --load 0 100 -500 0 0 0 --tool 0 0 200mm
 """
@@ -28,7 +30,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     poses.add_pose_arguments(parser)
     arguments.add_load_arguments(parser)
     arguments.add_tool_argument(parser, "differentiate twist and stiffness of this point instead of o")
-    parser.add_argument("--by", metavar="NAME", nargs="+", help="xacro arguments of the file (default: all that change anything)")
+    by = "xacro arguments of the file, or numbers of parts such as rod_1.outer_diameter; * stands for anything "
+    by += "(default: all arguments that change anything; of a file without, numbers of parts)"
+    parser.add_argument("--by", metavar="NAME", nargs="+", help=by)
     parser.add_argument("--out", metavar="FILE", help="write a bar chart: .pdf, .svg or .png")
     arguments.add_json_argument(parser)
 

@@ -80,26 +80,48 @@ def read_changes(robot: Robot, tolerances: Mapping[str, object]) -> tuple[list[C
     check_mapping("tolerances", tolerances, '{"rod_*.outer_diameter": "0.1mm"}')
     if not tolerances:
         raise ArgumentError('tolerances has nothing in it; it must be such as {"rod_*.outer_diameter": "0.1mm"}')
-    parts = numbers_of_parts(robot)
-    variants: Variants | None = None
-    if any("." not in name for name in tolerances):
-        variants = variants_of(robot)
-    known = [*parts, *(variants.numbers if variants is not None else ())]
     found: dict[str, tuple[Change, float]] = {}
-    for pattern, given in tolerances.items():
+    for pattern, change in named_changes(robot, list(tolerances)):
+        if change.name in found:
+            raise ArgumentError(f"tolerances: {change.name!r} is named twice, the second time by {pattern!r}")
+        found[change.name] = change, _amount(change.name, tolerances[pattern], change)
+    every = sorted(found.values(), key=lambda item: item[0].variants is None)
+    return [item[0] for item in every], np.array([item[1] for item in every])
+
+
+def named_changes(robot: Robot, patterns: Sequence[str]) -> list[tuple[str, Change]]:
+    """Return the numbers of a robot that patterns name, each with its pattern.
+
+    Args:
+        robot: whose numbers they are.
+        patterns: names of arguments of the robot's file and of numbers of its parts; ``*`` stands for anything.
+
+    Raises:
+        ArgumentError: a pattern names nothing, or arguments of a file that says something else than the robot is.
+    """
+    parts, found = numbers_of_parts(robot), []
+    variants = variants_of(robot) if any("." not in name for name in patterns) else None
+    known = [*parts, *(variants.numbers if variants is not None else ())]
+    for pattern in patterns:
         names = fnmatch.filter(known, pattern)
         if not names:
             raise ArgumentError(f"{robot.name!r} has no parameter {pattern!r}: {near_names(pattern, known)}")
         for name in names:
-            if name in found:
-                raise ArgumentError(f"tolerances: {name!r} is named twice, the second time by {pattern!r}")
             if variants is not None and name in variants.numbers:
-                change = Change(argument(variants, name, robot.description), variants.unit(name), variants)
+                found.append((pattern, change_of_argument(variants, name, robot)))
             else:
-                change = Change(parts[name], parts[name].units[0], None)
-            found[name] = change, _amount(name, given, change)
-    every = sorted(found.values(), key=lambda item: item[0].variants is None)
-    return [item[0] for item in every], np.array([item[1] for item in every])
+                found.append((pattern, change_of_part(parts[name])))
+    return found
+
+
+def change_of_argument(variants: Variants, name: str, robot: Robot) -> Change:
+    """Return an argument of the robot's file."""
+    return Change(argument(variants, name, robot.description), variants.unit(name), variants)
+
+
+def change_of_part(parameter: Parameter) -> Change:
+    """Return a number of a part, of one component."""
+    return Change(parameter, parameter.units[0], None)
 
 
 def numbers_of_parts(robot: Robot) -> dict[str, Parameter]:
@@ -113,6 +135,14 @@ def numbers_of_parts(robot: Robot) -> dict[str, Parameter]:
             change = partial(_component, item, k)
             found[title] = Parameter(title, (item.units[k],), (), (step,), (item.values[k],), change, item.description)
     return found
+
+
+def opens_loops(name: str) -> ArgumentError:
+    """Return the complaint of a number with which, a little off, loops that are closed do not close any more."""
+    return ArgumentError(
+        f"{name}: with it a little off the loops do not close, or the pose is lost; of an overconstrained robot, "
+        "tolerances tells what such errors do, and which forces they lock in"
+    )
 
 
 def _component(parameter: Parameter, component: int, there: RobotDescription, _: int, by: float) -> RobotDescription:

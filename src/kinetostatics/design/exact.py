@@ -69,12 +69,12 @@ def argument(variants: Variants, name: str, description: RobotDescription) -> Pa
     return Parameter(name, ("",), (), (STEP * (abs(value) or 1.0),), (value,), change, description)
 
 
-def by_argument(derivatives: Derivatives, variants: Variants, name: str, shape: tuple[int, ...]) -> dict[str, Array]:
-    """Return the derivatives of all outputs by one argument of the file, batch axes first.
+def by_number(derivatives: Derivatives, parameter: Parameter, shape: tuple[int, ...]) -> dict[str, Array]:
+    """Return the derivatives of all outputs by one argument of the file or number of a part, batch axes first.
 
     Raises:
         ArgumentError: the robot has none, or becomes another mechanism.
-        RobotFileError: the file is wrong with the argument a little changed.
+        RobotFileError: the file is wrong with the number a little changed.
     """
-    found = derivatives.by_parameter(argument(variants, name, derivatives.robot.description))
+    found = derivatives.by_parameter(parameter)
     return {output: np.moveaxis(array, -1, 0).reshape(*shape, *array.shape[:-1]) for output, array in found.items()}

@@ -1,4 +1,4 @@
-"""Derivatives of an analysis with respect to the arguments of the robot's file.
+"""Derivatives of an analysis with respect to the arguments of the robot's file, and to numbers of its parts.
 
 The file may compute anything from its arguments, so that its constants are differenced; the mathematics behind them is exact
 (:mod:`kinetostatics.functions.derivatives`). Where that is not to be had, as with rigid limbs, misfits or loads on links, the
@@ -17,21 +17,24 @@ from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
 from kinetostatics.argument_checks import names_in
-from kinetostatics.design.exact import by_argument, derivatives_at
-from kinetostatics.design.variants import Variants, same_pose, variants_of
+from kinetostatics.design.changes import Change, change_of_argument, change_of_part, named_changes, numbers_of_parts, opens_loops
+from kinetostatics.design.exact import by_number, derivatives_at
+from kinetostatics.design.variants import same_pose, variants_of
 from kinetostatics.exceptions import ArgumentError, RobotFileError
+from kinetostatics.functions.derivatives import Derivatives
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.printing.mappings import Named
 from kinetostatics.results.result import Result
 from kinetostatics.results.seen import seen
-from kinetostatics.results.sensitivities import Sensitivities, Sensitivity
+from kinetostatics.results.sensitivities import Sensitivities, Sensitivity, is_location
 from kinetostatics.results.tool_point import PointResult, point_on_robot
-from kinetostatics.robot import robot_of
+from kinetostatics.robot import Robot, robot_of
 
-#: Half the distance between the two values of a parameter, as part of it; of one that is zero, of 1. Truncation and rounding then
-#: leave errors of about equal size, some 1e-8 of what is differentiated.
-STEP = 3e-5
+#: Half the distance between the two values of a parameter, as part of the step that exact derivatives take for constants: 3e-5 of
+#: it; of one that is zero, of 1; of a placement, of the robot's length. Truncation and rounding then leave errors of about equal
+#: size, some 1e-8 of what is differentiated.
+STEP = 3e-2
 #: Changes by the whole value of a parameter below this part of what is changed are rounding.
 NOTHING = 1e-7
 
@@ -42,9 +45,13 @@ def sensitivities(
     """Find what each parameter of the robot's file does to twist, stiffness, drive forces and mass: what to stiffen first.
 
     Args:
-        configuration: a pose or a batch of poses of a robot that was read from a file. While a parameter changes, the coordinates
-            stay that the pose was assembled with: the platform's, or the drives'.
-        by: names of xacro arguments of the file; default: all that are numbers and change anything.
+        configuration: a pose or a batch of poses. While a parameter changes, the coordinates stay that the pose was assembled
+            with: the platform's, or the drives'.
+        by: names, of xacro arguments of the robot's file, which change all that the file computes from them, or of numbers of one
+            part, as :attr:`Function.parameters` has them: ``"rod_1.outer_diameter"``, ``"platform.mass"``,
+            ``"revolute_1.placement.x"``, ``"prismatic_1.drive_stiffness"``; ``*`` in a name stands for anything:
+            ``"rod_*.density"``. Default: all arguments that are numbers and change anything; of a file without arguments, or of a
+            robot that was changed since it was read, all numbers of parts that do, but for placements and centres of mass.
         tool: (3,) a point of the platform, from o in its axes [m], such as a tool's tip, whose twist and stiffness are
             differentiated; default: o. Where ``load`` acts is ``point``.
         analysis: whatever :func:`kinetostatics.analyze` takes: ``load``, ``gravity``, ``point``, ….
@@ -55,7 +62,8 @@ def sensitivities(
         per part of the stiffness of each beam, elastic joint and drive, exact.
 
     Raises:
-        ArgumentError: there is no such parameter, or the robot is not what its file says.
+        ArgumentError: there is no such parameter; or the robot is not what its file says, whose argument is named; or a placement
+            opens the loops of an overconstrained robot: :func:`kinetostatics.tolerances` tells which forces that locks in.
         RobotFileError: a parameter that is named makes no robot when it is changed a little.
         StaticsError: as :func:`kinetostatics.analyze`, for one pose.
 
@@ -70,35 +78,43 @@ def sensitivities(
         >>> e = s["youngs_modulus"]
         >>> bool(abs(e.twist[2] * e.value / s.result.twist[2] + 1) < 1e-6)
         True
+
+        Each rod has a part in it:
+
+        >>> sorted(ks.sensitivities(pose, by=["rod_*.youngs_modulus"], load=[0, 300, 0, 0, 0, 0]))
+        ['rod_1.youngs_modulus', 'rod_2.youngs_modulus', 'rod_3.youngs_modulus']
     """
     check_keywords(sensitivities, analysis)
     if not isinstance(configuration, Configuration):
         raise ArgumentError(f"sensitivities wants a pose, not {configuration!r}: make one with robot.assemble(…)")
-    variants = variants_of(robot_of(configuration))
-    if by is not None:
-        by = names_in("by", by, '["rod_diameter"]')
-        variants.check(by)
-    place = None if tool is None else point_on_robot("tool", tool, robot_of(configuration))
+    robot = robot_of(configuration)
+    changes = _all_changes(robot) if by is None else named_changes(robot, names_in("by", by, '["rod_diameter"]'))
+    place = None if tool is None else point_on_robot("tool", tool, robot)
     result = analyze(configuration, **analysis)
     derivatives = derivatives_at(configuration, result, analysis, place)
+    if derivatives is not None and derivatives.N and not _has_record(derivatives):
+        derivatives = None
     found: dict[str, Sensitivity] = {}
     skipped: dict[str, str] = {}
-    for name in variants.numbers if by is None else by:
+    for pattern, change in changes:
         try:
             exact = None
             if derivatives is not None:
                 try:
-                    exact = by_argument(derivatives, variants, name, configuration.shape)
+                    exact = by_number(derivatives, change.parameter, configuration.shape)
                 except ArgumentError:
-                    derivatives = None
+                    exact = None  # whole analyses have one, where the robot becomes another mechanism
                 except RobotFileError:
-                    if variants.numbers[name] != 0:
+                    if change.value != 0:
                         raise  # else less than nothing is wrong, as of a mass: it is differenced to one side
-            found[name] = _sensitivity(variants, configuration, analysis, name, exact, place)
-        except RobotFileError as error:
-            if by is not None:
+            item = _sensitivity(change, configuration, analysis, exact, place)
+            if change.variants is None and _is_lost(item, result):
+                raise opens_loops(change.name)
+            found[change.name] = item
+        except (ArgumentError, RobotFileError) as error:
+            if pattern == change.name:
                 raise
-            skipped[name] = str(error)
+            skipped[change.name] = str(error)
     sources = {name: twist for kind in result.source_contributions.values() for name, twist in kind.items()}
     tip = seen(result, place)
     if isinstance(tip, PointResult):
@@ -106,33 +122,56 @@ def sensitivities(
     every = Sensitivities(result, Named(found), Named(sources), Named(skipped), place)
     if by is None:
         found = {name: item for name, item in found.items() if _does_anything(item, _numbers(result, place))}
-    order = sorted(found, key=lambda name: -abs(every.effect(name)[0]))
+    order = sorted(found, key=every.order)
     return replace(every, parameters=Named({name: found[name] for name in order}))
 
 
+def _all_changes(robot: Robot) -> list[tuple[str, Change]]:
+    """Return the arguments of a robot's file, or, if there are none, all numbers of its parts but for where things are."""
+    try:
+        variants = variants_of(robot)
+    except ArgumentError:  # the robot is no longer what its file says
+        variants = None
+    if variants is not None and variants.numbers:
+        return [("", change_of_argument(variants, name, robot)) for name in variants.numbers]
+    every = numbers_of_parts(robot)
+    return [("", change_of_part(every[name])) for name in every if not is_location(name)]
+
+
+def _has_record(derivatives: Derivatives) -> bool:
+    try:
+        return bool(derivatives.record)
+    except ArgumentError:
+        return False
+
+
+def _is_lost(item: Sensitivity, result: Result) -> bool:
+    """Return whether no loop closes with a number a little off, though it does without."""
+    return bool(np.any(np.isfinite(result.twist)) and not np.any(np.isfinite(item.twist)))
+
+
 def _sensitivity(
-    variants: Variants,
+    change: Change,
     configuration: Configuration,
     analysis: Mapping[str, Any],
-    name: str,
     exact: Mapping[str, Array] | None,
     tool: Array | None,
 ) -> Sensitivity:
-    value, driven = variants.numbers[name], robot_of(configuration).description.driven
-    step = STEP * (abs(value) or 1.0)
+    value, driven = change.value, robot_of(configuration).description.driven
+    step = STEP * (change.parameter.steps[0] or 1.0)
     known = exact is not None and all(np.all(np.isfinite(array)) for array in exact.values())
     given = {key: item for key, item in analysis.items() if key != "on_failure"}
 
-    def numbers(there: float) -> dict[str, Array]:
-        robot = variants.robot({name: there})
+    def numbers(by: float) -> dict[str, Array]:
+        robot = Robot(change.parameter.changed(0, by))
         if known and not any(beam.telescopic for beam in robot.beams.values()):
             return {"mass": np.broadcast_to(robot.weights.masses(robot.zero_frames).sum(), configuration.shape)}
         pose = same_pose(configuration, robot)
         return {"mass": _mass(pose)} if known else _numbers(analyze(pose, on_failure="nan", **given), tool)
 
-    above = numbers(value + step)
+    above = numbers(step)
     try:
-        below = numbers(value - step)
+        below = numbers(-step)
         slope = {key: np.asarray((above[key] - below[key]) / (2 * step)) for key in above}
     except RobotFileError:
         if value != 0:
@@ -144,9 +183,9 @@ def _sensitivity(
         for k, drive in enumerate(driven):
             slope |= {f"force of {drive}": exact["actuator_forces"][..., k], f"position of {drive}": exact["actuators"][..., k]}
     return Sensitivity(
-        name,
+        change.name,
         value,
-        variants.unit(name),
+        "" if change.unit == "1" else change.unit,
         frozen(slope["twist"]),
         frozen(slope["stiffness"]),
         frozen(slope["compliance"]),

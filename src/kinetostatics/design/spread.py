@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
 from kinetostatics.argument_checks import check_choice, whole_number
-from kinetostatics.design.changes import Change, changed_description, read_changes
+from kinetostatics.design.changes import Change, changed_description, opens_loops, read_changes
 from kinetostatics.design.exact import derivatives_at
 from kinetostatics.design.many_robots import ManyRobots
 from kinetostatics.design.variants import same_pose
@@ -175,10 +175,7 @@ def _first_order(
             forces = own.get("actuator_forces", np.zeros((0, 1)))
             slopes = [amount * own[name][..., 0] for name in ("twist", "stiffness")] + [amount * forces[..., 0]]
         if not np.all(np.isfinite(slopes[0])):
-            raise ArgumentError(
-                f"{change.name}: with it a little off the loops do not close, or the pose is lost; of an overconstrained robot, "
-                "tolerances tells what such errors do, and which forces they lock in"
-            )
+            raise opens_loops(change.name)
         found[change.name] = _effect(nominal, twist, *slopes)
     return found
 

@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.plots.style import COLOURS, ONE_COLUMN, new_axes, styled
-from kinetostatics.results.sensitivities import Sensitivities
+from kinetostatics.results.sensitivities import Sensitivities, is_location
 from kinetostatics.results.tool_point import named_point
 
 #: Bars of each kind, at most.
@@ -33,7 +33,7 @@ def sensitivities(found: Sensitivities, *, ax: Axes | None = None) -> Axes:
     size, who = float(np.linalg.norm(found.seen.twist[found.worst][:3])), named_point(found.tool)
     if not size > 0:
         raise ArgumentError(f"{who} does not move, so that nothing has an effect on it")
-    rows = [(name, 100 * found.effect(name)[0] / size, False) for name in list(found)[:MOST]]
+    rows = [(name, 100 * found.effect(name)[0] / size, False) for name in found if not is_location(name)][:MOST]
     parts = sorted(found.sources, key=lambda name: -abs(found.source_effect(name)))[:MOST]
     rows += [(f"stiffness of {name}", 100 * found.source_effect(name) / size, True) for name in parts]
     dark, light = mpl.colormaps[COLOURS]([0.15, 0.75])

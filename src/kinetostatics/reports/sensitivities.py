@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from kinetostatics.printing.dispatch import dict_of, text_of
 from kinetostatics.printing.text import LENGTHS, Column, column_table, quantity, section, wrapped
 from kinetostatics.reports.json import plain
 from kinetostatics.reports.tool_point import said_of
-from kinetostatics.results.sensitivities import Sensitivities
+from kinetostatics.results.sensitivities import Sensitivities, is_location, is_part
 from kinetostatics.results.tool_point import named_point
 
 _MASSES = (("g", 1e-3), ("kg", 1.0))
@@ -24,6 +26,10 @@ UNITS = {
 }
 
 
+#: Rows of a table, at most.
+MOST = 24
+
+
 @text_of.register(Sensitivities)
 def sensitivities_report(found: Sensitivities) -> str:
     """Return what to change first: parameters and sources, ranked by what one per cent of them does to o or the tool's tip."""
@@ -31,7 +37,8 @@ def sensitivities_report(found: Sensitivities) -> str:
     size, who = float(np.linalg.norm(found.seen.twist[found.worst][:3])), named_point(found.tool)
     where = f" at element {list(found.worst)} of the batch, where it moves most" if found.result.shape else ""
     lines = [f"Sensitivities of {robot.name!r}: {who} moves by {quantity(size, LENGTHS)}{where}"]
-    effects = {name: found.effect(name) for name in found}
+    sizes = [name for name in found if not is_location(name)]
+    effects = {name: found.effect(name) for name in sizes[:MOST]}
     if effects:
         moves, masses = ([effect[k] for effect in effects.values()] for k in (0, 1))
         per_mass = [move / mass if abs(mass) > 1e-12 else None for move, mass in effects.values()]
@@ -43,7 +50,20 @@ def sensitivities_report(found: Sensitivities) -> str:
             Column.of("adds", masses, _MASSES),
             Column.of(f"{who} per kg", per_mass, LENGTHS),
         ]
-        lines += section("What one per cent more of each parameter of the file does", column_table(columns))
+        kinds = {is_part(name) for name in sizes}
+        what = "parameter" if len(kinds) > 1 else "number of a part" if kinds == {True} else "parameter of the file"
+        lines += section(f"What one per cent more of each {what} does", [*column_table(columns), *_more(sizes)])
+    shifts = [name for name in found if is_location(name)]
+    if shifts:
+        moves = [found.shift_effect(name) for name in shifts[:MOST]]
+        columns = [
+            Column("what", shifts[:MOST]),
+            Column("by", [{"m": "1 mm", "rad": "1 mrad"}[found[name].unit] for name in shifts[:MOST]], "r"),
+            Column.of(f"moves {who} by", moves, LENGTHS),
+            Column("of it [%]", [f"{100 * move / size:+.3f}" if size else "" for move in moves], "r"),
+        ]
+        title = "What a millimetre or milliradian of each placement or centre of mass does, along and about its own axes"
+        lines += section(title, [*column_table(columns), *_more(shifts)])
     if found.sources:
         names = sorted(found.sources, key=found.source_effect)
         moves = [found.source_effect(name) for name in names]
@@ -53,18 +73,27 @@ def sensitivities_report(found: Sensitivities) -> str:
             Column("of it [%]", [f"{100 * move / size:+.3f}" if size else "" for move in moves], "r"),
         ]
         lines += section("What one per cent more stiffness of each part does: stiffen the first", column_table(columns))
-    if effects or found.sources:
+    if len(found) or found.sources:
         said = "Moves along the present displacement: negative is less sag."
     else:
-        said = "Nothing gives way, and the file has no numbers among its xacro arguments that could be changed."
+        said = "Nothing gives way, and the file has no numbers that could be changed: no arguments, no masses, no beams."
     lines += ["", *wrapped(said)]
-    for name in (name for name in found if found[name].value == 0):
+    for name in (name for name in sizes if found[name].value == 0):
         lines += wrapped(
             f"{name} is zero, and so is one per cent of it: its derivatives tell what more of it does (--json)", "! "
         )
+    reasons: dict[str, list[str]] = {}
     for name, why in found.skipped.items():
-        lines += wrapped(f"{name} was left out: {why}", "! ")
+        reasons.setdefault(why.removeprefix(f"{name}: "), []).append(name)
+    for why, names in reasons.items():
+        more = f" and {len(names) - 3} more" if len(names) > 3 else ""
+        lines += wrapped(f"{', '.join(names[:3])}{more} {'were' if len(names) > 1 else 'was'} left out: {why}", "! ")
     return "\n".join(lines)
+
+
+def _more(names: Sequence[str]) -> list[str]:
+    """Return a line that tells how many rows a table leaves out."""
+    return [f"and {len(names) - MOST} more of less effect: see --json"] if len(names) > MOST else []
 
 
 @dict_of.register(Sensitivities)

@@ -46,7 +46,7 @@ from kinetostatics.results.limb import LimbResult
 from kinetostatics.results.optimum import Optimum
 from kinetostatics.results.pareto import ParetoFront
 from kinetostatics.results.result import Result
-from kinetostatics.results.sensitivities import Sensitivities
+from kinetostatics.results.sensitivities import Sensitivities, is_location
 from kinetostatics.results.spread import Spread
 from kinetostatics.results.tolerances import Tolerances
 from kinetostatics.results.tool_point import named_point
@@ -268,7 +268,7 @@ def _pareto(found: ParetoFront) -> Short:
 @_short.register
 def _sensitivities(found: Sensitivities) -> Short:
     rows = []
-    for name in list(found)[:_WORST]:
+    for name in [name for name in found if not is_location(name)][:_WORST]:
         move, mass = found.effect(name)
         value = f"{found[name].value:.6g} {found[name].unit}".rstrip()
         rows.append((name, value, values_words(move, LENGTHS), values_words(mass, MASSES)))

@@ -16,6 +16,19 @@ from kinetostatics.results.result import Result
 from kinetostatics.results.seen import seen
 from kinetostatics.results.tool_point import PointResult
 
+#: Numbers of parts that tell where something is, of whose value a per cent means nothing.
+LOCATIONS = ("placement", "predecessor_placement", "successor_placement", "center_of_mass")
+
+
+def is_part(name: str) -> bool:
+    """Return whether a name is that of a number of one part, not of an argument of the file."""
+    return "." in name
+
+
+def is_location(name: str) -> bool:
+    """Return whether a name is that of a component of a placement or of a centre of mass."""
+    return name.count(".") > 1 and name.split(".")[-2] in LOCATIONS
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Sensitivity(ShortRepr):
@@ -47,13 +60,14 @@ class Sensitivity(ShortRepr):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Sensitivities(Told):
-    """Derivatives with respect to parameters of the robot's file, and to the stiffness of everything that gives way.
+    """Derivatives with respect to parameters of the robot, and to the stiffness of everything that gives way.
 
     ``s["rod_diameter"]`` is a :class:`Sensitivity`; iterating yields names, the most effective first.
 
     Attributes:
         result: the analysis about which it is differentiated.
-        parameters: by name, the one that moves o, or the tool's tip, most per part of its value first.
+        parameters: arguments of the file and numbers of parts by name, the one that moves o, or the tool's tip, most per part of
+            its value first; then placements and centres of mass, the one that moves it most per length or angle first.
         sources: −∂twist/∂ln(stiffness) of each beam, elastic joint and drive (…, 6) [m, rad] by name: the part of the twist that
             it makes, which is exact. One per cent more stiffness takes one per cent of it away.
         skipped: parameters that make no robot when they are changed a little, and why.
@@ -95,6 +109,14 @@ class Sensitivities(Told):
         """
         item, one_per_cent = self[name], 0.01 * abs(self[name].value)
         return one_per_cent * self._along(item.twist), one_per_cent * float(item.mass[self.worst])
+
+    def shift_effect(self, name: str) -> float:
+        """Return by how much a millimetre or milliradian of a placement or centre of mass moves o along its displacement [m]."""
+        return 1e-3 * self._along(self[name].twist)
+
+    def order(self, name: str) -> tuple[bool, float]:
+        """Return what sorts parameters: the most effective first, where things are last."""
+        return is_location(name), -abs(self.shift_effect(name) if is_location(name) else self.effect(name)[0])
 
     def source_effect(self, name: str) -> float:
         """Return by how much one per cent more stiffness of something moves o along its displacement [m]."""
