@@ -26,7 +26,7 @@ ROBOTS = [
             ("five_bar", ("x", "y"), None, 0.1, 300, SANITIZED),
             ("3rps", TRIPOD, None, 0.15, 3000, ()),
             ("2pru_upr", TRIPOD, "XYZ", 0.15, 1000, SANITIZED),
-            ("gough_stewart", HEXAPOD, "XYZ", 0.06, 500, ()),
+            ("gough_stewart", HEXAPOD, "XYZ", 0.5, 500, ()),
         )
     ),
 ]

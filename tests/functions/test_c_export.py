@@ -69,6 +69,26 @@ def test_a_state_goes_on_and_stays_where_a_pose_is_out_of_reach(five_bar, driver
     np.testing.assert_allclose(found[1, :-1], found[3, :-1], rtol=1e-9, atol=1e-18)
 
 
+def test_azimuth_and_tilt_also_upright(tmp_path):
+    """At tilt 0 the azimuth means nothing: lines begin and end there as in Python, and azimuths go the shorter way."""
+    f = ks.compile(package_robots.robot("3rps"), ("z", "azimuth", "tilt"), orientation="tilt_torsion", outputs="twist")
+    N, rng = 60, np.random.default_rng(4)
+    tilt = np.where(np.arange(N) % 3 == 0, 0.0, np.where(np.arange(N) % 3 == 1, 1e-10, rng.uniform(-0.1, 0.5, N)))
+    at = {"z": rng.uniform(0.45, 0.6, N), "azimuth": rng.uniform(-3.5, 3.5, N), "tilt": tilt}
+    inputs = np.column_stack([*at.values(), np.tile([5.0, 3, -20, 1, -2, 3, 0, 0, -9.81], (N, 1))])
+    program = c_programs.driver(f.export_c(tmp_path))
+    load, near = inputs[0, 3:9], None
+    anew = f(**at, load=load)["twist"]
+    for arguments in ((), ("on",)):
+        status, found = run(program, inputs, *arguments)
+        assert not np.any(status)
+        for k in range(N):
+            if arguments:
+                near = f(**{name: float(value[k]) for name, value in at.items()}, load=load, near=near)
+            wanted = near["twist"] if arguments else anew[k]
+            assert np.max(np.abs(found[k, :6] - wanted)) < 1e-9 * np.max(np.abs(wanted))
+
+
 def test_what_is_written(exported):
     assert exported.files == ("five_bar.h", "five_bar.c", "five_bar.hpp", "five_bar_test.c", "CMakeLists.txt", "README.md")
     text = (exported.folder / "five_bar.c").read_text()
@@ -106,7 +126,10 @@ def test_the_wrapper_is_cpp(exported):
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"platform": ("z", "azimuth", "tilt"), "orientation": "tilt_torsion"}, "tilt_torsion is not exported"),
+        (
+            {"platform": ("z", "azimuth", "tilt"), "orientation": "tilt_torsion", "compensate": True, "outputs": "actuators"},
+            "azimuth and tilt are not exported together with compensation",
+        ),
         ({"platform": ("z", "rx", "ry"), "outputs": "contributions"}, "'contributions' is not exported"),
     ],
 )

@@ -18,6 +18,7 @@ examples:
   kinetostatics export 3rps --platform z rx ry --outputs actuator_forces twist --out controller
   kinetostatics export ur10 --outputs actuator_forces --out controller --scalar float
   kinetostatics export 3rps --platform z rx ry --compensate --out controller
+  kinetostatics export 3rps --platform z azimuth tilt --orientation tilt_torsion --out controller
 """
 
 
@@ -30,7 +31,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME",
         help="platform coordinates that are inputs, as many as the mobility (default: the drives' coordinates)",
     )
-    parser.add_argument("--orientation", metavar="NAME", help="what the angles mean: rotation_vector (default), XYZ, xyz, …")
+    parser.add_argument(
+        "--orientation", metavar="NAME", help="what the angles mean: rotation_vector (default), XYZ, xyz, …, tilt_torsion"
+    )
     parser.add_argument(
         "--outputs",
         nargs="+",

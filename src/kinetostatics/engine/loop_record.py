@@ -16,9 +16,11 @@ from kinetostatics.engine.record import recorded_input
 from kinetostatics.engine.recorder import recorded, recording
 from kinetostatics.engine.scalars import Tape
 from kinetostatics.engine.structure import Structure
+from kinetostatics.kinematics.lines import line_start
 from kinetostatics.kinematics.loop_constraints import LoopAxes, LoopEquations
 from kinetostatics.kinematics.mimic import Couplings
 from kinetostatics.kinematics.solver import PrescribedCoordinates, Solver, SolverState
+from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.mechanism import Connection, Mechanism, SphericalRun
 from kinetostatics.mechanism.tree import TreeJoint
 
@@ -109,6 +111,34 @@ def side_record(solver: Solver, prescribed: PrescribedCoordinates, example: Solv
         return [found & held(tape)]
 
     return Program(tape, (), tuple(recorded_rows(tape, computed)))
+
+
+def line_record(prescribed: PrescribedCoordinates, target: Array, c: Array) -> Program:
+    """Record where a line of prescribed coordinates starts, as :func:`kinetostatics.kinematics.lines.line_start` says.
+
+    Inputs are the prescribed coordinates (n,) at the pose where it starts and all orientation coordinates (3,) there, the target
+    (n,), and whether the shorter way is wanted (1,). The numbers are coordinates and orientation, the truth value is whether the
+    record holds.
+
+    Args:
+        prescribed: the coordinates, angles of the platform among them.
+        target, c: an example.
+    """
+    tape, orientation = Tape(), prescribed.orientation
+    assert orientation is not None
+    examples = target, c, target + 0.1, np.ones((1, 1))
+    first, c, aim, flag = (recorded_input(tape, k, array) for k, array in enumerate(examples))
+
+    def computed() -> list[Any]:
+        shorter = flag[0] != 0
+        known = np.where(shorter, orientation.coordinates(orientation.matrix(c)), c)
+        at = prescribed.first_angle
+        begin = np.concatenate([first[:at], np.where(shorter, known[list(prescribed.angles)], first[at:])])
+        numbers = line_start(prescribed, (begin, known), aim, shorter)
+        return [*(row for array in numbers for row in array.reshape(-1, 1)), held(tape)]
+
+    *numbers, holds = recorded_rows(tape, computed)
+    return Program(tape, tuple(numbers), (holds,))
 
 
 def place_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState, local: int) -> Program:

@@ -21,6 +21,7 @@ from kinetostatics.functions.values import LOADS, Quantity
 from kinetostatics.kinematics.assembly import ROUGH
 from kinetostatics.kinematics.solver import MOST_CORRECTIONS, SHRINKING
 from kinetostatics.math.arrays import Array
+from kinetostatics.math.orientation import orientation_named
 from kinetostatics.status import WITHOUT_NUMBERS, Status
 
 #: Types of arguments and results.
@@ -103,6 +104,7 @@ def _facts(function: Exported, parts: Parts) -> dict[str, Any]:
         "orientation": function.orientation or "rotation_vector",
         "by_drives": function.by_drives,
         "outputs": parts.outputs,
+        "unique_below": orientation_named(function.orientation).unique_below,
         "compensates": function.compensates,
         "controlled": function.names,
         "searches": MOST,

@@ -9,7 +9,15 @@ from typing import Any, Protocol
 import numpy as np
 
 from kinetostatics.engine.c_code import CProgram, c_program, literal
-from kinetostatics.engine.loop_record import Program, drives_record, newton_record, place_record, side_record, structure_of
+from kinetostatics.engine.loop_record import (
+    Program,
+    drives_record,
+    line_record,
+    newton_record,
+    place_record,
+    side_record,
+    structure_of,
+)
 from kinetostatics.engine.outputs import output_record
 from kinetostatics.engine.outputs import structure_of as statics_structure_of
 from kinetostatics.engine.record import example_of
@@ -58,9 +66,9 @@ class Parts:
         for item in self.outputs:
             if item.name in _NOT_IN_C:
                 raise ArgumentError(f"{item.name!r} is not exported: leave it out of the outputs")
-        if function.orientation == "tilt_torsion":
+        if function.compensates and {"azimuth", "tilt"} <= set(function.names):
             raise ArgumentError(
-                "tilt_torsion is not exported, as azimuth means nothing where the tilt is 0: take another orientation"
+                "azimuth and tilt are not exported together with compensation, which goes by two turns instead: take XYZ"
             )
         prescribed = robot.mobility_analysis.without_idle_dofs(function.prescribed)
         self.prescribed, self.local = prescribed, robot.mobility_analysis.local_dofs(prescribed)
@@ -70,6 +78,10 @@ class Parts:
         self.nx, self.nt = generic.x.shape[0], prescribed.size
         constants = structure_of(solver, prescribed, self.local).values
         self.newton = _of_program("newton", newton_record(solver, prescribed, example, self.local), constants, ("state", "given"))
+        self.line = None
+        if prescribed.angles:
+            line = line_record(prescribed, solver.values(prescribed, example), example.c)
+            self.line = _of_program("line", line, np.zeros(0), ("first", "angles", "aim", "shorter"))
         self.side = None
         if not self.local:
             side = side_record(solver, prescribed, example, self.local)
@@ -118,7 +130,7 @@ class Parts:
     @property
     def programs(self) -> list[CProgram]:
         """All programs, in the order in which they are written."""
-        found = [item for item in (self.newton, self.side, self.drives, self.frames, self.statics) if item is not None]
+        found = [item for item in (self.line, self.newton, self.side, self.drives, self.frames, self.statics) if item is not None]
         return found if self.search is None else [*found, *self.search.programs]
 
     @property

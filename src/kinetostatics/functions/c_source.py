@@ -105,9 +105,9 @@ static int followed({name}_state *pose, const double *target, double *w)
 {{
     double gone = 0.0, far = 0.0, longest, stride, goal[NT + 1];
     {name}_state moved;
-    const {name}_state start = *pose;
+    {name}_state start = *pose;
     int steady = 1, k, steps;
-    for (k = 0; k < NT; ++k) {{
+{_line_start(parts, facts)}    for (k = 0; k < NT; ++k) {{
         const double part = fabs(target[k] - start.target[k]) / LONGEST[k];
         if (part > far) far = part;
     }}
@@ -124,6 +124,7 @@ static int followed({name}_state *pose, const double *target, double *w)
             *pose = moved;
             memcpy(pose->target, goal, NT * sizeof(double));
             gone = trial;
+            pose->moved = 1.0;
             if (gone >= 1.0) return 1;
             if (steady) stride = 2.0 * stride < longest ? 2.0 * stride : longest;
         }} else {{
@@ -169,6 +170,7 @@ void {name}_start({name}_state *state)
     memcpy(state->x, ZERO_X, sizeof state->x);
     memcpy(state->c, ZERO_C, sizeof state->c);
     memcpy(state->target, ZERO_TARGET, sizeof state->target);
+    state->moved = 0.0;
 }}
 
 int {name}_evaluate(const {name}_input *input, {name}_state *state, {name}_output *output)
@@ -195,6 +197,22 @@ int {name}_evaluate(const {name}_input *input, {name}_state *state, {name}_outpu
     output->residual = ({scalar})worst;
     return status;
 }}
+"""
+
+
+def _line_start(parts: Any, facts: dict[str, Any]) -> str:
+    """Return what makes the coordinates where a line starts those that are nearest to its end, where several mean the same."""
+    if parts.line is None:
+        return ""
+    unsure = " || ".join(f"!(fabs(pose->c[{k}]) < {facts['unique_below']})" for k in range(3))
+    return f"""    if ({unsure}) {{
+        double begin[NT + 4];
+        line(start.target, pose->c, target, &start.moved, w, begin);
+        if (begin[NT + 3] != 0.0) {{
+            memcpy(start.target, begin, NT * sizeof(double));
+            memcpy(pose->c, begin + NT, 3 * sizeof(double));
+        }}
+    }}
 """
 
 

@@ -105,6 +105,7 @@ typedef struct {{
     double x[{max(parts.nx, 1)}];
     double c[3];
     double target[{max(parts.nt, 1)}];
+    double moved;
 }} {name}_state;
 
 typedef struct {{

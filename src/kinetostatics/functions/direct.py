@@ -31,8 +31,6 @@ from kinetostatics.robot import Robot
 from kinetostatics.status import Status
 
 _STATUSES = tuple(frozen(np.array(status, dtype=np.int8)) for status in (Status.LIMIT_EXCEEDED, Status.OK))
-#: Orientation coordinates [rad] below which three turns about different axes, and rotation vectors, are the only ones of a pose.
-_UNIQUE = 1.5
 
 
 @dataclass(frozen=True)
@@ -86,8 +84,6 @@ class Direct:
         self._moved, self._step = solver.single_step()
         self._load, self._gravity, self._computed = self._outputs.bound(self._moved.x)
         self._lock = threading.Lock()  # calls share their arrays
-        sequence = None if prescribed.orientation is None else prescribed.orientation.sequence
-        self._may_be_unique = sequence is None or sorted(sequence) == [0, 1, 2]
 
     def at(
         self, coordinates: Mapping[str, Any], near: Configuration | Values | None, load: ArrayLike, gravity: ArrayLike
@@ -136,7 +132,7 @@ class Direct:
     def _line(self, start: _Closed, target: Array, shorter: bool) -> tuple[Sequence[float], Array]:
         """Return the coordinates with which the line starts, and those of the orientation there, as all lines do."""
         c, angles = start.poses.c, self._prescribed.angles
-        if not angles or (self._may_be_unique and max(map(abs, c[:, 0].tolist())) < _UNIQUE):
+        if not angles or max(map(abs, c[:, 0].tolist())) < self._convention.unique_below:
             return start.target, c
         first = np.array(start.target)[:, None]
         if shorter and self._prescribed.orientation is not None:

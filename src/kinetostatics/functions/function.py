@@ -159,8 +159,7 @@ class Function:
             What was written.
 
         Raises:
-            ArgumentError: the robot cannot be recorded, as one with rigid limbs; the orientation is "tilt_torsion"; or the scalar
-                is none of the two.
+            ArgumentError: the robot cannot be recorded, as one with rigid limbs; or the scalar is none of the two.
             OSError: the folder cannot be written.
         """
         return export_c(self, folder, scalar, name)

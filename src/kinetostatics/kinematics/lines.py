@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.kinematics.solver import PrescribedCoordinates, Solver, SolverState
-from kinetostatics.math.arrays import Array, chunks
+from kinetostatics.math.arrays import Array, Mask, chunks
 
 #: Largest part of a line that is tried in one go, in rad and in characteristic lengths. However steadily Newton's method
 #: converges after a larger jump, it may be on another branch: a universal joint closes just as well with one axis turned over.
@@ -120,11 +120,11 @@ def _predicted(
 
 def _for_each(array: Array, N: int) -> Array:
     """Return a copy (k, N) of an array of one pose or of N."""
-    return np.array(array) if array.shape[1] == N else np.repeat(array, N, axis=1)
+    return np.array(array, subok=True) if array.shape[1] == N else np.repeat(array, N, axis=1)
 
 
 def line_start(
-    prescribed: PrescribedCoordinates, origin: tuple[Array, Array], target: Array, shorter: bool
+    prescribed: PrescribedCoordinates, origin: tuple[Array, Array], target: Array, shorter: bool | Mask
 ) -> tuple[Array, Array]:
     """Return the prescribed coordinates (n, N) and all orientation coordinates (3, N) with which lines to targets start.
 
@@ -136,7 +136,7 @@ def line_start(
         if not shorter and prescribed.orientation.is_unique(origin[1]):
             return first, c
         given = list(prescribed.angles)
-        aim = np.array(c)
+        aim = np.array(c, subok=True)
         aim[given] = target[prescribed.first_angle :]
         c = prescribed.orientation.same(c, np.where(np.isfinite(aim), aim, c), always=shorter)
         first[prescribed.first_angle :] = c[given]

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from kinetostatics.exceptions import CoordinatesError
 from kinetostatics.math import rotations
-from kinetostatics.math.arrays import Array, zeros_for
+from kinetostatics.math.arrays import Array, Mask, copy_for, everywhere, zeros_for
 from kinetostatics.math.linalg import dot, matmul
 
 #: Angle between the axes of first and last turn, or beside half a turn [rad], that solved poses do not tell from 0.
@@ -42,6 +42,11 @@ class Orientation:
     def pose_names(self) -> tuple[str, ...]:
         """Names of all coordinates of a pose: those of o, then its own."""
         return ("x", "y", "z", *self.names)
+
+    @property
+    def unique_below(self) -> float:
+        """Size [rad] below which coordinates, if all are, are the only ones of their rotation; 0 if they may never be."""
+        return 1.5 if self.sequence is None or sorted(self.sequence) == [0, 1, 2] else 0.0
 
     def matrix(self, c: Array) -> Array:
         """Return rotation matrices (3, 3, N) of coordinates ``c`` (3, N) [rad]."""
@@ -88,7 +93,7 @@ class Orientation:
         torsion = turns[0] + turns[2]
         return np.stack([turns[0], turns[1], torsion if near is not None else torsion - _full_turns(torsion)])
 
-    def same(self, c: Array, near: Array, always: bool) -> Array:
+    def same(self, c: Array, near: Array, always: bool | Mask) -> Array:
         """Return coordinates (3, N) of the same rotations as ``c`` that are nearer to ``near``.
 
         They differ from ``c`` by full turns, if ``always`` or where rounding decides which of two half turns is in ``c``; and in
@@ -96,13 +101,13 @@ class Orientation:
         """
         changed = always | _half_turn(np.sqrt(dot(c, c)) if self.sequence is None else c)
         if self.sequence is None:
-            return np.where(changed, _nearest_vector(c, near), c) if np.any(changed) else c
-        if np.any(changed):
+            return c if everywhere(~changed) else np.where(changed, _nearest_vector(c, near), c)
+        if not everywhere(~changed):
             c = np.where(changed, c + _full_turns(near - c), c)
         second = self._turns(c)[1]
         locked = np.abs(np.sin(second) if self.name == "tilt_torsion" else np.cos(second)) < NEARLY_LOCKED
-        if np.any(locked):
-            near = np.array(near)
+        if not everywhere(~locked):
+            near = copy_for(near, c)
             near[1 if self.name == "tilt_torsion" else self.sequence[1]] = second
             c = np.where(locked, self.coordinates(self.matrix(c), near, NEARLY_LOCKED), c)
         return c
