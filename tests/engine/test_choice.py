@@ -6,7 +6,6 @@ import weakref
 import numpy as np
 import package_robots
 import pytest
-import simple_machines
 from small_robots import cantilever, circle, robot_of
 
 import kinetostatics as ks
@@ -116,15 +115,6 @@ def test_a_report_says_what_is_compiled():
     assert f"{report.operations:,} operations a pose" in str(report) and "closing the loops is compiled" in str(report)
     assert ks.engine_report(robot).to_dict() == report.to_dict()
     assert CompiledStatics.kept(robot.statics).operations == report.operations
-
-
-def test_rigid_limbs_are_left_to_numpy():
-    """Their stiffness is split by eigenvectors, which are not operations on scalars."""
-    pytest.importorskip("llvmlite")
-    robot = simple_machines.arm(elastic=False)
-    assert robot.statics.groups[0].rigid_directions == 6
-    report = ks.engine_report(robot)
-    assert not report.is_compiled and report.reason.startswith("limb_1 is rigid along 6 ")
 
 
 def test_misfits_are_left_to_numpy(made):

@@ -149,12 +149,12 @@ def test_what_overconstrained_loops_cannot_follow_is_nan():
     assert np.any(np.isnan(rates))
 
 
-def test_rigid_limbs_have_no_derivatives():
+def test_rigid_limbs_that_overconstrain_one_another_have_no_derivatives():
     robot = ks.load_robot(CASES / "two_rigid.urdf")
     f = ks.compile(robot)
     at = dict.fromkeys(robot.description.driven, 0.0)
     assert f(**at)["status"] in (ks.Status.OK, ks.Status.INDETERMINATE)
-    with pytest.raises(ks.ArgumentError, match=r"has no derivatives: .* is rigid along"):
+    with pytest.raises(ks.ArgumentError, match="has no derivatives: rigid limbs or rings overconstrain one another"):
         f.jacobian("twist", "load")(**at)
 
 

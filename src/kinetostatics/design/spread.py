@@ -65,7 +65,7 @@ def spread(
             ``"rod_1.outer_diameter"``, ``"platform.mass"``, ``"revolute_1.placement.x"``, ``"prismatic_1.drive_stiffness"``.
             ``*`` in it stands for anything: ``"rod_*.outer_diameter"`` are several parameters, each off by itself.
         robots: how many are made at random; default: 10,000, or 300 where they have to be made one by one, as with rigid
-            limbs, a payload or loads on links.
+            limbs that overconstrain one another, a payload or loads on links.
         distribution: "normal", with a standard deviation of a third of the tolerance, or "uniform" within it.
         seed: of the random numbers: the same robots for the same seed.
         tool: (3,) a point of the platform, from o in its axes [m], such as a tool's tip, whose twist and stiffness are told;

@@ -22,7 +22,7 @@ from kinetostatics.statics.solution import Solution
 
 #: Arrays that are there at once, and arrays of each group of limbs.
 _AT_ONCE = ("o", "twists", "platform_weight", "singular", "indeterminate", "basis_degenerate", "undetermined", "unbalanced")
-_OF_LIMBS = ("doubtful", "degenerate")
+_OF_LIMBS = ("doubtful", "degenerate", "may_stiffen")
 _FIELDS = {kind: frozenset(field.name for field in fields(kind)) for kind in (Solution, LimbStatics)}
 
 

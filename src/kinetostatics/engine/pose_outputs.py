@@ -18,7 +18,7 @@ from kinetostatics.engine.loop_record import KEPT as KEPT_OF_LOOPS
 from kinetostatics.engine.loop_record import Program, held, recorded_rows
 from kinetostatics.engine.outputs import KEPT as KEPT_OF_STATICS
 from kinetostatics.engine.outputs import OUTPUTS
-from kinetostatics.engine.record import by_numpy, check_recordable, example_of, recorded_input
+from kinetostatics.engine.record import by_numpy, example_of, recorded_input
 from kinetostatics.engine.scalars import NotRecordedError, Tape
 from kinetostatics.engine.structure import Structure
 from kinetostatics.kinematics.assembly import ROUGH
@@ -26,7 +26,6 @@ from kinetostatics.kinematics.joint_coordinates import JointCoordinates, widened
 from kinetostatics.kinematics.loop_constraints import LoopEquations
 from kinetostatics.kinematics.mimic import Couplings
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
-from kinetostatics.limbs.compliance import rigid_counts
 from kinetostatics.math.arrays import Array, Mask, zeros_for
 from kinetostatics.mechanism.mechanism import Connection, Mechanism
 from kinetostatics.mechanism.tree import Frames, TreeJoint
@@ -66,14 +65,11 @@ class CompiledOutputs:
         Raises:
             NotRecordedError: something cannot be recorded.
         """
-        check_recordable(statics)
         self._names = tuple(names)
         self._example = robot.generic_poses.x[:, :1], *example_of(statics)[1:]
         coordinates, limits = _limits_of(robot, self._example[0])
         rough = ROUGH + 2 * robot.length * robot.closing_error
         self._own = coordinates, statics, limits, np.array([rough, tolerance]), self._names
-        # limbs that only springs make elastic may be rigid along other directions, which takes eigenvalues
-        self._springy = [group for group in statics.groups if group.springs[0] and not group.beams[0]]
         wanted, *truths = _computed(self._own, *self._example)
         self._shapes = [array.shape[:-1] for array in wanted]
         ends = np.cumsum([0, *(int(np.prod(shape)) for shape in self._shapes)]).tolist()
@@ -113,8 +109,12 @@ class CompiledOutputs:
         """Whether the code gives at the example what NumPy gives: whatever may be wrong with code from a disk."""
         numbers, truths = self._code.results(self._example, self._parameters, self._size, 2)
         pairs = zip(wanted[:-1], self._rows, strict=False)  # the last is the residual: rounding
-        same = (np.abs(numbers[rows, 0] - a.ravel()) <= _ALIKE * np.max(np.abs(a), initial=1e-20) for a, rows in pairs)
-        return bool(np.array_equal(truths, said)) and all(bool(np.all(item)) for item in same)
+        size = (_ALIKE * np.nanmax(np.abs(a), initial=1e-20) for a in wanted)
+        same = (
+            np.allclose(numbers[rows, 0], a.ravel(), rtol=0, atol=at, equal_nan=True)
+            for (a, rows), at in zip(pairs, size, strict=False)
+        )
+        return bool(np.array_equal(truths, said)) and all(same)
 
     def __call__(self, x: Array, load: Array, gravity: Array) -> tuple[dict[str, Array], Mask, Mask]:
         """Compute outputs of poses at solved coordinates.
@@ -129,17 +129,9 @@ class CompiledOutputs:
             singular or undetermined, and every limb is what it is elsewhere; and which are within all joints' limits.
         """
         numbers, (fine, within) = self._code.results((x, load, gravity), self._parameters, self._size, 2)
-        return self._arrays(numbers, fine), fine, within
-
-    def _arrays(self, numbers: Array, fine: Mask) -> dict[str, Array]:
-        """Return the outputs (…, N), and strike from ``fine`` limbs that springs alone make elastic, but in fewer directions."""
-        N = numbers.shape[1]
-        arrays = [numbers[rows].reshape(*shape, N) for rows, shape in zip(self._rows, self._shapes, strict=True)]
-        first = len(self._names)
-        for group, C in zip(self._springy, arrays[first:-1], strict=True):
-            at = np.flatnonzero(fine)
-            fine[at] = np.all(rigid_counts(C[..., at]) == group.rigid_directions, axis=0)
-        return {**dict(zip(self._names, arrays, strict=False)), "residual": arrays[-1]}
+        N, names = numbers.shape[1], (*self._names, "residual")
+        arrays = (numbers[rows].reshape(*shape, N) for rows, shape in zip(self._rows, self._shapes, strict=True))
+        return dict(zip(names, arrays, strict=True)), fine, within
 
     def bound(self, x: Array) -> tuple[Array, Array, Callable[[], tuple[dict[str, Array], bool] | None]]:
         """Return arrays (k, LANES) for load and gravity of one pose, the same in every column, and what computes its outputs
@@ -154,13 +146,10 @@ class CompiledOutputs:
         load, gravity = (np.repeat(array, llvm.LANES, axis=1) for array in self._example[1:])
         numbers, truths = np.empty((self._size, llvm.LANES)), np.empty((2, llvm.LANES), dtype=bool)
         call = Bound(self._code, (x, load, gravity), self._parameters, numbers, truths)
-        last, springy = self._rows[-1], bool(self._springy)
-        places = [*zip(self._names, self._rows, self._shapes, strict=False), ("residual", last, ())]
+        places = list(zip((*self._names, "residual"), self._rows, self._shapes, strict=True))
 
         def computed() -> tuple[dict[str, Array], bool] | None:
             call()
-            if springy:
-                self._arrays(numbers[:, :1], truths[0, :1])
             if not truths[0, 0]:
                 return None
             flat = numbers[:, 0].copy()
@@ -171,7 +160,7 @@ class CompiledOutputs:
 
 
 def _computed(own: Any, x: Array, load: Array, gravity: Array) -> tuple[list[Array], Any, Any]:
-    """Return outputs (…, N), compliances of springy limbs and the residual; which poses are as usual, and which within limits."""
+    """Return outputs (…, N) and the residual; which poses are as usual, and which within limits."""
     coordinates, statics, limits, (rough, tolerance), names = own
     equations = coordinates.solver.equations
     q, frames, residual = equations.place(x)
@@ -183,7 +172,7 @@ def _computed(own: Any, x: Array, load: Array, gravity: Array) -> tuple[list[Arr
     solution = by_numpy(statics, frames, load, gravity)
     fine = fine & ~solution.singular & ~solution.indeterminate & ~solution.basis_degenerate
     for item in solution.statics:
-        fine = fine & ~np.any(item.doubtful, axis=0)
+        fine = fine & ~np.any(item.doubtful | item.may_stiffen, axis=0)
     found = []
     for name in names:
         if name == "actuators":
@@ -191,7 +180,6 @@ def _computed(own: Any, x: Array, load: Array, gravity: Array) -> tuple[list[Arr
             found.append(np.stack([values[drive] for drive in statics.description.driven]))
         else:
             found.append(OUTPUTS[name](statics, solution))
-    found += [item.C for item in solution.statics if item.group.springs[0] and not item.group.beams[0]]
     return [*found, worst], fine, within
 
 

@@ -175,12 +175,12 @@ def _merged(robot: RobotStatics, whole: Solution, some: Solution, which: Index) 
 
 
 def _agree(a: Any, b: Any, least: float) -> bool:
-    """Whether arrays are the same but for rounding of their largest entry, or of ``least``."""
+    """Whether arrays are the same but for rounding of their largest entry, or of ``least``; NaN in the same places."""
     if a.shape != b.shape or a.dtype != b.dtype:
         return False
     if a.dtype == bool:
         return bool(np.array_equal(a, b))
-    return bool(np.all(np.abs(a - b) <= 1e-7 * np.max(np.abs(a), initial=least)))
+    return bool(np.allclose(b, a, rtol=0, atol=1e-7 * np.nanmax(np.abs(a), initial=least), equal_nan=True))
 
 
 def key_of(structure: Structure) -> str:

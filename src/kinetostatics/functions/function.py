@@ -79,9 +79,8 @@ class Function:
 
         ``rod_1.outer_diameter`` and others of a beam's section and material; ``platform.mass`` and ``.center_of_mass`` of a
         link, in its frame; ``.linear_stiffness``, ``.angular_stiffness`` and ``.drive_stiffness`` of an elastic joint;
-        ``.stiffness``, ``.free_length`` and ``.preload`` of a spring;
-        ``.placement`` of a joint: shifts along and turns about the axes of its own frame, with all that hangs on it; of a loop
-        ``.predecessor_placement`` and ``.successor_placement``.
+        ``.stiffness``, ``.free_length`` and ``.preload`` of a spring; ``.placement`` of a joint: shifts along and turns about the
+        axes of its own frame, with all that hangs on it; of a loop ``.predecessor_placement`` and ``.successor_placement``.
         """
         found = parameters_of(self.robot).values()
         return Named({item.name: Quantity(item.name, item.shape, item.units) for item in found})
@@ -159,7 +158,7 @@ class Function:
             What was written.
 
         Raises:
-            ArgumentError: the robot cannot be recorded, as one with rigid limbs; or the scalar is none of the two.
+            ArgumentError: the robot's rigid limbs overconstrain one another, or the scalar is none of the two.
             OSError: the folder cannot be written.
         """
         return export_c(self, folder, scalar, name)

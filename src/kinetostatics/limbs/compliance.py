@@ -14,12 +14,15 @@ from numpy.typing import NDArray
 from kinetostatics.limbs import beam as beam_formulas
 from kinetostatics.limbs.geometry import LimbGeometry
 from kinetostatics.limbs.group import LimbGroup, carried_wrench
-from kinetostatics.math.arrays import Array
-from kinetostatics.math.linalg import correlation
+from kinetostatics.math.arrays import Array, zeros_for
+from kinetostatics.math.linalg import Cholesky, correlation, inverse_of
+from kinetostatics.math.ordering import first_largest
 from kinetostatics.math.screws import move_wrench
 
 #: Compliance, relative to that of its own direction alone, below which a limb or a self-stress counts as rigid.
 RIGID = 1e-12
+#: Smallest eigenvalue of what gives way, and what is left beside it, with which there is no doubt about that.
+_GIVES, _NOTHING_LEFT = 1e-6, 1e-13
 
 
 @dataclass(frozen=True)
@@ -112,6 +115,68 @@ def assembly_error_strains(group: LimbGroup, columns: Array, assembly_error: Arr
         if error.size and np.any(assembly_error[:, k]):
             error += np.einsum("in...,i...->n...", carried_wrench(group.element_cut_signs[k], columns), assembly_error[:, k])
     return error
+
+
+@dataclass(frozen=True)
+class RigidSplit:
+    """Wrenches of limbs that are rigid along some: W = rigid μ + give (J_icᵀ Δ − Δ_igc), with any μ.
+
+    Attributes:
+        rigid: (g, N, n, r) combinations of the n constraint wrenches along which the limbs do not give way.
+        give: (g, N, n, n) how the others resist: C give C = C.
+        sure: (g, N) where there are r of these, and no doubt about that.
+    """
+
+    rigid: Array
+    give: Array
+    sure: NDArray[np.bool_]
+
+
+def split_rigid(C: Array, soft: tuple[int, ...]) -> RigidSplit:
+    """Split wrenches by the compliance (n, n, g, N) along them; ``soft`` are n − r of them that tell all that gives way."""
+    n = len(C)
+    scaled, unit = correlation(np.moveaxis(C, (0, 1), (-2, -1)))
+    scaled = np.moveaxis(scaled, (-2, -1), (0, 1))
+    gives, rest = list(soft), [k for k in range(n) if k not in soft]
+    factor = Cholesky(scaled[np.ix_(gives, gives)])
+    inverse, couples = inverse_of(factor), scaled[np.ix_(gives, rest)]
+    follows = np.einsum("ab...,bc...->ac...", inverse, couples)
+    left = np.einsum("aa...->a...", scaled[np.ix_(rest, rest)]) - np.einsum("ab...,ab...->b...", couples, follows)
+    sure = np.sum(np.abs(left), axis=0) <= _NOTHING_LEFT
+    if gives:
+        sure = sure & (factor.smallest_eigenvalue() > _GIVES)
+    rigid = zeros_for((n, len(rest), *C.shape[2:]), C)
+    rigid[gives] = -np.where(np.abs(follows) > _NOTHING_LEFT, follows, 0.0)
+    rigid[rest, range(len(rest))] = 1.0
+    give = zeros_for(C.shape, C)
+    give[np.ix_(gives, gives)] = inverse
+    units = np.moveaxis(unit, -1, 0)
+    rigid, give = rigid * units[:, None], give * units[:, None] * units
+    return RigidSplit(np.moveaxis(rigid, (0, 1), (-2, -1)), np.moveaxis(give, (0, 1), (-2, -1)), sure)
+
+
+def split_by_eigenvectors(C: Array, r: int) -> tuple[Array, Array]:
+    """Return the same combinations (…, n, r) and resistance (…, n, n) of limbs (…, n, n), whatever gives way."""
+    scaled, unit = correlation(C)
+    values, vectors = np.linalg.eigh(scaled)
+    combined = unit[..., :, None] * vectors
+    soft = combined[..., r:]
+    return combined[..., :r], soft / np.maximum(values[..., None, r:], 1e-300) @ np.swapaxes(soft, -1, -2)
+
+
+def soft_wrenches(C: Array, count: int) -> tuple[int, ...]:
+    """Choose ``count`` of n wrenches that tell all that gives way, from the compliance (n, n, poses) along them: the softest
+    first, each of those that are left when the ones before are held."""
+    finite = np.all(np.isfinite(C), axis=(0, 1))
+    scaled = np.moveaxis(correlation(np.moveaxis(C[..., finite], 2, 0))[0], 0, 2)
+    chosen: list[int] = []
+    for _ in range(count):
+        left = np.min(np.einsum("aan->an", scaled), axis=1, initial=1.0)
+        left[chosen] = -1.0
+        k = first_largest(left)
+        chosen.append(k)
+        scaled = scaled - scaled[:, k, None] * scaled[k] / np.maximum(scaled[k, k], 1e-300)
+    return tuple(chosen)
 
 
 def count_rigid(C: Array) -> int:

@@ -88,6 +88,7 @@ class LimbGroup:
         basis: the canonical wrenches, alike for all but for their labels.
         labels, attached_labels: names of the columns of J_ic and J_ig, for each limb.
         rigid_directions: along how many combinations of its constraint wrenches the limb is rigid.
+        soft: as many of the constraint wrenches as there are other combinations; what gives way along them tells all.
         at_one_pose: whether that was decided at one pose, at which the limb is another one
             (:mod:`kinetostatics.statics.limb_ranks`).
     """
@@ -97,6 +98,7 @@ class LimbGroup:
     labels: list[tuple[str, ...]]
     attached_labels: list[tuple[str, ...]]
     rigid_directions: int = 0
+    soft: tuple[int, ...] = ()
     at_one_pose: bool = False
 
     def __init__(self, model: StaticModel, numbers: Sequence[int]) -> None:
@@ -133,10 +135,16 @@ class LimbGroup:
         self._outboard_of_passive = self._outboard(freedom_edges)[:, self.passive]
         self._outboard_of_beams, self._outboard_of_springs = self._outboard(beam_edges), self._outboard(spring_edges)
 
-    def decided(self, elimination: EliminationOrder | None, bases: Sequence[Basis] = (), rigid_directions: int = 0) -> LimbGroup:
+    def decided(
+        self,
+        elimination: EliminationOrder | None,
+        bases: Sequence[Basis] = (),
+        rigid_directions: int = 0,
+        soft: tuple[int, ...] = (),
+    ) -> LimbGroup:
         """Return the same limbs with what is decided about them once, at generic poses; ``bases`` are those of every limb."""
         group = copy.copy(self)
-        group.elimination, group.rigid_directions = elimination, rigid_directions
+        group.elimination, group.rigid_directions, group.soft = elimination, rigid_directions, soft
         if bases:
             group.basis = bases[0]
             group.labels = [tuple(c.label for c in basis.constraint) for basis in bases]
@@ -152,7 +160,8 @@ class LimbGroup:
         return self._again(model, range(len(self.numbers)))
 
     def _again(self, model: StaticModel, positions: Sequence[int]) -> LimbGroup:
-        group = LimbGroup(model, [self.numbers[k] for k in positions]).decided(self.elimination, (), self.rigid_directions)
+        group = LimbGroup(model, [self.numbers[k] for k in positions])
+        group = group.decided(self.elimination, (), self.rigid_directions, self.soft)
         group.basis, group.labels = self.basis, [self.labels[k] for k in positions]
         group.attached_labels = [self.attached_labels[k] for k in positions]
         return group

@@ -6,7 +6,7 @@ import numpy as np
 
 from kinetostatics.limbs import force_method
 from kinetostatics.limbs.basis_choice import choose_basis
-from kinetostatics.limbs.compliance import count_rigid
+from kinetostatics.limbs.compliance import count_rigid, soft_wrenches
 from kinetostatics.limbs.geometry import LimbGeometry
 from kinetostatics.limbs.group import Basis, LimbGroup
 from kinetostatics.limbs.model import StaticModel
@@ -60,21 +60,23 @@ def _decided(
     elimination = None if limb.is_serial else _elimination(limb, geometry, plans.setdefault(limb.signature, []))
     basis = choose_basis(limb.decided(elimination), limb.geometry(*both), generic[1].shape[1])
     limb = limb.decided(elimination, [basis])
-    return limb.decided(elimination, [basis], _rigid_directions(limb, *generic)), basis, elimination
+    return limb.decided(elimination, [basis], *_rigid_directions(limb, *generic)), basis, elimination
 
 
 def _stacked(model: StaticModel, members: list[tuple[LimbGroup, Basis]]) -> LimbGroup:
     """Return limbs that are built alike, each a group of its own with its basis, as one group."""
     first = members[0][0]
     numbers, bases = [limb.numbers[0] for limb, _ in members], [basis for _, basis in members]
-    return LimbGroup(model, numbers).decided(first.elimination, bases, first.rigid_directions)
+    return LimbGroup(model, numbers).decided(first.elimination, bases, first.rigid_directions, first.soft)
 
 
-def _rigid_directions(limb: LimbGroup, frames: Frames, o: Array) -> int:
-    """Return along how many combinations of its constraint wrenches a limb is rigid, at generic poses."""
+def _rigid_directions(limb: LimbGroup, frames: Frames, o: Array) -> tuple[int, tuple[int, ...]]:
+    """Return along how many combinations of its constraint wrenches a limb is rigid at generic poses, and the soft ones."""
     N = o.shape[1]
     weightless = np.zeros((6, len(limb.model.weights.names), N))
-    return count_rigid(limb_statics(limb, frames, o, weightless, np.zeros((3, N))).C)
+    C = limb_statics(limb, frames, o, weightless, np.zeros((3, N))).C
+    count = count_rigid(C)
+    return count, soft_wrenches(C[:, :, 0], len(C) - count)
 
 
 def _elimination(

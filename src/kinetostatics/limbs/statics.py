@@ -18,6 +18,7 @@ from kinetostatics.limbs.compliance import (
     LimbLoads,
     assembly_error_strains,
     own_weights_of_beams,
+    split_rigid,
     strains,
     whole_compliance,
 )
@@ -25,7 +26,7 @@ from kinetostatics.limbs.geometry import LimbGeometry
 from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.wrenches import limb_wrenches
 from kinetostatics.math.arrays import Array
-from kinetostatics.math.linalg import Cholesky, correlation
+from kinetostatics.math.linalg import Cholesky, correlation, inverse_of
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.printing.mappings import ShortRepr
 
@@ -55,6 +56,7 @@ class LimbStatics(ShortRepr):
         unbalanced: (passive freedoms, g, N) what is left of Eq. (3) [N].
         degenerate: (g, N) where the bases are not the canonical ones.
         doubtful: (g, N) where the limb may have other ranks than at generic poses.
+        may_stiffen: (g, N) where it may be rigid along more or fewer combinations of its wrenches than at generic poses.
     """
 
     group: LimbGroup
@@ -73,6 +75,7 @@ class LimbStatics(ShortRepr):
     unbalanced: Array
     degenerate: NDArray[np.bool_]
     doubtful: NDArray[np.bool_]
+    may_stiffen: NDArray[np.bool_]
 
 
 def limb_statics(
@@ -179,7 +182,15 @@ def _statics(
         unbalanced=found.unbalanced,
         degenerate=found.degenerate | group.at_one_pose,
         doubtful=found.doubtful,
+        may_stiffen=_may_stiffen(group, C),
     )
+
+
+def _may_stiffen(group: LimbGroup, C: Array) -> NDArray[np.bool_]:
+    """Return where (g, N) limbs that only springs make elastic may be rigid along others than usual; a beam makes all elastic."""
+    if group.beams[0] or not group.springs[0] or len(group.soft) != len(C) - group.rigid_directions:
+        return np.full(C.shape[2:], bool(group.springs[0] and not group.beams[0]))
+    return ~split_rigid(C, group.soft).sure
 
 
 def _relaxation(gram: Array, self_stress: Array) -> tuple[Array, Array]:
@@ -193,10 +204,8 @@ def _relaxation(gram: Array, self_stress: Array) -> tuple[Array, Array]:
     scaled, unit = correlation(np.moveaxis(gram, (0, 1), (-2, -1)))
     scaled, unit = scaled[..., n:, n:], unit[..., n:]
     size = np.moveaxis(unit, -1, 0)
-    s = len(size)
     factor = Cholesky(np.moveaxis(scaled, (-2, -1), (0, 1)))
-    half = factor.forward(np.eye(s).reshape(s, s, *(1,) * (size.ndim - 1)))
-    gain = np.einsum("ki...,kj...->ij...", half, half) * size[:, None] * size
+    gain = inverse_of(factor) * size[:, None] * size
     loose = np.zeros_like(self_stress)
     ill = ~(factor.smallest_eigenvalue() > _WELL_CONDITIONED)
     if np.any(ill):

@@ -159,6 +159,13 @@ class Cholesky:
         return self.backward(self.forward(b))
 
 
+def inverse_of(factor: Cholesky) -> Array:
+    """Return A⁻¹ (n, n, …) of a factor of A."""
+    n = len(factor.factor)
+    half = factor.forward(np.eye(n).reshape(n, n, *(1,) * (factor.factor.ndim - 2)))
+    return np.einsum("ki...,kj...->ij...", half, half)
+
+
 def definite(a: Array, limit: float) -> NDArray[np.bool_]:
     """Return where (…) the smallest eigenvalue of symmetric matrices (n, n, …) exceeds ``limit``.
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from kinetostatics.limbs import force_method
 from kinetostatics.limbs.basis_choice import rank
@@ -37,9 +38,13 @@ def groups_of_poses(
     doubtful = np.zeros(o.shape[1], dtype=bool)
     for item in statics:
         doubtful |= np.any(item.doubtful, axis=0)
-    rigid = {k: rigid_counts(item.C) for k, item in enumerate(statics) if item.group.springs[0] and not item.group.beams[0]}
-    for k, counts in rigid.items():
-        doubtful |= np.any(counts != statics[k].group.rigid_directions, axis=0)
+    rigid: dict[int, NDArray[np.intp]] = {}
+    for k, item in enumerate(statics):
+        if item.group.springs[0] and not item.group.beams[0] and np.any(item.may_stiffen):
+            at = np.flatnonzero(np.any(item.may_stiffen, axis=0))
+            rigid[k] = np.full(item.may_stiffen.shape, item.group.rigid_directions)
+            rigid[k][:, at] = rigid_counts(item.C[..., at])
+            doubtful |= np.any(rigid[k] != item.group.rigid_directions, axis=0)
     if not np.any(doubtful):
         return {}
     found = {}

@@ -12,9 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from kinetostatics.limbs.compliance import split_by_eigenvectors, split_rigid
 from kinetostatics.limbs.statics import LimbStatics
-from kinetostatics.math.arrays import Array, everywhere, is_filled
-from kinetostatics.math.linalg import Cholesky, correlation
+from kinetostatics.math.arrays import Array, Index, everywhere, is_filled, settles, zeros_for
+from kinetostatics.math.linalg import Cholesky, inverse_of
 from kinetostatics.statics.model import RobotStatics
 
 #: Smallest pivot of the scaled stiffness, whose entries differ by orders of magnitude: mere rounding.
@@ -23,16 +24,21 @@ SINGULAR = 1e-14
 _BALANCED = 1e-12
 #: Relative singular value below which rigid wrenches count as dependent.
 _DEPENDENT = 1e-9
+#: Smallest eigenvalues that leave no doubt: of rigid wrenches' Gram matrix, and of the stiffness that they leave beside its mean.
+_INDEPENDENT, _HELD = 1e-5, 1e-9
 
 
 @dataclass(frozen=True)
 class _Split:
-    """Wrenches of partly rigid limbs: W = rigid μ + soft ν, with the compliances of ν; arrays (g, N, …)."""
+    """Wrenches of partly rigid limbs: W = rigid μ + give (Jᵀ Δ − Δ_gc), with any μ; arrays (g, N, …)."""
 
     rigid: Array  # (g, N, n, r)
-    soft: Array  # (g, N, n, n - r)
-    stiffness: Array  # (g, N, n - r)
+    give: Array  # (g, N, n, n)
     J: Array  # (g, N, 6, n)
+
+    def resisted(self, pull: Array) -> Array:
+        """Return the wrenches (n, S, g, N) by which what gives way resists a pull (n, S, g, N)."""
+        return np.einsum("gnij,jsgn->isgn", self.give, pull)
 
 
 class PlatformEquilibrium:
@@ -60,8 +66,7 @@ class PlatformEquilibrium:
             elif item.group.rigid_directions:
                 split = _split(item)
                 self._factors.append(split)
-                soft = split.J @ split.soft
-                K += np.einsum("gnik,gnk,gnjk->ijn", soft, split.stiffness, soft)
+                K += np.einsum("gnik,gnjk->ijn", split.J @ split.give, split.J)
             else:
                 factor = Cholesky(item.C)
                 self._factors.append(factor)
@@ -74,7 +79,7 @@ class PlatformEquilibrium:
         self.open = [np.zeros((item.J_c.shape[1], 0, *item.J_c.shape[2:])) for item in statics]
         if self._rigid is not None:
             self.compliance, self.singular, self.indeterminate = self._rigid.compliance, self._rigid.singular, self._rigid.loose
-            self.stiffness = np.full_like(K, np.nan)
+            self.stiffness = np.full(K.shape, np.nan)
             places = [k for k, factor in enumerate(self._factors) if isinstance(factor, _Split)]
             for k, directions, split in zip(places, self._rigid.open(splits), splits, strict=True):
                 size = np.moveaxis(np.sqrt(np.sum(split.rigid**2, axis=-1)), -1, 0)
@@ -98,8 +103,7 @@ class PlatformEquilibrium:
         total = np.array(right, subok=True)
         for factor, half, strain in zip(self._factors, self._halves, strains, strict=True):
             if isinstance(factor, _Split):
-                soft = factor.J @ factor.soft
-                total += np.einsum("gnia,gna,gnka,ksgn->isn", soft, factor.stiffness, factor.soft, strain, optimize=True)
+                total += np.einsum("gnik,ksgn->isn", factor.J, factor.resisted(strain))
             elif half is not None and isinstance(factor, Cholesky):
                 for s in np.flatnonzero(np.any(is_filled(strain), axis=(0, 2, 3))):
                     total[:, s] += np.einsum("kign,kgn->in", half, factor.forward(strain[:, s, None])[:, 0])
@@ -126,8 +130,7 @@ class PlatformEquilibrium:
             if isinstance(factor, Cholesky):
                 result.append(factor.solve(pull))
                 continue
-            W = np.einsum("gnia,gna,gnka,ksgn->isgn", factor.soft, factor.stiffness, factor.soft, pull, optimize=True)
-            result.append(W + np.einsum("gnir,rsgn->isgn", factor.rigid, next(rest)))
+            result.append(factor.resisted(pull) + np.einsum("gnir,rsgn->isgn", factor.rigid, next(rest)))
         return result
 
     def _refine(self, right: Array, twists: Array, intensities: list[Array]) -> None:
@@ -147,17 +150,15 @@ class PlatformEquilibrium:
 
 
 def _split(item: LimbStatics) -> _Split:
-    """Split the wrenches of partly rigid limbs by the eigenvectors of their compliance."""
-    scaled, unit = correlation(np.moveaxis(item.C, (0, 1), (-2, -1)))
-    values, vectors = np.linalg.eigh(scaled)
-    combined = unit[..., :, None] * vectors
-    r = item.group.rigid_directions
-    return _Split(
-        combined[..., :r],
-        combined[..., r:],
-        1 / np.maximum(values[..., r:], 1e-300),
-        np.moveaxis(item.J_c, (2, 3), (0, 1)),
-    )
+    """Split the wrenches of partly rigid limbs: by those that are soft at generic poses, else by eigenvectors."""
+    r, J = item.group.rigid_directions, np.moveaxis(item.J_c, (2, 3), (0, 1))
+    if len(item.group.soft) != len(item.C) - r:
+        return _Split(*split_by_eigenvectors(np.moveaxis(item.C, (0, 1), (-2, -1)), r), J)
+    found = split_rigid(item.C, item.group.soft)
+    rigid, give, sure = found.rigid, found.give, found.sure | ~np.all(np.isfinite(item.C), axis=(0, 1))
+    if not settles(sure):
+        rigid[~sure], give[~sure] = split_by_eigenvectors(np.moveaxis(item.C[..., ~sure], 2, 0), r)
+    return _Split(rigid, give, J)
 
 
 def _invert(K: Array, scale: Array) -> tuple[Array, NDArray[np.bool_]]:
@@ -166,6 +167,38 @@ def _invert(K: Array, scale: Array) -> tuple[Array, NDArray[np.bool_]]:
     unit = np.broadcast_to(np.eye(6)[:, :, None], K.shape)
     compliance = factor.solve(unit) * scale[:, None, None] * scale[None, :, None]
     return (compliance + np.swapaxes(compliance, 0, 1)) / 2, ~(factor.smallest_pivot > SINGULAR)
+
+
+def _by_projection(A: Array, K: Array) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Return how the platform gives way without moving along rigid wrenches, and what share of a wrench each of them carries.
+
+    With P = 1 − A A⁺, which takes rigid motions away, the inverse is that of P K P beside them.
+
+    Args:
+        A: (N, 6, n) unit wrenches along which the limbs are rigid.
+        K: (N, 6, 6) stiffness of all that is elastic.
+
+    Returns:
+        The inverse (N, 6, 6), A⁺ (N, n, 6), and where (N,) these are right beyond doubt: n wrenches are independent, and nothing
+        that they leave is free.
+    """
+    N, _, n = A.shape
+    if n > 6:
+        return np.zeros((N, 6, 6)), np.zeros((N, n, 6)), np.zeros(N, dtype=bool)
+    across = np.swapaxes(A, 1, 2)
+    gram = Cholesky(np.moveaxis(across @ A, 0, 2))
+    gain = np.moveaxis(inverse_of(gram), 2, 0) @ across
+    gain = 2 * gain - gain @ A @ gain  # one step of Newton and Schulz takes away the error of the normal equations
+    sure = gram.smallest_eigenvalue() > _INDEPENDENT
+    if n == 6:
+        return zeros_for((N, 6, 6), A), gain, sure
+    along = A @ gain
+    rest = np.eye(6) - along
+    mean = np.einsum("nii->n", K) / 6
+    mean = np.where(mean > 0, mean, 1.0)[:, None, None]
+    factor = Cholesky(np.moveaxis(rest @ (K / mean) @ rest + along, 0, 2))
+    inverse = rest @ np.moveaxis(inverse_of(factor), 2, 0) @ rest
+    return (inverse + np.swapaxes(inverse, 1, 2)) / (2 * mean), gain, sure & (factor.smallest_eigenvalue() > _HELD)
 
 
 class _RigidPart:
@@ -180,29 +213,35 @@ class _RigidPart:
         J = np.where(finite[:, None, None], J, 0.0)
         self.sizes = np.sqrt(np.sum(J * J, axis=1))
         self.sizes = np.where(self.sizes > 0, self.sizes, 1.0)
-        self.U, values, self.V = np.linalg.svd(J / self.sizes[:, None], full_matrices=True)
-        self.rank = np.sum(values > _DEPENDENT * values[:, :1], axis=1)
+        A = J / self.sizes[:, None]
         self.K = np.nan_to_num(np.moveaxis(K, 2, 0) * np.outer(scale, scale))
-        self.inverse, self.singular = np.zeros((N, 6, 6)), ~finite
-        self.gain = np.zeros((N, J.shape[2], 6))  # multipliers per unit wrench that the rigid part must carry
-        self.free: list[Array] = []
-        unknown = np.zeros((N, J.shape[2], J.shape[2]))
-        for rank in np.unique(self.rank):
-            which = self.rank == rank
-            U, V, motions = self.U[which], self.V[which], self.U[which][:, :, rank:]
-            reduced = np.swapaxes(motions, 1, 2) @ self.K[which] @ motions
-            bad = np.zeros(int(which.sum()), dtype=bool)
+        #: how multipliers may change together, and multipliers per unit wrench that the rigid part must carry
+        self.unknown = np.zeros((N, J.shape[2], J.shape[2]))
+        self.inverse, self.gain, sure = _by_projection(A, self.K)
+        self.singular = ~finite
+        if not settles(sure):
+            self._by_singular_values(A[~sure], np.flatnonzero(~sure))
+        self.loose = np.any(np.abs(self.unknown) > _DEPENDENT, axis=(1, 2))
+        self.compliance = np.moveaxis(self.inverse * np.outer(scale, scale), 0, 2)
+
+    def _by_singular_values(self, A: Array, poses: Index) -> None:
+        """Find the same at some poses, whatever the rank of A (P, 6, n) there."""
+        U, values, V = np.linalg.svd(A, full_matrices=True)
+        ranks = np.sum(values > _DEPENDENT * values[:, :1], axis=1)
+        for rank in np.unique(ranks):
+            which = ranks == rank
+            at, own, motions = poses[which], V[which], U[which][:, :, rank:]
+            reduced = np.swapaxes(motions, 1, 2) @ self.K[at] @ motions
+            self.inverse[at] = 0.0
             if rank < 6:
-                largest = np.max(np.einsum("nii->ni", self.K[which]), axis=1)
+                largest = np.max(np.einsum("nii->ni", self.K[at]), axis=1)
                 bad = ~(np.linalg.eigvalsh(reduced)[:, 0] > 100 * SINGULAR * largest)
                 reduced = np.where(bad[:, None, None], np.eye(6 - rank), reduced)
-                self.inverse[which] = motions @ np.linalg.solve(reduced, np.swapaxes(motions, 1, 2))
-            self.gain[which] = np.swapaxes(V[:, :rank], 1, 2) / values[which][:, None, :rank] @ np.swapaxes(U[:, :, :rank], 1, 2)
-            unknown[which, :, : J.shape[2] - rank] = np.swapaxes(V[:, rank:], 1, 2)
-            self.singular[which] |= bad
-        self.unknown = unknown / self.sizes[:, :, None]
-        self.loose = np.any(np.abs(unknown) > _DEPENDENT, axis=(1, 2))
-        self.compliance = np.moveaxis(self.inverse * np.outer(scale, scale), 0, 2)
+                self.inverse[at] = motions @ np.linalg.solve(reduced, np.swapaxes(motions, 1, 2))
+                self.singular[at] |= bad
+            gain = np.swapaxes(own[:, :rank], 1, 2) / values[which][:, None, :rank]
+            self.gain[at] = gain @ np.swapaxes(U[which][:, :, :rank], 1, 2)
+            self.unknown[at, :, : A.shape[2] - rank] = np.swapaxes(own[:, rank:], 1, 2) / self.sizes[at][:, :, None]
 
     def open(self, splits: list[_Split]) -> list[Array]:
         """Return for each partly rigid group (n_c, k, g, N) the changes of intensities that the rigid wrenches leave open."""

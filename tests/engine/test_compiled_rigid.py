@@ -1,0 +1,158 @@
+"""Rigid and partly rigid limbs by compiled code; elimination gives what singular values and eigenvectors give."""
+
+from functools import cache
+
+import numpy as np
+import package_robots
+import pytest
+import simple_machines
+from places import CASES
+from tapes import differences
+from test_record import evaluated, some_poses
+
+import kinetostatics as ks
+from kinetostatics.description import JointStiffness
+from kinetostatics.engine.record import record_of
+from kinetostatics.limbs import compliance
+from kinetostatics.limbs.compliance import soft_wrenches, split_by_eigenvectors, split_rigid
+from kinetostatics.statics import platform_equilibrium
+from kinetostatics.statics.solution import solve
+
+
+@cache
+def stiffened(name, beams=0, drives=True):
+    """Return a robot of the package of whose beams only the first ones are left, and whose drives are elastic, or not."""
+    description = package_robots.robot(name).description
+    for beam in list(description.beams)[beams:]:
+        description = description.without_beam(beam)
+    for joint in description.driven if drives else ():
+        description = description.with_joint_stiffness(JointStiffness(joint, drive=2e6))
+    return ks.Robot(description)
+
+
+#: Limbs elastic along one wrench of two, or of three in rings; all rigid; two rigid ones beside an elastic one.
+ROBOTS = {
+    "drives": lambda: stiffened("3rps"),
+    "rings": lambda: stiffened("delta"),
+    "rigid": lambda: stiffened("3rps", drives=False),
+    "one beam": lambda: stiffened("3rps", beams=1, drives=False),
+    "arm": lambda: simple_machines.arm(elastic=False),
+}
+
+
+@pytest.mark.parametrize("kind", ROBOTS)
+def test_rigid_limbs_are_recorded_as_numpy_computes_them(kind):
+    robot = ROBOTS[kind]()
+    assert any(group.rigid_directions for group in robot.statics.groups)
+    poses = some_poses(robot)
+    found, holds = evaluated(robot, record_of(robot.statics), *poses)
+    wanted = solve(robot.statics, *poses)
+    assert np.all(holds) and not wanted.singular.any() and not wanted.indeterminate.any()
+    worst = differences(found, wanted)
+    assert max(worst.values()) < 1e-11, max(worst, key=worst.get)
+
+
+@pytest.mark.parametrize("kind", [kind for kind in ROBOTS if kind != "arm"])
+def test_elimination_gives_what_singular_values_and_eigenvectors_give(kind, monkeypatch):
+    robot = ROBOTS[kind]()
+    poses = some_poses(robot)
+    found = solve(robot.statics, *poses)
+    calls = []
+    right = platform_equilibrium._RigidPart._by_singular_values
+    monkeypatch.setattr(platform_equilibrium._RigidPart, "_by_singular_values", lambda *given: (calls.append(1), right(*given)))
+    assert max(differences(solve(robot.statics, *poses), found).values()) == 0 and not calls
+    for module, name in ((platform_equilibrium, "_INDEPENDENT"), (compliance, "_NOTHING_LEFT")):
+        monkeypatch.setattr(module, name, np.inf if name == "_INDEPENDENT" else -1.0)
+    careful = solve(robot.statics, *poses)
+    assert calls
+    for name in ("twists", "compliance"):
+        close(getattr(found, name), getattr(careful, name))
+    for mine, other in zip(found.intensities, careful.intensities, strict=True):
+        close(mine, other)
+    np.testing.assert_array_equal(found.singular, careful.singular)
+
+
+def close(found, wanted, tolerance=1e-11):
+    np.testing.assert_array_equal(np.isnan(found), np.isnan(wanted))
+    np.testing.assert_allclose(found, wanted, rtol=0, atol=tolerance * np.nanmax(np.abs(wanted), initial=0.0))
+
+
+def test_what_gives_way_is_split_from_what_does_not():
+    """A compliance of rank 2 of 4, in units that differ: C give C = C, and C rigid = 0, as by eigenvectors."""
+    rng = np.random.default_rng(4)
+    units = np.array([1.0, 1e3, 1e-2, 10.0])
+    half = rng.standard_normal((4, 2, 1, 5)) * units[:, None, None, None]
+    half[:, :, 0, 3] = half[:, :1, 0, 3]  # of rank 1 there
+    half[:, 1, 0, 4] *= 1e-5
+    C = 1e-7 * np.einsum("ikgn,jkgn->ijgn", half, half)
+    soft = soft_wrenches(C[:, :, 0, :3], 2)
+    split = split_rigid(C, soft)
+    assert split.sure[0].tolist() == [True, True, True, False, False]
+    first = np.moveaxis(C, (0, 1), (-2, -1))[0, :3]
+    for rigid, give in ((split.rigid[0, :3], split.give[0, :3]), split_by_eigenvectors(first, 2)):
+        close(first @ give @ first, first, 1e-9)
+        assert rigid.shape == (3, 4, 2) and np.max(np.abs(first @ rigid)) < 1e-12 * np.max(first) * np.max(np.abs(rigid))
+        assert np.linalg.matrix_rank(rigid[0] / units[:, None], 1e-6) == 2
+    assert split_rigid(np.zeros((2, 2, 1, 1)), ()).sure.all()
+
+
+def test_both_engines_say_the_same_of_elastic_drives():
+    """In reach and out of it; the stiffness is NaN, as the limbs are rigid across their drives."""
+    pytest.importorskip("llvmlite")
+    robot = stiffened("3rps")
+    ry = np.linspace(-1.5, 1.5, 15)
+    poses = robot.assemble(platform={"z": 0.5, "rx": 0.1, "ry": ry}, on_failure="nan")
+    found, wanted = (ks.analyze(poses, load=[10, 20, -300, 1, 2, 3], engine=engine) for engine in ("compiled", "numpy"))
+    np.testing.assert_array_equal(found.status, wanted.status)
+    assert len(set(wanted.status.tolist())) > 1 and np.isfinite(wanted.twist).all(axis=-1).sum() > 5
+    for name in ("twist", "compliance", "stiffness", "base_wrench", "strain_energy"):
+        close(getattr(found, name), getattr(wanted, name), 1e-10)
+    for name in ("actuator_forces", "joint_wrenches"):
+        mine, other = getattr(found, name), getattr(wanted, name)
+        close(np.stack([mine[key] for key in other]), np.stack([other[key] for key in other]), 1e-10)
+    assert ks.engine_report(robot).is_compiled
+
+
+def test_where_drives_move_an_arm_in_fewer_directions_numpy_computes():
+    """An arm of rigid links on elastic drives, stretched and beside that: it is rigid in one direction more."""
+    pytest.importorskip("llvmlite")
+    robot = stiffened("ur10")
+    drives = robot.description.driven
+    q = np.repeat([[0.2], [-0.8], [0.9], [0.3], [0.5], [0.1]], 4, axis=1)
+    q[2, 1], q[2, 2] = 0.0, 1e-7
+    poses = robot.assemble(actuators=dict(zip(drives, q, strict=True)))
+    found, wanted = (ks.analyze(poses, load=[10, 20, -300, 1, 2, 3], engine=engine) for engine in ("compiled", "numpy"))
+    assert wanted.solutions[0].statics[0].may_stiffen[0, 0] == False  # noqa: E712
+    assert len(wanted.solutions) > 1  # the stretched one by itself
+    np.testing.assert_array_equal(found.status, wanted.status)
+    close(found.twist, wanted.twist, 1e-10)
+    close(found.compliance, wanted.compliance, 1e-10)
+    f = ks.compile(robot, engine="compiled")
+    values = f(**dict(zip(drives, q, strict=True)), load=[10, 20, -300, 1, 2, 3])
+    close(values["twist"], wanted.twist, 1e-10)
+
+
+def test_functions_and_derivatives_of_rigid_limbs_on_elastic_drives():
+    robot = stiffened("3rps")
+    at = {"z": 0.52, "rx": 0.1, "ry": -0.15}
+    f = ks.compile(robot, at, outputs=("twist", "actuator_forces"), engine="numpy")
+    rates = f.jacobian(("twist", "actuator_forces"), ("ry", "load"))(**at)
+    step = 1e-4
+    before, after = (f(**{**at, "ry": at["ry"] + by}) for by in (-step, step))
+    unit = f(**at, load=[0, 0, 1, 0, 0, 0])
+    for output, derivatives in rates.items():
+        wanted = (after[output] - before[output]) / (2 * step)
+        np.testing.assert_allclose(derivatives["ry"], wanted, rtol=0, atol=1e-6 * np.max(np.abs(wanted)))
+        wanted = unit[output] - f(**at)[output]
+        np.testing.assert_allclose(derivatives["load"][:, 2], wanted, rtol=0, atol=1e-8 * np.max(np.abs(wanted)))
+
+
+def test_limbs_that_overconstrain_one_another_are_left_to_numpy():
+    pytest.importorskip("llvmlite")
+    robot = ks.load_robot(CASES / "two_rigid.urdf")
+    report = ks.engine_report(robot)
+    assert not report.is_compiled and report.reason.startswith("rigid limbs or rings overconstrain one another")
+    pose = robot.assemble()
+    found, wanted = (ks.analyze(pose, engine=engine) for engine in ("compiled", "numpy"))
+    assert found.status == wanted.status == ks.Status.INDETERMINATE
+    np.testing.assert_array_equal(found.twist, wanted.twist)
