@@ -77,7 +77,7 @@ def analyze(
         ArgumentError: a shape or value makes no sense.
         SingularPoseError: with the drives locked the platform can still move; the message says how.
         LimbEquilibriumError: a limb cannot hold its own weight.
-        StaticsError: a telescopic beam has no length left, or misfits of rigid parts contradict one another.
+        StaticsError: a telescopic beam has no length left, or assembly errors of rigid parts contradict one another.
 
     Example:
         A tripod carries 500 N on its platform. What load and weights contribute to the twist adds up to it:
@@ -230,7 +230,7 @@ def _complain(robot: Robot, solution: Solution) -> None:
     if errors is not None and np.any(np.any(np.isnan(solution.twists[:, -1]), axis=0) & ~solution.singular):
         names = ", ".join(sorted(errors.names))
         raise StaticsError(
-            f"the misfits of {names} contradict one another in rigid parts, which cannot deform: give those parts some "
+            f"the assembly errors of {names} contradict one another in rigid parts, which cannot deform: give those parts some "
             "elasticity (<beam>, <joint_stiffness>)"
         )
     for p in np.flatnonzero(solution.singular):

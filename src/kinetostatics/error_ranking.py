@@ -1,6 +1,6 @@
 """What every small error of every joint and beam does to the platform, and which forces it locks into the robot.
 
-One misfit at a time (:mod:`kinetostatics.statics.assembly_errors`), nothing loaded: as all is linear, the effects of several
+One at a time (:mod:`kinetostatics.statics.assembly_errors`), nothing loaded: as all is linear, the effects of several
 errors add up.
 """
 

@@ -175,7 +175,7 @@ def test_two_rods_in_series(tmp_path):
 
 @pytest.mark.slow
 def test_elastic_drives_and_joints():
-    """Of an arm on an elastic drive: both give way, and the drive turns by moment over stiffness."""
+    """Of an arm on an elastic drive: both deform, and the drive turns by moment over stiffness."""
     spec = small_robots.locked_chain([(0, 0, 0), (0.8, 0, 0)], [(0, 1, 0)])
     description = small_robots.robot_of(spec).description
     description = description.with_joint_stiffness(ks.description.JointStiffness("turn_1", drive=4e4))

@@ -249,7 +249,7 @@ def test_a_rigid_robot_without_parameters_says_that_there_is_nothing(tmp_path):
         encoding="utf-8",
     )
     found = ks.sensitivities(ks.load_robot(tmp_path / "post.urdf").assemble())
-    assert "Nothing gives way, and the file has no numbers" in str(found)
+    assert "Nothing is elastic, and the file has no numbers" in str(found)
 
 
 def test_one_per_cent_of_a_parameter_that_is_zero_is_nothing(tmp_path):

@@ -116,7 +116,7 @@ def test_the_opening_is_the_known_amount(kind, seed):
     assert words in str(caught.value)
 
 
-#: What a joint cannot give way to, in its own frame (axis x, second axis y): shift, turn.
+#: What a joint does not leave free, in its own frame (axis x, second axis y): shift, turn.
 BLOCKED = {
     "fixed": ((2e-3, 1e-3, -2e-3), (3e-3, 0, 4e-3)),
     "revolute": ((3e-3, 0, 0), (0, 3e-3, 4e-3)),

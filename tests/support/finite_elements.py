@@ -274,7 +274,7 @@ class Frame:
 def solve(spec, written, configuration, load=(0, 0, 0, 0, 0, 0), gravity=(0, 0, -9.81), misfits=None):
     """Analyze one pose of a robot of :mod:`small_robots` or :mod:`mechanisms`.
 
-    Misfits are by the names of the spec: of a joint what its outer side is displaced relative to its inner one in the robot, at
+    Errors are by the names of the spec: of a joint what its outer side is displaced relative to its inner one in the robot, at
     its centre, world axes; of a beam ``("length", value)`` or ``("temperature", value)``.
     """
     mechanism = spec if isinstance(spec, Mechanism) else mechanism_of(spec)

@@ -335,7 +335,7 @@ def with_springs(joint, rng):
 
 
 def random_misfits(mechanism, rng):
-    """Return misfits of some joints and beams, as :func:`finite_elements.solve` takes them."""
+    """Return assembly errors of some joints and beams, as :func:`finite_elements.solve` takes them."""
     found = {}
     for edge in mechanism.edges:
         if rng.random() < 0.3:

@@ -10,7 +10,7 @@ THERMAL_EXPANSION = 1.2e-5
 CIRCLE = '<circle diameter="0.05"/>'
 AREA = 1e-4  # of the bars of trusses
 BEAM = f'youngs_modulus="{E}" poisson_ratio="0.3" shear_coefficient="inf"'
-#: A section that only gives way along its axis, for trusses.
+#: A section that is elastic along its axis only, for trusses.
 BAR = f'<section area="{AREA}" I_y="1" I_z="1" J="1"/>'
 #: Length of the stem on the truss.
 STEM = 0.5

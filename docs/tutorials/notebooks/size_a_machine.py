@@ -2,7 +2,7 @@
 # # Size a machine
 #
 # How thick must the rods be? A tool on the 3RPS presses with 500 N.
-# Wherever the platform goes and leans, it may give way by 10 µm. The rods
+# Wherever the platform goes and leans, it may move by 10 µm. The rods
 # shall be as light as possible.
 
 # %%

@@ -45,7 +45,7 @@ moved = np.linalg.norm(result.twist[:3]) * 1e6
 f"{locked:.0f} N in the joints, and o moves by {moved:.0f} µm"
 
 # %% [markdown]
-# The drives do not feel it: forces that are locked in need no drive.
+# It does not reach the drives: forces that are locked in need no drive.
 
 # %%
 assert max(abs(force) for force in result.actuator_forces.values()) < 1e-6

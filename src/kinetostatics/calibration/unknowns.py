@@ -27,7 +27,7 @@ from kinetostatics.robot import Robot
 
 #: Unknowns of the payload, and their units.
 PAYLOAD = {"payload.mass": "kg", "payload.x": "m", "payload.y": "m", "payload.z": "m"}
-#: Kinds of what gives way, as :attr:`kinetostatics.Result.source_contributions` has them.
+#: Kinds of elastic parts, as :attr:`kinetostatics.Result.source_contributions` has them.
 KINDS = ("beams", "joints", "drives")
 EXAMPLE = '["rod_1", "payload.mass", "offset.dz"]'
 

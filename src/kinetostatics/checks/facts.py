@@ -70,7 +70,7 @@ class BeamFacts:
 
 @dataclass
 class ElasticJointFacts:
-    """A joint that gives way: stiffnesses along [N/m] and about [N·m/rad] the axes of its frame; infinite ones are rigid."""
+    """An elastic joint: stiffnesses along [N/m] and about [N·m/rad] the axes of its frame; infinite ones are rigid."""
 
     joint: str
     kind: str

@@ -71,7 +71,7 @@ def massless_links(robot: Robot, limbs: list[LimbFacts]) -> tuple[str, ...]:
 
 
 def elastic_joints(robot: Robot) -> list[ElasticJointFacts]:
-    """Return the joints that give way."""
+    """Return the elastic joints."""
     found = []
     for name in robot.description.joint_stiffness:
         linear, angular, drive = np.zeros(3), np.zeros(3), None

@@ -40,7 +40,7 @@ OTHER_MASS = 1.3
 EXPANSIONS = (-2e-5, 1e-3)
 #: Largest dimensions of robots [m].
 SIZES = (1e-3, 100.0)
-#: What a joint may give way by under the robot's own weight [m, rad], and what is as good as rigid [N/m, N·m/rad].
+#: Elastic displacement of a joint that may be under the robot's own weight [m, rad], and what is as good as rigid [N/m, N·m/rad].
 GIVES, RIGID = (0.01, 0.2), 1e12
 
 

@@ -10,7 +10,7 @@ from kinetostatics.printing.waiting import waiting
 HELP = "rank what each parameter of the robot does, and what to stiffen first"
 DESCRIPTION = (
     "Differentiate sag, forces and mass at one pose with respect to the arguments of the robot's file, or to\n"
-    "numbers of its parts, and to the stiffness of everything that gives way, and rank them by what they do\n"
+    "numbers of its parts, and to the stiffness of every elastic part, and rank them by what they do\n"
     "to the platform."
 )
 EXAMPLES = f"""\

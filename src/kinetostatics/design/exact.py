@@ -31,7 +31,7 @@ PLAIN = {"load", "gravity", "engine", "on_failure"}
 def derivatives_at(
     configuration: Configuration, result: Result, analysis: Mapping[str, Any], tool: Array | None = None
 ) -> Derivatives | None:
-    """Return the derivatives at all poses, None where loads on links, misfits and the like are not differentiated.
+    """Return the derivatives at all poses, None where loads on links, assembly errors and the like are not differentiated.
 
     Args:
         configuration: the poses.

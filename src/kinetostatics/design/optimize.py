@@ -81,7 +81,7 @@ def optimize(
         CoordinatesError: the coordinates do not determine the pose.
 
     Example:
-        The lightest rods with which the tripod gives way by 20 µm at most under 500 N from any direction:
+        The lightest rods with which the tripod is deflected by 20 µm at most under 500 N from any direction:
 
         >>> import kinetostatics as ks
         >>> best = ks.optimize(

@@ -1,8 +1,8 @@
 """Derivatives of an analysis with respect to the arguments of the robot's file, and to numbers of its parts.
 
 The file may compute anything from its arguments, so that its constants are differenced; the mathematics behind them is exact
-(:mod:`kinetostatics.functions.derivatives`). Where that is not to be had, as with overconstrained rigid limbs, misfits or
-loads on links, the robot is read anew with the argument a little larger and smaller, and the same pose analysed. What the
+(:mod:`kinetostatics.functions.derivatives`). Where that is not to be had, as with overconstrained rigid limbs, assembly errors
+or loads on links, the robot is read anew with the argument a little larger and smaller, and the same pose analysed. What the
 stiffness of a beam, a joint or a drive does is known without any difference:
 :attr:`kinetostatics.Result.source_contributions`.
 """

@@ -48,7 +48,7 @@ class Distribution:
     Attributes:
         particular: (n, …) X_0, in equilibrium with the weights.
         spread: (n, 6, …) the cut joints' wrenches per unit of what the platform puts on the limb, for wrenches that it can carry.
-        self_stress: (n, s, …) cut-joint wrenches that the platform does not feel.
+        self_stress: (n, s, …) cut-joint wrenches that do not reach the platform.
         allowed: (6, 6 − n_c, …) twists of the platform that the limb allows: reciprocal to all wrenches that it can carry.
         doubtful: (…) where the pivots fail, so that the limb may have other ranks than at generic poses.
     """
@@ -211,7 +211,7 @@ def _by_singular_values(
 
 
 def ranks(A: Array, P: Array, tolerance: float) -> tuple[int, int]:
-    """Return the rank of the joints' equations, and how many independent wrenches the platform can feel."""
+    """Return the rank of the joints' equations, and how many independent wrenches reach the platform."""
     poses = range(A.shape[2])
     rank = max((_rank(A[:, :, p], tolerance) for p in poses), default=0)
     return rank, max((_rank(P @ _null(A[:, :, p], rank), tolerance) for p in poses), default=0)

@@ -33,7 +33,7 @@ from kinetostatics.printing.mappings import ShortRepr
 #: Smallest eigenvalue of the scaled compliance along self-stresses for which a Cholesky factor is as good as eigenvectors.
 _WELL_CONDITIONED = 1e-3
 #: Part of a limb's whole compliance below which that along its forces is rounding.
-_FELT = 1e-20
+_STRAINING = 1e-20
 
 
 @dataclass(frozen=True, repr=False)
@@ -148,10 +148,10 @@ def _statics(
         n = cut_wrenches.shape[2]
         columns = np.concatenate([cut_wrenches, self_stress], axis=2)
         gram, lean = strains(group, geometry, columns, particular, loads)
-        # where no beam and no spring feels any of them all is rounding, and nothing in it tells so
+        # where no beam and no spring is strained by any of them all is rounding, and nothing in it tells so
         forces = np.max(np.abs(columns) / group.twist_scale, axis=(0, 1, 2))
-        felt = np.einsum("ii...->i...", gram).max(axis=0) > _FELT * whole_compliance(group, geometry) * forces**2
-        gram = np.where(felt, gram, 0.0)
+        straining = np.einsum("ii...->i...", gram).max(axis=0) > _STRAINING * whole_compliance(group, geometry) * forces**2
+        gram = np.where(straining, gram, 0.0)
         gain, loose = _relaxation(gram, self_stress)
         mixed = np.einsum("ab...,bj...->aj...", gain, gram[n:, :n])
         cut_wrenches = cut_wrenches - np.einsum("mia...,aj...->mij...", self_stress, mixed)

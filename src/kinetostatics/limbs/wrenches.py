@@ -30,7 +30,7 @@ class LimbWrenches:
         W_g: (n_g, g, N) attached intensities, Eq. (3) [N or N·m].
         cut_wrenches: (M, 6, n_c, g, N) cut-joint wrenches per unit of each intensity; of a serial limb J_c itself.
         particular: (M, 6, g, N) cut-joint wrenches under the limb's own weight; of a serial limb J_g W_g.
-        self_stress: (M, 6, s, g, N) cut-joint wrenches that the platform does not feel; of a serial limb none.
+        self_stress: (M, 6, s, g, N) cut-joint wrenches that do not reach the platform; of a serial limb none.
         unbalanced: (passive freedoms, g, N) what is left of Eq. (3) [N].
         degenerate: (g, N) where the bases are not the canonical ones.
         doubtful: (g, N) where the limb's joints may be dependent, so that it carries more wrenches than elsewhere.

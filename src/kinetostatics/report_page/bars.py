@@ -28,7 +28,7 @@ def contribution_bars(result: Result, noise: Magnitudes, tip: PointResult | None
 
 
 def source_bars(result: Result, noise: Magnitudes, tip: PointResult | None = None) -> str:
-    """Return bars of what each part that gives way contributes, the largest first."""
+    """Return bars of what each elastic part contributes, the largest first."""
     names, twists = sources(result)
     return _bars([f"{name} ({kind})" for name, kind in names], list(twists), result, noise, tip, sort=True)
 

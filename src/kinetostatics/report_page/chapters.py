@@ -55,10 +55,10 @@ def _vector(values: Any) -> str:
 def sag_html(result: Result, tip: PointResult | None = None) -> str:
     """Return where the motion of the platform comes from, seen at o or at a tool's tip, as bars."""
     noise: Magnitudes = magnitudes(result)
-    bars_of = {"By weights and loads": contribution_bars, "By what gives way": source_bars}
+    bars_of = {"By weights and loads": contribution_bars, "By elastic parts": source_bars}
     parts = {title: bars(result, noise, tip) for title, bars in bars_of.items()}
     found = [f"<h3>{title}</h3>\n{bars}" for title, bars in parts.items() if bars]
-    return "\n".join(found) or "<p>The platform does not move: nothing that is elastic gives way.</p>"
+    return "\n".join(found) or "<p>The platform does not move: no elastic part deforms.</p>"
 
 
 def compensation_html(result: Result, arguments: dict[str, Any], coordinates: Any, tool: Array | None = None) -> str:

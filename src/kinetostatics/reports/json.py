@@ -34,7 +34,7 @@ RESULT_UNITS = {
     "load": "[force N; moment N·m] about o; platform_weight: the same of the platform's own weight",
     "twist": "[displacement m; rotation rad] of the platform at o; contributions sum to it",
     "mechanism_contributions": "the limbs' own weights in two ways: by attached wrenches and by deformation, Eq. (12)",
-    "source_contributions": "the same twist by what deforms: beams, elastic joints, drives, misfits; together they sum to it",
+    "source_contributions": "the same twist by what deforms: beams, elastic joints, drives, assembly errors; they sum to it",
     "part_contributions": "the same for the parts of a limb that is split by pieces through which everything passes",
     "stiffness": "N/m, N/rad = N·m/m, N·m/rad, at o, drives locked",
     "compliance": "m/N, m/(N·m) = rad/N, rad/(N·m), at o, drives locked",

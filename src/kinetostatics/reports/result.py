@@ -131,7 +131,7 @@ def _motion_sections(result: Result, noise: Magnitudes) -> dict[str, list[str]]:
     return {
         "Twist of the platform at o, world axes": _twists({**result.contributions, **total}, noise),
         "What gravity does, by the ways in which it acts": _twists(gravity, noise),
-        "Elastic displacement by source: the same twist by beams, elastic joints, drives and misfits": _twists(
+        "Elastic displacement by source: the same twist by beams, elastic joints, drives and assembly errors": _twists(
             {**kinds, **total} if {"joints", "drives", "misfits"} & {*kinds} else {}, noise
         ),
         "Where the sag comes from: parts along the whole displacement and rotation": source_lines(result, noise),

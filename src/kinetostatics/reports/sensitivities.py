@@ -76,7 +76,7 @@ def sensitivities_report(found: Sensitivities) -> str:
     if len(found) or found.sources:
         said = "Moves along the present displacement: negative is less sag."
     else:
-        said = "Nothing gives way, and the file has no numbers that could be changed: no arguments, no masses, no beams."
+        said = "Nothing is elastic, and the file has no numbers that could be changed: no arguments, no masses, no beams."
     lines += ["", *wrapped(said)]
     for name in (name for name in sizes if found[name].value == 0):
         lines += wrapped(

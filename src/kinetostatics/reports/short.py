@@ -273,7 +273,7 @@ def _sensitivities(found: Sensitivities) -> Short:
         value = f"{found[name].value:.6g} {found[name].unit}".rstrip()
         rows.append((name, value, values_words(move, LENGTHS), values_words(mass, MASSES)))
     title, who = f"Sensitivities of {found.result.robot.name!r}", named_point(found.tool)
-    line = f"{title}: {_count(len(found), 'parameter')}, {_count(len(found.sources), 'part')} that give way"
+    line = f"{title}: {_count(len(found), 'parameter')}, {_count(len(found.sources), 'elastic part')}"
     if rows:
         line += f"; one per cent more of {rows[0][0]} moves {who} by {rows[0][2]}"
     return Short(line, title, ("parameter", "value", f"1 % more moves {who} by", "adds"), rows)

@@ -1,4 +1,4 @@
-"""Where sag and drive forces come from: what gives way, ranked by its part of the platform's motion, and how gravity acts.
+"""Where sag and drive forces come from: elastic parts, ranked by its part of the platform's motion, and how gravity acts.
 
 It acts by the platform's weight, by the limbs' attached wrenches and by their deformation (Eq. (12)).
 """
@@ -22,7 +22,7 @@ _KINDS = {"beams": "beam", "joints": "joint", "drives": "drive", "misfits": "mis
 
 
 def source_lines(result: Result, noise: Magnitudes) -> list[str]:
-    """Rank beams, elastic joints, drives and misfits by their parts of the displacement of o; of the rotation where o stays.
+    """Rank beams, elastic joints, drives and assembly errors by their parts of o's displacement; of the rotation where o stays.
 
     A part is what one of them alone moves o, along the whole displacement, or turns, about the axis of the whole rotation: the
     parts add up to these. The last column tells the part of what is ranked.
@@ -66,7 +66,7 @@ def parts_along(twists: Array, whole: Array, noise: Magnitudes) -> tuple[Array, 
 
 
 def sources(result: Result) -> tuple[list[tuple[str, str]], Array]:
-    """Return name and kind of everything that gives way, in the file's order, and its twist (n, 6)."""
+    """Return name and kind of every elastic part, in the file's order, and its twist (n, 6)."""
     robot = result.robot
     order = {name: k for k, name in enumerate((*robot.description.beams, *robot.mechanism.connections))}
     found = [

@@ -37,7 +37,7 @@ class Compensation(Told):
     Attributes:
         wanted: where the loaded platform is to stand, broadcast against the loads.
         coordinates: of the platform that come out as wanted, as many as the robot's mobility.
-        uncorrected: the analysis where the drives stand at the wanted pose, as if nothing gave way.
+        uncorrected: the analysis where the drives stand at the wanted pose, as if nothing were elastic.
         result: the analysis at the corrected drives.
         tool: (3,) the point of the platform that was looked at, from o in its axes [m]: x, y and z of ``coordinates``, and what
             deviates and remains, are those of this point; None: of o.

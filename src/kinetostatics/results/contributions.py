@@ -1,4 +1,4 @@
-"""What each contribution to the twist does to beams and links, and which part of the twist comes from what gives way.
+"""What each contribution to the twist does to beams and links, and which part of the twist comes from which elastic part.
 
 Arrays are those that people read: batch axes first, world axes.
 """
@@ -78,7 +78,7 @@ def link_contributions(
 def source_contributions(
     robot: Robot, batch: Batch, solutions: Sequence[Solution], deformations: Sequence[Deformation]
 ) -> Mapping[str, Mapping[str, Array]]:
-    """Return the parts of the twist (…, 6) by kind and name of what gives way: P_sᵀ c_s w_s (the method page, section 6)."""
+    """Return the parts of the twist (…, 6) by kind and name of the elastic part: P_sᵀ c_s w_s (the method page, section 6)."""
     parts: dict[str, dict[str, list[Array]]] = {}
     for solution, deformation in zip(solutions, deformations, strict=True):
         units = unit_cut_wrenches(robot.statics, solution)

@@ -145,7 +145,7 @@ class Result(Told):
 
     @cached_property
     def contributions(self) -> Mapping[str, Array]:
-        """What each adds to the twist (…, 6): load, platform weight, each limb's own weight, loads on links, payload, misfits."""
+        """Parts of the twist (…, 6): load, platform weight, each limb's own, loads on links, payload, assembly errors."""
         return self._batch.by_source(self.solutions[0].sources, [s.twists for s in self.solutions])
 
     def at_point(self, point: ArrayLike) -> PointResult:
@@ -370,7 +370,7 @@ class Result(Told):
 
     @cached_property
     def source_contributions(self) -> Mapping[str, Mapping[str, Array]]:
-        """What gives way where: ``{"beams": {name: (…, 6)}, "joints": …, "drives": …, "misfits": …}``, twists at o, world axes.
+        """Displacements by part: ``{"beams": {name: (…, 6)}, "joints": …, "drives": …, "misfits": …}``, twists at o, world axes.
 
         Each is the part of the twist that the deformation of one beam, joint or drive (or its assembly error) makes, P_sᵀ c_s w_s
         with P_s its wrenches under unit loads of the platform; together they are the twist (the method page, section 6).
@@ -380,7 +380,7 @@ class Result(Told):
 
     @cached_property
     def part_contributions(self) -> Mapping[str, tuple[Array, ...]]:
-        """What gives way in the parts of each limb that is split by pieces through which everything passes (…, 6)."""
+        """Elastic displacements in the parts of each limb that is split by pieces through which everything passes (…, 6)."""
         return contributions.part_contributions(self.robot, self._batch, self.source_contributions)
 
     # ---- energies and warnings --------------------------------------------------------------------------------------

@@ -35,7 +35,7 @@ class Sensitivity(ShortRepr):
     """Derivatives with respect to one parameter, per unit of it; batch axes first. With a tool, its tip takes the place of o.
 
     Attributes:
-        name: of the parameter, or of what gives way.
+        name: of the parameter, or of the elastic part.
         value: of the parameter.
         unit: of the parameter, SI; empty where it is not known.
         twist: (…, 6) of the twist at o [m, rad].
@@ -60,7 +60,7 @@ class Sensitivity(ShortRepr):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Sensitivities(Told):
-    """Derivatives with respect to parameters of the robot, and to the stiffness of everything that gives way.
+    """Derivatives with respect to parameters of the robot, and to the stiffness of every elastic part.
 
     ``s["rod_diameter"]`` is a :class:`Sensitivity`; iterating yields names, the most effective first.
 

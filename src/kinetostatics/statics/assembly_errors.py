@@ -1,7 +1,7 @@
 """AssemblyErrors: what joints and beams are off by before anything is loaded.
 
 A joint's assembly error is a twist of its platform side relative to its base side; a beam is longer by a length error and by
-α ΔT L. What the limbs cannot give way to moves the platform and stresses an overconstrained robot (the method page).
+α ΔT L. What the limbs cannot follow freely moves the platform and stresses an overconstrained robot (the method page).
 """
 
 from __future__ import annotations
@@ -120,7 +120,7 @@ def parse_assembly_errors(robot: RobotStatics, misfits: Mapping[str, object]) ->
         ArgumentError: an unknown name, a wrong shape, or a value that is not finite.
     """
     if not isinstance(misfits, Mapping):
-        raise ArgumentError(f"misfits= wants a mapping from names of joints and beams to their misfits, not {misfits!r}")
+        raise ArgumentError(f"misfits= wants a mapping from names of joints and beams to their assembly errors, not {misfits!r}")
     joints: dict[str, JointError] = {}
     beams: dict[str, BeamError] = {}
     known_joints, known_beams = robot.mechanism.connections, robot.description.beams
@@ -132,7 +132,8 @@ def parse_assembly_errors(robot: RobotStatics, misfits: Mapping[str, object]) ->
         if is_beam:
             if not isinstance(value, Mapping) or not value or set(value) - set(BEAM_KEYS):
                 raise ArgumentError(
-                    f"the misfit of beam {name!r} is {value!r}; it must be a mapping with 'length' [m] or 'temperature' [K]"
+                    f"the assembly error of beam {name!r} is {value!r}; it must be a mapping with 'length' [m] or "
+                    "'temperature' [K]"
                 )
             length, rise = (finite_numbers(f"{key} of {name!r}", value.get(key, 0.0)) for key in BEAM_KEYS)
             if np.any(rise) and known_beams[name].thermal_expansion == 0:
@@ -144,22 +145,25 @@ def parse_assembly_errors(robot: RobotStatics, misfits: Mapping[str, object]) ->
         elif name in known_joints:
             if name not in robot.joint_table.names:
                 raise ArgumentError(
-                    f"joint {name!r} lies within the rigid base or platform, or holds nothing: a misfit of it has no effect; "
-                    "give the misfit to the joints that hold the limbs there"
+                    f"joint {name!r} lies within the rigid base or platform, or holds nothing: an assembly error of it has no "
+                    "effect; give it to the joints that hold the limbs there"
                 )
             frame = "world"
             if isinstance(value, Mapping):
                 if "twist" not in value or set(value) - set(JOINT_KEYS):
                     raise ArgumentError(
-                        f"the misfit of joint {name!r} is {value!r}; it must be a twist, or a mapping with 'twist' and 'frame'"
+                        f"the assembly error of joint {name!r} is {value!r}; it must be a twist, or a mapping with 'twist' "
+                        "and 'frame'"
                     )
                 frame, value = value.get("frame", "world"), value["twist"]
             if not isinstance(frame, str) or frame not in FRAMES:
-                raise ArgumentError(f"the frame of the misfit of joint {name!r} is {frame!r}; it must be 'world' or 'joint'")
-            twist = finite_numbers(f"the misfit of joint {name!r}", value)
+                raise ArgumentError(
+                    f"the frame of the assembly error of joint {name!r} is {frame!r}; it must be 'world' or 'joint'"
+                )
+            twist = finite_numbers(f"the assembly error of joint {name!r}", value)
             if twist.ndim == 0 or twist.shape[-1] != 6:
                 raise ArgumentError(
-                    f"the misfit of joint {name!r} has the shape {twist.shape}; its last axis must have 6 entries"
+                    f"the assembly error of joint {name!r} has the shape {twist.shape}; its last axis must have 6 entries"
                 )
             joints[name] = JointError(twist, frame == "joint")
         else:

@@ -1,4 +1,4 @@
-"""What a joint leaves free, where it is elastic, and how it misfits."""
+"""What a joint leaves free, where it is elastic, and its assembly error."""
 
 from __future__ import annotations
 
@@ -92,18 +92,18 @@ def _finite(elastic: JointStiffness | None) -> list[NDArray[np.bool_]]:
     return [np.zeros(3, dtype=bool) if values is None else np.isfinite(values) & (np.array(values) != 0) for values in groups]
 
 
-def joint_assembly_error(misfit: object, joint: PlacedJoint, centre: Array) -> Array:
+def joint_assembly_error(error: object, joint: PlacedJoint, centre: Array) -> Array:
     """Return the displacement (6,) of the outer side relative to the inner at the centre, world axes.
 
     Args:
-        misfit: the same as given by the user: at the centre in world axes; or with its own ``frame``; or None.
+        error: the same as given by the user: at the centre in world axes; or with its own ``frame``; or None.
         joint: the joint.
         centre: (3,) the joint's centre [m].
     """
-    if misfit is None or (isinstance(misfit, Mapping) and "twist" not in misfit):  # that of a beam with the joint's name
+    if error is None or (isinstance(error, Mapping) and "twist" not in error):  # that of a beam with the joint's name
         return np.zeros(6)
-    own = isinstance(misfit, Mapping) and misfit.get("frame", "world") == "joint"
-    twist = np.asarray(misfit["twist"] if isinstance(misfit, Mapping) else misfit, dtype=float)
+    own = isinstance(error, Mapping) and error.get("frame", "world") == "joint"
+    twist = np.asarray(error["twist"] if isinstance(error, Mapping) else error, dtype=float)
     if not own:
         return twist
     frame = joint.frames[0]

@@ -139,7 +139,7 @@ class FrameModel:
 
     @property
     def largest_assembly_error(self) -> float:
-        """Largest displacement that a misfit causes by itself [m]."""
+        """Largest displacement that an assembly error causes by itself [m]."""
         unit = np.repeat([1.0, self.size], 3)
         found = [float(np.linalg.norm(joint.misfit * unit)) for joint in self.joints]
         return max([*found, *(abs(beam.too_long) for beam in self.beams)], default=0.0)

@@ -92,8 +92,8 @@ def solve(ops: Any, frame: dict[str, Any], penalty: float, ground: float) -> dic
     return answer
 
 
-def misfit_forces(spring: dict[str, Any], penalty: float) -> list[float]:
-    """Return the force and moment, in the frame's axes, that take back the misfit of a spring's second node."""
+def assembly_error_forces(spring: dict[str, Any], penalty: float) -> list[float]:
+    """Return the force and moment, in the frame's axes, that take back the assembly error of a spring's second node."""
     x, y = spring["axes"][:3], spring["axes"][3:]
     z = [x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]]
     own = [
@@ -104,15 +104,15 @@ def misfit_forces(spring: dict[str, Any], penalty: float) -> list[float]:
 
 
 def under_loads(ops: Any, frame: dict[str, Any], penalty: float) -> dict[str, Any]:
-    """Return displacements and forces under loads and misfits.
+    """Return displacements and forces under loads and assembly errors.
 
-    A misfit acts like the forces that take it back on both of a spring's or beam's nodes, which are no forces of the spring.
+    An assembly error acts like the forces that take it back on both nodes of a spring or beam, which are no forces of the spring.
 
     The force of a stiff spring is a small difference of displacements and loses digits. What is therefore left unbalanced is put
     on the unloaded frame, twice, and the answers are added.
     """
     answer: dict[str, Any] = {"platform": [[0.0] * 6], "springs": [], "beams": []}
-    misfits = [misfit_forces(spring, penalty) for spring in frame["springs"]]
+    misfits = [assembly_error_forces(spring, penalty) for spring in frame["springs"]]
     loads = list(frame["loads"])
     for nodes, forces in (
         *((spring["nodes"], forces) for spring, forces in zip(frame["springs"], misfits, strict=True)),

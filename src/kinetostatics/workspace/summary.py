@@ -114,7 +114,7 @@ def _said_of(found: dict[str, Found], ds: xr.Dataset) -> list[str]:
         lines += [f"worst sag {_written('sag', sag)} at {sags}"] if sag > NOTHING else []
         lines += [f"worst turn {_written('turn', turn)} at {turns}"] if turn > NOTHING else []
         if max(sag, turn) <= NOTHING:
-            lines.append("the platform neither sags nor turns: nothing that is elastic gives way")
+            lines.append("the platform neither sags nor turns: no elastic part deforms")
         if sag >= 0.1 * float(ds["characteristic_length"].max()) or turn >= 0.1:
             lines.append("  linear theory does not cover that: the pose is nearly singular, or units in the file are wrong")
     return lines + [

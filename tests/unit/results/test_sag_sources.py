@@ -1,4 +1,4 @@
-"""Where the sag comes from: every report ranks what gives way, also of robots that have nothing elastic but beams."""
+"""Where the sag comes from: every report ranks the elastic parts, also of robots that have nothing elastic but beams."""
 
 import re
 from types import SimpleNamespace
@@ -32,7 +32,7 @@ def ranking(result):
 
 
 def test_beams_alone_are_ranked():
-    """The thinnest of three rods gives way most; equal ones stand in the file's order; the parts add up."""
+    """The thinnest of three rods deforms most; equal ones stand in the file's order; the parts add up."""
     description = ks.read_robot_file("robots/3rps.urdf.xacro")
     equal = ks.analyze(ks.Robot(description).assemble(), load=[0, 0, -500, 0, 0, 0])
     rows, _ = ranking(equal)

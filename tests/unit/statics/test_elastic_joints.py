@@ -1,4 +1,4 @@
-"""Elastic joints, bearings and drives against closed forms; what gives way adds up to the twist."""
+"""Elastic joints, bearings and drives against closed forms; their parts add up to the twist."""
 
 import numpy as np
 import pytest
@@ -168,7 +168,7 @@ def test_a_flexure_needs_an_axis_of_its_frame(axis, sprung):
 
 @pytest.mark.parametrize(("lean", "held"), [(0.0, True), (2e-5, True), (1e-4, False), (np.pi, True)])
 def test_a_spring_along_one_axis_holds_what_turns_about_it(lean, held):
-    """Only about y it gives way: an axis that leans towards z by more than rounding would turn the rigid direction, too."""
+    """Only about y it is elastic: an axis that leans towards z by more than rounding would turn the rigid direction, too."""
     axis = np.array([0.0, np.cos(lean), np.sin(lean)])
     for group in ("angular", "linear"):
         soft = JointStiffness("hinge", **{group: (np.inf, 40.0, np.inf)})

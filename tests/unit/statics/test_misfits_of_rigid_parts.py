@@ -23,7 +23,7 @@ def test_rigid_limbs_cannot_follow_an_error_across_their_plane(size):
 
 def test_contradictions_are_complained_of():
     misfits = {"other_head": [0, 1e-3, 0, 0, 0, 0], "foot": [1e-3, 0, 0, 0, 0, 0]}
-    with pytest.raises(ks.StaticsError, match="the misfits of foot, other_head contradict one another in rigid parts"):
+    with pytest.raises(ks.StaticsError, match="the assembly errors of foot, other_head contradict one another in rigid parts"):
         ks.analyze(rigid_limbs().assemble(), gravity=STILL, misfits=misfits)
 
 
