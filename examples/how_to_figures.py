@@ -8,8 +8,6 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 import kinetostatics as ks
 
 ROOT = Path(__file__).parent.parent
@@ -24,7 +22,11 @@ def page_names(page: str, **swaps: str) -> dict[str, Any]:
         code = code.replace(old, new)
     names: dict[str, Any] = {}
     exec(
-        "\n".join(line for line in code.splitlines() if not line.startswith(("print", "found.save", "best.save", "front.save"))),
+        "\n".join(
+            line
+            for line in code.splitlines()
+            if not line.startswith(("print", "found.save", "best.save", "front.save", "ks.plot.save"))
+        ),
         names,
     )
     return names
@@ -32,46 +34,22 @@ def page_names(page: str, **swaps: str) -> dict[str, Any]:
 
 def draw_feedforward(path: Path) -> None:
     """Draw the drives' forces round the cone."""
-    from matplotlib import pyplot as plt
-
-    names = page_names("feedforward")
-    alone = ks.analyze(names["path"])
-    figure, axes = plt.subplots(figsize=(6.4, 3.4), layout="constrained")
-    for k, (drive, force) in enumerate(names["found"].actuator_forces.items()):
-        axes.plot(np.degrees(names["turn"]), force, color=f"C{k}", label=drive)
-        axes.plot(np.degrees(names["turn"]), alone.actuator_forces[drive], "--", color=f"C{k}", linewidth=0.9)
-    axes.set(xlabel="azimuth [°]", ylabel="force of the drive [N]", xlim=(0, 360), xticks=range(0, 361, 60))
-    axes.legend(frameon=False, ncols=3, loc="upper center", bbox_to_anchor=(0.5, 1.15))
-    axes.grid(alpha=0.3)
-    figure.savefig(path, dpi=150)
-    plt.close(figure)
+    ks.plot.save(ks.plot.compensation(page_names("feedforward")["found"], "force"), path, dpi=200)
 
 
 def draw_correction(path: Path) -> None:
-    """Draw what the platform misses along the path, uncorrected and corrected."""
+    """Draw what the platform misses along the path, corrected in three coordinates or in other three."""
     from matplotlib import pyplot as plt
 
     names = page_names("correct_a_machine")
-    found, other = names["found"], names["other"]
-    angle = np.degrees(found.wanted.platform["rx"])
-    figure, rows = plt.subplots(2, 3, figsize=(8.4, 4.6), sharex=True, sharey="row", layout="constrained")
-    columns = {
-        "uncorrected": found.deviation_coordinates,
-        "corrected: z, rx, ry": found.remaining_coordinates,
-        "corrected: z, y, ry": other.remaining_coordinates,
-    }
-    for column, (title, off) in enumerate(columns.items()):
-        for k, name in enumerate(off):
-            axes = rows[k // 3, column]
-            axes.plot(angle, 1e6 * off[name], label=name)
-            axes.grid(alpha=0.3)
-        rows[0, column].set_title(title)
-        rows[1, column].set_xlabel("rx [°]")
-    rows[0, 0].set_ylabel("position of o misses by [µm]")
-    rows[1, 0].set_ylabel("angle misses by [µrad]")
-    for axes in rows[:, 2]:
-        axes.legend(frameon=False, loc="center left", bbox_to_anchor=(1.0, 0.5))
-    figure.savefig(path, dpi=150)
+    figure, rows = plt.subplots(2, 2, figsize=(7.2, 5.6), sharex=True, sharey="row", layout="constrained")
+    for column, found in enumerate((names["found"], names["other"])):
+        for row, what in zip(rows, ("displacement", "rotation"), strict=True):
+            ks.plot.compensation(found, what, ax=row[column])
+        rows[0, column].set_title(f"corrected: {', '.join(found.coordinates)}", pad=38)
+    for axes in rows.flat:
+        axes.label_outer()
+    ks.plot.save(figure, path, dpi=150)
     plt.close(figure)
 
 
@@ -91,30 +69,8 @@ def draw_front(path: Path) -> None:
 
 
 def draw_sizes(path: Path) -> None:
-    """Draw mass and largest deflection over the diameter, and the optimum."""
-    from matplotlib import pyplot as plt
-
-    best = page_names("size_a_rod")["best"]
-    diameters = np.linspace(0.04, 0.09, 26)
-    angles = np.radians([-10, 0, 10])
-    over = {"z": [0.58, 0.6, 0.62], "rx": angles, "ry": angles}
-    ds = ks.sweep("2pru_upr", platform=over, parameters={"rod_diameter": diameters})
-    deflection = ks.indices.deflection_any_direction(ds, 500, beyond_limits=True).max(["z", "rx", "ry"])
-    masses = []
-    for diameter in diameters:
-        robot = ks.load_robot("2pru_upr", {"rod_diameter": float(diameter)})
-        masses.append(float(robot.weights.masses(robot.zero_frames).sum()))
-    figure, axes = plt.subplots(figsize=(6.4, 3.4), layout="constrained")
-    axes.semilogy(1e3 * diameters, 1e3 * deflection)
-    axes.axhline(0.15, color="grey", linestyle="--")
-    axes.plot(1e3 * best.parameters["rod_diameter"], 1e3 * best.active[0].worst, "ko", markersize=9, markerfacecolor="none")
-    axes.set(xlabel="diameter of the rods [mm]", ylabel="largest deflection under 500 N [mm]")
-    axes.grid(alpha=0.3, which="both")
-    right = axes.twinx()
-    right.plot(1e3 * diameters, masses, color="tab:orange")
-    right.set_ylabel("mass [kg]", color="tab:orange")
-    figure.savefig(path, dpi=150)
-    plt.close(figure)
+    """Draw the optimum between its bounds, and what decides."""
+    ks.plot.save(ks.plot.optimum(page_names("size_a_rod")["best"]), path, dpi=200)
 
 
 def draw_calibration(path: Path) -> None:

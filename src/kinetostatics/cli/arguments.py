@@ -67,15 +67,15 @@ def unit_of(text: str) -> Unit | None:
     return None if match is None or match[2] is None else find_unit(match[2])
 
 
-def check_folder(out: str | None) -> None:
-    """Complain before anything that takes long if there is no folder for the file of ``--out``.
+def check_folder(out: str | None, option: str = "--out") -> None:
+    """Complain before anything that takes long if there is no folder for the file of an option.
 
     Raises:
         ArgumentError: there is none.
     """
     folder = os.path.dirname(out or "")
     if folder and not os.path.isdir(folder):
-        raise ArgumentError(f"--out: there is no folder {folder}")
+        raise ArgumentError(f"{option}: there is no folder {folder}")
 
 
 def article(noun: str) -> str:
@@ -375,18 +375,19 @@ def print_report(text: str) -> None:
     print(for_stream(text, sys.stdout))
 
 
-def print_answer(found: str | dict[str, Any], warnings: Sequence[str], written: str | None = None) -> None:
+def print_answer(found: str | dict[str, Any], warnings: Sequence[str], *written: str | None) -> None:
     """Print what a command has found below the warnings of its pose, or as JSON with them and on standard error.
 
     Args:
         found: a report, or what is printed as JSON.
         warnings: of the pose.
-        written: file that was written, which is told below a report.
+        written: files that were written, which are told below a report; None: none.
     """
     if isinstance(found, str):
         print_report("\n".join([*(f"! {warning}" for warning in warnings), found]))
-        if written is not None:
-            print(f"wrote {written}")
+        for file in written:
+            if file is not None:
+                print(f"wrote {file}")
         return
     found["warnings"] = [*warnings, *found.get("warnings", ())]
     print_json(found)

@@ -92,7 +92,7 @@ def run(args: argparse.Namespace) -> int:
         if args.out is not None:
             found.save(args.out)
         answer = found.to_dict() if args.json else str(found)
-    arguments.print_answer(answer, [], args.out)
+    arguments.print_answer(answer, [], args.out, args.plot)
     return 0
 
 

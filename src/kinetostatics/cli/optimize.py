@@ -31,6 +31,7 @@ examples:
   kinetostatics optimize 3rps --vary rod_diameter=40mm:120mm --subject-to "deflection_any_direction(500 N) < 20um" --platform \\
       z=450mm,650mm rx=-15deg,0,15deg ry=-15deg,0,15deg --out sized.urdf
   kinetostatics optimize 3rps --vary rod_diameter=standard_bars --subject-to "sag < 0.2um" "actuator_force < 1kN" --json
+  kinetostatics optimize 3rps --vary rod_diameter=40mm:120mm --subject-to "sag < 0.2um" "stress < 80 MPa" --plot sized.svg
   kinetostatics optimize 3rps --vary rod_diameter=60mm:120mm --pareto "deflection_any_direction(500 N)" --out front.svg
 """
 
@@ -51,6 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--points", metavar="N", default="10", help="designs of --pareto (default: %(default)s)")
     group.add_argument("--starts", metavar="N", default="3", help="searches from different parameters (default: %(default)s)")
     parser.add_argument("--out", metavar="FILE", help="write the robot, plain URDF; --pareto: .csv, .svg, .pdf, .png")
+    parser.add_argument("--plot", metavar="FILE", help="write a figure of the optimum, or front: .pdf, .svg or .png")
     arguments.add_json_argument(parser)
 
 
@@ -60,6 +62,7 @@ def run(args: argparse.Namespace) -> int:
         from kinetostatics.design import optimize, pareto
 
         arguments.check_folder(args.out)
+        arguments.check_folder(args.plot, "--plot")
         options = arguments.load_options(args)
         _, over = poses.grid(arguments.load(args) if args.actuators else None, args)
         starts, points = (
@@ -87,6 +90,7 @@ def run(args: argparse.Namespace) -> int:
             found.save(args.out)
         else:
             arguments.save_figure(args.out, "pareto", found)
+        arguments.save_figure(args.plot, "optimum" if args.pareto is None else "pareto", found)
         answer = found.to_dict() if args.json else str(found)
-    arguments.print_answer(answer, [], args.out)
+    arguments.print_answer(answer, [], args.out, args.plot)
     return 0 if feasible else 1

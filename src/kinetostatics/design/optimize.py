@@ -119,11 +119,11 @@ class Search:
         """Return the optimum of a problem with these parameters, searched from some of them first."""
         ends, searched = search(problem, self.ranges, self.choices, begin, starts)
         best = min(ends, key=lambda found: rank(problem.at(found)))
-        return _optimum(problem, self.ranges, best, ends, searched, self.own, self.minimize)
+        return _optimum(problem, self.ranges, self.choices, best, ends, searched, self.own, self.minimize)
 
     def described(self, problem: Problem, parameters: dict[str, float]) -> Optimum:
         """Return listed values that were found otherwise as an optimum."""
-        return _optimum(problem, self.ranges, parameters, [parameters], "listed values", self.own, self.minimize)
+        return _optimum(problem, self.ranges, self.choices, parameters, [parameters], "listed values", self.own, self.minimize)
 
 
 def prepare(
@@ -211,6 +211,7 @@ def _grid(over: Mapping[str, ArrayLike] | None, driven: Sequence[str]) -> tuple[
 def _optimum(
     problem: Problem,
     ranges: Sequence[Range],
+    choices: Sequence[Choice],
     best: dict[str, float],
     ends: Sequence[dict[str, float]],
     searched: str,
@@ -230,14 +231,20 @@ def _optimum(
         unit = KINDS.get(MEASURES[item.name].kind, "")
         pose = {name: float(array[worst]) for name, array in problem.over.items()}
         active = abs(margin) <= ACTIVE or margin < 0
-        checked.append(CheckedRequirement(item.text, item.name, value, item.limit, unit, margin, Named(pose), active, saving))
+        checked.append(
+            CheckedRequirement(item.text, item.name, value, item.limit, unit, margin, Named(pose), active, saving, item.below)
+        )
     name = problem.objective[0]
     before = problem.at(own).objective
+    allowed: dict[str, tuple[float, ...]] = {item.name: (item.low, item.high) for item in ranges}
+    for choice in choices:
+        allowed |= {key: tuple(sorted({row[k] for row in choice.rows})) for k, key in enumerate(choice.names)}
     every = sorted(ends, key=lambda found: rank(problem.at(found)))[: max(len(ranges), 1) * 10]
     return Optimum(
         point.feasible,
         Named(best),
         Named({key: problem.variants.unit(key) for key in best}),
+        Named({key: allowed[key] for key in best}),
         point.objective,
         " ".join(minimize.split()),
         KINDS.get(MEASURES[name].kind, ""),

@@ -2,9 +2,10 @@
 
 :func:`slice` shows a quantity over two coordinates in colour, :func:`surface` as surfaces like the paper's Figs 6, 7, 12 and
 13, :func:`workspace` on the body of the poses that are reached, and :func:`line` over one coordinate;
-:func:`sensitivities`, :func:`spread`, :func:`pareto` and :func:`calibration` draw what :func:`kinetostatics.sensitivities`,
-:func:`kinetostatics.spread`, :func:`kinetostatics.pareto` and :func:`kinetostatics.calibrate` find. All of them return
-Matplotlib's axes; :func:`save` writes them as PDF, SVG or PNG.
+:func:`sensitivities`, :func:`spread`, :func:`optimum`, :func:`pareto`, :func:`calibration` and :func:`compensation` draw what
+:func:`kinetostatics.sensitivities`, :func:`kinetostatics.spread`, :func:`kinetostatics.optimize`, :func:`kinetostatics.pareto`,
+:func:`kinetostatics.calibrate` and :func:`kinetostatics.compensate` find. All of them return Matplotlib's axes; :func:`save`
+writes them as PDF, SVG or PNG.
 
 Every figure names its units, reads in grey and by the colour-blind (the map is cividis, lines differ in dashes and markers), and
 shows poses without valid numbers in grey and hatched, with the reason in its legend.
@@ -21,12 +22,27 @@ except ModuleNotFoundError as error:
 
 from kinetostatics.plots.bars import sensitivities
 from kinetostatics.plots.calibrations import calibration
+from kinetostatics.plots.compensations import compensation
 from kinetostatics.plots.fronts import pareto
 from kinetostatics.plots.histogram import spread
 from kinetostatics.plots.lines import line
+from kinetostatics.plots.optima import optimum
 from kinetostatics.plots.slices import slice
 from kinetostatics.plots.style import STYLE, save
 from kinetostatics.plots.surfaces import surface
 from kinetostatics.plots.workspaces import workspace
 
-__all__ = ["STYLE", "calibration", "line", "pareto", "save", "sensitivities", "slice", "spread", "surface", "workspace"]
+__all__ = [
+    "STYLE",
+    "calibration",
+    "compensation",
+    "line",
+    "optimum",
+    "pareto",
+    "save",
+    "sensitivities",
+    "slice",
+    "spread",
+    "surface",
+    "workspace",
+]

@@ -53,7 +53,7 @@ def optimum_report(found: Optimum) -> str:
                 item.text,
                 _written(item.worst, item.unit),
                 f"{100 * item.margin:.3g} %" if abs(item.margin) > 1e-5 else "0",
-                _where(item.pose) if found.poses > 1 else "the only pose",
+                pose_words(item.pose) if found.poses > 1 else "the only pose",
             )
             for item in found.requirements
         ]
@@ -74,7 +74,7 @@ def _sentences(found: Optimum) -> list[str]:
     """Return what decides, and how sure it is."""
     said = []
     for item in found.active:
-        where = f", at {_where(item.pose)}" if found.poses > 1 else ""
+        where = f", at {pose_words(item.pose)}" if found.poses > 1 else ""
         if item.margin < -1e-6:
             said.append(f"{item.text} is broken{where}.")
         else:
@@ -105,7 +105,8 @@ def _value(value: float, unit: str) -> str:
     return f"{value:.6g} {unit.replace(' ', '·')}".rstrip()
 
 
-def _where(pose: Mapping[str, float]) -> str:
+def pose_words(pose: Mapping[str, float]) -> str:
+    """Return a pose in words, SI."""
     return ", ".join(f"{name} = {value:.4g}" for name, value in pose.items())
 
 
@@ -123,6 +124,7 @@ def optimum_to_dict(found: Optimum) -> dict[str, object]:
         **{name: plain(getattr(found, name)) for name in names},
         "parameters": dict(found.parameters),
         "units": dict(found.units),
+        "allowed": {name: list(values) for name, values in found.allowed.items()},
         "requirements": [{name: plain(getattr(item, name)) for name in of_each} for item in found.requirements],
         "at_bounds": list(found.at_bounds),
         "starts": starts,

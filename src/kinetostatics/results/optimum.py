@@ -27,6 +27,7 @@ class CheckedRequirement:
         pose: coordinates of the worst pose [m, rad].
         active: whether it decides: the worst is at the limit.
         saving: by how much the objective would fall if the limit were one per cent looser, as far as the multiplier tells.
+        is_below: whether the quantity must be below the limit, or above.
     """
 
     text: str
@@ -38,6 +39,7 @@ class CheckedRequirement:
     pose: Mapping[str, float]
     active: bool
     saving: float
+    is_below: bool
 
 
 @dataclass(frozen=True)
@@ -63,6 +65,7 @@ class Optimum(Told, ShortRepr):
         feasible: whether all requirements hold at all poses.
         parameters: by name, SI; where nothing is feasible those that come nearest.
         units: of the parameters, empty where they are not known.
+        allowed: what each parameter could be, SI: the two ends of a range, or all values of a list or catalogue.
         objective: what was minimized, SI.
         minimized: its name, and ``unit``.
         unit: see ``minimized``.
@@ -81,6 +84,7 @@ class Optimum(Told, ShortRepr):
     feasible: bool
     parameters: Mapping[str, float]
     units: Mapping[str, str]
+    allowed: Mapping[str, tuple[float, ...]]
     objective: float
     minimized: str
     unit: str
