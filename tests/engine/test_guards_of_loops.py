@@ -1,0 +1,73 @@
+"""The guards in the records of the loops matter: without them a platform half a turn off or a hinge turned over counts as right.
+
+Sines vanish at half a turn as they do at none. NumPy takes another way there; the record's own way finds no error at all.
+"""
+
+import numpy as np
+import pytest
+from loop_robots import floating, frame
+from package_robots import robot as robot_named
+from test_loop_record import prescribed_of
+
+from kinetostatics.engine.loops import CompiledSolver
+from kinetostatics.engine.scalars import Tape
+
+pytest.importorskip("llvmlite")
+
+
+@pytest.fixture(autouse=True)
+def own_folder(monkeypatch, tmp_path):
+    """What is made here without guards has the names of right code."""
+    monkeypatch.setenv("KINETOSTATICS_CACHE", str(tmp_path))
+
+
+def compiled(robot, convention):
+    prescribed, local = prescribed_of(robot, convention)
+    return CompiledSolver(robot.solver, prescribed, local, robot.generic_poses.take(np.array([0])))
+
+
+def drop_guards(monkeypatch, folder):
+    """Let records say that they hold everywhere."""
+    monkeypatch.setenv("KINETOSTATICS_CACHE", str(folder))
+    monkeypatch.setattr(Tape, "holds", lambda tape: True)
+
+
+def test_a_platform_half_a_turn_from_where_it_is_wanted_has_not_arrived(monkeypatch, tmp_path):
+    """The rotation that is left is π about z: its sine is 0, as if nothing were left. Such poses, and one without numbers, lie
+    among others that the same instructions correct."""
+    robot = robot_named("planar_3rrr")
+    solver = compiled(robot, "rotation_vector")
+    start = robot.zero_poses.take(np.zeros(9, dtype=np.intp))
+    target = np.repeat(robot.solver.values(solver._own, robot.zero_poses), 9, axis=1)
+    target[-1] += [0.05, 0.02, np.pi, -0.03, -np.pi, 0.01, 3.1, np.nan, -0.05]
+    wanted, good = robot.solver.newton(solver._own, start, target)
+    assert good.tolist() == [True, True, False, True, False, True, False, False, True]
+    found, reached = solver.newton(solver._own, start, target)
+    np.testing.assert_array_equal(reached, good)
+    np.testing.assert_allclose(found.x, wanted.x, rtol=0, atol=1e-12)
+
+    drop_guards(monkeypatch, tmp_path / "dropped")
+    heedless = compiled(robot, "rotation_vector")
+    found, reached = heedless.newton(heedless._own, start, target)
+    assert reached.tolist() == [True, True, True, True, True, True, False, False, True]
+    off = robot.solver.values(heedless._own, found) - target
+    np.testing.assert_allclose(np.abs(off[-1, [2, 4]]), np.pi)  # where it says that it has arrived
+
+
+def test_a_hinge_that_is_turned_over_is_not_closed(monkeypatch, tmp_path):
+    """A platform that floats and is held by one hinge: turned by π about x its axis z lies in the hinge's, but points down."""
+    robot = floating("revolute", frame(p=(0.1, 0.2, 0.3)), frame(p=(0.0, 0.1, 0.0)), axis=(0, 0, 1))
+    centre = np.array([0.1, 0.2, 0.3])
+    x = np.repeat(robot.zero_poses.x, 3, axis=1)
+    place = robot.mechanism.platform_pose(robot.solver.equations.forward(x[:, :1]))[1][:, 0]
+    turned = centre + np.diag([1.0, -1.0, -1.0]) @ (place - centre)
+    first = next(joint.first_q for joint in robot.solver.tree.joints)
+    x[first : first + 3, 1] += turned - place
+    x[first + 3 : first + 7, 1] = [1.0, 0.0, 0.0, 0.0]  # half a turn about x
+    wanted = np.max(np.abs(robot.solver.place(x).residual), axis=0)
+    assert wanted[0] < 1e-12 and wanted[1] == pytest.approx(np.pi)
+    np.testing.assert_allclose(np.max(np.abs(compiled(robot, None).place(x).residual), axis=0), wanted, atol=1e-12)
+
+    drop_guards(monkeypatch, tmp_path / "dropped")
+    heedless = np.max(np.abs(compiled(robot, None).place(x).residual), axis=0)
+    assert heedless[1] < 1e-12  # as if it were closed
