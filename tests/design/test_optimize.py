@@ -47,6 +47,61 @@ def test_the_lightest_cantilever(cantilever, tmp_path):
     assert -ks.analyze(saved.assemble(), [0, 0, -500, 0, 0, 0], **STILL).twist[2] == pytest.approx(1e-4, rel=1e-6)
 
 
+def test_a_plain_urdf_is_sized_by_numbers_of_its_parts(cantilever, folder, tmp_path):
+    """The rod's own diameter has the closed form of the file's argument; a file of it has the new number."""
+    plain = folder / "plain.urdf"
+    ks.save_robot(ks.load_robot(cantilever), plain)
+    loaded = {"load": [0, 0, -500, 0, 0, 0], "starts": 1, **STILL}
+    best = ks.optimize(plain, {"rod.outer_diameter": "20mm:120mm"}, "mass", ["sag < 0.1 mm"], **loaded)
+    d = (64 * 500 * 0.8**3 / (3 * np.pi * E * 1e-4)) ** 0.25
+    assert best.parameters["rod.outer_diameter"] == pytest.approx(d, rel=1e-6) and best.units["rod.outer_diameter"] == "m"
+    assert best.before == pytest.approx(RHO * np.pi * 0.04**2 / 4 * 0.8 + 5, rel=1e-9)
+    best.save(tmp_path / "sized.urdf")
+    saved = ks.load_robot(tmp_path / "sized.urdf")
+    assert saved.description.beams["rod"].section.outer_diameter == pytest.approx(d, rel=1e-6)
+    assert -ks.analyze(saved.assemble(), loaded["load"], **STILL).twist[2] == pytest.approx(1e-4, rel=1e-6)
+    both = ("rod.outer_diameter", "rod.inner_diameter")
+    with pytest.raises(ks.ArgumentError, match=r"has no 'rod.inner_diameter' among the numbers of its parts"):
+        ks.optimize(plain, {both: "standard_tubes"}, "mass", ["sag < 0.1 mm"], **loaded)
+
+
+def test_a_tube_out_of_a_catalogue_for_a_part(cantilever, folder):
+    """Its hole follows from its wall; beside it an argument of the file varies."""
+    text = cantilever.read_text(encoding="utf-8").replace("<circle diameter=", '<tube inner_diameter="0.03" outer_diameter=')
+    (folder / "tube.urdf.xacro").write_text(text, encoding="utf-8")
+    tubes = np.array([[40, 4], [60, 2], [60, 8], [70, 3], [70, 10], [100, 3], [100, 20]])
+    np.savetxt(folder / "tubes.csv", tubes, "%g", ",", header="outer_diameter [mm],wall [mm]", comments="")
+    both, loaded = ("rod.outer_diameter", "rod.inner_diameter"), {"load": [0, 0, -500, 0, 0, 0], **STILL}
+    vary = {both: str(folder / "tubes.csv"), "length": "0.7,0.8"}
+    best = ks.optimize(folder / "tube.urdf.xacro", vary, "mass", ["sag < 0.1 mm"], **loaded)
+    outer, inner = 1e-3 * tubes[:, 0], 1e-3 * (tubes[:, 0] - 2 * tubes[:, 1])
+    stiff = outer**4 - inner**4 >= 64 * 500 * 0.7**3 / (3 * np.pi * E * 1e-4)
+    k = int(np.argmin(np.where(stiff, outer**2 - inner**2, np.inf)))
+    assert best.feasible and 0 < stiff.sum() < len(tubes) and best.parameters["length"] == 0.7
+    assert [best.parameters[name] for name in both] == pytest.approx([outer[k], inner[k]], rel=1e-12)
+    assert best.objective == pytest.approx(RHO * np.pi / 4 * (outer[k] ** 2 - inner[k] ** 2) * 0.7 + 5, rel=1e-9)
+
+
+def test_numbers_of_one_pattern_are_alike():
+    """All three rods of the tripod are one size, and so it weighs what the file's argument makes it weigh."""
+    over, limit = {"z": 0.55, "rx": 0.0, "ry": 0.0}, ["deflection_any_direction(500 N) < 20um"]
+    alike = ks.optimize("3rps", {"rod_*.outer_diameter": "80mm:120mm"}, "mass", limit, over, starts=1)
+    robot = package_robots.robot("3rps", rod_diameter=alike.parameters["rod_*.outer_diameter"])
+    result = ks.analyze(robot.assemble(platform=over))
+    assert 500 * np.linalg.eigvalsh(result.compliance[:3, :3])[-1] == pytest.approx(20e-6, rel=1e-6)
+    assert result.base_wrench[2] / 9.81 == pytest.approx(alike.objective, rel=1e-9)
+    assert len({beam.section.outer_diameter for beam in alike.robot.description.beams.values()}) == 1
+    for wrong, words in (
+        ({"rod_*.outer_diametre": "40mm:120mm"}, r"among the numbers of its parts: did you mean 'rod_.\.outer_diameter'"),
+        ({"rod_*.outer_diameter": "40kg:120kg"}, r"is given in kg, but it is in m"),
+        ({"rod_*.poisson_ratio": "1mm:2mm"}, r"is given in mm, but it has no unit"),
+        ({"rod_*.*": "40mm:120mm"}, r"names numbers in several units, "),
+        ({"rod_*.outer_diameter": "40mm:120mm", "rod_1.outer_diameter": "1mm:2mm"}, r"'rod_1.outer_diameter' is varied twice"),
+    ):
+        with pytest.raises(ks.ArgumentError, match=words):
+            ks.optimize("3rps", wrong)
+
+
 def test_the_lightest_cantilever_for_the_tip_of_a_tool(cantilever):
     """A tool's tip, a beyond the end, sags by F L³/3EI + a F L²/2EI; under a force there, wherever it comes from, by
     F (L³/3 + a L² + a² L)/EI."""
@@ -204,7 +259,7 @@ def test_lists_and_catalogues(cantilever, tmp_path):
         ({"subject_to": ["deflection_any_direction < 1um"]}, "in the brackets"),
         ({"subject_to": ["actuator_force < 1kN"]}, "has no drive that slides"),
         ({"over": {"z": "high"}}, "a number or a list"),
-        ({"starts": 0}, "at least 1"),
+        ({"starts": 0}, "whole number from 1 on"),
         ({"minimize": ["sag < 1mm"]}, "requirements are given by subject_to"),
     ],
 )

@@ -10,7 +10,7 @@ from kinetostatics.printing.waiting import waiting
 
 USAGE = "ROBOT --vary NAME=FROM:TO … --subject-to REQUIREMENT … [options]"
 HELP = "size a robot: the lightest rods that are stiff enough"
-DESCRIPTION = "Find the parameters of a robot's file that are best, under requirements that hold at every pose of a grid."
+DESCRIPTION = "Find the parameters of a robot that are best, under requirements that hold at every pose of a grid."
 EXAMPLES = f"""\
 {arguments.VALUES_HELP}
   FROM:TO:COUNT and A,B,C of --platform make a grid of poses: every requirement holds at all of them.
@@ -22,7 +22,8 @@ quantities:
 --vary:
   rod_diameter=20mm:120mm is a range, rod_diameter=20mm,25mm,30mm a list. A catalogue is a CSV file with a row for each
   size, whose columns set one argument, or several: tube_diameter+tube_wall=tubes.csv. standard_bars and standard_tubes come with
-  the package.
+  the package. Numbers of parts have names as in spread, rod_1.outer_diameter=20mm:120mm, also of a plain URDF; of
+  rod_*.outer_diameter=20mm:120mm all are alike.
 
 exit code:
   0 feasible, 1 not feasible, 2 an error, such as SciPy missing: pip install 'kinetostatics[optimize]'
@@ -32,6 +33,7 @@ examples:
       z=450mm,650mm rx=-15deg,0,15deg ry=-15deg,0,15deg --out sized.urdf
   kinetostatics optimize 3rps --vary rod_diameter=standard_bars --subject-to "sag < 0.2um" "actuator_force < 1kN" --json
   kinetostatics optimize 3rps --vary rod_diameter=40mm:120mm --subject-to "sag < 0.2um" "stress < 80 MPa" --plot sized.svg
+  kinetostatics optimize 3rps --vary "rod_*.outer_diameter=40mm:120mm" --subject-to "sag < 0.2um" --out sized.urdf
   kinetostatics optimize 3rps --vary rod_diameter=60mm:120mm --pareto "deflection_any_direction(500 N)" --out front.svg
 """
 

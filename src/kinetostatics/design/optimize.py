@@ -1,4 +1,4 @@
-"""The best parameters of a robot's file, under requirements that hold at every pose of a workspace.
+"""The best parameters of a robot, under requirements that hold at every pose of a workspace.
 
 Every requirement at every pose is a constraint of a nonlinear program; :mod:`kinetostatics.design.search` solves it.
 """
@@ -20,6 +20,7 @@ from kinetostatics.description.units import KINDS
 from kinetostatics.design.problem import Point, Problem, rank
 from kinetostatics.design.requirements import MEASURES, parse_measure, parse_requirement
 from kinetostatics.design.search import STEP, search
+from kinetostatics.design.sizes import Sizes, sizes_of
 from kinetostatics.design.variables import Choice, Range, read_variables, typed_units
 from kinetostatics.design.variants import Variants
 from kinetostatics.exceptions import ArgumentError, StaticsError
@@ -50,13 +51,15 @@ def optimize(
     tolerance: float = 1e-10,
     **analysis: Any,
 ) -> Optimum:
-    """Find the parameters of a robot's file that are best, under requirements that hold at every pose of a workspace.
+    """Find the parameters of a robot that are best, under requirements that hold at every pose of a workspace.
 
     Args:
         robot: the robot's file, or the name of one that comes with the package.
-        vary: what may change, by the name of a xacro argument: a range ``"20mm:120mm"`` or ``(0.02, 0.12)``; values,
-            ``"20mm,25mm"`` or a list; or a catalogue of standard sizes, the path of a CSV file, "standard_bars" or
-            "standard_tubes", whose rows may set several arguments: ``{("tube_diameter", "tube_wall"): "standard_tubes"}``.
+        vary: what may change, by the name of a xacro argument, or of a number of one part, also of a plain URDF, as
+            :func:`kinetostatics.spread` has them, ``"rod_1.outer_diameter"``; of ``"rod_*.outer_diameter"`` all are alike. A
+            range ``"20mm:120mm"`` or ``(0.02, 0.12)``; values, ``"20mm,25mm"`` or a list; or a catalogue of standard sizes, the
+            path of a CSV file, "standard_bars" or "standard_tubes", whose rows may set several:
+            ``{("tube_diameter", "tube_wall"): "standard_tubes"}``.
         minimize: the quantity whose worst pose is minimized: "mass", "sag", "rotation", "deflection_any_direction(500 N)",
             "rotation_any_direction(20 N·m)", "actuator_force", "actuator_torque", "stress" or "buckling".
         subject_to: requirements: one of these quantities, or least_translational_stiffness or least_rotational_stiffness, and
@@ -155,20 +158,20 @@ def prepare(
     path = os.fspath(robot_path(robot))
     variants = Variants(path, parameters or {}, links)
     names = [item.name for item in ranges] + [name for item in choices for name in item.names]
-    variants.check(names)
-    variants.check_units(typed_units(ranges, choices))
-    first = variants.robot({})
+    sizes = sizes_of(variants, names)
+    sizes.check_units(typed_units(ranges, choices))
+    first = sizes.first
     grid, is_platform = _grid(over, first.description.driven)
-    for hint in (*odd_coordinates(first, over or {}), *_odd_ranges(variants, ranges, choices)):
+    for hint in (*odd_coordinates(first, over or {}), *_odd_ranges(sizes, ranges, choices)):
         warnings.warn(hint, stacklevel=3)
     place = None if tool is None else point_on_robot("tool", tool, first, 4)
-    problem = Problem(variants, grid, is_platform, orientation, analysis, objective, requirements, place, tolerance)
+    problem = Problem(sizes, grid, is_platform, orientation, analysis, objective, requirements, place, tolerance)
     # complaints about coordinates and arguments come before the search
     problem.analyzed(first)
-    return Search(problem, ranges, choices, {name: variants.numbers[name] for name in names}, minimize)
+    return Search(problem, ranges, choices, {name: sizes.own(name) for name in names}, minimize)
 
 
-def _odd_ranges(variants: Variants, ranges: Sequence[Range], choices: Sequence[Choice]) -> list[str]:
+def _odd_ranges(sizes: Sizes, ranges: Sequence[Range], choices: Sequence[Choice]) -> list[str]:
     """Say which lengths without a unit are varied so far from the file's that they look like millimetres."""
     tried = [(item.name, item.low, item.high, item.units) for item in ranges]
     for choice in choices:
@@ -176,8 +179,8 @@ def _odd_ranges(variants: Variants, ranges: Sequence[Range], choices: Sequence[C
         tried += [(name, min(values), max(values), units) for name, values, units in rows]
     hints: list[str] = []
     for name, low, high, units in tried:
-        found = [] if any(units) else odd_range(name, low, high, variants.numbers[name])
-        hints += found if found and variants.unit(name) == "m" else []
+        found = [] if any(units) else odd_range(name, low, high, sizes.own(name))
+        hints += found if found and sizes.unit(name) == "m" else []
     return hints
 
 
@@ -235,7 +238,7 @@ def _optimum(
             CheckedRequirement(item.text, item.name, value, item.limit, unit, margin, Named(pose), active, saving, item.below)
         )
     name = problem.objective[0]
-    before = problem.at(own).objective
+    before = problem.at(own if problem.sizes.are_own else {}).objective
     allowed: dict[str, tuple[float, ...]] = {item.name: (item.low, item.high) for item in ranges}
     for choice in choices:
         allowed |= {key: tuple(sorted({row[k] for row in choice.rows})) for k, key in enumerate(choice.names)}
@@ -243,7 +246,7 @@ def _optimum(
     return Optimum(
         point.feasible,
         Named(best),
-        Named({key: problem.variants.unit(key) for key in best}),
+        Named({key: problem.sizes.unit(key) for key in best}),
         Named({key: allowed[key] for key in best}),
         point.objective,
         " ".join(minimize.split()),

@@ -1,4 +1,4 @@
-"""An optimization's objective and requirements as functions of the file's parameters, over all poses of a workspace."""
+"""An optimization's objective and requirements as functions of a robot's parameters, over all poses of a workspace."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from kinetostatics.analysis import analyze
 from kinetostatics.design.requirements import MEASURES, Requirement
-from kinetostatics.design.variants import Variants
+from kinetostatics.design.sizes import Sizes
 from kinetostatics.exceptions import RobotFileError, StaticsError
 from kinetostatics.kinematics.assembly import assemble
 from kinetostatics.math.arrays import Array
@@ -54,7 +54,7 @@ class Problem:
     """Objective and margins as functions of parameters; what was computed once is kept.
 
     Attributes:
-        variants: the robots.
+        sizes: what is varied, and the robots.
         over: coordinates (P,) of all poses, and whether they are the platform's.
         is_platform: see ``over``.
         orientation: what the orientation's coordinates mean, see :meth:`Robot.assemble`.
@@ -67,7 +67,7 @@ class Problem:
         count: how many robots were analysed.
     """
 
-    variants: Variants
+    sizes: Sizes
     over: Mapping[str, Array]
     is_platform: bool
     orientation: str | None
@@ -97,7 +97,7 @@ class Problem:
 
     def _evaluate(self, parameters: Mapping[str, float]) -> Point:
         try:
-            result = self.analyzed(self.variants.robot(parameters))
+            result = self.analyzed(self.sizes.robot(parameters))
             tip = seen(result, self.tool)
 
             def measured(name: str, argument: float) -> Array:

@@ -130,7 +130,11 @@ def _read_catalogue(name: str, names: tuple[str, ...]) -> Choice:
     titles = [title_of(cell) or ("", "") for cell in lines[0][1]]
     known = [name for name, _ in titles]
     check_brackets(f"{name}:{lines[0][0]}", known, names)
-    columns = [known.index(item) for item in names] if set(names) <= set(known) else list(range(len(names)))
+    keys = [item.rpartition(".")[2] for item in names]  # of a part's number, its own name
+    hole = keys.index("inner_diameter") if "inner_diameter" in keys and {"outer_diameter", "wall"} <= set(known) else None
+    if hole is not None:
+        keys[hole] = "wall"
+    columns = [known.index(item) for item in keys] if set(keys) <= set(known) else list(range(len(names)))
     if max(columns) >= len(known):
         raise ArgumentError(f"{name} has {len(known)} columns, fewer than the parameters {', '.join(names)}")
     rows = []
@@ -145,6 +149,10 @@ def _read_catalogue(name: str, names: tuple[str, ...]) -> Choice:
                 raise ArgumentError(f"{name}:{lines[0][0]}: {unit!r} is no unit")
             values.append(parse_number(f"{row[column].strip()}{unit}", "", f"{name}:{number}"))
             units.append(typed_unit(f"{row[column].strip()}{unit}"))
+        if hole is not None:
+            column = known.index("outer_diameter")
+            outer = parse_number(f"{row[column].strip()}{titles[column][1]}", "", f"{name}:{number}")
+            values[hole] = outer - 2 * values[hole]
         rows.append(tuple(values))
     return Choice(names, tuple(dict.fromkeys(rows)), tuple(map(tuple, typed)))
 
