@@ -7,7 +7,8 @@ import pytest
 from places import CASES
 
 import kinetostatics as ks
-from kinetostatics.functions.parameters import parameter_named
+from kinetostatics.functions.parameters import _section_with, parameter_named
+from kinetostatics.sections.kinds import Section
 
 LOAD = np.array([30.0, -40.0, -500.0, 3.0, 4.0, 5.0])
 GRAVITY = np.array([0.5, -1.0, -9.7])
@@ -53,6 +54,32 @@ def assert_alike(found, wanted, size, tolerance):
     """Compare derivatives beside the largest of them, and what rounding of the differenced function leaves."""
     rounding = 1e-10 * np.max(np.abs(size))
     np.testing.assert_allclose(found, wanted, rtol=0, atol=tolerance * np.max(np.abs(wanted)) + rounding)
+
+
+def test_without_load_and_gravity_it_is_the_analysis_without_arguments():
+    f, at = function_of("2pru_upr")
+    found, result = f(**at), ks.analyze(package_robots.robot("2pru_upr").assemble(platform=at))
+    np.testing.assert_allclose(found["twist"], result.twist, rtol=1e-11)
+    np.testing.assert_allclose(found["stiffness"], result.stiffness, rtol=1e-9, atol=1e-9 * np.max(result.stiffness))
+    assert all(np.shape(found[name]) == f.outputs[name].shape for name in OUTPUTS)
+    jacobian = f.jacobian("twist", "z")
+    slope = jacobian(**at, load=np.zeros(6), gravity=(0, 0, -9.81))["twist"]["z"]
+    np.testing.assert_array_equal(jacobian(**at)["twist"]["z"], slope)
+
+
+@pytest.mark.parametrize("name", ["area", "I_y", "I_z", "J"])
+def test_numbers_of_a_section_are_made_larger(name):
+    section = Section(1e-4, 2e-9, 3e-9, 4e-9)
+    assert getattr(_section_with(section, name, 1e-10), name) == getattr(section, name) + 1e-10
+
+
+def test_angles_are_those_of_the_orientation():
+    robot, at = package_robots.robot("2pru_upr"), {"z": 0.6, "rx": 0.2, "ry": -0.25}
+    found = {name: ks.compile(robot, at, orientation=name, outputs="twist")(**at)["twist"] for name in ("XYZ", "xyz")}
+    for name, twist in found.items():
+        wanted = ks.analyze(robot.assemble(platform=at, orientation=name)).twist
+        np.testing.assert_allclose(twist, wanted, rtol=1e-10, atol=1e-10 * np.max(np.abs(wanted)))
+    assert np.max(np.abs(found["XYZ"] / found["xyz"] - 1)) > 0.01
 
 
 @pytest.mark.few(3)

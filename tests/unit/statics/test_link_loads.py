@@ -44,6 +44,14 @@ def test_a_load_on_the_platforms_link_is_the_load_of_the_platform():
     close(ks.analyze(at, loads={"platform": ks.LinkLoad(turned, where, "link")}).twist, usual.twist)
 
 
+def test_a_payload_without_a_centre_is_at_o():
+    at = pose("2pru_upr")
+    found = [ks.analyze(at, payload=payload).twist for payload in (ks.Payload(20.0), ks.Payload(20.0, (0.0, 0.0, 0.0)))]
+    np.testing.assert_array_equal(*found)
+    weight = [0, 0, -20.0 * 9.81, 0, 0, 0]
+    close(found[0], ks.analyze(at, weight).twist)
+
+
 @pytest.mark.few(2)
 @pytest.mark.parametrize(
     ("name", "link", "place", "origin"),

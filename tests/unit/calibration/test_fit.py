@@ -1,0 +1,164 @@
+"""The statistics of calibration on straight lines and small tables, against what leaving readings out gives."""
+
+import itertools
+
+import numpy as np
+import package_robots
+import pytest
+
+import kinetostatics as ks
+from kinetostatics.calibration.fit import FALSE_ALARM, determined, fit, outliers, solution
+from kinetostatics.calibration.identifiability import unidentifiable
+from kinetostatics.calibration.plan import _exchanged, best_subset, log_det
+from kinetostatics.calibration.unknowns import Unknown, Unknowns
+
+stats = pytest.importorskip("scipy.stats")
+
+X = np.arange(8.0)
+LINE = np.stack([np.ones(8), X], axis=1)
+NOISE = 1e-3 * np.array([0.4, -1.0, 0.7, -0.2, 0.9, -0.8, 0.3, -0.5])
+
+
+def line_fit(J, readings, sigma_known=False):
+    """Return the solution for readings of a linear model, as found by least squares."""
+    x = np.linalg.lstsq(J, readings, rcond=None)[0]
+    return solution(x, J, readings - J @ x, sigma_known)
+
+
+def studentized_by_leaving_out(J, readings, k, sigma_known=False):
+    """Return the error of a reading foretold by the others, over its standard deviation."""
+    rest = np.delete(np.arange(len(readings)), k)
+    x, squares = np.linalg.lstsq(J[rest], readings[rest], rcond=None)[:2]
+    variance = 1.0 if sigma_known else float(squares[0]) / (len(rest) - J.shape[1])
+    spread = 1 + J[k] @ np.linalg.inv(J[rest].T @ J[rest]) @ J[k]
+    return (readings[k] - J[k] @ x) / np.sqrt(variance * spread)
+
+
+@pytest.mark.parametrize("sigma_known", [False, True])
+def test_an_outlier_is_one_from_the_bound_on(sigma_known):
+    """Bonferroni's bound on the largest of eight, with as many degrees of freedom as a fit without the reading has."""
+    scale = 1e3 if sigma_known else 1.0
+    beyond = FALSE_ALARM / 2 / 8
+    bound = stats.norm.isf(beyond) if sigma_known else stats.t.isf(beyond, 8 - 1 - 2)
+
+    def judged(size):
+        readings = scale * (NOISE + size * 1e-3 * (np.arange(8) == 4))
+        studentized, bad = outliers(line_fit(LINE, readings, sigma_known), float(np.sqrt(np.mean(readings**2))))
+        return readings, studentized, bad
+
+    low, high = 0.0, 100.0
+    assert not judged(low)[2].any() and judged(high)[2].tolist() == [k == 4 for k in range(8)]
+    for _ in range(40):
+        middle = (low + high) / 2
+        low, high = (low, middle) if judged(middle)[2].any() else (middle, high)
+    readings, studentized, _ = judged(low)
+    assert studentized[4] == pytest.approx(bound, rel=1e-6)
+    found = [studentized_by_leaving_out(LINE, readings, k, sigma_known) for k in range(8)]
+    np.testing.assert_allclose(studentized, found, rtol=1e-8)
+
+
+def test_outliers_are_sought_while_two_readings_are_left_over():
+    readings = np.array([1e-3, -1e-3, 0.7e-3, 1e3, -0.4e-3])
+    J = np.vander(np.arange(5.0), 3)
+    assert outliers(line_fit(J, readings), 1.0)[1].tolist() == [False, False, False, True, False]
+
+
+def test_a_reading_that_alone_tells_an_unknown_is_no_outlier():
+    """Whatever it is, the fit goes through it."""
+    J = np.column_stack([LINE, np.arange(8) == 2])
+    studentized, bad = outliers(line_fit(J, NOISE), 1.0)
+    assert studentized[2] == 0 and not bad.any() and np.all(studentized[np.arange(8) != 2] != 0)
+
+
+def test_rounding_has_no_outliers():
+    """Beside readings of a thousand, a residual of 1e-6 is rounding, however far it is from the others."""
+    readings = 1e3 + 1e-9 * np.sign(NOISE)
+    readings[3] += 9e-7
+    studentized, bad = outliers(line_fit(LINE, readings), 1e3)
+    assert not bad.any() and not studentized.any()
+
+
+@pytest.mark.parametrize("freedom", [0, 1, 2])
+def test_the_variance_is_what_is_left_per_degree_of_freedom(freedom):
+    J, readings = LINE[: 2 + freedom], NOISE[: 2 + freedom]
+    found = line_fit(J, readings)
+    assert found.freedom == freedom
+    if freedom:
+        assert found.variance == pytest.approx(np.linalg.lstsq(J, readings, rcond=None)[1][0] / freedom)
+    else:
+        assert np.isnan(found.variance)
+
+
+def test_what_readings_see_only_after_a_while_is_found():
+    """A factor of something that is zero at the start: no reading sees it before that has been found."""
+    found = fit(
+        lambda x: np.array([x[0], x[0] * x[1], x[0] + x[0] * x[1]]),
+        lambda x: np.array([[1, 0], [x[1], x[0]], [1 + x[1], x[0]]]),
+        np.zeros(2),
+        np.array([2.0, 6.0, 8.0]),
+        np.ones(3),
+        True,
+    )
+    np.testing.assert_allclose(found.x, [2.0, 3.0], rtol=1e-8)
+    assert found.null.shape == (2, 0)
+
+
+@pytest.mark.parametrize(
+    ("direction", "seen"),
+    [
+        ((1.0, -1.0), "the readings see only their sum"),
+        ((-0.5, -0.5), "the readings see only their difference"),
+        ((1.0, 4.0), "the readings see only a − 0.25 times b"),
+        ((1.0, -4.0), "the readings see only a + 0.25 times b"),
+    ],
+)
+def test_what_is_seen_of_two_that_cannot_be_told_apart(direction, seen):
+    """Whatever is seen does not change along the direction that is not."""
+    unknowns = [Unknown(name, "argument", "", 1.0, 1.0) for name in "ab"]
+    (found,) = unidentifiable(unknowns, np.array([direction]).T / np.linalg.norm(direction))
+    assert seen in str(found)
+
+
+def test_directions_that_are_not_seen_have_few_unknowns():
+    """Of mixed bases of a space, that is chosen in which most unknowns have no part."""
+    unknowns = [Unknown(name, "argument", "", 1.0, 1.0) for name in "abcde"]
+    space = np.array([[1.0, -1.0, 0, 0, 0], [0, 0, 1.0, 2.0, 0]]).T @ np.array([[0.6, 0.8], [-0.8, 0.6]])
+    found = unidentifiable(unknowns, space)
+    assert sorted(tuple(sorted(item.direction)) for item in found) == [("a", "b"), ("c", "d")]
+
+
+def test_no_exchange_makes_a_plan_better():
+    rng = np.random.default_rng(4)
+    for _ in range(5):
+        blocks = rng.standard_normal((9, 1, 3)) * rng.uniform(0.1, 3.0, (9, 1, 1))
+        best = max(log_det(blocks[list(some)]) for some in itertools.combinations(range(9), 4))
+        assert log_det(blocks[best_subset(blocks, 4, rng)]) == pytest.approx(best, rel=1e-12)
+        plan = _exchanged(np.einsum("nki,nkj->nij", blocks, blocks), np.arange(4), 1e-12 * np.eye(3)).tolist()
+        others = [[*plan[:k], new, *plan[k + 1 :]] for k in range(4) for new in set(range(9)) - set(plan)]
+        assert len(set(plan)) == 4 and log_det(blocks[plan]) >= max(log_det(blocks[other]) for other in others) - 1e-8
+
+
+def test_an_unknown_that_no_reading_sees_is_scaled_as_the_others():
+    scale, seen, null = determined(np.array([[4.0, 0.0], [3.0, 0.0]]))
+    np.testing.assert_allclose(scale, [0.2, 0.2])
+    np.testing.assert_allclose(np.abs(np.hstack([seen, null])), np.eye(2), atol=1e-12)
+
+
+def test_unknowns_of_a_payload_are_moments():
+    """Mass and first moments are varied, of which centres are told with their derivatives."""
+    robot = package_robots.robot("3rps")
+    names = ["payload.mass", "payload.x", "payload.z", "rod_1"]
+    found = Unknowns(robot, names, {}, ks.Payload(2.0, (0.1, 0.2, 0.3)), {})
+    values = np.array([3.0, 0.6, 1.5, 0.8])
+    told, factors = found.told(values)
+    np.testing.assert_allclose(told, [3.0, 0.2, 0.5, 1.25])
+    np.testing.assert_allclose([item.start for item in found.items], [2.0, 0.2, 0.6, 1.0])
+    steps = 1e-6 * np.eye(4)
+    differences = [(found.told(values + step)[0] - found.told(values - step)[0]) / 2e-6 for step in steps]
+    np.testing.assert_allclose(factors, np.transpose(differences), atol=1e-9)
+
+
+def test_only_arguments_of_the_file_move_the_robot():
+    robot = package_robots.robot("3rps")
+    assert Unknowns(robot, ["base_radius"], {}, None, {}).moves
+    assert not Unknowns(robot, ["rod_1", "payload.mass"], {}, None, {}).moves
