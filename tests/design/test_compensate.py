@@ -281,3 +281,76 @@ def test_extremes_before_and_after_are_of_the_same_poses():
     assert np.linalg.norm(found.deviation[1, :3]) > 0.1
     line = next(line for line in str(found).splitlines() if "displacement of o, uncorrected" in line)
     assert line.split()[-3] == "nm"
+
+
+# ---- what no drive corrects ------------------------------------------------------------------------------------------------
+
+
+def motions_of_drives(pose, tool):
+    """The platform's twists (6, n) at the tool per drive, by moving one drive after another."""
+    step, columns = 1e-5, []
+    for name in pose.actuators:
+        ends = []
+        for sign in (1, -1):
+            given = {key: value + sign * step * (key == name) for key, value in pose.actuators.items()}
+            ends.append(pose.robot.assemble(actuators=given, near=pose).platform_frame)
+        turn = Rotation.from_matrix(ends[0][:3, :3] @ ends[1][:3, :3].T).as_rotvec()
+        shift = (ends[0][:3, 3] + ends[0][:3, :3] @ tool) - (ends[1][:3, 3] + ends[1][:3, :3] @ tool)
+        columns.append(np.concatenate([shift, turn]) / (2 * step))
+    return np.stack(columns, axis=1)
+
+
+@pytest.mark.parametrize("tool", [None, (0.03, 0.0, 0.2)])
+def test_no_drive_moves_the_platform_in_its_uncorrectable_directions(tool):
+    found = ks.compensate(tripod(), LOAD, tool=tool)
+    directions, scale = found.uncorrectable_directions, np.repeat([found.wanted.robot.length, 1.0], 3)
+    assert directions.shape == (6, 3) and found.uncorrectable_parts.shape == (3,)
+    unit = directions / scale[:, None]
+    np.testing.assert_allclose(unit.T @ unit, np.eye(3), atol=1e-12)
+    moves = motions_of_drives(found.configuration, np.array(tool or (0, 0, 0))) / scale[:, None]
+    assert np.linalg.matrix_rank(moves, 1e-3) == 3
+    np.testing.assert_allclose(unit.T @ (moves / np.linalg.norm(moves, axis=0)), 0, atol=1e-8)
+    # what is left besides, the drives could move: which part of it they do is the choice of coordinates
+    rest = (found.remaining - directions @ found.uncorrectable_parts) / scale
+    fit = moves @ np.linalg.lstsq(moves, rest, rcond=None)[0]
+    np.testing.assert_allclose(fit, rest, atol=1e-8 * np.linalg.norm(found.remaining / scale))
+
+
+def test_what_remains_in_uncorrectable_directions_was_there_before_and_is_whatever_is_corrected():
+    pose = tripod()
+    scale = np.repeat([pose.robot.length, 1.0], 3)
+    both = [ks.compensate(pose, LOAD, coordinates=names) for names in (("z", "rx", "ry"), ("z", "y", "ry"))]
+    size = np.linalg.norm(both[0].uncorrectable_parts)
+    assert np.abs(both[0].remaining - both[1].remaining).max() > 0.1 * np.abs(both[0].remaining).max()
+    np.testing.assert_allclose(both[0].uncorrectable_parts, both[1].uncorrectable_parts, atol=1e-3 * size)
+    before = (both[0].uncorrectable_directions / scale[:, None]).T @ (both[0].deviation / scale)
+    np.testing.assert_allclose(both[0].uncorrectable_parts, before, atol=1e-3 * size)
+
+
+def test_upright_the_tripod_is_corrected_in_all_that_its_drives_can_do():
+    """There height and two turns are the drives' motions themselves: nothing remains along these."""
+    found = ks.compensate(tripod(rx=0.0, ry=0.0), LOAD)
+    rest = found.remaining - found.uncorrectable_directions @ found.uncorrectable_parts
+    assert np.abs(found.remaining).max() > 1e-7
+    np.testing.assert_allclose(rest, 0, atol=1e-4 * np.abs(found.remaining).max())
+    before = found.deviation - found.uncorrectable_directions @ found.uncorrectable_parts
+    assert np.abs(before).max() > 1e-8
+
+
+def test_directions_of_batches_and_of_six_freedoms():
+    five_bar = package_robots.robot("five_bar")
+    far = ks.compensate(five_bar.assemble(platform={"x": 0.0, "y": np.array([0.3, 0.9])}, on_failure="nan"), [0, -4, 0, 0, 0, 0])
+    assert far.status[1] == ks.Status.UNREACHABLE and far.uncorrectable_directions.shape == (2, 6, 4)
+    assert np.all(np.isfinite(far.uncorrectable_directions[0])) and np.all(np.isnan(far.uncorrectable_directions[1]))
+    found = ks.compensate(tripod(z=np.array([0.5, 0.55])), LOAD)
+    assert found.uncorrectable_directions.shape == (2, 6, 3)
+    one = ks.compensate(tripod(), LOAD)
+    np.testing.assert_allclose(found.uncorrectable_directions[0], one.uncorrectable_directions, atol=1e-9)
+    assert np.abs(np.diff(found.uncorrectable_directions, axis=0)).max() < 0.05  # the same ones along a path
+    assert "In 3 directions no drive moves the platform" in str(found)
+    text = str(one)
+    assert "Directions in which no drive moves the platform, at o, world axes, displacements in units of 200.00 mm" in text
+    assert one.to_dict()["uncorrectable_parts"] == one.uncorrectable_parts.tolist()
+    hexapod = package_robots.robot("gough_stewart")
+    all_six = ks.compensate(hexapod.assemble(), LOAD)
+    assert all_six.uncorrectable_directions.shape == (6, 0) and "no drive moves" not in str(all_six)

@@ -43,6 +43,8 @@ UNITS = {
     "deviation": "[displacement at o m; rotation rad] by which the loaded platform misses the wanted pose without correction",
     "remaining": "the same at the corrected drives",
     "remaining_coordinates": "the same as differences of the platform's coordinates [m, rad]; deviation_coordinates: uncorrected",
+    "uncorrectable_directions": "columns: twists that no drive moves the platform along, at o, orthonormal with lengths by "
+    "characteristic_length [m, rad]; uncorrectable_parts: how much of remaining lies along each",
     "commanded": "coordinates of the platform at which the unloaded robot is commanded [m, rad]",
 }
 
@@ -67,6 +69,7 @@ def compensation_report(found: Compensation) -> str:
     rest = [name for name in found.remaining_coordinates if name not in found.coordinates]
     left = f"Left as it is, for want of drives: {listing(rest)}." if rest else "Nothing is left."
     lines += ["", *wrapped(f"Corrected: {controlled}{of}. {left}")]
+    lines += _uncorrectable(found)
     if found.tool is not None and {"x", "y", "z"} & set(rest) and len(found.coordinates) >= 3:
         lines += wrapped(
             "The coordinates x, y and z bring the tip itself where it is wanted, and leave angles, where drives can do that."
@@ -110,6 +113,23 @@ def _misses(found: Compensation) -> list[str]:
     return column_table(columns)
 
 
+def _uncorrectable(found: Compensation) -> list[str]:
+    """Return the directions in which no drive moves the platform, scaled, and how much remains along each."""
+    length = found.wanted.robot.length
+    directions = found.uncorrectable_directions / np.repeat([length, 1.0], 3)[:, None]
+    if not directions.size or not np.all(np.isfinite(directions)):
+        return []
+    cosines = Scale("", 1.0, 3, 5e-4)
+    columns = [Column("", [str(k + 1) for k in range(directions.shape[1])])]
+    columns += [Column.of(name, list(row), cosines, with_unit=False) for name, row in zip(COMPONENTS, directions, strict=True)]
+    parts = Scale.of(found.uncorrectable_parts, ANGLES, ROUNDING)
+    columns.append(Column.of("remains along it", list(found.uncorrectable_parts), parts))
+    place = f"at {named_point(found.tool)}, world axes, displacements in units of {quantity(length, MILLIMETRES)}"
+    title = f"Directions in which no drive moves the platform, {place}"
+    said = "What remains along these no choice of coordinates changes; times that length it is a displacement."
+    return [*section(title, column_table(columns)), *wrapped(said)]
+
+
 def _batch(found: Compensation) -> str:
     lines = [f"Compensation of {found.wanted.robot.name!r}: {found.status.size} poses, batch shape {found.shape}"]
     counts = [(item, int(np.sum(found.status == item))) for item in Status]
@@ -132,6 +152,9 @@ def _batch(found: Compensation) -> str:
         "Extremes over the poses that have numbers", table(("quantity", "unit", "smallest", "largest"), rows, "llrr")
     )
     lines += ["", *wrapped(f"Corrected: {listing(found.coordinates)}{'' if found.tool is None else f' of {who}'}.")]
+    if left := 6 - found.wanted.robot.mobility.platform:
+        some = "one direction" if left == 1 else f"{left} directions"
+        lines += wrapped(f"In {some} no drive moves the platform: uncorrectable_directions and uncorrectable_parts tell more.")
     return "\n".join(lines)
 
 
@@ -144,11 +167,13 @@ def _range(name: str, values: Array, units: Units) -> tuple[str, str, str, str]:
 def compensation_to_dict(found: Compensation) -> dict[str, object]:
     """Return a compensation as plain values: what ``compensate --json`` prints."""
     names = ["actuators", "corrections", "actuator_forces", "deviation", "remaining"]
+    names += ["uncorrectable_directions", "uncorrectable_parts"]
     names += ["deviation_coordinates", "remaining_coordinates"]
     return {
         "robot": found.wanted.robot.name,
         **said_of(found.tool, UNITS),
         "shape": list(found.shape),
+        "characteristic_length": found.wanted.robot.length,
         "status": status_names(found.status),
         "limit_exceeded": plain(found.configuration.limit_exceeded),
         "coordinates": list(found.coordinates),

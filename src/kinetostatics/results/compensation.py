@@ -22,6 +22,7 @@ from kinetostatics.math.screws import COMPONENTS, TWIST_UNITS
 from kinetostatics.printing.dispatch import Told
 from kinetostatics.printing.mappings import Named
 from kinetostatics.results.result import Result
+from kinetostatics.results.uncorrectable import uncorrectable_directions
 from kinetostatics.status import WITHOUT_NUMBERS, Status
 
 if TYPE_CHECKING:
@@ -188,6 +189,27 @@ class Compensation(Told):
     def remaining_coordinates(self) -> Mapping[str, Array]:
         """What remains in each coordinate of the platform (…) [m, rad]; next to nothing in the controlled ones."""
         return self._coordinates_off(self.result)
+
+    @cached_property
+    def uncorrectable_directions(self) -> Array:
+        """(…, 6, k) in which directions no drive moves the platform: k = 6 − mobility twists at o or tool, world axes [m, rad].
+
+        They are orthogonal to every twist that the drives, free to move, give the platform at the corrected pose, and
+        orthonormal, in the product d·d'/L² + r·r' of twists [d; r], with L the robot's characteristic length ``robot.length``.
+        So they depend on the point and on L, but not on ``coordinates``. NaN where there is no pose, or a singular one.
+        """
+        return batch_first(uncorrectable_directions(self.configuration, self.tool), self.shape)
+
+    @cached_property
+    def uncorrectable_parts(self) -> Array:
+        """(…, k) how much of ``remaining`` lies along each of ``uncorrectable_directions``; 1 is that direction's twist.
+
+        To first order these are the same before the correction and after it, whatever ``coordinates`` were chosen: no drive
+        changes them. The rest of ``remaining`` is a matter of this choice.
+        """
+        lengths = np.repeat([self.wanted.robot.length, 1.0], 3) ** 2
+        parts = np.einsum("...ik,...i->...k", self.uncorrectable_directions, self.remaining / lengths)
+        return frozen(np.asarray(parts))
 
     def _coordinates_off(self, result: Result) -> Mapping[str, Array]:
         orientation = self.wanted.orientation
