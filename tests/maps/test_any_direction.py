@@ -6,6 +6,7 @@ import pytest
 
 import kinetostatics as ks
 from kinetostatics.cli.main import main
+from kinetostatics.design.requirements import parse_measure, parse_requirement
 
 pytest.importorskip("xarray")
 
@@ -87,11 +88,29 @@ def test_a_map_and_a_result_at_a_tools_tip_are_those_of_forces_there(tmp_path, c
     assert main([*command, "--point", "5kg", "0", "0"]) == 2 and "--point" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("written", ["{}({} {})", "{}:{}{}", " {} ( {}{} ) ", "{}: {} {}"])
+def test_one_spelling_for_maps_and_requirements(written):
+    """Both take both; names of a map tell how it is written, and each of these is one."""
+    ds = ks.sweep(package_robots.robot("3rps"), platform={"z": [0.5], "rx": 0.0, "ry": 0.0})
+    for name, size, unit in (("deflection_any_direction", 0.5, "kN"), ("rotation_any_direction", 20, "Nm")):
+        text = written.format(name, size, unit)
+        value = ks.indices.quantity(ds, text)
+        assert float(value.squeeze()) == float(getattr(ks.indices, name)(ds, 500 if unit == "kN" else 20).squeeze())
+        assert parse_measure(text) == (name, 500 if unit == "kN" else 20)
+        requirement = parse_requirement(f"{text} < 3e-5")
+        assert (requirement.name, requirement.argument, requirement.limit) == (*parse_measure(text), 3e-5)
+    shown = [name for name in ks.indices.names(ds) if "any_direction" in name]
+    assert shown == ["deflection_any_direction(500 N)", "rotation_any_direction(20 N·m)"]
+    assert all(np.isfinite(ks.indices.quantity(ds, name)).all() for name in shown)
+
+
 def test_mistakes():
     ds = ks.sweep(package_robots.robot("3rps"), platform={"z": [0.5], "rx": 0.0, "ry": 0.0})
-    for what in ("deflection_any_direction:5mm", "rotation_any_direction:5N", "deflection_any_direction:much"):
-        with pytest.raises(ks.ArgumentError, match="is not a size in"):
+    for what in ("deflection_any_direction:5mm", "rotation_any_direction(5N)", "deflection_any_direction:much"):
+        with pytest.raises(ks.ArgumentError, match=r"is not a size in .*, such as .*_any_direction\((500 N|20 N·m)\)"):
             ks.indices.quantity(ds, what)
+    with pytest.raises(ks.ArgumentError, match=r"write it with its size, deflection_any_direction\(500 N\)"):
+        ks.indices.quantity(ds, "deflection_any_direction")
     with pytest.raises(ks.ArgumentError, match="three numbers"):
         ks.indices.deflection_any_direction(ds, 1, (0, 0))
     with pytest.raises(ks.ArgumentError, match="greater than zero"):

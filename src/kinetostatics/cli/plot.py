@@ -31,6 +31,7 @@ examples:
   kinetostatics plot map.nc --kind surface --what twist:x --x rx --y ry --over z --unit µm --out twist.pdf
   kinetostatics plot tilts.nc --x azimuth --y tilt --out round.pdf
   kinetostatics plot map.nc --kind workspace --what least_translational_stiffness --unit N/µm --out stiffness.png
+  kinetostatics plot map.nc --what "deflection_any_direction(500 N)" --x rx --y ry --at z=0.5 --out softest.svg
   kinetostatics plot map.nc --kind line --what actuator_force:prismatic_1 --x z --series rx --at ry=0deg --out force.pdf
   kinetostatics plot ways.nc --kind line --what gravity_way:attached:z gravity_way:deformation:z --x tilt --out ways.pdf
 """

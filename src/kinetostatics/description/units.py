@@ -78,6 +78,7 @@ KNOWN = (
 )
 
 _POWER = re.compile(r"(.*?)(?:\^|\*\*)?([²³⁴]|[234])")
+_SIZED = re.compile(r"\s*([A-Za-z_]\w*)\s*(?:\(([^()]*)\)|:(.*))?\s*")
 _POWERS = {"²": 2, "³": 3, "⁴": 4}
 
 
@@ -140,6 +141,17 @@ def unit(name: str) -> Unit:
     found = find_unit(name)
     assert found is not None, name
     return found
+
+
+def sized_name(text: str) -> tuple[str, str | None]:
+    """Return name and size of a quantity such as ``deflection_any_direction(500 N)``, None where there is none.
+
+    A colon before the size does as well as brackets: ``deflection_any_direction:500N``.
+    """
+    match = _SIZED.fullmatch(text)
+    if match is None:
+        return text.strip(), None
+    return match[1], next((part.strip() for part in match.groups()[1:] if part is not None), None)
 
 
 def _split(text: str, sign: str) -> list[str]:

@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from kinetostatics.description.units import KINDS, find_unit, unit
+from kinetostatics.description.units import KINDS, find_unit, sized_name, unit
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.math.arrays import Array
 from kinetostatics.results.result import Result
 from kinetostatics.results.tool_point import PointResult
 
 _NUMBER = re.compile(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*")
-_REQUIREMENT = re.compile(r"\s*([A-Za-z_]\w*)\s*(?:\(([^()]*)\))?\s*(<=|>=|<|>|≤|≥)\s*(.+)")
+_REQUIREMENT = re.compile(r"\s*([A-Za-z_]\w*)\s*(\([^()]*\)|:[^<>=≤≥]*)?\s*(<=|>=|<|>|≤|≥)\s*(.+)")
 
 
 @dataclass(frozen=True)
@@ -161,6 +161,12 @@ def typed_unit(text: str) -> str:
     return match[2] if match else ""
 
 
+def _form(name: str) -> str:
+    """Return a quantity as people write it, with a size if it takes one."""
+    kind = MEASURES[name].argument
+    return f"{name}({'500' if kind == 'force' else '20'} {KINDS[kind]})" if kind else name
+
+
 def parse_measure(text: object) -> tuple[str, float]:
     """Return name and argument of a quantity such as ``deflection_any_direction(500 N)``.
 
@@ -171,14 +177,12 @@ def parse_measure(text: object) -> tuple[str, float]:
         raise ArgumentError(
             f"minimize is {text!r}; it must be one quantity, such as 'mass'; requirements are given by subject_to"
         )
-    match = re.fullmatch(r"\s*([A-Za-z_]\w*)\s*(?:\(([^()]*)\))?\s*", text)
-    name, argument = (match[1], match[2]) if match else (text.strip(), None)
+    name, argument = sized_name(text)
     if name not in MEASURES:
-        raise ArgumentError(f"no quantity {name!r}: {near_names(name, MEASURES)}")
+        raise ArgumentError(f"no quantity {name!r}: {near_names(name, map(_form, MEASURES))}")
     kind = MEASURES[name].argument
     if (kind is None) != (argument is None):
-        form = f"{name}(…)" if kind else name
-        raise ArgumentError(f"{text.strip()!r}: write {form}" + (f", a {kind} in the brackets" if kind else ""))
+        raise ArgumentError(f"{text.strip()!r}: write {_form(name)}" + (f", a {kind} in the brackets" if kind else ""))
     return name, parse_number(argument, kind or "", text) if argument is not None else 0.0
 
 
@@ -191,7 +195,7 @@ def parse_requirement(text: object) -> Requirement:
     match = _REQUIREMENT.fullmatch(text) if isinstance(text, str) else None
     if match is None:
         raise ArgumentError(f"{text!r} is not of the form QUANTITY < LIMIT or QUANTITY > LIMIT, such as 'sag < 20um'")
-    name, argument = parse_measure(match[1] + (f"({match[2]})" if match[2] is not None else ""))
+    name, argument = parse_measure(match[1] + (match[2] or ""))
     limit = parse_number(match[4], MEASURES[name].kind, str(text))
     if not limit > 0:
         raise ArgumentError(f"{text!r}: the limit must be greater than zero")

@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 import xarray as xr
 
-from kinetostatics.description.units import find_unit
+from kinetostatics.description.units import find_unit, sized_name
 from kinetostatics.description.units import unit as known_unit
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.indices import sag, stiffness
@@ -91,9 +91,12 @@ ANY_DIRECTION: Mapping[str, tuple[Callable[..., xr.DataArray], str]] = {
 
 
 def names(ds: xr.Dataset) -> list[str]:
-    """Return everything that :func:`quantity` knows of a Dataset, but for the 36 entries each of stiffness and compliance."""
+    """Return everything that :func:`quantity` knows of a Dataset, but for the 36 entries each of stiffness and compliance.
+
+    Those that take a force or moment have one of them as an example: ``deflection_any_direction(500 N)``.
+    """
     indices = [name for name in INDICES if _applies(ds, name)]
-    found = [*indices, *(f"stiffness_along:{axis}" for axis in (*LINEAR, *ANGULAR))]
+    found = [*indices, *map(_example, ANY_DIRECTION), *(f"stiffness_along:{axis}" for axis in (*LINEAR, *ANGULAR))]
     for name in (str(item) for item in ds.data_vars):
         dims = label_dims(ds, name)
         if dims and "component_2" not in dims:
@@ -118,8 +121,9 @@ def quantity(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> xr.DataA
 
     Args:
         ds: of :func:`kinetostatics.sweep`.
-        what: the name of an index ("linear_sag"), "stiffness_along:z", "deflection_any_direction:500" [N],
-            "rotation_any_direction:20" [N·m], units allowed ("0.5kN"), or a variable of the Dataset with its labels:
+        what: the name of an index ("linear_sag"), "stiffness_along:z", "deflection_any_direction(500 N)",
+            "rotation_any_direction(20 N·m)", as in requirements of :func:`kinetostatics.optimize` (a colon does as well,
+            "deflection_any_direction:500N"; without a unit in N and N·m), or a variable of the Dataset with its labels:
             "twist:rx", "contribution:limb_1:z", "gravity_way:attached:z", "actuator_force:prismatic_1",
             "intensity:limb_1: force along …", "compliance:x:ry".
         beyond_limits: as in :func:`valid`.
@@ -132,9 +136,10 @@ def quantity(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> xr.DataA
     name, _, rest = what.partition(":")
     if name == "stiffness_along" and rest:
         return stiffness.stiffness_along(ds, rest, beyond_limits=beyond_limits)
-    if name in ANY_DIRECTION and rest:
-        function, unit = ANY_DIRECTION[name]
-        return function(ds, _amount(what, rest, unit), beyond_limits=beyond_limits)
+    index, size = sized_name(what)
+    if index in ANY_DIRECTION and size:
+        function, unit = ANY_DIRECTION[index]
+        return function(ds, _amount(what, size, unit, index), beyond_limits=beyond_limits)
     if name not in ds.data_vars or name in ("status", "mode", *FACTS):
         raise ArgumentError(f"no quantity {what!r}{_hint(ds, what)}")
     found, dims = ds[name], label_dims(ds, name)
@@ -150,18 +155,26 @@ def quantity(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> xr.DataA
     return finished(ds, found, beyond_limits, str(units.values), _long_name(name, labels, str(units.values)))
 
 
-def _amount(what: str, text: str, unit: str) -> float:
+def _example(index: str) -> str:
+    """Return an index that takes a force or moment as people write it."""
+    unit = ANY_DIRECTION[index][1]
+    return f"{index}({'500' if unit == 'N' else '20'} {unit})"
+
+
+def _amount(what: str, text: str, unit: str, index: str) -> float:
     """Return a force or moment, which may carry a unit."""
     match = re.fullmatch(r"\s*([\d.]+(?:[eE][-+]?\d+)?)\s*(\D.*)?", text)
     own = find_unit(match[2].strip()) if match and match[2] else known_unit(unit)
     if match is None or own is None or own.dimension != known_unit(unit).dimension:
-        raise ArgumentError(f"{what!r}: {text!r} is not a size in {unit}, such as {what.partition(':')[0]}:500{unit}")
+        raise ArgumentError(f"{what!r}: {text!r} is not a size in {unit}, such as {_example(index)}")
     return own.in_si(float(match[1]))
 
 
 def _hint(ds: xr.Dataset, what: str) -> str:
     """Return what may have been meant instead of a quantity that there is not."""
-    name = what.partition(":")[0]
+    name = sized_name(what)[0]
+    if name in ANY_DIRECTION:
+        return f": write it with its size, {_example(name)}"
     if name.startswith("beam_"):
         return ": the map has no numbers of beams; sweep with beams=True (--beams)"
     if name in ("gravity_way", "actuator_gravity_way", "actuator_contribution"):
@@ -175,7 +188,7 @@ def _hint(ds: xr.Dataset, what: str) -> str:
     close = near_names(what, known)
     if close.startswith("did you mean"):
         return f": {close}"
-    indices = ", ".join(item for item in INDICES if _applies(ds, item))
+    indices = ", ".join([*(item for item in INDICES if _applies(ds, item)), *map(_example, ANY_DIRECTION)])
     variables = ", ".join(str(item) for item in ds.data_vars if label_dims(ds, str(item)))
     return f": there are the indices {indices}, and numbers of {variables}"
 

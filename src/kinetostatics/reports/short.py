@@ -267,8 +267,8 @@ def _pareto(found: ParetoFront) -> Short:
 
 @_short.register
 def _sensitivities(found: Sensitivities) -> Short:
-    rows = []
-    for name in [name for name in found if not is_location(name)][:_WORST]:
+    rows, sizes = [], [name for name in found if not is_location(name)]
+    for name in sizes[:_WORST]:
         move, mass = found.effect(name)
         value = f"{found[name].value:.6g} {found[name].unit}".rstrip()
         rows.append((name, value, values_words(move, LENGTHS), values_words(mass, MASSES)))

@@ -16,7 +16,7 @@ from kinetostatics.results.result import Result
 from kinetostatics.results.seen import seen
 from kinetostatics.results.tool_point import PointResult
 
-#: Numbers of parts that tell where something is, of whose value a per cent means nothing.
+#: Numbers of parts that tell where something is: a per cent of their value means nothing.
 LOCATIONS = ("placement", "predecessor_placement", "successor_placement", "center_of_mass")
 
 
