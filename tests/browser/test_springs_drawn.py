@@ -10,7 +10,7 @@ from test_meshcat import drawn
 import kinetostatics as ks
 from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.viewer.scene import describe_scene
-from kinetostatics.viewer.shapes import TURNS, coil, places_along_coil
+from kinetostatics.viewer.shapes import coil, places_along_coil
 
 HEIGHT, ARM, LENGTH = 0.5, 0.3, 0.4
 PENDULUM = f"""<robot name="pendulum"><link name="ground"/><link name="arm"/>
@@ -52,7 +52,7 @@ def test_a_spring_is_a_coil_between_its_points_and_moves_with_them(result, scene
     assert mesh.roots == ("Rest", "Deformed")
     first, last = mesh.station.min(), mesh.station.max()
     rest = np.stack(scene.stations.rest[first : last + 1], axis=1)  # frames, stations
-    part = places_along_coil()[:, None]
+    part = places_along_coil(10, 7)[:, None]
     np.testing.assert_allclose(rest[..., :3, 3], (1 - part) * ground[:, None] + part * arm[:, None], atol=1e-15)
     n = (arm - ground) / np.linalg.norm(arm - ground, axis=-1, keepdims=True)
     np.testing.assert_allclose(rest[..., :3, 2], np.broadcast_to(n[:, None], (*rest.shape[:2], 3)), atol=1e-15)
@@ -67,15 +67,23 @@ def test_a_spring_is_a_coil_between_its_points_and_moves_with_them(result, scene
 
 
 def test_the_coil_has_its_turns_and_is_closed():
-    surface, at = coil(0.5, 0.02, 0.002)
-    count = len(places_along_coil())
+    surface, at = coil(0.5, 0.02, 0.002, 10, 7)
+    count = len(places_along_coil(10, 7))
     rings = surface.vertices[: 6 * count].reshape(count, 6, 3)
     middles = rings.mean(axis=1)
     assert np.all(at[: 6 * count].reshape(count, 6) == np.arange(count)[:, None])
     angle = np.unwrap(np.arctan2(middles[4:-4, 1], middles[4:-4, 0]))
-    assert abs(angle[-1] - angle[0]) / (2 * np.pi) == pytest.approx(TURNS - 6 / 7, abs=0.01)
+    assert abs(angle[-1] - angle[0]) / (2 * np.pi) == pytest.approx(10 - 6 / 7, abs=0.01)
     np.testing.assert_allclose(np.linalg.norm(middles[8:-8, :2], axis=1), 0.02, rtol=1e-9)
     np.testing.assert_allclose(np.linalg.norm(rings - middles[:, None], axis=-1), 0.002, rtol=1e-9)
+
+
+def test_long_paths_have_coarser_coils(result):
+    angles = np.linspace(0, 1, 101)
+    long = describe_scene(ks.analyze(result.robot.assemble(actuators={"hinge": angles})))
+    stations = np.unique(mesh_at(long, "springs/gas").station)
+    np.testing.assert_array_equal(stations - stations[0], np.arange(len(places_along_coil(8, 5))))
+    np.testing.assert_allclose(long.stations.rest[stations[-1]][:, 2, 3], -ARM * np.sin(angles), atol=1e-15)
 
 
 def test_a_springs_force_is_an_arrow_at_each_end_outside_of_it(result, scene):

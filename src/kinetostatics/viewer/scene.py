@@ -30,6 +30,8 @@ SHOWN_TURN = 0.3
 JOINT_COLOUR, DRIVE_COLOUR, BARE_COLOUR, MASS_COLOUR = "#66717f", "#b8482a", "#c3c9d1", "#4b5563"
 #: Radius of a spring's coil and of its wire, as parts of the robot's size; the coil is at most a part of the spring's length.
 COIL, WIRE, SLENDER = 0.024, 0.0032, 0.1
+#: Turns of a coil and points in each, by the steps of long paths, whose pages would be too large.
+TURNS = {1: (10, 7), 2: (8, 5), 5: (6, 4)}
 
 
 def describe_scene(
@@ -226,7 +228,8 @@ class _Builder:
 
     def _springs(self) -> None:
         """Draw springs as coils, whose stations stand in line between the ends."""
-        along = places_along_coil()
+        turns, points = TURNS[self.poses.step]
+        along = places_along_coil(turns, points)
         for spring in self.springs:
             first, frames = len(self.stations.rest), spring.frames()
             length = float(spring.length[0]) or self.size
@@ -241,7 +244,7 @@ class _Builder:
             if self.known is not None:
                 self.meshes.append(self.known[path, roots])
                 continue
-            surface, at = coil(length, radius, min(WIRE * self.size, 0.2 * radius))
+            surface, at = coil(length, radius, min(WIRE * self.size, 0.2 * radius), turns, points)
             self.meshes.append(Mesh(path, surface, first + at, roots, COLOURS["spring forces"]))
 
     def _masses_at_points(self) -> None:

@@ -116,25 +116,25 @@ def stick(start: Array, end: Array, radius: float) -> Surface:
     return pin(radius, float(np.linalg.norm(axis))).transformed(frame)
 
 
-#: Turns of a spring as it is drawn, points of its wire in each, and the part of its length at each end without turns.
-TURNS, POINTS, PLAIN = 10, 7, 0.1
+#: Part of a spring's length at each end without turns.
+PLAIN = 0.1
 
 
-def places_along_coil() -> Array:
-    """Return where along a spring, 0 to 1, the stations stand that carry its wire."""
-    return np.concatenate([[0.0], np.linspace(PLAIN, 1 - PLAIN, TURNS * POINTS + 1), [1.0]])
+def places_along_coil(turns: int, points: int) -> Array:
+    """Return where along a spring, 0 to 1, the stations stand that carry its wire, so many in each turn."""
+    return np.concatenate([[0.0], np.linspace(PLAIN, 1 - PLAIN, turns * points + 1), [1.0]])
 
 
 @lru_cache(maxsize=256)
-def coil(length: float, radius: float, wire: float) -> tuple[Surface, Integers]:
+def coil(length: float, radius: float, wire: float, turns: int, points: int) -> tuple[Surface, Integers]:
     """Return a coil spring of a length with small balls at its ends, and the station (n,) of each vertex.
 
     Vertices are in station coordinates, z along the spring: the spring gets longer where its stations move apart.
     """
-    places = places_along_coil()
+    places = places_along_coil(turns, points)
     n = len(places)
-    turn = np.concatenate([[0.0], np.linspace(0, TURNS, n - 2), [TURNS]])
-    wide = radius * np.clip(2 * np.minimum(turn, TURNS - turn), 0, 1)  # the wire comes from the middle within half a turn
+    turn = np.concatenate([[0.0], np.linspace(0, turns, n - 2), [turns]])
+    wide = radius * np.clip(2 * np.minimum(turn, turns - turn), 0, 1)  # the wire comes from the middle within half a turn
     line = np.column_stack([wide * np.cos(2 * np.pi * turn), wide * np.sin(2 * np.pi * turn), length * places])
     tangents = np.gradient(line, axis=0)
     tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
