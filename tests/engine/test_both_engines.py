@@ -1,6 +1,7 @@
 """Compiled code against NumPy on every robot of the package and on random ones: numbers, statuses, what is not reached.
 
-Each run has some of them, ``-m slow`` the rest: all robots of the package and 120 random ones, 12 of them with limbs of any shape.
+Each run has some of them, ``-m slow`` all robots of the package and 120 random ones, 12 of them with limbs of any shape;
+
     KINETOSTATICS_RANDOM_ROBOTS=300 python -m pytest -m slow tests/engine/test_both_engines.py
 
 tries as many random ones as that.
