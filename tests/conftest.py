@@ -32,6 +32,12 @@ sys.dont_write_bytecode = False
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
+@pytest.fixture
+def by_numpy(monkeypatch):
+    """Fix the engine, for what is about NumPy's own way; all else also passes where ``KINETOSTATICS_ENGINE=compiled`` is set."""
+    monkeypatch.setenv("KINETOSTATICS_ENGINE", "numpy")
+
+
 # what importing and collecting makes stays to the end: to look through it again and again takes a fifth of the time of both
 gc.disable()
 

@@ -15,6 +15,7 @@ from kinetostatics.limbs import basis_choice as wrench_bases
 from kinetostatics.math.linalg import Cholesky, definite
 
 
+@pytest.mark.usefixtures("by_numpy")
 def test_two_wrenches_that_coincide_lose_nothing_but_intensities(monkeypatch):
     """By a choice that looks at generic poses only, a force of J_ic and one of J_ig were the same line but for 1e-5."""
     robot = ks.load_robot(CASES / "basis_degenerates_to_nan.urdf")
@@ -58,6 +59,7 @@ def close(found, wanted):
     np.testing.assert_allclose(found, wanted, rtol=0, atol=1e-9 * np.max(np.abs(wanted)))
 
 
+@pytest.mark.usefixtures("by_numpy")
 @pytest.mark.few(2)
 @pytest.mark.parametrize("name", ["2pru_upr", "delta", "tricept", "orthoglide"])
 def test_numbers_do_not_depend_on_the_wrenches_that_describe_limbs(name, monkeypatch):
