@@ -42,21 +42,23 @@ POINTS = np.array([[0.7, 1.3, 1.8, -0.4], [1.1, 0.6, 2.1, 0.9]])
 
 
 def worst_error(name):
-    """Return by how much derivatives of one function differ from central differences at most."""
+    """Return by how much derivatives of one function, backwards and forwards, differ from central differences at most."""
     tape = Tape()
     x, y = (tape.write(("input", 0, k), value) for k, value in enumerate(POINTS[:, 1]))
     result = FUNCTIONS[name](x, y).number
     needed = needed_by(tape, [result])
     found = derivatives.values(tape, needed, [POINTS], np.zeros(0))
     backwards = derivatives.gradients(tape, found, [result], (x.number, y.number), POINTS.shape[1])
+    forwards = derivatives.tangent_record(tape, [result], 1)
     h, none, worst = 1e-6, np.zeros((1, POINTS.shape[1])), 0.0
     for k, item in enumerate((x, y)):
         step = np.zeros((2, 1))
         step[k] = h
-        up, down = (evaluate(tape, [POINTS + sign * step], [], [result])[0] for sign in (1, -1))
+        up, down = (evaluate(tape, [POINTS + sign * step, POINTS], [], [result])[0] for sign in (1, -1))
         exact = (up - down) / (2 * h)
-        found = backwards.get(item.number, none)[0]
-        worst = max(worst, np.max(np.abs(found - exact)[np.isfinite(exact)]))
+        recorded = evaluate(tape, [POINTS, np.repeat(step / h, POINTS.shape[1], axis=1)], [], forwards)[0]
+        for found in (backwards.get(item.number, none)[0], recorded):
+            worst = max(worst, np.max(np.abs(found - exact)[np.isfinite(exact)]))
     return worst
 
 

@@ -34,10 +34,15 @@ def compiled(folder, *files, flags=()):
     return folder / "program"
 
 
-def driver(exported, flags=()):
-    """Return a program that evaluates poses with an exported function."""
-    name = exported.name
-    (exported.folder / "driver.c").write_text(_DRIVER.replace("robot", name))
+def driver(exported, flags=(), derivatives=False):
+    """Return a program that evaluates poses with an exported function, also their derivatives, which stand last."""
+    name, text = exported.name, _DRIVER
+    if derivatives:
+        text = text.replace("output;\n", "output;\n    robot_jacobian jacobian;\n").replace("evaluate", "differentiate")
+        text = text.replace("&output)", "&output, &jacobian)")
+        written = "fwrite(&output, sizeof output, 1, stdout) != 1"
+        text = text.replace(written, f"{written} || {written.replace('output', 'jacobian')}")
+    (exported.folder / "driver.c").write_text(text.replace("robot", name))
     return compiled(exported.folder, "driver.c", f"{name}.c", flags=flags)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 
 from kinetostatics.cli.arguments import add_robot_arguments, load, print_report
+from kinetostatics.exceptions import ArgumentError
 from kinetostatics.printing.waiting import waiting
 
 HELP = "write C for a controller: pose, sag and drive forces from coordinates, load and gravity"
@@ -18,6 +19,7 @@ examples:
   kinetostatics export 3rps --platform z rx ry --outputs actuator_forces twist --out controller
   kinetostatics export ur10 --outputs actuator_forces --out controller --scalar float
   kinetostatics export 3rps --platform z rx ry --compensate --out controller
+  kinetostatics export 3rps --platform z rx ry --jacobian actuator_forces twist --by z rx ry load --out controller
   kinetostatics export 3rps --platform z azimuth tilt --orientation tilt_torsion --out controller
 """
 
@@ -47,6 +49,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="the coordinates are those at which the loaded platform is to stand, the outputs are of the corrected pose: where "
         "to command the drives, what to feed forward, what remains",
     )
+    parser.add_argument(
+        "--jacobian", nargs="+", metavar="NAME", help="outputs whose derivatives are written as one more function of C"
+    )
+    parser.add_argument(
+        "--by", nargs="+", metavar="NAME", help="inputs by which the derivatives are: coordinates (all by default), load, gravity"
+    )
     parser.add_argument("--out", metavar="FOLDER", required=True, help="where the files go")
     parser.add_argument("--scalar", metavar="TYPE", default="double", help="of arguments and results: double (default) or float")
     parser.add_argument("--name", metavar="NAME", help="what all names in C begin with (default: the robot's)")
@@ -54,8 +62,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Write the files and say which."""
+    if args.by and not args.jacobian:
+        raise ArgumentError("--by says by what derivatives are; say of what with --jacobian")
     with waiting("recording the robot"):
-        from kinetostatics.functions.function import compile
+        from kinetostatics.functions.function import Function, Jacobian, compile
 
         usual = ("actuators", "actuator_forces", "remaining") if args.compensate else ("actuator_forces", "twist")
         function = compile(
@@ -65,7 +75,11 @@ def run(args: argparse.Namespace) -> int:
             outputs=args.outputs or usual,
             compensate=args.compensate,
         )
-        found = function.export_c(args.out, args.scalar, args.name)
+        exported: Function | Jacobian = function
+        if args.jacobian:
+            by = args.by or [name for name in function.inputs if name not in ("load", "gravity")]
+            exported = function.jacobian(args.jacobian, by)
+        found = exported.export_c(args.out, args.scalar, args.name)
     lines = [f"wrote {', '.join(found.files)} to {found.folder}", *str(function).splitlines()[1:]]
     lines.append(
         f"  {found.operations[0]:,} operations a correction of the loops, {found.operations[1]:,} behind it, "

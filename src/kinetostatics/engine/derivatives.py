@@ -1,7 +1,8 @@
 """Derivatives of records: one rule for every operation.
 
 One sweep of NumPy backwards over the tape gives the derivatives of some results with respect to every input and parameter, at
-many poses. A. Griewank, A. Walther, Evaluating Derivatives, 2nd edition, 2008, chapter 3.
+many poses; one sweep forwards records how fast results change with the inputs. A. Griewank, A. Walther, Evaluating Derivatives,
+2nd edition, 2008, chapter 3.
 """
 
 from __future__ import annotations
@@ -11,8 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from kinetostatics.engine.llvm import operands
-from kinetostatics.engine.scalars import Tape
+from kinetostatics.engine.llvm import needed_by, operands
+from kinetostatics.engine.recorder import Recorded, recording
+from kinetostatics.engine.scalars import Scalar, Tape
 from kinetostatics.math.arrays import Array
 
 #: Operations without operands.
@@ -145,3 +147,43 @@ def gradients(tape: Tape, found: Sequence[Any], wanted: Sequence[int], leaves: I
                             product = np.where(adjoint == 0, 0.0, product)
                         put(operand, product)
     return result
+
+
+def tangent_record(tape: Tape, wanted: Sequence[int], inputs: int) -> list[int]:
+    """Record how fast results change when the inputs do; return the operations that give these rates.
+
+    The rates of the inputs are inputs too, on the same tape: those of the array k are the array ``inputs`` + k.
+
+    Args:
+        tape: the record, which grows.
+        wanted: the operations whose results are differentiated.
+        inputs: how many input arrays there are.
+    """
+    rates: dict[int, Any] = {}
+
+    def held(number: int) -> Any:
+        scalar = Scalar(tape, number, tape.values[number])
+        return np.array([scalar], dtype=object).view(Recorded)
+
+    with recording():
+        for number, is_needed in enumerate(needed_by(tape, wanted)):
+            if not is_needed:
+                continue
+            name, *taken = tape.operations[number]
+            if name == "input":
+                rates[number] = held(tape.write(("input", inputs + taken[0], taken[1]), 1.0).number)
+            elif name == "choose":
+                condition, a, b = taken
+                if a in rates or b in rates:
+                    rates[number] = np.where(held(condition), rates.get(a, 0.0), rates.get(b, 0.0))
+            elif name in PARTIALS and any(operand in rates for operand in taken):
+                partials = PARTIALS[name](*[held(operand) for operand in taken], held(number))
+                total: Any = 0.0
+                for partial, operand in zip(partials, taken, strict=True):
+                    if operand in rates:
+                        product = partial * rates[operand]
+                        if name in _MAY_BE_INFINITE:
+                            product = np.where(rates[operand] == 0, 0.0, product)
+                        total = total + product
+                rates[number] = total
+        return [tape.number_of(rates[number][0] if number in rates else 0.0) for number in wanted]

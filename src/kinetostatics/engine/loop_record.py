@@ -20,9 +20,11 @@ from kinetostatics.kinematics.lines import line_start
 from kinetostatics.kinematics.loop_constraints import LoopAxes, LoopEquations
 from kinetostatics.kinematics.mimic import Couplings
 from kinetostatics.kinematics.solver import PrescribedCoordinates, Solver, SolverState
+from kinetostatics.kinematics.velocities import drive_rates, frame_rates, freedom_rates, with_given
 from kinetostatics.math.arrays import Array
+from kinetostatics.math.linalg import least_squares
 from kinetostatics.mechanism.mechanism import Connection, Mechanism, SphericalRun
-from kinetostatics.mechanism.tree import TreeJoint
+from kinetostatics.mechanism.tree import Frames, TreeJoint
 
 #: What is kept of classes that hold more than closing the loops needs; a solver's caches are made anew.
 KEPT: Mapping[type, tuple[str, ...]] = {
@@ -139,6 +141,58 @@ def line_record(prescribed: PrescribedCoordinates, target: Array, c: Array) -> P
 
     *numbers, holds = recorded_rows(tape, computed)
     return Program(tape, tuple(numbers), (holds,))
+
+
+def rates_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState, local: int) -> Program:
+    """Record how fast the freedoms move with each given coordinate, see :mod:`kinetostatics.kinematics.velocities`.
+
+    Inputs are x and c of a closed pose. The numbers are the rates, for one coordinate after the other; the truth value is whether
+    the record holds.
+    """
+    tape = Tape()
+    copy = _copy_of(solver, prescribed, local, tape)
+    x, c = recorded_input(tape, 0, example.x), recorded_input(tape, 1, example.c)
+
+    def computed() -> list[Any]:
+        poses = SolverState(x, c)
+        gradient, rates = copy.rates(prescribed, poses, np.zeros((prescribed.size, 1)))
+        step = -least_squares(gradient, rates, local)
+        step = step - least_squares(gradient, rates + np.einsum("mnN,nkN->mkN", gradient, step), local)  # digits it has lost
+        v = with_given(copy, prescribed, freedom_rates(copy, prescribed, gradient, rates, step))
+        return [*np.swapaxes(v, 0, 1).reshape(-1, 1), held(tape)]
+
+    *numbers, holds = recorded_rows(tape, computed)
+    return Program(tape, tuple(numbers), (holds,))
+
+
+def motion_record(
+    solver: Solver, given: PrescribedCoordinates, moves: Array, example: tuple[SolverState, Frames], local: int
+) -> Program:
+    """Record how fast frames and drives move with the freedoms, see :mod:`kinetostatics.kinematics.velocities`.
+
+    Inputs are x (nq'), the rotations and the positions of all bodies, and the freedoms' rates (nv,). The numbers are the rates of
+    rotations, positions and drives, in the order of ``given``.
+
+    Args:
+        solver: of the loops.
+        given: the drives.
+        moves: (B, nv) how each freedom moves each body.
+        example: a pose.
+        local: see :class:`Solver`.
+    """
+    tape = Tape()
+    copy = _copy_of(solver, given, local, tape)
+    poses, frames = example
+    examples = poses.x, frames.rotation, frames.position, np.ones((solver.tree.nv, 1))
+    x, rotation, position, v = (recorded_input(tape, k, array) for k, array in enumerate(examples))
+
+    def computed() -> list[Any]:
+        twists = copy.tree.twists(copy.equations.forward(x))
+        turned, moved = frame_rates(moves, twists, Frames(rotation, position), v)
+        drives = drive_rates(copy, given, SolverState(x, poses.c), v[:, None])
+        return [row for array in (turned, moved, drives) for row in array.reshape(-1, 1)]
+
+    return Program(tape, tuple(recorded_rows(tape, computed)), ())
 
 
 def place_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState, local: int) -> Program:

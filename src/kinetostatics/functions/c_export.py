@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 import os
-import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from kinetostatics.compensation.search import CORRECTED, MOST
 from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.functions import c_texts
-from kinetostatics.functions.c_parts import Exported, Parts, asked_outputs
+from kinetostatics.functions.c_parts import Exported, Parts, asked_outputs, identifier
 from kinetostatics.functions.values import LOADS, Quantity
 from kinetostatics.kinematics.assembly import ROUGH
 from kinetostatics.kinematics.solver import MOST_CORRECTIONS, SHRINKING
@@ -28,6 +28,21 @@ from kinetostatics.status import WITHOUT_NUMBERS, Status
 SCALARS = ("double", "float")
 #: Reference poses that the test program has.
 REFERENCES = 40
+
+
+class Differentiated(Protocol):
+    """Derivatives that are exported, see :class:`kinetostatics.functions.function.Jacobian`."""
+
+    @property
+    def of(self) -> tuple[str, ...]:
+        """Outputs that are differentiated."""
+
+    @property
+    def by(self) -> tuple[str, ...]:
+        """Inputs by which they are."""
+
+    def __call__(self, **inputs: Any) -> Mapping[str, Mapping[str, Any]]:
+        """Return the derivatives."""
 
 
 @dataclass(frozen=True)
@@ -49,7 +64,13 @@ class CExport:
     work: int
 
 
-def export_c(function: Exported, folder: str | os.PathLike[str], scalar: str = "double", name: str | None = None) -> CExport:
+def export_c(
+    function: Exported,
+    folder: str | os.PathLike[str],
+    scalar: str = "double",
+    name: str | None = None,
+    jacobian: Differentiated | None = None,
+) -> CExport:
     """Write a function of a robot as C99: no heap, nothing but libm, bounded iterations, all state passed in.
 
     Args:
@@ -57,6 +78,7 @@ def export_c(function: Exported, folder: str | os.PathLike[str], scalar: str = "
         folder: where the files go; it is made if there is none.
         scalar: "double" or "float", the type of arguments and results; inside everything is computed in double.
         name: what all names in C begin with; default: the robot's.
+        jacobian: derivatives of the function, which are written too.
 
     Raises:
         ArgumentError: the robot or the orientation cannot be exported, the scalar is none of the two, or the folder is a file.
@@ -68,20 +90,14 @@ def export_c(function: Exported, folder: str | os.PathLike[str], scalar: str = "
         raise ArgumentError(f"{where} is a file: the C code takes a folder")
     own = identifier(function.robot.name if name is None else name)
     try:
-        parts = Parts(function)
+        parts = Parts(function, None if jacobian is None else (jacobian.of, jacobian.by))
     except NotRecordedError as error:
         raise ArgumentError(f"{function.robot.name!r} cannot be exported: {error}") from error
-    texts = c_texts.files(own, scalar, _facts(function, parts), _references(function, REFERENCES))
+    texts = c_texts.files(own, scalar, _facts(function, parts), _references(function, jacobian, REFERENCES))
     where.mkdir(parents=True, exist_ok=True)
     for file, text in texts.items():
         (where / file).write_text(text, encoding="utf-8")
     return CExport(where, tuple(texts), own, (parts.newton.operations, parts.operations), 8 * parts.work)
-
-
-def identifier(name: str) -> str:
-    """Return a name as C takes it."""
-    found = re.sub(r"\W", "_", name, flags=re.ASCII)
-    return f"robot_{found}" if not found or found[0].isdigit() else found
 
 
 def _facts(function: Exported, parts: Parts) -> dict[str, Any]:
@@ -97,7 +113,7 @@ def _facts(function: Exported, parts: Parts) -> dict[str, Any]:
         "robot": function.robot.name,
         "parts": parts,
         "coordinates": coordinates,
-        "names": [identifier(item.name) if item.name[0].isdigit() else re.sub(r"\W", "_", item.name) for item in coordinates],
+        "names": [parts.c_names[item.name] for item in coordinates],
         "order": [[item.name for item in coordinates].index(name) for name in function.names],
         "ranges": ranges,
         "limits": limits,
@@ -115,7 +131,9 @@ def _facts(function: Exported, parts: Parts) -> dict[str, Any]:
     }
 
 
-def _references(function: Exported, poses: int) -> list[tuple[dict[str, float], Array, Array, dict[str, Array], int]]:
+def _references(
+    function: Exported, jacobian: Differentiated | None, poses: int
+) -> list[tuple[dict[str, float], Array, Array, dict[str, Array], int]]:
     """Return poses around the zero pose with loads, and what Python says of them: a third of them lie far away."""
     rng = np.random.default_rng(0)
     robot = function.robot
@@ -133,8 +151,12 @@ def _references(function: Exported, poses: int) -> list[tuple[dict[str, float], 
         if np.mean(np.isin(values["status"], WITHOUT_NUMBERS)) < 0.5:
             break
     found = []
+    arrays = {item.name: values[item.name] for item in asked_outputs(function)}
+    if jacobian is not None:
+        for output, columns in jacobian(**at, load=load, gravity=gravity).items():
+            arrays |= {f"{output} by {name}": array for name, array in columns.items()}
     for k in range(poses):
-        expected = {item.name: np.ravel(values[item.name][k]) for item in asked_outputs(function)}
+        expected = {name: np.ravel(array[k]) for name, array in arrays.items()}
         status = int(values["status"][k])
         if status == Status.LIMIT_EXCEEDED and not function.compensates:  # which is not looked at
             status = int(Status.OK)

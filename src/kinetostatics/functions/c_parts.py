@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Protocol
@@ -22,8 +24,9 @@ from kinetostatics.engine.outputs import output_record
 from kinetostatics.engine.outputs import structure_of as statics_structure_of
 from kinetostatics.engine.record import example_of
 from kinetostatics.exceptions import ArgumentError
+from kinetostatics.functions.c_jacobian import jacobian_programs, pairs_of
 from kinetostatics.functions.c_search import search_programs
-from kinetostatics.functions.values import ALWAYS, Quantity
+from kinetostatics.functions.values import ALWAYS, LOADS, Quantity
 from kinetostatics.kinematics.lines import longest_strides
 from kinetostatics.kinematics.solver import PrescribedCoordinates, SolverState
 from kinetostatics.math.arrays import Array
@@ -57,10 +60,25 @@ def asked_outputs(function: Exported) -> list[Quantity]:
     return [item for name, item in function.outputs.items() if name not in ALWAYS]
 
 
-class Parts:
-    """All programs of a function."""
+def identifier(name: str) -> str:
+    """Return a name as C takes it, of its own."""
+    found = re.sub(r"\W", "_", name, flags=re.ASCII)
+    return f"robot_{found}" if not found or found[0].isdigit() else found
 
-    def __init__(self, function: Exported) -> None:
+
+def c_name(name: str) -> str:
+    """Return the name of a coordinate as C takes it."""
+    return identifier(name) if name[0].isdigit() else re.sub(r"\W", "_", name)
+
+
+class Parts:
+    """All programs of a function.
+
+    Attributes:
+        c_names: names of the coordinates in C.
+    """
+
+    def __init__(self, function: Exported, jacobian: tuple[Sequence[str], Sequence[str]] | None) -> None:
         robot = function.robot
         self.outputs = asked_outputs(function)
         for item in self.outputs:
@@ -117,6 +135,11 @@ class Parts:
             place,
             ("frames", "load", "gravity"),
         )
+        self.c_names = {name: c_name(name) for name in function.inputs if name not in LOADS}
+        self.jacobian = None
+        if jacobian is not None:
+            pairs = pairs_of(function.outputs, function.inputs, self.c_names, *jacobian)
+            self.jacobian = jacobian_programs(robot, prescribed, example, self.local, record, numbers, pairs)
         self.strides = longest_strides(solver, prescribed)
         zero = robot.zero_poses
         first, c0 = solver.origin(prescribed, zero)
@@ -131,7 +154,8 @@ class Parts:
     def programs(self) -> list[CProgram]:
         """All programs, in the order in which they are written."""
         found = [item for item in (self.line, self.newton, self.side, self.drives, self.frames, self.statics) if item is not None]
-        return found if self.search is None else [*found, *self.search.programs]
+        more = [item.programs for item in (self.search, self.jacobian) if item is not None]
+        return [*found, *itertools.chain(*more)]
 
     @property
     def work(self) -> int:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from kinetostatics.engine.c_code import CProgram, literal
+from kinetostatics.functions import c_jacobian
 
 
 def c_array(values: Any) -> str:
@@ -197,7 +198,7 @@ int {name}_evaluate(const {name}_input *input, {name}_state *state, {name}_outpu
     output->residual = ({scalar})worst;
     return status;
 }}
-"""
+{c_jacobian.source(name, scalar, facts) if parts.jacobian is not None else ""}"""
 
 
 def _line_start(parts: Any, facts: dict[str, Any]) -> str:

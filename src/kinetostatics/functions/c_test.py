@@ -17,9 +17,9 @@ def test(name: str, scalar: str, facts: dict[str, Any], references: Sequence[Any
     rows = []
     for at, load, gravity, expected, status in references:
         inputs = [at[item.name] for item in facts["coordinates"]]
-        wanted = [value for item in outputs for value in expected[item.name]]
+        wanted = [value for values in expected.values() for value in values]
         rows.append(f"    {{{c_array([*inputs, *load, *gravity])}, {c_array(wanted)}, {status}}}")
-    count, size = len(facts["coordinates"]) + 9, sum(int(np.prod(item.shape)) for item in outputs)
+    count, size = len(facts["coordinates"]) + 9, len(wanted)
     fill = [f"    input.{c_name} = ({scalar})row->input[{k}];" for k, c_name in enumerate(facts["names"])]
     first = len(facts["coordinates"])
     checks, at_row = [], 0
@@ -28,6 +28,15 @@ def test(name: str, scalar: str, facts: dict[str, Any], references: Sequence[Any
         sharp = literal(facts["sharp"].get(item.name, 0.0))
         checks.append(f'    failed |= differ("{item.name}", output.{item.name}, row->output + {at_row}, {n}, {sharp});')
         at_row += n
+    jacobian, call = "", f"{name}_evaluate(&input, &state, &output)"
+    if facts["parts"].jacobian is not None:
+        jacobian, call = f"    {name}_jacobian jacobian;\n", f"{name}_differentiate(&input, &state, &output, &jacobian)"
+        for one, other, field in facts["parts"].jacobian.pairs:
+            n = int(np.prod((*one.shape, *other.shape)))
+            largest = max((abs(value) for row in references for value in row[3][one.name] if np.isfinite(value)), default=0.0)
+            sharp = literal(1e-12 * float(largest))  # of what does not depend on an input, Python tells rounding
+            checks.append(f'    failed |= differ("{field}", jacobian.{field}, row->output + {at_row}, {n}, {sharp});')
+            at_row += n
     tolerance = "1e-9" if scalar == "double" else "1e-5"
     return f"""/* {facts["robot"]}: compares {name}.c with what Python says of the same poses. Written by kinetostatics. */
 #include "{name}.h"
@@ -64,12 +73,12 @@ static int check(const struct reference *row)
     {name}_state state;
     {name}_input input;
     {name}_output output;
-    int status, failed = 0, k;
+{jacobian}    int status, failed = 0, k;
 {chr(10).join(fill)}
     for (k = 0; k < 6; ++k) input.load[k] = ({scalar})row->input[{first} + k];
     for (k = 0; k < 3; ++k) input.gravity[k] = ({scalar})row->input[{first + 6} + k];
     {name}_start(&state);
-    status = {name}_evaluate(&input, &state, &output);
+    status = {call};
     if (status != row->status) {{
         printf("status %d instead of %d\\n", status, row->status);
         return 1;

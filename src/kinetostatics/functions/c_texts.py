@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from kinetostatics.functions import c_jacobian
 from kinetostatics.functions.c_source import source, valid
 from kinetostatics.functions.c_test import test
 
@@ -124,7 +125,7 @@ void {name}_start({name}_state *state);
 
 {_evaluates(facts)}
 int {name}_evaluate(const {name}_input *input, {name}_state *state, {name}_output *output);
-
+{c_jacobian.header(name, scalar, facts) if parts.jacobian is not None else ""}
 #ifdef __cplusplus
 }}
 #endif
@@ -162,7 +163,7 @@ public:
     void reset() {{ ::{name}_start(&state_); }}
     // Returns the status; see {name}_status.
     int evaluate(const Input &input, Output &output) {{ return ::{name}_evaluate(&input, &state_, &output); }}
-    static bool valid(int status) {{ return {valid(name, facts, "status")}; }}
+{_differentiates(name, facts)}    static bool valid(int status) {{ return {valid(name, facts, "status")}; }}
 
 private:
     ::{name}_state state_;
@@ -171,6 +172,16 @@ private:
 }}  // namespace {name}
 
 #endif
+"""
+
+
+def _differentiates(name: str, facts: dict[str, Any]) -> str:
+    if facts["parts"].jacobian is None:
+        return ""
+    return f"""    int differentiate(const Input &input, Output &output, ::{name}_jacobian &jacobian)
+    {{
+        return ::{name}_differentiate(&input, &state_, &output, &jacobian);
+    }}
 """
 
 
@@ -234,7 +245,7 @@ Outputs{where}, besides `residual`, how far the worst equation of the loops is o
 
 {outputs}
 
-| status | | |
+{_derivatives(name, facts)}| status | | |
 |---|---:|---|
 {statuses}
 
@@ -249,6 +260,18 @@ cmake -B build -DCMAKE_BUILD_TYPE=Release && cmake --build build && ctest --test
 ```
 
 builds the library and a test program that compares it with what Python says of some poses, in and out of reach.
+"""
+
+
+def _derivatives(name: str, facts: dict[str, Any]) -> str:
+    """Return what is said of derivatives."""
+    programs = facts["parts"].jacobian
+    if programs is None:
+        return ""
+    fields = ", ".join(f"`{field}`" for _, _, field in programs.pairs)
+    return f"""`{name}_differentiate` does the same, and gives exact derivatives with the loops kept closed, row by row, the
+output's components first: {fields}.
+
 """
 
 

@@ -8,7 +8,7 @@ gradients G that Newton's method has.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -22,14 +22,16 @@ from kinetostatics.exceptions import ArgumentError
 from kinetostatics.functions.parameters import Parameter
 from kinetostatics.functions.variation import Rates, bodies_inside, rates_of
 from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.kinematics.joint_coordinates import actuator_names
 from kinetostatics.kinematics.solver import PrescribedCoordinates
+from kinetostatics.kinematics.velocities import body_moves, drive_rates, frame_rates, freedom_rates, with_given
 from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.math.linalg import cross
 from kinetostatics.robot import Robot, robot_of
 from kinetostatics.statics.model import RobotStatics, statics_on
 
-#: Relative singular value of the loops' gradient below which a motion is free, and part of a change that may stay open.
-_FREE, _OPEN = 1e-9, 1e-6
+#: Relative singular value of the loops' gradient below which a motion is free.
+_FREE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -158,11 +160,8 @@ class Derivatives:
     @cached_property
     def _moves(self) -> Array:
         """(B, nv) how each freedom moves each body, as seen from the base."""
-        moves = self.robot.equations.tree.moves.astype(float)
-        for run in self.robot.mechanism.spherical_runs:
-            moves[list(run.bodies[:2])] = moves[run.parent]
-        base = self.robot.mechanism.base_frame
-        return moves if base is None else moves - moves[base[0]]
+        runs = [(run.bodies[:2], run.parent) for run in self.robot.mechanism.spherical_runs]
+        return body_moves(self.robot.solver, runs)
 
     @cached_property
     def _twists(self) -> Array:
@@ -184,45 +183,23 @@ class Derivatives:
     def _velocities(self, rates: Array) -> Array:
         """Return how fast the freedoms move (nv, k, N) so that residuals with ``rates`` (m, k, N) stay zero."""
         turned, inverse, _ = self._closing
-        change = np.moveaxis(rates, 2, 0)
-        step = -inverse @ change
-        left = np.max(np.abs(change + turned @ step), axis=1, initial=0.0)
-        stays_open = left > _OPEN * np.max(np.abs(change), axis=1, initial=0.0) + 1e-12
-        solver = self.robot.solver
-        free = solver.free_columns(self.prescribed)
-        v = np.zeros((solver.tree.nv, rates.shape[1], self.N))
-        v[free] = np.moveaxis(step[:, : free.size], 0, 2) * solver.column_scale[free, None, None]
-        return np.where(stays_open.T, np.nan, v)
+        step = np.moveaxis(-inverse @ np.moveaxis(rates, 2, 0), 0, 2)
+        return freedom_rates(self.robot.solver, self.prescribed, np.moveaxis(turned, 0, 2), rates, step)
 
     @cached_property
     def _by_coordinates(self) -> Array:
         """(nv, coordinates, N) the freedoms' rates with each given coordinate."""
-        v = self._velocities(self._closing[2])
-        for k, column in enumerate(self.prescribed.columns):
-            for moved, by in [(column, 1.0), *self.robot.equations.couplings.following(column)]:
-                v[moved, k] += by
-        return v
+        return with_given(self.robot.solver, self.prescribed, self._velocities(self._closing[2]))
 
     def _of_drives(self, v: Array, explicit: Array | None = None) -> Array:
         """Return the rates (drives, k, N) of the drives' coordinates, in the file's order, at freedoms' rates (nv, k, N)."""
-        robot, solver = self.robot, self.robot.solver
+        robot = self.robot
         given = robot.actuator_coordinates
-        loops = replace(given, columns=())
-        _, gradient = solver.system(loops, self.pose.poses, np.zeros((len(given.loops), self.N)))
-        own = gradient[robot.equations.count :]
-        rows = []
-        numbers = {robot.equations.loops[number].name: k for k, number in enumerate(given.loops)}
-        columns = iter(given.columns)
-        for name in robot.description.driven:
-            if name not in numbers:
-                rows.append(v[next(columns)])
-                continue
-            k = numbers[name]
-            unit = solver.length if robot.equations.loops[given.loops[k]].type.is_slide else 1.0
-            along = own[k] * (unit / solver.column_scale)[:, None]
-            row = np.einsum("vn,vkn->kn", along, v)
-            rows.append(row if explicit is None else row + explicit[k][None])
-        return np.array(rows).reshape(len(rows), *v.shape[1:])
+        rows = drive_rates(robot.solver, given, self.pose.poses, v)
+        if explicit is not None:
+            rows[len(given.columns) :] += explicit[:, None]
+        names = actuator_names(robot.mechanism, robot.equations)
+        return rows[[names.index(name) for name in robot.description.driven]]
 
     # ---- what is asked for --------------------------------------------------------------------------------------------
 
@@ -294,9 +271,8 @@ class Derivatives:
             v = self._velocities(rates.residual[:, None])
             total += np.einsum("mvn,vkn->mn", self._freedoms_of(own), v)
             drives = self._of_drives(v, rates.loop_drives)[:, 0]
-            twist = np.einsum("bk,ikn,kn->ibn", self._moves, self._twists, np.nan_to_num(v[:, 0]), optimize=True)
-            rotation = rotation + np.stack([cross(twist[3:], self.pose.frames.rotation[:, j]) for j in range(3)], axis=1)
-            position = position + twist[:3] + cross(twist[3:], self.pose.frames.position)
+            moved = frame_rates(self._moves, self._twists, self.pose.frames, np.nan_to_num(v[:, 0]))
+            rotation, position = rotation + moved[0], position + moved[1]
         for record, where in own.records:
             for by in (step, -step):
                 moved = self.pose.frames.rotation + by * rotation, self.pose.frames.position + by * position

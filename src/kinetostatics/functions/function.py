@@ -290,6 +290,15 @@ class Jacobian:
                 found[output][name] = batch_first(np.where(valid, array, np.nan), shape)
         return Named({output: Named(parts) for output, parts in found.items()})
 
+    def export_c(self, folder: str | os.PathLike[str], scalar: str = "double", name: str | None = None) -> CExport:
+        """Write the function and these derivatives as C99, see :meth:`Function.export_c`.
+
+        Raises:
+            ArgumentError: as there; or derivatives are by the robot's parameters, which are constants in C.
+            OSError: the folder cannot be written.
+        """
+        return export_c(self.function, folder, scalar, name, self)
+
 
 def _listed(what: str, names: str | Sequence[str], example: str) -> tuple[str, ...]:
     return (names,) if isinstance(names, str) else names_in(what, names, example)

@@ -240,7 +240,7 @@ class Solver:
         everything = replace(prescribed, columns=())
         columns = self.free_columns(everything)
         _, gradient = self.system(everything, poses, target[given:])
-        rates = np.zeros((gradient.shape[0], *target.shape))
+        rates = zeros_for((gradient.shape[0], *target.shape), gradient)
         for row, column in enumerate(prescribed.columns):
             for moved, by in [(column, 1.0), *self.equations.couplings.following(column)]:
                 rates[:, row] += gradient[:, np.searchsorted(columns, moved)] * (by / self.column_scale[moved])

@@ -1,0 +1,207 @@
+"""Derivatives in C: what :meth:`kinetostatics.functions.function.Function.jacobian` gives, by one input after the other."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from kinetostatics.engine.c_code import CProgram, c_program
+from kinetostatics.engine.derivatives import tangent_record
+from kinetostatics.engine.loop_record import motion_record, rates_record, structure_of
+from kinetostatics.engine.outputs import OutputRecord
+from kinetostatics.exceptions import ArgumentError
+from kinetostatics.functions.values import LOADS, Quantity
+from kinetostatics.kinematics.solver import PrescribedCoordinates, SolverState
+from kinetostatics.kinematics.velocities import body_moves
+from kinetostatics.math.arrays import Array
+from kinetostatics.robot import Robot
+
+
+@dataclass(frozen=True)
+class JacobianPrograms:
+    """All programs of derivatives.
+
+    ``rates`` takes x and c and gives how fast the freedoms move with each coordinate; ``motion`` takes x, frames and such rates,
+    and gives how fast frames and drives move; ``tangent`` takes frames, load and gravity and their rates, and gives how fast the
+    results change.
+
+    Attributes:
+        freedoms: how many there are.
+        bodies: how many there are.
+        rows: where each output's rates stand among the results of ``tangent``; actuators among those of ``motion``.
+        pairs: names of outputs and inputs, how many components each has, and the name of their field.
+    """
+
+    rates: CProgram
+    motion: CProgram
+    tangent: CProgram
+    freedoms: int
+    bodies: int
+    rows: Mapping[str, int]
+    pairs: Sequence[tuple[Quantity, Quantity, str]]
+
+    @property
+    def programs(self) -> tuple[CProgram, ...]:
+        """All of them."""
+        return self.rates, self.motion, self.tangent
+
+
+def jacobian_programs(
+    robot: Robot,
+    prescribed: PrescribedCoordinates,
+    example: SolverState,
+    local: int,
+    record: OutputRecord,
+    numbers: Array,
+    pairs: Sequence[tuple[Quantity, Quantity, str]],
+) -> JacobianPrograms:
+    """Record derivatives.
+
+    Args:
+        robot: the robot.
+        prescribed, example, local: coordinates that are given, see :func:`rates_record`.
+        record, numbers: of the statics, which grows, and the robot's numbers that it takes.
+        pairs: outputs and inputs, and the names of their fields.
+
+    Raises:
+        ArgumentError: there are derivatives by what is no input.
+    """
+    solver, given = robot.solver, robot.actuator_coordinates
+    frames = solver.place(example.x).frames
+    bodies = frames.position.shape[1]
+    runs = [(run.bodies[:2], run.parent) for run in robot.mechanism.spherical_runs]
+    rates = rates_record(solver, prescribed, example, local)
+    motion = motion_record(solver, given, body_moves(solver, runs), (example, frames), 0)
+    names = list(dict.fromkeys(output.name for output, _, _ in pairs if output.name != "actuators"))
+    starts = np.cumsum([0, *(len(record.rows[name]) for name in names)]).tolist()
+    wanted = tangent_record(record.tape, [row for name in names for row in record.rows[name]], 4)
+
+    def of_motion(array: int, component: int) -> str:
+        name, first = (("x", 0), ("frames", 0), ("frames", 9 * bodies), ("v", 0))[array]
+        return f"{name}[{first + component}]"
+
+    def of_tangent(array: int, component: int) -> str:
+        name, first = (("frames", 0), ("frames", 9 * bodies), ("load", 0), ("gravity", 0))[array % 4]
+        return f"{'d_' * (array >= 4)}{name}[{first + component}]"
+
+    held = ("frames", "load", "gravity")
+    return JacobianPrograms(
+        c_program(
+            "rates",
+            rates.tape,
+            (*rates.numbers, *rates.truths),
+            structure_of(solver, prescribed, local).values,
+            lambda array, component: f"{'xc'[array]}[{component}]",
+            ("x", "c"),
+        ),
+        c_program("motion", motion.tape, motion.numbers, structure_of(solver, given, 0).values, of_motion, ("x", "frames", "v")),
+        c_program("tangent", record.tape, wanted, numbers, of_tangent, (*held, *(f"d_{name}" for name in held))),
+        solver.tree.nv,
+        bodies,
+        dict(zip(names, starts, strict=False)) | {"actuators": 12 * bodies},
+        pairs,
+    )
+
+
+def pairs_of(
+    outputs: Mapping[str, Quantity],
+    inputs: Mapping[str, Quantity],
+    c_names: Mapping[str, str],
+    of: Sequence[str],
+    by: Sequence[str],
+) -> list[tuple[Quantity, Quantity, str]]:
+    """Return outputs and inputs, and the names of the fields that have derivatives of one by the other.
+
+    Raises:
+        ArgumentError: something that a derivative is taken by is no input.
+    """
+    for name in by:
+        if name not in inputs:
+            raise ArgumentError(f"derivatives by {name!r} are not exported, those by inputs are: {', '.join(inputs)}")
+    return [(outputs[a], inputs[b], f"{a}_by_{c_names.get(b, b)}") for a in of for b in by]
+
+
+def _size(item: Quantity) -> int:
+    return int(np.prod(item.shape))
+
+
+def header(name: str, scalar: str, facts: dict[str, Any]) -> str:
+    """Return what the header says of derivatives."""
+    fields = []
+    for output, value, field in facts["parts"].jacobian.pairs:
+        shape = " x ".join(str(n) for n in (*output.shape, *value.shape)) or "1"
+        fields.append(f"    {scalar} {field}[{_size(output) * _size(value)}]; /* {shape}, row by row */")
+    return f"""
+/* Derivatives of outputs by inputs, with the loops kept closed. */
+typedef struct {{
+{chr(10).join(fields)}
+}} {name}_jacobian;
+
+/* As {name}_evaluate, and the derivatives there; they are NaN where the status is not OK. */
+int {name}_differentiate(
+    const {name}_input *input, {name}_state *state, {name}_output *output, {name}_jacobian *jacobian);
+"""
+
+
+def source(name: str, scalar: str, facts: dict[str, Any]) -> str:
+    """Return the function that computes derivatives."""
+    parts = facts["parts"]
+    programs: JacobianPrograms = parts.jacobian
+    bodies, freedoms, drives = programs.bodies, programs.freedoms, len(parts.drive_order)
+    lost = [
+        f"    for (k = 0; k < {_size(output) * _size(value)}; ++k) jacobian->{field}[k] = ({scalar})NAN;"
+        for output, value, field in programs.pairs
+    ]
+    blocks = []
+    for value in dict.fromkeys(pair[1] for pair in programs.pairs):
+        columns, moves = _size(value), value.name not in LOADS
+        if moves:
+            row = facts["controlled"].index(value.name)
+            setting = [f"    motion(state->x, frame, v + {row * freedoms}, w, d_frame);", "    k = 0;"]
+        else:
+            setting = [
+                "    memset(d_frame, 0, sizeof d_frame);",
+                f"    for (k = 0; k < {columns}; ++k) {{",
+                f"    d_{value.name}[k] = 1.0;",
+            ]
+        taken = []
+        for output, other, field in programs.pairs:
+            if other is not value:
+                continue
+            if output.name == "actuators":
+                for k, place in enumerate(parts.drive_order):
+                    found = f"({scalar})d_frame[{12 * bodies + place}]" if moves else "0"
+                    taken.append(f"    jacobian->{field}[{k * columns} + k] = {found};")
+            else:
+                at = programs.rows[output.name]
+                taken.append(
+                    f"    for (i = 0; i < {_size(output)}; ++i) jacobian->{field}[i * {columns} + k] = ({scalar})rate[{at} + i];"
+                )
+        ending = [] if moves else [f"    d_{value.name}[k] = 0.0;", "    }"]
+        call = "    tangent(frame, load, gravity, d_frame, d_load, d_gravity, w, rate);"
+        blocks += [*setting, call, *taken, *ending]
+    rows = sum(_size(output) for output in dict.fromkeys(pair[0] for pair in programs.pairs))
+    return f"""
+int {name}_differentiate(
+    const {name}_input *input, {name}_state *state, {name}_output *output, {name}_jacobian *jacobian)
+{{
+    double w[WORK], v[{freedoms} * NT + 1], frame[{parts.frame_numbers + parts.closures + 1}], load[6], gravity[3];
+    double d_frame[{12 * bodies + drives}], d_load[6] = {{0.0}}, d_gravity[3] = {{0.0}}, rate[{rows + 1}];
+    int i, k, status;
+    if (!jacobian) return {name.upper()}_BAD_ARGUMENT;
+{chr(10).join(lost)}
+    status = {name}_evaluate(input, state, output);
+    if (status != {name.upper()}_OK) return status;
+    for (k = 0; k < 6; ++k) load[k] = (double)input->load[k];
+    for (k = 0; k < 3; ++k) gravity[k] = (double)input->gravity[k];
+    frames(state->x, w, frame);
+    rates(state->x, state->c, w, v);
+    if (v[{freedoms} * NT] == 0.0) return {name.upper()}_NOT_COVERED;
+    (void)i;
+{chr(10).join(blocks)}
+    return status;
+}}
+"""

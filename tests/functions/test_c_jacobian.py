@@ -1,0 +1,68 @@
+"""Derivatives in C are those of Python, by coordinates, load and gravity."""
+
+import shutil
+
+import c_programs
+import numpy as np
+import package_robots
+import pytest
+from c_programs import SANITIZED, run
+
+import kinetostatics as ks
+
+pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
+
+OF = ("twist", "actuator_forces", "actuators")
+ROBOTS = [
+    pytest.param("five_bar", ("x", "y"), None, (), id="five_bar"),
+    *(
+        pytest.param(*case, marks=pytest.mark.slow, id=case[0])
+        for case in (
+            ("2pru_upr", ("z", "rx", "ry"), "XYZ", SANITIZED),
+            ("3rps", ("z", "azimuth", "tilt"), "tilt_torsion", ()),
+            ("gough_stewart", ("x", "y", "z", "rx", "ry", "rz"), "XYZ", ()),
+            ("6rus", None, None, ()),
+        )
+    ),
+]
+
+
+@pytest.mark.parametrize(("name", "platform", "orientation", "flags"), ROBOTS)
+def test_they_are_those_of_python(name, platform, orientation, flags, tmp_path):
+    robot, N, rng = package_robots.robot(name), 60, np.random.default_rng(2)
+    f = ks.compile(robot, platform, orientation=orientation, outputs=OF)
+    coordinates = [item for item in f.inputs if item not in ("load", "gravity")]
+    J = f.jacobian(OF, (*coordinates, "load", "gravity"))
+    program = c_programs.driver(J.export_c(tmp_path, name="machine"), flags, derivatives=True)
+    zero = robot.solver.values(f.prescribed, robot.zero_poses)[:, 0]
+    length = {item: robot.length if f.inputs[item].units[0] == "m" else 1.0 for item in coordinates}
+    at = {item: value + 0.1 * length[item] * rng.uniform(-1, 1, N) for item, value in zip(f.names, zero, strict=True)}
+    at[coordinates[0]][0] = 40.0
+    load, gravity = rng.uniform(-100, 100, (N, 6)), rng.uniform(-10, 10, (N, 3))
+    status, found = run(program, np.column_stack([*(at[item] for item in coordinates), load, gravity]))
+    wanted, values = J(**at, load=load, gravity=gravity), f(**at, load=load, gravity=gravity)
+    valid = status == 0
+    assert np.mean(valid) > 0.8 and (name == "6rus" or not valid[0])
+    at_column = sum(int(np.prod(f.outputs[item].shape)) for item in OF) + 1
+    for output in OF:
+        rounding = 1e-12 * np.max(np.abs(values[output][valid]))  # in what does not depend on an input
+        for item in J.by:
+            expected = wanted[output][item].reshape(N, -1)
+            part = found[:, at_column : at_column + expected.shape[1]]
+            at_column += expected.shape[1]
+            allowed = 1e-9 * np.max(np.abs(expected[valid]), axis=1) + rounding
+            assert np.all(np.max(np.abs(part - expected)[valid], axis=1) <= allowed), (output, item)
+            assert np.all(np.isnan(part[~valid]))
+    assert at_column == found.shape[1]
+    header = (tmp_path / "machine.h").read_text()
+    assert "double twist_by_load[36]; /* 6 x 6, row by row */" in header and "machine_differentiate" in header
+    assert "machine_differentiate(&input, &state, &output, &jacobian)" in (tmp_path / "machine_test.c").read_text()
+    assert "machine_differentiate" in (tmp_path / "machine.hpp").read_text()
+
+
+def test_only_inputs_are_what_derivatives_are_by(tmp_path):
+    f = ks.compile(package_robots.robot("3rps"), ("z", "rx", "ry"))
+    with pytest.raises(
+        ks.ArgumentError, match=r"derivatives by 'platform.mass' are not exported, those by inputs are: z, rx, ry"
+    ):
+        f.jacobian("twist", "platform.mass").export_c(tmp_path)
