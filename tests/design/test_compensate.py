@@ -11,6 +11,7 @@ from simple_machines import two_columns
 
 import kinetostatics as ks
 from kinetostatics.kinematics.coordinate_choices import best_choice
+from kinetostatics.results.compensation import deviation, wanted_frame
 
 LOAD = np.array([20.0, -30, -200, 4, -5, 6])
 #: Soft robots, which carry less.
@@ -45,6 +46,11 @@ def test_driven_to_the_corrected_positions_the_loaded_platform_stands_where_it_w
     wanted_turn = Rotation.from_matrix(wanted[:3, :3]).as_rotvec()
     off = dict(zip(("x", "y", "z", "rx", "ry", "rz"), [*(o - wanted[:3, 3]), *(turn - wanted_turn)], strict=True))
     assert max(abs(off[coordinate]) for coordinate in found.coordinates) < 1e-12
+    # what the correction itself moves the unloaded platform by has no part in directions that no drive moves
+    scale = np.repeat([robot.length, 1.0], 3)
+    moved = deviation(wanted_frame(pose, None), wanted_frame(driven, None))[:, 0] / scale
+    parts = (found.uncorrectable_directions / scale[:, None]).T @ moved
+    np.testing.assert_allclose(parts, 0, atol=10 * np.linalg.norm(moved) ** 2 + 1e-12)
     # what is told to remain is what is left, and without correction it was not so
     np.testing.assert_allclose(found.remaining[:3], o - wanted[:3, 3], atol=1e-12)
     left = (R * Rotation.from_matrix(wanted[:3, :3]).inv()).as_rotvec()
@@ -265,6 +271,8 @@ def test_files(tmp_path):
     with xr.open_dataset(tmp_path / "grid.nc", engine="h5netcdf") as ds:
         one = ds.sel(z=0.5, rx=0.1, actuator="prismatic_3")
         assert float(one.actuator_correction) == found.corrections["prismatic_3"][1, 2]
+        np.testing.assert_array_equal(one.uncorrectable_direction, found.uncorrectable_directions[1, 2])
+        np.testing.assert_array_equal(one.uncorrectable_part, found.uncorrectable_parts[1, 2])
         assert str(one.actuator_force_unit.values) == "N" and ds.attrs["controlled"] == "z rx ry"
     assert found.to_dataset().status.dims == ("pose_1", "pose_2")
     single = ks.compensate(tripod(), LOAD)

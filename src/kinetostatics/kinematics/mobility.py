@@ -98,14 +98,32 @@ class MobilityAnalysis:
         U, values, _ = np.linalg.svd(self._platform_map(pose) @ self._free_motions(PrescribedCoordinates(), pose))
         return np.asarray(U[:, : int(np.sum(values > self.rank_tolerance))])
 
+    def motions_at(self, poses: SolverState) -> Array:
+        """Return such bases (N, 6, n) at many poses, n the mobility; NaN where the platform, or a loop, has another one."""
+        N, none = poses.x.shape[1], PrescribedCoordinates()
+        gradient = np.moveaxis(self.solver.system(none, poses, np.zeros((0, N)))[1], 2, 0)
+        first = self.solver.tree.nv - self.mobility.platform - self.mobility.local
+        rows, rank = np.broadcast_to(np.eye(gradient.shape[2]), (N, gradient.shape[2], gradient.shape[2])), np.zeros(N, dtype=int)
+        if gradient.shape[1]:
+            _, values, rows = np.linalg.svd(gradient)
+            rank = np.sum(values > self.rank_tolerance * np.maximum(values[:, :1], 1.0), axis=1)
+        moved = np.moveaxis(self._platform_maps(poses), 2, 0) @ np.swapaxes(rows[:, first:], 1, 2)
+        U, values, _ = np.linalg.svd(moved)
+        regular = (rank == first) & (np.sum(values > self.rank_tolerance, axis=1) == self.mobility.platform)
+        return np.where(regular[:, None, None], U[:, :, : self.mobility.platform], np.nan)
+
     def _platform_map(self, pose: SolverState) -> Array:
-        """Return the scaled (6, nv) map from scaled tree freedoms to the platform's twist at o."""
+        """Return the scaled (6, nv) map from scaled tree freedoms to the platform's twist at o, at one pose."""
+        return self._platform_maps(pose)[:, :, 0]
+
+    def _platform_maps(self, poses: SolverState) -> Array:
+        """Return the same maps (6, nv, N) at N poses."""
         solver = self.solver
-        frames = solver.equations.forward(pose.x)
-        twists = (solver.tree.twists(frames) * solver.platform_signs[:, None])[:, :, 0]
+        frames = solver.equations.forward(poses.x)
+        twists = solver.tree.twists(frames) * solver.platform_signs[:, None]
         _, position = solver.mechanism.platform_pose(frames)
-        linear = twists[:3] + cross(twists[3:], position)
-        return np.concatenate([linear / solver.length, twists[3:]]) * solver.column_scale
+        linear = twists[:3] + cross(twists[3:], np.broadcast_to(position[:, None], twists[3:].shape))
+        return np.concatenate([linear / solver.length, twists[3:]]) * solver.column_scale[:, None]
 
     def _free_motions(self, prescribed: PrescribedCoordinates, pose: SolverState) -> Array:
         """Return a basis (n, k) of the scaled motions of free columns and unknown angles that are left at one pose."""

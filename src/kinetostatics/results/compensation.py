@@ -87,6 +87,11 @@ class Compensation(Told):
             "deviation": ((*grid, "component"), self.deviation, {"long_name": "how the loaded platform misses, uncorrected"}),
             "remaining": ((*grid, "component"), self.remaining, {"long_name": "how the loaded platform misses, corrected"}),
         }
+        if self.uncorrectable_parts.shape[-1]:
+            words = {"long_name": "twists that no drive moves the platform along, at o or tool, lengths by characteristic_length"}
+            data["uncorrectable_direction"] = (*grid, "component", "direction"), self.uncorrectable_directions, words
+            words = {"long_name": "how much of what remains lies along each of these"}
+            data["uncorrectable_part"] = (*grid, "direction"), self.uncorrectable_parts, words
         coords: dict[str, Any] = {
             **{name: np.asarray(values) for name, values in axes.items()},
             "actuator": names,
@@ -98,6 +103,7 @@ class Compensation(Told):
             "actuator_force_unit": ("actuator", [units[name][1].replace("·", " ") for name in names]),
         }
         about: dict[str, Any] = {"robot": self.wanted.robot.name, "controlled": " ".join(self.coordinates)}
+        about["characteristic_length"] = self.wanted.robot.length
         about |= {} if self.tool is None else {"tool": self.tool.tolist()}
         return xr.Dataset(data, coords, {**about, "orientation": self.wanted.orientation.name})
 

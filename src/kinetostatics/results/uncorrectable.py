@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from kinetostatics.kinematics.configuration import Configuration
-from kinetostatics.math.arrays import Array
-from kinetostatics.math.linalg import cross
+from kinetostatics.math.arrays import Array, chunks
 from kinetostatics.robot import robot_of
 
 #: Axes that tell a pose's directions this little, as cosines, are chosen anew.
@@ -21,24 +20,27 @@ def uncorrectable_directions(configuration: Configuration, tool: Array | None) -
     to coordinate axes, the same ones along a batch.
     """
     robot = robot_of(configuration)
-    k, length = 6 - robot.mobility.platform, robot.length
+    n, length = robot.mobility.platform, robot.length
     R, _ = robot.mechanism.platform_pose(configuration.frames)
-    found = np.full((6, k, R.shape[2]), np.nan)
-    axes: list[int] = []
-    for n in np.flatnonzero(configuration.reached):
-        moves = robot.mobility_analysis.platform_motions(configuration.poses.take(np.array([n])))
-        if moves.shape[1] != 6 - k:
-            continue  # a pose at which the platform has another mobility
+    found = np.full((R.shape[2], 6, 6 - n), np.nan)
+    reached = np.flatnonzero(configuration.reached)
+    for part in chunks(reached.size):
+        which = reached[part]
+        moves = robot.mobility_analysis.motions_at(configuration.poses.take(which))
         if tool is not None:
-            arm = R[:, :, n] @ tool / length
-            moves = np.concatenate([moves[:3] + cross(moves[3:], np.broadcast_to(arm[:, None], moves[3:].shape)), moves[3:]])
-        rest = np.linalg.svd(moves)[0][:, 6 - k :]
-        if not axes or np.linalg.svd(rest[axes], compute_uv=False).min(initial=1.0) < ASKEW:
-            axes = _nearest_axes(rest)
-        U, _, V = np.linalg.svd(rest[axes].T)
-        found[:, :, n] = rest @ U @ V
-    found[:3] *= length
-    return found
+            arms = np.einsum("ijn,j->ni", R[:, :, which], tool / length)
+            moves[:, :3] += np.cross(moves[:, 3:], arms[:, :, None], axisa=1, axisb=1, axisc=1)
+        regular = np.all(np.isfinite(moves), axis=(1, 2))
+        found[which[regular]] = np.linalg.svd(moves[regular])[0][:, :, n:]
+    left = np.flatnonzero(np.all(np.isfinite(found), axis=(1, 2)))
+    while n < 6 and left.size:
+        axes = _nearest_axes(found[left[0]])
+        U, sizes, V = np.linalg.svd(np.swapaxes(found[left][:, axes], 1, 2))
+        told = (sizes[:, -1] >= ASKEW) | (np.arange(left.size) == 0)
+        found[left[told]] = (found[left] @ U @ V)[told]
+        left = left[~told]
+    found[:, :3] *= length
+    return np.moveaxis(found, 0, 2)
 
 
 def _nearest_axes(basis: Array) -> list[int]:
