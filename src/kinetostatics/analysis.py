@@ -133,7 +133,8 @@ def analyze(
     wrenches, fields, arms = flat(wrench), flat(field), None if arm is None else flat(arm)
     spread = None if errors is None else errors.map(flat)
     acting = None if on_links is None else on_links.map(flat)
-    solver = compiled_solver(robot.statics, "numpy" if misfits is not None or on_links is not None else engine, N)
+    engine = "numpy" if misfits is not None else engine
+    solver = compiled_solver(robot.statics, engine, N) if on_links is None else None
     solutions: list[Solution] = []
     for part in chunks(N) or [slice(0, 0)]:  # one chunk even of an empty batch
         mine = part if isinstance(which, slice) else which[part]
@@ -143,6 +144,7 @@ def analyze(
         applied: tuple[AppliedLoad, ...] = ()
         if acting is not None:
             applied = acting.map(lambda array: array[:, part]).at(chunk, fields[:, part])  # noqa: B023
+            solver = compiled_solver(robot.statics, engine, at_o.shape[1], applied)
         solutions += _solutions(robot.statics, solver, chunk, at_o, fields[:, part], off, applied)
     result = Result(configuration, shape, which, tuple(solutions), configuration.reached[which], payload)
     if on_failure == "raise" or (on_failure is None and shape == ()):
@@ -164,7 +166,7 @@ def _solutions(
     if solver is None:
         whole = solve_with_springs(robot, frames, load, gravity, assembly_errors, None, applied)
     else:
-        whole = solver(frames, load, gravity)
+        whole = solver(frames, load, gravity, applied)
     special = groups_of_poses(robot, frames, whole.o, whole.statics)
     if not special:
         return [whole]

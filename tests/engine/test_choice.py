@@ -22,11 +22,11 @@ def made(monkeypatch):
     class Made:
         operations = 7
 
-        def __init__(self, robot):
+        def __init__(self, robot, places=None):
             found.append(robot)
             self.solve = None
 
-        kept = staticmethod(lambda robot, structure: found.append("looked"))
+        kept = staticmethod(lambda robot, structure, places: found.append("looked"))
 
     monkeypatch.setattr("kinetostatics.engine.statics.CompiledStatics", Made)
     monkeypatch.setattr(choice, "_WORK", {})

@@ -30,9 +30,12 @@ def evaluate(tape, inputs, parameters, wanted):
     return np.array([np.broadcast_to(found[number], N) for number in wanted])
 
 
-def differences(found, wanted):
-    """Return by how much arrays of a solution differ, as parts of the largest entry of each; truth values must be the same."""
-    found, wanted = arrays_of(found), arrays_of(wanted)
+def differences(found, wanted, which=slice(None)):
+    """Return by how much arrays of a solution differ at some poses, as parts of the largest entry of each.
+
+    Truth values must be the same.
+    """
+    found, wanted = ({path: array[..., which] for path, array in arrays_of(one).items()} for one in (found, wanted))
     assert list(found) == list(wanted)
     result, alike = {}, sizes_of_applied(wanted)
     for path, array in wanted.items():

@@ -19,6 +19,7 @@ from kinetostatics.kinematics.robot_kinematics import RobotKinematics
 from kinetostatics.kinematics.solver import PrescribedCoordinates, Solver, SolverState
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.tree import Frames
+from kinetostatics.statics.link_loads import AppliedLoad, LoadedPlaces
 from kinetostatics.statics.model import RobotStatics
 from kinetostatics.statics.solution import Solution
 
@@ -38,7 +39,7 @@ _CALL, _POSE, _LOOKING, _COMPILING = 2e-3, 4e-6, 0.02, 1.0
 _LOOP_CALL, _LOOP_POSE = 4e-3, 12e-6
 _NOT_INSTALLED = "llvmlite is not installed: pip install 'kinetostatics[fast]'"
 
-StaticsSolver: TypeAlias = Callable[[Frames, Array, Array], Solution]
+StaticsSolver: TypeAlias = Callable[[Frames, Array, Array, tuple[AppliedLoad, ...]], Solution]
 
 
 Made = TypeVar("Made")
@@ -94,7 +95,7 @@ class _Choice(Generic[Made]):
             self.reason = str(error)
 
 
-_CHOICES: WeakKeyDictionary[RobotStatics, _Choice[CompiledStatics]] = WeakKeyDictionary()
+_CHOICES: WeakKeyDictionary[RobotStatics, dict[LoadedPlaces | None, _Choice[CompiledStatics]]] = WeakKeyDictionary()
 _LOOPS: WeakKeyDictionary[RobotKinematics, dict[tuple[PrescribedCoordinates, int], _Choice[CompiledSolver]]] = WeakKeyDictionary()
 _LOCK = threading.Lock()
 #: How much has been computed without compiled code of robots of one structure, such as those of a sweep over diameters.
@@ -122,7 +123,7 @@ def check_engine(engine: str) -> str:
     return engine
 
 
-def compiled_solver(robot: RobotStatics, engine: str, poses: int) -> StaticsSolver | None:
+def compiled_solver(robot: RobotStatics, engine: str, poses: int, applied: tuple[AppliedLoad, ...] = ()) -> StaticsSolver | None:
     """Return what solves poses by compiled code; None where NumPy does.
 
     "auto" compiles when so much has been computed of robots of this structure that compiling would have paid, and takes code that
@@ -132,11 +133,13 @@ def compiled_solver(robot: RobotStatics, engine: str, poses: int) -> StaticsSolv
         robot: the robot.
         engine: see :func:`check_engine`.
         poses: that are to be solved next.
+        applied: loads on links: the code is for the places at which they act.
     """
     if engine == "numpy" or poses == 0 or (engine == "auto" and not is_installed()):
         return None
-    choice = _choice_of(robot)
-    found = choice.decide(engine, _CALL + poses * _POSE, lambda: _statics_on_disk(robot), lambda: _compiled_statics(robot))
+    places = LoadedPlaces.of(applied)
+    look, make = (lambda: _statics_on_disk(robot, places)), (lambda: _compiled_statics(robot, places))
+    found = _choice_of(robot, places).decide(engine, _CALL + poses * _POSE, look, make)
     return None if found is None else found.solve
 
 
@@ -208,20 +211,21 @@ def compiled_statics(robot: RobotStatics) -> CompiledStatics | str:
     return choice.compiled or str(choice.reason)
 
 
-def _choice_of(robot: RobotStatics) -> _Choice[CompiledStatics]:
+def _choice_of(robot: RobotStatics, places: LoadedPlaces | None = None) -> _Choice[CompiledStatics]:
     with _LOCK:
-        return _CHOICES.get(robot) or _CHOICES.setdefault(robot, _Choice())
+        choices = _CHOICES.setdefault(robot, {})
+        return choices.get(places) or choices.setdefault(places, _Choice())
 
 
-def _statics_on_disk(robot: RobotStatics) -> tuple[str, CompiledStatics | None]:
-    from kinetostatics.engine.statics import CompiledStatics
-    from kinetostatics.engine.structure import Structure
-
-    structure = Structure(robot)
-    return structure.key, CompiledStatics.kept(robot, structure)
-
-
-def _compiled_statics(robot: RobotStatics) -> CompiledStatics:
+def _statics_on_disk(robot: RobotStatics, places: LoadedPlaces | None) -> tuple[str, CompiledStatics | None]:
+    from kinetostatics.engine.record import structure_of
     from kinetostatics.engine.statics import CompiledStatics
 
-    return CompiledStatics(robot)
+    structure = structure_of(robot, places)
+    return structure.key, CompiledStatics.kept(robot, structure, places)
+
+
+def _compiled_statics(robot: RobotStatics, places: LoadedPlaces | None = None) -> CompiledStatics:
+    from kinetostatics.engine.statics import CompiledStatics
+
+    return CompiledStatics(robot, places)

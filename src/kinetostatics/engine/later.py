@@ -17,6 +17,7 @@ from kinetostatics.engine.record import given, unbalanced
 from kinetostatics.limbs.statics import LimbStatics
 from kinetostatics.math.arrays import Array, Index
 from kinetostatics.mechanism.tree import Frames
+from kinetostatics.statics.link_loads import AppliedLoad
 from kinetostatics.statics.model import RobotStatics
 from kinetostatics.statics.solution import Solution
 
@@ -112,6 +113,7 @@ class LaterSolution(Solution):
         paths: Iterable[str],
         array: Callable[[str], Any],
         whole: Callable[[], Solution],
+        applied: tuple[AppliedLoad, ...] = (),
     ) -> None:
         """Take what is known.
 
@@ -121,10 +123,11 @@ class LaterSolution(Solution):
             paths: of the arrays that are there at once.
             array: returns the array at one of them.
             whole: computes the whole solution.
+            applied: loads on links.
         """
-        vars(self).update(given(robot, frames, load, gravity), _paths=paths, _array=array, _whole=whole, _robot=robot)
+        vars(self).update(given(robot, frames, load, gravity, applied), _paths=paths, _array=array, _whole=whole, _robot=robot)
         vars(self)["statics"] = tuple([_LaterLimb(self, k) for k in range(len(robot.groups))])
-        if not robot.description.springs:
+        if not (applied or robot.description.springs):
             vars(self).update(applied=(), weights_alone=None)
 
     @cached_property
@@ -135,7 +138,7 @@ class LaterSolution(Solution):
 
     @cached_property
     def applied(self) -> Any:  # type: ignore[override]
-        """The springs' forces, and what they do to limbs by themselves."""
+        """Loads on links and the springs' forces, and what they do to limbs by themselves."""
         return self.whole.applied
 
     @cached_property

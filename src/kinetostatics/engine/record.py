@@ -17,7 +17,7 @@ from kinetostatics.limbs.compliance import LimbLoads
 from kinetostatics.limbs.statics import LimbStatics
 from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.mechanism.tree import Frames
-from kinetostatics.statics.link_loads import AppliedLoad, AppliedStatics
+from kinetostatics.statics.link_loads import AppliedLoad, AppliedStatics, LoadedPlaces
 from kinetostatics.statics.model import RobotStatics
 from kinetostatics.statics.solution import Solution
 from kinetostatics.statics.springs import loads_of_springs, solve_with_springs, sources_of
@@ -78,45 +78,49 @@ class Record:
         tape: the operations; inputs are the frames' rotations and positions, load and gravity, in this order.
         numbers, truths: the operations whose results are wanted, in order; the first truth value is whether the record holds.
         places: where the arrays of the solution are among them, by their paths.
+        inputs: how many there are: five where loads act on links.
     """
 
     tape: Tape
     numbers: tuple[int, ...]
     truths: tuple[int, ...]
     places: Mapping[str, Place]
+    inputs: int = 4
 
 
-def record_of(robot: RobotStatics) -> Record:
-    """Record a robot's equilibrium.
+def record_of(robot: RobotStatics, places: LoadedPlaces | None = None) -> Record:
+    """Record a robot's equilibrium, under loads on its links where ``places`` are loaded.
 
     Raises:
         NotRecordedError: it takes something that is not an operation on scalars.
     """
     tape = Tape()
-    arrays = recorded_arrays(robot, tape, Structure(robot, tape).copy, example_of(robot), arrays_of)
+    copy = structure_of(robot, places, tape).copy
+    arrays = recorded_arrays(robot, tape, copy if places is None else copy[0], example_of(robot, places), arrays_of, places)
     rows: tuple[list[int], list[int]] = [], [tape.number_of(tape.holds())]
     known: dict[tuple[int, ...], int] = {}
-    places = {}
+    where = {}
     for path, array in arrays.items():
         shape, flat = array.shape[:-1], array.ravel().tolist()
         truth = array.dtype == bool or (bool(flat) and all(isinstance(value_of(entry), bool) for entry in flat))
         if not any(isinstance(entry, Scalar) for entry in flat):
-            places[path] = Place(shape, truth, None, [bool(entry) if truth else float(entry) for entry in flat])
+            where[path] = Place(shape, truth, None, [bool(entry) if truth else float(entry) for entry in flat])
             continue
         wanted_rows = tuple(tape.number_of(entry) for entry in flat)
         first = known.setdefault(wanted_rows, len(rows[truth]))
         if first == len(rows[truth]):
             rows[truth].extend(wanted_rows)
-        places[path] = Place(shape, truth, first, [])
-    return Record(tape, tuple(rows[0]), tuple(rows[1]), places)
+        where[path] = Place(shape, truth, first, [])
+    return Record(tape, tuple(rows[0]), tuple(rows[1]), where, 4 if places is None else 5)
 
 
 def recorded_arrays(
     robot: RobotStatics,
     tape: Tape,
     copy: Any,
-    example: tuple[Frames, Array, Array],
+    example: tuple[Any, ...],
     result: Callable[[Solution], Mapping[str, Any]],
+    places: LoadedPlaces | None = None,
 ) -> Mapping[str, Any]:
     """Record what is wanted of a robot's equilibrium, as arrays of what the tape holds.
 
@@ -124,20 +128,21 @@ def recorded_arrays(
         robot: the robot.
         tape: to write on.
         copy: the robot's data with recorded numbers.
-        example: frames, load (6, 1) and gravity (3, 1) of the pose whose way is taken.
+        example: frames, load (6, 1) and gravity (3, 1) of the pose whose way is taken, and what acts at ``places`` (6 P, 1).
         result: what is wanted of the solution, by name.
+        places: that are loaded.
 
     Raises:
         NotRecordedError: it takes something that is not an operation on scalars.
     """
     frames, *others = example
     inputs = frames.rotation, frames.position, *others
-    rotation, position, load, gravity = (recorded_input(tape, number, array) for number, array in enumerate(inputs))
+    rotation, position, *rest = (recorded_input(tape, number, array) for number, array in enumerate(inputs))
     try:
         with recording():
-            return result(by_numpy(copy, Frames(rotation, position), load, gravity))
+            return result(by_numpy(copy, Frames(rotation, position), *rest, *([] if places is None else [places])))
     except NotRecordedError as error:
-        if solve_with_springs(robot, *example).indeterminate[0]:
+        if solve_with_springs(robot, *example[:3]).indeterminate[0]:
             raise NotRecordedError(INDETERMINATE) from error
         if isinstance(error.__cause__, IndexError):  # poses are picked out by what is recorded
             raise NotRecordedError(CAREFUL) from error
@@ -152,15 +157,45 @@ def recorded_input(tape: Tape, number: int, array: Array) -> Any:
     return scalars.reshape(array.shape).view(Recorded)
 
 
-def example_of(robot: RobotStatics) -> tuple[Frames, Array, Array]:
-    """Return the example: frames of one generic pose, load (6, 1) and gravity (3, 1)."""
-    return robot.example, np.array([_EXAMPLE_LOAD]).T, np.array([_EXAMPLE_GRAVITY]).T
+def example_of(robot: RobotStatics, places: LoadedPlaces | None = None) -> tuple[Any, ...]:
+    """Return the example: frames of one generic pose, load (6, 1), gravity (3, 1), and what acts at ``places`` (6 P, 1)."""
+    plain = robot.example, np.array([_EXAMPLE_LOAD]).T, np.array([_EXAMPLE_GRAVITY]).T
+    if places is None:
+        return plain
+    count = 6 * sum(len(where) for _, where in places.loads)
+    return *plain, (np.resize(_EXAMPLE_LOAD, count) * (1 + 0.1 * np.arange(count)))[:, None]
 
 
-def by_numpy(robot: RobotStatics, frames: Frames, load: Array, gravity: Array) -> Solution:
+def structure_of(robot: RobotStatics, places: LoadedPlaces | None = None, tape: Tape | None = None) -> Structure:
+    """Return what a record of a robot depends on, loaded at some places or not; see :class:`Structure`."""
+    return Structure(robot if places is None else (robot, places), tape)
+
+
+def by_numpy(
+    robot: RobotStatics,
+    frames: Frames,
+    load: Array,
+    gravity: Array,
+    wrenches: Array | None = None,
+    places: LoadedPlaces | None = None,
+) -> Solution:
     """Solve as :func:`solve_with_springs`, also of one pose by the operations of many: what is recorded."""
     _, o = robot.mechanism.platform_pose(frames)
-    return solve_with_springs(robot, frames, load, gravity, weights=robot.weights.wrenches_of_many(frames, o, gravity))
+    weights = robot.weights.wrenches_of_many(frames, o, gravity)
+    applied = () if places is None or wrenches is None else _loads_at(places, wrenches)
+    return solve_with_springs(robot, frames, load, gravity, applied=applied, weights=weights)
+
+
+def _loads_at(places: LoadedPlaces, wrenches: Array) -> tuple[AppliedLoad, ...]:
+    """Return loads whose wrenches (6 P, N) are one behind the other."""
+    rows = iter(wrenches.reshape(-1, 6, wrenches.shape[1]))
+    return tuple(AppliedLoad(name, {place: next(rows) for place in where}) for name, where in places.loads)
+
+
+def wrenches_of(applied: Iterable[AppliedLoad]) -> list[Array]:
+    """Return what acts at all loaded places as one input (6 P, N) of a record; none where nothing does."""
+    rows = [wrench for item in applied for wrench in item.wrenches.values()]
+    return [np.concatenate(rows)] if rows else []
 
 
 # ---- solutions taken apart ---------------------------------------------------------------------------------------------
@@ -186,7 +221,7 @@ def _parts(path: str, item: Any) -> Iterator[tuple[str, Any]]:
     elif is_dataclass(item):
         for field in fields(item):
             part = getattr(item, field.name)
-            if field.name not in _GIVEN or isinstance(part, AppliedLoad):
+            if field.name not in _GIVEN or (isinstance(part, AppliedLoad) and part.kind != "load"):
                 yield from _parts(f"{path}.{field.name}", part)
 
 
@@ -200,17 +235,25 @@ def sizes_of_applied(arrays: Mapping[str, Any]) -> dict[str, float]:
     return {path: sizes.get(path.rpartition(".")[2], 1e-20) for path in arrays if path.startswith(".applied.")}
 
 
-def solution_of(robot: RobotStatics, frames: Frames, load: Array, gravity: Array, arrays: Mapping[str, Any]) -> Solution:
-    """Return the solution of which :func:`arrays_of` are those."""
+def solution_of(
+    robot: RobotStatics,
+    frames: Frames,
+    load: Array,
+    gravity: Array,
+    arrays: Mapping[str, Any],
+    applied: tuple[AppliedLoad, ...] = (),
+) -> Solution:
+    """Return the solution of which :func:`arrays_of` are those, under ``applied`` loads on links."""
     found = {name: arrays[f".{name}"] for name in _FIELDS}
     groups = range(len(robot.groups))
     found |= {name: tuple(arrays[f".{name}.{k}"] for k in groups) for name in ("intensities", "undetermined", "open")}
     statics = _statics_of(robot, ".statics", arrays)
-    if robot.description.springs:
-        applied = [_applied_of(robot, k, *item, arrays) for k, item in enumerate(loads_of_springs(robot))]
-        found |= {"applied": tuple(applied), "weights_alone": _statics_of(robot, ".weights_alone", arrays)}
+    loads = (*applied, *(AppliedLoad(name, {}, kind=kind) for name, kind in loads_of_springs(robot)))
+    if loads:
+        found["applied"] = tuple(_applied_of(robot, k, item, arrays) for k, item in enumerate(loads))
+        found["weights_alone"] = _statics_of(robot, ".weights_alone", arrays)
     found["unbalanced"] = unbalanced(arrays, arrays.__getitem__)
-    return Solution(statics=statics, **given(robot, frames, load, gravity), **found)
+    return Solution(statics=statics, **given(robot, frames, load, gravity, applied), **found)
 
 
 def _statics_of(robot: RobotStatics, path: str, arrays: Mapping[str, Any]) -> tuple[Any, ...]:
@@ -226,15 +269,16 @@ def _statics_of(robot: RobotStatics, path: str, arrays: Mapping[str, Any]) -> tu
     return tuple(found)
 
 
-def _applied_of(robot: RobotStatics, number: int, name: str, kind: str, arrays: Mapping[str, Any]) -> AppliedStatics:
-    """Return what a spring does, or a unit change of its force."""
+def _applied_of(robot: RobotStatics, number: int, load: AppliedLoad, arrays: Mapping[str, Any]) -> AppliedStatics:
+    """Return what a load does, a spring or a unit change of its force."""
     first = f".applied.{number}"
 
     def by_place(what: str) -> dict[str, Array]:
         start = f"{first}.load.{what}."
         return {path.removeprefix(start): array for path, array in arrays.items() if path.startswith(start)}
 
-    load = AppliedLoad(name, by_place("wrenches"), by_place("points"), kind)
+    if load.kind != "load":
+        load = AppliedLoad(load.name, by_place("wrenches"), by_place("points"), load.kind)
     return AppliedStatics(load, _statics_of(robot, f"{first}.statics", arrays), arrays[f"{first}.share"])
 
 
@@ -244,7 +288,9 @@ def unbalanced(paths: Iterable[str], array: Callable[[str], Any]) -> dict[str, A
     return {path.removeprefix(first): array(path) for path in paths if path.startswith(first)}
 
 
-def given(robot: RobotStatics, frames: Frames, load: Array, gravity: Array) -> dict[str, Any]:
+def given(
+    robot: RobotStatics, frames: Frames, load: Array, gravity: Array, applied: Iterable[AppliedLoad] = ()
+) -> dict[str, Any]:
     """Return of a solution what is given without assembly errors."""
     return {
         "frames": frames,
@@ -252,7 +298,7 @@ def given(robot: RobotStatics, frames: Frames, load: Array, gravity: Array) -> d
         "gravity": gravity,
         "assembly_errors": None,
         "errors": tuple(None for _ in robot.groups),
-        "sources": sources_of(robot),
+        "sources": sources_of(robot, applied),
     }
 
 

@@ -15,7 +15,7 @@ from kinetostatics.statics.model import RobotStatics
 #: What NumPy does whatever the engine.
 _BY_NUMPY = (
     "poses near which a loop's joint is turned half around, and lines that come near a singular pose",
-    "analyses with assembly errors, loads on links or a payload",
+    "analyses with assembly errors",
     "poses at which a limb's bases degenerate, its joints are dependent or its self-stress is rigid",
     "what is computed when it is asked for: joint wrenches, beams, drive forces, motions of links, energies",
 )

@@ -15,11 +15,23 @@ from kinetostatics.engine import cache as disk
 from kinetostatics.engine import llvm
 from kinetostatics.engine.code import BLOCK, Code, code_key, packed, table_of
 from kinetostatics.engine.later import LaterFrames, LaterSolution, is_at_once
-from kinetostatics.engine.record import Place, Record, arrays_of, by_numpy, example_of, record_of, sizes_of_applied, solution_of
+from kinetostatics.engine.record import (
+    Place,
+    Record,
+    arrays_of,
+    by_numpy,
+    example_of,
+    record_of,
+    sizes_of_applied,
+    solution_of,
+    structure_of,
+    wrenches_of,
+)
 from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.engine.structure import Structure
 from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.mechanism.tree import Frames
+from kinetostatics.statics.link_loads import AppliedLoad, LoadedPlaces
 from kinetostatics.statics.model import RobotStatics
 from kinetostatics.statics.solution import Solution
 from kinetostatics.statics.springs import solve_with_springs
@@ -32,26 +44,33 @@ class CompiledStatics:
         operations: how many operations a pose takes.
     """
 
-    def __init__(self, robot: RobotStatics) -> None:
+    def __init__(self, robot: RobotStatics, places: LoadedPlaces | None = None) -> None:
         """Find or make the code.
+
+        Args:
+            robot: the robot.
+            places: at which loads act on its links.
 
         Raises:
             NotRecordedError: the robot's statics do something that cannot be recorded.
         """
-        if not self._found(robot, Structure(robot)):
-            kept = _compiled(record_of(robot), len(self._parameters), robot.example.position.shape[1])
+        if not self._found(robot, structure_of(robot, places), places):
+            kept = _compiled(record_of(robot, places), len(self._parameters), robot.example.position.shape[1])
             if not (self._load(kept) and self._is_right()):
                 raise NotRecordedError("compiled code gives other numbers than NumPy")
             disk.write(self._key, kept)
 
     @classmethod
-    def kept(cls, robot: RobotStatics, structure: Structure | None = None) -> CompiledStatics | None:
-        """Return the code for a robot if it is on disk; ``structure`` is the robot's, if it is known."""
+    def kept(
+        cls, robot: RobotStatics, structure: Structure | None = None, places: LoadedPlaces | None = None
+    ) -> CompiledStatics | None:
+        """Return the code for a robot if it is on disk; ``structure`` is that of robot and loaded places, if it is known."""
         item = cls.__new__(cls)
-        return item if item._found(robot, structure or Structure(robot)) else None
+        return item if item._found(robot, structure or structure_of(robot, places), places) else None
 
-    def _found(self, robot: RobotStatics, structure: Structure) -> bool:
+    def _found(self, robot: RobotStatics, structure: Structure, places: LoadedPlaces | None) -> bool:
         """Take the code from the disk, if it is there and right."""
+        self._loaded = places
         self._robot = weakref.ref(robot)  # by which the code is found: it must not keep the robot alive
         self._parameters = structure.values
         self._key = key_of(structure)
@@ -89,70 +108,83 @@ class CompiledStatics:
 
     def _is_right(self) -> bool:
         """Whether the code gives at the example what NumPy gives: whatever may be wrong with code from a disk."""
-        frames, load, gravity = example_of(self.robot)
-        numbers, truths = self._computed(frames, load, gravity)
+        frames, load, gravity, *wrenches = example_of(self.robot, self._loaded)
+        more = [] if self._loaded is None else [*wrenches, self._loaded]
+        right = by_numpy(self.robot, frames, load, gravity, *more)
+        applied = tuple(item.load for item in right.applied if item.load.kind == "load")
+        numbers, truths = self._computed(frames, load, gravity, applied)
         if not truths[0, 0]:
             return False
         try:
-            found = arrays_of(self._solution(frames, load, gravity, numbers, truths))
+            found = arrays_of(self._solution(frames, load, gravity, applied, numbers, truths))
         except KeyError:
             return False
-        wanted = arrays_of(by_numpy(self.robot, frames, load, gravity))
+        wanted = arrays_of(right)
         least = {".o": self.robot.length}  # which may be nothing but rounding, at the origin
         least |= sizes_of_applied(wanted)
         checked = [path for path in wanted if "unbalanced" not in path]  # which is rounding
         return all(_agree(wanted[path], found[path], least.get(path, 1e-20)) for path in checked)
 
-    def solve(self, frames: Frames, load: Array, gravity: Array) -> Solution:
-        """Solve N poses; see :func:`solve_with_springs`."""
+    def solve(self, frames: Frames, load: Array, gravity: Array, applied: tuple[AppliedLoad, ...] = ()) -> Solution:
+        """Solve N poses; see :func:`solve_with_springs`. The ``applied`` loads act at the places that the code is for."""
         N = load.shape[1]
-        truths, found = self._later(frames, load, gravity)
+        truths, found = self._later(frames, load, gravity, applied)
         if truths[0].all():
             return found
         doubtful = np.flatnonzero(~truths[0] & np.all(np.isfinite(found.o), axis=0))  # what is not reached has no numbers
         if doubtful.size == 0:
             return found
         if doubtful.size == N:
-            return solve_with_springs(self.robot, frames, load, gravity)
-        careful = solve_with_springs(self.robot, frames.take(doubtful), load[:, doubtful], gravity[:, doubtful])
-        return _merged(self.robot, found, careful, doubtful)
+            return solve_with_springs(self.robot, frames, load, gravity, applied=applied)
+        mine = tuple(item.take(doubtful) for item in applied)
+        here = frames.take(doubtful), load[:, doubtful], gravity[:, doubtful]
+        return _merged(self.robot, found, solve_with_springs(self.robot, *here, applied=mine), doubtful, applied)
 
-    def _computed(self, frames: Frames, load: Array, gravity: Array, some: bool = False) -> tuple[Array, Mask]:
+    def _computed(
+        self, frames: Frames, load: Array, gravity: Array, applied: tuple[AppliedLoad, ...], some: bool = False
+    ) -> tuple[Array, Mask]:
         """Return all numbers (R, N), or some, and truth values (T, N), the first of which says where the record holds."""
         N, rows, before = load.shape[1], self._soon_rows if some else None, None
         if some and isinstance(frames, LaterFrames):
             rotation, position, before = frames.in_blocks()
         else:
             rotation, position = frames.rotation.reshape(-1, N), frames.position.reshape(-1, N)
-        inputs = [rotation, position, load, gravity]
+        inputs = [rotation, position, load, gravity, *wrenches_of(applied)]
         return self._code.results(inputs, self._parameters, self._rows, self._truths, rows, before)
 
-    def _later(self, frames: Frames, load: Array, gravity: Array) -> tuple[Mask, Solution]:
+    def _later(self, frames: Frames, load: Array, gravity: Array, applied: tuple[AppliedLoad, ...] = ()) -> tuple[Mask, Solution]:
         """Return the truth values, and a solution most of which is computed when it is asked for."""
         N, robot = load.shape[1], self.robot
         few = N <= 2 * BLOCK
-        numbers, truths = self._computed(frames, load, gravity, some=not few)
+        numbers, truths = self._computed(frames, load, gravity, applied, some=not few)
         places = self._soon_of_few if few else self._soon
 
         def whole() -> Solution:
-            everything = (numbers, truths) if few else self._computed(frames, load, gravity)
-            return self._solution(frames, load, gravity, *everything, robot)
+            everything = (numbers, truths) if few else self._computed(frames, load, gravity, applied)
+            return self._solution(frames, load, gravity, applied, *everything, robot)
 
         def array(path: str) -> Any:
             return places[path].of(numbers, truths, N)
 
-        return truths, LaterSolution(robot, frames, load, gravity, places, array, whole)
+        return truths, LaterSolution(robot, frames, load, gravity, places, array, whole, applied)
 
     def _solution(
-        self, frames: Frames, load: Array, gravity: Array, numbers: Array, truths: Mask, robot: RobotStatics | None = None
+        self,
+        frames: Frames,
+        load: Array,
+        gravity: Array,
+        applied: tuple[AppliedLoad, ...],
+        numbers: Array,
+        truths: Mask,
+        robot: RobotStatics | None = None,
     ) -> Solution:
         arrays = {path: place.of(numbers, truths, load.shape[1]) for path, place in self._places}
-        return solution_of(self.robot if robot is None else robot, frames, load, gravity, arrays)
+        return solution_of(self.robot if robot is None else robot, frames, load, gravity, arrays, applied)
 
 
 def _compiled(record: Record, parameters: int, bodies: int) -> bytes:
     """Return what is kept on disk, with a table of the places."""
-    text = llvm.module_of(record.tape, record.numbers, record.truths, 4)
+    text = llvm.module_of(record.tape, record.numbers, record.truths, record.inputs)
     table = {
         "places": [[path, place.shape, place.truth, place.first, place.values] for path, place in record.places.items()],
         "numbers": len(record.numbers),
@@ -164,14 +196,14 @@ def _compiled(record: Record, parameters: int, bodies: int) -> bytes:
     return packed(table, text)
 
 
-def _merged(robot: RobotStatics, whole: Solution, some: Solution, which: Index) -> Solution:
-    """Return a solution whose poses ``which`` are those of another."""
+def _merged(robot: RobotStatics, whole: Solution, some: Solution, which: Index, applied: tuple[AppliedLoad, ...]) -> Solution:
+    """Return a solution whose poses ``which`` are those of another, under ``applied`` loads."""
     careful = arrays_of(some)
     arrays = {}
     for path, array in arrays_of(whole).items():
         arrays[path] = np.array(array)
         arrays[path][..., which] = careful[path]
-    return solution_of(robot, whole.frames, whole.load, whole.gravity, arrays)
+    return solution_of(robot, whole.frames, whole.load, whole.gravity, arrays, applied)
 
 
 def _agree(a: Any, b: Any, least: float) -> bool:

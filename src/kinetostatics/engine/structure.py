@@ -28,6 +28,7 @@ from kinetostatics.mechanism.limb_joints import CompoundJoint
 from kinetostatics.mechanism.limbs import Topology
 from kinetostatics.mechanism.mechanism import Connection, Mechanism
 from kinetostatics.mechanism.weights import Weights
+from kinetostatics.statics.link_loads import LoadedPlaces
 from kinetostatics.statics.model import RobotStatics
 
 #: What is kept of classes that hold more than equilibrium needs.
@@ -41,8 +42,8 @@ KEPT: Mapping[type, tuple[str, ...]] = {
     BeamSpan: ("start_body", "start", "end_body", "end", "carrier"),
     Spring: (),
 }
-#: What is kept besides where the robot has springs: the places at which they act, and how these move.
-_WITH_SPRINGS: Mapping[type, tuple[str, ...]] = {
+#: What is kept besides where loads or springs act on links: the places at which they do, and how these move.
+_WITH_LOADS: Mapping[type, tuple[str, ...]] = {
     RobotDescription: ("beams", "joint_stiffness"),
     elements.Spring: (
         *("name", "stiffness", "predecessor", "successor", "predecessor_point", "successor_point", "free_length", "preload"),
@@ -66,10 +67,11 @@ _LEFT_OUT: Mapping[str, tuple[str, ...]] = {
 ROUNDING = 1e-14
 
 
-def _has_springs(item: object) -> bool:
+def _acts_on_links(item: object) -> bool:
+    """Whether something acts on links: loads or springs."""
     if isinstance(item, tuple):
-        return any(map(_has_springs, item))
-    return isinstance(item, RobotStatics) and bool(item.description.springs)
+        return any(map(_acts_on_links, item))
+    return isinstance(item, LoadedPlaces) or (isinstance(item, RobotStatics) and bool(item.description.springs))
 
 
 class Structure:
@@ -99,7 +101,7 @@ class Structure:
         """
         self._hash, self._tape = hashlib.sha256(), tape
         self._kept, self._all_vary = kept, all_vary
-        self._besides = _WITH_SPRINGS if _has_springs(robot) else {}
+        self._besides = _WITH_LOADS if _acts_on_links(robot) else {}
         self._values: list[float] = []
         self._copies: dict[int, tuple[int, Any, Any]] = {}  # by id: number, the item, which keeps its id, and its copy
         self.copy = self._taken(robot)

@@ -52,6 +52,18 @@ class AppliedLoad:
 
 
 @dataclass(frozen=True)
+class LoadedPlaces:
+    """Which loads act on links, by the names of their contributions, and at which places each does."""
+
+    loads: tuple[tuple[str, tuple[str, ...]], ...]
+
+    @classmethod
+    def of(cls, applied: Iterable[AppliedLoad]) -> LoadedPlaces | None:
+        """Return where loads act; None where there are none."""
+        return cls(tuple((item.name, tuple(item.wrenches)) for item in applied)) if applied else None
+
+
+@dataclass(frozen=True)
 class AppliedStatics:
     """A load, and what it does to every group of limbs by itself.
 

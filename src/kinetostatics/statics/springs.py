@@ -103,10 +103,10 @@ def loads_of_springs(robot: RobotStatics) -> list[tuple[str, str]]:
     return [*((f"spring {name}", "spring") for name in names), *changes]
 
 
-def sources_of(robot: RobotStatics) -> tuple[str, ...]:
-    """Return the names of the contributions to a robot's twist that are there whatever acts on it."""
-    limbs = [limb.name for limb in robot.topology.limbs]
-    return ("load", "platform_weight", *limbs, *(f"spring {name}" for name in robot.description.springs))
+def sources_of(robot: RobotStatics, applied: Iterable[AppliedLoad] = ()) -> tuple[str, ...]:
+    """Return the names of the contributions to a robot's twist: those that are there whatever acts on its links, and these."""
+    own = ("load", "platform_weight", *(limb.name for limb in robot.topology.limbs))
+    return (*own, *(item.name for item in applied), *(f"spring {name}" for name in robot.description.springs))
 
 
 def solve_with_springs(
