@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from kinetostatics.argument_checks import check_choice, finite_numbers
+from kinetostatics.argument_checks import check_choice, finite_numbers, told_keywords
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.description.loads import Payload
 from kinetostatics.engine.choice import StaticsSolver, check_engine, compiled_solver
@@ -35,6 +35,7 @@ from kinetostatics.statics.solution import Solution
 from kinetostatics.statics.springs import solve_with_springs
 
 
+@told_keywords
 def analyze(
     configuration: Configuration,
     load: ArrayLike = (0, 0, 0, 0, 0, 0),

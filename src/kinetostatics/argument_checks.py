@@ -3,15 +3,46 @@
 from __future__ import annotations
 
 import contextlib
+import functools
 import operator
 import os
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.exceptions import ArgumentError, KinetostaticsError
+from kinetostatics.exceptions import ArgumentError, KinetostaticsError, near_names
+
+P = ParamSpec("P")
+R = TypeVar("R")
+
+#: Keywords that other functions have, and what does the same where they are missing.
+_INSTEAD = {
+    "analyze": {"tool": "result.at_point(tool) tells what a tool's tip does"},
+    "sweep": {"tool": "indices.at_point(map, tool) is the map as a tool's tip sees it"},
+    "verify": {"tool": "it compares all of the robot; analyze(…).at_point(tool) tells what a tool's tip does"},
+    "compile": {"tool": "ask for twist, stiffness and platform_frame, which tell what any point of the platform does"},
+}
+
+
+def told_keywords(function: Callable[P, R]) -> Callable[P, R]:
+    """Decorate a public function so that keywords it does not have are told in words, with those that it has.
+
+    The function's warnings have one frame more to its caller.
+    """
+    code = function.__code__  # type: ignore[attr-defined]
+    known = code.co_varnames[code.co_posonlyargcount : code.co_argcount + code.co_kwonlyargcount]
+
+    @functools.wraps(function)
+    def called(*args: P.args, **kwargs: P.kwargs) -> R:
+        for name in kwargs:
+            if name not in known:
+                instead = _INSTEAD.get(function.__name__, {}).get(name)
+                raise ArgumentError(f"{function.__name__} takes no {name!r}: {instead or near_names(name, {*known} - {'self'})}")
+        return function(*args, **kwargs)
+
+    return called
 
 
 def need_scipy(what: str) -> None:

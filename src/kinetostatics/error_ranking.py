@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from kinetostatics.analysis import analyze
-from kinetostatics.argument_checks import check_choice, positive
+from kinetostatics.argument_checks import check_choice, positive, told_keywords
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.ordering import first_largest, ranked
@@ -23,6 +23,7 @@ RANKINGS = ("force", "displacement", "rotation")
 _NO_EFFECT = 1e-9
 
 
+@told_keywords
 def tolerances(
     configuration: Configuration,
     length: float = 1e-4,

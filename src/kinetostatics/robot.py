@@ -10,6 +10,7 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
+from kinetostatics.argument_checks import told_keywords
 from kinetostatics.buckling.members import Member, members_of
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.engine.choice import check_engine, compiled_loops
@@ -29,6 +30,7 @@ from kinetostatics.printing.dispatch import Shown, text_of
 from kinetostatics.statics.model import RobotStatics, make_statics
 
 
+@told_keywords
 def load_robot(
     path: str | os.PathLike[str],
     parameters: Mapping[str, object] | None = None,
@@ -138,6 +140,7 @@ class Robot(Shown, RobotKinematics):
         """Runs of beams in one line, which buckle as one, and how their ends are held."""
         return members_of(self._static_model, self.generic_frames)
 
+    @told_keywords
     def assemble(
         self,
         *,
@@ -178,9 +181,10 @@ class Robot(Shown, RobotKinematics):
         chosen = compiled_loops(check_engine(engine))
         found = assembly.assemble(self, actuators, platform, orientation, near, tolerance, on_failure, chosen)
         for hint in odd_coordinates(self, (actuators if platform is None else platform) or {}):
-            warnings.warn(hint, stacklevel=2)
+            warnings.warn(hint, stacklevel=3)
         return found
 
+    @told_keywords
     def configuration(self, q: ArrayLike, *, tolerance: float = 1e-10, on_failure: str | None = None) -> Configuration:
         """Return the pose at Pinocchio coordinates ``q`` (…, nq) that close the loops already.
 

@@ -1,5 +1,7 @@
 """Keywords that a function hands on to ``analyze``: those that are misspelt, and those that it chooses itself."""
 
+import inspect
+
 import package_robots
 import pytest
 
@@ -30,3 +32,40 @@ def test_the_function_that_was_called_is_named(tmp_path):
     with pytest.raises(ks.ArgumentError, match=r"^spread takes no 'distribtion': did you mean 'distribution'"):
         calls["spread"](distribtion="uniform")
     assert not (tmp_path / "report.html").exists()
+
+
+def test_every_public_function_tells_keywords_in_words():
+    """Those that hand keywords on are looked at above; coordinates and values of files are told where they are read."""
+    pytest.importorskip("matplotlib").use("Agg")
+    pytest.importorskip("xarray")
+    handing_on = {"sensitivities", "spread", "compensate", "save_report", "optimize", "pareto", "calibrate", "plan_measurements"}
+    handing_on |= {"new_robot", "robot_text", "plot.line", "plot.slice", "plot.surface", "plot.workspace"}
+    found = {name: getattr(ks, name) for name in ks.__all__}
+    for title, module in (("indices", ks.indices), ("plot", ks.plot)):
+        found |= {f"{title}.{name}": getattr(module, name) for name in module.__all__}
+    found |= {"Robot.assemble": ks.Robot.assemble, "Robot.configuration": ks.Robot.configuration}
+    functions = {name: item for name, item in found.items() if inspect.isfunction(item)}
+    assert len(functions) > 50
+    for name, function in functions.items():
+        if any(item.kind is item.VAR_KEYWORD for item in inspect.signature(function).parameters.values()):
+            handing_on.remove(name)
+            continue
+        with pytest.raises(ks.ArgumentError, match=rf"^{name.rpartition('.')[2]} takes no 'gravitiy': "):
+            function(gravitiy=0)
+        assert function.__module__ != "kinetostatics.argument_checks" and function.__doc__
+    assert not handing_on
+    for name in ("point", "loads", "on_failure"):  # which it has
+        with pytest.raises(TypeError, match="configuration"):
+            ks.analyze(**{name: None})
+
+
+def test_what_does_the_same_is_told():
+    robot = package_robots.robot("3rps")
+    with pytest.raises(ks.ArgumentError, match=r"^sweep takes no 'tool': indices.at_point\(map, tool\) is the map"):
+        ks.sweep(robot, platform={"z": [0.5]}, tool=(0, 0, 0.1))
+    with pytest.raises(ks.ArgumentError, match=r"^verify takes no 'tool': .*analyze\(…\).at_point\(tool\)"):
+        ks.verify(robot.assemble(), tool=(0, 0, 0.1))
+    with pytest.raises(ks.ArgumentError, match=r"^analyze takes no 'laod': did you mean 'load'"):
+        ks.analyze(robot.assemble(), laod=[0, 0, 1, 0, 0, 0])
+    with pytest.raises(ks.ArgumentError, match=r"^assemble takes no 'plattform': did you mean 'platform'"):
+        robot.assemble(plattform={"z": 0.5})

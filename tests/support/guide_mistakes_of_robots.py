@@ -246,6 +246,7 @@ PYTHON = (
            "Sections are made anew."),
     python('ks.save_image(ks.analyze(robot.assemble()), "sag.jpg")', "`\"sag.png\"`."),
     python('ks.save_report(robot.assemble(), "sag.pdf")', "`\"sag.html\"`, printed from a browser."),
+    python('ks.sweep(robot, tool=(0, 0, 0.1))', "So it is with keywords of all functions: those that are misspelt, too."),
     python('ks.save_report(robot.assemble(), "sag.html", workspace=ks.indices.at_point(ks.sweep(robot), (0, 0, 0.1)))',
            "As it says; or a map of `ks.sweep` as it is."),
     python('ks.sweep("3rps", parameters={"joint_angle_max": 1}, parameter_units={"joint_angle_max": "m"})', "An angle, in rad."),

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol, cast
 
+from kinetostatics.argument_checks import told_keywords
 from kinetostatics.engine.cache import cache_folder
 from kinetostatics.engine.choice import compiled_statics, loops_of
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
@@ -73,6 +74,7 @@ class EngineReport(ShortRepr):
         return {**own, "by_numpy": list(self.by_numpy), "folder": str(self.folder)}
 
 
+@told_keywords
 def engine_report(robot: _HasStatics) -> EngineReport:
     """Say what of a robot runs as compiled code (``engine="compiled"``), and what does not and why.
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze
-from kinetostatics.argument_checks import finite_numbers, names_in
+from kinetostatics.argument_checks import finite_numbers, names_in, told_keywords
 from kinetostatics.compensation.compensate import compensate as compensated
 from kinetostatics.engine.choice import check_engine, compiled_loops, is_installed
 from kinetostatics.exceptions import ArgumentError, near_names
@@ -304,6 +304,7 @@ def _listed(what: str, names: str | Sequence[str], example: str) -> tuple[str, .
     return (names,) if isinstance(names, str) else names_in(what, names, example)
 
 
+@told_keywords
 def compile(
     robot: Robot,
     platform: Sequence[str] | None = None,

@@ -6,10 +6,12 @@ from collections.abc import Sequence
 
 import xarray as xr
 
+from kinetostatics.argument_checks import told_keywords
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.indices.poses import ANGULAR, LINEAR, finished, labelled, swept, units_of, valid, variable
 
 
+@told_keywords
 def linear_sag(ds: xr.Dataset, source: str | None = None, beyond_limits: bool = False) -> xr.DataArray:
     """Return how far o moves, the length |d| of the displacement [m].
 
@@ -21,11 +23,13 @@ def linear_sag(ds: xr.Dataset, source: str | None = None, beyond_limits: bool = 
     return _sag(ds, LINEAR, source, beyond_limits, "m", "linear sag")
 
 
+@told_keywords
 def angular_sag(ds: xr.Dataset, source: str | None = None, beyond_limits: bool = False) -> xr.DataArray:
     """Return by how much the platform turns, the length |r| of the rotation [rad]; arguments of :func:`linear_sag`."""
     return _sag(ds, ANGULAR, source, beyond_limits, "rad", "angular sag")
 
 
+@told_keywords
 def remaining_linear_sag(ds: xr.Dataset, beyond_limits: bool = False) -> xr.DataArray:
     """Return how far o misses its place at the corrected drives [m], in maps swept with ``compensate=True``.
 
@@ -39,6 +43,7 @@ def remaining_linear_sag(ds: xr.Dataset, beyond_limits: bool = False) -> xr.Data
     return _length(ds, _remaining(ds), LINEAR, beyond_limits, "m", "remaining linear sag")
 
 
+@told_keywords
 def remaining_angular_sag(ds: xr.Dataset, beyond_limits: bool = False) -> xr.DataArray:
     """Return by how much the platform is turned at the corrected drives [rad]; as :func:`remaining_linear_sag`."""
     return _length(ds, _remaining(ds), ANGULAR, beyond_limits, "rad", "remaining angular sag")
@@ -68,6 +73,7 @@ def _length(
     return finished(ds, (part**2).sum("component", skipna=False) ** 0.5, beyond_limits, units, name)
 
 
+@told_keywords
 def largest_actuator_force(ds: xr.Dataset, beyond_limits: bool = False) -> xr.DataArray:
     """Return the largest magnitude of the drives' forces at each pose [N, or N·m if all drives turn].
 
@@ -83,6 +89,7 @@ def largest_actuator_force(ds: xr.Dataset, beyond_limits: bool = False) -> xr.Da
     return finished(ds, abs(force).max("actuator", skipna=False), beyond_limits, unit, f"largest actuator {kind}")
 
 
+@told_keywords
 def actuator_force_maxima(ds: xr.Dataset, beyond_limits: bool = False) -> xr.DataArray:
     """Return the largest magnitude of each drive's force over all poses (actuator,) [N or N·m: ``actuator_force_unit``]."""
     force = variable(ds, "actuator_force")

@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import xarray as xr
 
+from kinetostatics.argument_checks import told_keywords
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.indices.poses import ANGULAR, LINEAR, variable
 from kinetostatics.kinematics.unit_hints import odd_point
@@ -22,6 +23,7 @@ _TWISTS = ("twist", "contribution", "gravity_way", "remaining")
 _MATRICES: dict[str, Callable[[Array, Array], Array]] = {"stiffness": stiffness_at, "compliance": compliance_at}
 
 
+@told_keywords
 def at_point(ds: xr.Dataset, point: Sequence[float]) -> xr.Dataset:
     """Return a map whose twists, stiffness and compliance are those at a point of the platform, such as a tool's tip, not at o.
 
@@ -38,7 +40,7 @@ def at_point(ds: xr.Dataset, point: Sequence[float]) -> xr.Dataset:
     if "point" in ds.attrs:
         raise ArgumentError("the map is about another point than o already: take the one that sweep made")
     for hint in odd_point("point", place, float(variable(ds, "characteristic_length").max())):
-        warnings.warn(hint, stacklevel=2)
+        warnings.warn(hint, stacklevel=3)
     pose = variable(ds, "platform_pose")
     names = [str(name) for name in pose["platform_coordinate"].values[3:]]
     known = json.loads(str(ds.attrs.get("arguments", "{}"))).get("orientation")

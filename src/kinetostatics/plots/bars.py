@@ -6,6 +6,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 
+from kinetostatics.argument_checks import told_keywords
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.plots.style import COLOURS, ONE_COLUMN, new_axes, styled
 from kinetostatics.results.sensitivities import Sensitivities, is_location
@@ -15,6 +16,7 @@ from kinetostatics.results.tool_point import named_point
 MOST = 12
 
 
+@told_keywords
 def sensitivities(found: Sensitivities, *, ax: Axes | None = None) -> Axes:
     """Draw by how many per cent one per cent more of each parameter, or of a part's stiffness, changes how far o or a tool moves.
 

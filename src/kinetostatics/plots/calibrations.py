@@ -6,6 +6,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 
+from kinetostatics.argument_checks import told_keywords
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.plots.display_units import display_unit
 from kinetostatics.plots.style import COLOURS, ONE_COLUMN, new_axes, styled
@@ -15,6 +16,7 @@ from kinetostatics.results.calibration import Calibration
 MARKERS = "osD^v<>Pd*"
 
 
+@told_keywords
 def calibration(found: Calibration, *, kind: str | None = None, ax: Axes | None = None) -> Axes:
     """Draw measured less computed readings over the computed ones, with outliers ringed and named by their rows.
 

@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from kinetostatics.argument_checks import check_choice
+from kinetostatics.argument_checks import check_choice, told_keywords
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.math.arrays import Array
 from kinetostatics.plots.display_units import coordinate_unit, display_unit, label
@@ -38,6 +38,7 @@ class _Shown:
     words: tuple[str, str]  # of before and after
 
 
+@told_keywords
 def compensation(
     found: Compensation,
     what: str = "displacement",

@@ -5,12 +5,14 @@ from __future__ import annotations
 import matplotlib as mpl
 from matplotlib.axes import Axes
 
+from kinetostatics.argument_checks import told_keywords
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.plots.display_units import display_unit, label
 from kinetostatics.plots.style import COLOURS, ONE_COLUMN, new_axes, styled
 from kinetostatics.results.pareto import ParetoFront
 
 
+@told_keywords
 def pareto(found: ParetoFront, *, ax: Axes | None = None) -> Axes:
     """Draw designs of which none is better in both of two quantities; of a single varied parameter the values stand beside them.
 

@@ -6,6 +6,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 
+from kinetostatics.argument_checks import told_keywords
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.plots.display_units import display_unit
 from kinetostatics.plots.style import COLOURS, ONE_COLUMN, new_axes, styled
@@ -16,6 +17,7 @@ from kinetostatics.results.tool_point import named_point
 BARS = 60
 
 
+@told_keywords
 def spread(found: Spread, what: str = "displacement", *, ax: Axes | None = None) -> Axes:
     """Draw how many robots made at random have how much of a quantity, and the normal distribution and worst case of first order.
 

@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
+from kinetostatics.argument_checks import told_keywords
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 from kinetostatics.plots.display_units import display_unit
@@ -20,6 +21,7 @@ from kinetostatics.results.optimum import CheckedRequirement, Optimum
 MOST = 1.6
 
 
+@told_keywords
 def optimum(found: Optimum, *, ax: Axes | None = None) -> Axes:
     """Draw each varied parameter between its bounds, and how much of the limit of each requirement its worst pose uses.
 

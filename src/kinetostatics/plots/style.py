@@ -18,6 +18,7 @@ from matplotlib.figure import Figure, SubFigure
 from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d import Axes3D
 
+from kinetostatics.argument_checks import told_keywords
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.plots.display_units import typeset
 from kinetostatics.plots.selection import Axis
@@ -154,6 +155,7 @@ def name_ticks(axis: XAxis | YAxis, shown: Axis) -> None:
         axis.set_major_locator(MaxNLocator(7, steps=[1, 1.5, 3, 4.5, 6, 9, 10] if wide else [1, 2, 5, 10]))
 
 
+@told_keywords
 def save(figure: Figure | Axes, path: str | os.PathLike[str], dpi: float = 300) -> None:
     """Write a figure.
 

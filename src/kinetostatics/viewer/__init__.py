@@ -14,6 +14,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, overload
 
+from kinetostatics.argument_checks import told_keywords
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.printing.waiting import in_notebook, pausing, waiting
 from kinetostatics.results.result import Result
@@ -64,6 +65,7 @@ def show(
 ) -> Any: ...
 
 
+@told_keywords
 def show(
     result: Result,
     *,
@@ -113,6 +115,7 @@ def show(
     return View(html, file)
 
 
+@told_keywords
 def save_html(
     result: Result,
     path: str | os.PathLike[str],
@@ -145,6 +148,7 @@ def save_html(
         raise KinetostaticsError(f"{os.fspath(path)}: cannot write the page: {error.strerror or error}") from None
 
 
+@told_keywords
 def save_image(
     result: Result,
     path: str | os.PathLike[str],

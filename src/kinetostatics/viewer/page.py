@@ -49,7 +49,7 @@ def fitting_page(describe: Callable[[int], Scene], every: int = 1) -> str:
         page = page_html(shown.plain(packing=Packing(bits)))
         if len(page) < MOST or one_pose:
             if losses:
-                warnings.warn(note, stacklevel=3 + every.bit_length())
+                warnings.warn(note, stacklevel=4 + every.bit_length())
             return page
     return fitting_page(describe, 2 * every)
 

@@ -43,7 +43,7 @@ class ShownPoses:
         if not np.all(good):
             warnings.warn(
                 f"{int(np.sum(~good))} of {len(order)} poses could not be analysed and are left out of the picture",
-                stacklevel=4,
+                stacklevel=5,
             )
         self.indices = order[good]
         self._one = result.shape == ()

@@ -200,7 +200,7 @@ def try_sweep_spec(spec: SweepSpec, first: Robot) -> None:
         ArgumentError: another argument makes no sense.
     """
     for hint in odd_coordinates(first, {**spec.held, **{axis.name: axis.values for axis in spec.axes_of("coordinate")}}):
-        warnings.warn(hint, stacklevel=3)
+        warnings.warn(hint, stacklevel=4)
     corner = spec.coordinates(tuple(slice(0, 1) for _ in spec.axes_of("coordinate")))
     configuration = spec.assemble(first, corner)
     analyze(configuration, frame=spec.frame, **spec.extras, on_failure="nan")
