@@ -9,6 +9,7 @@ import pytest
 
 import kinetostatics as ks
 from kinetostatics.design.changes import numbers_of_parts
+from kinetostatics.files.reader import read_robot_file
 
 LOAD = [0, 0, -300, 0, 20, 0]
 
@@ -199,6 +200,40 @@ def test_patterns_name_several_and_leave_out_what_opens_loops():
     assert "millimetre or milliradian of each placement" in text and "wrist.predecessor_placement.z was left out: with it" in text
     with pytest.raises(ks.ArgumentError, match=r"^wrist.predecessor_placement.z: with it a little off the loops do not close"):
         ks.sensitivities(pose, ["wrist.predecessor_placement.z"])
+
+
+def test_the_mass_of_a_telescope_follows_the_pose():
+    """The base's radius moves the drives of the 2PRU-UPR, and one of its rods grows: against poses assembled anew."""
+    at = {"z": 0.6, "rx": -0.1, "ry": 0.2}
+    pose = package_robots.robot("2pru_upr").assemble(platform=at)
+    found = ks.sensitivities(pose, ["base_radius"])["base_radius"]
+    masses = []
+    for radius in (0.5 - 1e-4, 0.5 + 1e-4):
+        robot = package_robots.robot("2pru_upr", base_radius=radius)
+        masses.append(ks.analyze(robot.assemble(platform=at)).base_wrench[2] / 9.81)
+    assert found.exact and found.mass > 1
+    assert found.mass == pytest.approx((masses[1] - masses[0]) / 2e-4, rel=1e-6)
+
+
+def test_the_file_is_read_no_more_than_four_times_for_a_parameter(tmp_path, monkeypatch):
+    """Derivatives, mass and unit share what was read; what statics do not depend on is seen at two values."""
+    reads = []
+
+    def counted(path, parameters, **links):
+        reads.append(dict(parameters))
+        return read_robot_file(path, parameters, **links)
+
+    path = parametric_machines.cantilever(tmp_path)
+    lamp = '<visual><geometry><sphere radius="$(arg holes)"/></geometry></visual>'
+    path.write_text(
+        path.read_text(encoding="utf-8").replace('<link name="base"/>', f'<link name="base">{lamp}</link>'), encoding="utf-8"
+    )
+    pose = ks.load_robot(path).assemble()
+    monkeypatch.setattr("kinetostatics.design.variants.read_robot_file", counted)
+    found = ks.sensitivities(pose, ["diameter", "holes"])
+    assert len(reads) == 1 + 1 + 4 + 2 + 1  # whose file it is, as it is; the diameter; what is drawn, and its unit
+    assert not np.any(found["holes"].twist) and found["holes"].mass == 0 and found["holes"].exact
+    assert len({tuple(item.items()) for item in reads}) == len(reads) - 1
 
 
 def test_a_batch_tells_of_the_pose_that_moves_most(cantilever):

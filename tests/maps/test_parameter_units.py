@@ -12,6 +12,13 @@ import kinetostatics as ks
 from kinetostatics.cli.main import main
 from kinetostatics.files.bundled import robot_path
 from kinetostatics.files.parameter_units import parameter_unit
+from kinetostatics.files.reader import read_robot_file
+
+
+def unit_of(path, parameters, name):
+    """Return the unit of a parameter, by the file read again."""
+    return parameter_unit(parameters[name], lambda value: read_robot_file(path, {**parameters, name: value}))
+
 
 #: What parameters of the robots that come with the package are, by the ends of their names.
 KINDS = (
@@ -31,7 +38,7 @@ def test_parameters_of_robots_have_their_units_or_none():
     assert len(plain) > 10
     known = 0
     for name, value in plain.items():
-        found = parameter_unit(path, {name: float(value)}, name)
+        found = unit_of(path, {name: float(value)}, name)
         meant = next((unit for words, unit in KINDS if re.search(rf"{words}$", name)), "")
         assert found in ("", meant), name
         known += bool(found)
@@ -71,15 +78,15 @@ def file(tmp_path):
     ],
 )
 def test_a_parameter_has_the_unit_of_what_changes_one_for_one(file, expression, mass, unit):
-    assert parameter_unit(file(expression, mass), {"p": 0.0 if "sin" in expression or "if" in expression else 0.1}, "p") == unit
+    assert unit_of(file(expression, mass), {"p": 0.0 if "sin" in expression or "if" in expression else 0.1}, "p") == unit
 
 
 def test_a_value_at_its_largest_is_changed_downwards(file):
-    assert parameter_unit(file("${1/0 if p > 0.1 else p} 0 0"), {"p": 0.1}, "p") == "m"
+    assert unit_of(file("${1/0 if p > 0.1 else p} 0 0"), {"p": 0.1}, "p") == "m"
 
 
 def test_words_have_no_unit(file):
-    assert parameter_unit(file("0 0 0"), {"p": "steel"}, "p") == parameter_unit(file("0 0 0"), {"p": True}, "p") == ""
+    assert unit_of(file("0 0 0"), {"p": "steel"}, "p") == unit_of(file("0 0 0"), {"p": True}, "p") == ""
 
 
 @pytest.mark.slow

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
@@ -9,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from kinetostatics.description.robot import RobotDescription
-from kinetostatics.design.variants import Variants
-from kinetostatics.files.reader import read_robot_file
+from kinetostatics.design.variants import Variants, alike
+from kinetostatics.exceptions import RobotFileError
 from kinetostatics.functions.derivatives import Derivatives
 from kinetostatics.functions.parameters import Parameter
 from kinetostatics.kinematics.configuration import Configuration
@@ -21,7 +22,7 @@ from kinetostatics.results.result import Result
 from kinetostatics.robot import robot_of
 
 #: What is differentiated.
-OUTPUTS = ("twist", "stiffness", "compliance", "actuator_forces", "actuators")
+OUTPUTS = ("twist", "stiffness", "compliance", "actuator_forces", "actuators", "mass")
 #: Part of a parameter by which it is changed where constants are differenced, of the fourth order.
 STEP = 1e-3
 #: Arguments of an analysis with which there are derivatives.
@@ -64,7 +65,7 @@ def argument(variants: Variants, name: str, description: RobotDescription) -> Pa
     value = variants.numbers[name]
 
     def change(_: RobotDescription, k: int, by: float) -> RobotDescription:
-        return read_robot_file(variants.path, {**variants.given, name: value + by}, **variants.links)
+        return variants.read({name: value + by})
 
     return Parameter(name, ("",), (), (STEP * (abs(value) or 1.0),), (value,), change, description)
 
@@ -76,5 +77,9 @@ def by_number(derivatives: Derivatives, parameter: Parameter, shape: tuple[int, 
         ArgumentError: the robot has none, or becomes another mechanism.
         RobotFileError: the file is wrong with the number a little changed.
     """
+    step = parameter.steps[0] or 0.0
+    with contextlib.suppress(RobotFileError):  # of which by_parameter complains
+        if all(alike(parameter.changed(0, by), parameter.description) for by in (step, -step)):
+            parameter = replace(parameter, steps=(None,))
     found = derivatives.by_parameter(parameter)
-    return {output: np.moveaxis(array, -1, 0).reshape(*shape, *array.shape[:-1]) for output, array in found.items()}
+    return {output: np.moveaxis(array, -1, 0).reshape((*shape, *array.shape[:-1])) for output, array in found.items()}

@@ -164,25 +164,26 @@ def _sensitivity(
     given = {key: item for key, item in analysis.items() if key != "on_failure"}
 
     def numbers(by: float) -> dict[str, Array]:
-        robot = Robot(change.parameter.changed(0, by))
-        if known and not any(beam.telescopic for beam in robot.beams.values()):
-            return {"mass": np.broadcast_to(robot.weights.masses(robot.zero_frames).sum(), configuration.shape)}
-        pose = same_pose(configuration, robot)
-        return {"mass": _mass(pose)} if known else _numbers(analyze(pose, on_failure="nan", **given), tool)
+        pose = same_pose(configuration, Robot(change.parameter.changed(0, by)))
+        return _numbers(analyze(pose, on_failure="nan", **given), tool)
 
-    above = numbers(step)
-    try:
-        below = numbers(-step)
-        slope = {key: np.asarray((above[key] - below[key]) / (2 * step)) for key in above}
-    except RobotFileError:
-        if value != 0:
-            raise
-        here, further = numbers(0.0), numbers(2 * step)
-        slope = {key: np.asarray((4 * above[key] - 3 * here[key] - further[key]) / (2 * step)) for key in above}
+    def differenced() -> dict[str, Array]:
+        above = numbers(step)
+        try:
+            below = numbers(-step)
+            return {key: np.asarray((above[key] - below[key]) / (2 * step)) for key in above}
+        except RobotFileError:
+            if value != 0:
+                raise
+            here, further = numbers(0.0), numbers(2 * step)
+            return {key: np.asarray((4 * above[key] - 3 * here[key] - further[key]) / (2 * step)) for key in above}
+
     if known and exact is not None:
-        slope |= {key: exact[key] for key in ("twist", "stiffness", "compliance")}
+        slope = {key: exact[key] for key in ("twist", "stiffness", "compliance", "mass")}
         for k, drive in enumerate(driven):
             slope |= {f"force of {drive}": exact["actuator_forces"][..., k], f"position of {drive}": exact["actuators"][..., k]}
+    else:
+        slope = differenced()
     return Sensitivity(
         change.name,
         value,

@@ -4,17 +4,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
+from kinetostatics.description.robot import RobotDescription
 from kinetostatics.exceptions import ArgumentError, RobotFileError, near_names
 from kinetostatics.files.parameter_units import check_parameter_units, parameter_unit
 from kinetostatics.files.reader import parameter_values, read_robot_file
 from kinetostatics.kinematics.assembly import assemble
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.robot import Robot
+
+#: Fields of a description, its links, joints and loops on which neither statics nor mass depend: what is drawn, moments of
+#: inertia, limits, how it was read.
+IDLE = ("parameters", "file_warnings", "extra", "inertia", "lower", "upper", "cone", "effort", "velocity")
 
 
 @dataclass(frozen=True)
@@ -43,6 +49,21 @@ class Variants:
             if math.isfinite(number):
                 found[name] = number
         return found
+
+    @cached_property
+    def _known(self) -> dict[tuple[tuple[str, float], ...], RobotDescription]:
+        return {}
+
+    def read(self, changes: Mapping[str, float]) -> RobotDescription:
+        """Return what the file says with other values of some arguments; what was read before is kept.
+
+        Raises:
+            RobotFileError: the file is wrong with them.
+        """
+        key = tuple(sorted((name, value) for name, value in changes.items() if value != self.numbers[name]))
+        if key not in self._known:
+            self._known[key] = read_robot_file(self.path, {**self.given, **dict(key)}, **self.links)
+        return self._known[key]
 
     def robot(self, changes: Mapping[str, float]) -> Robot:
         """Return the robot with other values of some arguments; those that the file computes from them follow.
@@ -74,7 +95,22 @@ class Variants:
 
     def unit(self, name: str) -> str:
         """Return the SI unit of an argument, empty if it is not certain."""
-        return parameter_unit(self.path, {**self.given, name: self.numbers[name]}, name, **self.links)
+        return parameter_unit(self.numbers[name], lambda value: self.read({name: value}))
+
+
+def alike(one: RobotDescription, other: RobotDescription) -> bool:
+    """Whether two robots differ in nothing that statics depend on."""
+    for item in fields(RobotDescription):
+        a, b = getattr(one, item.name), getattr(other, item.name)
+        if item.name in IDLE or not item.compare or a == b:
+            continue
+        if not isinstance(a, Mapping) or a.keys() != b.keys() or any(_bare(a[name]) != _bare(b[name]) for name in a):
+            return False
+    return True
+
+
+def _bare(item: Any) -> dict[str, object]:
+    return {one.name: getattr(item, one.name) for one in fields(item) if one.compare and one.name not in IDLE}
 
 
 def variants_of(robot: Robot) -> Variants:

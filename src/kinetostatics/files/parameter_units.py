@@ -6,12 +6,14 @@ much as the parameter does. Where no number does, or numbers of several kinds, i
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import fields, is_dataclass
+from functools import partial
 from numbers import Real
 
 from kinetostatics.description.elements import Beam, Cone, Inertia, Joint, JointStiffness, Link, Loop, Material, Origin
 from kinetostatics.description.joint_types import JOINT_TYPES
+from kinetostatics.description.robot import RobotDescription
 from kinetostatics.description.units import unit
 from kinetostatics.exceptions import ArgumentError, RobotFileError
 from kinetostatics.files.beams import SECTIONS
@@ -32,25 +34,22 @@ UNITS: dict[type, dict[str, str]] = {
     Loop: {},
 }
 #: A parameter is changed by these parts of its value, or by as much if it is zero; slopes are 1 within the last.
-STEPS, SLOPE = (1e-3, 2.5e-3), 1e-6
+STEPS, SLOPE = (1e-3, 2e-3), 1e-6
 
 
-def parameter_unit(path: str, parameters: Mapping[str, object], name: str, **links: str | None) -> str:
+def parameter_unit(value: object, read: Callable[[float], RobotDescription]) -> str:
     """Return the SI unit of a parameter, empty if it is not certain.
 
     Args:
-        path: of the robot file.
-        parameters: values of its parameters.
-        name: of the parameter in question.
-        links: ``platform`` and ``base``, as :func:`kinetostatics.files.reader.read_robot_file` takes them.
+        value: of the parameter.
+        read: what the file says with another value.
     """
-    value = parameters[name]
     if isinstance(value, bool) or not isinstance(value, Real):
         return ""
     for sign in (1, -1):  # one of the two may be beyond what the file allows
         steps = [sign * step * (abs(float(value)) or 1.0) for step in STEPS]
         try:
-            before, *after = (_numbers(path, {**parameters, name: float(value) + step}, links) for step in (0.0, *steps))
+            before, *after = (dict(_walk(read(float(value) + step), (), "")) for step in (0.0, *steps))
         except RobotFileError:
             continue
         found = {
@@ -71,7 +70,7 @@ def check_parameter_units(
     """Return the units of parameters: those that the file makes certain, otherwise those with which they were given.
 
     Args:
-        path, parameters, links: as in :func:`parameter_unit`.
+        path, parameters, links: as :func:`kinetostatics.files.reader.read_robot_file` takes them.
         given: the parameters in question, with the units that their values came with; empty: without one.
 
     Raises:
@@ -79,23 +78,22 @@ def check_parameter_units(
     """
     result = {}
     for name, typed in given.items():
-        own = parameter_unit(path, parameters, name, **links)
+        own = parameter_unit(parameters[name], partial(_read, path, parameters, links, name))
         if own and typed and unit(own).dimension != unit(typed).dimension:
             raise ArgumentError(f"the parameter {name} is given as {_said(typed)}, but in the file it is {_said(own)}")
         result[name] = own or typed
     return result
 
 
+def _read(
+    path: str, parameters: Mapping[str, object], links: Mapping[str, str | None], name: str, value: float
+) -> RobotDescription:
+    return read_robot_file(path, {**parameters, name: value}, **links)
+
+
 def _said(name: str) -> str:
     kind = unit(name).kind or "quantity"
     return f"{'an' if kind[0] in 'aeiou' else 'a'} {kind} [{name.replace(' ', '·')}]"
-
-
-def _numbers(
-    path: str, parameters: Mapping[str, object], links: Mapping[str, str | None]
-) -> dict[tuple[object, ...], tuple[float, str]]:
-    """Return all numbers of a robot whose units are known, and these, by where they stand."""
-    return dict(_walk(read_robot_file(path, parameters, **links), (), ""))
 
 
 def _walk(value: object, place: tuple[object, ...], own: str) -> Iterator[tuple[tuple[object, ...], tuple[float, str]]]:

@@ -98,7 +98,7 @@ def _read(
         names = ", ".join(map(repr, parameters))
         raise RobotFileError(f"the file does not use xacro and has no parameters, but was given {names}", path)
     found = _describe(to_elements(document), path, warnings, platform, base)
-    return _valid(replace(found, parameters=Items(parameters))) if parameters else found
+    return known_valid(replace(found, parameters=Items(parameters))) if parameters else found
 
 
 @told_keywords
@@ -127,11 +127,11 @@ def validate(description: RobotDescription) -> RobotDescription:
     said = {warning.partition(": ")[2] for warning in description.file_warnings}
     new = [warning for warning in found.file_warnings if warning.partition(": ")[2] not in said]
     warnings = (*description.file_warnings, *new)
-    return _valid(replace(found, file_warnings=warnings, default_axes=description.default_axes))
+    return known_valid(replace(found, file_warnings=warnings, default_axes=description.default_axes))
 
 
-def _valid(description: RobotDescription) -> RobotDescription:
-    """Return a description, marked as valid."""
+def known_valid(description: RobotDescription) -> RobotDescription:
+    """Return a description, marked as valid: what was changed of a valid one cannot have made it wrong."""
     object.__setattr__(description, "is_valid", True)
     return description
 
@@ -168,7 +168,7 @@ def _describe(
     if base == platform:
         raise place.error(f"the link {base!r} is both base and platform")
     check_masters(root, joints, driven)
-    return _valid(
+    return known_valid(
         RobotDescription(
             name,
             links,

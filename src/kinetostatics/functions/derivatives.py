@@ -20,18 +20,21 @@ from kinetostatics.engine.outputs import OutputRecord, output_record, structure_
 from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.functions.parameters import Parameter
-from kinetostatics.functions.variation import Rates, bodies_inside, rates_of
+from kinetostatics.functions.variation import CENTRAL, Rates, bodies_inside, rates_of
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.joint_coordinates import actuator_names
 from kinetostatics.kinematics.solver import PrescribedCoordinates
 from kinetostatics.kinematics.velocities import body_moves, drive_rates, frame_rates, freedom_rates, with_given
 from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.math.linalg import cross
+from kinetostatics.mechanism.tree import Frames
 from kinetostatics.robot import Robot, robot_of
 from kinetostatics.statics.model import RobotStatics, statics_on
 
 #: Relative singular value of the loops' gradient below which a motion is free.
 _FREE = 1e-9
+#: Part of the robot's length by which bodies are moved where masses are differenced, and a rate of motion that is none [m].
+_SHIFT, _TINY = 1e-3, 1e-300
 
 
 @dataclass(frozen=True)
@@ -67,7 +70,7 @@ class Derivatives:
         target: see ``prescribed``.
         load: (6, N) [N, N·m].
         gravity: (3, N) [m/s²].
-        outputs: which ones.
+        outputs: which ones; "mass" [kg] is the robot's, with the joints as they are, and by parameters alone.
         tool: (3,) a point of the platform, from o in its axes [m], that twist, stiffness and compliance are about; None: o.
     """
 
@@ -102,7 +105,7 @@ class Derivatives:
         """Return the derivatives of all outputs, with the wrench bases that are decided about."""
         frames = self.pose.frames
         bodies, constants = frames.position.shape[1], structure_of(decided).values
-        names = [name for name in self.outputs if name != "actuators"]
+        names = [name for name in self.outputs if name not in ("actuators", "mass")]
         left = np.flatnonzero(self.pose.reached & np.all(np.isfinite(frames.position), axis=(0, 1)))
         total: Array | None = None
         places: dict[str, slice] = {}
@@ -265,14 +268,14 @@ class Derivatives:
         rotation, position = rates.rotation, rates.position
         assert not np.any(rotation[:, :, inside])
         total = np.einsum("mpn,p->mn", own.constants, rates.constants)
-        drives = np.zeros((len(self.robot.description.driven), self.N))
+        drives, mass = np.zeros((len(self.robot.description.driven), self.N)), rates.mass
         if np.any(rates.residual) or np.any(rotation) or np.any(position):
             total += np.einsum("mijbn,ijbn->mn", own.rotation, rotation) + np.einsum("mibn,ibn->mn", own.position, position)
             v = self._velocities(rates.residual[:, None])
             total += np.einsum("mvn,vkn->mn", self._freedoms_of(own), v)
             drives = self._of_drives(v, rates.loop_drives)[:, 0]
             moved = frame_rates(self._moves, self._twists, self.pose.frames, np.nan_to_num(v[:, 0]))
-            rotation, position = rotation + moved[0], position + moved[1]
+            rotation, position, mass = rotation + moved[0], position + moved[1], mass + self._mass_along(*moved)
         for record, where in own.records:
             for by in (step, -step):
                 moved = self.pose.frames.rotation + by * rotation, self.pose.frames.position + by * position
@@ -280,14 +283,33 @@ class Derivatives:
                 results = values(record.tape, needed_by(record.tape, [record.holds]), inputs, own.numbers + by * rates.constants)
                 if not np.all(results[record.holds]):
                     return None
-        return self._collected(total, drives)
+        return self._collected(total, drives, mass)
 
-    def _collected(self, statics: Array, drives: Array) -> dict[str, Array]:
+    def _mass_along(self, turning: Array, moving: Array) -> Array:
+        """Return the rate (N,) of the robot's mass as all bodies move: that of telescopic beams follows their length."""
+        if not any(beam.telescopic for beam in self.robot.beams.values()):
+            return np.zeros(self.N)
+        frames, masses = self.pose.frames, self.robot.weights.masses
+        step = _SHIFT * self.robot.length / max(float(np.max(np.abs(moving), initial=0.0)), _TINY)
+        total: Array = np.zeros(self.N)
+        for count, weight in CENTRAL:
+            for by in (count * step, -count * step):
+                total += (
+                    weight
+                    / by
+                    * count
+                    * masses(Frames(frames.rotation + by * turning, frames.position + by * moving)).sum(axis=0)
+                )
+        return total
+
+    def _collected(self, statics: Array, drives: Array, mass: Array | None = None) -> dict[str, Array]:
         places, shapes = self._statics.places, self._statics.shapes
         found = {}
         for name in self.outputs:
             if name == "actuators":
                 found[name] = np.where(self.pose.reached, drives, np.nan)
+            elif name == "mass":
+                found[name] = np.zeros(drives.shape[1:]) if mass is None else mass
             else:
                 part = statics[places[name]]
                 found[name] = part.reshape(*shapes[name], *part.shape[1:])

@@ -15,6 +15,7 @@ import numpy as np
 from kinetostatics.description.robot import RobotDescription
 from kinetostatics.engine.outputs import structure_of
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
+from kinetostatics.files.reader import known_valid
 from kinetostatics.kinematics.solver import PrescribedCoordinates, Solver, SolverState
 from kinetostatics.limbs.model import StaticModel
 from kinetostatics.math.arrays import Array
@@ -25,7 +26,7 @@ from kinetostatics.robot import Robot
 from kinetostatics.statics.model import RobotStatics, statics_on
 
 #: Steps and weights of the central difference of fourth order; what does not change at all drops out of each.
-_CENTRAL = ((1, 2 / 3), (2, -1 / 12))
+CENTRAL = ((1, 2 / 3), (2, -1 / 12))
 
 
 @dataclass(frozen=True)
@@ -37,6 +38,7 @@ class Rates:
         rotation, position: (3, 3, B, N), (3, B, N) the frames of all bodies, with the joints as they are.
         residual: (m, N) the scaled residuals of the loops and of what is given.
         loop_drives: (n, N) the coordinates of driven loops.
+        mass: (N,) the robot's mass [kg].
     """
 
     constants: Array
@@ -44,6 +46,7 @@ class Rates:
     position: Array
     residual: Array
     loop_drives: Array
+    mass: Array
 
 
 def rates_of(
@@ -86,7 +89,7 @@ def rates_of(
         return found
 
     total: list[Array] | None = None
-    for count, weight in _CENTRAL:
+    for count, weight in CENTRAL:
         pairs = zip(parts(count * step), parts(-count * step), strict=True)
         terms = [weight / step * (after - before) for after, before in pairs]
         total = terms if total is None else [a + b for a, b in zip(total, terms, strict=True)]
@@ -117,7 +120,8 @@ def _parts(
     loops = robot.actuator_coordinates.loops
     drives = [solver.loop_coordinate(number, frames) for number in loops]
     drives_of_loops = np.array(drives).reshape(len(loops), poses.x.shape[1])
-    return [structure.values, *_known(robot, frames), residual, drives_of_loops]
+    mass = statics.weights.masses(frames).sum(axis=0)
+    return [structure.values, *_known(robot, frames), residual, drives_of_loops, np.broadcast_to(mass, poses.x.shape[1:])]
 
 
 def varied_robot(robot: Robot, description: RobotDescription, decided: RobotStatics) -> tuple[Robot, RobotStatics] | None:
@@ -142,7 +146,8 @@ def _with_beam_axes(robot: Robot, description: RobotDescription) -> RobotDescrip
         rotation = robot.mechanism.body_of[beam.link][1][:3, :3]
         y_axis = tuple((rotation.T @ robot.beams[name].axes[:, 1]).tolist())
         beams[name] = beam if beam.y_axis is not None else replace(beam, y_axis=y_axis)
-    return replace(description, beams=beams)
+    found = replace(description, beams=beams)
+    return known_valid(found) if description.is_valid else found
 
 
 def _known(robot: Robot, frames: Frames) -> tuple[Array, Array]:
