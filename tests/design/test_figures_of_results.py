@@ -112,6 +112,8 @@ def test_the_commands_write_these_figures(tmp_path, capsys):
     assert main([*command, "--what", "force"]) == 2 and "give --plot FILE too" in capsys.readouterr().err
     assert main([*command, "--plot", str(tmp_path / "no" / "missed.svg")]) == 2
     assert "--plot: there is no folder" in capsys.readouterr().err
+    assert main([*command[:1], "no_such_robot", "--plot", "missed.gif"]) == 2  # before anything that takes long
+    assert "figures are written as .pdf, .svg, .png" in capsys.readouterr().err
 
 
 # ---- optimum ----------------------------------------------------------------------------------------------------------

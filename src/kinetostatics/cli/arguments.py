@@ -78,6 +78,20 @@ def check_folder(out: str | None, option: str = "--out") -> None:
         raise ArgumentError(f"{option}: there is no folder {folder}")
 
 
+def check_figure(path: str | None, option: str = "--plot") -> None:
+    """Complain before anything that takes long if a figure cannot be written to the file of an option.
+
+    Raises:
+        ArgumentError: there is no such folder, or the name ends in what is no format of figures.
+        KinetostaticsError: Matplotlib is missing.
+    """
+    check_folder(path, option)
+    if path is not None:
+        from kinetostatics.plots.style import format_of
+
+        format_of(path)
+
+
 def article(noun: str) -> str:
     """Return a noun with "a" or "an"."""
     return f"{'an' if noun[0] in 'aeiou' else 'a'} {noun}"

@@ -75,8 +75,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Print estimates or a plan."""
     with waiting("calibrating"):
-        for path in (args.out, args.plot):
-            arguments.check_folder(path)
+        arguments.check_folder(args.out)
+        arguments.check_figure(args.plot)
         if (args.measurements is None) == (args.plan is None):
             raise ArgumentError("give either MEASUREMENTS, a CSV file, or --plan N for where to measure")
         options = arguments.load_options(args)

@@ -75,7 +75,7 @@ def run(args: argparse.Namespace) -> int:
         from kinetostatics.compensation import compensate
 
         arguments.check_folder(args.out)
-        arguments.check_folder(args.plot, "--plot")
+        arguments.check_figure(args.plot)
         if args.what is not None and args.plot is None:
             raise ArgumentError("--what chooses what --plot draws: give --plot FILE too")
         options = arguments.load_options(args)

@@ -63,8 +63,11 @@ def run(args: argparse.Namespace) -> int:
     with waiting("optimizing"):
         from kinetostatics.design import optimize, pareto
 
-        arguments.check_folder(args.out)
-        arguments.check_folder(args.plot, "--plot")
+        if args.pareto is None or (args.out or "").endswith(".csv"):
+            arguments.check_folder(args.out)
+        else:
+            arguments.check_figure(args.out, "--out")
+        arguments.check_figure(args.plot)
         options = arguments.load_options(args)
         _, over = poses.grid(arguments.load(args) if args.actuators else None, args)
         starts, points = (

@@ -42,7 +42,7 @@ def run(args: argparse.Namespace) -> int:
     with waiting("changing parameters one by one"):
         from kinetostatics.design import sensitivities
 
-        arguments.check_folder(args.out)
+        arguments.check_figure(args.out, "--out")
         options = arguments.load_options(args)
         configuration, warnings = poses.assemble(arguments.load(args), args)
         found = sensitivities(configuration, args.by, tool=arguments.tool(args), **options)

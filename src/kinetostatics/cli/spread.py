@@ -49,7 +49,7 @@ def run(args: argparse.Namespace) -> int:
     with waiting("making robots"):
         from kinetostatics.design import spread
 
-        arguments.check_folder(args.out)
+        arguments.check_figure(args.out, "--out")
         options = arguments.load_options(args)
         robots = None if args.robots is None else arguments.whole_number_of("--robots", args.robots, 2)
         seed = arguments.whole_number_of("--seed", args.seed, 0)

@@ -167,13 +167,22 @@ def save(figure: Figure | Axes, path: str | os.PathLike[str], dpi: float = 300) 
     Raises:
         ArgumentError: the ending is another one.
     """
-    file = Path(path)
-    options = _FORMATS.get(file.suffix.lower())
-    if options is None:
-        raise ArgumentError(f"{path}: figures are written as {', '.join(_FORMATS)}, by the ending of the name")
+    options = format_of(path)
     canvas = figure_of(figure) if isinstance(figure, Axes) else figure
     with styled():  # hatches and fonts are looked up when they are drawn
-        canvas.savefig(file, dpi=dpi, bbox_inches="tight", pad_inches=0.03, **options)
+        canvas.savefig(Path(path), dpi=dpi, bbox_inches="tight", pad_inches=0.03, **options)
+
+
+def format_of(path: str | os.PathLike[str]) -> dict[str, Any]:
+    """Return what goes into a figure's file besides the figure.
+
+    Raises:
+        ArgumentError: figures are not written to files of this ending.
+    """
+    options = _FORMATS.get(Path(path).suffix.lower())
+    if options is None:
+        raise ArgumentError(f"{path}: figures are written as {', '.join(_FORMATS)}, by the ending of the name")
+    return options
 
 
 def draw_into_files() -> None:

@@ -129,7 +129,7 @@ class Cards:
             Row("free length", lengths, none + found.free_length), Row("force at the free length", force, none + found.preload),
             Row("stiffness", Scale.of(found.stiffness, (("N/m", 1.0),)), none + found.stiffness),
         ]  # fmt: skip
-        return Card(f"spring between {' and '.join(spring.links)}", rows, "At the pose, before anything has given way.")
+        return Card(f"spring between {' and '.join(spring.links)}", rows, "At the pose, before the robot deforms.")
 
     def _mass(self, name: str) -> Card:
         mass = self.result.robot.description.links[name].mass
