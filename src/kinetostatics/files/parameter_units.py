@@ -34,7 +34,7 @@ UNITS: dict[type, dict[str, str]] = {
     Loop: {},
 }
 #: A parameter is changed by these parts of its value, or by as much if it is zero; slopes are 1 within the last.
-STEPS, SLOPE = (1e-3, 2e-3), 1e-6
+STEPS, SLOPE = (1e-3, 2e-3), 1e-7
 
 
 def parameter_unit(value: object, read: Callable[[float], RobotDescription]) -> str:
