@@ -4,10 +4,10 @@ import kinetostatics as ks
 from kinetostatics.files.reader import parse_robot_text
 
 
-def mast(scale: float = 1.0) -> ks.Robot:
-    """Return the mast; both telescopes are 0.5 m long at zero, times ``scale``."""
+def mast(scale: float = 1.0, names: str = "ab") -> ks.Robot:
+    """Return the mast, or its lower telescope alone; they are 0.5 m long at zero, times ``scale``."""
     parts, parent = ['<robot name="mast"><link name="ground"/>'], "ground"
-    for name in "ab":
+    for name in names:
         parts.append(
             f'<link name="sleeve_{name}"/><joint name="foot_{name}" type="fixed"><parent link="{parent}"/>'
             f'<child link="sleeve_{name}"/></joint><link name="rod_{name}"/><joint name="slide_{name}" type="prismatic">'
@@ -20,4 +20,6 @@ def mast(scale: float = 1.0) -> ks.Robot:
             f'<child link="end_{name}"/></joint>'
         )
         parent = f"end_{name}"
-    return ks.Robot(parse_robot_text("".join([*parts, '<base link="ground"/><platform link="end_b"/></robot>']), "mast.urdf"))
+    return ks.Robot(
+        parse_robot_text("".join([*parts, '<base link="ground"/>', f'<platform link="{parent}"/></robot>']), "mast.urdf")
+    )

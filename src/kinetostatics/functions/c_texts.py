@@ -15,8 +15,8 @@ from kinetostatics.functions.c_test import test
 STATUSES = (
     ("OK", 0, "all numbers are valid; joint limits are not looked at"),
     ("UNREACHABLE", 2, "the loops do not close there, or not on the straight line from the state; outputs are NaN"),
-    ("SINGULAR", 3, "with the drives locked the platform can still move; outputs are NaN, the state is there"),
-    ("NOT_COVERED", 6, "a limb is not what it is elsewhere, as one that is stretched: ask Python; outputs are NaN"),
+    ("SINGULAR", 3, "a telescope is pushed beyond its start, or nothing holds a part; outputs are NaN, the state is there"),
+    ("NOT_COVERED", 6, "the pose is singular, or a limb is not what it is elsewhere: ask Python; outputs are NaN"),
     ("BAD_ARGUMENT", 7, "an argument is not finite, or a pointer is null"),
 )
 #: The same where the function compensates.
@@ -24,8 +24,7 @@ STATUSES_OF_COMPENSATION = (
     ("OK", 0, "all numbers are valid, all joints are within their limits"),
     ("LIMIT_EXCEEDED", 1, "all numbers are valid; a joint or drive would have to go beyond its limit: nothing is clipped"),
     ("UNREACHABLE", 2, "the loops do not close there, or no correction was found; outputs are NaN"),
-    ("SINGULAR", 3, "with the drives locked the platform can still move; outputs are NaN, the state is there"),
-    *STATUSES[3:],
+    *STATUSES[2:],
 )
 
 
