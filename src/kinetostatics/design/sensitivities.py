@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike
 from kinetostatics.analysis import analyze, check_keywords
 from kinetostatics.argument_checks import names_in
 from kinetostatics.design.changes import Change, change_of_argument, change_of_part, named_changes, numbers_of_parts, opens_loops
+from kinetostatics.design.exact import STEP as STEP_OF_CONSTANTS
 from kinetostatics.design.exact import by_number, derivatives_at
 from kinetostatics.design.variants import same_pose, variants_of
 from kinetostatics.exceptions import ArgumentError, RobotFileError
@@ -32,10 +33,9 @@ from kinetostatics.results.sensitivities import Sensitivities, Sensitivity, is_l
 from kinetostatics.results.tool_point import PointResult, point_on_robot
 from kinetostatics.robot import Robot, robot_of
 
-#: Half the distance between the two values of a parameter, as part of the step that exact derivatives take for constants: 3e-5 of
-#: it; of one that is zero, of 1; of a placement, of the robot's length. Truncation and rounding then leave errors of about equal
-#: size, some 1e-8 of what is differentiated.
-STEP = 3e-2
+#: Half the distance between the two values of a parameter, as part of it; of one that is zero, of 1; of a placement, of the
+#: robot's length. Truncation and rounding then leave errors of about equal size, some 1e-8 of what is differentiated.
+STEP = 3e-5
 #: Changes by the whole value of a parameter below this part of what is changed are rounding.
 NOTHING = 1e-7
 
@@ -159,7 +159,7 @@ def _sensitivity(
     tool: Array | None,
 ) -> Sensitivity:
     value, driven = change.value, robot_of(configuration).description.driven
-    step = STEP * (change.parameter.steps[0] or 1.0)
+    step = STEP / STEP_OF_CONSTANTS * (change.parameter.steps[0] or 1.0)
     known = exact is not None and all(np.all(np.isfinite(array)) for array in exact.values())
     given = {key: item for key, item in analysis.items() if key != "on_failure"}
 
