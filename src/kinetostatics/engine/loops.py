@@ -25,7 +25,6 @@ from kinetostatics.mechanism.tree import Frames
 
 #: By how much [m, rad] coordinates of an example are changed when code is tried, and how far it may be from NumPy.
 _TRIED, _ALIKE = 1e-3, 1e-9
-_FIRST = np.zeros(1, dtype=np.intp)
 #: What is compiled: its name, its record, how many arrays it takes, and how often at most it is repeated.
 _FUNCTIONS = (("newton", newton_record, 2, MOST_CORRECTIONS), ("place", place_record, 1, 0), ("side", side_record, 4, 0))
 
@@ -154,10 +153,13 @@ class CompiledSolver(Solver):
             return None
         with self._lock:
             moved, step = self._single
-            return moved.take(_FIRST) if step(start, target) else None
+            if not step(np.concatenate([start.x, start.c]), target):
+                return None
+            found = moved[:, :1].copy()
+            return SolverState(found[:-3], found[-3:])
 
     @cached_property
-    def _single(self) -> tuple[SolverState, Callable[[SolverState, Array], bool]]:
+    def _single(self) -> tuple[Array, Callable[[Array, Array], bool]]:
         return self.single_step()
 
     def optimize(self) -> None:
@@ -166,26 +168,27 @@ class CompiledSolver(Solver):
             if code is not None:
                 code.optimize()
 
-    def single_step(self) -> tuple[SolverState, Callable[[SolverState, Array], bool]]:
+    def single_step(self) -> tuple[Array, Callable[[Array, Array], bool]]:
         """Return what goes from one closed pose to coordinates (n, 1) in one go, as :meth:`newton` and :meth:`on_one_side` do.
 
-        It returns whether it arrived beyond doubt. Where it did, the pose is in every column of the state that is returned here,
-        whose arrays are used again by every call.
+        It takes x and c of the pose, one below the other (nq' + 3, 1), and returns whether it arrived beyond doubt. Where it did,
+        those of the pose found are in every column of the array that is returned here, which is used again by every call.
         """
         size, n = self.tree.nq, llvm.LANES
         state, given, first = np.empty((size + 8, n)), np.zeros((self._own.size + 1, n)), np.empty((size + 3, n))
-        moved, rule = SolverState(state[:size], state[size : size + 3]), np.array([[np.inf, SHRINKING, 1.0, 0.0, 1.0]]).T
+        moved, flags, wanted = state[: size + 3], state[size + 3 :], given[:-1]
+        poses, rule = SolverState(moved[:size], moved[size:]), np.array([[np.inf, SHRINKING, 1.0, 0.0, 1.0]]).T
         newton = Bound(self._newton, (state, given), self._parameters, state, np.empty((1, n), dtype=bool))
         sure = np.ones((1, n), dtype=bool)
-        pair = first[:size], first[size:], state[:size], state[size : size + 3]
+        pair = first[:size], first[size:], poses.x, poses.c
         side = None if self._side is None else Bound(self._side, pair, self._parameters, np.empty((0, n)), sure)
 
-        def step(start: SolverState, target: Array) -> bool:
-            first[:size], first[size:] = start.x, start.c
-            state[: size + 3], state[size + 3 :], given[:-1] = first, rule, target
-            self.impose(self._own, moved, target)
+        def step(start: Array, target: Array) -> bool:
+            first[:] = moved[:] = start
+            flags[:], wanted[:] = rule, target
+            self.impose(self._own, poses, target)
             newton()
-            if not (state[size + 3 + GOOD, 0] and state[size + 3 + HOLDS, 0]):
+            if not (flags[GOOD, 0] and flags[HOLDS, 0]):
                 return False
             if side is not None:
                 side()

@@ -10,6 +10,7 @@ import math
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -38,8 +39,19 @@ class _Closed:
     """A pose with closed loops, and the coordinates that were given there, by the one that found it."""
 
     owner: Direct
-    poses: SolverState
+    state: Array
     target: tuple[float, ...]
+
+    @cached_property
+    def poses(self) -> SolverState:
+        """Solver state: what is in ``state`` (nq' + 3, 1)."""
+        return SolverState(self.state[:-3], self.state[-3:])
+
+    @cached_property
+    def is_unique(self) -> bool:
+        """Whether its orientation has no other coordinates from which a line may start."""
+        given = self.owner.prescribed
+        return given.orientation is None or not given.angles or given.orientation.is_unique(self.poses.c)
 
 
 class Direct:
@@ -71,7 +83,7 @@ class Direct:
         """
         self._robot, self._names, self._given, self._tolerance = robot, tuple(names), set(given), tolerance
         self._convention, self._by_drives = orientation_named(orientation), not (prescribed.positions or prescribed.angles)
-        self._prescribed = prescribed = robot.mobility_analysis.without_idle_dofs(prescribed)
+        self.prescribed = prescribed = robot.mobility_analysis.without_idle_dofs(prescribed)
         self._local = robot.mobility_analysis.local_dofs(prescribed)
         solver = compiled_loops("compiled")(robot, prescribed, self._local, 1)
         if not isinstance(solver, CompiledSolver):
@@ -79,10 +91,10 @@ class Direct:
         self._solver, self._outputs = solver, CompiledOutputs(robot, robot.statics, outputs, tolerance)
         self._strides = longest_strides(solver, prescribed).tolist()
         target, c = robot.zero_origin(prescribed)
-        self._zero = _Closed(self, SolverState(robot.zero_poses.x, c), tuple(target[:, 0].tolist()))
+        self._zero = _Closed(self, np.concatenate([robot.zero_poses.x, c]), tuple(target[:, 0].tolist()))
         solver.optimize()
         self._moved, self._step = solver.single_step()
-        self._load, self._gravity, self._computed = self._outputs.bound(self._moved.x)
+        self._load, self._gravity, self._computed = self._outputs.bound(self._moved[:-3])
         self._lock = threading.Lock()  # calls share their arrays
 
     def at(
@@ -98,28 +110,27 @@ class Direct:
         if coordinates.keys() != self._given:
             return None
         for value in coordinates.values():
-            if not (isinstance(value, int | float) and math.isfinite(value)):
+            if not (isinstance(value, (int, float)) and math.isfinite(value)):
                 return None
         wrench, field = _column(load, 6), _column(gravity, 3)
         if wrench is None or field is None:
             return None
         target = self._target(coordinates)
-        aim = np.array(target).reshape(-1, 1)
-        first, c = self._line(start, aim, shorter=near is not None)
+        aim = np.array(target)[:, None]
+        first, state = (start.target, start.state) if start.is_unique else self._line(start, aim, shorter=near is not None)
         for a, b, longest in zip(target, first, self._strides, strict=True):
             if not abs(a - b) <= longest:
                 return None
         with self._lock:
-            if not self._step(SolverState(start.poses.x, c), aim):
+            if not self._step(state, aim):
                 return None
             self._load[:], self._gravity[:] = wrench, field
             found = self._computed()
             if found is None:
                 return None
-            poses = SolverState(self._moved.x[:, :1].copy(), self._moved.c[:, :1].copy())
+            there = _Closed(self, self._moved[:, :1].copy(), target)
         values, within = found
         values["status"] = _STATUSES[within]
-        there = _Closed(self, poses, target)
         return Values(values, lambda: self._configuration(there), there)
 
     def _target(self, coordinates: Mapping[str, Any]) -> tuple[float, ...]:
@@ -127,26 +138,25 @@ class Direct:
 
     def closed(self, pose: Configuration, coordinates: Mapping[str, Any]) -> _Closed | None:
         """Return where the next line may begin: at a single pose that is reached."""
-        return _Closed(self, pose.poses, self._target(coordinates)) if pose.shape == () and pose.reached.all() else None
+        if pose.shape or not pose.reached.all():
+            return None
+        return _Closed(self, np.concatenate([pose.poses.x, pose.poses.c]), self._target(coordinates))
 
     def _line(self, start: _Closed, target: Array, shorter: bool) -> tuple[Sequence[float], Array]:
-        """Return the coordinates with which the line starts, and those of the orientation there, as all lines do."""
-        c, angles = start.poses.c, self._prescribed.angles
-        if not angles or max(map(abs, c[:, 0].tolist())) < self._convention.unique_below:
-            return start.target, c
-        first = np.array(start.target)[:, None]
-        if shorter and self._prescribed.orientation is not None:
-            c = self._prescribed.orientation.coordinates(self._prescribed.orientation.matrix(c))
-            first[self._prescribed.first_angle :] = c[list(angles)]
-        first, c = line_start(self._prescribed, (first, c), target, shorter)
-        return first[:, 0].tolist(), c
+        """Return the coordinates with which the line starts, and the state (nq' + 3, 1) there, as all lines do."""
+        c, given, first = start.poses.c, self.prescribed, np.array(start.target)[:, None]
+        if shorter and given.orientation is not None:
+            c = given.orientation.coordinates(given.orientation.matrix(c))
+            first[given.first_angle :] = c[list(given.angles)]
+        first, c = line_start(given, (first, c), target, shorter)
+        return first[:, 0].tolist(), np.concatenate([start.poses.x, c])
 
     def _configuration(self, closed: _Closed) -> Configuration:
         """Return a pose with all that people may ask of it."""
         return assembly.closed_pose(
             self._robot,
             self._solver,
-            self._prescribed,
+            self.prescribed,
             self._local,
             closed.poses,
             np.array(closed.target)[:, None],
@@ -200,4 +210,4 @@ def _column(value: ArrayLike, size: int) -> Array | None:
         array = np.asarray(value, dtype=float)
     except (TypeError, ValueError):
         return None
-    return array[:, None] if array.shape == (size,) and bool(np.isfinite(array).all()) else None
+    return array[:, None] if array.shape == (size,) and all(map(math.isfinite, array.tolist())) else None

@@ -133,7 +133,7 @@ def line_start(
     """
     first, c = (_for_each(array, target.shape[1]) for array in origin)
     if prescribed.angles and prescribed.orientation is not None:
-        if not shorter and prescribed.orientation.is_unique(origin[1]):
+        if shorter is False and prescribed.orientation.is_unique(origin[1]):  # a record takes the general way
             return first, c
         given = list(prescribed.angles)
         aim = np.array(c, subok=True)

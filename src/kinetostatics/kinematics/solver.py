@@ -276,8 +276,8 @@ class Solver:
         for row, column in enumerate(prescribed.columns):
             self.joint_of_column[column].write(target[row], poses.x)
         self.equations.couplings.impose(prescribed.columns, target, poses.x)
-        for row, k in enumerate(prescribed.angles):
-            poses.c[k] = target[prescribed.first_angle + row]
+        for row, k in enumerate(prescribed.angles, prescribed.first_angle):
+            poses.c[k] = target[row]
 
     def advance(self, prescribed: PrescribedCoordinates, poses: SolverState, step: Array) -> SolverState:
         """Return the poses moved by a scaled step (n, N)."""

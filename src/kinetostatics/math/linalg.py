@@ -197,6 +197,7 @@ def least_squares(a: Array, b: Array, nullity: int = 0) -> Array:
     n = a.shape[1]
     if n == 0:
         return np.zeros((0, *b.shape[1:]))
+    a = a[:, ::-1]  # a tree's first freedoms move nearly everything: eliminated last, they leave a record more zeros
     normal = empty_for((n, n, *a.shape[2:]), a)
     for i in range(n):  # the lower triangle
         normal[i, : i + 1] = np.einsum("r...,rj...->j...", a[:, i], a[:, : i + 1])
@@ -215,7 +216,7 @@ def least_squares(a: Array, b: Array, nullity: int = 0) -> Array:
         gram = Cholesky(np.einsum("ia...,ib...->ab...", free, free))
         for _ in range(2):
             x = x - np.einsum("ia...,ak...->ik...", free, gram.solve(np.einsum("ia...,ik...->ak...", free, x)))
-    return x
+    return x[::-1]
 
 
 def solve_by_elimination(a: Array, b: Array) -> Array:
@@ -257,6 +258,7 @@ def have_one_sign(one: Array, two: Array) -> Mask:
 
 def surely_have_one_sign(one: Array, two: Array) -> Mask:
     """Return where (N,) :func:`have_one_sign` holds beyond doubt: G₁ᵀ G₂ is eliminated without a small or negative pivot."""
+    one, two = one[:, ::-1], two[:, ::-1]  # as in least_squares
     rest = np.einsum("ia...,ib...->ab...", one, two)
     least = _SURE * np.sqrt(np.sum(one * one, axis=0) * np.sum(two * two, axis=0))
     sure: Mask = np.ones(one.shape[2], dtype=bool)

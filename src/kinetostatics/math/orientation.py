@@ -22,9 +22,6 @@ from kinetostatics.math.linalg import dot, matmul
 #: Angle between the axes of first and last turn, or beside half a turn [rad], that solved poses do not tell from 0.
 NEARLY_LOCKED = 1e-9
 
-#: Coordinates [rad] below which three turns about different axes, and rotation vectors, are the only ones of a rotation.
-_UNIQUE = 1.5
-
 
 @dataclass(frozen=True)
 class Orientation:
@@ -114,8 +111,7 @@ class Orientation:
 
     def is_unique(self, c: Array) -> bool:
         """Whether coordinates (3, N) [rad] are surely the only ones of their rotations without full turns, see :meth:`same`."""
-        first_is_last = self.sequence is not None and self.sequence[0] == self.sequence[2]
-        return not first_is_last and bool(np.max(np.abs(c), initial=0.0) < _UNIQUE)
+        return bool(np.max(np.abs(c), initial=0.0) < self.unique_below)
 
     def _turns(self, c: Array) -> Array:
         """Return the angles (3, N) of the three turns, in their order."""
