@@ -13,7 +13,7 @@ from tapes import differences
 import kinetostatics as ks
 from kinetostatics.engine import cache as disk
 from kinetostatics.engine import record, statics
-from kinetostatics.engine.record import Record, arrays_of, record_of
+from kinetostatics.engine.record import arrays_of, record_of
 from kinetostatics.engine.statics import CompiledStatics
 from kinetostatics.statics.solution import solve
 
@@ -155,7 +155,7 @@ def wrong_record(model, places=None):
     record = record_of(model, places)
     k = max(k for k in record.numbers if record.tape.operations[k][0] == "multiply")
     record.tape.operations[k] = ("add", *record.tape.operations[k][1:])
-    return Record(record.tape, record.numbers, record.truths, record.places, record.inputs)
+    return record
 
 
 def test_code_of_another_version_or_processor_is_not_taken(cache, monkeypatch):

@@ -17,7 +17,7 @@ import numpy as np
 
 from kinetostatics.engine import cache as disk
 from kinetostatics.engine import llvm
-from kinetostatics.math.arrays import Array, Index, Mask
+from kinetostatics.math.arrays import Array, Mask
 
 #: Folders whose functions are recorded or compile.
 _SOURCES = ("engine", "kinematics", "limbs", "math", "mechanism", "statics")
@@ -27,7 +27,7 @@ BLOCK = 256
 MANY = 10_000
 #: Whether code is made in a hurry at first: it takes up to a megabyte of the stack, which not all systems have.
 HURRIES = sys.platform == "linux"
-_KIND = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 5, ctypes.c_int64)
+_KIND = ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * 5, *[ctypes.c_int64] * 2)
 
 
 class Code:
@@ -70,7 +70,7 @@ class Code:
         parameters: Array,
         numbers: Array,
         truths: Mask,
-        rows: tuple[int, Index] | None = None,
+        whole: bool = True,
         before: Callable[[slice], None] | None = None,
     ) -> None:
         """Compute poses side by side: inputs (k, n), numbers (R, n) and truth values (T, n) of at least eight.
@@ -78,7 +78,7 @@ class Code:
         Args:
             inputs, parameters: what is taken; inputs (k, BLOCK) are those of the block that is computed next.
             numbers, truths: where results go; numbers may stand where the first input is.
-            rows: how many numbers there are, and which of them are wanted, of more than ``2 * BLOCK`` poses; None: all.
+            whole: whether all numbers are wanted, or just those that are there soon.
             before: writes inputs of a block before it is computed, if there are more than ``2 * BLOCK`` poses.
         """
         n = numbers.shape[1]
@@ -87,16 +87,16 @@ class Code:
             if self._poses > MANY:
                 self.optimize()
         if n <= 2 * BLOCK or inputs[0].ctypes.data == numbers.ctypes.data:
-            Bound(self, inputs, parameters, numbers, truths)()
+            Bound(self, inputs, parameters, numbers, truths, whole)()
             return
-        block, flags = np.empty((len(numbers) if rows is None else rows[0], BLOCK)), np.empty((len(truths), BLOCK), dtype=bool)
-        bound = Bound(self, inputs, parameters, block, flags)
+        block, flags = np.empty((len(numbers), BLOCK)), np.empty((len(truths), BLOCK), dtype=bool)
+        bound = Bound(self, inputs, parameters, block, flags, whole)
         for start in range(0, n, BLOCK):
             part = bound.move(min(start, n - BLOCK))
             if before is not None:
                 before(part)
             bound()
-            numbers[:, part], truths[:, part] = block if rows is None else block[rows[1]], flags
+            numbers[:, part], truths[:, part] = block, flags
 
     def results(
         self,
@@ -104,20 +104,19 @@ class Code:
         parameters: Array,
         numbers: int,
         truths: int,
-        rows: Index | None = None,
+        whole: bool = True,
         before: Callable[[slice], None] | None = None,
     ) -> tuple[Array, Mask]:
-        """Return the numbers (R, N), or some ``rows`` of them, and the truth values (T, N) of N poses, few or many.
+        """Return so many numbers (R, N), and the truth values (T, N) of N poses, few or many; see :meth:`__call__`.
 
-        The last of the inputs has all poses; others may have those of a block, see :meth:`__call__`.
+        The last of the inputs has all poses; others may have those of a block.
         """
         N = inputs[-1].shape[1]
         if N == 1:
             return self._alone(inputs, parameters, numbers, truths)
         n = max(N, llvm.LANES)
-        found, flags = np.empty((numbers if rows is None else len(rows), n)), np.empty((truths, n), dtype=bool)
-        wanted = None if rows is None else (numbers, rows)
-        self([side_by_side(array, max(array.shape[1], llvm.LANES)) for array in inputs], parameters, found, flags, wanted, before)
+        found, flags = np.empty((numbers, n)), np.empty((truths, n), dtype=bool)
+        self([side_by_side(array, max(array.shape[1], llvm.LANES)) for array in inputs], parameters, found, flags, whole, before)
         return found[:, :N], flags[:, :N]
 
     def _alone(self, inputs: Sequence[Array], parameters: Array, numbers: int, truths: int) -> tuple[Array, Mask]:
@@ -137,7 +136,9 @@ class Code:
 class Bound:
     """A compiled function with arrays that stay where they are, so that a call costs little more than what is computed."""
 
-    def __init__(self, code: Code, inputs: Sequence[Array], parameters: Array, numbers: Array, truths: Mask) -> None:
+    def __init__(
+        self, code: Code, inputs: Sequence[Array], parameters: Array, numbers: Array, truths: Mask, whole: bool = True
+    ) -> None:
         """Take the arrays; see :meth:`Code.__call__`. There may be more poses in the inputs than in the results."""
         self._code, self._poses = code, numbers.shape[1]
         self._pointers = (ctypes.c_void_p * len(inputs))(*[array.ctypes.data for array in inputs])
@@ -146,7 +147,8 @@ class Bound:
         self._kept = strides, tuple(inputs), parameters, numbers, truths
         addresses = ctypes.addressof(self._pointers), ctypes.addressof(strides)
         data = (array.ctypes.data for array in (parameters, numbers, truths))
-        self._arguments = (*(ctypes.c_void_p(item) for item in (*addresses, *data)), ctypes.c_int64(self._poses))
+        pointers = (ctypes.c_void_p(item) for item in (*addresses, *data))
+        self._arguments = (*pointers, ctypes.c_int64(self._poses), ctypes.c_int64(whole))
 
     def move(self, first: int) -> slice:
         """Take the inputs of more poses from another one on, and return which poses are computed."""

@@ -13,7 +13,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from kinetostatics.engine.code import BLOCK, side_by_side
-from kinetostatics.engine.record import given, unbalanced
+from kinetostatics.engine.record import AT_ONCE, AT_ONCE_OF_LIMBS, given, unbalanced
 from kinetostatics.limbs.statics import LimbStatics
 from kinetostatics.math.arrays import Array, Index
 from kinetostatics.mechanism.tree import Frames
@@ -21,16 +21,7 @@ from kinetostatics.statics.link_loads import AppliedLoad
 from kinetostatics.statics.model import RobotStatics
 from kinetostatics.statics.solution import Solution
 
-#: Arrays that are there at once, and arrays of each group of limbs.
-_AT_ONCE = ("o", "twists", "platform_weight", "singular", "indeterminate", "basis_degenerate", "undetermined", "unbalanced")
-_OF_LIMBS = ("doubtful", "degenerate", "may_stiffen")
 _FIELDS = {kind: frozenset(field.name for field in fields(kind)) for kind in (Solution, LimbStatics)}
-
-
-def is_at_once(path: str) -> bool:
-    """Return whether the array at a path of :func:`kinetostatics.engine.record.arrays_of` is there at once."""
-    first, *others = path.strip(".").split(".")
-    return first in _AT_ONCE or (first == "statics" and others[1] in _OF_LIMBS)
 
 
 class Placing(Protocol):
@@ -157,7 +148,7 @@ class LaterSolution(Solution):
     def __getattr__(self, name: str) -> Any:
         if name not in _FIELDS[Solution]:
             raise AttributeError(name)
-        if name not in _AT_ONCE:
+        if name not in AT_ONCE:
             return getattr(self.whole, name)
         known, array = vars(self), vars(self)["_array"]
         if name == "undetermined":
@@ -184,7 +175,7 @@ class _LaterLimb(LimbStatics):
             raise AttributeError(name)
         if name == "group":
             return vars(self)["_solution"].group(vars(self)["_number"])
-        if name in _OF_LIMBS:
+        if name in AT_ONCE_OF_LIMBS:
             return vars(self)["_solution"].of_limbs(vars(self)["_number"], name)
         return getattr(self.whole, name)
 

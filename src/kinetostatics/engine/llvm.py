@@ -43,11 +43,11 @@ def operands(operation: tuple[Any, ...]) -> tuple[int, ...]:
     return () if operation[0] in ("input", "parameter", "constant", "truth") else operation[1:]
 
 
-def module_of(tape: Tape, numbers: Sequence[int], truths: Sequence[int], inputs: int, repeats: int = 0) -> str:
+def module_of(tape: Tape, numbers: Sequence[int], truths: Sequence[int], inputs: int, repeats: int = 0, soon: int = 0) -> str:
     """Return LLVM's text of a function of many poses.
 
-    ``void poses(double **inputs, int64 *strides, double *parameters, double *numbers, int8 *truths, int64 n)``: component k of
-    input a at pose i is ``inputs[a][k * strides[a] + i]``, the k-th result ``numbers[k * n + i]``, n ≥ 8.
+    ``void poses(double **inputs, int64 *strides, double *parameters, double *numbers, int8 *truths, int64 n, int64 whole)``:
+    component k of input a at pose i is ``inputs[a][k * strides[a] + i]``, the k-th result ``numbers[k * n + i]``, n ≥ 8.
 
     Args:
         tape: the record.
@@ -55,15 +55,17 @@ def module_of(tape: Tape, numbers: Sequence[int], truths: Sequence[int], inputs:
         inputs: number of input arrays.
         repeats: 0, or how often at most everything is done anew with eight poses, as long as the first truth value holds for one
             of them. Results may then stand where inputs are.
+        soon: 0, or how many of the numbers, the first ones, are all that is computed besides truth values where ``whole`` is 0.
     """
-    return _Writer(tape, numbers, truths, inputs, repeats).text()
+    return _Writer(tape, numbers, truths, inputs, repeats, soon).text()
 
 
 class _Writer:
-    def __init__(self, tape: Tape, numbers: Sequence[int], truths: Sequence[int], inputs: int, repeats: int) -> None:
+    def __init__(self, tape: Tape, numbers: Sequence[int], truths: Sequence[int], inputs: int, repeats: int, soon: int) -> None:
         self._tape, self._inputs, self._repeats = tape, inputs, repeats
         self._going = truths[0] if truths else 0
         self._needed = needed_by(tape, (*numbers, *truths))
+        self._soon, self._needed_soon = soon, needed_by(tape, (*numbers[:soon], *truths)) if soon else self._needed
         self._rows: dict[int, list[tuple[str, int]]] = {}
         for kind, wanted in (("number", numbers), ("truth", truths)):
             for row, number in enumerate(wanted):
@@ -76,16 +78,19 @@ class _Writer:
     def text(self) -> str:
         once: list[str] = []
         loop: list[str] = []
+        rest: list[str] = []
         for number, operation in enumerate(self._tape.operations):
             if not self._needed[number]:
                 continue
+            part = loop if self._needed_soon[number] else rest
             if self._varies[number]:
-                loop += self._instruction(number, operation, f"<{LANES} x double>", f"<{LANES} x i1>", "v")
+                part += self._instruction(number, operation, f"<{LANES} x double>", f"<{LANES} x i1>", "v")
             else:
                 once += self._instruction(number, operation, "double", "i1", "s")
-                loop += self._spread(number)
+                part += self._spread(number)
             for kind, row in self._rows.get(number, ()):
-                loop += self._stored(number, kind, row)
+                later = rest if self._soon and kind == "number" and row >= self._soon else part
+                later += self._stored(number, kind, row)
         pointers = [
             line
             for a in range(self._inputs)
@@ -96,7 +101,7 @@ class _Writer:
                 f"%stride{a} = load i64, ptr %place{a}",
             )
         ]
-        end = "done" if self._repeats else "loop"
+        end = "done" if self._repeats or self._soon else "loop"
         head = [f"%first = phi i64 [ 0, %entry ], [ %next, %{end} ]", "%over = icmp sgt i64 %first, %last"]
         head += ["%i = select i1 %over, i64 %last, i64 %first", f"%next = add i64 %first, {LANES}"]
         if self._repeats:
@@ -110,6 +115,9 @@ class _Writer:
                 "br i1 %goes, label %again, label %done",
                 "done:",
             ]
+        if self._soon:
+            once.append("%all = icmp ne i64 %whole, 0")
+            loop += ["br i1 %all, label %rest, label %done", "rest:", *rest, "br label %done", "done:"]
         tail = ["%more = icmp slt i64 %next, %n", "br i1 %more, label %loop, label %end"]
         body = ["entry:", *pointers, f"%last = sub i64 %n, {LANES}", *once, "br label %loop", "loop:", *head, *loop, *tail]
         declared = [
@@ -124,7 +132,7 @@ class _Writer:
         return "\n".join(
             [
                 *declared,
-                f"define void @{NAME}({signature}, i64 %n) #0 {{",
+                f"define void @{NAME}({signature}, i64 %n, i64 %whole) #0 {{",
                 *body,
                 "end:",
                 "ret void",

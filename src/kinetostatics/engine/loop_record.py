@@ -66,11 +66,12 @@ BEFORE, SHRUNK, GOING, GOOD, HOLDS = range(5)
 
 @dataclass(frozen=True)
 class Program:
-    """Operations whose results are wanted, in order."""
+    """Operations whose results are wanted, in order; of the numbers so many first ones without the others, too, if ``soon``."""
 
     tape: Tape
     numbers: tuple[int, ...]
     truths: tuple[int, ...]
+    soon: int = 0
 
 
 def newton_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState, local: int) -> Program:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -25,8 +26,18 @@ from kinetostatics.mechanism.tree import Frames
 
 #: By how much [m, rad] coordinates of an example are changed when code is tried, and how far it may be from NumPy.
 _TRIED, _ALIKE = 1e-3, 1e-9
+
+
+def _placed_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState, local: int) -> Program:
+    """Record :meth:`Solver.place`, with q and the residual before the frames, which not everybody wants."""
+    program, nq, closures = place_record(solver, prescribed, example, local), solver.mechanism.tree.nq, solver.equations.closures
+    frames = len(program.numbers) - closures
+    numbers = (*program.numbers[:nq], *program.numbers[frames:], *program.numbers[nq:frames])
+    return replace(program, numbers=numbers, soon=nq + closures)
+
+
 #: What is compiled: its name, its record, how many arrays it takes, and how often at most it is repeated.
-_FUNCTIONS = (("newton", newton_record, 2, MOST_CORRECTIONS), ("place", place_record, 1, 0), ("side", side_record, 4, 0))
+_FUNCTIONS = (("newton", newton_record, 2, MOST_CORRECTIONS), ("place", _placed_record, 1, 0), ("side", side_record, 4, 0))
 
 
 class CompiledSolver(Solver):
@@ -224,22 +235,22 @@ class CompiledSolver(Solver):
 
     @property
     def _rows(self) -> tuple[int, int, int, int]:
-        """Of what is placed: where rotations, positions and the residual start, and the number of rows."""
-        nq, bodies = self.mechanism.tree.nq, self.mechanism.tree.bodies
-        return nq, nq + 9 * bodies, nq + 12 * bodies, nq + 12 * bodies + self.equations.closures
+        """Of what is placed: where the residual, rotations and positions start, and the number of rows."""
+        nq, bodies, soon = self.mechanism.tree.nq, self.mechanism.tree.bodies, self.mechanism.tree.nq + self.equations.closures
+        return nq, soon, soon + 9 * bodies, soon + 12 * bodies
 
     def _placed(self, x: Array) -> tuple[Placed, NDArray[np.bool_]]:
         """Return where coordinates put everything, and where the record holds."""
-        N, (nq, turned, placed, count) = x.shape[1], self._rows
+        N, (nq, soon, turned, count) = x.shape[1], self._rows
         numbers, truths = self._place.results([x], self._parameters, count, 1)
-        frames = Frames(numbers[nq:turned].reshape(3, 3, -1, N), numbers[turned:placed].reshape(3, -1, N))
-        return Placed(numbers[:nq], frames, numbers[placed:]), truths[0]
+        frames = Frames(numbers[soon:turned].reshape(3, 3, -1, N), numbers[turned:].reshape(3, -1, N))
+        return Placed(numbers[:nq], frames, numbers[nq:soon]), truths[0]
 
     def _placed_later(self, x: Array) -> Placed:
         """Return where coordinates put everything; the frames are computed when they are asked for."""
-        nq, _, placed, count = self._rows
+        nq, soon, *_ = self._rows
         x = side_by_side(x, x.shape[1])
-        numbers, truths = self._place.results([x], self._parameters, count, 1, np.r_[:nq, placed:count])
+        numbers, truths = self._place.results([x], self._parameters, soon, 1, whole=False)
         rest = np.flatnonzero(~truths[0])
         if rest.size:
             careful = super().place(x[:, rest])
@@ -248,9 +259,9 @@ class CompiledSolver(Solver):
 
     def frames_in_blocks(self, x: Array) -> tuple[Array, Array, Callable[[slice], None]]:
         """Return arrays for rotations (9 B, BLOCK) and positions (3 B, BLOCK), and what writes those of some poses there."""
-        nq, turned, placed, count = self._rows
+        _, soon, turned, count = self._rows
         numbers, truths = np.empty((count, BLOCK)), np.empty((1, BLOCK), dtype=bool)
-        rotation, position = numbers[nq:turned], numbers[turned:placed]
+        rotation, position = numbers[soon:turned], numbers[turned:]
         bound = Bound(self._place, [x], self._parameters, numbers, truths)
 
         def write(part: slice) -> None:
@@ -269,6 +280,6 @@ class CompiledSolver(Solver):
 
 def _compiled(program: Program, sizes: dict[str, int], inputs: int, repeats: int) -> bytes:
     """Return what is kept on disk."""
-    text = llvm.module_of(program.tape, program.numbers, program.truths, inputs, repeats)
+    text = llvm.module_of(program.tape, program.numbers, program.truths, inputs, repeats, program.soon)
     operations = sum(llvm.needed_by(program.tape, (*program.numbers, *program.truths)))
     return packed({"sizes": sizes, "operations": operations}, text)

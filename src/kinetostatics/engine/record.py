@@ -30,6 +30,10 @@ INDETERMINATE = "rigid limbs or rings overconstrain one another, so that singula
 #: Why one is not of which NumPy solves already the example with more care than other poses.
 CAREFUL = "a limb takes eigenvectors at generic poses already, as where self-stress is almost rigid"
 
+#: Arrays that are there at once, and arrays of each group of limbs.
+AT_ONCE = ("o", "twists", "platform_weight", "singular", "indeterminate", "basis_degenerate", "undetermined", "unbalanced")
+AT_ONCE_OF_LIMBS = ("doubtful", "degenerate", "may_stiffen")
+
 
 @dataclass(frozen=True)
 class Place:
@@ -54,11 +58,6 @@ class Place:
         rows = (truths if self.truth else numbers)[self.first : self._end]
         return rows.reshape(*self.shape, N)
 
-    @property
-    def rows(self) -> range:
-        """Numbers of its rows."""
-        return range(self.first or 0, self._end) if self.first is not None else range(0)
-
     @cached_property
     def _end(self) -> int:
         return (self.first or 0) + math.prod(self.shape)
@@ -78,6 +77,7 @@ class Record:
         tape: the operations; inputs are the frames' rotations and positions, load and gravity, in this order.
         numbers, truths: the operations whose results are wanted, in order; the first truth value is whether the record holds.
         places: where the arrays of the solution are among them, by their paths.
+        soon: how many of the numbers, the first ones, the arrays take that are there at once.
         inputs: how many there are: five where loads act on links.
     """
 
@@ -85,6 +85,7 @@ class Record:
     numbers: tuple[int, ...]
     truths: tuple[int, ...]
     places: Mapping[str, Place]
+    soon: int
     inputs: int = 4
 
 
@@ -100,7 +101,8 @@ def record_of(robot: RobotStatics, places: LoadedPlaces | None = None) -> Record
     rows: tuple[list[int], list[int]] = [], [tape.number_of(tape.holds())]
     known: dict[tuple[int, ...], int] = {}
     where = {}
-    for path, array in arrays.items():
+    soon = 0
+    for path, array in sorted(arrays.items(), key=lambda item: not is_at_once(item[0])):
         shape, flat = array.shape[:-1], array.ravel().tolist()
         truth = array.dtype == bool or (bool(flat) and all(isinstance(value_of(entry), bool) for entry in flat))
         if not any(isinstance(entry, Scalar) for entry in flat):
@@ -111,7 +113,8 @@ def record_of(robot: RobotStatics, places: LoadedPlaces | None = None) -> Record
         if first == len(rows[truth]):
             rows[truth].extend(wanted_rows)
         where[path] = Place(shape, truth, first, [])
-    return Record(tape, tuple(rows[0]), tuple(rows[1]), where, 4 if places is None else 5)
+        soon = len(rows[0]) if is_at_once(path) else soon
+    return Record(tape, tuple(rows[0]), tuple(rows[1]), where, soon, 4 if places is None else 5)
 
 
 def recorded_arrays(
@@ -202,6 +205,12 @@ def wrenches_of(applied: Iterable[AppliedLoad]) -> list[Array]:
 
 #: What a solution and its limbs are given, not found.
 _GIVEN = ("frames", "gravity", "load", "assembly_errors", "errors", "sources", "group")
+
+
+def is_at_once(path: str) -> bool:
+    """Return whether the array at a path of :func:`arrays_of` is there at once."""
+    first, *others = path.strip(".").split(".")
+    return first in AT_ONCE or (first == "statics" and others[1] in AT_ONCE_OF_LIMBS)
 
 
 def arrays_of(solution: Solution) -> dict[str, Any]:

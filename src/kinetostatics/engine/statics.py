@@ -6,7 +6,6 @@ What is recorded is :func:`kinetostatics.statics.springs.solve_with_springs` its
 from __future__ import annotations
 
 import weakref
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,13 +13,14 @@ import numpy as np
 from kinetostatics.engine import cache as disk
 from kinetostatics.engine import llvm
 from kinetostatics.engine.code import BLOCK, Code, code_key, packed, table_of
-from kinetostatics.engine.later import LaterFrames, LaterSolution, is_at_once
+from kinetostatics.engine.later import LaterFrames, LaterSolution
 from kinetostatics.engine.record import (
     Place,
     Record,
     arrays_of,
     by_numpy,
     example_of,
+    is_at_once,
     record_of,
     sizes_of_applied,
     solution_of,
@@ -94,15 +94,7 @@ class CompiledStatics:
         self._code = Code(kept, self._key)
         self._places = [(path, Place(tuple(shape), *rest)) for path, shape, *rest in table["places"]]
         self._rows, self._truths = int(table["numbers"]), int(table["truths"])
-        self._soon: dict[str, Place] = {}
-        rows: list[int] = []
-        for path, place in self._places:
-            if is_at_once(path):
-                moved = place if place.truth or place.first is None else replace(place, first=len(rows))
-                rows += [] if moved is place else place.rows
-                self._soon[path] = moved
-        self._soon_of_few = {path: place for path, place in self._places if is_at_once(path)}
-        self._soon_rows = np.array(rows, dtype=np.intp)
+        self._soon, self._at_once = int(table["soon"]), {path: place for path, place in self._places if is_at_once(path)}
         self.operations = int(table["operations"])
         return True
 
@@ -141,32 +133,31 @@ class CompiledStatics:
         return _merged(self.robot, found, solve_with_springs(self.robot, *here, applied=mine), doubtful, applied)
 
     def _computed(
-        self, frames: Frames, load: Array, gravity: Array, applied: tuple[AppliedLoad, ...], some: bool = False
+        self, frames: Frames, load: Array, gravity: Array, applied: tuple[AppliedLoad, ...], whole: bool = True
     ) -> tuple[Array, Mask]:
-        """Return all numbers (R, N), or some, and truth values (T, N), the first of which says where the record holds."""
-        N, rows, before = load.shape[1], self._soon_rows if some else None, None
-        if some and isinstance(frames, LaterFrames):
+        """Return all numbers (R, N), or the first, and truth values (T, N), the first of which says where the record holds."""
+        N, before = load.shape[1], None
+        if isinstance(frames, LaterFrames) and not whole:
             rotation, position, before = frames.in_blocks()
         else:
             rotation, position = frames.rotation.reshape(-1, N), frames.position.reshape(-1, N)
-        inputs = [rotation, position, load, gravity, *wrenches_of(applied)]
-        return self._code.results(inputs, self._parameters, self._rows, self._truths, rows, before)
+        inputs, rows = [rotation, position, load, gravity, *wrenches_of(applied)], self._rows if whole else self._soon
+        return self._code.results(inputs, self._parameters, rows, self._truths, whole, before)
 
     def _later(self, frames: Frames, load: Array, gravity: Array, applied: tuple[AppliedLoad, ...] = ()) -> tuple[Mask, Solution]:
         """Return the truth values, and a solution most of which is computed when it is asked for."""
         N, robot = load.shape[1], self.robot
         few = N <= 2 * BLOCK
-        numbers, truths = self._computed(frames, load, gravity, applied, some=not few)
-        places = self._soon_of_few if few else self._soon
+        numbers, truths = self._computed(frames, load, gravity, applied, whole=few)
 
         def whole() -> Solution:
             everything = (numbers, truths) if few else self._computed(frames, load, gravity, applied)
             return self._solution(frames, load, gravity, applied, *everything, robot)
 
         def array(path: str) -> Any:
-            return places[path].of(numbers, truths, N)
+            return self._at_once[path].of(numbers, truths, N)
 
-        return truths, LaterSolution(robot, frames, load, gravity, places, array, whole, applied)
+        return truths, LaterSolution(robot, frames, load, gravity, self._at_once, array, whole, applied)
 
     def _solution(
         self,
@@ -184,11 +175,12 @@ class CompiledStatics:
 
 def _compiled(record: Record, parameters: int, bodies: int) -> bytes:
     """Return what is kept on disk, with a table of the places."""
-    text = llvm.module_of(record.tape, record.numbers, record.truths, record.inputs)
+    text = llvm.module_of(record.tape, record.numbers, record.truths, record.inputs, soon=record.soon)
     table = {
         "places": [[path, place.shape, place.truth, place.first, place.values] for path, place in record.places.items()],
         "numbers": len(record.numbers),
         "truths": len(record.truths),
+        "soon": record.soon,
         "parameters": parameters,
         "bodies": bodies,
         "operations": sum(llvm.needed_by(record.tape, (*record.numbers, *record.truths))),
