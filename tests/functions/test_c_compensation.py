@@ -98,7 +98,7 @@ def test_the_test_program_sees_another_correction(tmp_path):
     f = function("five_bar", ("x", "y"))
     exported = f.export_c(tmp_path, name="bars")
     program = compiled(tmp_path, "bars_test.c", "bars.c")
-    assert subprocess.run([program], capture_output=True, text=True, check=True).stdout == "0 of 40 poses differ\n"
+    assert subprocess.run([program], capture_output=True, text=True, check=True).stdout.startswith("0 of 40 poses differ\n")
     header, text = ((tmp_path / name).read_text() for name in ("bars.h", "bars.c"))
     assert "BARS_LIMIT_EXCEEDED = 1" in header and "the wanted x, y" in header and exported.files[0] == "bars.h"
     wrong = text.replace("correct(wanted, drive, w, whole);", "correct(wanted, wanted, w, whole);")
@@ -117,7 +117,8 @@ def test_a_cortex_m7_takes_it(compensate, tmp_path):
     f.export_c(tmp_path, name="tripod")
     processor = ("-mcpu=cortex-m7", "-mfpu=fpv5-d16", "-mfloat-abi=hard", "-mthumb")
     strict = ("-std=c99", "-O1", "-Wall", "-Wextra", "-Wconversion", "-Werror")
-    subprocess.run(["arm-none-eabi-gcc", *strict, *processor, "-c", "tripod.c"], cwd=tmp_path, check=True)
+    for file in ("tripod_test.c", "tripod.c"):
+        subprocess.run(["arm-none-eabi-gcc", *strict, *processor, "-c", file], cwd=tmp_path, check=True)
     size = subprocess.run(["arm-none-eabi-size", "tripod.o"], cwd=tmp_path, check=True, capture_output=True, text=True)
     text, data, bss, *_ = size.stdout.splitlines()[1].split()
     assert int(text) < 300_000 and data == bss == "0"

@@ -126,9 +126,16 @@ def _facts(function: Exported, parts: Parts) -> dict[str, Any]:
         "searches": MOST,
         "sharp": {"remaining": CORRECTED * max(1.0, function.robot.length)},
         "rough": ROUGH + 2 * function.robot.length * function.robot.closing_error,
+        "endless": _of_endless_drives(parts),
         "corrections": MOST_CORRECTIONS,
         "shrinking": SHRINKING,
     }
+
+
+def _of_endless_drives(parts: Parts) -> str:
+    """Return in words how many sines and cosines are not in the records."""
+    count = sum(line.count("= cos(") + line.count("= sin(") for line in parts.impose)
+    return f", nor are {count} sines and cosines of given angles in each step of a line" if count else ""
 
 
 def _references(

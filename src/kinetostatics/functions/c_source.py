@@ -87,6 +87,7 @@ static int corrected({name}_state *pose, const double *target, int passing, doub
     state[NX + 7] = 1.0;
     for (k = 0; k < MOST_CORRECTIONS && state[NX + 5] != 0.0; ++k) {{
         newton(state, given, w, next);
+        ++pose->corrections;
         memcpy(state, next, sizeof state);
     }}
     memcpy(pose->x, state, NX * sizeof(double));
@@ -129,6 +130,7 @@ static int followed({name}_state *pose, const double *target, double *w)
             if (gone >= 1.0) return 1;
             if (steady) stride = 2.0 * stride < longest ? 2.0 * stride : longest;
         }} else {{
+            pose->corrections = moved.corrections;
             stride /= 2.0;
             if (stride <= 1e-3 * longest) return 0;
         }}
@@ -172,6 +174,7 @@ void {name}_start({name}_state *state)
     memcpy(state->c, ZERO_C, sizeof state->c);
     memcpy(state->target, ZERO_TARGET, sizeof state->target);
     state->moved = 0.0;
+    state->corrections = 0;
 }}
 
 int {name}_evaluate(const {name}_input *input, {name}_state *state, {name}_output *output)
@@ -257,6 +260,7 @@ def _correction(name: str) -> str:
     """Return what is done behind the analysis of the wanted pose."""
     return f"""    drives(pose.x, w, wanted);
     status = compensated(&pose, load, gravity, w, frame, &worst, result, remaining);
+    state->corrections = pose.corrections;
     if (status != {name.upper()}_OK) return status;
     drives(pose.x, w, drive);
     correct(wanted, drive, w, whole);

@@ -1,4 +1,4 @@
-"""The program that compares the exported C with what Python says of some poses."""
+"""The program that compares the exported C with what Python says of some poses, and measures how long a call takes."""
 
 from __future__ import annotations
 
@@ -20,7 +20,11 @@ def test(name: str, scalar: str, facts: dict[str, Any], references: Sequence[Any
         wanted = [value for values in expected.values() for value in values]
         rows.append(f"    {{{c_array([*inputs, *load, *gravity])}, {c_array(wanted)}, {status}}}")
     count, size = len(facts["coordinates"]) + 9, len(wanted)
-    fill = [f"    input.{c_name} = ({scalar})row->input[{k}];" for k, c_name in enumerate(facts["names"])]
+    steps = dict(zip(facts["controlled"], 1e-3 * facts["parts"].strides, strict=True))
+    fill = [
+        f"    input->{c_name} = ({scalar})(row->input[{k}] + beside * {literal(float(steps[item.name]))});"
+        for k, (c_name, item) in enumerate(zip(facts["names"], facts["coordinates"], strict=True))
+    ]
     first = len(facts["coordinates"])
     checks, at_row = [], 0
     for item in outputs:
@@ -43,6 +47,7 @@ def test(name: str, scalar: str, facts: dict[str, Any], references: Sequence[Any
 
 #include <math.h>
 #include <stdio.h>
+#include <time.h>
 
 struct reference {{
     double input[{count}], output[{size}];
@@ -68,15 +73,22 @@ static int differ(const char *what, const {scalar} *found, const double *wanted,
     return 1;
 }}
 
+/* The input of a reference pose, or of one beside it by so many thousandths of what a line may go in one step. */
+static void fill(const struct reference *row, double beside, {name}_input *input)
+{{
+    int k;
+{chr(10).join(fill)}
+    for (k = 0; k < 6; ++k) input->load[k] = ({scalar})row->input[{first} + k];
+    for (k = 0; k < 3; ++k) input->gravity[k] = ({scalar})row->input[{first + 6} + k];
+}}
+
 static int check(const struct reference *row)
 {{
     {name}_state state;
     {name}_input input;
     {name}_output output;
-{jacobian}    int status, failed = 0, k;
-{chr(10).join(fill)}
-    for (k = 0; k < 6; ++k) input.load[k] = ({scalar})row->input[{first} + k];
-    for (k = 0; k < 3; ++k) input.gravity[k] = ({scalar})row->input[{first + 6} + k];
+{jacobian}    int status, failed = 0;
+    fill(row, 0.0, &input);
     {name}_start(&state);
     status = {call};
     if (status != row->status) {{
@@ -88,11 +100,73 @@ static int check(const struct reference *row)
     return failed;
 }}
 
+{_measuring(name, facts, jacobian, call, len(rows))}
 int main(void)
 {{
     int failed = 0, k;
     for (k = 0; k < {len(rows)}; ++k) failed += check(&REFERENCES[k]);
     printf("%d of {len(rows)} poses differ\\n", failed);
+    measure();
     return failed != 0;
+}}
+"""
+
+
+def _measuring(name: str, facts: dict[str, Any], jacobian: str, call: str, count: int) -> str:
+    """Return what measures how long calls take."""
+    return f"""/* What counts up with time, where the processor has it: DWT->CYCCNT of a Cortex-M, the time stamps of an x86. */
+#if defined(__GNUC__) && (defined(__x86_64__) || defined(__i386__))
+#define TICKS "time stamps"
+static unsigned ticks(void) {{ return (unsigned)__builtin_ia32_rdtsc(); }}
+#elif defined(__ARM_ARCH_7M__) || defined(__ARM_ARCH_7EM__) || defined(__ARM_ARCH_8M_MAIN__)
+#define TICKS "cycles"
+static unsigned ticks(void)
+{{
+    *(volatile unsigned *)0xE000EDFCu |= 1u << 24; /* DEMCR.TRCENA */
+    *(volatile unsigned *)0xE0001FB0u = 0xC5ACCE55u; /* DWT_LAR: unlock */
+    *(volatile unsigned *)0xE0001000u |= 1u; /* DWT_CTRL.CYCCNTENA */
+    return *(volatile unsigned *)0xE0001004u; /* DWT_CYCCNT */
+}}
+#else
+static unsigned ticks(void) {{ return 0; }}
+#endif
+
+/* Calls that go to and fro beside reference poses, as those of a controller do. */
+static void measure(void)
+{{
+    {name}_state state;
+    {name}_input input;
+    {name}_output output;
+{jacobian}    double seconds = 0.0, corrections = 0.0, least = 0.0;
+    int calls = 0, k, n;
+    for (k = 0; k < {count} && calls < 500; ++k) {{
+        const int status = REFERENCES[k].status;
+        clock_t begin;
+        unsigned first, before;
+        double passed;
+        if (!({valid(name, facts, "status")})) continue;
+        {name}_start(&state);
+        fill(&REFERENCES[k], 0.0, &input);
+        (void){call};
+        before = state.corrections;
+        begin = clock();
+        first = ticks();
+        for (n = 0; n < 100; ++n) {{
+            fill(&REFERENCES[k], n % 2 ? 0.0 : 1.0, &input);
+            (void){call};
+        }}
+        passed = (double)(ticks() - first) / 100.0;
+        seconds += (double)(clock() - begin) / (double)CLOCKS_PER_SEC;
+        corrections += (double)(state.corrections - before);
+        least = calls == 0 || passed < least ? passed : least;
+        calls += 100;
+    }}
+    if (calls == 0) return;
+    printf("%.3g corrections of the loops a call, on the average of %d\\n", corrections / calls, calls);
+    if (seconds > 0.0) printf("%.3g microseconds a call, on the same average\\n", 1e6 * seconds / calls);
+#ifdef TICKS
+    printf("%.0f " TICKS " a call, at the pose where it is quickest\\n", least);
+#endif
+    (void)least;
 }}
 """

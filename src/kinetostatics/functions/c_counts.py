@@ -1,0 +1,67 @@
+"""How many operations the exported C does, counted on the records from which it is written."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from kinetostatics.engine.c_code import CProgram
+
+#: Columns of the table, and the operations of a record that count there; what is in none is a comparison or a choice.
+_KINDS = {
+    "additions": ("add", "subtract"),
+    "multiplications": ("multiply",),
+    "divisions": ("divide",),
+    "square roots": ("square_root",),
+    "sines, cosines": ("sine", "cosine"),
+    "arc tangents": ("angle",),
+    "signs, roundings": ("negative", "absolute", "whole"),
+}
+_REST = "comparisons, choices"
+
+
+def counted(counts: Mapping[str, int]) -> dict[str, int]:
+    """Return how many operations of each column there are."""
+    found = {title: sum(counts.get(kind, 0) for kind in kinds) for title, kinds in _KINDS.items()}
+    return found | {_REST: sum(counts.values()) - sum(found.values())}
+
+
+def table(facts: dict[str, Any]) -> str:
+    """Return a table of what is done, how often, and of how many operations it consists."""
+    titles = [*_KINDS, _REST]
+    rows = [f"| what | how often | {' | '.join(titles)} |", f"|---|---|{'---:|' * len(titles)}"]
+    for what, often, program in _done(facts):
+        numbers = counted(program.counts)
+        rows.append(f"| {what} | {often} | {' | '.join(f'{numbers[title]:,}' for title in titles)} |")
+    return "\n".join(rows)
+
+
+def _done(facts: dict[str, Any]) -> Iterator[tuple[str, str, CProgram]]:
+    """Yield what is done, how often in a call, and its program."""
+    parts = facts["parts"]
+    search, jacobian = parts.search, parts.jacobian
+    line = "step of the line"
+    if parts.line is not None:
+        yield "start of a line", "a line, if angles may be others", parts.line
+    yield "correction of the loops", f"{line}: 1 to {facts['corrections']}", parts.newton
+    if parts.side is not None:
+        yield "is there a singular pose between", line, parts.side
+    analysed = "1" if search is None else "1, and each step of the search"
+    yield "frames", analysed, parts.frames
+    yield "statics", analysed, parts.statics
+    yield "drives", "1" if search is None else "2", parts.drives
+    if search is not None:
+        yield "where the platform stands", "1, and each step of the search", search.platform
+        yield "start of the search", "1", search.begin
+        yield "step of the search", f"0 to {facts['searches']}", search.learn
+        yield "what remains", "1", search.remains
+        yield "turns of the drives", "1", search.correct
+        yield "limits", "1", search.limits
+    if jacobian is not None:
+        columns = {value.name: value for _, value, _ in jacobian.pairs}
+        inputs = sum(int(value.shape[0]) if value.shape else 1 for value in columns.values())
+        moving = sum(not value.shape for value in columns.values())
+        yield "derivatives: freedoms", "1", jacobian.rates
+        if moving:
+            yield "derivatives: frames, drives", str(moving), jacobian.motion
+        yield "derivatives: results", str(inputs), jacobian.tangent
