@@ -6,17 +6,19 @@ import numpy as np
 import package_robots
 import pytest
 import simple_machines
+import small_robots
 from places import CASES
 from tapes import differences
-from test_record import evaluated, some_poses
+from test_record import RANDOM, evaluated, some_poses
 
 import kinetostatics as ks
-from kinetostatics.description import JointStiffness
+from kinetostatics.description import JointStiffness, Spring
 from kinetostatics.engine.record import record_of
 from kinetostatics.limbs import compliance
 from kinetostatics.limbs.compliance import soft_wrenches, split_by_eigenvectors, split_rigid
 from kinetostatics.statics import platform_equilibrium
 from kinetostatics.statics.solution import solve
+from kinetostatics.statics.springs import solve_with_springs
 
 
 @cache
@@ -50,6 +52,22 @@ def test_rigid_limbs_are_recorded_as_numpy_computes_them(kind):
     assert np.all(holds) and not wanted.singular.any() and not wanted.indeterminate.any()
     worst = differences(found, wanted)
     assert max(worst.values()) < 1e-11, max(worst, key=worst.get)
+
+
+@pytest.mark.parametrize("number", [0, 4, *(pytest.param(k, marks=pytest.mark.slow) for k in (1, 2, 3, 5))])
+def test_random_robots_with_a_rigid_limb_and_a_spring_are_recorded_as_numpy_computes_them(number):
+    made = small_robots.robot_of(small_robots.random_spec(RANDOM[number], 0))
+    description, rng = made.description, np.random.default_rng(0)
+    for name, beam in description.beams.items():
+        description = description.without_beam(name) if beam.link in made.topology.limbs[0].links else description
+    ends = tuple(rng.standard_normal(3)), tuple(0.1 * rng.standard_normal(3))
+    spring = Spring("pull", 1e4, description.base, description.platform, *ends, free_length=0.2, preload=10.0)
+    robot = ks.Robot(description.with_spring(spring))
+    assert any(group.rigid_directions for group in robot.statics.groups)
+    poses = some_poses(robot)
+    found, holds = evaluated(robot, record_of(robot.statics), *poses)
+    worst = differences(found, solve_with_springs(robot.statics, *poses))
+    assert np.all(holds) and max(worst.values()) < 1e-11, max(worst, key=worst.get)
 
 
 @pytest.mark.parametrize("kind", [kind for kind in ROBOTS if kind != "arm"])

@@ -25,7 +25,8 @@ from kinetostatics.statics.springs import loads_of_springs, solve_with_springs, 
 #: Load [N, N·m] and gravity [m/s²] of the example: nothing in particular, so that nothing vanishes.
 _EXAMPLE_LOAD = (31.0, -17.0, -53.0, 7.0, 11.0, -3.0)
 _EXAMPLE_GRAVITY = (0.7, -1.3, -9.1)
-#: Why a robot whose rigid parts leave forces open is not recorded.
+#: Why a robot with rigid limbs or springs that nothing holds is not recorded, and one whose rigid parts leave forces open.
+SINGULAR = "the platform can move at generic poses, which singular values tell"
 INDETERMINATE = "rigid limbs or rings overconstrain one another, so that singular values tell how their forces may change"
 #: Why one is not of which NumPy solves already the example with more care than other poses.
 CAREFUL = "a limb takes eigenvectors at generic poses already, as where self-stress is almost rigid"
@@ -145,8 +146,9 @@ def recorded_arrays(
         with recording():
             return result(by_numpy(copy, Frames(rotation, position), *rest, *([] if places is None else [places])))
     except NotRecordedError as error:
-        if solve_with_springs(robot, *example[:3]).indeterminate[0]:
-            raise NotRecordedError(INDETERMINATE) from error
+        found = solve_with_springs(robot, *example[:3])
+        if found.singular[0] or found.indeterminate[0]:
+            raise NotRecordedError(SINGULAR if found.singular[0] else INDETERMINATE) from error
         if isinstance(error.__cause__, IndexError):  # poses are picked out by what is recorded
             raise NotRecordedError(CAREFUL) from error
         raise

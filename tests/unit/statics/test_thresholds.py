@@ -60,6 +60,34 @@ def test_misfits_that_contradict_one_another(difference, contradict):
         np.testing.assert_allclose(moved[:, 0, 0], [1, 0, 0, 0, 0, 0], atol=1e-9)
 
 
+@pytest.mark.parametrize("stiffness", [1.0, 1e-6, 1e-10, 4e-12, 5e-13, 0.0])
+def test_what_rigid_wrenches_leave_is_held_or_free(stiffness):
+    """A rigid force along x, and springs beside it of which one is next to nothing."""
+    K = np.diag([1.0] * 5 + [stiffness])[:, :, None]
+    split = SimpleNamespace(rigid=np.ones((1, 1, 1, 1)), J=np.eye(6)[None, None, :, :1])
+    part = _RigidPart(K, [split], np.ones(6))
+    assert part.singular.tolist() == [stiffness < 1e-12]
+    if stiffness > 1e-12:
+        np.testing.assert_allclose(part.compliance[5, 5, 0] * stiffness, 1.0, rtol=1e-4)
+        assert np.abs(part.compliance[0]).max() < 1e-12
+
+
+@pytest.mark.parametrize("tilt", [1.0, 0.01, 1e-3, 1e-7, 0.0])
+def test_six_rigid_wrenches_hold_a_platform_as_long_as_they_differ(tilt):
+    """Two of them enclose a small angle, which makes their forces large."""
+    J = np.eye(6)
+    J[:2, 1] = np.cos(tilt), np.sin(tilt)
+    turned = np.linalg.qr(np.random.default_rng(1).standard_normal((6, 6)))[0]  # so that nothing is exact by itself
+    split = SimpleNamespace(rigid=np.eye(6)[None, None], J=(turned @ J)[None, None])
+    part = _RigidPart(np.zeros((6, 6, 1)), [split], np.ones(6))
+    assert part.singular.tolist() == part.loose.tolist() == [tilt == 0]
+    if tilt:
+        assert not part.compliance.any()
+        _, (forces,) = part.solve(turned[:, 1].reshape(6, 1, 1), [split], [np.zeros((6, 1, 1, 1))])
+        wanted = [-1 / np.tan(tilt), 1 / np.sin(tilt), 0, 0, 0, 0]
+        np.testing.assert_allclose(forces[:, 0, 0, 0], wanted, rtol=0, atol=2e-15 / tilt**2)  # rounding of J, and no more
+
+
 @pytest.mark.parametrize(("pivot", "singular"), [(1e-12, False), (3e-14, False), (3e-15, True), (0.0, True)])
 def test_a_stiffness_of_nothing_is_none(pivot, singular):
     """Beside its own direction alone: what is left of it where all other directions are free."""
