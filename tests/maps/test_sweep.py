@@ -464,7 +464,7 @@ def test_what_a_worker_complains_about_is_raised(tmp_path):
         ({"gravity": [0, 0, np.inf]}, "not finite"),
         ({"frame": "flange"}, "must be one of 'world', 'platform'"),
         ({"misfits": {"rod": {"length": 1.0}}}, "no joint or beam 'rod'"),
-        ({"workers": 0}, "at least 1"),
+        ({"workers": 0}, "workers is 0; it must be a whole number from 1 on"),
         ({"out": "map.csv"}, r"must end in .nc"),
         ({"out": "no/such/folder/map.nc"}, "there is no folder"),
         ({"out": "map.nc", "chunks": {"z": 1}}, "out= or chunks="),
