@@ -80,12 +80,14 @@ def tolerances(
             entry["twist"][row, _COMPONENTS.index(error)] = amount
     result = analyze(configuration, gravity=(0, 0, 0), misfits=found, on_failure="nan")
     loose = np.any(result.indeterminate)
-    wrenches = np.stack(list(result.joint_wrenches.values()), axis=1)
+    # of these alone: springs pull without any load
+    twists = result.contributions["misfit"]
+    wrenches = np.stack([parts["misfit"] for parts in result.joint_contributions.values()], axis=1)
     forces, moments = np.linalg.norm(wrenches[..., :3], axis=2), np.linalg.norm(wrenches[..., 3:], axis=2)
     if loose:
         forces, moments = np.nan_to_num(forces), np.nan_to_num(moments)
-    names = list(result.joint_wrenches)
-    shifts, turns = np.linalg.norm(result.twist[:, :3], axis=1), np.linalg.norm(result.twist[:, 3:], axis=1)
+    names = list(result.joint_contributions)
+    shifts, turns = np.linalg.norm(twists[:, :3], axis=1), np.linalg.norm(twists[:, 3:], axis=1)
     forces[forces <= _NO_EFFECT / robot.length * moments.max(axis=1, keepdims=True)] = 0.0  # the rounding of moments
     stress = np.maximum(forces.max(axis=1), moments.max(axis=1) / robot.length)
     effect = np.maximum(shifts, turns * robot.length)
@@ -103,13 +105,16 @@ def tolerances(
                 kind,
                 error,
                 amount,
-                tuple(result.twist[row].tolist()),
+                tuple(twists[row].tolist()),
                 float(shifts[row]),
                 float(turns[row]),
                 0.0 if no_force[row] else float(forces[row, worst]),
                 "" if no_force[row] or not forces[row, worst] else names[worst],
                 0.0 if no_force[row] else float(moments[row].max()),
-                {drive: 0.0 if no_force[row] else float(force[row]) for drive, force in result.actuator_forces.items()},
+                {
+                    drive: 0.0 if no_force[row] else float(parts["misfit"][row])
+                    for drive, parts in result.actuator_contributions.items()
+                },
             )
         )
     ranked_by = by or ("force" if any(item.force > 0 or item.moment > 0 for item in rows) else "displacement")

@@ -220,6 +220,31 @@ def test_what_cannot_be_met_is_told(cantilever):
     assert min(item.margin for item in best.requirements) < -1
 
 
+ARM = """<robot name="arm"><link name="base"/><link name="upper"/><link name="fore"/>
+<link name="tool"><inertial><mass value="2"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link>
+<joint name="shoulder" type="continuous"><parent link="base"/><child link="upper"/><axis xyz="0 1 0"/></joint>
+<joint name="elbow" type="continuous"><parent link="upper"/><child link="fore"/><origin xyz="0.5 0 0"/><axis xyz="0 1 0"/></joint>
+<joint name="flange" type="fixed"><parent link="fore"/><child link="tool"/><origin xyz="0.4 0 0"/></joint><platform link="tool"/>
+<transmission name="s"><joint name="shoulder"/></transmission><transmission name="e"><joint name="elbow"/></transmission>
+<beam link="upper" youngs_modulus="70e9" poisson_ratio="0.33" density="2700">
+<tube outer_diameter="0.08" inner_diameter="0.07"/></beam>
+<beam link="fore" youngs_modulus="70e9" poisson_ratio="0.33" density="2700">
+<tube outer_diameter="0.06" inner_diameter="0.05"/></beam>
+<joint_stiffness joint="shoulder" drive="2e4"/><joint_stiffness joint="elbow" drive="1e4"/></robot>"""
+
+
+def test_what_comes_nearest_is_not_worse_than_where_the_search_began(tmp_path):
+    """A thin wall bends, a thick one is too heavy for the drives; and where the range begins there is hardly a wall at all."""
+    file = tmp_path / "arm.urdf"
+    file.write_text(ARM, encoding="utf-8")
+    robot = ks.load_robot(file)
+    best = ks.optimize(file, {"fore.outer_diameter": "50mm:90mm"}, "mass", ["sag < 1.5mm"], starts=1)
+    section = robot.description.beams["fore"].section
+    tried = [ks.Robot(robot.description.changed("fore", section=section.of(d, 0.05))) for d in (0.051, 0.052, 0.053, 0.06, 0.08)]
+    sags = [float(np.linalg.norm(ks.analyze(one.assemble()).twist[:3])) for one in tried]
+    assert not best.feasible and 1.5e-3 < best.requirements[0].worst < min(sags)
+
+
 def test_lists_and_catalogues(cantilever, tmp_path):
     load = {"load": [0, 0, -500, 0, 0, 0], **STILL}
     exact = (64 * 500 * 0.8**3 / (3 * np.pi * E * 1e-4)) ** 0.25

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -40,8 +41,8 @@ class Point:
 
     @property
     def violation(self) -> float:
-        """By how much the worst requirement is broken, as part of its limit."""
-        return max(0.0, -float(self.margins.min(initial=0.0)))
+        """By how much the worst requirement is broken, as part of its limit; infinite if there is no robot."""
+        return math.inf if self.result is None else max(0.0, -float(self.margins.min(initial=0.0)))
 
     @property
     def feasible(self) -> bool:

@@ -25,6 +25,8 @@ STEPS, CONVERGED = 60, 1e-10
 MOST = 2000
 #: How far a point may come from the edge of the unit cube where a search begins.
 EDGE = 0.08
+#: How far requirements may be broken where the search begins for what breaks them least, in parts of their limits.
+_MOST_BROKEN = 10.0
 
 
 def search(
@@ -120,17 +122,19 @@ def _minimize(problem: Problem, ranges: Sequence[Range], fixed: Mapping[str, flo
     )
     u = np.clip(found.x, 0, 1)
     if not problem.at(named(u)).feasible:  # what comes nearest: the largest smallest margin
+        if begin.violation < problem.at(named(u)).violation:  # the search was led astray
+            u = place
         slack = {
             "type": "ineq",
             "fun": lambda v: numbers(v[:-1])[1:] + v[-1],
             "jac": lambda v: np.concatenate([slopes(v[:-1])[1:], np.ones((size, 1))], axis=1),
         }
-        start = np.array([*u, problem.at(named(u)).violation])
+        start = np.array([*u, min(problem.at(named(u)).violation, _MOST_BROKEN)])
         nearest = minimize(
             lambda v: v[-1],
             start,
             jac=lambda v: np.eye(len(v))[-1],
-            bounds=[*bounds, (0.0, 10.0)],
+            bounds=[*bounds, (0.0, _MOST_BROKEN)],
             constraints=[slack],
             method="SLSQP",
             options=options,

@@ -9,6 +9,7 @@ from collections.abc import Callable, Collection, Iterable
 from typing import NoReturn
 
 from kinetostatics.description.elements import Origin, Vector
+from kinetostatics.description.units import find_unit
 from kinetostatics.exceptions import near_names
 from kinetostatics.files.xml import Element
 
@@ -82,8 +83,17 @@ def _parse(element: Element, name: str, item: str, largest: float = LARGEST) -> 
             raise element.error(f"{where} is too large to compute with; it is in SI units, and at most {largest:g}")
     elif not _NOT_FINITE.fullmatch(item):
         what = "is not a number" if item == element.attributes[name] else f"is wrong: {item!r} is not a number"
-        raise element.error(f"{where} {what}")
+        raise element.error(f"{where} {what}{_without_unit(item)}")
     raise element.error(f"{where} is not finite")
+
+
+def _without_unit(item: str) -> str:
+    """Say how a number with a unit is written in a file, if it is one."""
+    typed = re.match(_NUMBER, item)
+    unit = None if typed is None else find_unit(item[typed.end() :])
+    if typed is None or unit is None or not unit.kind:
+        return ""
+    return f"; numbers in a file are in SI units, which are not written: {float(typed[0]) * unit.size:.12g}"
 
 
 def number(element: Element, name: str, default: float | None = None) -> float:

@@ -281,7 +281,11 @@ class SpanFinder:
         if not span.spanned:
             first, last = self._ends_on_carrier(span)
             if float(np.linalg.norm(last - first)) < SAME_POINT:
-                raise beam_error(beam, f"its ends {start.joint!r} and {end.joint!r} are the same point: its length is zero")
+                reason = f"its ends {start.joint!r} and {end.joint!r} are the same point: its length is zero"
+                for at, name in ((start, "from"), (end, "to")):
+                    if self.mechanism.connections[at.joint].type.is_slide:
+                        reason += f"; of a telescope that is one beam, {name}= is the joint behind {at.joint!r}"
+                raise beam_error(beam, reason)
             if beam.y_axis is not None:
                 self._check_y_axis(beam, last - first)
         return span

@@ -27,7 +27,7 @@ RESULT_UNITS = {
     "general": "SI: m, rad, kg, s, N, N·m, Pa; world axes; null: not a number, infinite or not determined",
     "batch": "arrays have the axes of `shape` first, those of `configuration` the axes of `configuration.shape`",
     "gravity": "m/s²",
-    "spring_forces": "N, tension of each spring at the pose, before anything has given way",
+    "spring_forces": "N, tension of each spring at the pose, before the robot deforms",
     "link_loads": "[force N; moment N·m] about o, of each load on a link and of the payload's weight",
     "payload": "mass kg at center m of the frame of link, null: of o-xyz; coefficients: what it does per kg and per kg·m of its "
     "first moment: twist, actuator_forces and joint_wrenches per unit of `parameters`, the last axis",

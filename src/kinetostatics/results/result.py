@@ -229,7 +229,7 @@ class Result(Told):
 
     @cached_property
     def spring_forces(self) -> Mapping[str, Array]:
-        """(…) tension of each spring at the pose, before anything has given way, negative where it pushes [N]."""
+        """(…) tension of each spring at the pose, before the robot deforms, negative where it pushes [N]."""
         chunks = [placed_springs(self.robot.statics, solution.frames) for solution in self.solutions]
         return Named({item.name: self._batch.public([c[k].tension for c in chunks]) for k, item in enumerate(chunks[0])})
 

@@ -67,6 +67,15 @@ def test_the_spring_of_the_pendulum_makes_its_drive_stiffer():
     assert float(ks.analyze(pose).compliance[4, 4]) == pytest.approx(1 / (1e4 + BALANCE * ARM**2), rel=1e-12)
 
 
+def test_what_an_error_does_is_told_without_the_springs_own_pull():
+    """The spring, k b², and the drive share an error of the hinge's angle; the spring's tension is no error."""
+    row = next(row for row in ks.tolerances(loaded(pendulum()).assemble()) if (row.name, row.error) == ("hinge", "ry"))
+    turn = row.amount * 1e4 / (1e4 + BALANCE * ARM**2)
+    assert row.rotation == pytest.approx(turn, rel=1e-10) and row.displacement == pytest.approx(turn * LENGTH, rel=1e-10)
+    assert row.moment == pytest.approx(BALANCE * ARM**2 * turn, rel=1e-9)
+    assert abs(row.actuator_forces["hinge"]) == pytest.approx(row.moment, rel=1e-9)
+
+
 @cache
 def robot(name):
     return package_robots.robot(name)
