@@ -65,7 +65,9 @@ def _drives(slides: bool) -> Callable[[Result, float], Array]:
         connections = result.robot.mechanism.connections
         forces = [abs(f) for name, f in result.actuator_forces.items() if connections[name].type.is_slide == slides]
         if not forces:
-            raise ArgumentError(f"{result.robot.name!r} has no drive that {'slides' if slides else 'turns'}")
+            one, other = ("slides", "turn: actuator_torque") if slides else ("turns", "slide: actuator_force")
+            hint = f"; its drives {other}" if result.actuator_forces else ""
+            raise ArgumentError(f"{result.robot.name!r} has no drive that {one}{hint}")
         return np.stack(forces, axis=-1)
 
     return found

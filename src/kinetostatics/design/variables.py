@@ -106,7 +106,10 @@ def _range(what: str, value: object) -> Range:
 def _values(what: str, value: object) -> Choice:
     given: Any = value
     parts: Sequence[object] = given.split(",") if isinstance(given, str) else list(np.atleast_1d(given))
-    numbers = [parse_number(str(part), "", f"vary: {what}") for part in parts]
+    try:
+        numbers = [parse_number(str(part), "", f"vary: {what}") for part in parts]
+    except ArgumentError as error:
+        raise ArgumentError(f"{error}; a range is written 20mm:120mm, values 20mm,25mm") from None
     if len(set(numbers)) < max(len(numbers), 2):
         raise ArgumentError(f"vary: {what} is {value!r}; it takes two different values at least, or a range '20mm:120mm'")
     units = tuple(typed_unit(str(part)) for part in parts)
