@@ -122,12 +122,21 @@ def test_what_is_written(exported):
     text = (exported.folder / "five_bar.c").read_text()
     assert not any(word in text for word in ("malloc", "static double", "printf", "alloca"))
     header = (exported.folder / "five_bar.h").read_text()
-    assert "double x; /* x: coordinate of o, world axes [m] */" in header
+    assert "double x; /* x: coordinate of o, world axes [m]; 0 at the zero pose; the status tells what is in reach */" in header
     assert "twist[6]; /* displacement and rotation of the platform at o, world axes; in the order dx" in header
     readme = (exported.folder / "README.md").read_text()
     assert all(f"`FIVE_BAR_{name}` | {value} |" in readme for name, value, _ in STATUSES)
     assert all(ks.Status[name] == value for name, value, _ in STATUSES if name in ks.Status.__members__)
     assert c_array([0.1, -2.0]) == "{0.1, (-2.0)}" and c_array([]) == "{0.0}"
+
+
+def test_the_readme_of_the_code_shows_what_works(exported):
+    """Its example, at the zero pose, compiles strictly and is valid."""
+    example = (exported.folder / "README.md").read_text().partition("```c\n")[2].partition("```")[0]
+    include, body = example.split("\n", 1)
+    body = body.replace("/* use output */", "return output.twist[0] == output.twist[0] ? 0 : 2;")
+    (exported.folder / "example.c").write_text(f"{include}\nint main(void)\n{{\n{body}return 1;\n}}\n")
+    assert subprocess.run([compiled(exported.folder, "example.c", "five_bar.c")]).returncode == 0
 
 
 @pytest.mark.slow

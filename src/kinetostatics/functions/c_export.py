@@ -116,6 +116,7 @@ def _facts(function: Exported, parts: Parts) -> dict[str, Any]:
         "names": [parts.c_names[item.name] for item in coordinates],
         "order": [[item.name for item in coordinates].index(name) for name in function.names],
         "ranges": ranges,
+        "zero": {name: round(value, 9) + 0.0 for name, value in _zero_pose(function).items()},
         "limits": limits,
         "orientation": function.orientation or "rotation_vector",
         "by_drives": function.by_drives,
@@ -145,8 +146,7 @@ def _references(
     rng = np.random.default_rng(0)
     robot = function.robot
     coordinates = _coordinates(function)
-    zero = robot.solver.values(function.prescribed, robot.zero_poses)[:, 0]
-    start = {name: float(zero[k]) for k, name in enumerate(function.names)}
+    start = _zero_pose(function)
     wide = np.where(np.arange(poses) % 3 == 2, 6.0, 1.0)
     steps = rng.uniform(-1, 1, (len(coordinates), poses)) * wide
     load = rng.uniform(-100, 100, (poses, 6))
@@ -169,6 +169,12 @@ def _references(
             status = int(Status.OK)
         found.append(({name: float(at[name][k]) for name in at}, load[k], gravity[k], expected, status))
     return found
+
+
+def _zero_pose(function: Exported) -> dict[str, float]:
+    """Return the coordinates of the robot's zero pose."""
+    robot = function.robot
+    return dict(zip(function.names, robot.solver.values(function.prescribed, robot.zero_poses)[:, 0].tolist(), strict=True))
 
 
 def _coordinates(function: Exported) -> list[Quantity]:

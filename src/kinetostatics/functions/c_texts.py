@@ -69,8 +69,9 @@ def _header(name: str, scalar: str, facts: dict[str, Any]) -> str:
     inputs = []
     for c_name, item in zip(facts["names"], facts["coordinates"], strict=True):
         limits = facts["ranges"][item.name]
-        valid = f"; valid from {limits[0]:.6g} to {limits[1]:.6g}" if limits else ""
-        inputs.append(f"    {scalar} {c_name}; /* {item.name}: {_words(item)}{valid} */")
+        range_ = f"valid from {limits[0]:.6g} to {limits[1]:.6g}" if limits else "the status tells what is in reach"
+        zero = f"{facts['zero'][item.name]:.6g} at the zero pose"
+        inputs.append(f"    {scalar} {c_name}; /* {item.name}: {_words(item)}; {zero}; {range_} */")
     outputs = [f"    {scalar} {item.name}{_size(item.shape)}; /* {_words(item)} */" for item in parts.outputs]
     statuses = ",\n".join(f"    {name.upper()}_{key} = {value} /* {words} */" for key, value, words in _statuses(facts))
     drives = [
@@ -211,7 +212,8 @@ def _readme(name: str, scalar: str, facts: dict[str, Any]) -> str:
     outputs = "\n".join(f"- `{item.name}{_size(item.shape)}`: {_words(item)}" for item in parts.outputs)
     statuses = "\n".join(f"| `{name.upper()}_{key}` | {value} | {words} |" for key, value, words in _statuses(facts))
     example = "\n".join(
-        f"input.{c} = 0.0; /* {item.units[0]} */" for c, item in zip(facts["names"], facts["coordinates"], strict=True)
+        f"input.{c} = {facts['zero'][item.name]:.6g}; /* {item.units[0]} */"
+        for c, item in zip(facts["names"], facts["coordinates"], strict=True)
     )
     where = " at the corrected pose" if facts["compensates"] else ""
     inside = "Arguments and results are `float`; inside all is computed in `double`, as loops close badly in `float`.\n\n"
