@@ -83,6 +83,9 @@ def test_everything_is_found_again(table):
     again = ks.analyze(found.robot.assemble(platform=table["poses"]), table["loaded"] * 0, payload=found.payload).twist
     np.testing.assert_allclose(again, table["unloaded"], atol=1e-13)
     assert found.freedom == 3 * 14 - 9 and len(found.measured) == 42
+    errors, of_lengths = np.arange(42.0), np.array([name != "level" for name in found.gauge_of])
+    for kind, mine in (("length", of_lengths), ("angle", ~of_lengths)):
+        assert found.root_mean_square(errors, kind) == pytest.approx(np.sqrt(np.mean(errors[mine] ** 2)))
 
 
 def test_differences_to_the_unloaded_state_and_to_a_pose(table):

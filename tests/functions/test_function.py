@@ -7,7 +7,8 @@ import pytest
 from places import CASES
 
 import kinetostatics as ks
-from kinetostatics.functions.parameters import _section_with, parameter_named
+from kinetostatics.description import JointStiffness
+from kinetostatics.functions.parameters import _section_with, parameter_named, parameters_of
 from kinetostatics.sections.kinds import Section
 
 LOAD = np.array([30.0, -40.0, -500.0, 3.0, 4.0, 5.0])
@@ -80,6 +81,16 @@ def test_angles_are_those_of_the_orientation():
         wanted = ks.analyze(robot.assemble(platform=at, orientation=name)).twist
         np.testing.assert_allclose(twist, wanted, rtol=1e-10, atol=1e-10 * np.max(np.abs(wanted)))
     assert np.max(np.abs(found["XYZ"] / found["xyz"] - 1)) > 0.01
+
+
+def test_a_joint_without_an_elastic_drive_has_no_number_of_one():
+    """Elastic about its own axis, its drive rigid or not told of: only what is finite can be changed."""
+    robot = package_robots.robot("3rps")
+    for drive in (None, np.inf, 1e7):
+        stiffness = JointStiffness("prismatic_1", linear=(1e8, 2e8, 1e9) if drive is None else None, drive=drive)
+        names = set(parameters_of(ks.Robot(robot.description.with_joint_stiffness(stiffness))))
+        assert ("prismatic_1.drive_stiffness" in names) is (drive == 1e7)
+        assert ("prismatic_1.linear_stiffness" in names) is (drive is None)
 
 
 @pytest.mark.few(3)

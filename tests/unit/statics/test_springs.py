@@ -67,6 +67,18 @@ def test_the_spring_of_the_pendulum_makes_its_drive_stiffer():
     assert float(ks.analyze(pose).compliance[4, 4]) == pytest.approx(1 / (1e4 + BALANCE * ARM**2), rel=1e-12)
 
 
+@pytest.mark.parametrize("angle", [np.pi - 1e-4, 1e-4 - np.pi])
+def test_a_drive_is_corrected_across_half_a_turn_the_short_way(angle):
+    """M / k: the arm hangs to the other side, on a drive that turns without end."""
+    text = (
+        pendulum("")
+        .replace('type="revolute"', 'type="continuous"')
+        .replace('<limit lower="-3" upper="3" effort="0" velocity="0"/>', "")
+    )
+    found = ks.compensate(loaded(text).assemble(actuators={"hinge": angle}), coordinates=("z",))
+    assert abs(float(found.corrections["hinge"])) == pytest.approx(MASS * G * LENGTH / 1e4, rel=1e-3)
+
+
 def test_what_an_error_does_is_told_without_the_springs_own_pull():
     """The spring, k b², and the drive share an error of the hinge's angle; the spring's tension is no error."""
     row = next(row for row in ks.tolerances(loaded(pendulum()).assemble()) if (row.name, row.error) == ("hinge", "ry"))
