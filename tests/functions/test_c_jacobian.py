@@ -1,6 +1,7 @@
 """Derivatives in C are those of Python, by coordinates, load and gravity."""
 
 import shutil
+import subprocess
 
 import c_programs
 import numpy as np
@@ -58,6 +59,15 @@ def test_they_are_those_of_python(name, platform, orientation, flags, tmp_path):
     assert "double twist_by_load[36]; /* 6 x 6, row by row */" in header and "machine_differentiate" in header
     assert "machine_differentiate(&input, &state, &output, &jacobian)" in (tmp_path / "machine_test.c").read_text()
     assert "machine_differentiate" in (tmp_path / "machine.hpp").read_text()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("scalar", ["double", "float"])
+def test_derivatives_of_drives_alone_need_no_statics(scalar, tmp_path):
+    f = ks.compile(package_robots.robot("five_bar"), ("x", "y"), outputs="actuators")
+    f.jacobian("actuators", ("y", "load")).export_c(tmp_path, scalar, name="bars")
+    program = c_programs.compiled(tmp_path, "bars_test.c", "bars.c", flags=SANITIZED)
+    assert subprocess.run([program], capture_output=True, text=True, check=True).stdout.startswith("0 of 40 poses differ\n")
 
 
 def test_only_inputs_are_what_derivatives_are_by(tmp_path):

@@ -109,6 +109,8 @@ def c_program(
         lines += ["}", ""]
     lines += [f"static void {name}({arguments}, double *out)", "{", *_unused(inputs)]
     lines += [f"    {name}_{k}({', '.join([*inputs, 'w'])});" for k in range(len(pieces))]
+    if not wanted:
+        lines.append("    (void)out;")
     for row, number in enumerate(wanted):
         lines.append(f"    out[{row}] = {known[number] if number in known else f'w[{places[number]}]'};")
     lines += ["}", ""]
