@@ -1,6 +1,7 @@
 """Calibration of robots whose deviations from their files are known, and what it says where readings do not tell."""
 
 import json
+import warnings
 
 import numpy as np
 import package_robots
@@ -479,3 +480,19 @@ def test_metres_that_look_like_millimetres_are_told():
     with pytest.warns(UserWarning, match="lengths are in m") as told:
         ks.pareto("3rps", {"rod_diameter": "40mm,60mm"}, over={"z": 15.0, "rx": 0.0, "ry": 0.0})
     assert len(told) == 1
+
+
+def test_estimates_that_nothing_has_are_told():
+    """Readings upwards ask for a payload that pulls, and for a platform without weight: a warning, and an error in words."""
+    rows = {"z": [0.5, 0.6], "rx": [0.0, 0.0], "ry": [0.0, 0.0], "dz": [1e-6, 1.2e-6]}
+    robot = package_robots.robot("3rps")
+    with pytest.warns(UserWarning, match=r"payload\.mass is estimated as -\d+\.\d+ kg, and no mass is negative; look"):
+        found = ks.calibrate(robot, rows, ["payload.mass"])
+    assert found.estimates["payload.mass"].value < 0
+    assert "payload.mass is not possible: no mass is negative." in " ".join(str(found).split())
+    with pytest.raises(ks.ArgumentError, match=r"search for platform_mass came to .* kg, and a little further there is no such"):
+        ks.calibrate(robot, rows, ["platform_mass"])
+    down = {**rows, "dz": [-1e-6, -1.2e-6]}
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert ks.calibrate(robot, down, ["payload.mass", "offset.dz"]).estimates["payload.mass"].impossible == ""

@@ -55,6 +55,9 @@ MEASUREMENTS = (
     call("One point.", more="point=[[0, 0, 0.1], [0, 0, 0.2]]"),
     call("Three numbers.", more="gravity=[[0, 0, -9.81], [0, 0, 0]]"),
     call("On the platform; on links, `loads=`.", more='payload=ks.Payload(2.0, link="left")'),
+    Mistake('`ks.calibrate(robot, …, ["platform_mass"])`, readings upwards', "Right signs; or the unknown that makes them.",
+            code='rows = {"z": [0.5, 0.6], "rx": [0.0] * 2, "ry": [0.0] * 2, "dz": [1e-6, 1e-6]}\n'
+            'ks.calibrate(ks.load_robot("3rps"), rows, ["platform_mass"])', ours="the search for platform_mass came to"),
     call("A sigma for each.", rows='{"dx": [-1e-6], "dry": [1e-6]}'),
     Mistake("the `<transmission>` left out", "The same as for an analysis.", ((MOTOR, ""),),
             code=f'ks.calibrate(robot, {LOADED}, ["left"])'),

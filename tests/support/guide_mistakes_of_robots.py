@@ -385,6 +385,9 @@ WARNINGS = tuple(replace(mistake, warns=True) for mistake in (
             "Fewer poses, or one path through them.", code=LARGE_PAGE),
     Mistake("`ks.analyze(pose).at_point((0, 0, 200))`", "Metres; so it is with `tool=` everywhere.",
             code="robot = ks.load_robot(file)\nks.analyze(robot.assemble()).at_point((0, 0, 200))"),
+    Mistake("`ks.calibrate(robot, …, [\"payload.mass\"])`, readings upwards", "Right signs; or the unknown that makes them.",
+            code='robot = ks.load_robot("3rps")\nrows = {"z": [0.5, 0.6], "rx": [0.0] * 2, "ry": [0.0] * 2, "dz": [1e-6, 1e-6]}\n'
+            'ks.calibrate(robot, rows, ["payload.mass"])'),
     Mistake('`ks.optimize("3rps", {"rod_diameter": "40:120"})`', "Metres, or `\"40mm:120mm\"`.",
             code='robot = ks.optimize("3rps", {"rod_diameter": "40:120"}, starts=1).robot'),
 ))  # fmt: skip

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
 from kinetostatics.argument_checks import check_choice, finite_numbers, need_scipy
-from kinetostatics.calibration.fit import Fit, fit, held_out, outliers
+from kinetostatics.calibration.fit import Fit, NoDerivativeError, fit, held_out, outliers
 from kinetostatics.calibration.gauges import read_gauges
 from kinetostatics.calibration.identifiability import determined_ones, unidentifiable
 from kinetostatics.calibration.measurements import Measurements, read_measurements
@@ -26,6 +26,9 @@ from kinetostatics.math.arrays import Array, Mask, frozen
 from kinetostatics.printing.mappings import Named
 from kinetostatics.results.calibration import Calibration, Estimate, Outlier
 from kinetostatics.robot import Robot
+
+#: What is to be looked at where estimates make no sense.
+LOOK_AT = "look at the signs of readings, loads and gravity, at reference=, and for unknowns that are missing"
 
 
 def calibrate(
@@ -120,14 +123,21 @@ def calibrate(
     check_predicted(model, start * scale)
 
     def solved(used: Mask, start: Array) -> Fit:
-        return fit(
-            lambda x: model.predict(x * scale)[used],
-            lambda x: model.jacobian(x * scale)[used] * scale,
-            start,
-            measured[used],
-            sigma[used],
-            sigma_known,
-        )
+        try:
+            return fit(
+                lambda x: model.predict(x * scale)[used],
+                lambda x: model.jacobian(x * scale)[used] * scale,
+                start,
+                measured[used],
+                sigma[used],
+                sigma_known,
+            )
+        except NoDerivativeError as error:
+            item, value = looked_for.items[error.k], float((error.x * scale)[error.k])
+            raise ArgumentError(
+                f"the search for {item.name} came to {value:.6g} {item.unit}".rstrip()
+                + f", and a little further there is no such robot: {model.refused or 'it is another mechanism'}; {LOOK_AT}"
+            ) from error
 
     used = np.full(len(measured), True)
     found = solved(used, start)
@@ -147,15 +157,14 @@ def calibrate(
     )
     errors = np.full(len(measured), np.nan)
     errors[used] = held_out(found, readings.rows[used]) * sigma[used]
+    estimates = _estimates(looked_for, found, values, covariance, level)
+    for one in estimates:
+        if one.impossible:
+            warnings.warn(f"{one.name} is estimated as {one.value:.6g} {one.unit}, and {one.impossible}; {LOOK_AT}", stacklevel=2)
     mass, center = looked_for.payload_of(values)
     scatter = 1.0 if sigma_known else float(np.sqrt(found.variance))
     return Calibration(
-        Named(
-            {
-                item.name: one
-                for item, one in zip(looked_for.items, _estimates(looked_for, found, values, covariance, level), strict=True)
-            }
-        ),
+        Named({one.name: one for one in estimates}),
         unidentifiable(looked_for.items, found.null),
         level,
         frozen(covariance),

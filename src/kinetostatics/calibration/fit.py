@@ -28,6 +28,19 @@ SEARCHES = 3
 Function = Callable[[Array], Array]
 
 
+class NoDerivativeError(Exception):
+    """The search came to a place where readings have no derivative by an unknown.
+
+    Attributes:
+        x: (p,) where.
+        k: which unknown.
+    """
+
+    def __init__(self, x: Array, k: int) -> None:
+        super().__init__(f"no derivative by unknown {k}")
+        self.x, self.k = x, k
+
+
 @dataclass(frozen=True)
 class Fit:
     """A solution; n residuals, p unknowns in units of their scales.
@@ -76,6 +89,9 @@ def fit(predict: Function, jacobian: Function, start: Array, measured: Array, si
         start: (p,).
         measured, sigma: (n,).
         sigma_known: whether ``sigma`` is, or only its ratios.
+
+    Raises:
+        NoDerivativeError: the search came to where there is none.
     """
     from scipy.optimize import least_squares
 
@@ -85,21 +101,28 @@ def fit(predict: Function, jacobian: Function, start: Array, measured: Array, si
     def weighted(x: Array) -> Array:
         return np.asarray((predict(x) - measured) / sigma)
 
+    def derived(x: Array) -> Array:
+        found = jacobian(x)
+        lost = np.flatnonzero(~np.all(np.isfinite(found), axis=0))
+        if lost.size:
+            raise NoDerivativeError(x, int(lost[0]))
+        return found / sigma[:, None]
+
     for _ in range(SEARCHES):
-        scale, seen, _ = determined(jacobian(x) / sigma[:, None])
+        scale, seen, _ = determined(derived(x))
         if not seen.shape[1]:
             break
         basis, origin = size * scale[:, None] * seen, x  # residuals of 1 are as large as the readings
         found = least_squares(
             lambda z, origin=origin, basis=basis: weighted(origin + basis @ z) / size,
             np.zeros(seen.shape[1]),
-            lambda z, origin=origin, basis=basis: (jacobian(origin + basis @ z) / (size * sigma[:, None])) @ basis,
+            lambda z, origin=origin, basis=basis: (derived(origin + basis @ z) / size) @ basis,
             **{"method": "trf", "xtol": 1e-9, "ftol": 1e-12, "gtol": 1e-13, "max_nfev": 60},
         )
         x, converged = origin + basis @ found.x, found.status > 0
-        if determined(jacobian(x) / sigma[:, None])[1].shape[1] <= seen.shape[1]:
+        if determined(derived(x))[1].shape[1] <= seen.shape[1]:
             break
-    return solution(x, jacobian(x) / sigma[:, None], -weighted(x), sigma_known, converged)
+    return solution(x, derived(x), -weighted(x), sigma_known, converged)
 
 
 def solution(x: Array, J: Array, residuals: Array, sigma_known: bool, converged: bool = True) -> Fit:

@@ -119,6 +119,7 @@ class Model:
             raise ArgumentError(f"gravity has the shape {self.gravity.shape}; a calibration takes one for all rows, (3,)")
         self._known: tuple[tuple[float, ...], Result] | None = None
         self._derived: tuple[tuple[float, ...], Array] | None = None
+        self.refused = ""  # why there was no robot with the last values that made none
 
     def _assembled(self, robot: Robot, near: Configuration | None, only: int | None = None) -> Configuration:
         given = self._given if only is None else {name: value[only] for name, value in self._given.items()}
@@ -173,7 +174,8 @@ class Model:
             return np.full(len(self.readings.rows), np.nan)
         try:
             result = self.result(values)
-        except (RobotFileError, StaticsError):
+        except (RobotFileError, StaticsError) as error:
+            self.refused = str(error)
             return np.full(len(self.readings.rows), np.nan)
         found = self.read(result.configuration, result.twist)
         for item, value in zip(self.unknowns.items, values, strict=True):

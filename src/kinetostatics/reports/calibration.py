@@ -92,6 +92,7 @@ def _sentences(found: Calibration) -> list[str]:
         said.append(f"Standard deviation of a reading, from the residuals: {words} ({freedom}).")
     else:
         said.append("There are no more readings than unknowns, so that nothing tells how sure the estimates are: measure more.")
+    said += [f"{item.name} is not possible: {item.impossible}." for item in found.estimates.values() if item.impossible]
     left = int(np.sum(~found.used))
     if left:
         said.append(f"{left} outlier{'s were' if left > 1 else ' was'} left out.")

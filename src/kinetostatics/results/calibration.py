@@ -17,6 +17,9 @@ from kinetostatics.printing.dispatch import Told
 from kinetostatics.printing.mappings import ShortRepr
 from kinetostatics.robot import Robot
 
+#: What is never negative, by its SI unit.
+_NEVER_NEGATIVE = {"kg": "mass", "kg/m³": "density", "Pa": "modulus", "N/m": "stiffness", "N m/rad": "stiffness"}
+
 
 @dataclass(frozen=True)
 class Estimate:
@@ -42,6 +45,14 @@ class Estimate:
     interval: tuple[float, float]
     standard_error: float
     identified: bool
+
+    @property
+    def impossible(self) -> str:
+        """Why nothing has such a value, in words; empty if something may."""
+        what = _NEVER_NEGATIVE.get(self.unit)
+        if what is None or self.value >= 0 or self.start < 0:
+            return ""
+        return f"no {what} is negative"
 
 
 @dataclass(frozen=True)
