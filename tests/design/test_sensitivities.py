@@ -8,8 +8,10 @@ import parametric_machines
 import pytest
 
 import kinetostatics as ks
+from kinetostatics.design import exact
 from kinetostatics.design.changes import numbers_of_parts
 from kinetostatics.files.reader import read_robot_file
+from kinetostatics.results.sensitivities import QUANTITIES
 
 LOAD = [0, 0, -300, 0, 20, 0]
 
@@ -236,6 +238,43 @@ def test_the_file_is_read_no_more_than_four_times_for_a_parameter(tmp_path, monk
     assert len({tuple(item.items()) for item in reads}) == len(reads) - 1
 
 
+@pytest.mark.parametrize("exactly", [True, False])
+def test_only_what_is_asked_for_is_differentiated(cantilever, monkeypatch, exactly):
+    """It is the same as beside all else; the rest is neither recorded nor in tables, and told to be missing."""
+    recorded, plain = [], exact.Derivatives
+    monkeypatch.setattr(exact, "Derivatives", lambda *given: recorded.append(given[5]) or plain(*given))
+    pose, options = cantilever.result.configuration, {"load": [10, 0, -300, 0, 0, 0], **({} if exactly else {"misfits": {}})}
+    for of in (["mass"], ["twist"], ["stiffness", "actuator_forces"], ("mass", "compliance", "actuators")):
+        s = ks.sensitivities(pose, ["diameter", "tip_mass"], of, **options)
+        assert s.of == tuple(name for name in QUANTITIES if name in of) == tuple(s["diameter"].derivatives)
+        assert s["diameter"].exact == exactly and set(s.sources) == ({"rod"} if "twist" in of else set())
+        for name, quantity in s["diameter"].derivatives.items():
+            whole = getattr(cantilever["diameter"], name)
+            if name.startswith("actuator"):
+                assert quantity == whole == {}  # it has no drives
+            else:
+                np.testing.assert_allclose(quantity, whole, rtol=1e-6, atol=1e-6 * np.abs(whole).max(), err_msg=name)
+        if exactly:
+            assert set(recorded[-1]) == {name for name in of if not name.startswith("actuator")}
+        missing = next(name for name in QUANTITIES if name not in of)
+        with pytest.raises(ks.ArgumentError, match=f"^{missing} was not asked for: of="):
+            getattr(s["diameter"], missing)
+        text = str(s)
+        assert ("moves o by [" in text) == ("twist" in of) and ("adds" in text) == ("mass" in of)
+        assert "diameter" in s._repr_html_()
+        assert missing not in s.to_dict()["parameters"]["diameter"] and set(of) < set(s.to_dict()["parameters"]["diameter"])
+    assert bool(recorded) == exactly
+
+
+def test_what_changes_nothing_of_what_is_asked_for_is_left_out(cantilever):
+    s = ks.sensitivities(cantilever.result.configuration, of=["mass"])
+    # of a rod of 7.9 kg twice one per cent, one and one, and of a tip of 5 kg one
+    assert next(iter(s)) == "diameter" and set(s) == {"diameter", "density", "length", "tip_mass"} and list(s)[-1] == "tip_mass"
+    assert s.effect("diameter")[1] == pytest.approx(0.02 * 7850 * np.pi * 0.04**2 / 4 * 0.8) and np.isnan(s.effect("length")[0])
+    assert s["tip_mass"].mass == pytest.approx(1, rel=1e-9)
+    assert set(ks.sensitivities(cantilever.result.configuration, of=["compliance"])) == {"diameter", "length", "E"}
+
+
 def test_a_batch_tells_of_the_pose_that_moves_most(cantilever):
     robot = package_robots.robot("3rps")
     pose = robot.assemble(platform={"z": [0.45, 0.6], "rx": 0.0, "ry": 0.0})
@@ -275,6 +314,15 @@ def test_mistakes(cantilever):
         ks.sensitivities(pose, ["rod_1.outer_diametre"])
     with pytest.raises(ks.ArgumentError, match="no parameter 'rod'"):
         cantilever["rod"]
+    with pytest.raises(ks.ArgumentError, match=r"of is 'twst'; it must be one of 'twist', 'stiffness'"):
+        ks.sensitivities(pose, of=["mass", "twst"])
+    with pytest.raises(ks.ArgumentError, match="of is 'mass'; it must be a sequence of names"):
+        ks.sensitivities(pose, of="mass")
+    with pytest.raises(ks.ArgumentError, match="of has nothing in it"):
+        ks.sensitivities(pose, of=[])
+    pytest.importorskip("matplotlib").use("Agg")
+    with pytest.raises(ks.ArgumentError, match="the bars are of the twist, which was not asked for"):
+        ks.plot.sensitivities(ks.sensitivities(cantilever.result.configuration, ["E"], ["mass"]))
 
 
 def test_a_rigid_robot_without_parameters_says_that_there_is_nothing(tmp_path):

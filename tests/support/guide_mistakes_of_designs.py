@@ -15,6 +15,9 @@ DESIGN = (
         "An argument of the file or a number of a part: `ks.compile(robot).parameters`.",
     ),
     code('ks.sensitivities(pose, by=["b.placement.y"])', "`ks.tolerances(pose)`."),
+    code('ks.sensitivities(pose, of=["weight"])', "One of them."),
+    code("ks.sensitivities(pose, of=[])", "What is differentiated?"),
+    code('ks.sensitivities(pose, by=["left.density"], of=["mass"])["left.density"].twist', '`of=["mass", "twist"]`.'),
     code('ks.sensitivities(pose, by="rod")', 'Such as `["rod"]`.'),
     code(
         'ks.sensitivities(ks.Robot(robot.description.changed("left", density=1000.0)).assemble(), by=["d"])',

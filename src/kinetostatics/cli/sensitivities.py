@@ -6,6 +6,7 @@ import argparse
 
 from kinetostatics.cli import arguments, poses
 from kinetostatics.printing.waiting import waiting
+from kinetostatics.results.sensitivities import QUANTITIES
 
 HELP = "rank what each parameter of the robot does, and what to stiffen first"
 DESCRIPTION = (
@@ -19,6 +20,7 @@ examples:
   kinetostatics sensitivities 3rps --platform z=500mm rx=3deg ry=0 --load 0 0 -500 0 0 0
   kinetostatics sensitivities 2pru_upr --by rod_diameter rod_length --json
   kinetostatics sensitivities delta --by "*diameter" "*.mass" "motor_1.placement.*"
+  kinetostatics sensitivities 3rps --of mass actuator_forces --json
   kinetostatics sensitivities 3rps --load 0 0 -500 0 0 0 --out stiffen.svg
   kinetostatics sensitivities 3rps --load 0 100 -500 0 0 0 --tool 0 0 200mm
 """
@@ -33,6 +35,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     by = "xacro arguments of the file, or numbers of parts such as rod_1.outer_diameter; * stands for anything "
     by += "(default: all arguments that change anything; of a file without, numbers of parts)"
     parser.add_argument("--by", metavar="NAME", nargs="+", help=by)
+    of = f"quantities that are differentiated, of {', '.join(QUANTITIES)} (default: all of them)"
+    parser.add_argument("--of", metavar="QUANTITY", nargs="+", default=QUANTITIES, help=of)
     parser.add_argument("--out", metavar="FILE", help="write a bar chart: .pdf, .svg or .png")
     arguments.add_json_argument(parser)
 
@@ -45,7 +49,7 @@ def run(args: argparse.Namespace) -> int:
         arguments.check_figure(args.out, "--out")
         options = arguments.load_options(args)
         configuration, warnings = poses.assemble(arguments.load(args), args)
-        found = sensitivities(configuration, args.by, tool=arguments.tool(args), **options)
+        found = sensitivities(configuration, args.by, of=args.of, tool=arguments.tool(args), **options)
         arguments.save_figure(args.out, "sensitivities", found)
         answer = found.to_dict() if args.json else str(found)
     arguments.print_answer(answer, warnings, args.out)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -30,7 +30,11 @@ PLAIN = {"load", "gravity", "engine", "on_failure"}
 
 
 def derivatives_at(
-    configuration: Configuration, result: Result, analysis: Mapping[str, Any], tool: Array | None = None
+    configuration: Configuration,
+    result: Result,
+    analysis: Mapping[str, Any],
+    tool: Array | None = None,
+    wanted: Sequence[str] = OUTPUTS,
 ) -> Derivatives | None:
     """Return the derivatives at all poses, None where loads on links, assembly errors and the like are not differentiated.
 
@@ -39,6 +43,7 @@ def derivatives_at(
         result: their analysis.
         analysis: its arguments.
         tool: (3,) a point of the platform, from o in its axes [m], that twist and stiffness are about; None: o.
+        wanted: what is differentiated.
     """
     more = {name for name, value in analysis.items() if value is not None and not (isinstance(value, str) and value == "world")}
     if not more <= PLAIN or result.shape != configuration.shape or not np.all(configuration.reached):
@@ -56,7 +61,8 @@ def derivatives_at(
     load, gravity = result.load.reshape(N, 6).T, result.gravity.reshape(N, 3).T
     if not np.all(np.isfinite(load)):
         return None
-    outputs = [name for name in OUTPUTS if robot.description.driven or not name.startswith("actuator")]
+    outputs = [name for name in OUTPUTS if name in wanted]
+    outputs = [name for name in outputs if robot.description.driven or not name.startswith("actuator")]
     return Derivatives(replace(configuration, shape=(N,)), prescribed, target, load, gravity, outputs, tool)
 
 

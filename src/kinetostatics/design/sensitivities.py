@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
-from kinetostatics.argument_checks import names_in
+from kinetostatics.argument_checks import check_choice, names_in
 from kinetostatics.design.changes import Change, change_of_argument, change_of_part, named_changes, numbers_of_parts, opens_loops
 from kinetostatics.design.exact import STEP as STEP_OF_CONSTANTS
 from kinetostatics.design.exact import by_number, derivatives_at
@@ -29,7 +29,7 @@ from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.printing.mappings import Named
 from kinetostatics.results.result import Result
 from kinetostatics.results.seen import seen
-from kinetostatics.results.sensitivities import Sensitivities, Sensitivity, is_location
+from kinetostatics.results.sensitivities import QUANTITIES, Sensitivities, Sensitivity, is_location
 from kinetostatics.results.tool_point import PointResult, point_on_robot
 from kinetostatics.robot import Robot, robot_of
 
@@ -38,12 +38,22 @@ from kinetostatics.robot import Robot, robot_of
 STEP = 3e-5
 #: Changes by the whole value of a parameter below this part of what is changed are rounding.
 NOTHING = 1e-7
+#: What no load changes.
+OF_POSES = {"mass", "actuators"}
+
+#: A quantity, and the drive whose it is, or nothing.
+Key = tuple[str, str]
 
 
 def sensitivities(
-    configuration: Configuration, by: Sequence[str] | None = None, *, tool: ArrayLike | None = None, **analysis: Any
+    configuration: Configuration,
+    by: Sequence[str] | None = None,
+    of: Sequence[str] = QUANTITIES,
+    *,
+    tool: ArrayLike | None = None,
+    **analysis: Any,
 ) -> Sensitivities:
-    """Find what each parameter of the robot's file does to twist, stiffness, drive forces and mass: what to stiffen first.
+    """Find what each parameter of the robot does to twist, stiffness, drive forces and mass: what to stiffen first.
 
     Args:
         configuration: a pose or a batch of poses. While a parameter changes, the coordinates stay that the pose was assembled
@@ -53,6 +63,8 @@ def sensitivities(
             ``"revolute_1.placement.x"``, ``"prismatic_1.drive_stiffness"``; ``*`` in a name stands for anything:
             ``"rod_*.density"``. Default: all arguments that are numbers and change anything; of a file without arguments, or of a
             robot that was changed since it was read, all numbers of parts that do, but for placements and centres of mass.
+        of: what is differentiated: "twist", "stiffness", "compliance", "actuator_forces", "actuators" (their coordinates),
+            "mass"; default: all of them. What is not asked for is not computed.
         tool: (3,) a point of the platform, from o in its axes [m], such as a tool's tip, whose twist and stiffness are
             differentiated; default: o. Where ``load`` acts is ``point``.
         analysis: whatever :func:`kinetostatics.analyze` takes: ``load``, ``gravity``, ``point``, ….
@@ -63,8 +75,9 @@ def sensitivities(
         per part of the stiffness of each beam, elastic joint and drive, exact.
 
     Raises:
-        ArgumentError: there is no such parameter; or the robot is not what its file says, whose argument is named; or a placement
-            opens the loops of an overconstrained robot: :func:`kinetostatics.tolerances` tells which forces that locks in.
+        ArgumentError: there is no such parameter or quantity; or an argument of the file is named, and the robot is not what its
+            file says; or a placement opens the loops of an overconstrained robot: :func:`kinetostatics.tolerances` tells which
+            forces that locks in.
         RobotFileError: a parameter that is named makes no robot when it is changed a little.
         StaticsError: as :func:`kinetostatics.analyze`, for one pose.
 
@@ -90,9 +103,10 @@ def sensitivities(
         raise ArgumentError(f"sensitivities wants a pose, not {configuration!r}: make one with robot.assemble(…)")
     robot = robot_of(configuration)
     changes = _all_changes(robot) if by is None else named_changes(robot, names_in("by", by, '["rod_diameter"]'))
+    asked = _quantities(of)
     place = None if tool is None else point_on_robot("tool", tool, robot)
     result = analyze(configuration, **analysis)
-    derivatives = derivatives_at(configuration, result, analysis, place)
+    derivatives = derivatives_at(configuration, result, analysis, place, asked)
     if derivatives is not None and derivatives.N and not _has_record(derivatives):
         derivatives = None
     found: dict[str, Sensitivity] = {}
@@ -108,7 +122,7 @@ def sensitivities(
                 except RobotFileError:
                     if change.value != 0:
                         raise  # else less than nothing is wrong, as of a mass: it is differenced to one side
-            item = _sensitivity(change, configuration, analysis, exact, place)
+            item = _sensitivity(change, result, analysis, exact, place, asked)
             if change.variants is None and _is_lost(item, result):
                 raise opens_loops(change.name)
             found[change.name] = item
@@ -116,15 +130,28 @@ def sensitivities(
             if pattern == change.name:
                 raise
             skipped[change.name] = str(error)
-    sources = {name: twist for kind in result.source_contributions.values() for name, twist in kind.items()}
-    tip = seen(result, place)
-    if isinstance(tip, PointResult):
-        sources = {name: tip.moved(twist) for name, twist in sources.items()}
-    every = Sensitivities(result, Named(found), Named(sources), Named(skipped), place)
+    sources: dict[str, Array] = {}
+    if "twist" in asked:
+        sources = {name: twist for kind in result.source_contributions.values() for name, twist in kind.items()}
+        tip = seen(result, place)
+        if isinstance(tip, PointResult):
+            sources = {name: tip.moved(twist) for name, twist in sources.items()}
+    every = Sensitivities(result, Named(found), Named(sources), Named(skipped), place, asked)
     if by is None:
-        found = {name: item for name, item in found.items() if _does_anything(item, _numbers(result, place))}
+        whole = {**_of_pose(configuration, asked), **_of_result(result, place, asked)}
+        found = {name: item for name, item in found.items() if _does_anything(item, whole)}
     order = sorted(found, key=every.order)
     return replace(every, parameters=Named({name: found[name] for name in order}))
+
+
+def _quantities(of: Sequence[str]) -> tuple[str, ...]:
+    """Return the quantities that are asked for, in their usual order."""
+    asked = names_in("of", of, '["twist", "mass"]')
+    for name in asked:
+        check_choice("of", name, QUANTITIES)
+    if not asked:
+        raise ArgumentError('of has nothing in it; it must name a quantity, such as ["twist", "mass"]')
+    return tuple(name for name in QUANTITIES if name in asked)
 
 
 def _all_changes(robot: Robot) -> list[tuple[str, Change]]:
@@ -148,26 +175,35 @@ def _has_record(derivatives: Derivatives) -> bool:
 
 def _is_lost(item: Sensitivity, result: Result) -> bool:
     """Return whether no loop closes with a number a little off, though it does without."""
-    return bool(np.any(np.isfinite(result.twist)) and not np.any(np.isfinite(item.twist)))
+    arrays = [array for name in item.derivatives if name != "mass" for array in _arrays(item.derivatives[name])]
+    return bool(np.any(np.isfinite(result.twist)) and arrays and not any(np.any(np.isfinite(array)) for array in arrays))
+
+
+def _arrays(quantity: Any) -> list[Array]:
+    return list(quantity.values()) if isinstance(quantity, Mapping) else [quantity]
 
 
 def _sensitivity(
     change: Change,
-    configuration: Configuration,
+    nominal: Result,
     analysis: Mapping[str, Any],
     exact: Mapping[str, Array] | None,
     tool: Array | None,
+    asked: Sequence[str],
 ) -> Sensitivity:
-    value, driven = change.value, robot_of(configuration).description.driven
+    configuration, value, driven = nominal.configuration, change.value, nominal.robot.description.driven
     step = STEP / STEP_OF_CONSTANTS * (change.parameter.steps[0] or 1.0)
     known = exact is not None and all(np.all(np.isfinite(array)) for array in exact.values())
     given = {key: item for key, item in analysis.items() if key != "on_failure"}
 
-    def numbers(by: float) -> dict[str, Array]:
+    def numbers(by: float) -> dict[Key, Array]:
         pose = same_pose(configuration, Robot(change.parameter.changed(0, by)))
-        return _numbers(analyze(pose, on_failure="nan", **given), tool)
+        found = _of_pose(pose, asked)
+        if set(asked) <= OF_POSES:
+            return found
+        return {**found, **_of_result(analyze(pose, on_failure="nan", **given), tool, asked)}
 
-    def differenced() -> dict[str, Array]:
+    def differenced() -> dict[Key, Array]:
         above = numbers(step)
         try:
             below = numbers(-step)
@@ -179,47 +215,46 @@ def _sensitivity(
             return {key: np.asarray((4 * above[key] - 3 * here[key] - further[key]) / (2 * step)) for key in above}
 
     if known and exact is not None:
-        slope = {key: exact[key] for key in ("twist", "stiffness", "compliance", "mass")}
-        for k, drive in enumerate(driven):
-            slope |= {f"force of {drive}": exact["actuator_forces"][..., k], f"position of {drive}": exact["actuators"][..., k]}
+        slope = {(name, ""): array for name, array in exact.items() if not name.startswith("actuator")}
+        for name in ("actuator_forces", "actuators"):
+            slope |= {(name, drive): exact[name][..., k] for k, drive in enumerate(driven) if name in exact}
     else:
         slope = differenced()
-    return Sensitivity(
-        change.name,
-        value,
-        "" if change.unit == "1" else change.unit,
-        frozen(slope["twist"]),
-        frozen(slope["stiffness"]),
-        frozen(slope["compliance"]),
-        Named({drive: frozen(slope[f"force of {drive}"]) for drive in driven}),
-        Named({drive: frozen(slope[f"position of {drive}"]) for drive in driven}),
-        frozen(np.array(np.broadcast_to(slope["mass"], slope["twist"].shape[:-1]))),
-        known,
-    )
+    if ("mass", "") in slope:
+        slope["mass", ""] = np.array(np.broadcast_to(slope["mass", ""], nominal.shape))
+    found: dict[str, Any] = {}
+    for name in asked:
+        drives = name.startswith("actuator")
+        found[name] = Named({drive: frozen(slope[name, drive]) for drive in driven}) if drives else frozen(slope[name, ""])
+    return Sensitivity(change.name, value, "" if change.unit == "1" else change.unit, Named(found), known)
 
 
-def _numbers(result: Result, tool: Array | None) -> dict[str, Array]:
-    """Return everything that is differentiated."""
-    configuration, tip = result.configuration, seen(result, tool)
-    return {
-        "twist": tip.twist,
-        "stiffness": tip.stiffness,
-        "compliance": tip.compliance,
-        "mass": np.asarray(np.broadcast_to(_mass(configuration), result.shape)),
-        **{f"force of {name}": force for name, force in result.actuator_forces.items()},
-        **{f"position of {name}": position for name, position in configuration.actuators.items()},
-    }
+def _of_pose(configuration: Configuration, asked: Sequence[str]) -> dict[Key, Array]:
+    """Return what is differentiated of a pose, whatever loads it."""
+    found: dict[Key, Array] = {}
+    if "mass" in asked:
+        masses = configuration.robot.weights.masses(configuration.frames).sum(axis=0)
+        found["mass", ""] = masses.reshape(configuration.shape)
+    if "actuators" in asked:
+        found |= {("actuators", name): position for name, position in configuration.actuators.items()}
+    return found
 
 
-def _mass(configuration: Configuration) -> Array:
-    return configuration.robot.weights.masses(configuration.frames).sum(axis=0).reshape(configuration.shape)
+def _of_result(result: Result, tool: Array | None, asked: Sequence[str]) -> dict[Key, Array]:
+    """Return what is differentiated of an analysis."""
+    tip = seen(result, tool)
+    found: dict[Key, Array] = {(n, ""): getattr(tip, n) for n in ("twist", "stiffness", "compliance") if n in asked}
+    if "actuator_forces" in asked:
+        found |= {("actuator_forces", name): force for name, force in result.actuator_forces.items()}
+    return found
 
 
-def _does_anything(item: Sensitivity, whole: Mapping[str, Array]) -> bool:
-    """Return whether a parameter changes twist, forces or mass by more than rounding."""
-    part = abs(item.value) or 1.0
-    pairs = [(item.twist, whole["twist"]), (item.mass, whole["mass"])]
-    pairs += [(force, whole[f"force of {name}"]) for name, force in item.actuator_forces.items()]
+def _does_anything(item: Sensitivity, whole: Mapping[Key, Array]) -> bool:
+    """Return whether a parameter changes twist, forces or mass, or else what is asked for, by more than rounding."""
+    part, pairs = abs(item.value) or 1.0, []
+    for name in [name for name in ("twist", "actuator_forces", "mass") if name in item.derivatives] or item.derivatives:
+        own = item.derivatives[name]
+        pairs += [(array, whole[name, drive]) for drive, array in (own.items() if isinstance(own, Mapping) else [("", own)])]
     return any(_largest(part * slope) > NOTHING * _largest(size) for slope, size in pairs)
 
 

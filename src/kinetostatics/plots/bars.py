@@ -28,10 +28,12 @@ def sensitivities(found: Sensitivities, *, ax: Axes | None = None) -> Axes:
         The axes: bars to the left are less sag. Parameters of the file are dark, the stiffness of parts is light and hatched.
 
     Raises:
-        ArgumentError: these are no sensitivities, or o does not move.
+        ArgumentError: these are no sensitivities, the twist is not among them, or o does not move.
     """
     if not isinstance(found, Sensitivities):
         raise ArgumentError(f"{found!r} are no sensitivities: ks.sensitivities(pose) finds them")
+    if "twist" not in found.of:
+        raise ArgumentError(f"the bars are of the twist, which was not asked for: of={found.of}")
     size, who = float(np.linalg.norm(found.seen.twist[found.worst][:3])), named_point(found.tool)
     if not size > 0:
         raise ArgumentError(f"{who} does not move, so that nothing has an effect on it")

@@ -10,7 +10,7 @@ from kinetostatics.printing.dispatch import dict_of, text_of
 from kinetostatics.printing.text import LENGTHS, Column, column_table, quantity, section, wrapped
 from kinetostatics.reports.json import plain
 from kinetostatics.reports.tool_point import said_of
-from kinetostatics.results.sensitivities import Sensitivities, is_location, is_part
+from kinetostatics.results.sensitivities import Sensitivities, Sensitivity, is_location, is_part
 from kinetostatics.results.tool_point import named_point
 
 _MASSES = (("g", 1e-3), ("kg", 1.0))
@@ -37,7 +37,7 @@ def sensitivities_report(found: Sensitivities) -> str:
     size, who = float(np.linalg.norm(found.seen.twist[found.worst][:3])), named_point(found.tool)
     where = f" at element {list(found.worst)} of the batch, where it moves most" if found.result.shape else ""
     lines = [f"Sensitivities of {robot.name!r}: {who} moves by {quantity(size, LENGTHS)}{where}"]
-    sizes = [name for name in found if not is_location(name)]
+    moved, sizes = "twist" in found.of, [name for name in found if not is_location(name)]
     effects = {name: found.effect(name) for name in sizes[:MOST]}
     if effects:
         moves, masses = ([effect[k] for effect in effects.values()] for k in (0, 1))
@@ -45,16 +45,19 @@ def sensitivities_report(found: Sensitivities) -> str:
         columns = [
             Column("parameter", list(effects)),
             Column("value", [f"{found[name].value:.6g} {found[name].unit.replace(' ', '·')}".rstrip() for name in effects], "r"),
-            Column.of(f"moves {who} by", moves, LENGTHS),
-            Column("of it [%]", [f"{100 * move / size:+.3f}" if size else "" for move in moves], "r"),
-            Column.of("adds", masses, _MASSES),
-            Column.of(f"{who} per kg", per_mass, LENGTHS),
         ]
+        if moved:
+            columns.append(Column.of(f"moves {who} by", moves, LENGTHS))
+            columns.append(Column("of it [%]", [f"{100 * move / size:+.3f}" if size else "" for move in moves], "r"))
+        if "mass" in found.of:
+            columns.append(Column.of("adds", masses, _MASSES))
+        if moved and "mass" in found.of:
+            columns.append(Column.of(f"{who} per kg", per_mass, LENGTHS))
         kinds = {is_part(name) for name in sizes}
         what = "parameter" if len(kinds) > 1 else "number of a part" if kinds == {True} else "parameter of the file"
         lines += section(f"What one per cent more of each {what} does", [*column_table(columns), *_more(sizes)])
     shifts = [name for name in found if is_location(name)]
-    if shifts:
+    if shifts and moved:
         moves = [found.shift_effect(name) for name in shifts[:MOST]]
         columns = [
             Column("what", shifts[:MOST]),
@@ -73,10 +76,13 @@ def sensitivities_report(found: Sensitivities) -> str:
             Column("of it [%]", [f"{100 * move / size:+.3f}" if size else "" for move in moves], "r"),
         ]
         lines += section("What one per cent more stiffness of each part does: stiffen the first", column_table(columns))
-    if len(found) or found.sources:
+    rest = [name for name in found.of if name not in ("twist", "mass")]
+    if not len(found) and not found.sources:
+        said = "Nothing is elastic, and the file has no numbers that could be changed: no arguments, no masses, no beams."
+    elif moved:
         said = "Moves along the present displacement: negative is less sag."
     else:
-        said = "Nothing is elastic, and the file has no numbers that could be changed: no arguments, no masses, no beams."
+        said = f"Derivatives of {', '.join(rest or found.of)}: s[name], --json."
     lines += ["", *wrapped(said)]
     for name in (name for name in sizes if found[name].value == 0):
         lines += wrapped(
@@ -103,7 +109,12 @@ def sensitivities_to_dict(found: Sensitivities) -> dict[str, object]:
         "robot": found.result.robot.name,
         **said_of(found.tool, UNITS),
         "twist": plain(found.seen.twist),
-        "parameters": {name: plain(item) for name, item in found.parameters.items()},
+        "parameters": {name: _item(item) for name, item in found.parameters.items()},
         "sources": plain(found.sources),
         "skipped": dict(found.skipped),
     }
+
+
+def _item(item: Sensitivity) -> dict[str, object]:
+    derivatives = {name: plain(part) for name, part in item.derivatives.items()}
+    return {"name": item.name, "value": plain(item.value), "unit": item.unit, **derivatives, "exact": item.exact}

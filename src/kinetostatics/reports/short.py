@@ -268,15 +268,16 @@ def _pareto(found: ParetoFront) -> Short:
 @_short.register
 def _sensitivities(found: Sensitivities) -> Short:
     rows, sizes = [], [name for name in found if not is_location(name)]
-    for name in sizes[:_WORST]:
-        move, mass = found.effect(name)
-        value = f"{found[name].value:.6g} {found[name].unit}".rstrip()
-        rows.append((name, value, values_words(move, LENGTHS), values_words(mass, MASSES)))
     title, who = f"Sensitivities of {found.result.robot.name!r}", named_point(found.tool)
     line = f"{title}: {_count(len(found), 'parameter')}, {_count(len(found.sources), 'elastic part')}"
-    if rows:
+    shown = [("twist", f"1 % more moves {who} by", LENGTHS), ("mass", "adds", MASSES)]
+    kept = [k for k, (name, *_) in enumerate(shown) if name in found.of]
+    for name in sizes[:_WORST]:
+        value = f"{found[name].value:.6g} {found[name].unit}".rstrip()
+        rows.append((name, value, *(values_words(found.effect(name)[k], shown[k][2]) for k in kept)))
+    if rows and "twist" in found.of:
         line += f"; one per cent more of {rows[0][0]} moves {who} by {rows[0][2]}"
-    return Short(line, title, ("parameter", "value", f"1 % more moves {who} by", "adds"), rows)
+    return Short(line, title, ("parameter", "value", *(shown[k][1] for k in kept)), rows)
 
 
 @_short.register

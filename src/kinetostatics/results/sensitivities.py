@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -30,32 +32,62 @@ def is_location(name: str) -> bool:
     return name.count(".") > 1 and name.split(".")[-2] in LOCATIONS
 
 
+#: What is differentiated.
+QUANTITIES = ("twist", "stiffness", "compliance", "actuator_forces", "actuators", "mass")
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Sensitivity(ShortRepr):
     """Derivatives with respect to one parameter, per unit of it; batch axes first. With a tool, its tip takes the place of o.
 
     Attributes:
-        name: of the parameter, or of the elastic part.
+        name: of the parameter, or of the part that deforms.
         value: of the parameter.
         unit: of the parameter, SI; empty where it is not known.
-        twist: (…, 6) of the twist at o [m, rad].
-        stiffness, compliance: (…, 6, 6) of both at o, drives locked.
-        actuator_forces: (…) of each drive's force [N or N·m], by drive.
-        actuators: (…) of each drive's coordinate [m, rad] where the platform's coordinates stay as they are, by drive.
-        mass: of the robot's mass [kg] (…).
+        derivatives: of all quantities that were asked for, by name; they are attributes, too.
         exact: whether only the file's constants were differenced.
     """
 
     name: str
     value: float
     unit: str
-    twist: Array
-    stiffness: Array
-    compliance: Array
-    actuator_forces: Mapping[str, Array]
-    actuators: Mapping[str, Array]
-    mass: Array
+    derivatives: Mapping[str, Any]
     exact: bool
+
+    @property
+    def twist(self) -> Array:
+        """Of the twist at o [m, rad] (…, 6)."""
+        return self._asked("twist")
+
+    @property
+    def stiffness(self) -> Array:
+        """Of the stiffness at o, drives locked (…, 6, 6)."""
+        return self._asked("stiffness")
+
+    @property
+    def compliance(self) -> Array:
+        """Of the compliance at o, drives locked (…, 6, 6)."""
+        return self._asked("compliance")
+
+    @property
+    def actuator_forces(self) -> Mapping[str, Array]:
+        """Of each drive's force [N or N·m], by drive (…)."""
+        return self._asked("actuator_forces")
+
+    @property
+    def actuators(self) -> Mapping[str, Array]:
+        """Of each drive's coordinate [m, rad] where the platform's coordinates stay as they are, by drive (…)."""
+        return self._asked("actuators")
+
+    @property
+    def mass(self) -> Array:
+        """Of the robot's mass [kg] (…)."""
+        return self._asked("mass")
+
+    def _asked(self, quantity: str) -> Any:
+        if quantity not in self.derivatives:
+            raise ArgumentError(f"{quantity} was not asked for: of={tuple(self.derivatives)}")
+        return self.derivatives[quantity]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -72,6 +104,7 @@ class Sensitivities(Told):
             it makes, which is exact. One per cent more stiffness takes one per cent of it away.
         skipped: parameters that make no robot when they are changed a little, and why.
         tool: (3,) the point of the platform that twist and stiffness are told of, from o in its axes [m]; None: o.
+        of: the quantities that were asked for. Without the twist there are no ``sources``.
     """
 
     result: Result
@@ -79,6 +112,7 @@ class Sensitivities(Told):
     sources: Mapping[str, Array]
     skipped: Mapping[str, str] = field(default_factory=dict)
     tool: Array | None = None
+    of: tuple[str, ...] = QUANTITIES
 
     def __getitem__(self, name: str) -> Sensitivity:
         if name not in self.parameters:
@@ -105,18 +139,23 @@ class Sensitivities(Told):
     def effect(self, name: str) -> tuple[float, float]:
         """Return by how much one per cent more of a parameter moves o along its displacement [m], and adds to the mass [kg].
 
-        Both are zero for a parameter that is zero.
+        Both are zero for a parameter that is zero, NaN where it was not asked for.
         """
         item, one_per_cent = self[name], 0.01 * abs(self[name].value)
-        return one_per_cent * self._along(item.twist), one_per_cent * float(item.mass[self.worst])
+        move = self._along(item.twist) if "twist" in self.of else math.nan
+        return one_per_cent * move, one_per_cent * (float(item.mass[self.worst]) if "mass" in self.of else math.nan)
 
     def shift_effect(self, name: str) -> float:
-        """Return by how much a millimetre or milliradian of a placement or centre of mass moves o along its displacement [m]."""
-        return 1e-3 * self._along(self[name].twist)
+        """Return by how much a millimetre or milliradian of a placement or centre of mass moves o along its displacement [m].
+
+        NaN where the twist was not asked for.
+        """
+        return 1e-3 * self._along(self[name].twist) if "twist" in self.of else math.nan
 
     def order(self, name: str) -> tuple[bool, float]:
-        """Return what sorts parameters: the most effective first, where things are last."""
-        return is_location(name), -abs(self.shift_effect(name) if is_location(name) else self.effect(name)[0])
+        """Return what sorts parameters: the most effective first, or the heaviest; where things are last."""
+        effect = self.shift_effect(name) if is_location(name) else self.effect(name)["twist" not in self.of]
+        return is_location(name), 0.0 if math.isnan(effect) else -abs(effect)
 
     def source_effect(self, name: str) -> float:
         """Return by how much one per cent more stiffness of something moves o along its displacement [m]."""
