@@ -472,7 +472,9 @@ def test_every_public_name_is_where_it_is_said_to_be():
 def test_export_writes_c_and_says_what(capsys, tmp_path):
     folder = tmp_path / "controller"
     pose, names = ("--platform", "x", "y"), ("--outputs", "twist", "--name", "bars")
-    code, out, err = run(capsys, "export", "five_bar", *pose, *names, "--out", folder)
+    code, out, err = run(capsys, "export", "five_bar", *pose, *names, "--jacobian", "twist", "--out", folder)
+    header = (folder / "bars.h").read_text()
+    assert "twist_by_x[6]" in header and "twist_by_y[6]" in header and "by_load" not in header
     assert code == 0 and err == ""
     assert out.startswith("wrote bars.h, bars.c, bars.hpp, bars_test.c, CMakeLists.txt, README.md to ")
     assert "operations a correction of the loops" in out and "twist (6,) [m, rad]" in out
@@ -484,3 +486,7 @@ def test_export_writes_c_and_says_what(capsys, tmp_path):
 def test_export_names_what_is_wrong(capsys, tmp_path):
     code, _, err = run(capsys, "export", "five_bar", "--out", tmp_path, "--scalar", "half")
     assert code == 2 and "scalar" in err and "half" in err
+    code, _, err = run(capsys, "export", "five_bar", "--platform", "x", "y", "--by", "x", "--out", tmp_path)
+    assert code == 2 and "say of what with --jacobian" in err
+    code, _, err = run(capsys, "export", "five_bar", "--compensate", "--out", tmp_path)
+    assert code == 2 and "wants platform=" in err
