@@ -1,10 +1,8 @@
 """The code of ``docs/how_to/balance_gravity.md`` runs, and does what the page says."""
 
-import re
-
 import numpy as np
 import pytest
-from places import ROOT
+from page_code import run_python
 
 matplotlib = pytest.importorskip("matplotlib", reason="needs Matplotlib: pip install 'kinetostatics[plot]'")
 matplotlib.use("Agg")
@@ -14,9 +12,7 @@ def test_the_pages_code_runs(tmp_path, monkeypatch, capsys):
     from matplotlib import pyplot as plt
 
     monkeypatch.chdir(tmp_path)
-    page, names = (ROOT / "docs" / "how_to" / "balance_gravity.md").read_text(encoding="utf-8"), {}
-    for code in re.findall(r"```python\n(.*?)```", page, re.DOTALL):
-        exec(compile(code, "balance_gravity.md", "exec"), names)  # the page's own text
+    names = run_python("how_to/balance_gravity")
     plt.close("all")
     assert capsys.readouterr().out.splitlines()[0] == "True"
     assert (tmp_path / "balanced.png").stat().st_size > 10_000

@@ -1,27 +1,22 @@
 """The code and the commands of ``docs/how_to/loads.md`` run, and do what the page says."""
 
-import re
 import shlex
 
 import numpy as np
 import pytest
-from places import ROOT
+from page_code import commands, run_python
 
 from kinetostatics.cli.main import main
 
 matplotlib = pytest.importorskip("matplotlib", reason="needs Matplotlib: pip install 'kinetostatics[plot]'")
 matplotlib.use("Agg")
 
-PAGE = (ROOT / "docs" / "how_to" / "loads.md").read_text(encoding="utf-8")
-
 
 def test_the_pages_code_runs(tmp_path, monkeypatch, capsys):
     from matplotlib import pyplot as plt
 
     monkeypatch.chdir(tmp_path)
-    names = {}
-    for code in re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL):
-        exec(compile(code, "loads.md", "exec"), names)  # the page's own text
+    names = run_python("how_to/loads")
     plt.close("all")
     printed = capsys.readouterr().out
     assert "load         on slider_1: force (0, -80.000, -40.000) N" in printed
@@ -36,7 +31,7 @@ def test_the_pages_code_runs(tmp_path, monkeypatch, capsys):
     assert np.abs(np.abs(first) - np.abs(second[::-1])).min() > 1
 
 
-@pytest.mark.parametrize("command", re.findall(r"^kinetostatics (analyze .*)$", PAGE, re.MULTILINE))
+@pytest.mark.parametrize("command", [item for item in commands("how_to/loads") if item[0] == "analyze"], ids=shlex.join)
 def test_the_pages_commands_run(command, capsys):
-    assert main(shlex.split(command)) == 0, capsys.readouterr().err
+    assert main(command) == 0, capsys.readouterr().err
     assert "payload" in capsys.readouterr().out

@@ -23,10 +23,10 @@ import guide_mistakes_of_files as of_files
 import guide_mistakes_of_measurements as of_measurements
 import guide_mistakes_of_robots as of_robots
 from guide_mistakes import ROOT, Mistake, provoke
+from page_code import DOCS, Block, blocks
 
 from kinetostatics.cli.main import main
 
-DOCS = ROOT / "docs"
 MESSAGES = tuple(sorted((DOCS / "reference" / "messages").glob("*.md")))
 TABLES: dict[str, tuple[Mistake, ...]] = {
     name: getattr(module, name)
@@ -39,9 +39,6 @@ TABLES: dict[str, tuple[Mistake, ...]] = {
     )
     for name in names
 }
-_BLOCK = re.compile(
-    r"(?:<!-- (?P<mark>(?:lift|shows)[^>]*?) -->\n)?^```(?P<kind>\w+)\n(?P<text>.*?)^```$", re.DOTALL | re.MULTILINE
-)
 _START = re.compile(r"^  <(?!/)([\w:]+|!--)")
 _KEY = re.compile(r"^  <([\w:]+)(?: [\w:]+=\"[^\"]*\")*? ((?:name|link|joint)=\"[^\"]*\")", re.MULTILINE)
 
@@ -72,25 +69,6 @@ STORIES = (
     _story("start", "tour", file="3rps.urdf.xacro"),
     _story("start", "your_own_robot", file="camera_boom.urdf.xacro"),
 )
-
-
-@dataclass(frozen=True)
-class Block:
-    """A block of a page: where its text begins and ends in it, its language, and the mark above it."""
-
-    kind: str
-    mark: str
-    text: str
-    start: int
-    end: int
-
-
-def blocks(page: str) -> list[Block]:
-    """Return all blocks of a page, in order."""
-    return [
-        Block(found["kind"], found["mark"] or "", found["text"], found.start("text"), found.end("text"))
-        for found in _BLOCK.finditer(page)
-    ]
 
 
 # ---- merging ---------------------------------------------------------------------------------------------------------------

@@ -1,0 +1,79 @@
+"""The Python and the commands of the how-to pages run as they stand there, one after the other, in an empty folder."""
+
+import os
+
+import pytest
+from page_code import DOCS, blocks, commands, in_a_copy, run_commands, run_python, text_of
+
+matplotlib = pytest.importorskip("matplotlib", reason="needs Matplotlib: pip install 'kinetostatics[plot]'")
+matplotlib.use("Agg")
+pytest.importorskip("scipy")
+pytest.importorskip("llvmlite")
+
+#: Files that a reader has and we do not.
+OWN = ("poses.csv", "path.csv")
+#: Pages whose Python or commands are run by a test of their own, or cannot be here, and why.
+ELSEWHERE = {
+    "python": {
+        "balance_gravity": "test_balance_page.py",
+        "find_what_to_stiffen": "test_how_to_figures.py, with fewer parameters",
+        "loads": "test_loads_page.py",
+        "pinocchio": "tests/unit/mechanism/test_pinocchio.py",
+        "plain_urdf": "the reader's own URDF; tests/validation/test_example_robot_data.py",
+        "report": "tests/cli/test_report_command.py",
+        "robots_in_python": "test_python_api_docs.py",
+        "size_a_rod": "test_how_to_figures.py, with fewer poses",
+        "viewer": "opens windows; tests/browser",
+        "workspace_figures": "test_workspace_figures.py",
+    },
+    "sh": {
+        "controller": "tests/functions/test_c_export.py",
+        "loads": "test_loads_page.py",
+        "plain_urdf": "tests/validation/test_example_robot_data.py",
+        "report": "tests/cli/test_report_command.py",
+        "viewer": "opens windows; tests/browser",
+        "workspace_figures": "test_workspace_figures.py",
+    },
+}
+#: What takes more than a second or two.
+LONG = {
+    "python": ("calibrate", "tolerances", "workspace"),
+    "sh": ("correct_a_machine", "find_what_to_stiffen", "size_a_rod", "tolerances", "workspace"),
+}
+PAGES = sorted(path.stem for path in (DOCS / "how_to").glob("*.md"))
+
+
+def cases(kind):
+    """Return the pages with blocks of a kind that are run here."""
+    found = [name for name in PAGES if any(block.kind == kind for block in blocks(text_of(f"how_to/{name}")))]
+    assert set(ELSEWHERE[kind]) <= set(found)
+    return [
+        pytest.param(name, marks=[pytest.mark.slow] * (name in LONG[kind]))
+        for name in found
+        if name not in ELSEWHERE[kind] and (kind == "python" or commands(f"how_to/{name}"))
+    ]
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    from matplotlib import pyplot as plt
+
+    in_a_copy(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("KINETOSTATICS_CACHE", str(tmp_path / "code"))
+    yield
+    plt.close("all")
+
+
+@pytest.mark.parametrize("name", cases("python"))
+def test_python(name):
+    assert "ks" in run_python(f"how_to/{name}")
+
+
+@pytest.mark.parametrize("name", cases("sh"))
+def test_commands(name, capsys):
+    """All but those that need a file of the reader's own; files that are told to be written are there."""
+    assert run_commands(f"how_to/{name}", OWN) > 0
+    for command in commands(f"how_to/{name}"):
+        if "--out" in command and not set(command) & set(OWN):
+            assert os.path.exists(command[command.index("--out") + 1])
