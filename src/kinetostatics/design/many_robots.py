@@ -4,9 +4,9 @@ The numbers that a record takes are inputs of it, so that every robot is a colum
 from a few that are made in full, each with one change of another size, by interpolation of their logarithms, which suits products
 of powers, as 1/(EI) is one. Loops are closed by Newton's method and equilibrium is solved for each robot by itself.
 
-Records are evaluated by NumPy, an operation for all robots at a time. Compiled code would save nothing: of 10,000 robots of the 3RPS,
-the 2PRU-UPR and ANYmal (4, 3 and 28 parameters) that takes 0.3, 0.3 and 1.3 s of 2.0, 1.3 and 15 s of processor, and compiling the
-equilibrium alone 0.2, 0.25 and 0.9 s. Nearly all else goes into robots made in full from changed descriptions, some eight a parameter.
+Records are evaluated by NumPy, an operation for all robots at a time. Compiled code would save nothing: with 10,000 robots of the
+3RPS, the 2PRU-UPR and ANYmal (4, 3 and 28 parameters) that takes 0.3, 0.3 and 1.3 s of 2.0, 1.3 and 15 s of processor, compiling
+the equilibrium alone 0.2, 0.25 and 0.9 s. Nearly all else goes into robots that are made in full, several for each parameter.
 """
 
 from __future__ import annotations
