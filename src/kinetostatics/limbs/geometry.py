@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from kinetostatics.description.joint_types import Axes
 from kinetostatics.limbs.model import StaticModel
-from kinetostatics.math.arrays import Array, Index, empty_for
+from kinetostatics.math.arrays import Array, Index, empty_for, zeros_for
 from kinetostatics.math.linalg import cross, dot, normalize
 from kinetostatics.math.ordering import axis_across
 from kinetostatics.mechanism.beam_model import BeamModel
@@ -184,7 +184,7 @@ class _Vectors:
     def _shaped(self, evaluate: Callable[[Index, Array], Array], frames: Frames) -> Array:
         N = frames.position.shape[2]
         if not self._bodies.size:  # which indexing would pay for
-            return np.zeros((*self._shape, N))
+            return zeros_for((*self._shape, N), frames.position)
         return evaluate(self._bodies, self._vectors).reshape(*self._shape, N)
 
 

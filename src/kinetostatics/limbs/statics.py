@@ -31,7 +31,7 @@ from kinetostatics.mechanism.tree import Frames
 from kinetostatics.printing.mappings import ShortRepr
 
 #: Smallest eigenvalue of the scaled compliance along self-stresses for which a Cholesky factor is as good as eigenvectors.
-_WELL_CONDITIONED = 1e-3
+_WELL_CONDITIONED = 1e-5
 #: Part of a limb's whole compliance below which that along its forces is rounding.
 _STRAINING = 1e-20
 
