@@ -9,13 +9,17 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze
 from kinetostatics.argument_checks import check_choice, positive, told_keywords
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.ordering import first_largest, ranked
+from kinetostatics.results.seen import seen
 from kinetostatics.results.tolerances import Tolerance, Tolerances
+from kinetostatics.results.tool_point import point_on_robot
+from kinetostatics.robot import robot_of
 
 #: What the table may be ranked by.
 RANKINGS = ("force", "displacement", "rotation")
@@ -31,6 +35,7 @@ def tolerances(
     temperature: float = 1.0,
     *,
     by: str | None = None,
+    tool: ArrayLike | None = None,
 ) -> Tolerances:
     """Rank what errors of joints and beams do: pose errors, and forces locked into an overconstrained robot.
 
@@ -45,6 +50,7 @@ def tolerances(
         temperature: rise of one beam's temperature [K], for beams with a thermal expansion.
         by: what the table is ranked by: "force" (of equal ones, by the moment), "displacement" or "rotation"; default: force,
             where any error locks in a force or moment.
+        tool: (3,) a point of the platform, from o in its axes [m], such as a tool's tip, whose displacement is told; default: o.
 
     Returns:
         One row for each error that has an effect: a joint's errors along its own freedoms have none.
@@ -67,9 +73,10 @@ def tolerances(
         check_choice("by", by, RANKINGS)
     length, angle, temperature = positive("length", length), positive("angle", angle), positive("temperature", temperature)
     robot = configuration.robot
+    place = None if tool is None else point_on_robot("tool", tool, robot_of(configuration))
     errors = _errors(configuration, length, angle, temperature)
     if not errors:
-        return Tolerances(configuration, (), by or "displacement")
+        return Tolerances(configuration, (), by or "displacement", place)
     analyze(configuration, gravity=(0, 0, 0))  # which raises at a singular pose
     found: dict[str, Any] = {}
     for row, (name, _, error, amount) in enumerate(errors):
@@ -81,7 +88,7 @@ def tolerances(
     result = analyze(configuration, gravity=(0, 0, 0), misfits=found, on_failure="nan")
     loose = np.any(result.indeterminate)
     # of these alone: springs pull without any load
-    twists = result.contributions["misfit"]
+    twists = seen(result, place).contributions["misfit"]
     wrenches = np.stack([parts["misfit"] for parts in result.joint_contributions.values()], axis=1)
     forces, moments = np.linalg.norm(wrenches[..., :3], axis=2), np.linalg.norm(wrenches[..., 3:], axis=2)
     if loose:
@@ -122,7 +129,7 @@ def tolerances(
         ("moment", "force") if ranked_by == "force" else (ranked_by,)
     ):  # of forces that are printed alike the larger moment is first
         rows = [rows[k] for k in ranked([getattr(item, measure) for item in rows], 1e-4)]
-    return Tolerances(configuration, tuple(rows), ranked_by)
+    return Tolerances(configuration, tuple(rows), ranked_by, place)
 
 
 _COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")

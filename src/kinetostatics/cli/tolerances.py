@@ -18,6 +18,7 @@ examples:
   kinetostatics tolerances 2pru_upr
   kinetostatics tolerances 2pru_upr --length 20um --angle 0.1mrad --by force --top 10
   kinetostatics tolerances 3rps --platform z=500mm rx=2deg ry=0 --json
+  kinetostatics tolerances 3rps --tool 0 0 200mm
 """
 
 
@@ -32,6 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--by", metavar="WHAT", help="rank by force, displacement or rotation (default: force, if there is any)")
     parser.add_argument("--top", metavar="N", help="print the worst N only")
+    arguments.add_tool_argument(parser, "tell how far this point moves instead of o")
     arguments.add_json_argument(parser)
 
 
@@ -49,7 +51,7 @@ def run(args: argparse.Namespace) -> int:
         }
         top = None if args.top is None else arguments.whole_number_of("--top", args.top)
         configuration, warnings = poses.assemble(arguments.load(args), args)
-        found = tolerances(configuration, **amounts, by=args.by)
+        found = tolerances(configuration, **amounts, by=args.by, tool=arguments.tool(args))
         if top is not None:
             found = replace(found, rows=found.rows[:top])
     arguments.print_answer(found.to_dict() if args.json else str(found), warnings)

@@ -162,7 +162,8 @@ def result_to_dict(result: Result) -> dict[str, object]:
 def tolerances_to_dict(found: Tolerances) -> dict[str, object]:
     """Return what small errors do as plain values: what ``tolerances --json`` prints."""
     errors = [{**dataclasses.asdict(row), "twist": list(row.twist)} for row in found.rows]
-    return {"robot": found.configuration.robot.name, "ranked_by": found.ranked_by, "errors": errors}
+    about = {} if found.tool is None else {"tool": plain(found.tool)}
+    return {"robot": found.configuration.robot.name, "ranked_by": found.ranked_by, **about, "errors": errors}
 
 
 def _named(item: object, names: Iterable[str]) -> dict[str, object]:

@@ -308,9 +308,9 @@ def _tolerances(found: Tolerances) -> Short:
     title = f"{name}, {ranked}" + f": the worst {len(rows)} of {len(found)}" * (len(found) > len(rows))
     if rows:
         what, error, amount, shift, _, force, _ = rows[0]
-        line += f"; the worst is {error} of {what} by {amount}: it moves o by {shift}"
+        line += f"; the worst is {error} of {what} by {amount}: it moves {named_point(found.tool)} by {shift}"
         line += f" and locks in {force}" if found.rows[0].force > 0 else ""
-    return Short(line, title, ("what", "error", "by", "moves o", "turns", "force", "at"), rows)
+    return Short(line, title, ("what", "error", "by", f"moves {named_point(found.tool)}", "turns", "force", "at"), rows)
 
 
 for _shown in {*_short.registry} - {object}:

@@ -15,16 +15,17 @@ from kinetostatics.printing.text import (
     section,
 )
 from kinetostatics.results.tolerances import Tolerance, Tolerances
+from kinetostatics.results.tool_point import named_point
 
 _AMOUNTS = {"temperature": (("K", 1.0),), "length": LENGTHS, **dict.fromkeys("xyz", LENGTHS)}
-_RANKED = {"force": "by the force that they lock in", "displacement": "by what they move o", "rotation": "by what they turn"}
+_RANKED = {"force": "by the force that they lock in", "displacement": "by what they move {}", "rotation": "by what they turn"}
 
 
 @text_of.register(Tolerances)
 def tolerances_report(found: Tolerances) -> str:
     """Return a ranked table of what small errors do."""
-    robot = found.configuration.robot
-    lines = [f"Tolerances of {robot.name!r}: what each error does alone, ranked {_RANKED[found.ranked_by]}"]
+    robot, who = found.configuration.robot, named_point(found.tool)
+    lines = [f"Tolerances of {robot.name!r}: what each error does alone, ranked {_RANKED[found.ranked_by].format(who)}"]
     if not found.rows:
         return "\n".join([*lines, "", "No error has an effect."])
 
@@ -32,7 +33,7 @@ def tolerances_report(found: Tolerances) -> str:
         Column("what", [row.name for row in found.rows]),
         Column("error", [row.error for row in found.rows]),
         Column("by", [amount_words(row) for row in found.rows]),
-        Column.of("moves o", [row.displacement for row in found.rows], LENGTHS),
+        Column.of(f"moves {who}", [row.displacement for row in found.rows], LENGTHS),
         Column.of("turns", [row.rotation for row in found.rows], ANGLES),
         Column.of("force", [row.force for row in found.rows], FORCES),
         Column("at", [row.at or MISSING for row in found.rows]),

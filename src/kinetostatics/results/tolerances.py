@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from kinetostatics.kinematics.configuration import Configuration
+from kinetostatics.math.arrays import Array
 from kinetostatics.printing.dispatch import Told
 
 
@@ -19,7 +20,7 @@ class Tolerance:
         error: what is off: ``x``, ``y``, ``z``, ``rx``, ``ry``, ``rz`` of a joint, along and about the axes of its frame on the
             predecessor's side; ``length`` or ``temperature`` of a beam.
         amount: by how much [m, rad, K].
-        twist: what it does to the platform: displacement of o and rotation, world axes [m, rad].
+        twist: what it does to the platform: displacement of o, or of the tool's tip, and rotation, world axes [m, rad].
         displacement, rotation: their sizes [m, rad].
         force: the largest force that it locks into a joint [N], and ``at`` which one; 0 and "" where there is none.
         at: see ``force``.
@@ -48,11 +49,13 @@ class Tolerances(Told):
         configuration: the pose.
         rows: one for each error that has an effect.
         ranked_by: ``force``, ``displacement`` or ``rotation``.
+        tool: (3,) the point of the platform whose displacement is told, from o in its axes [m]; None: o.
     """
 
     configuration: Configuration
     rows: tuple[Tolerance, ...]
     ranked_by: str
+    tool: Array | None = None
 
     def __iter__(self) -> Iterator[Tolerance]:
         return iter(self.rows)

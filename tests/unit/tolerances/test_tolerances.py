@@ -33,6 +33,20 @@ def test_the_table_of_tolerances():
     assert "ranked by the force" in text and "foot_a" in text and "temperature" in text
 
 
+def test_errors_at_the_tip_of_a_tool():
+    """The tip moves by what o does and by the turn on its arm; the forces are the same."""
+    pose, tool = package_robots.robot("3rps").assemble(platform={"z": 0.5, "rx": 0.1, "ry": -0.05}), (0.05, 0, 0.2)
+    of_o, of_tip = ks.tolerances(pose, by="rotation"), ks.tolerances(pose, by="rotation", tool=tool)
+    arm = pose.platform_frame[:3, :3] @ tool
+    assert len(of_o) == len(of_tip) and any(row.rotation > 1e-4 for row in of_tip)
+    for one, other in zip(of_o, of_tip, strict=True):
+        shift = np.add(one.twist[:3], np.cross(one.twist[3:], arm))
+        np.testing.assert_allclose(other.twist, [*shift, *one.twist[3:]], atol=1e-15)
+        assert other.displacement == pytest.approx(np.linalg.norm(shift), abs=1e-15) and other.force == one.force
+    assert "moves the tool's tip" in str(of_tip) and "it moves the tool's tip by" in repr(of_tip)
+    assert of_tip.to_dict()["tool"] == [0.05, 0, 0.2] and "tool" not in of_o.to_dict()
+
+
 def test_a_determinate_robot_locks_in_no_force():
     table = ks.tolerances(package_robots.robot("3rps").assemble())
     assert table.ranked_by == "displacement" and all(row.force == 0 and row.at == "" for row in table)
