@@ -3,7 +3,7 @@
     python benchmarks/engines.py [--write docs/how_to/compiled.md] [ROBOT …]
 
 Processor times; the shortest of several counts, because other processes can only make them longer. All poses are given by
-coordinates of the platform around its zero, and loops are closed for every one.
+coordinates of the platform around its zero, or around the pose that :data:`MIDDLES` has, and loops are closed for every one.
 """
 
 from __future__ import annotations
@@ -28,6 +28,12 @@ from kinetostatics.math.orientation import orientation_named
 
 #: Poses of a map, and half its width along lengths, in characteristic lengths, and angles [rad].
 MANY, WIDE = 20_000, (0.05, 0.1)
+#: Where poses lie of robots whose zero pose is singular or has stretched legs, so that hardly a pose around it can be reached:
+#: coordinates of the platform, or of the drives in their order.
+MIDDLES = {
+    "anymal_standing": {"x": 0.0, "y": 0.0, "z": 0.45, "rx": 0.0, "ry": 0.0, "rz": 0.0},
+    "ur10": (0.3, -1.0, 1.2, -0.9, -1.2, 0.4),
+}
 #: How often each is measured, and how often one pose is computed each time.
 TIMES, OFTEN = 5, 20
 
@@ -50,33 +56,44 @@ def once(function: Callable[[], object]) -> float:
     return time.process_time() - start
 
 
+def middle_of(name: str) -> tuple[ks.Robot, ks.Configuration]:
+    """Return a robot, and the pose around which it is measured."""
+    robot, middle = ks.load_robot(name), MIDDLES.get(name)
+    if isinstance(middle, dict):
+        return robot, robot.assemble(platform=middle, orientation="XYZ", engine="numpy")
+    drives = None if middle is None else dict(zip(robot.description.driven, middle, strict=True))
+    return robot, robot.assemble(actuators=drives, engine="numpy")
+
+
 def row(name: str) -> str:
     """Return a robot's line of the table."""
-    robot = ks.load_robot(name)
-    names = choices(robot, orientation_named("XYZ"), (), robot.zero_poses)[0]
-    zero = robot.assemble(engine="numpy").platform_coordinates("XYZ")
+    robot, middle = middle_of(name)
+    near = middle if name in MIDDLES else None
+    names = choices(robot, orientation_named("XYZ"), (), middle.poses)[0]
+    zero = middle.platform_coordinates("XYZ")
     random = np.random.default_rng(0)
     wide = {key: WIDE[0] * robot.length if key in "xyz" else WIDE[1] for key in names}
     many = {key: float(zero[key]) + wide[key] * random.uniform(-1, 1, MANY) for key in names}
     one = {key: float(values[0]) for key, values in many.items()}
 
     def twists(coordinates: dict[str, object], engine: str) -> object:
-        poses = robot.assemble(platform=coordinates, orientation="XYZ", engine=engine, on_failure="nan")
+        poses = robot.assemble(platform=coordinates, orientation="XYZ", near=near, engine=engine, on_failure="nan")
         return ks.analyze(poses, engine=engine, on_failure="nan").twist
 
     twists(one, "numpy")
     making = once(lambda: twists(one, "compiled"))
-    again = ks.load_robot(name)
-    poses = again.assemble(platform=one, orientation="XYZ", engine="numpy", on_failure="nan")
+    again, there = middle_of(name)
+    start = there if name in MIDDLES else None
+    poses = again.assemble(platform=one, orientation="XYZ", near=start, engine="numpy", on_failure="nan")
     ks.analyze(poses, engine="numpy", on_failure="nan")
-    found = once(lambda: again.assemble(platform=one, orientation="XYZ", engine="compiled", on_failure="nan"))
+    found = once(lambda: again.assemble(platform=one, orientation="XYZ", near=start, engine="compiled", on_failure="nan"))
     found += once(lambda: ks.analyze(poses, engine="compiled", on_failure="nan"))
     alone = [
         t / OFTEN
         for t in shortest(*(lambda e=e: [twists(one, e) for _ in range(OFTEN)] for e in ("numpy", "compiled")))  # type: ignore[misc]
     ]
     model, pool = robot.model, pin.ModelPool(robot.model, 1)
-    q = np.asfortranarray(np.repeat(robot.assemble(engine="numpy").q[:, None], MANY, axis=1))
+    q = np.asfortranarray(np.repeat(middle.q[:, None], MANY, axis=1))
     rest, torque = np.zeros((model.nv, MANY), order="F"), np.zeros((model.nv, MANY), order="F")
     batch = [
         1e6 * t / MANY
