@@ -3,6 +3,7 @@
 import importlib
 import inspect
 import re
+from functools import cached_property
 
 import package_robots
 import pytest
@@ -17,11 +18,6 @@ METHOD = (ROOT / "docs" / "explanation" / "method.md").read_text(encoding="utf-8
 def rows(name):
     table = re.search(rf"<!-- {name}: begin -->\n(.*?)<!-- {name}: end -->", PAGE, re.DOTALL).group(1)
     return [[cell.strip() for cell in line.strip("|\n").split(" | ")] for line in table.splitlines()[2:]]
-
-
-def plain(text):
-    """Return text with LaTeX's symbols written as in docstrings: ``J_{ic}`` is J_ic."""
-    return re.sub(r"\\Delta", "Δ", re.sub(r"\\kappa", "κ", text)).replace("{", "").replace("}", "")
 
 
 def named(path):
@@ -51,14 +47,30 @@ def test_symbols(row, result):
     symbol, _, equation, attribute, code, unit = row
     doc = inspect.getdoc(named(code.strip("`"))) or ""
     for part in symbol.split(", "):
-        assert re.search(rf"(?<!\w){re.escape(part.split(' ')[0])}(?!\w)", doc + plain(METHOD)), part
+        assert re.search(rf"(?<!\w){re.escape(part.split(' ')[0])}(?!\w)", doc), f"{code} does not name {part}"
     for number in re.findall(r"\((\d+)\)", equation):
         assert f"({number})" in doc, f"{code} does not name Eq. ({number})"
     section = re.fullmatch(r"§ (\d+)", equation)
     assert section is None or f"## {section[1]}. " in METHOD
-    if attribute != "–":
-        assert eval(attribute.strip("`"), {"result": result}) is not None
     assert unit
+    if attribute != "–":
+        path = attribute.strip("`")
+        assert eval(path, {"result": result}) is not None
+        told = {item for found in re.findall(r"\[([^\]]+)\]", described(path, result)) for item in re.split(", | or ", found)}
+        # a mapping's docstring tells the units of all its entries
+        assert set(unit.split(", ")) <= told if path.startswith("result.paper_forces") else set(unit.split(", ")) == told
+
+
+def described(path, result):
+    """Return the docstring of an attribute, from its own or from its class."""
+    owner, name = re.fullmatch(r"(.*?\w(?:\[[^\]]*\])?)\.(\w+)(?:\[[^\]]*\])*", path).groups()
+    kind = type(eval(owner, {"result": result}))
+    own = inspect.getattr_static(kind, name, None)
+    if isinstance(own, property | cached_property):
+        return inspect.getdoc(own)
+    rows = re.search(rf"^ +{name}: (.*?)(?=^ +\w+(?:, \w+)*: |\Z)", kind.__doc__, re.MULTILINE | re.DOTALL)
+    assert rows is not None, path
+    return rows[1]
 
 
 @pytest.mark.parametrize("row", WORDS, ids=lambda row: row[0])

@@ -56,12 +56,12 @@ class LimbResult(Shown):
 
     @cached_property
     def constraint_wrenches(self) -> Array:
-        """(…, 6, n_c) J_ic, Eq. (2), unit wrenches."""
+        """(…, 6, n_c) J_ic, Eq. (2), unit wrenches [1, m]."""
         return self._canonical(lambda s, k: s.statics[k].J_c, 6, len(self.labels))
 
     @cached_property
     def attached_wrenches(self) -> Array:
-        """(…, 6, n_g) J_ig, Eq. (4), unit wrenches."""
+        """(…, 6, n_g) J_ig, Eq. (4), unit wrenches [1, m]."""
         return self._canonical(lambda s, k: s.statics[k].J_g, 6, len(self.attached_labels))
 
     @cached_property
@@ -79,17 +79,17 @@ class LimbResult(Shown):
 
     @cached_property
     def compliance(self) -> Array:
-        """(…, n_c, n_c) C_ic, Eq. (1), displacement along one wrench per unit of another."""
+        """(…, n_c, n_c) C_ic, Eq. (1), displacement along one wrench per unit of another [m/N, rad/(N·m)]."""
         return self._canonical(lambda s, k: s.statics[k].C, len(self.labels), len(self.labels))
 
     @cached_property
     def stiffness(self) -> Array:
-        """(…, n_c, n_c) K_ic = C_ic⁻¹, Eq. (1); NaN where the limb is rigid along one of its wrenches."""
+        """(…, n_c, n_c) K_ic = C_ic⁻¹, Eq. (1) [N/m, N·m/rad]; NaN where the limb is rigid along one of its wrenches."""
         return self._canonical(lambda s, k: _inverse(s.statics[k]), len(self.labels), len(self.labels))
 
     @cached_property
     def sag(self) -> Array:
-        """(…, n_c) Δ_igc, displacement along each constraint wrench by its own weight and loads, Eqs. (16), (19), (21)."""
+        """(…, n_c) Δ_igc, displacement along each constraint wrench by own weight and loads [m, rad], Eqs. (16), (19), (21)."""
         return self._canonical(lambda s, k: s.statics[k].gravity_displacement, len(self.labels))
 
     @cached_property

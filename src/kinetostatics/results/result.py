@@ -192,12 +192,12 @@ class Result(Told):
 
     @cached_property
     def stiffness(self) -> Array:
-        """(…, 6, 6) tangent stiffness K at o, drives locked, Eq. (12); NaN where rigid limbs make it infinite."""
+        """(…, 6, 6) tangent stiffness K at o, drives locked, Eq. (12) [N/m, N·m/rad]; NaN where rigid limbs make it infinite."""
         return self._gather(lambda s: s.stiffness)
 
     @cached_property
     def compliance(self) -> Array:
-        """(…, 6, 6) compliance C at o, drives locked."""
+        """(…, 6, 6) compliance C at o, drives locked [m/N, rad/(N·m)]."""
         return self._gather(lambda s: s.compliance)
 
     @cached_property
@@ -217,7 +217,7 @@ class Result(Told):
 
     @cached_property
     def platform_wrench(self) -> Array:
-        """(…, 6) what the world puts on the platform: load, platform weight and what acts on its links, about o, Eq. (5)."""
+        """(…, 6) what the world puts on the platform, about o: load, platform weight, loads on its links [N, N·m], Eq. (5)."""
         places = self.robot.topology.platform.places
         return self._gather(lambda s: s.load + s.platform_weight + sum_of(s.applied, places))
 

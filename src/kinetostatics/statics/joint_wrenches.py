@@ -85,7 +85,7 @@ def joint_contributions(robot: RobotStatics, solution: Solution) -> Array:
 def drive_forces(
     robot: RobotStatics, solution: Solution, wrenches: Array, names: Sequence[str] | None = None
 ) -> dict[str, Array]:
-    """Return the force or torque (…, N) of each drive, positive along its coordinate, from joint wrenches (6, J, …, N).
+    """Return the force or torque f (…, N) of each drive, positive along its coordinate, from joint wrenches (6, J, …, N).
 
     The power of the joint's wrench on the drive's unit twist, Eq. (17).
 

@@ -46,7 +46,7 @@ class PlatformEquilibrium:
 
     Attributes:
         scale: (6,) factors that make wrenches comparable.
-        compliance, stiffness: (6, 6, N) at o; the stiffness is NaN where rigid limbs make it infinite.
+        compliance, stiffness: (6, 6, N) C = K⁻¹ and K at o; the stiffness is NaN where rigid limbs make it infinite.
         singular: (N,) whether the platform can still move.
         indeterminate: (N,) whether rigid limbs leave open how they share their forces.
         undetermined: for each group (n_c, g, N) whether an intensity cannot be determined.
