@@ -16,6 +16,17 @@ def test_files_and_folders_exist():
         assert (ROOT / name).exists(), name
 
 
+def test_tests_stand_where_the_page_says():
+    source = ROOT / "src" / "kinetostatics"
+    for path in (ROOT / "tests" / "unit").iterdir():
+        if path.name.startswith("test_"):
+            assert (source / path.name.removeprefix("test_")).is_file(), path
+        elif any(path.glob("test_*.py")):
+            assert (source / path.name).is_dir(), path
+    for path in (ROOT / "tests").iterdir():
+        assert not any(path.glob("test_*.py")) or f"`tests/{path.name}/" in PAGE, path
+
+
 def test_names_are_defined_where_the_page_says():
     for name, path in re.findall(r"`([A-Z_]{4,})` of\s+`((?:src|tests)/[\w/]+)\.py`", PAGE):
         if path.startswith("src/"):
