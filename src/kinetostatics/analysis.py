@@ -277,4 +277,7 @@ def check_keywords(function: Callable[..., object], given: Iterable[str], withou
     handed_on = {*inspect.signature(analyze).parameters} - {"configuration", *without}
     for name in given:
         if name not in handed_on:
-            raise ArgumentError(f"{function.__name__} takes no {name!r}: {near_names(name, {*own, *handed_on})}")
+            hint = near_names(name, {*own, *handed_on})
+            if hint.startswith("known"):  # too many to be told
+                hint = f"its own are {', '.join(own)}, and it has those of analyze"
+            raise ArgumentError(f"{function.__name__} takes no {name!r}: {hint}")

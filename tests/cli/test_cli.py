@@ -353,6 +353,12 @@ def test_another_pose_may_begin_the_way(capsys):
         ("new 3-RPS --rod-diameter 60mm", "--set rod_diameter=60mm (see kinetostatics new --help)"),
         ("new 3-RPS --rod-diameter=60mm", "--set rod_diameter=60mm (see kinetostatics new --help)"),
         ("analyze 3rps --js", "unrecognized arguments: --js"),
+        (
+            "view 3rps --out page.html",
+            "--out page.html; a file is given by --html or --screenshot (see kinetostatics view --help)",
+        ),
+        ("sensitivities 3rps --plot bars.svg", "--plot bars.svg; a file is given by --out (see"),
+        ("compensate 3rps --polt bars.svg", "did you mean --plot?"),
     ],
 )
 def test_errors_are_one_line(capsys, arguments, message):

@@ -31,6 +31,10 @@ def test_the_function_that_was_called_is_named(tmp_path):
         calls["calibrate"](load=[0, 0, -500, 0, 0, 0])
     with pytest.raises(ks.ArgumentError, match=r"^spread takes no 'distribtion': did you mean 'distribution'"):
         calls["spread"](distribtion="uniform")
+    with pytest.raises(
+        ks.ArgumentError, match=r"^optimize takes no 'requirements': its own are robot, .* subject_to, .* of analyze$"
+    ):
+        calls["optimize"](requirements=["sag < 1mm"])
     assert not (tmp_path / "report.html").exists()
 
 

@@ -211,6 +211,7 @@ def test_robots_without_drives_have_functions_of_the_load(tmp_path):
         (lambda f, at: f(**{**at, "y": 0.1}), "this function has no input 'y'"),
         (lambda f, at: f(z=0.5), "the coordinates rx, ry are missing"),
         (lambda f, at: f.jacobian("status", "z"), "no output 'status' with derivatives"),
+        (lambda f, at: f.jacobian("compliance", "z"), r"'compliance' with derivatives: .*named in outputs= \(--outputs\), too"),
         (lambda f, at: f.jacobian("twist", "rod_1.outer_diametre"), "has no parameter 'rod_1.outer_diametre'"),
         (lambda f, at: f.jacobian("twist", "z")(**{**at, "z": [0.5, 0.6]}, load=np.zeros((3, 6))), "do not fit together"),
         (lambda f, at: f(**at)["twists"], "there is no output 'twists'"),

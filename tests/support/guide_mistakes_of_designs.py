@@ -44,6 +44,7 @@ OPTIMA = (
     code('ks.optimize("3rps", {})', "One parameter at least."),
     code('ks.optimize("3rps", "rod_diameter")', "A mapping."),
     code('ks.optimize(file, {"d": "1cm:2cm"})', "A plain URDF has numbers of parts: `left.outer_diameter`."),
+    code('ks.optimize(file, {"rod": "1mm:2mm"}, requirements=["sag < 1mm"])', "`subject_to=`."),
     code('ks.optimize(file, {"left.diameter": "1cm:2cm"})', "One of its numbers: `ks.compile(robot).parameters`."),
     code('ks.optimize(file, {"left.density": "1cm:2cm"})', "A unit of the same kind."),
     code('ks.optimize(file, {"left.*": "1cm:2cm"})', "Numbers of one kind."),

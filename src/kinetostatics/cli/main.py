@@ -47,6 +47,8 @@ environment:
 
 #: A negative number, which argparse would take for an option if it has an exponent or a unit.
 NEGATIVE = re.compile(r"-\.?\d")
+#: What looks like a file's name, and not like a number with its unit.
+FILE_NAME = re.compile(r"\.[a-z]\w{0,4}$")
 
 
 class UsageError(Exception):
@@ -154,10 +156,14 @@ def _unrecognized(parser: argparse.ArgumentParser, command: str, rest: Sequence[
         if isinstance(action, argparse._SubParsersAction) and command in action.choices:
             known = action.choices[command]._option_string_actions
     if name:
-        near = difflib.get_close_matches(name, known, n=2, cutoff=0.75)
         following = rest[rest.index(name) + 1 :] if name in rest else []
         value = value or next((item for item in following if not item.startswith("--")), "VALUE").strip()
-        if near:
+        files = [option for option, action in known.items() if str(action.metavar).startswith("FILE") and len(option) > 2]
+        names_file = bool(files) and FILE_NAME.search(value) is not None
+        near = difflib.get_close_matches(name, files if names_file else known, n=2, cutoff=0.75)
+        if names_file and not near:
+            text += f"; a file is given by {' or '.join(files)}"
+        elif near:
             text += f"; did you mean {' or '.join(near)}?"
         elif "--set" in known:
             text += f"; values of a robot's file are given by --set {name[2:].replace('-', '_')}={value}"

@@ -139,7 +139,10 @@ class Function:
         for name in outputs:
             if name in ALWAYS or name not in self.outputs:
                 known = [item for item in self.outputs if item not in ALWAYS]
-                raise ArgumentError(f"this function has no output {name!r} with derivatives: {near_names(name, known)}")
+                hint = near_names(name, known)
+                if name not in self.outputs and hint.startswith("known"):
+                    hint += "; what else is wanted is to be named in outputs= (--outputs), too"
+                raise ArgumentError(f"this function has no output {name!r} with derivatives: {hint}")
         parameters = {name: parameter_named(self.robot, name) for name in names if name not in self.inputs}
         return Jacobian(self, outputs, names, parameters)
 
@@ -354,7 +357,8 @@ def compile(
         raise ArgumentError("give either platform= or actuators=, not both")
     if compensate and platform is None:
         raise ArgumentError(
-            "compensate=True wants platform=, the names of the coordinates at which the loaded platform is to stand"
+            "compensate=True (--compensate) wants platform= (--platform), the names of the coordinates at which the "
+            "loaded platform is to stand"
         )
     if platform is not None:
         names = _listed("platform", platform, '("z", "rx", "ry")')
