@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from kinetostatics.cli import arguments, poses
+from kinetostatics.cli import answers, arguments, poses
 from kinetostatics.printing.waiting import waiting
 
 HELP = "compute sag, stiffness, drive forces, joint reactions and stresses at one pose"
@@ -57,5 +57,5 @@ def run(args: argparse.Namespace) -> int:
             from kinetostatics.reports.tool_point import point_report, point_to_dict
 
             found = {**found, "tool": point_to_dict(seen)} if isinstance(found, dict) else f"{found}\n{point_report(seen)}"
-    arguments.print_answer(found, warnings)
+    answers.print_answer(found, warnings)
     return 0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from kinetostatics.cli import arguments, poses
+from kinetostatics.cli import answers, arguments, poses
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.printing.waiting import waiting
 
@@ -92,7 +92,7 @@ def run(args: argparse.Namespace) -> int:
         if args.out is not None:
             found.save(args.out)
         answer = found.to_dict() if args.json else str(found)
-    arguments.print_answer(answer, [], args.out, args.plot)
+    answers.print_answer(answer, [], args.out, args.plot)
     return 0
 
 
@@ -101,7 +101,7 @@ def _calibrated(robot: Robot, args: argparse.Namespace, options: dict[str, Any])
 
     level = arguments.number_of("--level", args.level)
     found = calibrate(robot, args.measurements, args.unknowns, level=level, leave_out_outliers=args.leave_out_outliers, **options)
-    arguments.save_figure(args.plot, "calibration", found)
+    answers.save_figure(args.plot, "calibration", found)
     return found
 
 

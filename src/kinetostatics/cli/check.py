@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 
-from kinetostatics.cli.arguments import add_json_argument, add_robot_arguments, load, print_json, print_report, print_warnings
+from kinetostatics.cli.answers import print_json, print_report, print_warnings
+from kinetostatics.cli.arguments import add_json_argument, add_robot_arguments, load
 from kinetostatics.printing.waiting import waiting
 
 HELP = "say what a robot file describes: mobility, limbs, wrenches, beams, warnings"

@@ -6,7 +6,7 @@ import argparse
 import math
 from typing import TYPE_CHECKING
 
-from kinetostatics.cli import arguments, poses
+from kinetostatics.cli import answers, arguments, poses
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.files.tables import check_brackets, table_rows, title_of
 from kinetostatics.printing.waiting import waiting
@@ -91,9 +91,9 @@ def run(args: argparse.Namespace) -> int:
         )
         if args.out is not None:
             found.save(args.out, axes)
-        arguments.save_figure(args.plot, "compensation", found, what=args.what or "displacement")
+        answers.save_figure(args.plot, "compensation", found, what=args.what or "displacement")
         answer = found.to_dict() if args.json else str(found)
-    arguments.print_answer(answer, warnings, args.out, args.plot)
+    answers.print_answer(answer, warnings, args.out, args.plot)
     return 0
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 
-from kinetostatics.cli.arguments import add_robot_arguments, load, print_report
+from kinetostatics.cli.answers import print_report
+from kinetostatics.cli.arguments import add_robot_arguments, load
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.printing.waiting import waiting
 

@@ -9,7 +9,8 @@ import sys
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from kinetostatics.cli.arguments import SEVERAL, check_folder, parse_items, parse_parameters, print_warnings
+from kinetostatics.cli.answers import print_warnings
+from kinetostatics.cli.arguments import SEVERAL, check_folder, parse_items, parse_parameters
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.printing.colour import for_stream
 from kinetostatics.printing.waiting import waiting

@@ -9,7 +9,8 @@ from typing import Any
 
 from kinetostatics.authoring.arguments_of_file import odd_lengths
 from kinetostatics.authoring.names import KNOWN_NAMES
-from kinetostatics.cli.arguments import SEVERAL, check_folder, number_of, parse_items, parse_parameters, print_warnings, unit_of
+from kinetostatics.cli.answers import print_warnings
+from kinetostatics.cli.arguments import SEVERAL, check_folder, number_of, parse_items, parse_parameters, unit_of
 from kinetostatics.exceptions import ArgumentError, RobotFileError
 from kinetostatics.printing.waiting import waiting
 

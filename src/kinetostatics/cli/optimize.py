@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from kinetostatics.cli import arguments, poses
+from kinetostatics.cli import answers, arguments, poses
 from kinetostatics.printing.waiting import waiting
 
 USAGE = "ROBOT --vary NAME=FROM:TO … --subject-to REQUIREMENT … [options]"
@@ -94,8 +94,8 @@ def run(args: argparse.Namespace) -> int:
         if args.out is not None and (args.pareto is None or args.out.endswith(".csv")):
             found.save(args.out)
         else:
-            arguments.save_figure(args.out, "pareto", found)
-        arguments.save_figure(args.plot, "optimum" if args.pareto is None else "pareto", found)
+            answers.save_figure(args.out, "pareto", found)
+        answers.save_figure(args.plot, "optimum" if args.pareto is None else "pareto", found)
         answer = found.to_dict() if args.json else str(found)
-    arguments.print_answer(answer, [], args.out, args.plot)
+    answers.print_answer(answer, [], args.out, args.plot)
     return 0 if feasible else 1

@@ -6,7 +6,8 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from kinetostatics.cli.arguments import SEVERAL, VALUES_HELP, number_of, parse_items, parse_quantity, save_figure
+from kinetostatics.cli.answers import save_figure
+from kinetostatics.cli.arguments import SEVERAL, VALUES_HELP, number_of, parse_items, parse_quantity
 from kinetostatics.description.units import find_unit
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.printing.waiting import waiting

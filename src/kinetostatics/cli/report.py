@@ -7,7 +7,7 @@ import contextlib
 import functools
 from typing import TYPE_CHECKING, Any
 
-from kinetostatics.cli import arguments, poses
+from kinetostatics.cli import answers, arguments, poses
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.printing.waiting import pausing, waiting
 
@@ -72,7 +72,7 @@ def run(args: argparse.Namespace) -> int:
         robot = arguments.load(args)
         configuration, warnings = poses.assemble(robot, args)
         with pausing():
-            arguments.print_warnings(warnings)
+            answers.print_warnings(warnings)
         workspace = None
         if args.sweep:
             with contextlib.suppress(KinetostaticsError):  # the page has a sentence in place of figures without Matplotlib

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import argparse
 
-from kinetostatics.cli.arguments import SEVERAL, add_json_argument, print_json
+from kinetostatics.cli.answers import print_json
+from kinetostatics.cli.arguments import SEVERAL, add_json_argument
 from kinetostatics.files.bundled import copy_robots, robots
 
 USAGE = "[options]"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from kinetostatics.cli import arguments, poses
+from kinetostatics.cli import answers, arguments, poses
 from kinetostatics.printing.waiting import waiting
 from kinetostatics.results.sensitivities import QUANTITIES
 
@@ -50,7 +50,7 @@ def run(args: argparse.Namespace) -> int:
         options = arguments.load_options(args)
         configuration, warnings = poses.assemble(arguments.load(args), args)
         found = sensitivities(configuration, args.by, of=args.of, tool=arguments.tool(args), **options)
-        arguments.save_figure(args.out, "sensitivities", found)
+        answers.save_figure(args.out, "sensitivities", found)
         answer = found.to_dict() if args.json else str(found)
-    arguments.print_answer(answer, warnings, args.out)
+    answers.print_answer(answer, warnings, args.out)
     return 0

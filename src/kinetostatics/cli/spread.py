@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from kinetostatics.cli import arguments, poses
+from kinetostatics.cli import answers, arguments, poses
 from kinetostatics.printing.waiting import waiting
 
 USAGE = "ROBOT --off NAME=TOLERANCE … [options]"
@@ -58,7 +58,7 @@ def run(args: argparse.Namespace) -> int:
         found = spread(
             configuration, off, robots=robots, distribution=args.distribution, seed=seed, tool=arguments.tool(args), **options
         )
-        arguments.save_figure(args.out, "spread", found, args.what)
+        answers.save_figure(args.out, "spread", found, args.what)
         answer = found.to_dict() if args.json else str(found)
-    arguments.print_answer(answer, warnings, args.out)
+    answers.print_answer(answer, warnings, args.out)
     return 0

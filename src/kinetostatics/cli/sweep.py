@@ -10,7 +10,7 @@ import sys
 import time
 from typing import TYPE_CHECKING
 
-from kinetostatics.cli import arguments, poses
+from kinetostatics.cli import answers, arguments, poses
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.printing.waiting import waiting
 
@@ -92,7 +92,7 @@ def run(args: argparse.Namespace) -> int:
                 text = summary(found, seconds)
             print(text)
             print(f"{args.out} was there already" if there else f"wrote {args.out}")
-        arguments.print_warnings(str(found.attrs.get("warnings", "")).splitlines())
+        answers.print_warnings(str(found.attrs.get("warnings", "")).splitlines())
     return 0
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from kinetostatics.cli import arguments, poses
+from kinetostatics.cli import answers, arguments, poses
 from kinetostatics.printing.waiting import waiting
 
 HELP = "rank what small errors of joints and beams do"
@@ -54,5 +54,5 @@ def run(args: argparse.Namespace) -> int:
         found = tolerances(configuration, **amounts, by=args.by, tool=arguments.tool(args))
         if top is not None:
             found = replace(found, rows=found.rows[:top])
-    arguments.print_answer(found.to_dict() if args.json else str(found), warnings)
+    answers.print_answer(found.to_dict() if args.json else str(found), warnings)
     return 0

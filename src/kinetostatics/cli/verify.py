@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 
-from kinetostatics.cli import arguments, poses
+from kinetostatics.cli import answers, arguments, poses
 from kinetostatics.printing.waiting import waiting
 
 HELP = "check one pose against finite elements (OpenSeesPy)"
@@ -42,5 +42,5 @@ def run(args: argparse.Namespace) -> int:
         within = arguments.parse_quantity(args.within, "number")
         configuration, warnings = poses.assemble(arguments.load(args), args)
         found = verify(configuration, **options, tolerance=within)
-    arguments.print_answer(found.to_dict() if args.json else str(found), warnings)
+    answers.print_answer(found.to_dict() if args.json else str(found), warnings)
     return 0 if found.verified else 1

@@ -7,7 +7,7 @@ import contextlib
 import functools
 from typing import TYPE_CHECKING, Any
 
-from kinetostatics.cli import arguments, poses
+from kinetostatics.cli import answers, arguments, poses
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.printing.waiting import pausing, waiting
 
@@ -117,7 +117,7 @@ def _page(args: argparse.Namespace) -> int:
         result = analyze(configuration, **options)
         second = _second(robot, args) if args.compare else None
         with pausing():
-            arguments.print_warnings([*found, *result.warnings])
+            answers.print_warnings([*found, *result.warnings])
         if args.html is not None:
             viewer.save_html(result, args.html, exaggeration=args.exaggeration, ways=args.ways, compare=second)
             said = f"wrote {args.html}"
@@ -178,7 +178,7 @@ def _live(args: argparse.Namespace) -> int:
 
         server, found = _server(args)
     with server:
-        arguments.print_warnings(found)
+        answers.print_warnings(found)
         try:
             print(f"live at {server.url} (Ctrl+C ends it)", flush=True)
             open_browser(server.url)

@@ -15,8 +15,9 @@ import numpy as np
 from kinetostatics.argument_checks import check_choice
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.kinematics.assembly import SolverChoice, by_numpy
+from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
-from kinetostatics.kinematics.solver import PrescribedCoordinates, Solver, SolverState
+from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.link_loads import AppliedLoad, LoadedPlaces

@@ -19,7 +19,8 @@ from kinetostatics.engine.structure import Structure
 from kinetostatics.kinematics.lines import line_start
 from kinetostatics.kinematics.loop_constraints import LoopAxes, LoopEquations
 from kinetostatics.kinematics.mimic import Couplings
-from kinetostatics.kinematics.solver import PrescribedCoordinates, Solver, SolverState
+from kinetostatics.kinematics.prescribed import PrescribedCoordinates
+from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.kinematics.velocities import drive_rates, frame_rates, freedom_rates, with_given
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import least_squares

@@ -20,7 +20,8 @@ from kinetostatics.engine.later import LaterFrames
 from kinetostatics.engine.loop_record import GOOD, HOLDS, Program, newton_record, place_record, side_record, structure_of
 from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.kinematics.loop_constraints import Placed
-from kinetostatics.kinematics.solver import MOST_CORRECTIONS, SHRINKING, PrescribedCoordinates, Solver, SolverState
+from kinetostatics.kinematics.prescribed import PrescribedCoordinates
+from kinetostatics.kinematics.solver import MOST_CORRECTIONS, SHRINKING, Solver, SolverState
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.tree import Frames
 

@@ -14,7 +14,8 @@ from kinetostatics.engine.loop_record import motion_record, rates_record, struct
 from kinetostatics.engine.outputs import OutputRecord
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.functions.values import LOADS, Quantity
-from kinetostatics.kinematics.solver import PrescribedCoordinates, SolverState
+from kinetostatics.kinematics.prescribed import PrescribedCoordinates
+from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.kinematics.velocities import body_moves
 from kinetostatics.math.arrays import Array
 from kinetostatics.robot import Robot

@@ -28,7 +28,8 @@ from kinetostatics.functions.c_jacobian import jacobian_programs, pairs_of
 from kinetostatics.functions.c_search import search_programs
 from kinetostatics.functions.values import ALWAYS, LOADS, Quantity
 from kinetostatics.kinematics.lines import longest_strides
-from kinetostatics.kinematics.solver import PrescribedCoordinates, SolverState
+from kinetostatics.kinematics.prescribed import PrescribedCoordinates
+from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.orientation import orientation_named
 from kinetostatics.robot import Robot

@@ -23,7 +23,7 @@ from kinetostatics.functions.parameters import Parameter
 from kinetostatics.functions.variation import CENTRAL, Rates, bodies_inside, rates_of
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.joint_coordinates import actuator_names
-from kinetostatics.kinematics.solver import PrescribedCoordinates
+from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.velocities import body_moves, drive_rates, frame_rates, freedom_rates, with_given
 from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.math.linalg import cross

@@ -25,7 +25,8 @@ from kinetostatics.functions.values import Values
 from kinetostatics.kinematics import assembly
 from kinetostatics.kinematics.configuration import Configuration, spread, taken
 from kinetostatics.kinematics.lines import line_start, longest_strides
-from kinetostatics.kinematics.solver import PrescribedCoordinates, SolverState
+from kinetostatics.kinematics.prescribed import PrescribedCoordinates
+from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.math.orientation import orientation_named
 from kinetostatics.robot import Robot

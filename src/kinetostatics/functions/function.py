@@ -26,7 +26,7 @@ from kinetostatics.kinematics import assembly
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.coordinate_choices import prescribed_platform
 from kinetostatics.kinematics.joint_coordinates import actuator_names
-from kinetostatics.kinematics.solver import PrescribedCoordinates
+from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.math.arrays import Array, batch_first, frozen
 from kinetostatics.math.orientation import orientation_named
 from kinetostatics.printing.mappings import Named

@@ -16,7 +16,8 @@ from kinetostatics.description.robot import RobotDescription
 from kinetostatics.engine.outputs import structure_of
 from kinetostatics.exceptions import ArgumentError, KinetostaticsError
 from kinetostatics.files.reader import known_valid
-from kinetostatics.kinematics.solver import PrescribedCoordinates, Solver, SolverState
+from kinetostatics.kinematics.prescribed import PrescribedCoordinates
+from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.limbs.model import StaticModel
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.beam_model import make_beam_models

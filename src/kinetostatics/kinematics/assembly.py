@@ -17,8 +17,9 @@ from kinetostatics.kinematics.joint_coordinates import actuator_names
 from kinetostatics.kinematics.lines import follow
 from kinetostatics.kinematics.loop_constraints import Placed, joined
 from kinetostatics.kinematics.openings import CLOSED, close, gaps_at, gaps_text, worst_gaps_text
+from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
-from kinetostatics.kinematics.solver import PrescribedCoordinates, Solver, SolverState
+from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.kinematics.unit_hints import odd_coordinates
 from kinetostatics.math.arrays import Array, chunks
 from kinetostatics.math.orientation import Orientation, orientation_named, orientations_with

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from kinetostatics.kinematics.chebyshev import MOST_VARYING, Cells
 from kinetostatics.kinematics.lines import follow, line_start, longest_strides
-from kinetostatics.kinematics.solver import PrescribedCoordinates, Solver, SolverState
+from kinetostatics.kinematics.prescribed import PrescribedCoordinates
+from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.math.arrays import Array, chunks
 
 #: Poses that share a seed, on average.

@@ -8,8 +8,9 @@ from itertools import combinations
 
 import numpy as np
 
+from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.robot_kinematics import RobotKinematics
-from kinetostatics.kinematics.solver import PrescribedCoordinates, SolverState
+from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.math.orientation import Orientation
 
 #: The order in which sets of coordinates are named.

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from kinetostatics.kinematics.openings import close
-from kinetostatics.kinematics.solver import PrescribedCoordinates, Solver, SolverState
+from kinetostatics.kinematics.prescribed import PrescribedCoordinates
+from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.math.linalg import null_space
 
 #: Relative singular value below which a direction counts as dependent. Angles rounded to 1.5708 leave 4e-6.

@@ -8,7 +8,8 @@ import numpy as np
 
 from kinetostatics.kinematics.loop_constraints import LoopEquations
 from kinetostatics.kinematics.mimic import Couplings
-from kinetostatics.kinematics.solver import PrescribedCoordinates, Solver
+from kinetostatics.kinematics.prescribed import PrescribedCoordinates
+from kinetostatics.kinematics.solver import Solver
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import cross, dot
 from kinetostatics.mechanism.mechanism import Mechanism

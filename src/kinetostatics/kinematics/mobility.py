@@ -7,7 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
-from kinetostatics.kinematics.solver import PrescribedCoordinates, Solver, SolverState
+from kinetostatics.kinematics.prescribed import PrescribedCoordinates
+from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.linalg import cross, null_space
 

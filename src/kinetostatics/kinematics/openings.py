@@ -7,7 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from kinetostatics.kinematics.loop_constraints import LoopEquations
-from kinetostatics.kinematics.solver import PrescribedCoordinates, Solver, SolverState
+from kinetostatics.kinematics.prescribed import PrescribedCoordinates
+from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.ordering import NOTHING, ranked
 

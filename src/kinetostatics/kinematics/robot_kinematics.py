@@ -17,8 +17,9 @@ from kinetostatics.kinematics import generic_poses, joint_coordinates, zero_pose
 from kinetostatics.kinematics.loop_constraints import LoopEquations, world_frames
 from kinetostatics.kinematics.mobility import Mobility, MobilityAnalysis
 from kinetostatics.kinematics.openings import CLOSED, are_within, gaps_at, worst_gaps_text
+from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.sizes import box_diagonal, characteristic_length
-from kinetostatics.kinematics.solver import PrescribedCoordinates, Solver, SolverState
+from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.beam_model import BeamModel, make_beam_models
 from kinetostatics.mechanism.limbs import Topology

@@ -10,7 +10,8 @@ from kinetostatics.description.elements import Joint, Loop
 from kinetostatics.kinematics.frame_corrections import FrameCorrection, frame_corrections, other_links
 from kinetostatics.kinematics.loop_constraints import LoopEquations
 from kinetostatics.kinematics.openings import CLOSED, are_within, close, close_each, gaps_text
-from kinetostatics.kinematics.solver import PrescribedCoordinates, Solver, SolverState
+from kinetostatics.kinematics.prescribed import PrescribedCoordinates
+from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.mechanism.mechanism import Mechanism
 
 #: Gap at zero, in robot sizes or [rad], up to which loops that cannot be closed show rounding; beyond, something is wrong.

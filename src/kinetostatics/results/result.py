@@ -383,8 +383,6 @@ class Result(Told):
         """Elastic displacements in the parts of each limb that is split by pieces through which everything passes (…, 6)."""
         return contributions.part_contributions(self.robot, self._batch, self.source_contributions)
 
-    # ---- energies and warnings --------------------------------------------------------------------------------------
-
     @cached_property
     def strain_energy(self) -> Array:
         """(…) strain energy of all beams and elastic joints [J]."""
