@@ -189,6 +189,10 @@ STATICS = (
             more('<spring name="s" stiffness="500" free_length="0.1"><predecessor link="ground"><origin xyz="0.2 0 0.3"/>'
                  '</predecessor><successor link="plate"><origin xyz="0.2 0 0"/></successor></spring>'),
             code="ks.analyze(pose)"),
+    Mistake("`<spring …>` with an end in the middle of the left rod", "As it says.",
+            more('<spring name="s" stiffness="500" free_length="0.1"><predecessor link="ground"/>'
+                 '<successor link="left"><origin xyz="0 0 0.15"/></successor></spring>'),
+            code="ks.analyze(pose)"),
     code("ks.analyze(pose, payload=5.0)", "As it says."),
     code("ks.analyze(pose, payload=ks.Payload(-5.0))", "The mass that is carried."),
     code("ks.tolerances(robot)", "One pose at a time."),
@@ -309,6 +313,9 @@ WARNINGS = tuple(replace(mistake, warns=True) for mistake in (
     Mistake("`<origin xyz=\"0.4 0.00001 0\"/>` at the loop's successor", "Write a size once, as a property, and compute with it.",
             ROUNDED),
     Mistake("rods level at zero, as above", "Begin elsewhere: poses are reached from the zero pose.", FOLDED),
+    Mistake('`<spring … free_length="150">`', "0.15.",
+            more('<spring name="s" stiffness="1e-3" free_length="150"><predecessor link="ground"/>'
+                 '<successor link="plate"><origin xyz="0.2 0 0"/></successor></spring>')),
     swap(CIRCLE, '<circle diameter="0.15"/>', "A block is rigid: leave the beam out."),
     swap(CIRCLE, '<circle diameter="20"/>', "0.02."),
     swap(CIRCLE, '<circle diameter="2e-5"/>', "0.02."),

@@ -14,7 +14,7 @@ from kinetostatics.checks.warnings_of_poses import AT_ZERO, facts_of_poses, pose
 from kinetostatics.description.joint_types import JOINT_TYPES, Axes
 from kinetostatics.description.unit_hints import odd_angles
 from kinetostatics.exceptions import KinetostaticsError, StaticsError
-from kinetostatics.kinematics.unit_hints import odd_limits
+from kinetostatics.kinematics.unit_hints import odd_limits, odd_springs
 from kinetostatics.kinematics.zero_pose import corrections_hint
 from kinetostatics.math.graphs import joined
 from kinetostatics.math.ordering import EQUAL
@@ -131,6 +131,7 @@ def _sizes(robot: Robot, facts: RobotFacts) -> Iterable[str]:
     if size and not SIZES[0] < size < SIZES[1]:
         yield f"the robot is {size:.4g} m large; lengths are in m"
     yield from odd_limits(robot)
+    yield from odd_springs(robot)
 
 
 # ---- beams -----------------------------------------------------------------------------------------------------------

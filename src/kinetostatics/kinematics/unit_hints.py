@@ -93,3 +93,14 @@ def odd_limits(robot: RobotKinematics) -> list[str]:
         "lengths are in m"
         for largest, joints in names.items()
     ]
+
+
+def odd_springs(robot: RobotKinematics) -> list[str]:
+    """Say which springs have a free length far beyond the robot's size, as those in mm are."""
+    size = robot.size
+    return [
+        f"the free length of spring {name!r} is {item.free_length:.6g} m, {item.free_length / size:.3g} times the robot's size "
+        f"of {size:.3g} m: lengths are in m; write {item.free_length / 1000:.6g} for {item.free_length:.6g} mm"
+        for name, item in robot.description.springs.items()
+        if item.free_length > FAR * size > 0
+    ]

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from kinetostatics.kinematics.unit_hints import odd_limits
+from kinetostatics.kinematics.unit_hints import odd_limits, odd_springs
 from kinetostatics.printing.dispatch import warnings_of
 from kinetostatics.results.near_singular import near_singular_words
 from kinetostatics.results.result import Result
@@ -25,7 +25,7 @@ OPEN_LOOPS = 1e-9
 def result_warnings(result: Result) -> tuple[str, ...]:
     """Return the warnings of the robot and of its poses under their loads."""
     robot = result.robot
-    found = [*_buckling(result), *robot.description.warnings, *robot.topology.warnings, *odd_limits(robot)]
+    found = [*_buckling(result), *robot.description.warnings, *robot.topology.warnings, *odd_limits(robot), *odd_springs(robot)]
     found += _open_loops(result) + _large_motions(result)
     near = near_singular_words(result)
     found += [near] if near else []

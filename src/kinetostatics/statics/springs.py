@@ -78,10 +78,11 @@ def placed_springs(robot: RobotStatics, frames: Frames) -> list[PlacedSpring]:
 
 def _placed(robot: RobotStatics, spring: Spring, frames: Frames) -> PlacedSpring:
     points, places = [], []
+    what = f"spring {spring.name!r}" if spring.place.line is None else f"{spring.place}: spring {spring.name!r}"
     for link, local in ((spring.predecessor, spring.predecessor_point), (spring.successor, spring.successor_point)):
         body, placement = robot.mechanism.body_of[link]
         points.append(frames.point(body, placement[:3, :3] @ np.array(local) + placement[:3, 3]))
-        places.append(places_at(robot, f"spring {spring.name!r}", link, frames, points[-1]))
+        places.append(places_at(robot, what, link, frames, points[-1]))
     span = points[1] - points[0]
     length = np.sqrt(np.sum(span**2, axis=0))
     tension = spring.preload + spring.stiffness * (length - spring.free_length)

@@ -1,5 +1,6 @@
 """Springs and counterweights: balanced machines, the stiffness of springs, energy, finite elements, files."""
 
+import re
 from dataclasses import replace
 from functools import cache
 
@@ -8,6 +9,7 @@ import package_robots
 import pytest
 
 import kinetostatics as ks
+from kinetostatics.checks.collect import robot_facts
 from kinetostatics.description import Spring
 from kinetostatics.files.reader import parse_robot_text
 from kinetostatics.reports.json import robot_to_dict
@@ -212,6 +214,18 @@ def test_a_spring_without_length_has_no_direction():
     np.testing.assert_allclose(ks.analyze(loaded(text).assemble()).spring_forces["balance"], 0, atol=1e-12)
     with pytest.raises(ks.StaticsError, match="the spring 'balance' has no length at this pose"):
         ks.analyze(loaded(text.replace('free_length="0"', 'free_length="0" preload="5"')).assemble())
+
+
+def test_springs_that_look_like_slips_are_told():
+    """A free length in mm, and an end in the middle of a rod."""
+    long = loaded(pendulum(SPRING.replace('free_length="0"', 'free_length="150"')))
+    said = r"free length of spring 'balance' is 150 m, .* lengths are in m; write 0.15 for 150 mm"
+    for warned in (robot_facts(long).warnings, ks.analyze(long.assemble(), on_failure="nan").warnings):
+        assert any(re.search(said, item) for item in warned)
+    assert not any("free length" in item for item in ks.analyze(loaded(pendulum()).assemble()).warnings)
+    rod = '<beam link="arm" youngs_modulus="70e9" poisson_ratio="0.3" density="2700"><circle diameter="0.02"/></beam>'
+    with pytest.raises(ks.ArgumentError, match=r"^<text>:\d+: spring 'balance': 'arm' is elastic, and \(0.3, 0, 0\) is no end"):
+        ks.analyze(loaded(pendulum(rod + SPRING)).assemble())
 
 
 def test_reports_tell_of_springs():
