@@ -134,6 +134,7 @@ def test_an_optimum_shows_parameters_between_bounds_and_how_much_of_limits_is_us
     (point,) = [line for line in ax.get_lines() if line.get_marker() == "D"]
     value = best.parameters["diameter"]
     assert point.get_xdata()[0] == pytest.approx(100 * np.log(value / 0.02) / np.log(3))
+    assert "place between bounds (logarithmic)" in ax.get_xlabel()
     used = [bar.get_width() for bar in ax.patches]
     for item, width in zip(best.requirements, used, strict=True):
         ratio = item.limit / item.worst if ">" in item.text else item.worst / item.limit

@@ -30,9 +30,9 @@ def optimum(found: Optimum, *, ax: Axes | None = None) -> Axes:
         ax: to draw on; default: a new figure one and a half columns wide.
 
     Returns:
-        The axes: above, parameters, a point between the least and the greatest value that was allowed, by ratios where both are
-        positive, with a tick for each that was listed. Below, requirements: a bar to 100 % is at its limit, dark if it decides,
-        red if it is broken. Beside each stands its value, the worst of all poses, and where that is.
+        The axes: above, parameters, a point between the least and the greatest value that was allowed, on a logarithmic scale
+        where both are positive, with a tick for each that was listed. Below, requirements: a bar to 100 % is at its limit, dark
+        if it decides, red if it is broken. Beside each stands its value, the worst of all poses, and where that is.
 
     Raises:
         ArgumentError: this is no optimum.
@@ -51,7 +51,8 @@ def optimum(found: Optimum, *, ax: Axes | None = None) -> Axes:
         ax.set_ylim(len(rows) - 0.4, -0.6)
         ax.set_xlim(-4, 100 * MOST if "broken" in seen else 108)
         ax.set_xticks(np.arange(0, 101, 25))
-        ax.set_xlabel("place between the bounds, and part of the limit that is used [%]")
+        ratios = " (logarithmic)" if any(min(allowed) > 0 for allowed in found.allowed.values()) else ""
+        ax.set_xlabel(f"place between bounds{ratios}, part of the limit that is used [%]")
         ax.set_title(_verdict(found))
         ax.grid(axis="x", color="0.85", linewidth=0.4)
         ax.set_axisbelow(True)
