@@ -5,6 +5,7 @@ import json
 import pytest
 
 from kinetostatics.cli.main import main
+from kinetostatics.results.sensitivities import QUANTITIES
 
 
 def test_tables_json_and_chart(capsys, tmp_path):
@@ -30,3 +31,9 @@ def test_quantities_that_are_asked_for(capsys, tmp_path):
     assert "tool_mass" in read and set(read["tool_mass"]) == {"name", "value", "unit", "mass", "exact"}
     assert main([*arguments[:-1], "weight"]) == 2
     assert "of is 'weight'; it must be one of" in capsys.readouterr().err
+
+
+def test_its_help_names_all_quantities(capsys):
+    with pytest.raises(SystemExit):
+        main(["sensitivities", "--help"])
+    assert ", ".join(QUANTITIES) in " ".join(capsys.readouterr().out.split())

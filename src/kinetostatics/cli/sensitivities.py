@@ -6,7 +6,6 @@ import argparse
 
 from kinetostatics.cli import answers, arguments, poses
 from kinetostatics.printing.waiting import waiting
-from kinetostatics.results.sensitivities import QUANTITIES
 
 HELP = "rank what each parameter of the robot does, and what to stiffen first"
 DESCRIPTION = (
@@ -35,8 +34,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     by = "xacro arguments of the file, or numbers of parts such as rod_1.outer_diameter; * stands for anything "
     by += "(default: all arguments that change anything; of a file without, numbers of parts)"
     parser.add_argument("--by", metavar="NAME", nargs="+", help=by)
-    of = f"quantities that are differentiated, of {', '.join(QUANTITIES)} (default: all of them)"
-    parser.add_argument("--of", metavar="QUANTITY", nargs="+", default=QUANTITIES, help=of)
+    of = "twist, stiffness, compliance, actuator_forces, actuators, mass"
+    described = f"quantities that are differentiated, of {of} (default: all of them)"
+    parser.add_argument("--of", metavar="QUANTITY", nargs="+", default=of.split(", "), help=described)
     parser.add_argument("--out", metavar="FILE", help="write a bar chart: .pdf, .svg or .png")
     arguments.add_json_argument(parser)
 

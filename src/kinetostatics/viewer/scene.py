@@ -9,6 +9,7 @@ from numbers import Real
 
 import numpy as np
 
+from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
 from kinetostatics.results.result import Result
@@ -76,7 +77,7 @@ class _Builder:
         self.joints = find_joints(self.poses)
         self.springs = find_springs(self.poses)
         self.masses = find_masses_at_points(self.poses, visuals)
-        fixed = [joint for joint in self.robot.description.joints.values() if joint.type == "fixed"]
+        fixed = [joint for joint in self.robot.description.joints.values() if JOINT_TYPES[joint.type].is_fixed]
         self.holder = {joint.child: joint.parent for joint in fixed}
         self.size = self._size()
         self.meshes: list[Mesh] = []
