@@ -51,7 +51,7 @@ def pytest_collection_finish():
 def pytest_collection_modifyitems(items):
     """Put the short files of ``tests/unit`` last, so that no process waits long for another one's last file.
 
-    Of the cases of a test that is marked ``few(n)`` all but n, evenly spread, are slow.
+    Of the cases of a test that is marked ``few(n)`` all but n, evenly spread, are slow, and "further".
     """
     items.sort(key=lambda item: "unit" in item.path.parts)
     cases = {}
@@ -64,6 +64,7 @@ def pytest_collection_modifyitems(items):
         for k, item in enumerate(tests):
             if k not in kept:
                 item.add_marker("slow")
+                item.add_marker("further")
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -58,8 +58,11 @@ def test_hooks_and_the_workflow_call_what_exists():
     for hook in hooks:
         assert hook["entry"].replace(" --force-exclude", "") in commands, hook["id"]
     jobs = yaml.safe_load((ROOT / ".github" / "workflows" / "tests.yml").read_text(encoding="utf-8"))["jobs"]
-    assert [step["run"] for step in jobs["everything"]["steps"] if "run" in step] == [".ci/run"]
+    assert [step["run"] for step in jobs["everything"]["steps"] if "run" in step] == [
+        ".ci/run",
+        ".venv/bin/python -m pytest -m slow -n 2",
+    ]
     versions = jobs["versions"]["strategy"]["matrix"]["python"]
     project = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
-    assert "-m pytest -m slow" in (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8") and "-m slow" in commands
+    assert "-m pytest -m slow" in (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8") and "-m further" in commands
     assert f'requires-python = ">={versions[0]}"' in project

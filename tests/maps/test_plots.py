@@ -991,7 +991,7 @@ def test_the_examples_of_sweep_and_plot_run_as_they_are_printed(capsys, tmp_path
         assert main([name, "--help"]) == 0
         said = capsys.readouterr().out.partition("examples:")[2]
         commands += [shlex.split(line)[1:] for line in said.splitlines() if line.strip()]
-    assert [command[0] for command in commands] == ["sweep"] * 6 + ["plot"] * 7
+    assert [command[0] for command in commands] == ["sweep"] * 6 + ["plot"] * 8
     for command in commands:
         command = [re.sub(":21$", ":5", re.sub(":26$", ":6", word)) for word in command]  # coarser grids
         assert main(command) == 0, capsys.readouterr().err

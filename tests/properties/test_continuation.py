@@ -195,7 +195,6 @@ def test_the_mode_is_that_of_fine_continuation_in_every_batch():
             np.testing.assert_allclose(batch.platform_frame[k], pose.platform_frame, atol=1e-9)
 
 
-@pytest.mark.slow
 @pytest.mark.usefixtures("by_numpy")
 def test_smooth_maps_are_predicted_and_others_are_not(monkeypatch):
     """Where all is smooth, few poses follow their own lines; where some do not get there, what is beyond them does."""
