@@ -438,7 +438,6 @@ def test_tolerances_json_is_the_table(capsys):
     assert code == 0 and json.loads(out)["errors"] == json.loads(json.dumps(ranked["errors"][:4]))
 
 
-@pytest.mark.slow
 def test_live_view_answers_until_it_is_interrupted():
     command = [sys.executable, "-m", "kinetostatics", "view", "3rps", "--live", "--ways", "--port", "0"]
     quiet = {**os.environ, "BROWSER": "true"}  # a browser that does nothing

@@ -175,8 +175,8 @@ def _configuration(
         if np.any(closed & wide) and not robot.accepts(tolerance):
             closed &= ~wide
     if raising and not np.all(closed & arrived):
-        worst = int(np.argmin(closed & arrived))
-        _say_open(robot, {name: (float(a[worst]), float(b[worst])) for name, (a, b) in openings.items()}, tolerance)
+        first = int(np.argmin(closed & arrived))
+        _say_open(robot, {name: (float(a[first]), float(b[first])) for name, (a, b) in openings.items()}, tolerance)
     reached = arrived & closed
     if not np.all(reached):
         q = np.where(reached, q, np.nan)

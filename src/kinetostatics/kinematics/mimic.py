@@ -89,7 +89,7 @@ class Couplings:
             return value
 
         def misplaced(value: Array) -> Array:
-            return np.max([np.abs(item.error(x, value)) for item in led], axis=0)
+            return np.stack([np.abs(item.error(x, value)) for item in led]).max(axis=0)
 
         best, least = value, misplaced(value)
         turned = np.where(value > near, -2 * np.pi, 2 * np.pi)

@@ -119,8 +119,8 @@ def _numbers(beams: LoadedBeams, solution: Solution) -> dict[str, Array]:
     wrench, load = beams.wrench.sum(axis=1), beams.load.sum(axis=1)
     s = FRACTIONS[:, None, None] * beams.length
     sections = beam_formulas.section_wrench(beams.length, wrench[:, None], load[:, None], s)
-    sums = {"inner": beams.inner.sum(axis=1, keepdims=True), "stretch": beams.stretch.sum(axis=0, keepdims=True)}
-    total = replace(beams, wrench=wrench[:, None], load=load[:, None], **sums)
+    inner, stretch = beams.inner.sum(axis=1, keepdims=True), beams.stretch.sum(axis=0, keepdims=True)
+    total = replace(beams, wrench=wrench[:, None], load=load[:, None], inner=inner, stretch=stretch)
     lines = total.lines(FRACTIONS)[:, :, 0]
     return {
         "length": beams.length,

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.printing.mappings import Named, ShortRepr
 from kinetostatics.results.batch import Batch
 from kinetostatics.statics.joint_wrenches import drive_forces, joint_contributions, joints_in_order
@@ -62,7 +62,7 @@ def payload_coefficients(
     )
 
 
-def _places(robot: RobotStatics, solution: Solution) -> Mapping[str, Array]:
+def _places(robot: RobotStatics, solution: Solution) -> Mapping[str, Mask]:
     """Return at which places the payload acts, and where (N,) at each of them."""
     everywhere = np.ones(solution.o.shape[1], dtype=bool)
     for item in solution.applied:

@@ -85,7 +85,7 @@ _TO_MODES = np.linalg.inv(np.polynomial.legendre.legvander(_LOBATTO, _DEGREE))
 def _slopes(points: Array) -> Array:
     """Return the slopes (m, degree + 1) of the functions of one element at points on −1 … 1."""
     coefficients = np.polynomial.legendre.legder(_TO_MODES)
-    return np.polynomial.legendre.legvander(points, _DEGREE - 1) @ coefficients
+    return np.asarray(np.polynomial.legendre.legvander(points, _DEGREE - 1) @ coefficients, dtype=np.float64)
 
 
 @dataclass(frozen=True)

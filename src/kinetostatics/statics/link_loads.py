@@ -17,7 +17,7 @@ from kinetostatics.description.loads import LinkLoad, Payload
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.statics import LimbStatics, limb_statics_under
-from kinetostatics.math.arrays import Array, Index
+from kinetostatics.math.arrays import Array, Index, Mask
 from kinetostatics.math.linalg import cross
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.statics.model import RobotStatics
@@ -204,7 +204,7 @@ class LinkLoads:
         return tuple(AppliedLoad(name, wrenches, points[name]) for name, wrenches in found.items())
 
 
-def places_at(robot: RobotStatics, what: str, link: str, frames: Frames, point: Array) -> dict[str, Array]:
+def places_at(robot: RobotStatics, what: str, link: str, frames: Frames, point: Array) -> dict[str, Mask]:
     """Return at which places something acts on a link at points (3, N), and where (N,) at each of them.
 
     Raises:
@@ -224,7 +224,7 @@ def places_at(robot: RobotStatics, what: str, link: str, frames: Frames, point: 
     beams = [name for name, beam in description.beams.items() if beam.link == link]
     if not beams:
         return {link: np.ones(point.shape[1], dtype=bool)}
-    found: dict[str, Array] = {}
+    found: dict[str, Mask] = {}
     nowhere = np.all(np.isfinite(point), axis=0)
     ends = []
     for name in beams:
@@ -283,7 +283,7 @@ def _frame(robot: RobotStatics, link: str | None, frames: Frames) -> tuple[Array
 
 
 def unit_payloads(
-    robot: RobotStatics, frames: Frames, gravity: Array, link: str | None, places: Mapping[str, Array]
+    robot: RobotStatics, frames: Frames, gravity: Array, link: str | None, places: Mapping[str, Mask]
 ) -> tuple[AppliedLoad, ...]:
     """Return the weights of a unit mass at the origin of a payload's frame, and of unit first moments along its axes.
 

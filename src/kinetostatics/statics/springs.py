@@ -18,7 +18,7 @@ import numpy as np
 from kinetostatics.description.elements import Spring
 from kinetostatics.exceptions import StaticsError
 from kinetostatics.limbs.group import LimbGroup
-from kinetostatics.math.arrays import Array, zeros_for
+from kinetostatics.math.arrays import Array, Mask, zeros_for
 from kinetostatics.math.linalg import cross, solve_by_elimination
 from kinetostatics.math.screws import move_twist
 from kinetostatics.mechanism.tree import Frames
@@ -48,7 +48,7 @@ class PlacedSpring:
 
     name: str
     points: tuple[Array, Array]
-    places: tuple[dict[str, Array], dict[str, Array]]
+    places: tuple[dict[str, Mask], dict[str, Mask]]
     length: Array
     tension: Array
     force: Array
