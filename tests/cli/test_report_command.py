@@ -59,6 +59,8 @@ def test_a_map_through_the_pose_that_nobody_told(monkeypatch, tmp_path):
     assert float(found["workspace"]["z"]) == float(at["z"]) and float(found["workspace"]["y"]) == float(at["y"])
 
 
+@pytest.mark.slow
+@pytest.mark.further
 def test_tables_hold_the_numbers_of_the_results(html, pose):
     result = ks.analyze(pose, LOAD)
     assert "<h1>Tripod &lt;1&gt;</h1>" in html

@@ -470,6 +470,8 @@ def test_wrong_signs_and_units_are_told(cantilever):
             assert found.estimates["rod"].value == pytest.approx(1 / factor, rel=0.01)
 
 
+@pytest.mark.slow
+@pytest.mark.further
 def test_metres_that_look_like_millimetres_are_told():
     robot = package_robots.robot("3rps")
     rows = {"z": [15.0, 16.0], "rx": [0.0, 0.0], "ry": [0.0, 0.0], "Fz": [-100.0, -100.0], "dz": [-1e-6, -1e-6]}
@@ -482,6 +484,8 @@ def test_metres_that_look_like_millimetres_are_told():
     assert len(told) == 1
 
 
+@pytest.mark.slow
+@pytest.mark.further
 def test_estimates_that_nothing_has_are_told():
     """Readings upwards ask for a payload that pulls, and for a platform without weight: a warning, and an error in words."""
     rows = {"z": [0.5, 0.6], "rx": [0.0, 0.0], "ry": [0.0, 0.0], "dz": [1e-6, 1.2e-6]}

@@ -299,6 +299,8 @@ def test_bars(cantilever):
         ks.plot.sensitivities(1)
 
 
+@pytest.mark.slow
+@pytest.mark.further
 def test_mistakes(cantilever):
     pose = package_robots.robot("3rps").assemble()
     with pytest.raises(ks.ArgumentError, match="did you mean 'rod_diameter'"):
