@@ -5,7 +5,7 @@ import re
 import numpy as np
 import pytest
 from browser_pages import ENDS, move, settle, vertices, visits
-from test_meshcat import drawn
+from meshcat_windows import drawn
 
 import kinetostatics as ks
 from kinetostatics.files.reader import parse_robot_text

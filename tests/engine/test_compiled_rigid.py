@@ -9,8 +9,7 @@ import pytest
 import simple_machines
 import small_robots
 from places import CASES
-from tapes import differences
-from test_record import RANDOM, evaluated, some_poses
+from tapes import RANDOM, differences, evaluated, some_poses
 
 import kinetostatics as ks
 from kinetostatics.description import JointStiffness, Spring

@@ -5,8 +5,7 @@ from functools import cache
 import numpy as np
 import package_robots
 import pytest
-from tapes import differences
-from test_record import evaluated, some_poses
+from tapes import differences, evaluated, some_poses
 
 import kinetostatics as ks
 from kinetostatics.description import Spring

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from loop_robots import floating, frame
 from package_robots import robot as robot_named
-from test_loop_record import prescribed_of
+from tapes import prescribed_of
 
 from kinetostatics.engine.loops import CompiledSolver
 from kinetostatics.engine.scalars import Tape

@@ -3,23 +3,11 @@
 import numpy as np
 import package_robots
 import pytest
-from tapes import evaluate
+from tapes import evaluate, prescribed_of
 
 from kinetostatics.engine.loop_record import newton_record, place_record, structure_of
 from kinetostatics.engine.structure import Structure
-from kinetostatics.kinematics.coordinate_choices import choices, prescribed_platform
 from kinetostatics.kinematics.solver import SHRINKING, SolverState
-from kinetostatics.math.orientation import orientation_named
-
-
-def prescribed_of(robot, convention):
-    """Return the drives or the first coordinates of the platform that determine the pose, and how many freedoms are local."""
-    prescribed = robot.actuator_coordinates
-    if convention is not None:
-        orientation = orientation_named(convention)
-        prescribed = prescribed_platform(choices(robot, orientation, (), robot.zero_poses)[0], orientation)
-    prescribed = robot.mobility_analysis.without_idle_dofs(prescribed)
-    return prescribed, robot.mobility_analysis.local_dofs(prescribed)
 
 
 def beside(robot, prescribed, poses):

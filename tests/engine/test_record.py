@@ -4,33 +4,12 @@ import numpy as np
 import package_robots
 import pytest
 import small_robots
-from tapes import differences, evaluate
+from tapes import RANDOM, differences, evaluated, some_poses
 
-from kinetostatics.engine.record import Place, record_of, solution_of
+from kinetostatics.engine.record import Place, record_of
 from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.engine.structure import Structure
 from kinetostatics.statics.solution import solve
-
-N = 6
-
-
-def some_poses(robot):
-    """Return frames, loads and gravity: the first generic poses and again all of them."""
-    frames = robot.generic_frames
-    sound = np.flatnonzero(np.all(np.isfinite(frames.position), axis=(0, 1)))  # random robots do not reach all
-    frames = frames.take(np.resize(sound, N))
-    rng = np.random.default_rng(5)
-    return frames, 100 * rng.standard_normal((6, N)), 9.81 * rng.standard_normal((3, N))
-
-
-def evaluated(robot, record, frames, load, gravity):
-    """Return the solution that a record gives, and where it holds."""
-    N = load.shape[1]
-    inputs = [frames.rotation.reshape(-1, N), frames.position.reshape(-1, N), load, gravity]
-    found = evaluate(record.tape, inputs, Structure(robot.statics).values, (*record.numbers, *record.truths))
-    numbers, truths = found[: len(record.numbers)].astype(float), found[len(record.numbers) :].astype(bool)
-    arrays = {path: place.of(numbers, truths, N) for path, place in record.places.items()}
-    return solution_of(robot.statics, frames, load, gravity, arrays), truths[0]
 
 
 @pytest.mark.few(6)
@@ -100,17 +79,6 @@ def test_what_the_structure_leaves_out_cannot_be_recorded(monkeypatch):
 def test_constants_have_no_rows():
     place = Place((2,), False, None, [0.0, 1.0])
     assert place.of(np.zeros((0, 3)), np.zeros((1, 3), bool), 3).tolist() == [[0.0] * 3, [1.0] * 3]
-
-
-#: Limbs of random robots, as in ``tests/properties``; the last ones have more limbs than freedoms, or rigid joints of all kinds.
-RANDOM = [
-    ("RpS",) * 3,
-    ("UpS",) * 6,
-    ("pRU", "pRU", "UpR"),
-    ("rrp",),
-    ("CpU", "rCU", "pUS", "rUS"),
-    ("pUU", "SpU", "rUS", "UpU"),
-]
 
 
 @pytest.mark.few(2)

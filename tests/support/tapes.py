@@ -2,7 +2,10 @@
 
 import numpy as np
 
-from kinetostatics.engine.record import arrays_of, sizes_of_applied
+from kinetostatics.engine.record import arrays_of, sizes_of_applied, solution_of
+from kinetostatics.engine.structure import Structure
+from kinetostatics.kinematics.coordinate_choices import choices, prescribed_platform
+from kinetostatics.math.orientation import orientation_named
 
 ARITHMETIC = {"add": np.add, "subtract": np.subtract, "multiply": np.multiply, "divide": np.divide, "negative": np.negative}
 OTHERS = {"square_root": np.sqrt, "absolute": np.abs, "and": np.logical_and, "or": np.logical_or, "not": np.logical_not}
@@ -47,3 +50,43 @@ def differences(found, wanted, which=slice(None)):
             size = max(np.nanmax(np.abs(array), initial=0.0), alike.get(path, 0.0))
             result[path] = np.nanmax(np.abs(found[path] - array), initial=0.0) / (size if size > 1e-25 else 1.0)
     return result
+
+
+#: Limbs of random robots, as in ``tests/properties``; the last ones have more limbs than freedoms, or rigid joints of all kinds.
+RANDOM = [
+    ("RpS",) * 3,
+    ("UpS",) * 6,
+    ("pRU", "pRU", "UpR"),
+    ("rrp",),
+    ("CpU", "rCU", "pUS", "rUS"),
+    ("pUU", "SpU", "rUS", "UpU"),
+]
+
+
+def some_poses(robot):
+    """Return frames, loads and gravity: the first generic poses and again all of them."""
+    N, frames = 6, robot.generic_frames
+    sound = np.flatnonzero(np.all(np.isfinite(frames.position), axis=(0, 1)))  # random robots do not reach all
+    frames = frames.take(np.resize(sound, N))
+    rng = np.random.default_rng(5)
+    return frames, 100 * rng.standard_normal((6, N)), 9.81 * rng.standard_normal((3, N))
+
+
+def evaluated(robot, record, frames, load, gravity):
+    """Return the solution that a record gives, and where it holds."""
+    N = load.shape[1]
+    inputs = [frames.rotation.reshape(-1, N), frames.position.reshape(-1, N), load, gravity]
+    found = evaluate(record.tape, inputs, Structure(robot.statics).values, (*record.numbers, *record.truths))
+    numbers, truths = found[: len(record.numbers)].astype(float), found[len(record.numbers) :].astype(bool)
+    arrays = {path: place.of(numbers, truths, N) for path, place in record.places.items()}
+    return solution_of(robot.statics, frames, load, gravity, arrays), truths[0]
+
+
+def prescribed_of(robot, convention):
+    """Return the drives or the first coordinates of the platform that determine the pose, and how many freedoms are local."""
+    prescribed = robot.actuator_coordinates
+    if convention is not None:
+        orientation = orientation_named(convention)
+        prescribed = prescribed_platform(choices(robot, orientation, (), robot.zero_poses)[0], orientation)
+    prescribed = robot.mobility_analysis.without_idle_dofs(prescribed)
+    return prescribed, robot.mobility_analysis.local_dofs(prescribed)
