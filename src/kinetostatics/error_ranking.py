@@ -16,9 +16,8 @@ from kinetostatics.argument_checks import check_choice, positive, told_keywords
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.ordering import first_largest, ranked
-from kinetostatics.results.seen import seen
 from kinetostatics.results.tolerances import Tolerance, Tolerances
-from kinetostatics.results.tool_point import point_on_robot
+from kinetostatics.results.tool_point import seen, tool_on_robot
 from kinetostatics.robot import robot_of
 
 #: What the table may be ranked by.
@@ -73,7 +72,7 @@ def tolerances(
         check_choice("by", by, RANKINGS)
     length, angle, temperature = positive("length", length), positive("angle", angle), positive("temperature", temperature)
     robot = configuration.robot
-    place = None if tool is None else point_on_robot("tool", tool, robot_of(configuration))
+    place = tool_on_robot(tool, robot_of(configuration), 4)
     errors = _errors(configuration, length, angle, temperature)
     if not errors:
         return Tolerances(configuration, (), by or "displacement", place)

@@ -21,7 +21,7 @@ from kinetostatics.math.orientation import Orientation, orientation_named
 from kinetostatics.printing.text import listing
 from kinetostatics.results.compensation import Compensation, loaded_frame, wanted_frame
 from kinetostatics.results.result import Result
-from kinetostatics.results.tool_point import point_on_robot
+from kinetostatics.results.tool_point import tool_on_robot
 from kinetostatics.robot import Robot, robot_of
 
 #: Step of commanded coordinates, as part of the robot's length, by which the tip's Jacobian is found, and its least singular
@@ -98,7 +98,7 @@ def compensate(
 
     uncorrected = analyze(configuration, load, gravity, on_failure=on_failure, **analysis)
     convention = configuration.orientation if orientation is None else orientation_named(orientation)
-    place = None if tool is None else point_on_robot("tool", tool, robot)
+    place = tool_on_robot(tool, robot)
     names = _controlled(robot, configuration, convention, coordinates, place)
     shape = uncorrected.shape
     wanted = replace(spread(configuration, shape), orientation=convention)

@@ -29,7 +29,7 @@ from kinetostatics.kinematics.unit_hints import odd_coordinates, odd_range
 from kinetostatics.math.arrays import Array
 from kinetostatics.printing.mappings import Named
 from kinetostatics.results.optimum import CheckedRequirement, Optimum, Start
-from kinetostatics.results.tool_point import point_on_robot
+from kinetostatics.results.tool_point import tool_on_robot
 
 #: Margins up to this part of the limit count as none.
 ACTIVE = 1e-5
@@ -164,7 +164,7 @@ def prepare(
     grid, is_platform = _grid(over, first.description.driven)
     for hint in (*odd_coordinates(first, over or {}), *_odd_ranges(sizes, ranges, choices)):
         warnings.warn(hint, stacklevel=3)
-    place = None if tool is None else point_on_robot("tool", tool, first, 4)
+    place = tool_on_robot(tool, first, 4)
     problem = Problem(sizes, grid, is_platform, orientation, analysis, objective, requirements, place, tolerance)
     # complaints about coordinates and arguments come before the search
     problem.analyzed(first)

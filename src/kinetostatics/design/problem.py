@@ -16,7 +16,7 @@ from kinetostatics.exceptions import RobotFileError, StaticsError
 from kinetostatics.kinematics.assembly import assemble
 from kinetostatics.math.arrays import Array
 from kinetostatics.results.result import Result
-from kinetostatics.results.seen import seen
+from kinetostatics.results.tool_point import seen
 from kinetostatics.robot import Robot
 
 #: Broken requirements up to this part of the limit count as rounding.

@@ -28,9 +28,8 @@ from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.printing.mappings import Named
 from kinetostatics.results.result import Result
-from kinetostatics.results.seen import seen
 from kinetostatics.results.sensitivities import QUANTITIES, Sensitivities, Sensitivity, is_location
-from kinetostatics.results.tool_point import PointResult, point_on_robot
+from kinetostatics.results.tool_point import seen, seen_at, tool_on_robot
 from kinetostatics.robot import Robot, robot_of
 
 #: Half the distance between the two values of a parameter, as part of it; of one that is zero, of 1; of a placement, of the
@@ -104,7 +103,7 @@ def sensitivities(
     robot = robot_of(configuration)
     changes = _all_changes(robot) if by is None else named_changes(robot, names_in("by", by, '["rod_diameter"]'))
     asked = _quantities(of)
-    place = None if tool is None else point_on_robot("tool", tool, robot)
+    place = tool_on_robot(tool, robot)
     result = analyze(configuration, **analysis)
     derivatives = derivatives_at(configuration, result, analysis, place, asked)
     if derivatives is not None and derivatives.N and not _has_record(derivatives):
@@ -133,8 +132,8 @@ def sensitivities(
     sources: dict[str, Array] = {}
     if "twist" in asked:
         sources = {name: twist for kind in result.source_contributions.values() for name, twist in kind.items()}
-        tip = seen(result, place)
-        if isinstance(tip, PointResult):
+        if place is not None:
+            tip = seen_at(result, place)
             sources = {name: tip.moved(twist) for name, twist in sources.items()}
     every = Sensitivities(result, Named(found), Named(sources), Named(skipped), place, asked)
     if by is None:

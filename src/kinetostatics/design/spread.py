@@ -31,9 +31,8 @@ from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.printing.mappings import Named
 from kinetostatics.printing.waiting import waiting
 from kinetostatics.results.result import Result
-from kinetostatics.results.seen import seen
 from kinetostatics.results.spread import Spread, SpreadQuantities, Toleranced, quantities
-from kinetostatics.results.tool_point import point_on_robot
+from kinetostatics.results.tool_point import seen, tool_on_robot
 from kinetostatics.robot import Robot, robot_of
 
 #: Standard deviation of a parameter, as part of its tolerance, by its distribution.
@@ -102,7 +101,7 @@ def spread(
     count = None if robots is None else whole_number("robots", robots, 2)
     seed = whole_number("seed", seed, 0)
     robot = robot_of(configuration)
-    place = None if tool is None else point_on_robot("tool", tool, robot)
+    place = tool_on_robot(tool, robot)
     changes, amounts = read_changes(robot, tolerances)
     result = analyze(configuration, **analysis)
     if result.shape != ():

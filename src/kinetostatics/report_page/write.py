@@ -19,8 +19,7 @@ from kinetostatics.printing.html import html_report
 from kinetostatics.report_page import chapters
 from kinetostatics.report_page.maps import checked_map, workspace_html
 from kinetostatics.reports.tool_point import point_report
-from kinetostatics.results.seen import seen
-from kinetostatics.results.tool_point import PointResult, point_on_robot
+from kinetostatics.results.tool_point import seen_at, tool_on_robot
 from kinetostatics.workspace.provenance import versions
 
 if TYPE_CHECKING:
@@ -105,9 +104,8 @@ def report_html(
     result = analyze(configuration, **arguments)
     if result.shape != ():
         raise ArgumentError(f"a report is about one pose and one load, not a batch of the shape {result.shape}: give a map too")
-    place = None if tool is None else point_on_robot("tool", tool, result.robot, 4)
-    found = seen(result, place)
-    tip = found if isinstance(found, PointResult) else None
+    place = tool_on_robot(tool, result.robot, 4)
+    tip = None if place is None else seen_at(result, place)
     if workspace is not None:
         workspace = checked_map(workspace, configuration, place)
     robot = result.robot

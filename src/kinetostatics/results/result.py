@@ -164,9 +164,7 @@ class Result(Told):
             >>> [round(1e6 * float(d), 2) for d in tip.twist[:3]]  # [µm]
             [2.44, 0.17, -0.01]
         """
-        place = point_on_robot("point", point, self.robot)
-        rotation = self.configuration.platform_frame[..., :3, :3]
-        return seen_at(place, rotation, self.twist, self.contributions, self.stiffness, self.compliance)
+        return seen_at(self, point_on_robot("point", point, self.robot))
 
     @cached_property
     def mechanism_contributions(self) -> Mapping[str, Mapping[str, Array]]:

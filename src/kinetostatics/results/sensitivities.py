@@ -15,8 +15,7 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.printing.dispatch import Told
 from kinetostatics.printing.mappings import ShortRepr
 from kinetostatics.results.result import Result
-from kinetostatics.results.seen import seen
-from kinetostatics.results.tool_point import PointResult
+from kinetostatics.results.tool_point import PointResult, seen
 
 #: Numbers of parts that tell where something is: a per cent of their value means nothing.
 LOCATIONS = ("placement", "predecessor_placement", "successor_placement", "center_of_mass")

@@ -12,7 +12,7 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.printing.dispatch import Told
 from kinetostatics.printing.mappings import ShortRepr
 from kinetostatics.results.result import Result
-from kinetostatics.results.seen import seen
+from kinetostatics.results.tool_point import seen
 
 #: Components of a twist, by which one may ask for them.
 COMPONENTS = ("x", "y", "z", "rx", "ry", "rz")

@@ -5,12 +5,14 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from kinetostatics.argument_checks import finite_numbers
 from kinetostatics.exceptions import ArgumentError
+from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.kinematics.unit_hints import odd_point
 from kinetostatics.math.arrays import Array, frozen
 from kinetostatics.math.screws import compliance_at, stiffness_at, to_point
@@ -19,6 +21,24 @@ from kinetostatics.robot import Robot
 
 #: What a point of the platform other than o is called.
 TIP = "the tool's tip"
+
+
+class AtO(Protocol):
+    """What of a :class:`kinetostatics.Result` is about o."""
+
+    @property
+    def configuration(self) -> Configuration: ...  # noqa: D102
+    @property
+    def twist(self) -> Array: ...  # noqa: D102
+    @property
+    def contributions(self) -> Mapping[str, Array]: ...  # noqa: D102
+    @property
+    def stiffness(self) -> Array: ...  # noqa: D102
+    @property
+    def compliance(self) -> Array: ...  # noqa: D102
+
+
+R = TypeVar("R", bound=AtO)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -78,17 +98,20 @@ def point_on_robot(what: str, point: ArrayLike, robot: Robot, stacklevel: int = 
     return place
 
 
-def seen_at(
-    point: Array, rotation: Array, twist: Array, contributions: Mapping[str, Array], stiffness: Array, compliance: Array
-) -> PointResult:
-    """Return what a point does, of what o does.
+def tool_on_robot(tool: ArrayLike | None, robot: Robot, stacklevel: int = 3) -> Array | None:
+    """Return the point that a function is given as ``tool``, as :func:`point_on_robot` does; None where there is none."""
+    return None if tool is None else point_on_robot("tool", tool, robot, stacklevel + 1)
 
-    Args:
-        point: (3,) from o in the platform's axes [m].
-        rotation: (…, 3, 3) of the platform.
-        twist, contributions, stiffness, compliance: at o.
-    """
-    arm = np.array(np.broadcast_to(rotation @ point, (*twist.shape[:-1], 3)))
+
+def seen(result: R, tool: Array | None) -> R | PointResult:
+    """Return a result as a point of the platform sees it; the result itself where there is no tool."""
+    return result if tool is None else seen_at(result, tool)
+
+
+def seen_at(result: AtO, point: Array) -> PointResult:
+    """Return what a point (3,) of the platform, from o in its axes [m], does, of what o does."""
+    rotation = result.configuration.platform_frame[..., :3, :3]
+    arm = np.array(np.broadcast_to(rotation @ point, (*result.twist.shape[:-1], 3)))
     X = to_point(arm)
 
     def moved(item: Array) -> Array:
@@ -97,8 +120,8 @@ def seen_at(
     return PointResult(
         frozen(point),
         frozen(arm),
-        moved(twist),
-        Named({name: moved(item) for name, item in contributions.items()}),
-        frozen(stiffness_at(stiffness, arm)),
-        frozen(compliance_at(compliance, arm)),
+        moved(result.twist),
+        Named({name: moved(item) for name, item in result.contributions.items()}),
+        frozen(stiffness_at(result.stiffness, arm)),
+        frozen(compliance_at(result.compliance, arm)),
     )

@@ -92,6 +92,9 @@ def test_a_tip_of_a_tool_in_millimetres():
     with pytest.warns(UserWarning, match=r"tool lies 50 m from o, .* write -0\.05 for -50 mm") as told:
         found = ks.compensate(pose, tool=(0, -50, 0))
     assert len(told) == 1 and told[0].filename == __file__
+    with pytest.warns(UserWarning, match=r"tool lies 50 m from o") as told:
+        ks.tolerances(pose, tool=(0, -50, 0))
+    assert len(told) == 1 and told[0].filename == __file__
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert "tip" in str(found)  # which does not say it again
