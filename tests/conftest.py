@@ -38,6 +38,15 @@ def by_numpy(monkeypatch):
     monkeypatch.setenv("KINETOSTATICS_ENGINE", "numpy")
 
 
+@pytest.fixture
+def no_figures_left():
+    """Close all figures of Matplotlib after a test."""
+    from matplotlib import pyplot as plt
+
+    yield
+    plt.close("all")
+
+
 # what importing and collecting makes stays to the end: to look through it again and again takes a fifth of the time of both
 gc.disable()
 

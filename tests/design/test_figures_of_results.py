@@ -12,16 +12,10 @@ from kinetostatics.exceptions import ArgumentError
 matplotlib = pytest.importorskip("matplotlib", reason="needs Matplotlib: pip install 'kinetostatics[plot]'")
 matplotlib.use("Agg")
 
+pytestmark = pytest.mark.usefixtures("no_figures_left")
+
 LOAD = [0, 100, -500, 0, 0, 0]
 TILTS = np.linspace(-0.2, 0.2, 7)
-
-
-@pytest.fixture(autouse=True)
-def no_figures_left():
-    from matplotlib import pyplot as plt
-
-    yield
-    plt.close("all")
 
 
 @pytest.fixture(scope="module")

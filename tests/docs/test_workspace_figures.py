@@ -15,6 +15,8 @@ from kinetostatics.cli.main import main
 matplotlib = pytest.importorskip("matplotlib", reason="needs Matplotlib: pip install 'kinetostatics[plot]'")
 matplotlib.use("Agg")
 
+pytestmark = pytest.mark.usefixtures("no_figures_left")
+
 PAGE = (ROOT / "docs" / "how_to" / "workspace_figures.md").read_text(encoding="utf-8")
 sys.path.insert(0, str(ROOT / "examples"))
 paper_workspace = pytest.importorskip("paper_workspace")
@@ -24,14 +26,6 @@ def between(name):
     found = re.search(rf"<!-- {name}: begin -->\n(.*?)<!-- {name}: end -->", PAGE, re.DOTALL)
     assert found, name
     return found.group(1).strip()
-
-
-@pytest.fixture(autouse=True)
-def no_figures_left():
-    from matplotlib import pyplot as plt
-
-    yield
-    plt.close("all")
 
 
 @pytest.fixture(scope="module")

@@ -30,15 +30,11 @@ from kinetostatics.plots.ranges import main_range  # noqa: E402
 from kinetostatics.plots.solids import cells_of, outer_faces  # noqa: E402
 from kinetostatics.plots.style import COLOURS, DASHES, MARKERS, figure_of  # noqa: E402
 
+pytestmark = pytest.mark.usefixtures("no_figures_left")
+
 Z = np.array([0.3, 0.4, 0.5, 0.6])
 RX = np.radians(np.linspace(-20, 20, 9))
 RY = np.radians(np.linspace(-15, 15, 7))
-
-
-@pytest.fixture(autouse=True)
-def no_figures_left():
-    yield
-    plt.close("all")
 
 
 @pytest.fixture(scope="module")
