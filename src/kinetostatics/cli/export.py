@@ -6,6 +6,7 @@ import argparse
 
 from kinetostatics.cli.answers import print_report
 from kinetostatics.cli.arguments import add_robot_arguments, load
+from kinetostatics.cli.poses import add_orientation_argument
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.printing.waiting import waiting
 
@@ -34,9 +35,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="NAME",
         help="platform coordinates that are inputs, as many as the mobility (default: the drives' coordinates)",
     )
-    parser.add_argument(
-        "--orientation", metavar="NAME", help="what the angles mean: rotation_vector (default), XYZ, xyz, …, tilt_torsion"
-    )
+    add_orientation_argument(parser)
     parser.add_argument(
         "--outputs",
         nargs="+",

@@ -51,14 +51,19 @@ def add_pose_arguments(
             help="another pose, of the platform or of the drives, from which the straight way to this one begins; it tells the "
             "assembly mode (default: the closed zero pose)",
         )
+    add_orientation_argument(group)
     group.add_argument(
+        "--tolerance", metavar="T", default="1e-10", help="how far loops may stay open, m and rad (default: %(default)s)"
+    )
+
+
+def add_orientation_argument(parser: argparse._ActionsContainer) -> None:
+    """Add ``--orientation``."""
+    parser.add_argument(
         "--orientation",
         metavar="NAME",
         help="what rx ry rz mean: rotation_vector (default), angles about moving axes (XYZ) or fixed axes (xyz), in any "
         "order of three letters; or tilt_torsion for azimuth tilt torsion",
-    )
-    group.add_argument(
-        "--tolerance", metavar="T", default="1e-10", help="how far loops may stay open, m and rad (default: %(default)s)"
     )
 
 
