@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from kinetostatics.description.units import KINDS, KNOWN, Unit, find_unit
+from kinetostatics.description.units import KINDS, KNOWN, Unit, article, find_unit
 from kinetostatics.exceptions import ArgumentError
 
 if TYPE_CHECKING:
@@ -87,11 +87,6 @@ def check_figure(path: str | None, option: str = "--plot") -> None:
         from kinetostatics.plots.style import format_of
 
         format_of(path)
-
-
-def article(noun: str) -> str:
-    """Return a noun with "a" or "an"."""
-    return f"{'an' if noun[0] in 'aeiou' else 'a'} {noun}"
 
 
 def parse_range(option: str, name: str, text: str, kind: str | None = None) -> tuple[float, float, int | None]:

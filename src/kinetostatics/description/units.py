@@ -154,6 +154,16 @@ def sized_name(text: str) -> tuple[str, str | None]:
     return match[1], next((part.strip() for part in match.groups()[1:] if part is not None), None)
 
 
+def sized_example(name: str, unit: str) -> str:
+    """Return a quantity that takes a force or moment, in ``unit``, with an example of its size, as people write it."""
+    return f"{name}({500 if unit == KINDS['force'] else 20} {unit})"
+
+
+def article(noun: str) -> str:
+    """Return a noun with "a" or "an"."""
+    return f"{'an' if noun[0] in 'aeiou' else 'a'} {noun}"
+
+
 def _split(text: str, sign: str) -> list[str]:
     """Return the parts of a text between signs that are not in brackets."""
     parts, depth = [""], 0

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from kinetostatics.description.units import KINDS, find_unit, sized_name, unit
+from kinetostatics.description.units import KINDS, article, find_unit, sized_example, sized_name, unit
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.math.arrays import Array
 from kinetostatics.results.result import Result
@@ -141,13 +141,7 @@ def parse_number(text: str, kind: str, what: str) -> float:
     """
     match = _NUMBER.fullmatch(text)
     own = find_unit(match[2]) if match and match[2] else None
-    wanted = (
-        "a plain number"
-        if kind == "number"
-        else f"{'an' if kind[0] in 'aeiou' else 'a'} {kind} such as 1{KINDS[kind]}"
-        if kind
-        else "a number"
-    )
+    wanted = {"": "a number", "number": "a plain number"}.get(kind) or f"{article(kind)} such as 1{KINDS[kind]}"
     if match is None or (match[2] and own is None):
         raise ArgumentError(f"{what}: {text.strip()!r} is not {wanted}")
     if own is None:
@@ -166,7 +160,7 @@ def typed_unit(text: str) -> str:
 def _form(name: str) -> str:
     """Return a quantity as people write it, with a size if it takes one."""
     kind = MEASURES[name].argument
-    return f"{name}({'500' if kind == 'force' else '20'} {KINDS[kind]})" if kind else name
+    return sized_example(name, KINDS[kind]) if kind else name
 
 
 def parse_measure(text: object) -> tuple[str, float]:

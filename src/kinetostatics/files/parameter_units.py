@@ -14,7 +14,7 @@ from numbers import Real
 from kinetostatics.description.elements import Beam, Cone, Inertia, Joint, JointStiffness, Link, Loop, Material, Origin
 from kinetostatics.description.joint_types import JOINT_TYPES
 from kinetostatics.description.robot import RobotDescription
-from kinetostatics.description.units import unit
+from kinetostatics.description.units import article, unit
 from kinetostatics.exceptions import ArgumentError, RobotFileError
 from kinetostatics.files.beams import SECTIONS
 from kinetostatics.files.reader import read_robot_file
@@ -92,8 +92,7 @@ def _read(
 
 
 def _said(name: str) -> str:
-    kind = unit(name).kind or "quantity"
-    return f"{'an' if kind[0] in 'aeiou' else 'a'} {kind} [{name.replace(' ', '·')}]"
+    return f"{article(unit(name).kind or 'quantity')} [{name.replace(' ', '·')}]"
 
 
 def _walk(value: object, place: tuple[object, ...], own: str) -> Iterator[tuple[tuple[object, ...], tuple[float, str]]]:

@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from kinetostatics.argument_checks import told_keywords
-from kinetostatics.description.units import find_unit, sized_name
+from kinetostatics.description.units import find_unit, sized_example, sized_name
 from kinetostatics.description.units import unit as known_unit
 from kinetostatics.exceptions import ArgumentError, near_names
 from kinetostatics.indices import sag, stiffness
@@ -160,8 +160,7 @@ def quantity(ds: xr.Dataset, what: str, beyond_limits: bool = False) -> xr.DataA
 
 def _example(index: str) -> str:
     """Return an index that takes a force or moment as people write it."""
-    unit = ANY_DIRECTION[index][1]
-    return f"{index}({'500' if unit == 'N' else '20'} {unit})"
+    return sized_example(index, ANY_DIRECTION[index][1])
 
 
 def _amount(what: str, text: str, unit: str, index: str) -> float:
