@@ -15,12 +15,10 @@ from kinetostatics.design.sizes import Sizes
 from kinetostatics.exceptions import RobotFileError, StaticsError
 from kinetostatics.kinematics.assembly import assemble
 from kinetostatics.math.arrays import Array
+from kinetostatics.results.optimum import BROKEN
 from kinetostatics.results.result import Result
 from kinetostatics.results.tool_point import seen
 from kinetostatics.robot import Robot
-
-#: Broken requirements up to this part of the limit count as rounding.
-BROKEN = 1e-6
 
 
 @dataclass(frozen=True)

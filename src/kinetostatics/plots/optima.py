@@ -15,7 +15,7 @@ from kinetostatics.math.arrays import Array
 from kinetostatics.plots.display_units import display_unit
 from kinetostatics.plots.style import COLOURS, ONE_COLUMN, figure_of, legend_below, new_axes, styled
 from kinetostatics.reports.optimum import pose_words
-from kinetostatics.results.optimum import CheckedRequirement, Optimum
+from kinetostatics.results.optimum import BROKEN, CheckedRequirement, Optimum
 
 #: Part of a limit up to which bars are drawn: what is broken by more is cut off there.
 MOST = 1.6
@@ -95,7 +95,7 @@ def _parameter(ax: Axes, place: int, value: float, allowed: Array, unit: str) ->
 
 def _requirement(ax: Axes, place: int, item: CheckedRequirement) -> str:
     """Draw one requirement and return what is true of it."""
-    words = "broken" if item.margin < -1e-6 else "decides" if item.active else "has a margin"
+    words = "broken" if item.margin < -BROKEN else "decides" if item.active else "has a margin"
     used = np.nan if np.isnan(item.worst) else 1 - item.margin if item.is_below else 1 / (1 + item.margin)
     colour, hatch = _look(words)
     ax.barh(place, 100 * min(used, MOST) if np.isfinite(used) else 100 * MOST, 0.5, color=colour, hatch=hatch, edgecolor="white")

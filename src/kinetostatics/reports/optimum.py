@@ -25,7 +25,7 @@ from kinetostatics.printing.text import (
     wrapped,
 )
 from kinetostatics.reports.json import plain
-from kinetostatics.results.optimum import Optimum
+from kinetostatics.results.optimum import BROKEN, Optimum
 from kinetostatics.results.pareto import ParetoFront
 
 _UNITS: Mapping[str, Units] = {
@@ -75,7 +75,7 @@ def _sentences(found: Optimum) -> list[str]:
     said = []
     for item in found.active:
         where = f", at {pose_words(item.pose)}" if found.poses > 1 else ""
-        if item.margin < -1e-6:
+        if item.margin < -BROKEN:
             said.append(f"{item.text} is broken{where}.")
         else:
             saves = f": one per cent looser would save {_written(item.saving, found.unit)}" if item.saving > 0 else ""

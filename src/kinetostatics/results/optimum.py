@@ -12,6 +12,9 @@ from kinetostatics.printing.mappings import ShortRepr
 from kinetostatics.results.result import Result
 from kinetostatics.robot import Robot
 
+#: Broken requirements up to this part of the limit count as rounding.
+BROKEN = 1e-6
+
 
 @dataclass(frozen=True)
 class CheckedRequirement:
