@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -107,7 +108,7 @@ class Spread(Told):
     difference: float
     tool: Array | None = None
 
-    @property
+    @cached_property
     def nominal(self) -> SpreadQuantities:
         """The quantities of the nominal robot."""
         tip = seen(self.result, self.tool)
