@@ -6,6 +6,7 @@ import numpy as np
 
 from kinetostatics.kinematics.configuration import Configuration
 from kinetostatics.math.arrays import Array, chunks
+from kinetostatics.math.screws import to_point
 from kinetostatics.robot import robot_of
 
 #: Axes that tell a pose's directions this little, as cosines, are chosen anew.
@@ -29,7 +30,7 @@ def uncorrectable_directions(configuration: Configuration, tool: Array | None) -
         moves = robot.mobility_analysis.motions_at(configuration.poses.take(which))
         if tool is not None:
             arms = np.einsum("ijn,j->ni", R[:, :, which], tool / length)
-            moves[:, :3] += np.cross(moves[:, 3:], arms[:, :, None], axisa=1, axisb=1, axisc=1)
+            moves = to_point(arms) @ moves
         regular = np.all(np.isfinite(moves), axis=(1, 2))
         found[which[regular]] = np.linalg.svd(moves[regular])[0][:, :, n:]
     left = np.flatnonzero(np.all(np.isfinite(found), axis=(1, 2)))
