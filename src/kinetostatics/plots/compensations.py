@@ -29,13 +29,13 @@ KINDS = ("displacement", "rotation", "correction", "force")
 
 @dataclass(frozen=True)
 class _Shown:
-    """Numbers (…) by name [SI], before and after, and what these are."""
+    """Numbers (…) by name [SI], before and after, and the words for both."""
 
     title: str
     unit: str
-    after: Mapping[str, Array]
     before: Mapping[str, Array]
-    words: tuple[str, str]  # of before and after
+    after: Mapping[str, Array]
+    words: tuple[str, str]
 
 
 @told_keywords
@@ -93,9 +93,9 @@ def compensation(
 def _of_platform(found: Compensation, what: str) -> _Shown:
     names = found.wanted.orientation.pose_names
     mine = names[:3] if what == "displacement" else names[3:]
-    after, before = ({name: off[name] for name in mine} for off in (found.remaining_coordinates, found.deviation_coordinates))
+    before, after = ({name: off[name] for name in mine} for off in (found.deviation_coordinates, found.remaining_coordinates))
     who = named_point(found.tool) if what == "displacement" else "angle"
-    return _Shown(f"{who} misses by", "m" if what == "displacement" else "rad", after, before, ("uncorrected", "corrected"))
+    return _Shown(f"{who} misses by", "m" if what == "displacement" else "rad", before, after, ("uncorrected", "corrected"))
 
 
 def _of_drives(found: Compensation, what: str, drives: Sequence[str] | None) -> _Shown:
@@ -112,7 +112,7 @@ def _of_drives(found: Compensation, what: str, drives: Sequence[str] | None) -> 
     (slide,) = slides
     if what == "correction":
         shown = {name: found.corrections[name] for name in chosen}
-        return _Shown("correction of the drive", "m" if slide else "rad", shown, {}, ("", "correction"))
+        return _Shown("correction of the drive", "m" if slide else "rad", {}, shown, ("", "correction"))
     loads = ["load", *found.result.link_loads]
     parts = found.result.actuator_contributions
     after = {name: found.actuator_forces[name] for name in chosen}
@@ -120,7 +120,7 @@ def _of_drives(found: Compensation, what: str, drives: Sequence[str] | None) -> 
     some = any(np.nanmax(np.abs(part), initial=0.0) > 0 for part in loaded.values())
     before = {name: after[name] - loaded[name] for name in chosen} if some else {}
     title = f"{'force' if slide else 'torque'} of the drive"
-    return _Shown(title, "N" if slide else "N·m", after, before, ("without loads", "with all loads"))
+    return _Shown(title, "N" if slide else "N·m", before, after, ("without loads", "with all loads"))
 
 
 def _lines(ax: Axes, found: Compensation, shown: _Shown, size: float, x: str | None) -> None:
