@@ -1,4 +1,4 @@
-"""Where sag and drive forces come from: elastic parts, ranked by its part of the platform's motion, and how gravity acts.
+"""Where sag and drive forces come from: elastic parts, ranked by their share of the platform's motion, and how gravity acts.
 
 It acts by the platform's weight, by the limbs' attached wrenches and by their deformation (Eq. (12)).
 """
