@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from kinetostatics.analysis import analyze, check_keywords
 from kinetostatics.argument_checks import check_choice, names_in
-from kinetostatics.compensation.search import CORRECTED, MOST, Coordinates, Search
+from kinetostatics.compensation.search import MOST, Coordinates, Search, enough
 from kinetostatics.exceptions import ArgumentError, AssemblyError, CoordinatesError, StaticsError
 from kinetostatics.kinematics.assembly import assemble, platform_coordinates
 from kinetostatics.kinematics.configuration import Configuration, spread
@@ -171,15 +171,15 @@ class _Problem:
             AssemblyError, StaticsError: there is none, if ``raising``.
         """
         pose, found = self.wanted, uncorrected
-        u, enough = self.commanded.of(wanted_frame(self.wanted, None)), CORRECTED * max(1.0, self.robot.length)
+        u, least = self.commanded.of(wanted_frame(self.wanted, None)), enough(self.robot.length)
         search = Search.begun(u, self._first_inverse(u), self._error(found))
         for _ in range(MOST):
             if not np.any(search.going):
                 break
             pose = self._commanded(search.u, pose)
             found = self._analyzed(pose)
-            search = search.learnt(self._error(found), enough)
-        corrected = search.size <= enough
+            search = search.learnt(self._error(found), least)
+        corrected = search.size <= least
         reached = pose.reached & corrected & self.wanted.reached
         if raising and not np.all(reached):
             self._complain(search.u, pose, found)

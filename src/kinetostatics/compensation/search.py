@@ -25,6 +25,11 @@ CORRECTED, EXACT = 1e-12, 1e-15
 MOST, STALE = 40, 4
 
 
+def enough(length: float) -> float:
+    """Return the deviation [m] that counts as corrected, of a robot with a characteristic length [m]."""
+    return CORRECTED * max(1.0, length)
+
+
 class Coordinates:
     """Some coordinates of the platform, scaled to lengths.
 

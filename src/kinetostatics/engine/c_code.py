@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import heapq
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from kinetostatics.engine.llvm import needed_by, operands
@@ -44,7 +44,12 @@ class CProgram:
 
 
 def c_program(
-    name: str, tape: Tape, wanted: Sequence[int], constants: Array, place_of: Callable[[int, int], str], inputs: Sequence[str]
+    name: str,
+    tape: Tape,
+    wanted: Sequence[int],
+    constants: Array,
+    inputs: Sequence[str],
+    where: Sequence[tuple[str, int]] | None = None,
 ) -> CProgram:
     """Return ``static void name(const double *…, double *work, double *out)``; truth values are written as 0 and 1.
 
@@ -53,10 +58,10 @@ def c_program(
         tape: the record.
         wanted: the operations whose results are written to ``out``, in order.
         constants: the numbers that stand for the parameters.
-        place_of: the C text of a component of an input array, by their numbers.
-        inputs: names of the arrays that the texts mention.
+        inputs: names of the arrays that the function takes.
+        where: for each input array of the record, the array that holds it and where it begins there; default: one array each.
     """
-    needed = needed_by(tape, wanted)
+    needed, held = needed_by(tape, wanted), [(item, 0) for item in inputs] if where is None else where
     known: dict[int, str] = {}
     steps: list[int] = []
     for number, operation in enumerate(tape.operations):
@@ -64,7 +69,8 @@ def c_program(
         if not needed[number]:
             continue
         if kind == "input":
-            known[number] = place_of(operation[1], operation[2])
+            array, first = held[operation[1]]
+            known[number] = f"{array}[{first + operation[2]}]"
         elif kind == "parameter":
             known[number] = literal(float(constants[operation[1]]))
         elif kind == "constant":

@@ -66,28 +66,19 @@ def jacobian_programs(
         prescribed, example, local: coordinates that are given, see :func:`rates_record`.
         record, numbers: of the statics, which grows, and the robot's numbers that it takes.
         pairs: outputs and inputs, and the names of their fields.
-
-    Raises:
-        ArgumentError: there are derivatives by what is no input.
     """
     solver, given = robot.solver, robot.actuator_coordinates
     frames = solver.place(example.x).frames
     bodies = frames.position.shape[1]
-    runs = [(run.bodies[:2], run.parent) for run in robot.mechanism.spherical_runs]
     rates = rates_record(solver, prescribed, example, local)
-    motion = motion_record(solver, given, body_moves(solver, runs), (example, frames), 0)
+    motion = motion_record(solver, given, body_moves(solver), (example, frames), 0)
     names = list(dict.fromkeys(output.name for output, _, _ in pairs if output.name != "actuators"))
     starts = np.cumsum([0, *(len(record.rows[name]) for name in names)]).tolist()
     wanted = tangent_record(record.tape, [row for name in names for row in record.rows[name]], 4)
 
-    def of_motion(array: int, component: int) -> str:
-        name, first = (("x", 0), ("frames", 0), ("frames", 9 * bodies), ("v", 0))[array]
-        return f"{name}[{first + component}]"
-
-    def of_tangent(array: int, component: int) -> str:
-        name, first = (("frames", 0), ("frames", 9 * bodies), ("load", 0), ("gravity", 0))[array % 4]
-        return f"{'d_' * (array >= 4)}{name}[{first + component}]"
-
+    of_motion = ("x", 0), ("frames", 0), ("frames", 9 * bodies), ("v", 0)
+    of_statics = ("frames", 0), ("frames", 9 * bodies), ("load", 0), ("gravity", 0)
+    of_tangent = *of_statics, *((f"d_{name}", first) for name, first in of_statics)
     held = ("frames", "load", "gravity")
     return JacobianPrograms(
         c_program(
@@ -95,11 +86,10 @@ def jacobian_programs(
             rates.tape,
             (*rates.numbers, *rates.truths),
             structure_of(solver, prescribed, local).values,
-            lambda array, component: f"{'xc'[array]}[{component}]",
             ("x", "c"),
         ),
-        c_program("motion", motion.tape, motion.numbers, structure_of(solver, given, 0).values, of_motion, ("x", "frames", "v")),
-        c_program("tangent", record.tape, wanted, numbers, of_tangent, (*held, *(f"d_{name}" for name in held))),
+        c_program("motion", motion.tape, motion.numbers, structure_of(solver, given, 0).values, ("x", "frames", "v"), of_motion),
+        c_program("tangent", record.tape, wanted, numbers, (*held, *(f"d_{name}" for name in held)), of_tangent),
         solver.tree.nv,
         bodies,
         dict(zip(names, starts, strict=False)) | {"actuators": 12 * bodies},

@@ -27,6 +27,7 @@ from kinetostatics.exceptions import ArgumentError
 from kinetostatics.functions.c_jacobian import jacobian_programs, pairs_of
 from kinetostatics.functions.c_search import search_programs
 from kinetostatics.functions.values import ALWAYS, LOADS, Quantity
+from kinetostatics.kinematics.joint_coordinates import actuator_names
 from kinetostatics.kinematics.lines import longest_strides
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.solver import SolverState
@@ -108,8 +109,7 @@ class Parts:
         given = robot.actuator_coordinates
         drives = drives_record(solver, given, example)
         self.drives = _of_program("drives", drives, structure_of(solver, given, 0).values, ("x",))
-        names = [robot.equations.loops[k].name for k in given.loops]
-        order = [name for name in robot.description.driven if name not in names] + names
+        order = actuator_names(robot.mechanism, robot.equations)
         self.drive_order = [order.index(name) for name in robot.description.driven]
         # the statics, and of the frames what they take
         asked = [item.name for item in self.outputs if item.name not in _NOT_OF_STATICS]
@@ -123,18 +123,13 @@ class Parts:
         placed = place_record(solver, prescribed, example, self.local)
         self.frame_numbers = 12 * bodies
         self.frames = _of_program("frames", replace(placed, numbers=placed.numbers[nq:]), constants, ("x",))
-
-        def place(array: int, component: int) -> str:
-            name, first = (("frames", 0), ("frames", 9 * bodies), ("load", 0), ("gravity", 0))[array]
-            return f"{name}[{first + component}]"
-
         self.statics = c_program(
             "statics",
             record.tape,
             [*wanted, record.rows["singular"][0], record.holds],
             numbers,
-            place,
             ("frames", "load", "gravity"),
+            (("frames", 0), ("frames", 9 * bodies), ("load", 0), ("gravity", 0)),
         )
         self.c_names = {name: c_name(name) for name in function.inputs if name not in LOADS}
         self.jacobian = None
@@ -169,12 +164,8 @@ class Parts:
         return self.drives.operations + self.frames.operations + self.statics.operations
 
 
-def _named(inputs: Sequence[str]) -> Any:
-    return lambda array, component: f"{inputs[array]}[{component}]"
-
-
 def _of_program(name: str, program: Program, constants: Array, inputs: tuple[str, ...]) -> CProgram:
-    return c_program(name, program.tape, (*program.numbers, *program.truths), constants, _named(inputs), inputs)
+    return c_program(name, program.tape, (*program.numbers, *program.truths), constants, inputs)
 
 
 def _imposed(function: Exported) -> Iterator[str]:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from kinetostatics.compensation.search import CORRECTED, Coordinates, Search
+from kinetostatics.compensation.search import Coordinates, Search, enough
 from kinetostatics.engine.c_code import CProgram, c_program
 from kinetostatics.engine.loop_record import held, recorded_rows
 from kinetostatics.engine.pose_outputs import limits_record
@@ -64,7 +64,7 @@ def search_programs(robot: Robot, names: Sequence[str], orientation: Orientation
         orientation: what its angles mean.
         drives: names of the drives in their order.
     """
-    wanted, enough = Coordinates(names, orientation, robot.length), CORRECTED * max(1.0, robot.length)
+    wanted, least = Coordinates(names, orientation, robot.length), enough(robot.length)
     frames = robot.statics.example
     platform = _platform(frames.rotation, frames.position, robot)
     twist, n = np.array([_TWIST]).T, len(names)
@@ -78,7 +78,7 @@ def search_programs(robot: Robot, names: Sequence[str], orientation: Orientation
     def learnt(now: Array, stands: Array, twist: Array) -> list[Array]:
         asked, angles, search = _unflat(now, n)
         error = wanted.of(loaded(*_pose(stands), twist), angles) - asked
-        return _flat(wanted, asked, angles, search.learnt(error, enough))
+        return _flat(wanted, asked, angles, search.learnt(error, least))
 
     def remains(asked: Array, stands: Array, twist: Array) -> list[Array]:
         return [deviation(_pose(asked), loaded(*_pose(stands), twist))]
@@ -100,9 +100,9 @@ def search_programs(robot: Robot, names: Sequence[str], orientation: Orientation
         _program("learn", {"now": first, "stands": platform, "twist": twist}, learnt),
         _program("remains", {"asked": platform, "stands": platform, "twist": twist}, remains),
         _program("correct", {"wanted": values, "found": there}, corrected),
-        c_program("limits", limits.tape, limits.truths, numbers, lambda array, k: f"x[{k}]", ("x",)),
+        c_program("limits", limits.tape, limits.truths, numbers, ("x",)),
         len(first),
-        enough,
+        least,
         len(first) - 3,
         len(first) - 1,
     )
@@ -117,7 +117,7 @@ def _program(name: str, examples: Mapping[str, Array], computed: Callable[..., S
         return [*(row for array in computed(*inputs) for row in array.reshape(-1, 1)), held(tape)]
 
     wanted = recorded_rows(tape, rows)
-    return c_program(name, tape, wanted, np.zeros(0), lambda array, k: f"{names[array]}[{k}]", names)
+    return c_program(name, tape, wanted, np.zeros(0), names)
 
 
 def _frames(array: Array) -> tuple[Array, Array]:

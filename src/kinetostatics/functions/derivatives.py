@@ -163,8 +163,7 @@ class Derivatives:
     @cached_property
     def _moves(self) -> Array:
         """(B, nv) how each freedom moves each body, as seen from the base."""
-        runs = [(run.bodies[:2], run.parent) for run in self.robot.mechanism.spherical_runs]
-        return body_moves(self.robot.solver, runs)
+        return body_moves(self.robot.solver)
 
     @cached_property
     def _twists(self) -> Array:

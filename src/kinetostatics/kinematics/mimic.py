@@ -117,9 +117,10 @@ class Couplings:
         given = [item.follower.first_v for item in self.items if item.leader.first_v in columns]
         return np.array(given, dtype=np.intp)
 
-    def following(self, column: int) -> list[tuple[int, float]]:
-        """Return the freedoms of the followers of a freedom, and how fast each moves with it."""
-        return [(item.follower.first_v, item.multiplier) for item in self.items if item.leader.first_v == column]
+    def moving_with(self, column: int) -> list[tuple[int, float]]:
+        """Return a freedom and those of its followers, and how fast each moves with it."""
+        followers = [(item.follower.first_v, item.multiplier) for item in self.items if item.leader.first_v == column]
+        return [(column, 1.0), *followers]
 
     def impose(self, columns: tuple[int, ...], values: Array, x: Array) -> None:
         """Write the coordinates of the followers of given freedoms into ``x`` (nq', N), in place.

@@ -197,7 +197,7 @@ class Solver:
         _, gradient = self.system(everything, poses, target[given:])
         rates = zeros_for((gradient.shape[0], *target.shape), gradient)
         for row, column in enumerate(prescribed.columns):
-            for moved, by in [(column, 1.0), *self.equations.couplings.following(column)]:
+            for moved, by in self.equations.couplings.moving_with(column):
                 rates[:, row] += gradient[:, np.searchsorted(columns, moved)] * (by / self.column_scale[moved])
         at = self.equations.count
         for row, number in enumerate(prescribed.loops, given):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -39,7 +38,7 @@ def with_given(solver: Solver, prescribed: PrescribedCoordinates, v: Array) -> A
     """Return the rates (nv, n, N) by each given coordinate, those of the freedoms that are given and of their followers too."""
     found = np.array(v, subok=True)
     for k, column in enumerate(prescribed.columns):
-        for moved, by in [(column, 1.0), *solver.equations.couplings.following(column)]:
+        for moved, by in solver.equations.couplings.moving_with(column):
             found[moved, k] += by
     return found
 
@@ -70,15 +69,13 @@ def drive_rates(solver: Solver, given: PrescribedCoordinates, poses: SolverState
     return np.stack(rows) if rows else zeros_for((0, *v.shape[1:]), v)
 
 
-def body_moves(solver: Solver, runs: Sequence[tuple[Sequence[int], int]]) -> Array:
+def body_moves(solver: Solver) -> Array:
     """Return (B, nv) how each freedom moves each body, as seen from the base.
 
-    Args:
-        solver: of the loops.
-        runs: bodies inside spherical joints, and the body that such a joint hangs on, with which they count.
+    Bodies inside a spherical joint count with the body that the joint hangs on.
     """
     moves = solver.equations.tree.moves.astype(float)
-    for bodies, parent in runs:
-        moves[list(bodies)] = moves[parent]
+    for run in solver.mechanism.spherical_runs:
+        moves[list(run.bodies[:2])] = moves[run.parent]
     base = solver.mechanism.base_frame
     return moves if base is None else moves - moves[base[0]]
