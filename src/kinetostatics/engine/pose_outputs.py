@@ -18,10 +18,10 @@ from kinetostatics.engine.loop_record import KEPT as KEPT_OF_LOOPS
 from kinetostatics.engine.loop_record import Program, held, recorded_rows
 from kinetostatics.engine.outputs import KEPT as KEPT_OF_STATICS
 from kinetostatics.engine.outputs import OUTPUTS
-from kinetostatics.engine.record import by_numpy, example_of, recorded_input
+from kinetostatics.engine.record import agree, by_numpy, example_of, recorded_input
 from kinetostatics.engine.scalars import NotRecordedError, Tape
 from kinetostatics.engine.structure import Structure
-from kinetostatics.kinematics.assembly import ROUGH
+from kinetostatics.kinematics.assembly import rough_residual
 from kinetostatics.kinematics.joint_coordinates import JointCoordinates, widened
 from kinetostatics.kinematics.loop_constraints import LoopEquations
 from kinetostatics.kinematics.mimic import Couplings
@@ -43,8 +43,6 @@ _KEPT: Mapping[type, tuple[str, ...]] = {
     Couplings: (*KEPT_OF_LOOPS[Couplings], "names", "is_length"),
     TreeJoint: ("kind", "body", "first_q", "first_v"),
 }
-#: How far two ways of computing an example may differ, beside the largest number of an output.
-_ALIKE = 1e-7
 
 
 class CompiledOutputs:
@@ -68,8 +66,7 @@ class CompiledOutputs:
         self._names = tuple(names)
         self._example = robot.generic_poses.x[:, :1], *example_of(statics)[1:]
         coordinates, limits = _limits_of(robot, self._example[0])
-        rough = ROUGH + 2 * robot.length * robot.closing_error
-        self._own = coordinates, statics, limits, np.array([rough, tolerance]), self._names
+        self._own = coordinates, statics, limits, np.array([rough_residual(robot), tolerance]), self._names
         wanted, *truths = _computed(self._own, *self._example)
         self._shapes = [array.shape[:-1] for array in wanted]
         ends = np.cumsum([0, *(int(np.prod(shape)) for shape in self._shapes)]).tolist()
@@ -109,12 +106,7 @@ class CompiledOutputs:
         """Whether the code gives at the example what NumPy gives: whatever may be wrong with code from a disk."""
         numbers, truths = self._code.results(self._example, self._parameters, self._size, 2)
         pairs = zip(wanted[:-1], self._rows, strict=False)  # the last is the residual: rounding
-        size = (_ALIKE * np.nanmax(np.abs(a), initial=1e-20) for a in wanted)
-        same = (
-            np.allclose(numbers[rows, 0], a.ravel(), rtol=0, atol=at, equal_nan=True)
-            for (a, rows), at in zip(pairs, size, strict=False)
-        )
-        return bool(np.array_equal(truths, said)) and all(same)
+        return bool(np.array_equal(truths, said)) and all(agree(a.ravel(), numbers[rows, 0]) for a, rows in pairs)
 
     def __call__(self, x: Array, load: Array, gravity: Array) -> tuple[dict[str, Array], Mask, Mask]:
         """Compute outputs of poses at solved coordinates.
@@ -161,10 +153,10 @@ class CompiledOutputs:
 
 def _computed(own: Any, x: Array, load: Array, gravity: Array) -> tuple[list[Array], Any, Any]:
     """Return outputs (…, N) and the residual; which poses are as usual, and which within limits."""
-    coordinates, statics, limits, (rough, tolerance), names = own
+    coordinates, statics, limits, (most, tolerance), names = own
     equations = coordinates.solver.equations
     q, frames, residual = equations.place(x)
-    fine = np.max(np.abs(residual), axis=0, initial=0.0) <= rough
+    fine = np.max(np.abs(residual), axis=0, initial=0.0) <= most
     worst = zeros_for((x.shape[1],), x)
     for metres, radians in equations.openings(residual, x).values():
         worst = np.maximum(worst, np.maximum(metres, radians))

@@ -31,6 +31,8 @@ INDETERMINATE = "rigid limbs or rings overconstrain one another, so that singula
 #: Why one is not of which NumPy solves already the example with more care than other poses.
 CAREFUL = "a limb takes eigenvectors at generic poses already, as where self-stress is almost rigid"
 
+#: How far two ways of computing an example may differ, beside the largest entry of an array.
+_ALIKE = 1e-7
 #: Arrays that are there at once, and arrays of each group of limbs.
 AT_ONCE = ("o", "twists", "platform_weight", "singular", "indeterminate", "basis_degenerate", "undetermined", "unbalanced")
 AT_ONCE_OF_LIMBS = ("doubtful", "degenerate", "may_stiffen")
@@ -244,6 +246,15 @@ def sizes_of_applied(arrays: Mapping[str, Any]) -> dict[str, float]:
             kind = path.rpartition(".")[2]
             sizes[kind] = max(sizes.get(kind, 1e-20), float(np.nanmax(np.abs(array), initial=0.0)))
     return {path: sizes.get(path.rpartition(".")[2], 1e-20) for path in arrays if path.startswith(".applied.")}
+
+
+def agree(wanted: Any, found: Any, least: float = 1e-20) -> bool:
+    """Whether arrays are the same but for rounding of their largest entry, or of ``least``; NaN in the same places."""
+    if wanted.shape != found.shape or wanted.dtype != found.dtype:
+        return False
+    if wanted.dtype == bool:
+        return bool(np.array_equal(wanted, found))
+    return bool(np.allclose(found, wanted, rtol=0, atol=_ALIKE * np.nanmax(np.abs(wanted), initial=least), equal_nan=True))
 
 
 def solution_of(

@@ -17,6 +17,7 @@ from kinetostatics.engine.later import LaterFrames, LaterSolution
 from kinetostatics.engine.record import (
     Place,
     Record,
+    agree,
     arrays_of,
     by_numpy,
     example_of,
@@ -115,7 +116,7 @@ class CompiledStatics:
         least = {".o": self.robot.length}  # which may be nothing but rounding, at the origin
         least |= sizes_of_applied(wanted)
         checked = [path for path in wanted if "unbalanced" not in path]  # which is rounding
-        return all(_agree(wanted[path], found[path], least.get(path, 1e-20)) for path in checked)
+        return all(agree(wanted[path], found[path], least.get(path, 1e-20)) for path in checked)
 
     def solve(self, frames: Frames, load: Array, gravity: Array, applied: tuple[AppliedLoad, ...] = ()) -> Solution:
         """Solve N poses; see :func:`solve_with_springs`. The ``applied`` loads act at the places that the code is for."""
@@ -196,15 +197,6 @@ def _merged(robot: RobotStatics, whole: Solution, some: Solution, which: Index, 
         arrays[path] = np.array(array)
         arrays[path][..., which] = careful[path]
     return solution_of(robot, whole.frames, whole.load, whole.gravity, arrays, applied)
-
-
-def _agree(a: Any, b: Any, least: float) -> bool:
-    """Whether arrays are the same but for rounding of their largest entry, or of ``least``; NaN in the same places."""
-    if a.shape != b.shape or a.dtype != b.dtype:
-        return False
-    if a.dtype == bool:
-        return bool(np.array_equal(a, b))
-    return bool(np.allclose(b, a, rtol=0, atol=1e-7 * np.nanmax(np.abs(a), initial=least), equal_nan=True))
 
 
 def key_of(structure: Structure) -> str:

@@ -12,13 +12,13 @@ from typing import Any, Protocol
 import numpy as np
 
 from kinetostatics.argument_checks import check_choice, path_name
-from kinetostatics.compensation.search import CORRECTED, MOST
+from kinetostatics.compensation.search import MOST, enough
 from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.functions import c_texts
 from kinetostatics.functions.c_parts import Exported, Parts, asked_outputs, identifier
 from kinetostatics.functions.values import LOADS, Quantity
-from kinetostatics.kinematics.assembly import ROUGH
+from kinetostatics.kinematics.assembly import rough_residual
 from kinetostatics.kinematics.solver import MOST_CORRECTIONS, SHRINKING
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.orientation import orientation_named
@@ -125,8 +125,8 @@ def _facts(function: Exported, parts: Parts) -> dict[str, Any]:
         "compensates": function.compensates,
         "controlled": function.names,
         "searches": MOST,
-        "sharp": {"remaining": CORRECTED * max(1.0, function.robot.length)},
-        "rough": ROUGH + 2 * function.robot.length * function.robot.closing_error,
+        "absolute": {"remaining": enough(function.robot.length)},
+        "rough": rough_residual(function.robot),
         "endless": _of_endless_drives(parts),
         "corrections": MOST_CORRECTIONS,
         "shrinking": SHRINKING,

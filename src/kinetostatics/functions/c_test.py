@@ -29,8 +29,8 @@ def test(name: str, scalar: str, facts: dict[str, Any], references: Sequence[Any
     checks, at_row = [], 0
     for item in outputs:
         n = int(np.prod(item.shape))
-        sharp = literal(facts["sharp"].get(item.name, 0.0))
-        checks.append(f'    failed |= differ("{item.name}", output.{item.name}, row->output + {at_row}, {n}, {sharp});')
+        absolute = literal(facts["absolute"].get(item.name, 0.0))
+        checks.append(f'    failed |= differ("{item.name}", output.{item.name}, row->output + {at_row}, {n}, {absolute});')
         at_row += n
     jacobian, call = "", f"{name}_evaluate(&input, &state, &output)"
     if facts["parts"].jacobian is not None:
@@ -38,8 +38,8 @@ def test(name: str, scalar: str, facts: dict[str, Any], references: Sequence[Any
         for one, other, field in facts["parts"].jacobian.pairs:
             n = int(np.prod((*one.shape, *other.shape)))
             largest = max((abs(value) for row in references for value in row[3][one.name] if np.isfinite(value)), default=0.0)
-            sharp = literal(1e-12 * float(largest))  # of what does not depend on an input, Python tells rounding
-            checks.append(f'    failed |= differ("{field}", jacobian.{field}, row->output + {at_row}, {n}, {sharp});')
+            absolute = literal(1e-12 * float(largest))  # derivatives by inputs without effect are rounding in Python
+            checks.append(f'    failed |= differ("{field}", jacobian.{field}, row->output + {at_row}, {n}, {absolute});')
             at_row += n
     tolerance = "1e-9" if scalar == "double" else "1e-5"
     return f"""/* {facts["robot"]}: compares {name}.c with what Python says of the same poses. Written by kinetostatics. */
@@ -58,8 +58,8 @@ static const struct reference REFERENCES[{len(rows)}] = {{
 {("," + chr(10)).join(rows)}
 }};
 
-/* Whether results differ from references by more than the tolerance, beside the largest of them, and what is sharp in itself. */
-static int differ(const char *what, const {scalar} *found, const double *wanted, int n, double sharp)
+/* Whether results differ from references by more than the tolerance times the largest of them, and an absolute tolerance. */
+static int differ(const char *what, const {scalar} *found, const double *wanted, int n, double absolute)
 {{
     double largest = 1e-30, worst = 0.0;
     int k;
@@ -68,7 +68,7 @@ static int differ(const char *what, const {scalar} *found, const double *wanted,
         const double error = fabs((double)found[k] - wanted[k]);
         if (!(error <= worst)) worst = error;
     }}
-    if (worst <= {tolerance} * largest + sharp) return 0;
+    if (worst <= {tolerance} * largest + absolute) return 0;
     printf("%s differs by %g of %g\\n", what, worst, largest);
     return 1;
 }}

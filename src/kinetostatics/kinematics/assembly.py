@@ -28,11 +28,16 @@ from kinetostatics.math.orientation import Orientation, orientation_named, orien
 SURELY_CLOSED = 1e-9
 #: What the pose is called from which the line to another begins, in Python and on the command line.
 _NEAR = "near=, --near"
-#: Residual of a loop [m, rad] above which a pose gets one correction more.
-ROUGH = 1e-13
+#: Residual of a loop [m, rad] above which a pose gets one correction more, of a robot whose loops close exactly.
+_ROUGH = 1e-13
 
 #: Says which solver closes the loops of a robot at given coordinates, with so many local freedoms, of so many poses.
 SolverChoice: TypeAlias = Callable[[RobotKinematics, PrescribedCoordinates, int, int], Solver]
+
+
+def rough_residual(robot: RobotKinematics) -> float:
+    """Return the residual of a loop [m, rad] above which a pose gets one correction more."""
+    return _ROUGH + 2 * robot.length * robot.closing_error
 
 
 def by_numpy(robot: RobotKinematics, prescribed: PrescribedCoordinates, local: int, poses: int) -> Solver:
@@ -152,7 +157,7 @@ def _configuration(
     if again is not None:
         # the last correction of some poses was not quite as small as expected
         worst = np.max(np.abs(residual), axis=0, initial=0.0)
-        rough = np.flatnonzero(arrived & (worst > ROUGH + 2 * robot.length * robot.closing_error))
+        rough = np.flatnonzero(arrived & (worst > rough_residual(robot)))
         if rough.size:
             better = again(rough)
             poses.x[:, rough], poses.c[:, rough] = better.x, better.c
