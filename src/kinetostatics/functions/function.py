@@ -210,17 +210,20 @@ class Function:
 
     def _values(self, pose: Configuration, load: ArrayLike, gravity: ArrayLike) -> dict[str, Any]:
         how: dict[str, Any] = {"on_failure": "nan", "engine": self._engine}
+        corrected: Any = None
         if not self.compensates:
             result = analyze(pose, load, gravity, **how)
-            special = {"status": result.status, "actuators": result.configuration.actuators}
         else:
-            found = compensated(pose, load, gravity, coordinates=self.names, orientation=self.orientation, **how)
-            result = found.result
-            special = {"status": found.status, "actuators": found.actuators, "remaining": found.remaining}
-        special["residual"] = np.broadcast_to(result.configuration.residual, result.shape).copy()
+            corrected = compensated(pose, load, gravity, coordinates=self.names, orientation=self.orientation, **how)
+            result = corrected.result
         arrays = {}
         for name in self.outputs:
-            value = special.get(name) if name in special else getattr(result, name)
+            if name == "residual":
+                value: Any = np.broadcast_to(result.configuration.residual, result.shape)
+            elif corrected is not None and name in ("status", "actuators", "remaining"):
+                value = getattr(corrected, name)
+            else:
+                value = getattr(result.configuration if name == "actuators" else result, name)
             if isinstance(value, Mapping):  # by the drives' names, or the sources'
                 rows = [np.broadcast_to(item, result.shape + item.shape[len(result.shape) :]) for item in value.values()]
                 value = np.stack(rows, axis=-1) if rows else np.empty((*result.shape, 0))
