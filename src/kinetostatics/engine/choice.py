@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import os
 import threading
+from collections import defaultdict
 from collections.abc import Callable
 from functools import cache
 from typing import TYPE_CHECKING, Generic, TypeAlias, TypeVar
@@ -96,8 +97,10 @@ class _Choice(Generic[Made]):
             self.reason = str(error)
 
 
-_CHOICES: WeakKeyDictionary[RobotStatics, dict[LoadedPlaces | None, _Choice[CompiledStatics]]] = WeakKeyDictionary()
-_LOOPS: WeakKeyDictionary[RobotKinematics, dict[tuple[PrescribedCoordinates, int], _Choice[CompiledSolver]]] = WeakKeyDictionary()
+_CHOICES: WeakKeyDictionary[RobotStatics, defaultdict[LoadedPlaces | None, _Choice[CompiledStatics]]] = WeakKeyDictionary()
+_LOOPS: WeakKeyDictionary[RobotKinematics, defaultdict[tuple[PrescribedCoordinates, int], _Choice[CompiledSolver]]] = (
+    WeakKeyDictionary()
+)
 _LOCK = threading.Lock()
 #: How much has been computed without compiled code of robots of one structure, such as those of a sweep over diameters.
 _WORK: dict[str, float] = {}
@@ -197,8 +200,7 @@ def _example(robot: RobotKinematics) -> SolverState:
 
 def _loop_choice_of(robot: RobotKinematics, prescribed: PrescribedCoordinates, local: int) -> _Choice[CompiledSolver]:
     with _LOCK:
-        choices = _LOOPS.setdefault(robot, {})
-        return choices.get((prescribed, local)) or choices.setdefault((prescribed, local), _Choice())
+        return _LOOPS.setdefault(robot, defaultdict(_Choice))[prescribed, local]
 
 
 def compiled_statics(robot: RobotStatics) -> CompiledStatics | str:
@@ -214,8 +216,7 @@ def compiled_statics(robot: RobotStatics) -> CompiledStatics | str:
 
 def _choice_of(robot: RobotStatics, places: LoadedPlaces | None = None) -> _Choice[CompiledStatics]:
     with _LOCK:
-        choices = _CHOICES.setdefault(robot, {})
-        return choices.get(places) or choices.setdefault(places, _Choice())
+        return _CHOICES.setdefault(robot, defaultdict(_Choice))[places]
 
 
 def _statics_on_disk(robot: RobotStatics, places: LoadedPlaces | None) -> tuple[str, CompiledStatics | None]:

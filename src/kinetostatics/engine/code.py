@@ -8,7 +8,7 @@ import json
 import sys
 import threading
 import zlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -91,8 +91,8 @@ class Code:
             return
         block, flags = np.empty((len(numbers), BLOCK)), np.empty((len(truths), BLOCK), dtype=bool)
         bound = Bound(self, inputs, parameters, block, flags, whole)
-        for start in range(0, n, BLOCK):
-            part = bound.move(min(start, n - BLOCK))
+        for part in blocks(n):
+            bound.move(part.start)
             if before is not None:
                 before(part)
             bound()
@@ -133,6 +133,13 @@ class Code:
             return found[:, :1].copy(), flags[:, :1].copy()
 
 
+def blocks(N: int) -> Iterator[slice]:
+    """Yield N poses in blocks of BLOCK, of which the last may begin within the one before; N is at least BLOCK."""
+    for start in range(0, N, BLOCK):
+        first = min(start, N - BLOCK)
+        yield slice(first, first + BLOCK)
+
+
 class Bound:
     """A compiled function with arrays that stay where they are, so that a call costs little more than what is computed."""
 
@@ -140,21 +147,20 @@ class Bound:
         self, code: Code, inputs: Sequence[Array], parameters: Array, numbers: Array, truths: Mask, whole: bool = True
     ) -> None:
         """Take the arrays; see :meth:`Code.__call__`. There may be more poses in the inputs than in the results."""
-        self._code, self._poses = code, numbers.shape[1]
+        self._code, n = code, numbers.shape[1]
         self._pointers = (ctypes.c_void_p * len(inputs))(*[array.ctypes.data for array in inputs])
-        self._moving = [(k, array.ctypes.data) for k, array in enumerate(inputs) if array.shape[1] > self._poses]
+        self._moving = [(k, array.ctypes.data) for k, array in enumerate(inputs) if array.shape[1] > n]
         strides = (ctypes.c_int64 * len(inputs))(*[array.strides[0] // 8 for array in inputs])
         self._kept = strides, tuple(inputs), parameters, numbers, truths
         addresses = ctypes.addressof(self._pointers), ctypes.addressof(strides)
         data = (array.ctypes.data for array in (parameters, numbers, truths))
         pointers = (ctypes.c_void_p(item) for item in (*addresses, *data))
-        self._arguments = (*pointers, ctypes.c_int64(self._poses), ctypes.c_int64(whole))
+        self._arguments = (*pointers, ctypes.c_int64(n), ctypes.c_int64(whole))
 
-    def move(self, first: int) -> slice:
-        """Take the inputs of more poses from another one on, and return which poses are computed."""
+    def move(self, first: int) -> None:
+        """Take the inputs of more poses from another one on."""
         for k, address in self._moving:
             self._pointers[k] = address + 8 * first
-        return slice(first, first + self._poses)
 
     def __call__(self) -> None:
         """Compute."""

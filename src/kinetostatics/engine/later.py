@@ -12,7 +12,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from kinetostatics.engine.code import BLOCK, side_by_side
+from kinetostatics.engine.code import BLOCK, blocks, side_by_side
 from kinetostatics.engine.record import AT_ONCE, AT_ONCE_OF_LIMBS, given, unbalanced
 from kinetostatics.limbs.statics import LimbStatics
 from kinetostatics.math.arrays import Array, Index
@@ -54,13 +54,12 @@ class LaterFrames(Frames):
     @cached_property
     def known(self) -> Frames:
         """The same, computed."""
-        *blocks, write = self.in_blocks()
+        *arrays, write = self.in_blocks()
         N = self.x.shape[1]
-        whole = [np.empty((len(block), N)) for block in blocks]
-        for start in range(0, N, BLOCK):
-            part = slice(min(start, N - BLOCK), min(start, N - BLOCK) + BLOCK)
+        whole = [np.empty((len(array), N)) for array in arrays]
+        for part in blocks(N):
             write(part)
-            for all_poses, block in zip(whole, blocks, strict=True):
+            for all_poses, block in zip(whole, arrays, strict=True):
                 all_poses[:, part] = block
         return Frames(whole[0].reshape(3, 3, -1, N), whole[1].reshape(3, -1, N))
 

@@ -68,11 +68,12 @@ def _follow_chunk(
     known = solver.origin(prescribed, start, target) if origin is None else origin
     first, c = line_start(prescribed, known, target, shorter=origin is None)
     state = SolverState(_for_each(start.x, N), c)
-    strides, turns = np.abs(target - first) / longest_strides(solver, prescribed)[:, None], _turns(solver, prescribed)
+    strides = np.abs(target - first) / longest_strides(solver, prescribed)[:, None]
     if N == 1 and np.max(strides, initial=0.0) <= 1:
         moved = solver.in_one_go(prescribed, state, target, local)
         if moved is not None:
             return moved, np.ones(1, dtype=bool), np.ones(1)
+    turns = _turns(solver, prescribed)
     most_turned, most_shifted = (np.max(strides[rows], axis=0, initial=0.0) for rows in (turns, ~turns))
     usual = 1 / np.maximum(1.0, np.maximum(most_turned, most_shifted))
     gone, stride, longest, steady = np.zeros(N), np.array(usual), np.array(usual), np.ones(N, dtype=bool)
