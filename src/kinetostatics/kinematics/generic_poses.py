@@ -37,7 +37,7 @@ def generic_poses(solver: Solver, zero: SolverState, closing_error: float) -> tu
             free = null_space(gradient[:, :, 0], tolerance)[0]
             v = free @ (free.T @ direction)
             v = v * solver.column_scale * (size / max(float(np.abs(v).max(initial=0.0)), 1e-9))
-            pose, residual = close(solver, SolverState(tree.integrate(pose.x, v[:, None]), pose.c), *nothing, cutoff=tolerance)
-            worst = max(worst, residual)
+            pose, left = close(solver, SolverState(tree.integrate(pose.x, v[:, None]), pose.c), *nothing, cutoff=tolerance)
+            worst = max(worst, float(left[0]))
         found.append(pose)
     return SolverState(np.hstack([pose.x for pose in found]), np.hstack([pose.c for pose in found])), worst

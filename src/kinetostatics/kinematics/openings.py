@@ -59,19 +59,6 @@ def gaps_text(gaps: Mapping[str, tuple[float, float]]) -> str:
 
 def close(
     solver: Solver,
-    pose: SolverState,
-    prescribed: PrescribedCoordinates,
-    target: Array,
-    weight: float = 1.0,
-    cutoff: float = 1e-9,
-) -> tuple[SolverState, float]:
-    """Close the loops of one pose from far away; see :func:`close_each`."""
-    found, left = close_each(solver, pose, prescribed, target, weight, cutoff)
-    return found, float(left[0])
-
-
-def close_each(
-    solver: Solver,
     poses: SolverState,
     prescribed: PrescribedCoordinates,
     target: Array,

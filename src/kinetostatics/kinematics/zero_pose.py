@@ -9,7 +9,7 @@ import numpy as np
 from kinetostatics.description.elements import Joint, Loop
 from kinetostatics.kinematics.frame_corrections import FrameCorrection, frame_corrections, other_links
 from kinetostatics.kinematics.loop_constraints import LoopEquations
-from kinetostatics.kinematics.openings import CLOSED, are_within, close, close_each, gaps_text
+from kinetostatics.kinematics.openings import CLOSED, are_within, close, gaps_text
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.mechanism.mechanism import Mechanism
@@ -42,18 +42,18 @@ def closed_zero(solver: Solver, drives: PrescribedCoordinates) -> tuple[SolverSt
     start, nothing = written_zero(equations), (PrescribedCoordinates(), np.zeros((0, 1)))
     if not equations.loops:
         return start, 0.0
-    best, residual = close(solver, start, drives, np.zeros((drives.size, 1)))
-    if residual < CLOSED:
+    best, left = close(solver, start, drives, np.zeros((drives.size, 1)))
+    if (residual := float(left[0])) < CLOSED:
         return best, residual
     # Rounding alone is no reason to move the drives: a nearly closed pose far away would be another assembly mode.
-    free = close(solver, start, *nothing, cutoff=1e-3)
-    if free[1] < CLOSED or OPEN < residual > free[1]:
-        best, residual = free
+    free, left = close(solver, start, *nothing, cutoff=1e-3)
+    if left[0] < CLOSED or OPEN < residual > left[0]:
+        best, residual = free, float(left[0])
     chance = np.random.default_rng(1).uniform(-0.7, 0.7, (_STARTS, tree.nv)).T * solver.column_scale[:, None]
     for part in (slice(0, 1), slice(1, _STARTS)):  # the first nearly always does
         if residual >= OPEN:
             starts = start.take(np.zeros(chance[0, part].size, dtype=np.intp))
-            found, left = close_each(solver, SolverState(tree.integrate(starts.x, chance[:, part]), starts.c), *nothing)
+            found, left = close(solver, SolverState(tree.integrate(starts.x, chance[:, part]), starts.c), *nothing)
             good = left < OPEN
             which = int(np.argmax(good) if np.any(good) else np.argmin(left))
             if left[which] < residual:
