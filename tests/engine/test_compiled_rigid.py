@@ -9,7 +9,7 @@ import pytest
 import simple_machines
 import small_robots
 from places import CASES
-from tapes import RANDOM, differences, evaluated, some_poses
+from tapes import RANDOM, close, differences, evaluated, some_poses
 
 import kinetostatics as ks
 from kinetostatics.description import JointStiffness, Spring
@@ -108,11 +108,6 @@ def test_elimination_gives_what_singular_values_and_eigenvectors_give(kind, monk
     for mine, other in zip(found.intensities, careful.intensities, strict=True):
         close(mine, other)
     np.testing.assert_array_equal(found.singular, careful.singular)
-
-
-def close(found, wanted, tolerance=1e-11):
-    np.testing.assert_array_equal(np.isnan(found), np.isnan(wanted))
-    np.testing.assert_allclose(found, wanted, rtol=0, atol=tolerance * np.nanmax(np.abs(wanted), initial=0.0))
 
 
 def test_what_gives_way_is_split_from_what_does_not():

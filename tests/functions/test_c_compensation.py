@@ -7,11 +7,10 @@ import c_programs
 import numpy as np
 import package_robots
 import pytest
-from c_programs import SANITIZED, compiled, run
+from c_programs import NEEDS_ARM, SANITIZED, around, compiled, on_cortex_m7, rows, run
 
 import kinetostatics as ks
-from kinetostatics.compensation.search import CORRECTED
-from kinetostatics.math.orientation import orientation_named
+from kinetostatics.compensation.search import enough
 
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
 
@@ -37,25 +36,12 @@ def function(name, coordinates, orientation=None, **parameters):
     return ks.compile(robot, coordinates, orientation=orientation, outputs=OUTPUTS, compensate=True)
 
 
-def around(f, far, N):
-    """Return inputs around the zero pose, a third of them six times as far away, with loads."""
-    rng, robot = np.random.default_rng(7), f.robot
-    convention = orientation_named(f.orientation)
-    R, o = robot.mechanism.platform_pose(robot.assemble().frames)
-    zero = dict(zip(convention.pose_names, np.concatenate([o, convention.coordinates(R)])[:, 0], strict=True))
-    steps = far * np.where(np.arange(N) % 3 == 0, 6, 1) * rng.uniform(-1, 1, (len(f.names), N))
-    scale = {name: robot.length if name in "xyz" else 1.0 for name in f.names}
-    at = {name: float(zero[name]) + scale[name] * step for name, step in zip(f.names, steps, strict=True)}
-    return at, rng.uniform(-100, 100, (N, 6)), np.array([0, 0, -9.81]) + rng.uniform(-1, 1, (N, 3))
-
-
 @pytest.mark.parametrize(("name", "coordinates", "orientation", "far", "N", "flags"), ROBOTS)
 def test_it_finds_what_python_finds_in_and_out_of_reach(name, coordinates, orientation, far, N, flags, tmp_path):
     f = function(name, coordinates, orientation)
-    at, load, gravity = around(f, far, N)
-    order = [item for item in f.inputs if item in at]
-    program = c_programs.driver(f.export_c(tmp_path), flags)
-    status, found = run(program, np.column_stack([*(at[item] for item in order), load, gravity]))
+    at, load, gravity = around(f, N, far * np.where(np.arange(N) % 3 == 0, 6, 1), 7)
+    gravity = np.array([0, 0, -9.81]) + gravity / 10
+    status, found = run(c_programs.driver(f.export_c(tmp_path), flags), rows(f, at, load, gravity))
     wanted = f(**at, load=load, gravity=gravity)
     assert np.array_equal(status, wanted["status"])
     valid = np.isin(status, (ks.Status.OK, ks.Status.LIMIT_EXCEEDED))
@@ -65,7 +51,7 @@ def test_it_finds_what_python_finds_in_and_out_of_reach(name, coordinates, orien
         expected = wanted[item][valid]
         allowed = 1e-9 * np.max(np.abs(expected), axis=1)
         if item == "remaining":  # differences of coordinates: what counts as corrected cannot be told from nothing
-            allowed = allowed + CORRECTED * max(1.0, f.robot.length)
+            allowed = allowed + enough(f.robot.length)
         assert np.all(np.max(np.abs(part - expected), axis=1) <= allowed), item
     assert np.all(np.isnan(found[~valid]))
 
@@ -109,16 +95,11 @@ def test_the_test_program_sees_another_correction(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(shutil.which("arm-none-eabi-gcc") is None, reason="arm-none-eabi-gcc is not installed")
+@NEEDS_ARM
 @pytest.mark.parametrize("compensate", [False, True])
 def test_a_cortex_m7_takes_it(compensate, tmp_path):
     outputs = OUTPUTS if compensate else ("twist", "actuator_forces", "actuators")
     f = ks.compile(package_robots.robot("3rps"), TRIPOD, outputs=outputs, compensate=compensate)
     f.export_c(tmp_path, name="tripod")
-    processor = ("-mcpu=cortex-m7", "-mfpu=fpv5-d16", "-mfloat-abi=hard", "-mthumb")
-    strict = ("-std=c99", "-O1", "-Wall", "-Wextra", "-Wconversion", "-Werror")
-    for file in ("tripod_test.c", "tripod.c"):
-        subprocess.run(["arm-none-eabi-gcc", *strict, *processor, "-c", file], cwd=tmp_path, check=True)
-    size = subprocess.run(["arm-none-eabi-size", "tripod.o"], cwd=tmp_path, check=True, capture_output=True, text=True)
-    text, data, bss, *_ = size.stdout.splitlines()[1].split()
-    assert int(text) < 300_000 and data == bss == "0"
+    text, data, bss = on_cortex_m7(tmp_path, "tripod_test.c", "tripod.c")
+    assert text < 300_000 and data == bss == 0

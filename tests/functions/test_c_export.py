@@ -8,7 +8,7 @@ import c_programs
 import numpy as np
 import package_robots
 import pytest
-from c_programs import SANITIZED, compiled, run
+from c_programs import SANITIZED, around, compiled, rows, run
 
 import kinetostatics as ks
 from kinetostatics.functions.c_source import c_array
@@ -35,18 +35,11 @@ def driver(exported, request):
     return c_programs.driver(exported, request.param)
 
 
-def poses():
-    """Return coordinates around the zero pose, a third of them far away, loads and gravity."""
-    rng = np.random.default_rng(3)
-    zero = package_robots.robot("five_bar").assemble().platform
-    wide = np.where(np.arange(POSES) % 3 == 0, 0.6, 0.1)
-    at = {name: float(zero[name]) + wide * rng.uniform(-1, 1, POSES) for name in ("x", "y")}
-    return at, rng.uniform(-100, 100, (POSES, 6)), rng.uniform(-10, 10, (POSES, 3))
-
-
 def test_it_says_what_python_says_in_and_out_of_reach(five_bar, driver):
-    at, load, gravity = poses()
-    status, found = run(driver, np.column_stack([at["x"], at["y"], load, gravity]))
+    """Around the zero pose, a third of the poses far away."""
+    wide = np.where(np.arange(POSES) % 3 == 0, 0.6, 0.1)
+    at, load, gravity = around(five_bar, POSES, wide / five_bar.robot.length, 3)
+    status, found = run(driver, rows(five_bar, at, load, gravity))
     wanted = five_bar(**at, load=load, gravity=gravity)
     python = np.where(wanted["status"] == ks.Status.LIMIT_EXCEEDED, 0, wanted["status"])
     assert np.array_equal(status, python) and {0, 2} <= set(status.tolist())

@@ -7,7 +7,7 @@ import c_programs
 import numpy as np
 import package_robots
 import pytest
-from c_programs import SANITIZED, run
+from c_programs import SANITIZED, around, rows, run
 
 import kinetostatics as ks
 
@@ -30,17 +30,14 @@ ROBOTS = [
 
 @pytest.mark.parametrize(("name", "platform", "orientation", "flags"), ROBOTS)
 def test_they_are_those_of_python(name, platform, orientation, flags, tmp_path):
-    robot, N, rng = package_robots.robot(name), 60, np.random.default_rng(2)
+    robot, N = package_robots.robot(name), 60
     f = ks.compile(robot, platform, orientation=orientation, outputs=OF)
     coordinates = [item for item in f.inputs if item not in ("load", "gravity")]
     J = f.jacobian(OF, (*coordinates, "load", "gravity"))
     program = c_programs.driver(J.export_c(tmp_path, name="machine"), flags, derivatives=True)
-    zero = robot.solver.values(f.prescribed, robot.zero_poses)[:, 0]
-    length = {item: robot.length if f.inputs[item].units[0] == "m" else 1.0 for item in coordinates}
-    at = {item: value + 0.1 * length[item] * rng.uniform(-1, 1, N) for item, value in zip(f.names, zero, strict=True)}
+    at, load, gravity = around(f, N, 0.1, 2)
     at[coordinates[0]][0] = 40.0
-    load, gravity = rng.uniform(-100, 100, (N, 6)), rng.uniform(-10, 10, (N, 3))
-    status, found = run(program, np.column_stack([*(at[item] for item in coordinates), load, gravity]))
+    status, found = run(program, rows(f, at, load, gravity))
     wanted, values = J(**at, load=load, gravity=gravity), f(**at, load=load, gravity=gravity)
     valid = status == 0
     assert np.mean(valid) > 0.8 and (name == "6rus" or not valid[0])

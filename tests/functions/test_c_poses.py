@@ -1,7 +1,6 @@
 """C for controllers at many poses of robots of every kind, its rarer statuses, and what it takes on a controller."""
 
 import math
-import os
 import shutil
 import subprocess
 from functools import cache
@@ -10,7 +9,7 @@ import c_programs
 import numpy as np
 import package_robots
 import pytest
-from c_programs import run
+from c_programs import NEEDS_ARM, around, on_cortex_m7, rows, run
 from telescopes import mast
 
 import kinetostatics as ks
@@ -19,7 +18,6 @@ pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not 
 
 OUTPUTS = ("twist", "actuator_forces", "actuators")
 TRIPOD, HEXAPOD = ("z", "rx", "ry"), ("x", "y", "z", "rx", "ry", "rz")
-SIZES = {"twist": 1e-9, "actuator_forces": 1e-9, "actuators": 1e-9}
 
 
 @cache
@@ -29,17 +27,17 @@ def function(name, coordinates):
 
 def compare(f, program, at, load, gravity):
     """Compare statuses and outputs; return how many poses were reached, and how many were not."""
-    status, found = run(program, np.column_stack([*at.values(), load, gravity]))
+    status, found = run(program, rows(f, at, load, gravity))
     wanted = f(**at, load=load, gravity=gravity)
     python = np.where(wanted["status"] == ks.Status.LIMIT_EXCEEDED, ks.Status.OK, wanted["status"])
     assert np.array_equal(status, python)
     here, first = status == 0, 0
-    for name, relative in SIZES.items():
+    for name in OUTPUTS:
         expected = wanted[name][here]
         part = found[here, first : first + expected.shape[1]]
         first += expected.shape[1]
         error, size = np.max(np.abs(part - expected), axis=1), np.max(np.abs(expected), axis=1)
-        assert np.max(error / size) < relative, name
+        assert np.max(error / size) < 1e-9, name
     assert np.all(np.isnan(found[~here]))
     return int(np.sum(here)), int(np.sum(~here))
 
@@ -61,17 +59,9 @@ def compare(f, program, at, load, gravity):
 )
 def test_many_poses_in_and_out_of_reach(name, coordinates, poses, tmp_path):
     """Overconstrained and other robots, three to six freedoms: the same status everywhere, the same numbers to 1e-9."""
-    f, rng = function(name, coordinates), np.random.default_rng(11)
-    zero, length = f.robot.assemble().platform, f.robot.length
-    wide = np.where(np.arange(poses) % 5 == 0, 0.8, 0.15)
-    at = {
-        item: (
-            float(zero[item]) + wide * length * rng.uniform(-1, 1, poses) if item in "xyz" else wide * rng.uniform(-1, 1, poses)
-        )
-        for item in coordinates
-    }
-    reached, not_reached = compare(f, c_programs.driver(f.export_c(tmp_path)), at, rng.uniform(-200, 200, (poses, 6)),
-                                   rng.uniform(-10, 10, (poses, 3)))  # fmt: skip
+    f = function(name, coordinates)
+    inputs = around(f, poses, np.where(np.arange(poses) % 5 == 0, 0.8, 0.15), 11, load=200.0)
+    reached, not_reached = compare(f, c_programs.driver(f.export_c(tmp_path)), *inputs)
     assert reached > poses / 2 and (not_reached > poses / 500) == (name in ("five_bar", "2pru_upr"))  # the others reach all
 
 
@@ -94,20 +84,11 @@ def test_poses_that_are_not_covered_and_telescopes_turned_inside_out(tmp_path):
         assert np.all(np.isnan(found[status != 0, :-1])) and np.all(np.isfinite(found[status == 0]))
 
 
-ARM = shutil.which("arm-none-eabi-gcc")
-
-
-@pytest.mark.skipif(
-    ARM is None and os.environ.get("KINETOSTATICS_REQUIRE_ARM") != "1", reason="arm-none-eabi-gcc is not installed"
-)
+@NEEDS_ARM
 def test_a_cortex_m7_takes_it(tmp_path):
     """No warning, no memory but the stack, and nothing called but libm and what copies and clears memory."""
     exported = function("five_bar", ("x", "y")).export_c(tmp_path)
-    target = ("-mcpu=cortex-m7", "-mfpu=fpv5-d16", "-mfloat-abi=hard")
-    options = ("-O1", "-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Werror", "-c")
-    subprocess.run([ARM, *target, *options, f"{exported.name}.c"], cwd=tmp_path, check=True)
-    size = subprocess.run(["arm-none-eabi-size", f"{exported.name}.o"], cwd=tmp_path, capture_output=True, text=True, check=True)
-    text, data, bss = map(int, size.stdout.splitlines()[1].split()[:3])
+    text, data, bss = on_cortex_m7(tmp_path, f"{exported.name}.c")
     assert 10_000 < text < 200_000 and data == bss == 0
     names = subprocess.run(
         ["arm-none-eabi-nm", "-u", f"{exported.name}.o"], cwd=tmp_path, capture_output=True, text=True, check=True

@@ -1,9 +1,17 @@
 """Exported C, compiled strictly and asked about many poses."""
 
+import os
+import shutil
 import subprocess
 
 import numpy as np
+import pytest
 
+#: Tests for which KINETOSTATICS_REQUIRE_ARM=1 says that this compiler has to be there.
+NEEDS_ARM = pytest.mark.skipif(
+    shutil.which("arm-none-eabi-gcc") is None and os.environ.get("KINETOSTATICS_REQUIRE_ARM") != "1",
+    reason="arm-none-eabi-gcc is not installed",
+)
 STRICT = ("-std=c99", "-O0", "-Wall", "-Wextra", "-Wconversion", "-Werror")
 SANITIZED = ("-fsanitize=undefined,address", "-fno-sanitize-recover=all")
 
@@ -52,3 +60,29 @@ def run(program, inputs, *arguments):
     assert answer.stderr == b""
     rows = np.frombuffer(answer.stdout).reshape(len(inputs), -1)
     return rows[:, 0].astype(int), rows[:, 1:]
+
+
+def around(f, N, size, seed, load=100.0):
+    """Return coordinates around the zero pose, off by at most ``size``, times the robot's length or in rad; loads and gravity."""
+    rng = np.random.default_rng(seed)
+    zero = f.robot.solver.values(f.prescribed, f.robot.zero_poses)[:, 0]
+    unit = [f.robot.length if f.inputs[name].units == ("m",) else 1.0 for name in f.names]
+    steps = size * rng.uniform(-1, 1, (len(f.names), N))
+    at = {name: value + by * step for name, value, by, step in zip(f.names, zero, unit, steps, strict=True)}
+    return at, rng.uniform(-load, load, (N, 6)), rng.uniform(-10, 10, (N, 3))
+
+
+def rows(f, at, load, gravity):
+    """Return the inputs (N, k) that :func:`run` takes."""
+    given = {**at, "load": load, "gravity": gravity}
+    return np.column_stack([given[name] for name in f.inputs])
+
+
+def on_cortex_m7(folder, *files):
+    """Compile strictly for a Cortex-M7; return how many bytes the last file takes: code, data, and memory that begins with 0."""
+    target = ("-mcpu=cortex-m7", "-mfpu=fpv5-d16", "-mfloat-abi=hard", "-mthumb")
+    options = ("-std=c99", "-O1", "-Wall", "-Wextra", "-Wconversion", "-Werror")
+    subprocess.run(["arm-none-eabi-gcc", *target, *options, "-c", *files], cwd=folder, check=True)
+    command = ["arm-none-eabi-size", f"{files[-1].removesuffix('.c')}.o"]
+    size = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True)
+    return tuple(map(int, size.stdout.splitlines()[1].split()[:3]))

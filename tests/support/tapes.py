@@ -33,6 +33,12 @@ def evaluate(tape, inputs, parameters, wanted):
     return np.array([np.broadcast_to(found[number], N) for number in wanted])
 
 
+def close(found, wanted, tolerance=1e-11):
+    """Arrays are the same to a part of the largest entry, with NaN in the same places."""
+    np.testing.assert_array_equal(np.isnan(found), np.isnan(wanted))
+    np.testing.assert_allclose(found, wanted, rtol=0, atol=tolerance * np.nanmax(np.abs(wanted), initial=0.0))
+
+
 def differences(found, wanted, which=slice(None)):
     """Return by how much arrays of a solution differ at some poses, as parts of the largest entry of each.
 
