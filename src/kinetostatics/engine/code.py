@@ -78,7 +78,7 @@ class Code:
         Args:
             inputs, parameters: what is taken; inputs (k, BLOCK) are those of the block that is computed next.
             numbers, truths: where results go; numbers may stand where the first input is.
-            whole: whether all numbers are wanted, or just those that are there soon.
+            whole: whether all numbers are wanted, or only the first ones, which need less to be computed.
             before: writes inputs of a block before it is computed, if there are more than ``2 * BLOCK`` poses.
         """
         n = numbers.shape[1]
@@ -158,7 +158,7 @@ class Bound:
         self._arguments = (*pointers, ctypes.c_int64(n), ctypes.c_int64(whole))
 
     def move(self, first: int) -> None:
-        """Take the inputs of more poses from another one on."""
+        """Take inputs that have more poses than the results from the pose ``first`` on."""
         for k, address in self._moving:
             self._pointers[k] = address + 8 * first
 

@@ -67,7 +67,7 @@ BEFORE, SHRUNK, GOING, GOOD, HOLDS = range(5)
 
 @dataclass(frozen=True)
 class Program:
-    """Operations whose results are wanted, in order; of the numbers so many first ones without the others, too, if ``soon``."""
+    """Operations whose results are wanted, in order; unless ``soon`` is 0, so many first numbers may be computed alone."""
 
     tape: Tape
     numbers: tuple[int, ...]

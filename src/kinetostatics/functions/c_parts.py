@@ -63,13 +63,13 @@ def asked_outputs(function: Exported) -> list[Quantity]:
 
 
 def identifier(name: str) -> str:
-    """Return a name as C takes it, of its own."""
+    """Return a name as one that may stand alone in C."""
     found = re.sub(r"\W", "_", name, flags=re.ASCII)
     return f"robot_{found}" if not found or found[0].isdigit() else found
 
 
 def c_name(name: str) -> str:
-    """Return the name of a coordinate as C takes it."""
+    """Return the name of a coordinate as that of a member of a struct in C."""
     return identifier(name) if name[0].isdigit() else re.sub(r"\W", "_", name)
 
 

@@ -33,7 +33,7 @@ from kinetostatics.statics.model import RobotStatics, statics_on
 
 #: Relative singular value of the loops' gradient below which a motion is free.
 _FREE = 1e-9
-#: Part of the robot's length by which bodies are moved where masses are differenced, and a rate of motion that is none [m].
+#: Part of the robot's length by which bodies are moved to difference masses, and a rate of motion that counts as none [m].
 _SHIFT, _TINY = 1e-3, 1e-300
 
 
@@ -292,13 +292,9 @@ class Derivatives:
         step = _SHIFT * self.robot.length / max(float(np.max(np.abs(moving), initial=0.0)), _TINY)
         total: Array = np.zeros(self.N)
         for count, weight in CENTRAL:
-            for by in (count * step, -count * step):
-                total += (
-                    weight
-                    / by
-                    * count
-                    * masses(Frames(frames.rotation + by * turning, frames.position + by * moving)).sum(axis=0)
-                )
+            for by in (step, -step):
+                there = Frames(frames.rotation + count * by * turning, frames.position + count * by * moving)
+                total += weight / by * masses(there).sum(axis=0)
         return total
 
     def _collected(self, statics: Array, drives: Array, mass: Array | None = None) -> dict[str, Array]:

@@ -14,8 +14,8 @@ from kinetostatics.math.arrays import Array, Mask, chunks
 LONGEST_TURN, LONGEST_SHIFT = 0.7, 2.0
 #: Where steps of this part of the longest ones are too long still, a line ends.
 _SHORTEST = 1e-3
-#: So many reaches [m] from its start a line may go on by this part of the way behind it at a time: seen from there the robot is
-#: a point, and all that changes is how long its sliding joints are.
+#: So many times the robot's reach away from its start, a line goes on in steps as long as this part of the way already gone: the
+#: robot is small beside that, and only the lengths of sliding joints change.
 _FAR_AWAY, _LEAP = 40.0, 0.25
 
 

@@ -16,7 +16,7 @@ from kinetostatics.math.ordering import first_largest
 SINGULAR = 1e-14
 #: Pivots above this part of the columns' sizes leave no doubt.
 _SURE = 1e-8
-#: Pivots below this part of their rows are not worth dividing by.
+#: Pivots smaller than this part of their rows are too small to divide by.
 _NO_PIVOT = 1e-5
 
 
