@@ -112,15 +112,7 @@ def sensitivities(
     skipped: dict[str, str] = {}
     for pattern, change in changes:
         try:
-            exact = None
-            if derivatives is not None:
-                try:
-                    exact = by_number(derivatives, change.parameter, configuration.shape)
-                except ArgumentError:
-                    exact = None  # whole analyses have one, where the robot becomes another mechanism
-                except RobotFileError:
-                    if change.value != 0:
-                        raise  # else less than nothing is wrong, as of a mass: it is differenced to one side
+            exact = None if derivatives is None else _exact(derivatives, change, configuration.shape)
             item = _sensitivity(change, result, analysis, exact, place, asked)
             if change.variants is None and _is_lost(item, result):
                 raise opens_loops(change.name)
@@ -172,6 +164,23 @@ def _has_record(derivatives: Derivatives) -> bool:
         return False
 
 
+def _exact(derivatives: Derivatives, change: Change, shape: tuple[int, ...]) -> dict[str, Array] | None:
+    """Return the derivatives by one number, None where whole analyses are to be differenced.
+
+    Raises:
+        RobotFileError: the file is wrong with the number a little changed.
+    """
+    try:
+        found = by_number(derivatives, change.parameter, shape)
+    except ArgumentError:  # the robot becomes another mechanism
+        return None
+    except RobotFileError:
+        if change.value != 0:
+            raise
+        return None  # less than nothing is wrong, as of a mass: it is differenced to one side
+    return found if all(np.all(np.isfinite(array)) for array in found.values()) else None
+
+
 def _is_lost(item: Sensitivity, result: Result) -> bool:
     """Return whether no loop closes with a number a little off, though it does without."""
     arrays = [array for name in item.derivatives if name != "mass" for array in _arrays(item.derivatives[name])]
@@ -192,7 +201,6 @@ def _sensitivity(
 ) -> Sensitivity:
     configuration, value, driven = nominal.configuration, change.value, nominal.robot.description.driven
     step = STEP / STEP_OF_CONSTANTS * (change.parameter.steps[0] or 1.0)
-    known = exact is not None and all(np.all(np.isfinite(array)) for array in exact.values())
     given = {key: item for key, item in analysis.items() if key != "on_failure"}
 
     def numbers(by: float) -> dict[Key, Array]:
@@ -213,7 +221,7 @@ def _sensitivity(
             here, further = numbers(0.0), numbers(2 * step)
             return {key: np.asarray((4 * above[key] - 3 * here[key] - further[key]) / (2 * step)) for key in above}
 
-    if known and exact is not None:
+    if exact is not None:
         slope = {(name, ""): array for name, array in exact.items() if not name.startswith("actuator")}
         for name in ("actuator_forces", "actuators"):
             slope |= {(name, drive): exact[name][..., k] for k, drive in enumerate(driven) if name in exact}
@@ -225,7 +233,7 @@ def _sensitivity(
     for name in asked:
         drives = name.startswith("actuator")
         found[name] = Named({drive: frozen(slope[name, drive]) for drive in driven}) if drives else frozen(slope[name, ""])
-    return Sensitivity(change.name, value, "" if change.unit == "1" else change.unit, Named(found), known)
+    return Sensitivity(change.name, value, "" if change.unit == "1" else change.unit, Named(found), exact is not None)
 
 
 def _of_pose(configuration: Configuration, asked: Sequence[str]) -> dict[Key, Array]:
