@@ -55,8 +55,8 @@ class Sizes:
             ArgumentError: one was.
         """
         self.variants.check_units([(name, given) for name, given in typed if name not in self.parts])
-        for name, given in typed:
-            own = self.unit(name) if name in self.parts else given
+        for name, given in ((name, given) for name, given in typed if name in self.parts):
+            own = self.unit(name)
             if not own or unit(own.replace("·", " ")).dimension != unit(given).dimension:
                 raise ArgumentError(f"vary: {name} is given in {given}, but it {f'is in {own}' if own else 'has no unit'}")
 
