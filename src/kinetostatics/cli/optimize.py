@@ -63,16 +63,13 @@ def run(args: argparse.Namespace) -> int:
     with waiting("optimizing"):
         from kinetostatics.design import optimize, pareto
 
-        if args.pareto is None or (args.out or "").endswith(".csv"):
-            arguments.check_folder(args.out)
-        else:
-            arguments.check_figure(args.out, "--out")
+        draws = args.pareto is not None and not (args.out or "").endswith(".csv")
+        (arguments.check_figure if draws else arguments.check_folder)(args.out, "--out")
         arguments.check_figure(args.plot)
         options = arguments.load_options(args)
         _, over = poses.grid(arguments.load(args) if args.actuators else None, args)
-        starts, points = (
-            arguments.whole_number_of(option, text) for option, text in (("--starts", args.starts), ("--points", args.points))
-        )
+        starts = arguments.whole_number_of("--starts", args.starts)
+        points = arguments.whole_number_of("--points", args.points)
         vary = arguments.parse_items("--vary", args.vary)
         options |= {
             "orientation": args.orientation,
@@ -91,10 +88,10 @@ def run(args: argparse.Namespace) -> int:
         else:
             both = args.minimize, args.pareto
             found = pareto(args.robot, vary, both, args.subject_to, over or None, points=points, **options)
-        if args.out is not None and (args.pareto is None or args.out.endswith(".csv")):
-            found.save(args.out)
-        else:
+        if draws:
             answers.save_figure(args.out, "pareto", found)
+        elif args.out is not None:
+            found.save(args.out)
         answers.save_figure(args.plot, "optimum" if args.pareto is None else "pareto", found)
         answer = found.to_dict() if args.json else str(found)
     answers.print_answer(answer, [], args.out, args.plot)
