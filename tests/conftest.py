@@ -60,7 +60,8 @@ def pytest_collection_finish():
 def pytest_collection_modifyitems(items):
     """Put the short files of ``tests/unit`` last, so that no process waits long for another one's last file.
 
-    Of the cases of a test that is marked ``few(n)`` all but n, evenly spread, are slow, and "further".
+    Of the cases of a test that is marked ``few(n)`` all but n of the quick ones, evenly spread, are "further", and
+    all that is further is slow.
     """
     items.sort(key=lambda item: "unit" in item.path.parts)
     cases = {}
@@ -68,12 +69,15 @@ def pytest_collection_modifyitems(items):
         if item.get_closest_marker("few"):
             cases.setdefault(item.nodeid.partition("[")[0], []).append(item)
     for tests in cases.values():
-        (number,) = tests[0].get_closest_marker("few").args
-        kept = {round(k * (len(tests) - 1) / max(number - 1, 1)) for k in range(number)}
-        for k, item in enumerate(tests):
-            if k not in kept:
-                item.add_marker("slow")
+        quick = [item for item in tests if not item.get_closest_marker("slow")]
+        number = min(*tests[0].get_closest_marker("few").args, len(quick))
+        kept = {quick[round(k * (len(quick) - 1) / max(number - 1, 1))] for k in range(number)}
+        for item in tests:
+            if item not in kept:
                 item.add_marker("further")
+    for item in items:
+        if item.get_closest_marker("further"):
+            item.add_marker("slow")
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -59,7 +59,6 @@ def test_a_map_through_the_pose_that_nobody_told(monkeypatch, tmp_path):
     assert float(found["workspace"]["z"]) == float(at["z"]) and float(found["workspace"]["y"]) == float(at["y"])
 
 
-@pytest.mark.slow
 @pytest.mark.further
 def test_tables_hold_the_numbers_of_the_results(html, pose):
     result = ks.analyze(pose, LOAD)

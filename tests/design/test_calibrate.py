@@ -470,7 +470,6 @@ def test_wrong_signs_and_units_are_told(cantilever):
             assert found.estimates["rod"].value == pytest.approx(1 / factor, rel=0.01)
 
 
-@pytest.mark.slow
 @pytest.mark.further
 def test_metres_that_look_like_millimetres_are_told():
     robot = package_robots.robot("3rps")
@@ -484,7 +483,6 @@ def test_metres_that_look_like_millimetres_are_told():
     assert len(told) == 1
 
 
-@pytest.mark.slow
 @pytest.mark.further
 def test_estimates_that_nothing_has_are_told():
     """Readings upwards ask for a payload that pulls, and for a platform without weight: a warning, and an error in words."""

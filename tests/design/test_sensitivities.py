@@ -299,7 +299,6 @@ def test_bars(cantilever):
         ks.plot.sensitivities(1)
 
 
-@pytest.mark.slow
 @pytest.mark.further
 def test_mistakes(cantilever):
     pose = package_robots.robot("3rps").assemble()

@@ -155,7 +155,6 @@ def test_random_hybrids_agree_with_finite_elements(seed):
     case.check()
 
 
-@pytest.mark.slow
 @pytest.mark.further
 @needs_opensees
 @settings(max_examples=max(COUNT // 4, 1), deadline=None)
