@@ -138,18 +138,15 @@ def coil(length: float, radius: float, wire: float, turns: int, points: int) -> 
     line = np.column_stack([wide * np.cos(2 * np.pi * turn), wide * np.sin(2 * np.pi * turn), length * places])
     tangents = np.gradient(line, axis=0)
     tangents /= np.linalg.norm(tangents, axis=1, keepdims=True)
-    ring = np.arange(6) * (2 * np.pi / 6)
-    across, rings = np.array([0.0, 1.0, 0.0]), []
-    for tangent, point in zip(tangents, line * [1, 1, 0], strict=True):
-        across = across - tangent * (tangent @ across)  # turned as little as possible
-        across /= np.linalg.norm(across)
-        rings.append(point + wire * (np.outer(np.cos(ring), across) + np.outer(np.sin(ring), np.cross(tangent, across))))
+    side = carried_along(np.array([0.0, 1.0, 0.0]), tangents)
+    ring = (np.arange(6) * (2 * np.pi / 6))[:, None, None]
+    rings = line * [1, 1, 0] + wire * (np.cos(ring) * side + np.sin(ring) * crossed(tangents, side))  # (6, n, 3)
     k, start = np.arange(6), (np.arange(n - 1) * 6)[:, None]
     a, b = start + k, start + (k + 1) % 6
     faces = np.concatenate([np.stack([a, b, b + 6], axis=-1), np.stack([a, b + 6, a + 6], axis=-1)]).reshape(-1, 3)
     end = ball(2.2 * wire)
     at = np.concatenate([np.repeat(np.arange(n), 6), np.repeat([0, n - 1], len(end.vertices))])
-    return joined([Surface(np.concatenate(rings), faces), end, end]), at
+    return joined([Surface(rings.swapaxes(0, 1).reshape(-1, 3), faces), end, end]), at
 
 
 def arrow(length: float, radius: float, heads: int) -> Surface:
@@ -181,6 +178,21 @@ def frames_along(axes: Array, origins: Array | None = None) -> Array:
     result[:, 3, 3] = 1
     if origins is not None:
         result[:, :3, 3] = origins
+    return result
+
+
+def carried_along(start: Array, directions: Array) -> Array:
+    """Return unit vectors (n, 3) across unit vectors (n, 3), which turn as little as they can from one to the next.
+
+    The first is as near to ``start`` (3,) as it can be.
+    """
+    result, side = np.empty_like(directions), start
+    for k, along in enumerate(directions):
+        side = side - along * (along @ side)
+        if np.linalg.norm(side) < 1e-3:  # a turn by a right angle at once
+            side = axis_across(along)
+            side = side - along * (along @ side)
+        result[k] = side = side / np.linalg.norm(side)
     return result
 
 

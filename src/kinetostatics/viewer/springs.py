@@ -11,7 +11,7 @@ from kinetostatics.description.elements import Spring
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.ordering import axis_across
 from kinetostatics.viewer.poses import ShownPoses
-from kinetostatics.viewer.shapes import crossed
+from kinetostatics.viewer.shapes import carried_along, crossed
 
 #: Density of steel [kg/m³], of which a mass at a point is drawn as a ball.
 STEEL = 7850.0
@@ -54,14 +54,8 @@ class DrawnSpring:
         result = np.tile(np.eye(4), (len(self.length), 1, 1))
         z = self.direction
         z = np.where(np.any(z != 0, axis=-1, keepdims=True), z, [0.0, 0.0, 1.0])
-        x = axis_across(z[0])
-        for frame, along in zip(result, z, strict=True):
-            x = x - along * (along @ x)
-            if np.linalg.norm(x) < 1e-3:  # it has turned by a right angle at once
-                x = axis_across(along)
-                x = x - along * (along @ x)
-            x = x / np.linalg.norm(x)
-            frame[:3, :3] = np.column_stack([x, crossed(along[None], x[None])[0], along])
+        x = carried_along(axis_across(z[0]), z)
+        result[:, :3, 0], result[:, :3, 1], result[:, :3, 2] = x, crossed(z, x), z
         result[:, :3, 3] = self.ends[0]
         return result
 
