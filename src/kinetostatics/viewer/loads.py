@@ -7,8 +7,7 @@ from collections.abc import Collection, Iterator
 import numpy as np
 
 from kinetostatics.math.arrays import Array
-from kinetostatics.viewer.poses import ShownPoses
-from kinetostatics.viewer.shapes import crossed
+from kinetostatics.viewer.poses import ShownPoses, moved_wrench
 
 
 def loads_on_links(poses: ShownPoses, kinds: Collection[str]) -> Iterator[tuple[str, str, Array, Array]]:
@@ -26,6 +25,6 @@ def loads_on_links(poses: ShownPoses, kinds: Collection[str]) -> Iterator[tuple[
 
 def about_point(wrench: Array, point: Array, o: Array, size: float) -> Array:
     """Return wrenches (F, 6) about o as they are about points (F, 3) of a robot of a size [m], without what is rounding."""
-    moment = wrench[:, 3:] - crossed(point - o, wrench[:, :3])
-    moment = np.where(np.abs(moment) > 1e-9 * size * np.abs(wrench[:, :3]).max(initial=0.0), moment, 0.0)
-    return np.concatenate([wrench[:, :3], moment], axis=-1)
+    found = moved_wrench(wrench, point - o)
+    found[:, 3:] = np.where(np.abs(found[:, 3:]) > 1e-9 * size * np.abs(wrench[:, :3]).max(initial=0.0), found[:, 3:], 0.0)
+    return found

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from kinetostatics.exceptions import ArgumentError
 from kinetostatics.math.arrays import Array
+from kinetostatics.math.screws import move_wrench
 from kinetostatics.results.result import Result
 from kinetostatics.statics.solution import of_deformation
 from kinetostatics.status import Status
@@ -159,6 +160,11 @@ def moved(twist: Array, arm: Array) -> Array:
     """Return twists (F, K, 6) of a body at a point that lies ``arm`` (F, 3) from where they were given."""
     linear = twist[..., :3] + crossed(twist[..., 3:], arm[:, None])
     return np.concatenate([linear, twist[..., 3:]], axis=-1)
+
+
+def moved_wrench(wrench: Array, shift: Array) -> Array:
+    """Return wrenches (F, 6) about points that lie ``shift`` (F, 3) [m] from the present ones."""
+    return np.asarray(move_wrench(wrench.T, shift.T).T)
 
 
 def serpentine(shape: tuple[int, ...]) -> NDArray[np.intp]:

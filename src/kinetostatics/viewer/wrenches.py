@@ -13,7 +13,7 @@ from kinetostatics.results.limb import LimbResult
 from kinetostatics.viewer.description import Arrow, Stations
 from kinetostatics.viewer.joints import Joint, marker_radius
 from kinetostatics.viewer.loads import about_point, loads_on_links
-from kinetostatics.viewer.poses import ShownPoses, moved
+from kinetostatics.viewer.poses import ShownPoses, moved, moved_wrench
 from kinetostatics.viewer.shapes import crossed, frames_along
 from kinetostatics.viewer.springs import DrawnSpring
 
@@ -197,13 +197,11 @@ class Wrenches:
         """Yield what the ground puts on the robot: minus everything that acts on it from outside, about the base's origin."""
         base = self.poses.frame(self.robot.description.base)[:, :3, 3]
         total = np.nan_to_num(self.poses.take(self.result.base_wrench))
-        load = np.concatenate([self.load[:, :3], self.load[:, 3:] + crossed(self.poses.o - base, self.load[:, :3])], axis=-1)
-        parts = -self._only("load", load)
+        parts = -self._only("load", moved_wrench(self.load, base - self.poses.o))
         for _, source, centre, force in self._weights_by_source:
             parts -= self._only(source, np.concatenate([force, crossed(centre - base, force)], axis=-1))
         for name, _, _, wrench in loads_on_links(self.poses, ("load", "spring")):  # changes are too small to be seen
-            moment = wrench[:, 3:] + crossed(self.poses.o - base, wrench[:, :3])
-            parts -= self._only(name, np.concatenate([wrench[:, :3], moment], axis=-1))
+            parts -= self._only(name, moved_wrench(wrench, base - self.poses.o))
         parts[:, -1] = total - parts[:, :-1].sum(axis=1)
         tiny = 1e-9 * np.abs(total).max(initial=0.0)
         parts = np.where(np.abs(parts) < tiny, 0.0, parts)
