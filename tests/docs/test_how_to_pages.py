@@ -24,6 +24,7 @@ ELSEWHERE = {
         "robots_in_python": "test_python_api_docs.py",
         "size_a_rod": "test_how_to_figures.py, with fewer poses",
         "viewer": "opens windows; tests/browser",
+        "workspace": "tests/maps/test_sweep.py, on a coarser grid",
         "workspace_figures": "test_workspace_figures.py",
     },
     "sh": {
@@ -37,7 +38,7 @@ ELSEWHERE = {
 }
 #: What takes more than a second or two.
 LONG = {
-    "python": ("calibrate", "tolerances", "workspace"),
+    "python": ("calibrate", "tolerances"),
     "sh": ("correct_a_machine", "find_what_to_stiffen", "size_a_rod", "tolerances", "workspace"),
 }
 PAGES = sorted(path.stem for path in (DOCS / "how_to").glob("*.md"))

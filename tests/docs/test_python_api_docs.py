@@ -8,20 +8,21 @@ from typing import Any
 
 import numpy as np
 import pytest
+from page_code import in_a_copy, python_of, text_of
 from places import ROOT
 
 import kinetostatics as ks
 
-PAGE = (ROOT / "docs" / "how_to" / "robots_in_python.md").read_text(encoding="utf-8")
+PAGE = text_of("how_to/robots_in_python")
 sys.path.insert(0, str(ROOT / "examples"))
 
 
 def test_every_block_runs_and_prints_what_it_says(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    (tmp_path / "robots").symlink_to(ROOT / "robots")
+    in_a_copy(tmp_path)
     monkeypatch.chdir(tmp_path)
-    blocks = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+    blocks = python_of("how_to/robots_in_python")
     names: dict[str, Any] = {}
     for block in blocks:
         exec(compile(block, "python_api.md", "exec"), names)  # the page's own text

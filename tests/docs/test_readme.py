@@ -6,6 +6,7 @@ import sys
 
 import numpy as np
 import pytest
+from page_code import in_a_copy
 from places import ROOT
 
 from kinetostatics.cli.main import main
@@ -135,8 +136,7 @@ def test_each_table_of_the_paper_has_a_command_that_prints_its_numbers(key, caps
 
 def test_the_commands_run_where_the_first_one_has_been_pasted(monkeypatch, tmp_path, capsys):
     """All files that they name are in a clone; what they write lands beside it."""
-    for folder in ("robots", "tests", "examples"):
-        (tmp_path / folder).symlink_to(ROOT / folder)
+    in_a_copy(tmp_path)
     monkeypatch.chdir(tmp_path)
     commands = [
         shlex.split(line.rpartition("&& ")[2], comments=True) for line in between("commands").splitlines() if "kineto" in line

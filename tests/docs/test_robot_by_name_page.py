@@ -4,6 +4,7 @@ import re
 import shlex
 
 import pytest
+from page_code import blocks, run_commands, run_python, text_of
 from places import ROOT
 
 import kinetostatics as ks
@@ -11,20 +12,12 @@ from kinetostatics.authoring.notation import parse_architecture
 from kinetostatics.authoring.skeleton import skeleton_of
 from kinetostatics.cli.main import main
 
-PAGE = (ROOT / "docs" / "start" / "robot_by_name.md").read_text(encoding="utf-8")
-
-
-def blocks(kind):
-    """The blocks of one kind."""
-    return re.findall(rf"^```{kind}\n(.*?)^```$", PAGE, re.DOTALL | re.MULTILINE)
+PAGE = text_of("start/robot_by_name")
 
 
 def test_its_commands_run(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    lines = "".join(blocks("sh")).replace("\\\n", " ").splitlines()
-    assert len(lines) == 4
-    for line in lines:
-        assert main(shlex.split(line)[1:]) == 0, line
+    assert run_commands("start/robot_by_name") == 4
     assert {path.name for path in tmp_path.iterdir()} == {"my_robot.urdf.xacro", "my_robot.html", "my_delta.urdf.xacro"}
     inline = re.search(r"`kinetostatics (analyze my_robot\.urdf\.xacro --set [^`]+)`", PAGE)
     assert main(shlex.split(inline[1])) == 0
@@ -36,15 +29,14 @@ def test_its_commands_run(tmp_path, monkeypatch, capsys):
 
 def test_its_python_runs(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    names = {}
-    exec(blocks("python")[0], names)
+    names = run_python("start/robot_by_name")
     assert names["robot"].mobility.platform == 3 and "my_hexapod" in (tmp_path / "my_hexapod.urdf.xacro").read_text()
     assert names["text"].startswith("<?xml")
 
 
 def test_its_table_of_places_is_one(tmp_path):
     table = tmp_path / "table.csv"
-    table.write_text(blocks("text")[0])
+    table.write_text(next(block.text for block in blocks(PAGE) if block.kind == "text"))
     assert ks.new_robot("2-U[P]R+S[P]R", placements=table, height=0.3).mobility.platform == 3
 
 

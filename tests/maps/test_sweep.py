@@ -14,7 +14,7 @@ import numpy as np
 import package_robots
 import pytest
 import xarray as xr
-from places import ROOT
+from page_code import run_python, text_of
 
 import kinetostatics as ks
 from kinetostatics.files.bundled import robot_path
@@ -698,17 +698,15 @@ def test_the_command_refuses_in_one_line(tmp_path, monkeypatch, capsys, line, me
 @pytest.mark.slow
 def test_the_page_is_true(tmp_path, monkeypatch, capsys):
     """Every block of Python in docs/how_to/workspace.md runs, and what it prints is there."""
-    page = ROOT / "docs" / "how_to" / "workspace.md"
+    page = text_of("how_to/workspace")
     monkeypatch.chdir(tmp_path)
-    names = {}
-    for block in re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL):
-        exec(compile(block.replace(", 21)", ", 5)"), str(page), "exec"), names)  # on a coarser grid
+    names = run_python("how_to/workspace", {", 21)": ", 5)"})  # on a coarser grid
     said = capsys.readouterr().out
     assert "('rod_diameter', 'push', 'z', 'rx', 'component')" in said and "(5, 5, 6)" in said
     assert (tmp_path / "map.nc").exists()
     assert (tmp_path / "sag.svg").exists()
-    assert f"up to {TRIED} of them" in page.read_text(encoding="utf-8").replace("\n", " ")
-    described = set(re.findall(r"`(\w+)`", "".join(re.findall(r"^\| (.*?) \|", page.read_text(encoding="utf-8"), re.MULTILINE))))
+    assert f"up to {TRIED} of them" in page.replace("\n", " ")
+    described = set(re.findall(r"`(\w+)`", "".join(re.findall(r"^\| (.*?) \|", page, re.MULTILINE))))
     wanted = {"beam_stress", "beam_euler_ratio", "beam_deflection"}
     wanted |= {"gravity_way", "actuator_gravity_way", "actuator_contribution", "actuator_correction", "remaining"}
     wanted |= {"spring_force"}

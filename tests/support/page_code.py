@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import re
 import shlex
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from places import ROOT
@@ -42,12 +44,20 @@ def text_of(name: str) -> str:
     return (DOCS / f"{name}.md").read_text(encoding="utf-8")
 
 
-def run_python(name: str) -> dict[str, Any]:
-    """Run a page's Python, block after block, and return its names."""
+def python_of(name: str) -> list[str]:
+    """Return a page's blocks of Python."""
+    return [block.text for block in blocks(text_of(name)) if block.kind == "python"]
+
+
+def run_python(name: str, swaps: Mapping[str, str] = MappingProxyType({})) -> dict[str, Any]:
+    """Run a page's Python, block after block, and return its names; ``swaps`` of its text make it shorter."""
+    code = python_of(name)
+    assert all(any(old in block for block in code) for old in swaps)
     names: dict[str, Any] = {}
-    for block in blocks(text_of(name)):
-        if block.kind == "python":
-            exec(compile(block.text, f"{name}.md", "exec"), names)  # the page's own text
+    for block in code:
+        for old, new in swaps.items():
+            block = block.replace(old, new)
+        exec(compile(block, f"{name}.md", "exec"), names)  # the page's own text
     return names
 
 

@@ -10,6 +10,7 @@ import sys
 import numpy as np
 import pytest
 import yaml
+from page_code import run_python
 from places import ROOT, TESTS
 
 import kinetostatics as ks
@@ -818,11 +819,8 @@ def test_the_page_shows_the_sample_of_gepetto():
 
 
 def test_the_python_of_the_page(monkeypatch):
-    page = (ROOT / "docs" / "how_to" / "foreign_loops.md").read_text()
-    (block,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
     monkeypatch.chdir(ROOT)
-    names = {}
-    exec(block, names)
+    names = run_python("how_to/foreign_loops")
     assert names["robot"].mobility.platform == 2
     # messages about its loops name the source
     assert names["description"].loops["closing_tool"].place.line == line_of(FIVE_BAR, '<link name="closing_tool_1">')

@@ -1,6 +1,5 @@
 """What Pinocchio supplies: frames, masses and weights, models that weigh the robot, loops as its own constraints."""
 
-import re
 from functools import cache
 
 import numpy as np
@@ -8,7 +7,7 @@ import pinocchio as pin
 import pytest
 from loop_robots import FREEDOMS, Held
 from package_robots import robot
-from places import ROOT
+from page_code import python_of, run_python
 from simple_machines import arm
 
 import kinetostatics as ks
@@ -209,12 +208,8 @@ def test_constraint_dynamics_keeps_the_robot_still(name):
 
 
 def test_the_page_about_pinocchio_is_true(capsys):
-    page = (ROOT / "docs" / "how_to" / "pinocchio.md").read_text(encoding="utf-8")
-    names = {}
-    blocks = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
-    for block in blocks:
-        exec(compile(block, "pinocchio.md", "exec"), names)  # the page's own text
-    assert len(blocks) == 2
+    run_python("how_to/pinocchio")
+    assert len(python_of("how_to/pinocchio")) == 2
     assert float(capsys.readouterr().out.split()[-1]) < 1e-9
 
 
