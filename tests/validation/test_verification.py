@@ -368,7 +368,7 @@ def test_portal_whose_foot_settles():
 @pytest.mark.few(1)
 @pytest.mark.parametrize("driven", [False, True])
 def test_cantilever_on_an_elastic_clamp(driven):
-    """Deflection and slope of a clamped beam, and what the clamp yields."""
+    """Deflection and slope of a clamped beam, and the deformation of the clamp."""
     linear, angular, drive = (1e6, 2e6, 3e6), (2e4, 3e4, 5e4), 4e4
     stiffness = Stiffness(linear=linear, angular=angular, drive=drive if driven else None)
     arm = column("arm", "base", "platform", (0, 0, 0), (L, 0, 0), density=0.0)
