@@ -122,7 +122,7 @@ def _minimize(problem: Problem, ranges: Sequence[Range], fixed: Mapping[str, flo
     )
     u = np.clip(found.x, 0, 1)
     if not problem.at(named(u)).feasible:  # what comes nearest: the largest smallest margin
-        if begin.violation < problem.at(named(u)).violation:  # the search was led astray
+        if begin.violation < problem.at(named(u)).violation:  # the search has made it worse
             u = place
         slack = {
             "type": "ineq",

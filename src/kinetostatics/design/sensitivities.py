@@ -177,7 +177,7 @@ def _exact(derivatives: Derivatives, change: Change, shape: tuple[int, ...]) -> 
     except RobotFileError:
         if change.value != 0:
             raise
-        return None  # less than nothing is wrong, as of a mass: it is differenced to one side
+        return None  # a mass may be zero and not negative: it is differenced to one side
     return found if all(np.all(np.isfinite(array)) for array in found.values()) else None
 
 

@@ -72,7 +72,7 @@ def compensation_report(found: Compensation) -> str:
     lines += _uncorrectable(found)
     if found.tool is not None and {"x", "y", "z"} & set(rest) and len(found.coordinates) >= 3:
         lines += wrapped(
-            "The coordinates x, y and z bring the tip itself where it is wanted, and leave angles, where drives can do that."
+            "With the coordinates x, y and z the tip itself comes where it is wanted, if the drives can do that; angles are left."
         )
     for name, limit in found.configuration.limits_exceeded.items():
         lines.append(f"! {name} would have to go to {float(limit.value):.6g}, beyond [{limit.lower:.6g}, {limit.upper:.6g}]")
@@ -126,7 +126,7 @@ def _uncorrectable(found: Compensation) -> list[str]:
     columns.append(Column.of("remains along it", list(found.uncorrectable_parts), parts))
     place = f"at {named_point(found.tool)}, world axes, displacements in units of {quantity(length, MILLIMETRES)}"
     title = f"Directions in which no drive moves the platform, {place}"
-    said = "What remains along these no choice of coordinates changes; times that length it is a displacement."
+    said = "No choice of coordinates changes what remains along these; times that length it is a displacement."
     return [*section(title, column_table(columns)), *wrapped(said)]
 
 
