@@ -75,7 +75,7 @@ def build(ops: Any, frame: dict[str, Any], penalty: float, ground: float) -> Non
     ops.numberer("RCM")
     ops.system("FullGeneral")
     ops.integrator("LoadControl", 1.0)
-    ops.algorithm("Linear")
+    ops.algorithm("Linear", "-factorOnce")
     ops.analysis("Static", "-noWarnings")
 
 
