@@ -53,7 +53,7 @@ gc.disable()
 
 def pytest_collection_finish():
     gc.freeze()
-    gc.set_threshold(100_000, 20, 50)  # robots and XML trees are many small objects: by default a sixteenth of all time goes there
+    gc.set_threshold(100_000, 20, 50)  # robots and XML are many small objects: by default 6 % of all time goes there
     gc.enable()
 
 

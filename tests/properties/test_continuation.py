@@ -180,6 +180,7 @@ def test_poses_of_large_batches_are_those_of_their_own_lines(name, limit, poses)
     assert differences(robot, target) == 0
 
 
+@pytest.mark.further
 def test_the_mode_is_that_of_fine_continuation_in_every_batch():
     """The wrists that were found in another mode when others were asked for with them."""
     robot = package_robots.robot("spherical_3rrr")
@@ -195,30 +196,40 @@ def test_the_mode_is_that_of_fine_continuation_in_every_batch():
             np.testing.assert_allclose(batch.platform_frame[k], pose.platform_frame, atol=1e-9)
 
 
-@pytest.mark.usefixtures("by_numpy")
-def test_smooth_maps_are_predicted_and_others_are_not(monkeypatch):
-    """Where all is smooth, few poses follow their own lines; where some do not get there, what is beyond them does."""
-    followed = []
+@pytest.fixture
+def followed(monkeypatch):
+    """Return how many poses follow their own lines, call by call."""
+    numbers = []
 
     def counting(solver, prescribed, start, target, *rest):
-        followed.append(target.shape[1])
+        numbers.append(target.shape[1])
         return original(solver, prescribed, start, target, *rest)
 
     original = continuation.follow
     monkeypatch.setattr(continuation, "follow", counting)
-    robot, random = package_robots.robot("delta"), np.random.default_rng(0)
-    smooth = random.uniform(-0.5, 0.5, (3, 6000))
+    return numbers
+
+
+@pytest.mark.usefixtures("by_numpy")
+def test_smooth_maps_are_predicted(followed):
+    """Where all is smooth, few poses follow their own lines."""
+    robot = package_robots.robot("delta")
+    smooth = np.random.default_rng(0).uniform(-0.5, 0.5, (3, 6000))
     robot.assemble(actuators=dict(zip(robot.description.driven, smooth, strict=True)))
     assert sum(followed) < 0.1 * 6000
     assert differences(robot, smooth) == 0
-    followed.clear()
+
+
+@pytest.mark.further
+@pytest.mark.usefixtures("by_numpy")
+def test_smooth_maps_over_six_coordinates_are_predicted(followed):
     hexapod = package_robots.robot("gough_stewart")
     names = ("x", "y", "z", "rx", "ry", "rz")
     scale = np.array([5e-3, 5e-3, 4e-3, 0.01, 0.01, 0.015])[:, None]
-    target = scale * random.uniform(-1, 1, (6, 8000)) + np.array([0, 0, 0.244, 0, 0, 0])[:, None]
+    middle = np.array([0, 0, 0.244, 0, 0, 0])[:, None]
+    target = scale * np.random.default_rng(0).uniform(-1, 1, (6, 8000)) + middle
     hexapod.assemble(platform=dict(zip(names, target, strict=True)))
     assert sum(followed) < 0.1 * 8000
-    followed.clear()
     assert differences(hexapod, target, "platform", names) == 0
 
 

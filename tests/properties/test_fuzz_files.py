@@ -29,7 +29,7 @@ from kinetostatics.cli.main import main
 from kinetostatics.files.reader import read_robot_file
 
 #: Random files of each kind.
-NUMBER = int(os.environ.get("KINETOSTATICS_FUZZ", "9"))
+NUMBER = int(os.environ.get("KINETOSTATICS_FUZZ", "6"))
 #: Time [s] in which an answer must come, on a busy machine too.
 SECONDS = 20.0
 
@@ -334,6 +334,7 @@ LARGE = {
 }
 
 
+@pytest.mark.few(28)
 @pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.slow) if name in LARGE else name for name in XML])
 def test_xml(worker: Worker, tmp_path: Path, name: str) -> None:
     text, words = XML[name]
@@ -349,13 +350,14 @@ def test_encodings_that_are_read(worker: Worker, tmp_path: Path, encoding: str, 
     assert outcome.kind == "result", outcome.text
 
 
-@pytest.mark.few(24)
+@pytest.mark.few(14)
 @pytest.mark.parametrize("text", EXPRESSIONS, ids=lambda text: text[:60])
 def test_expressions(worker: Worker, tmp_path: Path, text: str) -> None:
     escaped = text.replace("<", "&lt;")
     check(run(worker, tmp_path, expression(escaped), "robot.xacro", "read"), EXPRESSIONS[text])
 
 
+@pytest.mark.few(14)
 @pytest.mark.parametrize("name", [pytest.param(name, marks=pytest.mark.slow) if name in LARGE else name for name in EXPANSIONS])
 def test_expansions(worker: Worker, tmp_path: Path, name: str) -> None:
     for item, content in BESIDE.items():

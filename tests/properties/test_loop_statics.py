@@ -64,7 +64,7 @@ def limb_links(one, name):
     return next(limb.links for limb in one.topology.limbs if limb.name == name)
 
 
-@pytest.mark.few(3)
+@pytest.mark.few(2)
 @pytest.mark.parametrize(
     ("drive", "kind"),
     [("chain", kind) for kind in FREEDOMS if kind not in ONE_FREEDOM]
@@ -128,6 +128,7 @@ PROPPED_CASES = [
 ]
 
 
+@pytest.mark.few(18)
 @pytest.mark.parametrize("swap", [False, True])
 @pytest.mark.parametrize(("kind", "axes", "force", "moment", "sag", "slope"), PROPPED_CASES)
 def test_propped_cantilevers(kind, axes, force, moment, sag, slope, swap):

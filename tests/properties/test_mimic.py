@@ -143,7 +143,8 @@ def test_gripper_on_a_wrist() -> None:
     assert np.all(robot.configuration(off).status == ks.Status.UNREACHABLE)
 
 
-def test_gears_turn_on_and_on() -> None:
+@pytest.mark.parametrize("far", [40, pytest.param(400, marks=pytest.mark.further)])
+def test_gears_turn_on_and_on(far: float) -> None:
     """Both joints continuous: a platform geared down from a motor, followed over many turns."""
     text = GRIPPER.replace('<platform link="tool"/>', '<platform link="screw"/>').replace(
         '<axis xyz="1 0 0"/></joint>', '<axis xyz="0 0 1"/><mimic joint="wrist" multiplier="-0.3" offset="0.2"/></joint>'
@@ -151,7 +152,7 @@ def test_gears_turn_on_and_on() -> None:
     text = text[: text.index('  <joint name="left"')] + text[text.index('  <platform link="screw"/>') :]
     text = text.replace('<link name="jaw_1"/><link name="jaw_2"/>', "").replace('<joint name="spindle"/></trans', "</trans")
     robot = ks.Robot(parse_robot_text(text))
-    motor = np.linspace(-400, 400, 41)
+    motor = np.linspace(-far, far, 41)
     poses = robot.assemble(actuators={"wrist": motor})
     angle = 0.7 * motor + 0.2
     np.testing.assert_allclose(poses.frame("screw")[:, 0, :2], np.stack([np.cos(angle), -np.sin(angle)], -1), atol=1e-12)

@@ -129,30 +129,49 @@ class Case:
 # ---- random ones ---------------------------------------------------------------------------------------------------------------
 
 
+#: Seeds of those that were found by larger numbers.
+KNOWN = [
+    211,  # three hinges between two links, some of them elastic: rounding where the limb is rigid
+    598,  # the compliance of a limb that is almost rigid along one of its wrenches
+    608,
+    191,  # bridges through which much flows one way, and little the other
+    835,
+    1304,  # hinges with parallel axes, which rounding lets meet far away
+    53067,  # free, and misfits that contradict one another besides
+    12064842,  # rigid limbs, one of which sags by rounding
+    1000000,  # rigid throughout: beams beside the rigid limb are bent by the rounding of its forces
+    1359628,  # one of them hangs on the platform by an elastic limb
+    369,  # a ring of rigid links between elastic limbs, whose strain is rounding alone
+    368176,  # misfits that a rigid ring cannot follow, in a limb that is partly rigid besides
+    826,  # a rigid limb with elastic links, whose compliance is nothing but rounding
+]
+
+
+@pytest.mark.few(4)
+@pytest.mark.parametrize("seed", KNOWN)
+def test_known_hybrids_agree_with_finite_elements(seed):
+    assert agrees_with_finite_elements(seed)
+
+
 @settings(max_examples=COUNT, deadline=None)
 @given(st.integers(0, 2**31))
-@example(211)  # three hinges between two links, some of them elastic: rounding where the limb is rigid
-@example(598)  # the compliance of a limb that is almost rigid along one of its wrenches
-@example(608)
-@example(191)  # bridges through which much flows one way, and little the other
-@example(835)
-@example(1304)  # hinges with parallel axes, which rounding lets meet far away
-@example(53067)  # free, and misfits that contradict one another besides
-@example(12064842)  # rigid limbs, one of which sags by rounding
-@example(1000000)  # rigid throughout: beams beside the rigid limb are bent by the rounding of its forces
-@example(1359628)  # one of them hangs on the platform by an elastic limb
-@example(369)  # a ring of rigid links between elastic limbs, whose strain is rounding alone
-@example(368176)  # misfits that a rigid ring cannot follow, in a limb that is partly rigid besides
-@example(826)  # a rigid limb with elastic links, whose compliance is nothing but rounding
 def test_random_hybrids_agree_with_finite_elements(seed):
+    assume(agrees_with_finite_elements(seed))
+
+
+def agrees_with_finite_elements(seed):
+    """Compare; return whether the robot could be judged, neither almost singular nor almost held."""
     case = Case.random(seed)
-    assume(case.answer.gap > 1e9)  # neither almost singular nor almost held
+    if case.answer.gap <= 1e9:
+        return False
     try:
         case.file.robot()
     except ks.RobotFileError as error:
-        assume("rigidly fixed to the base" not in str(error))
+        if "rigidly fixed to the base" in str(error):
+            return False
         raise
     case.check()
+    return True
 
 
 @pytest.mark.further
@@ -288,6 +307,7 @@ SMALL = {
 }  # fmt: skip
 
 
+@pytest.mark.few(16)
 @pytest.mark.parametrize("name", SMALL)
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_small_hybrids_agree_with_finite_elements(name, seed):
