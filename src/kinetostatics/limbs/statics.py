@@ -25,7 +25,7 @@ from kinetostatics.limbs.compliance import (
 from kinetostatics.limbs.geometry import LimbGeometry
 from kinetostatics.limbs.group import LimbGroup
 from kinetostatics.limbs.wrenches import limb_wrenches
-from kinetostatics.math.arrays import Array
+from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.math.linalg import Cholesky, correlation, inverse_of
 from kinetostatics.mechanism.tree import Frames
 from kinetostatics.printing.mappings import ShortRepr
@@ -142,16 +142,15 @@ def _statics(
     cut_wrenches, particular, self_stress = found.cut_wrenches, found.particular, found.self_stress
     if not self_stress.shape[2]:
         C, gravity_displacement = strains(group, geometry, cut_wrenches, particular, loads)
+        if group.springs[0] and not group.beams[0]:  # a beam gives under any force
+            C = np.where(_straining(group, geometry, cut_wrenches, C), C, 0.0)
         error = assembly_error_strains(group, cut_wrenches, assembly_error)
         stress, loose = np.broadcast_to(0.0, particular.shape), self_stress
     else:
         n = cut_wrenches.shape[2]
         columns = np.concatenate([cut_wrenches, self_stress], axis=2)
         gram, lean = strains(group, geometry, columns, particular, loads)
-        # where no beam and no spring is strained by any of them all is rounding, and nothing in it tells so
-        forces = np.max(np.abs(columns) / group.twist_scale, axis=(0, 1, 2))
-        straining = np.einsum("ii...->i...", gram).max(axis=0) > _STRAINING * whole_compliance(group, geometry) * forces**2
-        gram = np.where(straining, gram, 0.0)
+        gram = np.where(_straining(group, geometry, columns, gram), gram, 0.0)
         gain, loose = _relaxation(gram, self_stress)
         mixed = np.einsum("ab...,bj...->aj...", gain, gram[n:, :n])
         cut_wrenches = cut_wrenches - np.einsum("mia...,aj...->mij...", self_stress, mixed)
@@ -184,6 +183,16 @@ def _statics(
         doubtful=found.doubtful,
         may_stiffen=_may_stiffen(group, C),
     )
+
+
+def _straining(group: LimbGroup, geometry: LimbGeometry, columns: Array, C: Array) -> Mask:
+    """Return where (g, N) any of some wrenches (M, 6, n, g, N) strains a beam or spring, by the compliance along them.
+
+    Where none does, all of the compliance is rounding, and nothing in it tells so.
+    """
+    forces = np.max(np.abs(columns) / group.twist_scale, axis=(0, 1, 2), initial=0.0)
+    largest = np.einsum("ii...->i...", C).max(axis=0, initial=0.0)
+    return largest > _STRAINING * whole_compliance(group, geometry) * forces**2
 
 
 def _may_stiffen(group: LimbGroup, C: Array) -> NDArray[np.bool_]:

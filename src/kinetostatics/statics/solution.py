@@ -314,7 +314,7 @@ def _by_contribution(
                     if item.group.rigid_directions < len(strain):
                         strain += part.gravity_displacement[:, None] * loaded.share[:, None]
         if sources[-1] == "misfit":
-            strain[:, -1] = item.assembly_error
+            strain[:, -1] += item.assembly_error
             # a robot with a ring that cannot be assembled has no pose, also where the ring holds nothing
             right[:, -1, np.any(np.isnan(item.assembly_error_cut_wrenches), axis=(0, 1, 2))] = np.nan
         strains.append(strain)

@@ -142,24 +142,31 @@ def solve_with_springs(
 def _relative_motions(
     robot: RobotStatics, solution: Solution, deformation: Deformation, springs: Iterable[PlacedSpring]
 ) -> Array:
-    """Return how every spring's second end moves relative to its first (3 springs, S, N), for each contribution."""
-    rows = []
+    """Return how every spring's second end moves relative to its first (3 springs, S, N), for each contribution.
+
+    What hangs on the base alone sags by its own weight, which is no contribution: that counts with the spring's own force.
+    """
+    rows, none = [], np.zeros_like(solution.twists[:, :1])
     for spring in springs:
         ends = []
         for point, places in zip(spring.points, spring.places, strict=True):
-            twist = np.zeros_like(solution.twists)
+            twist = np.concatenate([np.zeros_like(solution.twists), none], axis=1)
             for place, where in places.items():
-                twist = np.where(where, _motion(robot, solution, deformation, place), twist)
+                motion = _motion(robot, solution, deformation, place)
+                motion = motion if motion.shape[1] == twist.shape[1] else np.concatenate([motion, none], axis=1)
+                twist = np.where(where, motion, twist)
             ends.append(move_twist(twist, (point - solution.o)[:, None])[:3])
-        rows.append(ends[1] - ends[0])
+        moved = ends[1] - ends[0]
+        moved[:, solution.sources.index(f"spring {spring.name}")] += moved[:, -1]
+        rows.append(moved[:, :-1])
     return np.concatenate(rows)
 
 
 def _motion(robot: RobotStatics, solution: Solution, deformation: Deformation, place: str) -> Array:
-    """Return the twists (6, S, N) of a place, about o."""
+    """Return the twists (6, S, N) of a place, about o; with a column more where it hangs on the base, by its own weight."""
     topology = robot.topology
     if place in topology.carried_by:
-        return deformation.motions[topology.carried_by[place]][:, : len(solution.sources)]
+        return deformation.motions[topology.carried_by[place]]
     return solution.twists if place in topology.platform.places else np.zeros_like(solution.twists)
 
 

@@ -1,7 +1,11 @@
 """Elastic joints, bearings and drives against closed forms; their parts add up to the twist."""
 
+from dataclasses import replace
+
 import numpy as np
+import pinocchio as pin
 import pytest
+from mechanisms import Beam, Edge, Joint, Link, Mechanism, Stiffness, circle, write_mechanism
 from simple_machines import CIRCLE, RHO, E, arm, bar, joint, link, loop, mount, robot, springs
 
 import kinetostatics as ks
@@ -177,3 +181,35 @@ def test_a_spring_along_one_axis_holds_what_turns_about_it(lean, held):
         everywhere = JointStiffness("hinge", **{group: (3.0, 40.0, 5.0)})
         assert is_sprung(everywhere, group == "angular", axis) and is_sprung(everywhere, group == "angular", None)
     assert not is_sprung(None, True, axis)
+
+
+def test_a_rigid_rod_whose_flexure_no_force_along_it_strains_is_rigid():
+    """A spring along a freedom of the ball at one end of a strut does nothing, and no platform can move by it."""
+    made = hexapod_with_one_rigid_strut()
+    turned = pin.rpy.rpyToMatrix(0.3, 0.2, 0.1)
+    stiffness = Stiffness(tuple(map(tuple, turned)), None, (0.0, 1000.0, np.inf))
+    edges = tuple(replace(e, joint=replace(e.joint, stiffness=stiffness)) if e.joint.name == "a0" else e for e in made.edges)
+    results = []
+    for mechanism in (made, replace(made, edges=edges)):
+        one = write_mechanism(mechanism, cuts=("a0", "b1", "b2", "b3", "b4"), twirl=3).robot()
+        results.append(ks.analyze(one.configuration(pin.neutral(one.model)), LOAD))
+    bare, flexed = results
+    assert [group.rigid_directions for group in flexed.robot.statics.groups if "limb_1" in str(group.limbs[0].name)] == [1]
+    np.testing.assert_allclose(flexed.twist, bare.twist, rtol=1e-9)
+    np.testing.assert_allclose(flexed.joint_wrenches["a0"], bare.joint_wrenches["a0"], rtol=1e-9, atol=1e-9)
+
+
+def hexapod_with_one_rigid_strut():
+    """Six struts between balls, the first one without a beam."""
+    rng, angles = np.random.default_rng(3), np.linspace(0, 5.2, 6)
+    feet = np.stack([0.5 * np.cos(angles), 0.5 * np.sin(angles), 0 * angles], axis=1) + 0.05 * rng.standard_normal((6, 3))
+    tops = np.stack([0.2 * np.cos(angles + 1), 0.2 * np.sin(angles + 1), 0.8 + 0 * angles], axis=1)
+    edges, beams = [], []
+    for k, (foot, top) in enumerate(zip(feet, tops + 0.05 * rng.standard_normal((6, 3)), strict=True)):
+        edges += [
+            Edge(Joint(f"a{k}", "S", tuple(foot)), "base", f"l{k}"),
+            Edge(Joint(f"b{k}", "S", tuple(top)), f"l{k}", "platform"),
+        ]
+        beams += [Beam(f"l{k}", f"l{k}", f"a{k}", f"b{k}", circle(0.02))] if k else []
+    links = tuple(Link(f"l{k}") for k in range(6))
+    return Mechanism(tuple(edges), links, tuple(beams), (0.0, 0.0, 0.8), 3.0, (0.0, 0.0, 0.8))

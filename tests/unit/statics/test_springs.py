@@ -237,3 +237,33 @@ def test_reports_tell_of_springs():
     assert found["spring_forces"] == {"balance": pytest.approx(float(result.spring_forces["balance"]))}
     assert found["payload"]["mass"] == 2.0 and len(found["payload"]["coefficients"]["twist"][0]) == 4
     assert list(found["link_loads"]) == ["payload"] and robot_to_dict(one)["springs"][0]["name"] == "balance"
+
+
+def test_a_jib_that_sags_by_its_own_weight_slackens_the_spring_that_hangs_on_it():
+    """t (1/k + c + 1/d) = m g / d − δ, with δ = q L⁴/8EI and c = L³/3EI of the jib, d of the drive; the spring is relaxed."""
+    L, d, k, mass = 0.9, 3e4, 2e4, 6.0
+    text = f"""<robot name="crane"><link name="mast"/><link name="jib"/><link name="cage">
+<inertial><mass value="{mass}"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial></link><link name="tip"/>
+<joint name="root" type="fixed"><parent link="mast"/><child link="jib"/></joint>
+<joint name="end" type="fixed"><parent link="jib"/><child link="tip"/><origin xyz="{L} 0 0"/></joint>
+<joint name="lift" type="prismatic"><parent link="mast"/><child link="cage"/><origin xyz="{L} 0 -0.5"/><axis xyz="0 0 1"/>
+<limit lower="-1" upper="1" effort="0" velocity="0"/></joint>
+<beam link="jib" from="root" to="end" youngs_modulus="210e9" poisson_ratio="0.3" density="7850" shear_coefficient="inf">
+<circle diameter="0.02"/></beam>
+<platform link="cage"/><transmission name="d"><joint name="lift"/></transmission><joint_stiffness joint="lift" drive="{d}"/>
+<spring name="rope" stiffness="{k}" free_length="0.5"><predecessor link="tip"/><successor link="cage"/></spring></robot>"""
+    found = ks.analyze(loaded(text).assemble())
+    EI, q = 210e9 * np.pi * 0.02**4 / 64, 7850 * np.pi * 0.02**2 / 4 * G
+    tension = (mass * G / d - q * L**4 / (8 * EI)) / (1 / k + L**3 / (3 * EI) + 1 / d)
+    assert float(found.twist[2]) == pytest.approx(-(mass * G - tension) / d, rel=1e-9)
+    assert float(found.actuator_forces["lift"]) == pytest.approx(mass * G - tension, rel=1e-9)
+    assert float(found.joint_wrenches["root"][2]) == pytest.approx(tension + q * L, rel=1e-9)
+    np.testing.assert_allclose(sum(found.contributions.values()), found.twist, rtol=1e-12, atol=1e-18)
+
+
+def test_springs_answer_assembly_errors_in_both_ways_that_weights_act():
+    at = pose("3rps", replace(BESIDE, successor=_inner("3rps")[0]))
+    found = ks.analyze(at, misfits={"prismatic_1": [1e-4, 0, 2e-4, 0, 0, 0]})
+    parts = found.by_mechanism.contributions
+    np.testing.assert_allclose(parts["misfit"], found.contributions["misfit"], rtol=1e-9, atol=1e-15)
+    np.testing.assert_allclose(sum(parts.values()), found.twist, rtol=1e-9, atol=1e-15)
