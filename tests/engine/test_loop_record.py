@@ -5,7 +5,7 @@ import package_robots
 import pytest
 from tapes import evaluate, prescribed_of
 
-from kinetostatics.engine.loop_record import newton_record, place_record, structure_of
+from kinetostatics.engine.loop_record import newton_record, place_record, start_record, structure_of
 from kinetostatics.engine.structure import Structure
 from kinetostatics.kinematics.solver import SHRINKING, SolverState
 
@@ -58,6 +58,13 @@ def test_all_robots_loops_are_recorded_as_numpy_computes_them(name, convention):
     found = evaluate(record.tape, [state.x], parameters, [*record.numbers, *record.truths]).astype(float)
     numbers = np.concatenate([q, frames.rotation.reshape(-1, N), frames.position.reshape(-1, N), residual, np.ones((1, N))])
     assert np.max(np.abs(found - numbers)) < 1e-13
+
+    record = start_record(robot.solver, prescribed, example, local)  # also where turns farther than half a turn are wanted
+    for turned, shorter in ((0.0, True), (4.0, True), *([(4.0, False)] if prescribed.angles else [])):
+        first, c = robot.solver.line(prescribed, state, target + turned, shorter)
+        inputs = [state.x, state.c, target + turned, np.full((1, N), float(shorter))]
+        found = evaluate(record.tape, inputs, parameters, [*record.numbers, *record.truths]).astype(float)
+        assert np.max(np.abs(found - np.concatenate([first, c, np.ones((1, N))]))) < 1e-13
 
 
 def test_placements_are_parameters_of_the_loops():

@@ -10,7 +10,9 @@ from telescopes import mast
 
 import kinetostatics as ks
 from kinetostatics.engine import loops
+from kinetostatics.engine.loop_record import Program
 from kinetostatics.functions.direct import Direct
+from kinetostatics.math.orientation import Orientation
 
 pytest.importorskip("llvmlite")
 
@@ -188,3 +190,56 @@ def test_after_a_far_pose_the_next_begins_there():
     assert f._direct.at(beside, values, LOAD, (0, 0, -9.81)) is not None
     batch = f(**{**far, next(iter(far)): [1.5, 1.6]})
     assert f._direct.at(beside, batch, LOAD, (0, 0, -9.81)) is None
+
+
+@pytest.mark.parametrize("holds", [True, False])
+def test_lines_whose_start_has_several_coordinates_go_the_short_way(holds, monkeypatch):
+    """As with large angles, or azimuth, tilt and torsion; where the record of the start does not hold, NumPy finds it."""
+    f, g, at, *_ = functions("2pru_upr")
+    monkeypatch.setattr(Orientation, "unique_below", 0.0)
+    vars(f._direct._zero).pop("is_unique", None)
+    started, asked = loops.CompiledSolver._started, []
+    assert f._direct._solver._start is not None
+
+    def doubted(*given):
+        first, c, good = started(*given)
+        asked.append(good.all())
+        return (first, c, good) if holds else (first * np.nan, c * np.nan, good & False)
+
+    monkeypatch.setattr(loops.CompiledSolver, "_started", doubted)
+    one = {key: 0.3 * float(value[1]) + 0.7 * float(f.robot.assemble().platform[key]) for key, value in at.items()}
+    beside = {key: value + 0.01 for key, value in one.items()}
+    values, careful = f(**one), g(**one)
+    assert_alike(values, careful)
+    found = f._direct.at(beside, values, LOAD, (0, 0, -9.81))
+    assert_alike(found, g(**beside, near=careful, load=LOAD))
+    assert len(asked) == 2 and all(asked)
+    several = {key: value + np.linspace(0, 0.02, 3) for key, value in one.items()}
+    assert_alike(f(**several, near=values), g(**several, near=careful))
+
+
+def test_code_of_where_lines_start_is_not_used_if_it_is_wrong(monkeypatch):
+    """What is on disk is tried, and made anew; where nothing can be made, NumPy finds where lines start."""
+    solver, made = functions("five_bar")[0]._direct._solver, loops.start_record
+    keys, written = [], loops.disk.write
+    monkeypatch.setattr(loops.disk, "write", lambda key, content: keys.append(key) or written(key, content))
+
+    def start_of(record):
+        monkeypatch.setattr(loops, "start_record", record)
+        other = copy.copy(solver)
+        vars(other).pop("_start", None)
+        return other._start
+
+    def wrong(*given):
+        program = made(*given)
+        return Program(program.tape, program.numbers[::-1], program.truths)
+
+    assert start_of(wrong) is None and not keys
+    assert start_of(made) is not None and len(keys) == 1
+    assert start_of(wrong) is not None and len(keys) == 1  # from the disk
+    monkeypatch.setattr(
+        loops.disk,
+        "read",
+        lambda key: loops._compiled(wrong(solver._solver, solver._own, solver._example, 0), solver._sizes, 4, 0),
+    )
+    assert start_of(wrong) is None and start_of(made) is not None and len(keys) == 2

@@ -16,10 +16,9 @@ from kinetostatics.engine.record import recorded_input
 from kinetostatics.engine.recorder import recorded, recording
 from kinetostatics.engine.scalars import Tape
 from kinetostatics.engine.structure import Structure
-from kinetostatics.kinematics.lines import line_start
 from kinetostatics.kinematics.loop_constraints import LoopAxes, LoopEquations
 from kinetostatics.kinematics.mimic import Couplings
-from kinetostatics.kinematics.prescribed import PrescribedCoordinates
+from kinetostatics.kinematics.prescribed import PrescribedCoordinates, line_start
 from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.kinematics.velocities import drive_rates, frame_rates, freedom_rates, with_given
 from kinetostatics.math.arrays import Array
@@ -118,7 +117,7 @@ def side_record(solver: Solver, prescribed: PrescribedCoordinates, example: Solv
 
 
 def line_record(prescribed: PrescribedCoordinates, target: Array, c: Array) -> Program:
-    """Record where a line of prescribed coordinates starts, as :func:`kinetostatics.kinematics.lines.line_start` says.
+    """Record where a line of prescribed coordinates starts, as :func:`kinetostatics.kinematics.prescribed.line_start` says.
 
     Inputs are the prescribed coordinates (n,) at the pose where it starts and all orientation coordinates (3,) there, the target
     (n,), and whether the shorter way is wanted (1,). The numbers are coordinates and orientation, the truth value is whether the
@@ -139,6 +138,26 @@ def line_record(prescribed: PrescribedCoordinates, target: Array, c: Array) -> P
         at = prescribed.first_angle
         begin = np.concatenate([first[:at], np.where(shorter, known[list(prescribed.angles)], first[at:])])
         numbers = line_start(prescribed, (begin, known), aim, shorter)
+        return [*(row for array in numbers for row in array.reshape(-1, 1)), held(tape)]
+
+    *numbers, holds = recorded_rows(tape, computed)
+    return Program(tape, tuple(numbers), (holds,))
+
+
+def start_record(solver: Solver, prescribed: PrescribedCoordinates, example: SolverState, local: int) -> Program:
+    """Record :meth:`Solver.line`.
+
+    Inputs are x and c of the pose where a line starts, the target (n,), and whether the shorter way is wanted (1,). The numbers
+    are the prescribed coordinates and all orientation coordinates (3,) with which it starts, the truth value tells whether the
+    record holds.
+    """
+    tape = Tape()
+    copy = _copy_of(solver, prescribed, local, tape)
+    examples = example.x, example.c, solver.values(prescribed, example) + 0.1, np.ones((1, 1))
+    x, c, aim, flag = (recorded_input(tape, k, array) for k, array in enumerate(examples))
+
+    def computed() -> list[Any]:
+        numbers = line_start(prescribed, copy.origin(prescribed, SolverState(x, c), aim), aim, flag[0] != 0)
         return [*(row for array in numbers for row in array.reshape(-1, 1)), held(tape)]
 
     *numbers, holds = recorded_rows(tape, computed)

@@ -5,6 +5,7 @@ What is recorded is :meth:`kinetostatics.kinematics.solver.Solver.correct`: ther
 
 from __future__ import annotations
 
+import contextlib
 import threading
 from collections.abc import Callable
 from dataclasses import replace
@@ -17,10 +18,19 @@ from kinetostatics.engine import cache as disk
 from kinetostatics.engine import llvm
 from kinetostatics.engine.code import BLOCK, Bound, Code, code_key, packed, side_by_side
 from kinetostatics.engine.later import LaterFrames
-from kinetostatics.engine.loop_record import GOOD, HOLDS, Program, newton_record, place_record, side_record, structure_of
+from kinetostatics.engine.loop_record import (
+    GOOD,
+    HOLDS,
+    Program,
+    newton_record,
+    place_record,
+    side_record,
+    start_record,
+    structure_of,
+)
 from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.kinematics.loop_constraints import Placed
-from kinetostatics.kinematics.prescribed import PrescribedCoordinates
+from kinetostatics.kinematics.prescribed import PrescribedCoordinates, for_each
 from kinetostatics.kinematics.solver import MOST_CORRECTIONS, SHRINKING, Solver, SolverState
 from kinetostatics.math.arrays import Array
 from kinetostatics.mechanism.tree import Frames
@@ -82,14 +92,14 @@ class CompiledSolver(Solver):
     def _found(self, solver: Solver, prescribed: PrescribedCoordinates, local: int, example: SolverState) -> bool:
         """Take the code from the disk, if it is there and right."""
         vars(self).update(vars(solver))
-        self._own, self._local, self._lock = prescribed, local, threading.Lock()
+        self._solver, self._own, self._local, self._lock = solver, prescribed, local, threading.Lock()
         self._example = SolverState(np.array(example.x), np.array(self.origin(prescribed, example)[1]))
         structure = structure_of(solver, prescribed, local)
-        self._parameters = structure.values
+        self._parameters, self._structure = structure.values, structure.key
         self._sizes = {"parameters": len(structure.values), "coordinates": self.tree.nq, "given": prescribed.size}
         # where freedoms are local, nobody asks on which side of a singular pose one is
         self._functions = _FUNCTIONS[:2] if local else _FUNCTIONS
-        self._keys = [code_key(f"{what} {structure.key}") for what, *_ in self._functions]
+        self._keys = [code_key(f"{what} {self._structure}") for what, *_ in self._functions]
         kept = [disk.read(key) for key in self._keys]
         return self._load([content for content in kept if content is not None]) and self._is_right()
 
@@ -118,6 +128,52 @@ class CompiledSolver(Solver):
         (here, holds), there = self._placed(wanted.x), Solver.place(self, wanted.x)
         pairs = (here.q, there.q), (here.frames.position, there.frames.position), (here.residual, there.residual)
         return bool(holds[0]) and all(np.max(np.abs(a - b), initial=0.0) <= _ALIKE for a, b in pairs)
+
+    @cached_property
+    def _start(self) -> Code | None:
+        """Where lines start, made when the first does that is not known to start at the zero pose; None: that is NumPy's."""
+        key = code_key(f"start {self._structure}")
+        target = self.values(self._own, self._example) + _TRIED
+        wanted = Solver.line(self, self._own, self._example, target)
+
+        def right(kept: bytes | None) -> Code | None:
+            if kept is None or (code := Code(kept, key)).table["sizes"] != self._sizes:
+                return None
+            *found, holds = self._started(code, self._example, target, True)
+            alike = all(np.max(np.abs(a - b), initial=0.0) <= _ALIKE for a, b in zip(found, wanted, strict=True))
+            return code if holds[0] and alike else None
+
+        code = right(disk.read(key))
+        if code is None:
+            with contextlib.suppress(NotRecordedError):
+                kept = _compiled(start_record(self._solver, self._own, self._example, self._local), self._sizes, 4, 0)
+                code = right(kept)
+                if code is not None:
+                    disk.write(key, kept)
+        return code
+
+    def _started(self, code: Code, start: SolverState, target: Array, shorter: bool) -> tuple[Array, Array, NDArray[np.bool_]]:
+        """Return the prescribed and the orientation coordinates where lines start, and where the record holds."""
+        n, N = target.shape
+        inputs = for_each(start.x, N), for_each(start.c, N), target, np.full((1, N), float(shorter))
+        numbers, truths = code.results(inputs, self._parameters, n + 3, 1)
+        return numbers[:n], numbers[n:], truths[0]
+
+    def line(
+        self, prescribed: PrescribedCoordinates, start: SolverState, target: Array, shorter: bool = True
+    ) -> tuple[Array, Array]:
+        """Return where lines from poses to targets (n, N) start, see :meth:`Solver.line`."""
+        # the record turns drives the shorter way in any case
+        known = prescribed == self._own and (shorter or bool(prescribed.angles)) and target.shape[1] > 0
+        code = self._start if known else None
+        if code is None:
+            return super().line(prescribed, start, target, shorter)
+        first, c, holds = self._started(code, start, target, shorter)
+        rest = np.flatnonzero(~holds)
+        if rest.size:
+            here = start if start.x.shape[1] == 1 else start.take(rest)
+            first[:, rest], c[:, rest] = super().line(prescribed, here, target[:, rest], shorter)
+        return first, c
 
     def newton(
         self,

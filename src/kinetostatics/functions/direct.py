@@ -24,7 +24,7 @@ from kinetostatics.engine.scalars import NotRecordedError
 from kinetostatics.functions.values import Values
 from kinetostatics.kinematics import assembly
 from kinetostatics.kinematics.configuration import Configuration, spread, taken
-from kinetostatics.kinematics.lines import line_start, longest_strides
+from kinetostatics.kinematics.lines import longest_strides
 from kinetostatics.kinematics.prescribed import PrescribedCoordinates
 from kinetostatics.kinematics.solver import SolverState
 from kinetostatics.math.arrays import Array, frozen
@@ -145,11 +145,7 @@ class Direct:
 
     def _line(self, start: _Closed, target: Array, shorter: bool) -> tuple[Sequence[float], Array]:
         """Return the coordinates with which the line starts, and the state (nq' + 3, 1) there, as all lines do."""
-        c, given, first = start.poses.c, self.prescribed, np.array(start.target)[:, None]
-        if shorter and given.orientation is not None:
-            c = given.orientation.coordinates(given.orientation.matrix(c))
-            first[given.first_angle :] = c[list(given.angles)]
-        first, c = line_start(given, (first, c), target, shorter)
+        first, c = self._solver.line(self.prescribed, start.poses, target, shorter)
         return first[:, 0].tolist(), np.concatenate([start.poses.x, c])
 
     def _configuration(self, closed: _Closed) -> Configuration:

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.kinematics.chebyshev import MOST_VARYING, Cells
-from kinetostatics.kinematics.lines import follow, line_start, longest_strides
-from kinetostatics.kinematics.prescribed import PrescribedCoordinates
+from kinetostatics.kinematics.lines import follow, longest_strides
+from kinetostatics.kinematics.prescribed import PrescribedCoordinates, line_start
 from kinetostatics.kinematics.solver import Solver, SolverState
 from kinetostatics.math.arrays import Array, chunks
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from kinetostatics.kinematics.prescribed import PrescribedCoordinates
+from kinetostatics.kinematics.prescribed import PrescribedCoordinates, for_each, line_start
 from kinetostatics.kinematics.solver import Solver, SolverState
-from kinetostatics.math.arrays import Array, Mask, chunks
+from kinetostatics.math.arrays import Array, chunks
 
 #: Largest part of a line that is tried in one go, in rad and in characteristic lengths. However steadily Newton's method
 #: converges after a larger jump, it may be on another branch: a universal joint closes just as well with one axis turned over.
@@ -65,9 +65,8 @@ def _follow_chunk(
 ) -> tuple[SolverState, NDArray[np.bool_], Array]:
     N = target.shape[1]
     # a pose knows the angle of what turns freely but for full turns: the shorter way
-    known = solver.origin(prescribed, start, target) if origin is None else origin
-    first, c = line_start(prescribed, known, target, shorter=origin is None)
-    state = SolverState(_for_each(start.x, N), c)
+    first, c = solver.line(prescribed, start, target) if origin is None else line_start(prescribed, origin, target, shorter=False)
+    state = SolverState(for_each(start.x, N), c)
     strides = np.abs(target - first) / longest_strides(solver, prescribed)[:, None]
     if N == 1 and np.max(strides, initial=0.0) <= 1:
         moved = solver.in_one_go(prescribed, state, target, local)
@@ -118,31 +117,6 @@ def _predicted(
     moved, before[which] = solver.advance(prescribed, some, step), np.maximum(solver.size(prescribed, step), 1e-3)
     guess.x[:, which], guess.c[:, which] = moved.x, moved.c
     return guess, before
-
-
-def _for_each(array: Array, N: int) -> Array:
-    """Return a copy (k, N) of an array of one pose or of N."""
-    return np.array(array, subok=True) if array.shape[1] == N else np.repeat(array, N, axis=1)
-
-
-def line_start(
-    prescribed: PrescribedCoordinates, origin: tuple[Array, Array], target: Array, shorter: bool | Mask
-) -> tuple[Array, Array]:
-    """Return the prescribed coordinates (n, N) and all orientation coordinates (3, N) with which lines to targets start.
-
-    They are those of the ``origin`` but for full turns of the platform, if the ``shorter`` way is wanted, and where the axes
-    of two turns are one line, which leaves but the sum of the turns determined.
-    """
-    first, c = (_for_each(array, target.shape[1]) for array in origin)
-    if prescribed.angles and prescribed.orientation is not None:
-        if shorter is False and prescribed.orientation.is_unique(origin[1]):  # a record takes the general way
-            return first, c
-        given = list(prescribed.angles)
-        aim = np.array(c, subok=True)
-        aim[given] = target[prescribed.first_angle :]
-        c = prescribed.orientation.same(c, np.where(np.isfinite(aim), aim, c), always=shorter)
-        first[prescribed.first_angle :] = c[given]
-    return first, c
 
 
 def longest_strides(solver: Solver, prescribed: PrescribedCoordinates) -> Array:

@@ -1,10 +1,13 @@
-"""Which coordinates of a pose are given."""
+"""Which coordinates of a pose are given, and where lines of them start."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+
+from kinetostatics.math.arrays import Array, Mask
 from kinetostatics.math.orientation import Orientation
 
 
@@ -50,3 +53,28 @@ class PrescribedCoordinates:
     def unknown_angles(self) -> tuple[int, ...]:
         """The orientation coordinates that the solver has to find, if any are given."""
         return tuple(k for k in range(3) if k not in self.angles) if self.angles else ()
+
+
+def for_each(array: Array, N: int) -> Array:
+    """Return a copy (k, N) of an array of one pose or of N."""
+    return np.array(array, subok=True) if array.shape[1] == N else np.repeat(array, N, axis=1)
+
+
+def line_start(
+    prescribed: PrescribedCoordinates, origin: tuple[Array, Array], target: Array, shorter: bool | Mask
+) -> tuple[Array, Array]:
+    """Return the prescribed coordinates (n, N) and all orientation coordinates (3, N) with which lines to targets start.
+
+    They are those of the ``origin`` but for full turns of the platform, if the ``shorter`` way is wanted, and where the axes
+    of two turns are one line, which leaves but the sum of the turns determined.
+    """
+    first, c = (for_each(array, target.shape[1]) for array in origin)
+    if prescribed.angles and prescribed.orientation is not None:
+        if shorter is False and prescribed.orientation.is_unique(origin[1]):  # a record takes the general way
+            return first, c
+        given = list(prescribed.angles)
+        aim = np.array(c, subok=True)
+        aim[given] = target[prescribed.first_angle :]
+        c = prescribed.orientation.same(c, np.where(np.isfinite(aim), aim, c), always=shorter)
+        first[prescribed.first_angle :] = c[given]
+    return first, c

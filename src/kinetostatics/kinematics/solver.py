@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from kinetostatics.kinematics.loop_constraints import LoopEquations, Placed, joined, products
-from kinetostatics.kinematics.prescribed import PrescribedCoordinates
+from kinetostatics.kinematics.prescribed import PrescribedCoordinates, line_start
 from kinetostatics.math import rotations
 from kinetostatics.math.arrays import Array, chunks, empty_for, everywhere, zeros_for
 from kinetostatics.math.linalg import cross, dot, have_one_sign, least_squares, surely_have_one_sign
@@ -359,3 +359,9 @@ class Solver:
             return values, start.c
         R, _ = self.mechanism.platform_pose(self.equations.forward(start.x))
         return values, prescribed.orientation.coordinates(R)
+
+    def line(
+        self, prescribed: PrescribedCoordinates, start: SolverState, target: Array, shorter: bool = True
+    ) -> tuple[Array, Array]:
+        """Return where lines from poses to targets (n, N) start, see :meth:`origin` and :func:`.prescribed.line_start`."""
+        return line_start(prescribed, self.origin(prescribed, start, target if shorter else None), target, shorter)
