@@ -283,7 +283,7 @@ def _stiffness_text(description: RobotDescription, given: Mapping[str, float] | 
 
 
 def _unit(joint: Joint) -> str:
-    return "N" if JOINT_TYPES[joint.type].is_slide else "N m"
+    return JOINT_TYPES[joint.type].force_unit.replace("·", " ")
 
 
 def _drive_stiffness(joint: Joint) -> float:

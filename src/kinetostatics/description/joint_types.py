@@ -111,6 +111,11 @@ class JointType:
         return "m" if self.is_slide else "rad"
 
     @cached_property
+    def force_unit(self) -> str:
+        """SI unit of what a drive of such a joint puts on it."""
+        return "N" if self.is_slide else "N·m"
+
+    @cached_property
     def kind(self) -> str:
         """Whether the coordinate of a joint with one freedom is a "length" or an "angle"."""
         return "length" if self.is_slide else "angle"

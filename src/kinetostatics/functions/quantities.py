@@ -21,8 +21,7 @@ def inputs_of(robot: Robot, names: Sequence[str], by_drives: bool, orientation: 
     found = []
     for name in names:
         if by_drives:
-            slides = connections[name].type.is_slide
-            found.append(Quantity(name, (), ("m" if slides else "rad",), meaning="coordinate of the drive"))
+            found.append(Quantity(name, (), (connections[name].type.unit,), meaning="coordinate of the drive"))
         elif name in "xyz":
             found.append(Quantity(name, (), ("m",), meaning="coordinate of o, world axes"))
         else:
@@ -41,7 +40,7 @@ def outputs_of(robot: Robot, asked: Sequence[str], compensate: bool) -> dict[str
         ArgumentError: there is no such output.
     """
     drives = robot.description.driven
-    slides = [robot.mechanism.connections[name].type.is_slide for name in drives]
+    kinds = [robot.mechanism.connections[name].type for name in drives]
     sources = sources_of(robot.statics)
     status = "kinetostatics.Status; no number is valid at UNREACHABLE and SINGULAR"
     if compensate:
@@ -60,14 +59,14 @@ def outputs_of(robot: Robot, asked: Sequence[str], compensate: bool) -> dict[str
         Quantity(
             "actuator_forces",
             (len(drives),),
-            tuple("N" if slide else "N·m" for slide in slides),
+            tuple(kind.force_unit for kind in kinds),
             drives,
             "force or torque of each drive, positive along its coordinate",
         ),
         Quantity(
             "actuators",
             (len(drives),),
-            tuple("m" if slide else "rad" for slide in slides),
+            tuple(kind.unit for kind in kinds),
             drives,
             "corrected coordinates of the drives" if compensate else "drives' coordinates",
         ),

@@ -104,23 +104,23 @@ def _of_drives(found: Compensation, what: str, drives: Sequence[str] | None) -> 
     for name in chosen:
         if name not in known:
             raise ArgumentError(f"drives has no drive {name!r}: {near_names(str(name), known)}")
-    slides = {found.wanted.robot.mechanism.connections[name].type.is_slide for name in chosen}
-    if len(slides) != 1:
+    kinds = {kind.unit: kind for kind in (found.wanted.robot.mechanism.connections[name].type for name in chosen)}
+    if len(kinds) != 1:
         raise ArgumentError(
             f"drives that slide and drives that turn need figures of their own: choose some by drives, of {known}"
         )
-    (slide,) = slides
+    ((unit, kind),) = kinds.items()
     if what == "correction":
         shown = {name: found.corrections[name] for name in chosen}
-        return _Shown("correction of the drive", "m" if slide else "rad", {}, shown, ("", "correction"))
+        return _Shown("correction of the drive", unit, {}, shown, ("", "correction"))
     loads = ["load", *found.result.link_loads]
     parts = found.result.actuator_contributions
     after = {name: found.actuator_forces[name] for name in chosen}
     loaded = {name: np.sum([parts[name][load] for load in loads], axis=0) for name in chosen}
     some = any(np.nanmax(np.abs(part), initial=0.0) > 0 for part in loaded.values())
     before = {name: after[name] - loaded[name] for name in chosen} if some else {}
-    title = f"{'force' if slide else 'torque'} of the drive"
-    return _Shown(title, "N" if slide else "N·m", before, after, ("without loads", "with all loads"))
+    title = f"{'force' if kind.is_slide else 'torque'} of the drive"
+    return _Shown(title, kind.force_unit, before, after, ("without loads", "with all loads"))
 
 
 def _lines(ax: Axes, found: Compensation, shown: _Shown, size: float, x: str | None) -> None:

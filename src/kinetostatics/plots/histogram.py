@@ -39,8 +39,8 @@ def spread(found: Spread, what: str = "displacement", *, ax: Axes | None = None)
     if not deviation > 0:
         raise ArgumentError(f"{what} is the same for all robots, to first order: there is nothing to draw")
     if what in found.nominal.actuator_forces:
-        slides = found.result.robot.mechanism.connections[what].type.is_slide
-        unit, title = ("N" if slides else "N·m"), f"{'force' if slides else 'torque'} of {what}"
+        kind = found.result.robot.mechanism.connections[what].type
+        unit, title = kind.force_unit, f"{'force' if kind.is_slide else 'torque'} of {what}"
     else:
         unit = "m" if what == "displacement" or what in COMPONENTS[:3] else "rad"
         titles = {"displacement": f"displacement of {named_point(found.tool)}", "rotation": "rotation of the platform"}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -33,6 +33,12 @@ MILLIMETRES: Units = (("mm", 1e-3),)
 DEGREES: Units = (("°", math.pi / 180),)
 PER_CENT: Units = (("%", 0.01),)
 ENERGIES: Units = (("µJ", 1e-6), ("mJ", 1e-3), ("J", 1.0))
+
+#: Units to choose from for numbers in an SI unit, motions and loads of any size.
+UNITS_OF: Mapping[str, Units] = {
+    **{"m": LENGTHS, "rad": ANGLES, "kg": MASSES, "N": FORCES, "N·m": MOMENTS, "Pa": STRESSES, "": (("", 1.0),)},
+    **{"N/m": STIFFNESSES, "N·m/rad": TURNING_STIFFNESSES, "K": (("K", 1.0),)},
+}
 
 MISSING = "–"
 

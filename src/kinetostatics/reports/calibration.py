@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 
 import numpy as np
 
 from kinetostatics.math.screws import WRENCH_COMPONENTS
 from kinetostatics.printing.dispatch import dict_of, text_of
-from kinetostatics.printing.text import ANGLES, LENGTHS, MISSING, Units, quantity, section, table, wrapped
-from kinetostatics.reports.json import plain
+from kinetostatics.printing.text import ANGLES, LENGTHS, MISSING, UNITS_OF, quantity, section, table, wrapped
+from kinetostatics.reports.json import named
 from kinetostatics.results.calibration import Calibration, Estimate, MeasurementPlan, Unidentifiable
 
-_SMALL: Mapping[str, Units] = {"m": LENGTHS, "rad": ANGLES}
+#: Units of readings.
+UNITS_BY_KIND = {"length": LENGTHS, "angle": ANGLES}
 #: Factor of a stiffness from which on a part is called rigid.
 RIGID = 1e5
 #: Part of the readings from which on residuals are nearly all of them, and a factor of stiffness that is hardly one.
@@ -28,8 +28,8 @@ def estimate_words(item: Estimate, value: float) -> str:
         return "∞" if value > 0 else "−∞"
     if item.kind == "stiffness":
         return f"× {value:.5g}" if value < RIGID else "rigid"
-    if item.kind != "argument" and item.unit in _SMALL:
-        return quantity(value, _SMALL[item.unit], digits=4)
+    if item.kind != "argument" and item.unit in ("m", "rad"):
+        return quantity(value, UNITS_OF[item.unit], digits=4)
     return f"{value:.6g} {item.unit.replace(' ', '·')}".rstrip()
 
 
@@ -51,7 +51,7 @@ def calibration_report(found: Calibration) -> str:
     lines += section(title, table(("unknown", "file", "estimate", "interval"), rows, "lrrl"))
     lines += _not_told(found.unidentifiable, "what stands above for these is one of many values that fit equally well")
     fits = []
-    for kind, units in (("length", LENGTHS), ("angle", ANGLES)):
+    for kind, units in UNITS_BY_KIND.items():
         residual, foretold = (found.root_mean_square(errors, kind) for errors in (found.residuals, found.held_out))
         if math.isfinite(residual):
             size = quantity(found.root_mean_square(found.measured, kind), units, digits=4)
@@ -61,7 +61,7 @@ def calibration_report(found: Calibration) -> str:
     lines += section("Measured less computed", table(header, fits))
     lines += ["", *(line for text in _sentences(found) for line in wrapped(text))]
     for item in found.outliers[:MOST]:
-        units = _SMALL["m" if found.gauges[item.gauge].kind == "length" else "rad"]
+        units = UNITS_BY_KIND[found.gauges[item.gauge].kind]
         left = "" if not np.all(found.used) else "; look at it, or leave it out"
         said = f"outlier: row {item.row}, {item.gauge}: measured {quantity(item.measured, units)}, computed "
         lines += wrapped(
@@ -88,7 +88,7 @@ def _sentences(found: Calibration) -> list[str]:
         )
     elif found.freedom > 0:
         kind = next(iter(found.gauges.values())).kind
-        words = quantity(found.sigma[0], LENGTHS if kind == "length" else ANGLES, digits=3)
+        words = quantity(found.sigma[0], UNITS_BY_KIND[kind], digits=3)
         said.append(f"Standard deviation of a reading, from the residuals: {words} ({freedom}).")
     else:
         said.append("There are no more readings than unknowns, so that nothing tells how sure the estimates are: measure more.")
@@ -155,34 +155,16 @@ def plan_report(found: MeasurementPlan) -> str:
 @dict_of.register(Calibration)
 def calibration_to_dict(found: Calibration) -> dict[str, object]:
     """Return a calibration as plain values: what ``calibrate --json`` prints."""
-    arrays = ("rows", "gauge_of", "measured", "computed", "used", "studentized", "held_out", "sigma", "covariance")
-    names = ("level", "sigma_known", "misfit", "freedom", "converged", "outliers")
+    names = "estimates unidentifiable level sigma_known misfit freedom converged outliers rows gauge_of measured computed used"
     return {
         "robot": found.robot.name,
         "units": {"general": "SI: m, rad, kg; a stiffness is a factor of the file's; null: infinite, or not known"},
-        "estimates": {name: plain(item) for name, item in found.estimates.items()},
-        "unidentifiable": [plain(item) for item in found.unidentifiable],
-        **{name: plain(getattr(found, name)) for name in (*names, *arrays)},
-        "gauges": {name: plain(item) for name, item in found.gauges.items()},
+        **named(found, (*names.split(), "studentized", "held_out", "sigma", "covariance", "gauges")),
     }
 
 
 @dict_of.register(MeasurementPlan)
 def plan_to_dict(found: MeasurementPlan) -> dict[str, object]:
     """Return a plan as plain values: what ``calibrate --plan --json`` prints."""
-    names = (
-        "coordinates",
-        "load",
-        "gauges",
-        "standard_errors",
-        "random_standard_errors",
-        "gain",
-        "candidates",
-        "left_out",
-        "chosen",
-    )
-    return {
-        "robot": found.robot.name,
-        **{name: plain(getattr(found, name)) for name in names},
-        "unidentifiable": [plain(item) for item in found.unidentifiable],
-    }
+    names = "coordinates load gauges standard_errors random_standard_errors gain candidates left_out chosen unidentifiable"
+    return {"robot": found.robot.name, **named(found, names.split())}

@@ -10,10 +10,9 @@ from kinetostatics.printing.dispatch import dict_of, text_of
 from kinetostatics.printing.text import (
     ANGLES,
     DEGREES,
-    FORCE_KINDS,
-    KINDS,
     LENGTHS,
     MILLIMETRES,
+    UNITS_OF,
     Column,
     Scale,
     Units,
@@ -25,7 +24,7 @@ from kinetostatics.printing.text import (
     table,
     wrapped,
 )
-from kinetostatics.reports.json import drive_unit, plain, status_names
+from kinetostatics.reports.json import drive_unit, named, plain, status_names
 from kinetostatics.reports.pose import pose_lines
 from kinetostatics.reports.tool_point import said_of
 from kinetostatics.results.compensation import Compensation
@@ -90,16 +89,15 @@ def _drives(found: Compensation) -> list[str]:
     connections = found.wanted.robot.mechanism.connections
     rows = []
     for name in found.actuators:
-        slides = connections[name].type.is_slide
-        scale = Scale(*(MILLIMETRES if slides else DEGREES)[0], 6, 0.0)
-        force = FORCE_KINDS[drive_unit(found.result.robot, name)]
+        kind = connections[name].type
+        scale = Scale(*(MILLIMETRES if kind.is_slide else DEGREES)[0], 6, 0.0)
         rows.append(
             (
                 name,
                 scale.with_unit(found.wanted.actuators[name]),
                 scale.with_unit(found.actuators[name]),
-                quantity(found.corrections[name], LENGTHS if slides else ANGLES),
-                quantity(found.actuator_forces[name], KINDS[force]),
+                quantity(found.corrections[name], UNITS_OF[kind.unit]),
+                quantity(found.actuator_forces[name], UNITS_OF[kind.force_unit]),
             )
         )
     return table(("drive", "at the wanted pose", "corrected", "correction", "force to feed forward"), rows)
@@ -139,9 +137,9 @@ def _batch(found: Compensation) -> str:
     rows = []
     connections = found.wanted.robot.mechanism.connections
     for name, values in found.corrections.items():
-        rows.append(_range(f"correction of {name}", values, LENGTHS if connections[name].type.is_slide else ANGLES))
+        rows.append(_range(f"correction of {name}", values, UNITS_OF[connections[name].type.unit]))
     for name, values in found.actuator_forces.items():
-        rows.append(_range(f"force of {name}", values, KINDS[FORCE_KINDS[drive_unit(found.result.robot, name)]]))
+        rows.append(_range(f"force of {name}", values, UNITS_OF[drive_unit(found.result.robot, name)]))
     same = np.where(np.isnan(found.remaining), np.nan, found.deviation)  # at the same poses
     sizes = {"uncorrected": same, "corrected": found.remaining}
     who = named_point(found.tool)
@@ -166,9 +164,8 @@ def _range(name: str, values: Array, units: Units) -> tuple[str, str, str, str]:
 @dict_of.register(Compensation)
 def compensation_to_dict(found: Compensation) -> dict[str, object]:
     """Return a compensation as plain values: what ``compensate --json`` prints."""
-    names = ["actuators", "corrections", "actuator_forces", "deviation", "remaining"]
-    names += ["uncorrectable_directions", "uncorrectable_parts"]
-    names += ["deviation_coordinates", "remaining_coordinates"]
+    names = ["actuators", "corrections", "actuator_forces", "deviation", "remaining", "uncorrectable_directions"]
+    names += ["uncorrectable_parts", "deviation_coordinates", "remaining_coordinates"]
     return {
         "robot": found.wanted.robot.name,
         **said_of(found.tool, UNITS),
@@ -180,5 +177,5 @@ def compensation_to_dict(found: Compensation) -> dict[str, object]:
         "orientation": found.wanted.orientation.name,
         "wanted": plain(found.wanted.platform),
         "commanded": plain(found.configuration.platform),
-        **{name: plain(getattr(found, name)) for name in names},
+        **named(found, names),
     }

@@ -110,7 +110,7 @@ def robot_to_dict(robot: Robot) -> dict[str, object]:
 def facts_to_dict(facts: RobotFacts) -> dict[str, object]:
     """Return the facts about a robot as plain values."""
     found: dict[str, Any] = plain(facts)
-    found["springs"] = [_named(item, SPRING_NAMES) for item in facts.springs]
+    found["springs"] = [named(item, SPRING_NAMES) for item in facts.springs]
     for entry, limb in zip(found["limbs"], facts.limbs, strict=True):
         entry["graph"] = _graph(limb.graph)
     for role, weight in (("on_base", facts.on_base), ("on_platform", facts.on_platform)):
@@ -148,13 +148,13 @@ def result_to_dict(result: Result) -> dict[str, object]:
         **{name: plain(where) for name, where in result.facts.items()},
         "warnings": list(result.warnings),
         "configuration": _configuration(result.configuration),
-        **_named(result, ("gravity", "load", "platform_weight", "link_loads")),
+        **named(result, ("gravity", "load", "platform_weight", "link_loads")),
         "payload": _payload(result),
     }
-    found |= _named(result, RESULT_NAMES)
+    found |= named(result, RESULT_NAMES)
     found["actuator_units"] = {name: drive_unit(robot, name) for name in result.actuator_forces}
     found["limbs"] = {name: _limb(limb) for name, limb in result.limbs.items()}
-    found["beams"] = {name: _named(beam, BEAM_NAMES) for name, beam in result.beams.items()}
+    found["beams"] = {name: named(beam, BEAM_NAMES) for name, beam in result.beams.items()}
     return found
 
 
@@ -166,7 +166,7 @@ def tolerances_to_dict(found: Tolerances) -> dict[str, object]:
     return {"robot": found.configuration.robot.name, "ranked_by": found.ranked_by, **about, "errors": errors}
 
 
-def _named(item: object, names: Iterable[str]) -> dict[str, object]:
+def named(item: object, names: Iterable[str]) -> dict[str, object]:
     """Return some attributes as plain values."""
     return {name: plain(getattr(item, name)) for name in names}
 
@@ -175,7 +175,7 @@ def _payload(result: Result) -> dict[str, Any] | None:
     if result.payload is None:
         return None
     payload, coefficients = result.payload, plain(result.payload_coefficients)
-    return {**_named(payload, ("mass", "center", "link")), "coefficients": coefficients}
+    return {**named(payload, ("mass", "center", "link")), "coefficients": coefficients}
 
 
 def _configuration(configuration: Configuration) -> dict[str, object]:
@@ -185,7 +185,7 @@ def _configuration(configuration: Configuration) -> dict[str, object]:
         "status": status_names(configuration.status),
         "limit_exceeded": plain(configuration.limit_exceeded),
         "orientation": configuration.orientation.name,
-        **_named(configuration, ("platform", "platform_frame", "actuators", "q", "residual")),
+        **named(configuration, ("platform", "platform_frame", "actuators", "q", "residual")),
         "openings": {
             name: {"m": plain(metres.reshape(shape)), "rad": plain(radians.reshape(shape))}
             for name, (metres, radians) in configuration.openings.items()
@@ -203,7 +203,7 @@ def _limb(limb: Any) -> dict[str, Any]:
         "units": wrench_units(limb.labels, limb.constraint_wrenches),
         "attached_labels": list(limb.attached_labels),
         "attached_units": wrench_units(limb.attached_labels, limb.attached_wrenches),
-        **_named(limb, LIMB_NAMES),
+        **named(limb, LIMB_NAMES),
     }
 
 
@@ -227,4 +227,4 @@ def wrench_units(labels: tuple[str, ...], wrenches: Any) -> list[str]:
 
 def drive_unit(robot: Robot, name: str) -> str:
     """Return the unit of a drive's force."""
-    return "N" if robot.mechanism.connections[name].type.is_slide else "N·m"
+    return robot.mechanism.connections[name].type.force_unit

@@ -6,39 +6,10 @@ import math
 from collections.abc import Mapping
 
 from kinetostatics.printing.dispatch import dict_of, text_of
-from kinetostatics.printing.text import (
-    ANGLES,
-    DEGREES,
-    FORCES,
-    LENGTHS,
-    MASSES,
-    MILLIMETRES,
-    MISSING,
-    MOMENTS,
-    STIFFNESSES,
-    STRESSES,
-    TURNING_STIFFNESSES,
-    Units,
-    quantity,
-    section,
-    table,
-    wrapped,
-)
-from kinetostatics.reports.json import plain
+from kinetostatics.printing.text import DEGREES, MILLIMETRES, MISSING, UNITS_OF, quantity, section, table, wrapped
+from kinetostatics.reports.json import named
 from kinetostatics.results.optimum import BROKEN, Optimum
 from kinetostatics.results.pareto import ParetoFront
-
-_UNITS: Mapping[str, Units] = {
-    "m": LENGTHS,
-    "rad": ANGLES,
-    "kg": MASSES,
-    "N": FORCES,
-    "N·m": MOMENTS,
-    "Pa": STRESSES,
-    "N/m": STIFFNESSES,
-    "N·m/rad": TURNING_STIFFNESSES,
-    "": (("", 1.0),),
-}
 
 
 @text_of.register(Optimum)
@@ -94,7 +65,7 @@ def _sentences(found: Optimum) -> list[str]:
 
 
 def _written(value: float, unit: str) -> str:
-    return MISSING if math.isnan(value) else quantity(value, _UNITS.get(unit, (("", 1.0),))).rstrip()
+    return MISSING if math.isnan(value) else quantity(value, UNITS_OF.get(unit, UNITS_OF[""])).rstrip()
 
 
 def _value(value: float, unit: str) -> str:
@@ -113,21 +84,14 @@ def pose_words(pose: Mapping[str, float]) -> str:
 @dict_of.register(Optimum)
 def optimum_to_dict(found: Optimum) -> dict[str, object]:
     """Return an optimum as plain values: what ``optimize --json`` prints."""
-    starts = [
-        {"parameters": dict(item.parameters), "objective": plain(item.objective), "feasible": item.feasible}
-        for item in found.starts
-    ]
     of_each = ("text", "name", "worst", "limit", "unit", "margin", "pose", "active", "saving")
     names = ("feasible", "objective", "minimized", "unit", "before", "searched", "evaluations", "poses", "beyond_limits")
     return {
         "robot": found.robot.name,
-        **{name: plain(getattr(found, name)) for name in names},
-        "parameters": dict(found.parameters),
-        "units": dict(found.units),
-        "allowed": {name: list(values) for name, values in found.allowed.items()},
-        "requirements": [{name: plain(getattr(item, name)) for name in of_each} for item in found.requirements],
+        **named(found, (*names, "parameters", "units", "allowed")),
+        "requirements": [named(item, of_each) for item in found.requirements],
         "at_bounds": list(found.at_bounds),
-        "starts": starts,
+        "starts": [named(item, ("parameters", "objective", "feasible")) for item in found.starts],
     }
 
 
@@ -151,12 +115,5 @@ def pareto_report(found: ParetoFront) -> str:
 @dict_of.register(ParetoFront)
 def pareto_to_dict(found: ParetoFront) -> dict[str, object]:
     """Return a front as plain values: what ``optimize --pareto … --json`` prints."""
-    return {
-        "minimized": list(found.minimized),
-        "units": list(found.units),
-        "objectives": plain(found.objectives),
-        "parameters": {name: plain(values) for name, values in found.parameters.items()},
-        "searched": found.searched,
-        "evaluations": found.evaluations,
-        "points": [optimum_to_dict(item) for item in found],
-    }
+    names = ("minimized", "units", "objectives", "parameters", "searched", "evaluations")
+    return {**named(found, names), "points": [optimum_to_dict(item) for item in found]}

@@ -19,7 +19,6 @@ from kinetostatics.printing.dispatch import html_of, line_of
 from kinetostatics.printing.html import html_table
 from kinetostatics.printing.text import (
     ANGLES,
-    FORCE_KINDS,
     FORCES,
     KINDS,
     LENGTHS,
@@ -29,6 +28,7 @@ from kinetostatics.printing.text import (
     NOISE,
     PER_CENT,
     STRESSES,
+    UNITS_OF,
     Magnitudes,
     Scale,
     Units,
@@ -171,7 +171,7 @@ def _result(result: Result) -> Short:
             kind = "displacement" if k < 3 else "rotation"
             yield f"twist {name}", values_words(result.twist[k], KINDS[kind], getattr(noise, kind))
         for name, force in result.actuator_forces.items():
-            yield f"force of {name}", values_words(force, KINDS[FORCE_KINDS[drive_unit(result.robot, name)]])
+            yield f"force of {name}", values_words(force, UNITS_OF[drive_unit(result.robot, name)])
 
     more = "" if MISSING in (moves, turns) else f"; o moves by {moves}, the platform turns by {turns}"
     title = f"Result of {result.robot.name!r}: {_statuses(result)}"
@@ -187,7 +187,7 @@ def _limb(limb: LimbResult) -> Short:
         (limb.attached_labels, limb.attached_wrenches, limb.attached_intensities),
     ):
         for k, (label, unit) in enumerate(zip(labels, wrench_units(labels, wrenches), strict=True)):
-            rows.append((label, values_words(values[..., k], KINDS[FORCE_KINDS[unit]], noise[unit])))
+            rows.append((label, values_words(values[..., k], UNITS_OF[unit], noise[unit])))
     title, words = f"LimbResult {limb.name!r}", _listed(rows) or "no constraint wrench"
     return Short(f"{title}: {words}", title, ("wrench acting on the limb", "intensity"), rows)
 
@@ -212,8 +212,8 @@ def _compensation(found: Compensation) -> Short:
     rows = [
         (
             name,
-            values_words(shift, LENGTHS if connections[name].type.is_slide else ANGLES),
-            values_words(found.actuator_forces[name], KINDS[FORCE_KINDS[drive_unit(found.result.robot, name)]]),
+            values_words(shift, UNITS_OF[connections[name].type.unit]),
+            values_words(found.actuator_forces[name], UNITS_OF[connections[name].type.force_unit]),
         )
         for name, shift in found.corrections.items()
     ]

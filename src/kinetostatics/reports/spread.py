@@ -9,11 +9,10 @@ import numpy as np
 from kinetostatics.printing.dispatch import dict_of, text_of
 from kinetostatics.printing.text import (
     ANGLES,
-    FORCES,
     LENGTHS,
-    MOMENTS,
     STIFFNESSES,
     TURNING_STIFFNESSES,
+    UNITS_OF,
     Column,
     Units,
     column_table,
@@ -22,7 +21,7 @@ from kinetostatics.printing.text import (
     table,
     wrapped,
 )
-from kinetostatics.reports.json import plain
+from kinetostatics.reports.json import named, plain
 from kinetostatics.reports.tool_point import said_of
 from kinetostatics.results.spread import COMPONENTS, Spread, SpreadQuantities
 from kinetostatics.results.tool_point import named_point
@@ -68,7 +67,7 @@ def _quantities(found: Spread) -> list[tuple[str, str, Units]]:
     rows: list[tuple[str, str, Units]] = [(where, "displacement", LENGTHS), ("rotation", "rotation", ANGLES)]
     rows += [(f"twist {name}", name, LENGTHS if k < 3 else ANGLES) for k, name in enumerate(COMPONENTS)]
     drives = found.nominal.actuator_forces
-    return rows + [(name, name, FORCES if connections[name].type.is_slide else MOMENTS) for name in drives]
+    return rows + [(name, name, UNITS_OF[connections[name].type.force_unit]) for name in drives]
 
 
 def _row(found: Spread, title: str, name: str, units: Units) -> tuple[str, ...]:
@@ -120,23 +119,18 @@ def _number(value: float, unit: str, digits: int = 6) -> str:
 
 
 def _plain(item: SpreadQuantities) -> dict[str, object]:
-    names = ("twist", "displacement", "rotation", "stiffness")
-    forces = {name: plain(force) for name, force in item.actuator_forces.items()}
-    return {**{name: plain(getattr(item, name)) for name in names}, "actuator_forces": forces}
+    return named(item, ("twist", "displacement", "rotation", "stiffness", "actuator_forces"))
 
 
 @dict_of.register(Spread)
 def spread_to_dict(found: Spread) -> dict[str, object]:
     """Return a spread as plain values: what ``spread --json`` prints."""
-    parameters = {
-        name: {"value": item.value, "unit": item.unit, "tolerance": item.tolerance, "standard_deviation": item.standard_deviation}
-        for name, item in found.parameters.items()
-    }
+    told = ("value", "unit", "tolerance", "standard_deviation")
     names = [name for _, name, _ in _quantities(found)]
     return {
         "robot": found.result.robot.name,
         **said_of(found.tool, UNITS),
-        "parameters": parameters,
+        "parameters": {name: named(item, told) for name, item in found.parameters.items()},
         "nominal": _plain(found.nominal),
         "effects": {name: _plain(item) for name, item in found.effects.items()},
         "worst_case": _plain(found.worst_case),

@@ -9,6 +9,7 @@ from kinetostatics.printing.text import (
     LENGTHS,
     MISSING,
     MOMENTS,
+    UNITS_OF,
     Column,
     column_table,
     quantity,
@@ -17,7 +18,7 @@ from kinetostatics.printing.text import (
 from kinetostatics.results.tolerances import Tolerance, Tolerances
 from kinetostatics.results.tool_point import named_point
 
-_AMOUNTS = {"temperature": (("K", 1.0),), "length": LENGTHS, **dict.fromkeys("xyz", LENGTHS)}
+_AMOUNTS = {"temperature": UNITS_OF["K"], "length": LENGTHS, **dict.fromkeys("xyz", LENGTHS)}
 _RANKED = {"force": "by the force that they lock in", "displacement": "by what they move {}", "rotation": "by what they turn"}
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from kinetostatics.math.arrays import Array
 from kinetostatics.math.screws import COMPONENTS
 from kinetostatics.printing.text import ANGLES, LENGTHS, STIFFNESSES, quantity, section, table
-from kinetostatics.reports.json import plain
+from kinetostatics.reports.json import named
 from kinetostatics.results.tool_point import PointResult
 
 
@@ -28,7 +28,7 @@ def point_report(found: PointResult) -> str:
 
 def point_to_dict(found: PointResult) -> dict[str, object]:
     """Return the same as plain values."""
-    return {name: plain(getattr(found, name)) for name in ("point", "twist", "stiffness", "compliance")}
+    return named(found, ("point", "twist", "stiffness", "compliance"))
 
 
 def said_of(tool: Array | None, units: Mapping[str, str]) -> dict[str, object]:

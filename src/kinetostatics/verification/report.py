@@ -20,7 +20,7 @@ from kinetostatics.printing.text import (
     wrapped,
 )
 from kinetostatics.reports.forces import sizes
-from kinetostatics.reports.json import plain
+from kinetostatics.reports.json import named
 from kinetostatics.reports.pose import pose_lines
 from kinetostatics.verification.compare import Verification
 
@@ -58,18 +58,12 @@ def verification_to_dict(found: Verification) -> dict[str, object]:
     return {
         "robot": robot.name,
         "file": robot.description.path,
-        "verified": found.verified,
-        "conclusive": found.conclusive,
-        "verdict": found.verdict,
-        "tolerance": found.tolerance,
-        "length": found.length,
-        "platform": plain(found.configuration.platform),
-        "actuators": plain(found.configuration.actuators),
-        "load": plain(found.result.load),
-        "gravity": plain(found.result.gravity),
-        **{name: plain(getattr(found, name)) for name in ("differences", "scatter", "joint_differences", "not_compared")},
-        "ours": {name: plain(getattr(found.ours, name)) for name in arrays},
-        "finite_elements": {name: plain(getattr(found.finite_elements, name)) for name in arrays},
+        **named(found, ("verified", "conclusive", "verdict", "tolerance", "length")),
+        **named(found.configuration, ("platform", "actuators")),
+        **named(found.result, ("load", "gravity")),
+        **named(found, ("differences", "scatter", "joint_differences", "not_compared")),
+        "ours": named(found.ours, arrays),
+        "finite_elements": named(found.finite_elements, arrays),
         "units": dict(UNITS),
     }
 
